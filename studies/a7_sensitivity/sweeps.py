@@ -11,20 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import CARD
 from studies.paper.laws import RIVALS, proposed_repaired, rival
 from studies.paper.rest import rest_case
-from workbench.blocks.loop import ClosedLoop
-from workbench.core.notation.formula import symbol
-from workbench.engine.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
-from workbench.study.contract import Run, Sweep
-from workbench.study.document.phrases import Phrase
-from workbench.study.provenance import Given
-from workbench.study.study import Case
-from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign, least_base
-from workbench.study.uncertainty.designs import AbstractDesign
-from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
-from workbench.study.uncertainty.factors import Factor
 
 TOLERANCE = 0.1  # of what is stated or derived
 SPAN = 1.5  # of what is assumed, either way
@@ -85,7 +75,7 @@ GAINS: dict[str, Sequence[tuple[str, str, tuple[str, ...]]]] = {
 }
 
 
-def factors(law: str) -> tuple[Factor, ...]:
+def factors(law: str) -> tuple[wb.Factor, ...]:
     """All factors of a law: its gains, the arm and the disturbance, and the model where the law has one."""
     models = () if law == "PID" else OF_BOTH_MODELS if law == "AOSMC-RGS" else OF_MODEL
     gains = (factor(name, card, paths) for name, card, paths in GAINS[law])
@@ -100,27 +90,27 @@ def factors(law: str) -> tuple[Factor, ...]:
     return (*gains, *arm, gravity, disturbance, *model)
 
 
-def factor(name: str, card: str, paths: tuple[str, ...]) -> Factor:
+def factor(name: str, card: str, paths: tuple[str, ...]) -> wb.Factor:
     """The factor of a number on the card, as a share of that number."""
     given = next(given for given in CARD if given.name == card)
-    return Factor(name, paths, spread(given), given.mark, share=True)
+    return wb.Factor(name, paths, spread(given), given.mark, share=True)
 
 
-def spread(given: Given) -> AbstractDistribution:
+def spread(given: wb.provenance.Given) -> wb.uncertainty.AbstractDistribution:
     """The distribution of a number's share, by the mark of the number."""
     if given.mark != "assumed":
-        return Uniform(1 - TOLERANCE, 1 + TOLERANCE)
+        return wb.Uniform(1 - TOLERANCE, 1 + TOLERANCE)
     largest = float(np.abs(given.value).max())
     low = max(1 / SPAN, (given.low or 0.0) / largest) if (given.low or 0.0) > 0 else 1 / SPAN
     high = SPAN if given.high is None else min(SPAN, given.high / largest)
-    return LogUniform(low, high)
+    return wb.LogUniform(low, high)
 
 
-def written(factor: str) -> Phrase:
+def written(factor: str) -> wb.document.Phrase:
     """A factor as a page prints it."""
     name = factor.removeprefix(MODEL)
     start = name.removesuffix("(0)")
-    letter = start if start in WORDS else symbol(start)
+    letter = start if start in WORDS else wb.notation.symbol(start)
     return ("model " if name != factor else "", letter, name.removeprefix(start))
 
 
@@ -139,8 +129,14 @@ SECOND = 1.0  # s: the windows of the proposed law's indices
 SHOWN = 0.01  # s, between two points of a curve
 SEED = 7
 OF_LATE = f"The late error is the largest |e| from {LATE:g} to {UNTIL:g} s."
-METRICS = (rmse(), late_error(LATE), total_variation(SAMPLE), total_variation(SAMPLE, after=LATE), effort())
-OBSERVER = observer_error("q_error")
+METRICS = (
+    wb.rmse(),
+    wb.metrics.late_error(LATE),
+    wb.total_variation(SAMPLE),
+    wb.total_variation(SAMPLE, after=LATE),
+    wb.effort(),
+)
+OBSERVER = wb.metrics.observer_error("q_error")
 
 # Steps in s, so short that the largest gains that grow within the ranges stay within the limit of stability.
 STEPS = {
@@ -172,54 +168,58 @@ HELD = {
 }
 
 
-def loop(law: str) -> ClosedLoop:
+def loop(law: str) -> wb.ClosedLoop:
     return proposed_repaired(SCENARIO) if law == PROPOSED else rival(SCENARIO, law)
 
 
-def metrics(law: str) -> tuple[AbstractMetric, ...]:
+def metrics(law: str) -> tuple[wb.metrics.AbstractMetric, ...]:
     """The metrics of a law, with the error of its observer where it has one."""
     return (*METRICS, OBSERVER) if law == PROPOSED else METRICS
 
 
-def own_numbers() -> tuple[Case, ...]:
+def own_numbers() -> tuple[wb.Case, ...]:
     """Each law with the numbers of the card, for the page to turn, and the proposed one at rest."""
     tracking = (
-        Case(SCENARIO, law, Run(loop(law), metrics(law), UNTIL, SHOWN, STEPS[law] / 2), style=i)
+        wb.Case(SCENARIO, law, wb.Run(loop(law), metrics(law), UNTIL, SHOWN, STEPS[law] / 2), style=i)
         for i, law in enumerate(LAWS)
     )
     return (*tracking, rest_case(STEPS[PROPOSED] / 2))
 
 
-def free(law: str) -> tuple[Factor, ...]:
+def free(law: str) -> tuple[wb.Factor, ...]:
     return tuple(factor for factor in factors(law) if factor.name not in HELD[law])
 
 
-def equal_ranges(law: str) -> tuple[Factor, ...]:
+def equal_ranges(law: str) -> tuple[wb.Factor, ...]:
     """The factors of the Sobol indices, the assumed ones within the range of the stated ones."""
-    return tuple(replace(factor, distribution=Uniform(1 - TOLERANCE, 1 + TOLERANCE)) for factor in free(law))
+    return tuple(replace(factor, distribution=wb.Uniform(1 - TOLERANCE, 1 + TOLERANCE)) for factor in free(law))
 
 
 def called(law: str, kind: str) -> str:
     return f"{law.lower().replace('-', '_')}_{kind}"
 
 
-def sweeps(law: str) -> dict[str, Sweep]:
+def sweeps(law: str) -> dict[str, wb.Sweep]:
     """The sweeps of a law by their kind, the bands over time; the proposed one has a tornado and equal ranges, too."""
     every, some, ours = factors(law), free(law), law == PROPOSED
-    of: dict[str, tuple[tuple[Factor, ...], AbstractDesign]] = {
-        "screening": (every, MorrisDesign(len(every), TRAJECTORIES.get(law, 50), seed=SEED)),
-        "indices": (some, SobolDesign(len(some), BASE.get(law, 1024), ours, seed=SEED)),
-        "bands": (every, MonteCarlo(len(every), RANDOM, SEED)),
+    of: dict[str, tuple[tuple[wb.Factor, ...], wb.uncertainty.AbstractDesign]] = {
+        "screening": (every, wb.uncertainty.MorrisDesign(len(every), TRAJECTORIES.get(law, 50), seed=SEED)),
+        "indices": (some, wb.SobolDesign(len(some), BASE.get(law, 1024), ours, seed=SEED)),
+        "bands": (every, wb.uncertainty.MonteCarlo(len(every), RANDOM, SEED)),
     }
     if ours:
-        of["tornado"] = (every, OneAtATime(len(every), levels=(0.0, 1.0)))
-        of["equal"] = (equal_ranges(law), SobolDesign(len(some), EQUAL, seed=SEED))
+        of["tornado"] = (every, wb.uncertainty.OneAtATime(len(every), levels=(0.0, 1.0)))
+        of["equal"] = (equal_ranges(law), wb.SobolDesign(len(some), EQUAL, seed=SEED))
     made = {}
     for kind, (moved, design) in of.items():
-        measured, times = ((*metrics(law), ise()), EVERY) if kind == "bands" else (metrics(law), None)
+        measured, times = ((*metrics(law), wb.metrics.ise()), EVERY) if kind == "bands" else (metrics(law), None)
         if ours and kind == "indices":
             times = SECOND
-        run = Run(loop(law), measured, UNTIL, times, STEPS[law], seed=SEED)
-        least = least_base(len(some), ours and kind == "indices") if isinstance(design, SobolDesign) else None
-        made[kind] = Sweep(called(law, kind), run, moved, design, halved=HALVED, least=least)
+        run = wb.Run(loop(law), measured, UNTIL, times, STEPS[law], seed=SEED)
+        least = (
+            wb.uncertainty.least_base(len(some), ours and kind == "indices")
+            if isinstance(design, wb.SobolDesign)
+            else None
+        )
+        made[kind] = wb.Sweep(called(law, kind), run, moved, design, halved=HALVED, least=least)
     return made

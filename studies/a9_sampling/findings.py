@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+import workbench as wb
 from studies.a9_sampling.evidence import APART, PERIODS, PLACES, Evidence, Scores, printed
 from studies.a9_sampling.loops import MS, NOISY, REALISTIC, RMSE, SCENARIOS, TV, WAYS
 from studies.a9_sampling.period_findings import base, longest_period, reference, rule_of_thumb
@@ -13,7 +14,6 @@ from studies.a9_sampling.quiet_periods import ACTING, FACTORS, PAPERS, QUIET, TR
 from studies.a9_sampling.words import CHOSEN, FITTED, GIVEN, listed, rounded
 from studies.paper.card import MARGIN, PROPOSED
 from studies.paper.linearization import SEVEN
-from workbench.study.document.finding import Finding, Variation
 
 PAIR = {"euler": "Euler", "cayley": "Cayley"}
 ROUGH = {"late": (True, False), "noisy": (False, True), "late and noisy": (True, True)}  # with a delay, with noise
@@ -22,7 +22,7 @@ MARGINS = (0.0, 0.05)  # in place of `MARGIN`
 CELLS = tuple((scenario, period) for scenario in SCENARIOS for period in APART)
 
 
-def findings(evidence: Evidence) -> tuple[Finding, ...]:
+def findings(evidence: Evidence) -> tuple[wb.Finding, ...]:
     """All findings."""
     return (
         chattering(evidence),
@@ -66,7 +66,7 @@ def computers() -> Iterator[tuple[str, float, str, bool, bool]]:
             yield f"{MS}, late{' and noisy' * noisy}{stepping}", REALISTIC, way, delay, noisy
 
 
-def chattering(evidence: Evidence) -> Finding:
+def chattering(evidence: Evidence) -> wb.Finding:
     """The laws that chatter in a computer."""
     now = evidence.at(TV, REALISTIC)
     quiet = quiet_laws(evidence, now)
@@ -74,15 +74,17 @@ def chattering(evidence: Evidence) -> Finding:
     loudest, (place, change, error) = max(growth, key=growth.__getitem__), worst_change(evidence)
     law, scenario, joint = place
     variations = [
-        Variation(words, listed(quiet_laws(evidence, evidence.at(TV, *how))))
+        wb.Variation(words, listed(quiet_laws(evidence, evidence.at(TV, *how))))
         for words, *how in computers()
         if how != [REALISTIC, "euler", False, False]
     ]
     variations += [
-        Variation(f"at most {factor:g} times", listed(quiet_laws(evidence, now, factor))) for factor in FACTORS
+        wb.Variation(f"at most {factor:g} times", listed(quiet_laws(evidence, now, factor))) for factor in FACTORS
     ]
-    variations += [Variation(f"{one} alone", listed(quiet_laws(evidence, now, scenarios=(one,)))) for one in SCENARIOS]
-    return Finding(
+    variations += [
+        wb.Variation(f"{one} alone", listed(quiet_laws(evidence, now, scenarios=(one,)))) for one in SCENARIOS
+    ]
+    return wb.Finding(
         "chattering",
         f"At a period of {MS}, with exact readings, only {listed(quiet)} keep the total variation of their torque "
         f"within {QUIET:g} times its value in continuous time; {loudest} has {rounded(growth[loudest])} times that "
@@ -135,7 +137,7 @@ def blame_words(integrator: int, law: int, unsettled: int) -> str:
     return "the integrator" if integrator else "the law" if law else "no run is lost"
 
 
-def lost_runs(evidence: Evidence) -> Finding:
+def lost_runs(evidence: Evidence) -> wb.Finding:
     """The runs that diverge, and what loses them."""
     counts = blame(evidence)
     total = sum(counts)
@@ -146,21 +148,21 @@ def lost_runs(evidence: Evidence) -> Finding:
     )
     runs = len(SEVEN) * len(SCENARIOS) * len(PERIODS) * (1 + NOISY)
     variations = [
-        Variation(f"judged by {WAYS[way]} alone", *judged_by(evidence, way)) for way in WAYS if way != "euler"
+        wb.Variation(f"judged by {WAYS[way]} alone", *judged_by(evidence, way)) for way in WAYS if way != "euler"
     ]
     variations += [
-        Variation(f"{scenario}, {1e3 * period:g} ms", blame_words(*blame(evidence, cells=[(scenario, period)])))
+        wb.Variation(f"{scenario}, {1e3 * period:g} ms", blame_words(*blame(evidence, cells=[(scenario, period)])))
         for scenario, period in CELLS
         if sum(blame(evidence, cells=[(scenario, period)]))
     ]
     late = blame(evidence, delay=True)
     if sum(late):
-        variations.append(Variation("torque a period late", blame_words(*late), counted(*late)))
+        variations.append(wb.Variation("torque a period late", blame_words(*late), counted(*late)))
     for above in LOST_ABOVE:
         by = blame(evidence, above)
         words = f"lost: more than {above:g} times the RMSE of continuous time"
-        variations.append(Variation(words, blame_words(*by), counted(*by)))
-    return Finding(
+        variations.append(wb.Variation(words, blame_words(*by), counted(*by)))
+    return wb.Finding(
         "lost_runs",
         f"With explicit Euler {total} of {runs} runs diverge, all of {PROPOSED} at {apart()}. Of these {kept} stay "
         f"finite if (34) alone takes a Cayley step, and {counts[0]} with {WAYS['fine']} a period."
@@ -224,13 +226,13 @@ def apart() -> str:
 # The published order
 
 
-def published_order(evidence: Evidence) -> Finding:
+def published_order(evidence: Evidence) -> wb.Finding:
     """The pairs of the published tables that hold in continuous time, and in a computer."""
     still, now = evidence.still(RMSE), evidence.at(RMSE, REALISTIC, delay=True, noisy=True)
     before, after = printed(still), printed(now)
     kept = len(before["below"] & after["below"])
     variations = [
-        Variation(words, f"{len(before['below'] & printed(evidence.at(RMSE, *how))['below'])}")
+        wb.Variation(words, f"{len(before['below'] & printed(evidence.at(RMSE, *how))['below'])}")
         for words, *how in computers()
         if how != [REALISTIC, "euler", True, True]
     ]
@@ -238,9 +240,9 @@ def published_order(evidence: Evidence) -> Finding:
         one, other = printed(still, margin), printed(now, margin)
         words = f"apart by more than {100 * margin:g} %"
         held = len(one["below"] & other["below"])
-        variations.append(Variation(words, f"{held}", f"{len(one['below'])} in continuous time"))
+        variations.append(wb.Variation(words, f"{held}", f"{len(one['below'])} in continuous time"))
     total = sum(map(len, before.values()))
-    return Finding(
+    return wb.Finding(
         "published_order",
         f"Of the {total} pairs of laws in the published tables, {len(before['below'])} have the printed order in "
         f"continuous time; {kept} of these keep it at a period of {MS} with delay and noise.",

@@ -8,17 +8,22 @@ from fractions import Fraction
 import casadi as ca
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import CARD as PAPER
 from studies.paper.laws import ARM
-from workbench.core.notation.formula import Number, Power, Product, Quotient, symbol
-from workbench.engine.metrics import Measurement
 
 GAINLESS = ("PID", "super-twisting")  # these have no gain K, so no rule
-MATRIX = Product((Power(symbol("M"), Number(Fraction(-1))), symbol("K")))  # whose largest eigenvalue is rho
-TWO_PHI = (Number(Fraction(2)), symbol("phi"))
-BOUND = Quotient(Product((*TWO_PHI, symbol("lambda_min"))), symbol("K"))  # in s
-RULE = Quotient(Product(TWO_PHI), symbol("rho"))  # in s
-HALF = Quotient(symbol("phi"), symbol("rho"))  # in s, with a torque that is a period late
+MATRIX = wb.notation.Product(
+    (wb.notation.Power(wb.notation.symbol("M"), wb.notation.Number(Fraction(-1))), wb.notation.symbol("K"))
+)  # whose largest eigenvalue is rho
+TWO_PHI = (wb.notation.Number(Fraction(2)), wb.notation.symbol("phi"))
+BOUND = wb.notation.Quotient(
+    wb.notation.Product((*TWO_PHI, wb.notation.symbol("lambda_min"))), wb.notation.symbol("K")
+)  # in s
+RULE = wb.notation.Quotient(wb.notation.Product(TWO_PHI), wb.notation.symbol("rho"))  # in s
+HALF = wb.notation.Quotient(
+    wb.notation.symbol("phi"), wb.notation.symbol("rho")
+)  # in s, with a torque that is a period late
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,7 @@ class PeriodRules:
     bound: float
 
 
-def period_rules(law: str, still: Measurement) -> PeriodRules | None:
+def period_rules(law: str, still: wb.metrics.Measurement) -> PeriodRules | None:
     """The rules of a law from its run in continuous time, at each kept state; None for a law without a gain K."""
     if law in GAINLESS:
         return None

@@ -17,18 +17,13 @@ from time import process_time
 
 import numpy as np
 
+import workbench as wb
 from studies.b2_sobol_cost.workload import sweep
 from studies.performance.cores import one_core
-from workbench.engine import simulate
-from workbench.study import Finding, Page, Variation
 from workbench.study.compiled import CompiledSweep, compile_sweep
-from workbench.study.document.document import Column, Paragraph, Section, Table
 from workbench.study.executors import on_threads
 from workbench.study.ledger.store import complete, opened
-from workbench.study.sample import Sample
-from workbench.study.study import Results, Study
 from workbench.study.sweep_runs import tasks_of
-from workbench.study.writeup import testbed
 
 WALL, MEMORY, SHARE = 10.0, 1.0, 0.05  # s, GB, of the processor time: the bars
 TURNS, COMMANDS = 5, 3
@@ -109,10 +104,10 @@ def march(one: CompiledSweep) -> None:
         again = runs % one.sweep.halved == 0
         for step, some in ((one.run.half, again), (one.run.step, runs >= 0)):
             start = one.run.start(x0[some])
-            simulate(step, p[some], start, until=one.run.until, every=one.run.every, runs=runs[some])
+            wb.simulate(step, p[some], start, until=one.run.until, every=one.run.every, runs=runs[some])
 
 
-def record(one: CompiledSweep) -> Sample:
+def record(one: CompiledSweep) -> wb.study.Sample:
     """The same through plan, executor, ledger and sample, in a folder of its own."""
     with TemporaryDirectory(prefix="workbench-b2-") as folder, opened(Path(folder), False) as ledger:
         tasks = tasks_of([one])
@@ -131,7 +126,7 @@ def command() -> Command:
     return Command(**json.loads(done.stdout))
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The findings, and how they were measured."""
     del results
     one = cost()
@@ -141,10 +136,10 @@ def sections(results: Results) -> Page:
         "from its start to HTML, PDF and CSV, with the kernel compiled afresh. The share of ledger and orchestration "
         "compares the same rows run through the ledger and run by the engine alone, which writes nothing."
     )
-    return Page(
+    return wb.Page(
         answer=answer(one),
         findings=findings(one),
-        sections=(Section("The cost", (cost_table(one), Paragraph(how), Paragraph(testbed()))),),
+        sections=(wb.Section("The cost", (cost_table(one), wb.Paragraph(how), wb.Paragraph(wb.study.testbed()))),),
     )
 
 
@@ -173,7 +168,7 @@ def decided(cost: Cost) -> bool:
     return len({share <= SHARE for share in cost.shares}) == 1
 
 
-def findings(cost: Cost) -> tuple[Finding, Finding, Finding]:
+def findings(cost: Cost) -> tuple[wb.Finding, wb.Finding, wb.Finding]:
     """The bars, and the figures that reach or miss them."""
     return wall_finding(cost), memory_finding(cost), share_finding(cost)
 
@@ -187,11 +182,11 @@ def sample(cost: Cost) -> str:
     return f"{len(cost.commands)} runs of the command, each in a process of its own, on an empty folder."
 
 
-def wall_finding(cost: Cost) -> Finding:
+def wall_finding(cost: Cost) -> wb.Finding:
     """The time by the clock."""
     spent = median(one.cpu for one in cost.commands)
     quick, idle = cost.wall <= WALL, cost.others < BUSY
-    return Finding(
+    return wb.Finding(
         name="wall_time",
         statement=f"The whole command takes {cost.wall:.1f} s; the bar is {WALL:g} s.",
         evidence=f"It uses {spent:.1f} s of processor time on {os.cpu_count()} processors. {cost.others:.1f} other "
@@ -200,7 +195,7 @@ def wall_finding(cost: Cost) -> Finding:
         sample=sample(cost),
         answer=word(quick),
         variations=tuple(
-            Variation(f"run {i} of the command", word(one.wall <= WALL), f"{one.wall:.1f} s")
+            wb.Variation(f"run {i} of the command", word(one.wall <= WALL), f"{one.wall:.1f} s")
             for i, one in enumerate(cost.commands, start=1)
         ),
         settled=quick or idle,
@@ -209,9 +204,9 @@ def wall_finding(cost: Cost) -> Finding:
     )
 
 
-def memory_finding(cost: Cost) -> Finding:
+def memory_finding(cost: Cost) -> wb.Finding:
     """The most memory."""
-    return Finding(
+    return wb.Finding(
         name="memory",
         statement=f"It holds at most {cost.memory:.2f} GB; the bar is {MEMORY:g} GB.",
         evidence="The system counts the most that the process held at any time.",
@@ -219,7 +214,7 @@ def memory_finding(cost: Cost) -> Finding:
         sample=sample(cost),
         answer=word(cost.memory <= MEMORY),
         variations=tuple(
-            Variation(f"run {i} of the command", word(one.memory <= MEMORY), f"{one.memory:.2f} GB")
+            wb.Variation(f"run {i} of the command", word(one.memory <= MEMORY), f"{one.memory:.2f} GB")
             for i, one in enumerate(cost.commands, start=1)
         ),
         untried=ELSEWHERE,
@@ -227,11 +222,11 @@ def memory_finding(cost: Cost) -> Finding:
     )
 
 
-def share_finding(cost: Cost) -> Finding:
+def share_finding(cost: Cost) -> wb.Finding:
     """The part of ledger and orchestration in the processor time."""
     middle, low, high = (percent(of(cost.shares)) for of in (median, min, max))
     noise = "" if decided(cost) else " The turns lie on both sides of the bar."
-    return Finding(
+    return wb.Finding(
         name="ledger_share",
         statement=f"Ledger and orchestration have {middle} of the processor time; the bar is {100 * SHARE:.0f} %.",
         evidence=f"The median of {len(cost.shares)} turns, from {low} to {high}; a part below zero is noise.{noise}",
@@ -239,7 +234,8 @@ def share_finding(cost: Cost) -> Finding:
         sample=f"{len(cost.shares)} turns in one process.",
         answer=word(median(cost.shares) <= SHARE),
         variations=tuple(
-            Variation(f"turn {i}", word(share <= SHARE), percent(share)) for i, share in enumerate(cost.shares, start=1)
+            wb.Variation(f"turn {i}", word(share <= SHARE), percent(share))
+            for i, share in enumerate(cost.shares, start=1)
         ),
         settled=decided(cost),
         untried=f"{ELSEWHERE}, and more turns",
@@ -247,21 +243,21 @@ def share_finding(cost: Cost) -> Finding:
     )
 
 
-def cost_table(cost: Cost) -> Table:
+def cost_table(cost: Cost) -> wb.document.Table:
     """The processor time of each turn."""
     rows = [
         (i, *turn, 100 * share) for i, (turn, share) in enumerate(zip(cost.turns, cost.shares, strict=True), start=1)
     ]
     columns = (
-        Column("turn", align="right"),
-        Column("engine alone", "s", "right", digits=3),
-        Column("through the ledger", "s", "right", digits=3),
-        Column("share of the ledger", "%", "right", digits=2),
+        wb.document.Column("turn", align="right"),
+        wb.document.Column("engine alone", "s", "right", digits=3),
+        wb.document.Column("through the ledger", "s", "right", digits=3),
+        wb.document.Column("share of the ledger", "%", "right", digits=2),
     )
-    return Table("turns", "Processor time of the same rows, in turns.", columns, tuple(rows))
+    return wb.document.Table("turns", "Processor time of the same rows, in turns.", columns, tuple(rows))
 
 
-study = Study(
+study = wb.Study(
     name="b2_sobol_cost",
     title="A Sobol study of 12,288 runs: what it takes",
     question=(

@@ -6,10 +6,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+import workbench as wb
 from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, PID, all_margins, errors
 from studies.b3_any_plant.settings import HAND, PUBLISHED, REGULATOR, SETTINGS
-from workbench.study import Results, Variation
-from workbench.study.evidence.law_tables import order
 
 Orders = Mapping[str, str]  # by setting: LQG 'below' or 'above' PID, or neither
 BY_ORIGIN = {origin: sum(s.pid.origin == origin for s in SETTINGS) for origin in (HAND, PUBLISHED, REGULATOR)}
@@ -19,14 +18,14 @@ ORIGIN = (
 )
 
 
-def orders(results: Results) -> dict[str, Orders]:
+def orders(results: wb.Results) -> dict[str, Orders]:
     """By statistic, the RMSE in continuous time first: the order of both laws in each setting, less being better."""
     made: dict[str, Orders] = {}
     for name in ("RMSE", "settling time", "TV"):
         for where in ("", f" {COMPUTER}"):
             words = f"{'total variation of the command' if name == 'TV' else name}{where or ' in continuous time'}"
             made[words] = {
-                s.name: order(
+                s.name: wb.evidence.order(
                     *(
                         results[s.name, f"{law}{where}"].score(name if name == "TV" else f"{name} of {s.main}").pair
                         for law in LAWS
@@ -45,7 +44,7 @@ def orders(results: Results) -> dict[str, Orders]:
     return made
 
 
-def both(results: Results, setting: object) -> Iterable[np.ndarray]:
+def both(results: wb.Results, setting: object) -> Iterable[np.ndarray]:
     """The errors of the runs over the parameters, under LQG and under PID."""
     return (errors(results, setting, law) for law in LAWS)  # type: ignore[arg-type]
 
@@ -67,21 +66,21 @@ def leader(one: Orders, *, larger: bool = False) -> str:
     return "neither" if less == more else LQG if (more > less) is larger else PID
 
 
-def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple[Variation, ...]:
+def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple[wb.Variation, ...]:
     """Each statistic with all settings, without each setting by turns, and without those where both gains are one."""
     made = []
     for i, (words, one) in enumerate(every.items()):
         whole = leader(one, larger=larger)
         if i:
-            made.append(Variation(f"{words}", whole, counted(one)))
+            made.append(wb.Variation(f"{words}", whole, counted(one)))
         without = {name: {k: v for k, v in one.items() if k != name} for name in one}
         other = {name: leader(rest, larger=larger) for name, rest in without.items()}
         changed = {name: word for name, word in other.items() if word != whole}
         answer = next(iter(changed.values()), whole)
-        made.append(Variation(f"{words}, leaving out one setting", answer, ", ".join(changed)))
+        made.append(wb.Variation(f"{words}, leaving out one setting", answer, ", ".join(changed)))
         some = {s.name: one[s.name] for s in SETTINGS if s.pid.origin != REGULATOR}
         made.append(
-            Variation(
+            wb.Variation(
                 f"{words}, in settings where PID has gains of its own", leader(some, larger=larger), counted(some)
             )
         )

@@ -4,71 +4,70 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import workbench as wb
 from studies.a9_sampling.words import listed
 from studies.b4_handover.findings import FITTED, START_WORDS, allowed
 from studies.b4_handover.loops import FAR_START, NEAR_START, PERIODS, Handed, by_key, handed
 from studies.b4_handover.margins import BOTH
 from studies.b4_handover.operations import operations_by_target
 from studies.paper.card import PROPOSED
-from workbench.handover.replays import CLOCKS, Fit, TargetResult, fits, replay
-from workbench.handover.targets import TARGETS
-from workbench.study import Results, Work
-from workbench.study.document.finding import Finding, Variation
 
 M4F = "cortex-m4f"
 SINGLY = ("gcc-O2", "clang-O2", "arm64", M4F, "cortex-m7")  # in single precision
 FEW = 1000  # periods of a replay in single precision, whose reference goes period by period
-BOARDS = CLOCKS  # Hz, of the microcontrollers
+BOARDS = wb.handover.CLOCKS  # Hz, of the microcontrollers
 SINGLE_BOARDS = (M4F, "cortex-m7")
 CYCLES = (2, 4)  # an instruction, in place of one
 
-TargetResults = tuple[TargetResult, ...]
+TargetResults = tuple[wb.handover.TargetResult, ...]
 
 
-def replay_works() -> tuple[Work, Work]:
+def replay_works() -> tuple[wb.Work, wb.Work]:
     """The replays of all loops, in double and in single precision."""
     keys = tuple(one.key for one in handed())
-    return Work("replays", in_doubles, keys, seconds=30.0), Work("single_replays", in_singles, keys, seconds=10.0)
+    return wb.Work("replays", in_doubles, keys, seconds=30.0), wb.Work("single_replays", in_singles, keys, seconds=10.0)
 
 
 def in_doubles(key: str) -> TargetResults:
     """The replay of a loop on all targets, the library with a known fault among them."""
-    return replay(by_key(key).digital(), name=key, periods=PERIODS, targets=tuple(TARGETS)).results
+    return wb.replay(by_key(key).digital(), name=key, periods=PERIODS, targets=tuple(wb.handover.TARGETS)).results
 
 
 def in_singles(key: str) -> TargetResults:
     """The replay of a loop's law in single precision, which reads what the loop in doubles has read."""
-    return replay(by_key(key).digital(), name=key, periods=FEW, targets=SINGLY, precision="single").results
+    return wb.replay(by_key(key).digital(), name=key, periods=FEW, targets=SINGLY, precision="single").results
 
 
-def replays(results: Results, work: str = "replays") -> Mapping[str, TargetResults]:
+def replays(results: wb.Results, work: str = "replays") -> Mapping[str, TargetResults]:
     """The results of all targets by the name of the loop."""
     return dict(zip((one.name for one in handed()), results.work(work), strict=True))
 
 
-def by_target(results: Results) -> dict[str, dict[str, TargetResult]]:
+def by_target(results: wb.Results) -> dict[str, dict[str, wb.handover.TargetResult]]:
     """The results of each target, by target and law."""
     by_law = replays(results)
     names = [one.target for one in next(iter(by_law.values()))]
     return {name: {law: next(r for r in each if r.target == name) for law, each in by_law.items()} for name in names}
 
 
-def fit_of(results: Results, one: Handed, key: str, start: str = NEAR_START, precision: str = "double") -> Fit | None:
+def fit_of(
+    results: wb.Results, one: Handed, key: str, start: str = NEAR_START, precision: str = "double"
+) -> wb.handover.Fit | None:
     """The count of a law at the clock of a microcontroller, on the longest period allowed from a start."""
     work = "replays" if precision == "double" else "single_replays"
     each = replays(results, work)[one.name]
-    count = next((r.figures.instructions for r in each if r.target == TARGETS[key].name), None)
-    return fits(count, allowed(results, one, start), CLOCKS[key]) if count else None
+    count = next((r.figures.instructions for r in each if r.target == wb.handover.TARGETS[key].name), None)
+    return wb.handover.fits(count, allowed(results, one, start), wb.handover.CLOCKS[key]) if count else None
 
 
-def machine_findings(results: Results) -> tuple[Finding, ...]:
+def machine_findings(results: wb.Results) -> tuple[wb.Finding, ...]:
     """The findings of the replays."""
     law = next(one for one in handed() if one.name == PROPOSED)
     near, far = (fit_of(results, law, M4F, start) for start in BOTH)
     return (bits_finding(results), *((fit_finding(results, near, far),) if near and far else ()))
 
 
-def differing(results: Results, work: str = "replays", laws: tuple[str, ...] = ()) -> dict[str, list[str]]:
+def differing(results: wb.Results, work: str = "replays", laws: tuple[str, ...] = ()) -> dict[str, list[str]]:
     """The targets that ran, each with the laws of which a bit differs there."""
     targets: dict[str, list[str]] = {}
     for law, each in replays(results, work).items():
@@ -83,7 +82,7 @@ def differing_words(targets: Mapping[str, Sequence[str]]) -> str:
     return listed(name for name, laws in targets.items() if laws)
 
 
-def bits_finding(results: Results) -> Finding:
+def bits_finding(results: wb.Results) -> wb.Finding:
     """The targets on which each law has the bits of the portable arithmetic."""
     by_law = replays(results)
     targets = differing(results)
@@ -97,12 +96,12 @@ def bits_finding(results: Results) -> Finding:
         for name, laws in other.items()
     )
     alone = operations_by_target(results)
-    variations = [Variation(f"{law} alone", differing_words(differing(results, laws=(law,)))) for law in by_law]
-    variations.append(Variation("laws in single precision", differing_words(differing(results, "single_replays"))))
+    variations = [wb.Variation(f"{law} alone", differing_words(differing(results, laws=(law,)))) for law in by_law]
+    variations.append(wb.Variation("laws in single precision", differing_words(differing(results, "single_replays"))))
     variations.append(
-        Variation("single operations in place of laws", listed(short(name) for name, bad in alone.items() if bad))
+        wb.Variation("single operations in place of laws", listed(short(name) for name, bad in alone.items() if bad))
     )
-    return Finding(
+    return wb.Finding(
         "same_bits",
         f"All {len(by_law)} laws have the same bits as the portable arithmetic on {equal} of {len(targets)} targets"
         f"{'; ' + unlike if unlike else ''}.",
@@ -122,7 +121,7 @@ def bits_finding(results: Results) -> Finding:
     )
 
 
-def unfit(results: Results, key: str, start: str, precision: str = "double", cycles: float = 1.0) -> tuple[str, str]:
+def unfit(results: wb.Results, key: str, start: str, precision: str = "double", cycles: float = 1.0) -> tuple[str, str]:
     """The laws that do not fit a microcontroller at a number of cycles an instruction, and the largest share."""
     fitted = {one.name: fit for one in handed() if (fit := fit_of(results, one, key, start, precision))}
     most = max(fitted, key=lambda name: fitted[name].share)
@@ -132,13 +131,13 @@ def unfit(results: Results, key: str, start: str, precision: str = "double", cyc
     )
 
 
-def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
+def fit_finding(results: wb.Results, near: wb.handover.Fit, far: wb.handover.Fit) -> wb.Finding:
     """The count of instructions beside the longest period, by start; `near` and `far` are of AOSMC-RGS in doubles."""
     law = next(one for one in handed() if one.name == PROPOSED)
     single = fit_of(results, law, M4F, FAR_START, "single")
     variations = [
-        Variation(
-            f"{short(TARGETS[key].name)}, {precision} precision, {START_WORDS[start]}",
+        wb.Variation(
+            f"{short(wb.handover.TARGETS[key].name)}, {precision} precision, {START_WORDS[start]}",
             *unfit(results, key, start, precision),
         )
         for precision, keys in (("double", BOARDS), ("single", SINGLE_BOARDS))
@@ -147,13 +146,15 @@ def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
         if (key, precision, start) != (M4F, "double", FAR_START) and fit_of(results, law, key, start, precision)
     ]
     variations += [
-        Variation(f"{cycles} cycles an instruction, {START_WORDS[start]}", *unfit(results, M4F, start, cycles=cycles))
+        wb.Variation(
+            f"{cycles} cycles an instruction, {START_WORDS[start]}", *unfit(results, M4F, start, cycles=cycles)
+        )
         for cycles in CYCLES
         for start in BOTH
     ]
     stacks = [r.figures.stack for each in replays(results).values() for r in each if r.figures.stack]
     other = f"; in single precision {percent_of(single)}" if single else ""
-    return Finding(
+    return wb.Finding(
         "period_used",
         f"In double precision {PROPOSED} takes {1e3 * far.count / far.clock:.2g} ms a period on a Cortex-M4F: "
         f"{percent_of(near)} of the longest period allowed from a start on the reference, {percent_of(far)} from the "
@@ -162,7 +163,7 @@ def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
         f"fit from the farther starts: {unfit(results, M4F, FAR_START)[0]}. The deepest stack takes {max(stacks):,} "
         "bytes.",
         statistic=f"Mean count of instructions a period under QEMU, at one instruction a cycle and "
-        f"{CLOCKS[M4F] / 1e6:g} MHz, over the longest period allowed (the finding longest_period).",
+        f"{wb.handover.CLOCKS[M4F] / 1e6:g} MHz, over the longest period allowed (the finding longest_period).",
         sample="Six laws by gcc -O2; the processors Cortex-M4F and Cortex-M7; two starts.",
         given="Double precision, which the Cortex-M4F has in software alone.",
         chosen="The clocks, 168 and 480 MHz, and one cycle an instruction: waits for memory and divisions take more.",
@@ -173,7 +174,7 @@ def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
     )
 
 
-def percent_of(fit: Fit) -> str:
+def percent_of(fit: wb.handover.Fit) -> str:
     """The share of a period in per cent."""
     return in_percent(fit.share)
 

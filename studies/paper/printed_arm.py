@@ -7,14 +7,11 @@ from __future__ import annotations
 
 import casadi as ca
 
-from workbench.arms.dynamics import AbstractArm
-from workbench.arms.mechanics.planar_arm import PointMass
-from workbench.core import block, option, parameter
-from workbench.core.block import Scalar
+import workbench as wb
 
 
-@block
-class PrintedArm(AbstractArm):
+@wb.block
+class PrintedArm(wb.arms.AbstractArm):
     r"""Two point masses on massless links, angles from the downward vertical:
 
         M = [ m1 l1^2 + m2 (l1^2 + l2^2 + 2 l1 l2 cos q2)    m2 (l2^2 + l1 l2 cos q2) ]
@@ -29,9 +26,12 @@ class PrintedArm(AbstractArm):
     where (3) prints for C12 the entry (1,2) of (2), which has no velocity in it.
     """
 
-    links: tuple[PointMass, ...] = (PointMass(1.0, 1.0), PointMass(1.0, 1.0))
-    gravity: Scalar = parameter(default=9.81, unit="m/s^2", low=0, symbol="g")
-    coriolis: str = option(
+    links: tuple[wb.arms.mechanics.PointMass, ...] = (
+        wb.arms.mechanics.PointMass(1.0, 1.0),
+        wb.arms.mechanics.PointMass(1.0, 1.0),
+    )
+    gravity: wb.core.Scalar = wb.parameter(default=9.81, unit="m/s^2", low=0, symbol="g")
+    coriolis: str = wb.option(
         {
             "printed": "C12 = m2 (l2^2 + l1 l2 cos q2), as equation (3) has it",
             "repaired": "C12 = -m2 l1 l2 sin q2 (q1' + q2'), the smallest repair of equation (3)",
@@ -67,6 +67,6 @@ class PrintedArm(AbstractArm):
         return ca.vertcat((m1 + m2) * g * l1 * ca.sin(q[0]) + G2, G2)
 
     @property
-    def _letters(self) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    def _letters(self) -> tuple[wb.core.Scalar, wb.core.Scalar, wb.core.Scalar, wb.core.Scalar]:
         first, second = self.links
         return first.mass, second.mass, first.length, second.length

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+import workbench as wb
 from studies.performance.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
-from workbench.core import Step, rk4
 
 
 def first_result() -> dict[str, Any]:
@@ -33,15 +33,14 @@ def kernel_load() -> dict[str, Any]:
     return {"load": process_time() - begin}
 
 
-def chain(n: int) -> Step:
+def chain(n: int) -> wb.core.Step:
     """A planar arm of n links under proportional and derivative action, by RK4 at the step of W."""
     import workbench as wb
-    from workbench.arms.mechanics.arm_catalogue import planar
 
     ones, rest = np.ones(n), np.zeros(n)
-    arm = wb.Manipulator(planar(n), q=rest)
+    arm = wb.Manipulator(wb.arms.mechanics.planar(n), q=rest)
     law = wb.PID(Kp=400 * ones, Ki=rest, Kd=80 * ones)
-    return rk4(wb.ClosedLoop(arm, wb.FullState(n), law, wb.Hold(rest)).ode(), H)
+    return wb.rk4(wb.ClosedLoop(arm, wb.FullState(n), law, wb.Hold(rest)).ode(), H)
 
 
 def compilation(*links: int) -> dict[str, Any]:

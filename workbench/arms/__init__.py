@@ -4,3 +4,13 @@ The joints of an arm are named here and in no room for any plant; only `cli`, th
 import it. Read `mechanics` first, then `manipulator.py` and `laws`; `printed` compares the equations of a paper with
 an arm.
 """
+
+from workbench.core.lazy_names import lazy_names
+
+_FILES = {
+    "": "laws mechanics observer_gains observers printed properties",
+    "arm_ports": "AbstractArmController AbstractArmObserver",
+    "dynamics": "AbstractArm Dynamics solve_definite",
+    "manipulator": "DirectDrive FirstOrderLag Friction Manipulator",
+}
+__all__, __getattr__ = lazy_names(__name__, _FILES)

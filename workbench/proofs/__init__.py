@@ -4,3 +4,17 @@ Interval and rational arithmetic bound expressions and eigenvalues over boxes; a
 for a run that breaks it. The room knows equations, and nothing of arms or papers. Read `interval.py` first, then
 `bounds.py` and `falsify.py`.
 """
+
+from workbench.core.lazy_names import lazy_names
+
+_FILES = {
+    "bounds": "disturbance_bounds shown",
+    "claim_ledger": "BROKEN WITNESSED Check Kind Ledger Line Quantifier Ruling",
+    "claim_margins": "SignalsOf derivative violation watching",
+    "counterexample": "Pair hypotheses_kept in_reference_mode",
+    "equality": "judge_equal",
+    "falsify": "Budget Found Hunt",
+    "interval": "guarantee",
+    "rest_points": "RestPoint growing_modes rest_point",
+}
+__all__, __getattr__ = lazy_names(__name__, _FILES)

@@ -13,6 +13,7 @@ from workbench.design.linear.linearization import forward_differences, linearize
 from workbench.design.linear.loop_cuts import broken_loop, broken_loops
 from workbench.design.linear.loop_margins import DiskMargin, LoopMargins, disk_margin, loop_margins
 from workbench.design.linear.operating_point import OperatingPoint, operating_point
+from workbench.design.matrices import Refused
 
 __all__ = [
     "DiskMargin",
@@ -26,6 +27,7 @@ __all__ = [
     "OperatingPoint",
     "Placement",
     "Pole",
+    "Refused",
     "along",
     "broken_loop",
     "broken_loops",

@@ -4,8 +4,8 @@ The room knows equations, their outputs and steps; it does not know plants or la
 then `contract.py` for a metric of your own.
 """
 
-from workbench.engine.metrics.accumulators import measured
-from workbench.engine.metrics.contract import AbstractMetric
+from workbench.engine.metrics.accumulators import final_values, measured
+from workbench.engine.metrics.contract import AbstractMetric, AbstractSignalMetric, Integral, Parts
 from workbench.engine.metrics.measure import measure
 from workbench.engine.metrics.measurement import Measurement
 from workbench.engine.metrics.metric_catalogue import (
@@ -27,13 +27,24 @@ from workbench.engine.metrics.metric_catalogue import (
     violation,
 )
 from workbench.engine.metrics.score import Score
+from workbench.engine.metrics.signal_choice import Choice, Signal, column
+from workbench.engine.metrics.step_metrics import Peak, TotalVariation
 
 __all__ = [
     "AbstractMetric",
+    "AbstractSignalMetric",
+    "Choice",
+    "Integral",
     "Measurement",
+    "Parts",
+    "Peak",
     "Score",
+    "Signal",
+    "TotalVariation",
+    "column",
     "effort",
     "energy",
+    "final_values",
     "iae",
     "ise",
     "itae",

@@ -8,10 +8,15 @@ from workbench.report.pictures.law_pictures import budget_curves, pareto_fronts,
 from workbench.report.pictures.screening_pictures import morris_plane, tornado_figure
 from workbench.report.pictures.sobol_pictures import indices_over_time, sobol_bars
 from workbench.report.pictures.standings_pictures import rank_figure, standings_figure
+from workbench.report.pictures.traces import Window, components, curve, loops_section, traces
 
 __all__ = [
+    "Window",
     "budget_curves",
+    "components",
+    "curve",
     "indices_over_time",
+    "loops_section",
     "morris_plane",
     "pareto_fronts",
     "quantile_bands",
@@ -19,4 +24,5 @@ __all__ = [
     "sobol_bars",
     "standings_figure",
     "tornado_figure",
+    "traces",
 ]

@@ -12,27 +12,48 @@ from workbench.study.uncertainty.designs import (
     MorrisDesign,
     OneAtATime,
 )
+from workbench.study.uncertainty.distributions import (
+    AbstractDistribution,
+    LogNormal,
+    LogUniform,
+    Normal,
+    Triangular,
+    Uniform,
+)
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado, morris, tornado
+from workbench.study.uncertainty.factors import Factor, Space
 from workbench.study.uncertainty.indices import SobolIndices, least_base, sobol, sobol_by_salib
-from workbench.study.uncertainty.outputs import Estimate
+from workbench.study.uncertainty.local import LocalSensitivities, local_sensitivities
+from workbench.study.uncertainty.outputs import Estimate, Flags
 from workbench.study.uncertainty.quantiles import Quantiles, Share, quantiles, share
 from workbench.study.uncertainty.sobol_design import SobolDesign
 
 __all__ = [
     "AbstractDesign",
+    "AbstractDistribution",
     "Estimate",
+    "Factor",
+    "Flags",
     "LatinHypercube",
     "Listed",
+    "LocalSensitivities",
+    "LogNormal",
+    "LogUniform",
     "MonteCarlo",
     "MorrisDesign",
     "MorrisEffects",
+    "Normal",
     "OneAtATime",
     "Quantiles",
     "Share",
     "SobolDesign",
     "SobolIndices",
+    "Space",
     "Tornado",
+    "Triangular",
+    "Uniform",
     "least_base",
+    "local_sensitivities",
     "morris",
     "quantiles",
     "share",
