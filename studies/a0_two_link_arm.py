@@ -3,25 +3,27 @@
 Runs in: one second.
 """
 
+from typing import Literal
+
 import casadi as ca
 import numpy as np
 
 import workbench as wb
-from studies.paper.printed_arm import PrintedArm
-
-DERIVED = wb.arms.Dynamics.of(wb.paper_arm(), "derived from the energies")
-PRINTED = wb.arms.Dynamics.of(PrintedArm(), "as printed")
-REPAIRED = wb.arms.Dynamics.of(PrintedArm(coriolis="repaired"), "printed, with C[1,2] repaired")
+from studies.paper.two_link_arm import (
+    DEFINITE,
+    DERIVED,
+    ENTRIES,
+    PRINTED,
+    REPAIRED,
+    SKEW,
+    SYMMETRIC,
+    WRONG,
+    proved_bounds,
+)
 
 EQUATION = {"M": "(2)", "C": "(3)", "G": "(4)"}
-OUTCOME = {"proved": "holds", "refuted": "fails", "not refuted": "open"}
+OUTCOME: dict[str, Literal["holds", "fails", "open"]] = {"proved": "holds", "refuted": "fails", "not refuted": "open"}
 TORQUE = {"proved": "right all the same", "refuted": "wrong as well", "not refuted": "open"}
-
-ENTRIES = wb.arms.printed.compare(PRINTED, DERIVED)
-WRONG = tuple(entry for entry in ENTRIES if entry.kind == "differs")
-SKEW = {arm.name: wb.arms.properties.skew(arm) for arm in (PRINTED, REPAIRED, DERIVED)}
-SYMMETRIC = {arm.name: wb.arms.properties.symmetric(arm) for arm in (PRINTED, DERIVED)}
-DEFINITE = wb.arms.properties.positive_definite(DERIVED)
 
 
 def formula(expression: ca.SX) -> wb.notation.Formula:
@@ -75,10 +77,11 @@ def eigenvalues() -> tuple[wb.document.Figure, wb.document.Verdict]:
     )
     caption = "Eigenvalues of M over the second joint angle, the only one M depends on; thin lines: their extremes."
     statement = "Assumption 2: M, as printed and as derived, is positive definite for all q at nominal parameters."
+    low, high = proved_bounds()
     bounds = (
         f"alpha_1 = {DEFINITE.alpha1:.6f} and alpha_2 = {DEFINITE.alpha2:.6f} kg m², both with the arm stretched. "
-        f"Intervals on {DEFINITE.boxes} boxes prove that no eigenvalue lies below {wb.proofs.shown(DEFINITE.beyond[0], 1)} or "
-        f"above {wb.proofs.shown(DEFINITE.beyond[1], -1)} anywhere on the torus, so that {min(DEFINITE.digits)} digits of both "
+        f"Intervals on {DEFINITE.boxes} boxes prove that no eigenvalue lies below {wb.proofs.shown(low, 1)} or "
+        f"above {wb.proofs.shown(high, -1)} anywhere on the torus, so that {min(DEFINITE.digits)} digits of both "
         "are right (sines and cosines within four units in the last place, or from ball arithmetic where the extra "
         "'rigorous' is installed)."
     )

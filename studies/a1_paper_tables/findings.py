@@ -10,7 +10,6 @@ from studies.a1_paper_tables.repairs import (
     ALL_FOUR,
     AS_PRINTED,
     FREE,
-    LATE,
     MENDED,
     NEAR,
     ONE_CHANGE,
@@ -24,6 +23,7 @@ from studies.a1_paper_tables.repairs import (
 )
 from studies.a1_paper_tables.row import CLOSE, FITTED, HALF_DIGIT, WITNESS, nearest
 from studies.paper.card import CARD, PROPOSED, PUBLISHED
+from studies.paper.comparison import LATE
 from studies.paper.unstated import assumptions, concerning, left_out, names
 
 GIVEN = "Positions, the exact model and, by (24), the true disturbance."

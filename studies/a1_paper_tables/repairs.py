@@ -9,7 +9,7 @@ import numpy as np
 import workbench as wb
 from studies.a1_paper_tables.row import OTHER_Q, OTHER_R, nearest, percent
 from studies.paper.card import CARD, PROPOSED, SCENARIOS
-from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_printed, proposed_repaired
+from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_printed, proposed_repaired, state_observer
 
 REPAIRS = (
     "(3): C[1,2] as derived in a0, for which M' - 2C is skew-symmetric.",
@@ -21,7 +21,6 @@ REPAIRS = (
     "Not repaired: the observer (10), which leaves out D; (34), which runs forward and does not minimise (32); A of "
     "(31), which lacks 1/phi; the finite time of (42).",
 )
-LATE = 5.0  # s, from when on an error counts as late
 SHORT = 10.0  # s, the horizon of runs that are lost before it
 LONG = 25.0  # s, the horizon of the law as printed with a small Q
 FREE = 45.0  # s, by which each law that tracks has passed the printed row
@@ -49,7 +48,7 @@ GAINS = tuple((wb.notation.symbol(f"K_{i}{j}"), "controller.K", 2 * (i - 1) + j 
 def changes() -> dict[str, wb.ClosedLoop]:
     """The repaired law in the first scenario with one slip of the print put back, or with one repair more."""
     loop = proposed_repaired("FS")
-    state = loop.observer.state
+    state = state_observer(loop)
 
     def law(**fields: Any) -> wb.ClosedLoop:
         return replace(loop, controller=replace(loop.controller, **fields))

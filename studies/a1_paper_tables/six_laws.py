@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 import workbench as wb
-from studies.a1_paper_tables.repairs import GAINS, LATE
+from studies.a1_paper_tables.repairs import GAINS
 from studies.paper.card import BOLD, CARD, LAWS, MARGIN, PROPOSED, PUBLISHED, SCENARIOS
+from studies.paper.comparison import LATE
 from studies.paper.laws import rival
 
 ERRORS = ("IAE", "ISE", "ITAE", "peak error")
 COST = ("effort", "peak torque", "energy", "TV")
-GROUPS = {  # the tables of a scenario: words and metrics
+GROUPS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {  # the tables of a scenario: words and metrics
     "rmse": ("Root mean squares of the error", dict.fromkeys(SCENARIOS, ("RMSE (43)", "RMSE", "RMSE of e_hat"))),
     "errors": ("Other errors", {"FS": (*ERRORS, "late error"), "SS": ERRORS}),
     "cost": ("Torque", dict.fromkeys(SCENARIOS, COST)),
@@ -95,7 +96,7 @@ def rmse_figure(results: wb.Results) -> wb.document.Figure:
             )
             for words, own, style in (("here, fitted to the print", True, 2), ("here, not fitted", False, 1))
         )
-        both = (wb.document.Bars("printed", rows - 0.2, printed, start, 0, thick=0.35), *here)
+        both = (wb.document.Bars("printed", np.asarray(rows - 0.2, dtype=float), printed, start, 0, thick=0.35), *here)
         panels.append(wb.document.Panel("", both, "RMSE (43) [rad]", ynames=LAWS, title=column.where))
     caption = (
         "RMSE (43) as printed, and of the runs here. Only AOSMC-RGS, with four repairs, was fitted to the printed "

@@ -7,32 +7,16 @@ from collections.abc import Iterator, Sequence
 
 import workbench as wb
 from studies.a1_paper_tables import findings, grid, repairs, row, six_laws
-from studies.a1_paper_tables.repairs import AS_PRINTED, FREE, LATE, ONE_CHANGE, PAIRS, SHORT, SMALL_Q
+from studies.a1_paper_tables.repairs import AS_PRINTED, FREE, ONE_CHANGE, PAIRS, SHORT, SMALL_Q
 from studies.a1_paper_tables.row import FITTED, WITNESS
 from studies.paper import unstated
-from studies.paper.card import CARD, LAWS, PROPOSED, SCENARIOS
-from studies.paper.laws import RIVALS, proposed_as_printed, proposed_repaired, rival
+from studies.paper.card import CARD, PROPOSED, SCENARIOS
+from studies.paper.comparison import LATE, PRINTED, PROPOSED_STEP, comparison
+from studies.paper.laws import proposed_as_printed
 from studies.paper.rest import REST, rest_case, rest_section
 
-PRINTED = wb.metrics.sampled_rmse(CARD["sample time of (43)"])
 BRIEF = PRINTED, wb.metrics.late_error(LATE)
-BOTH = (
-    PRINTED,
-    wb.metrics.rmse(),
-    wb.metrics.rmse("e_hat", name="RMSE of e_hat"),
-    *(wb.metrics.iae(), wb.metrics.ise(), wb.metrics.itae(), wb.metrics.peak_error()),
-    *(wb.metrics.effort(), wb.metrics.energy(), wb.metrics.peak_torque(), wb.metrics.total_variation(sample=1e-3)),
-)
-METRICS = {
-    "FS": (*BOTH, wb.metrics.late_error(LATE)),
-    "SS": (*BOTH, wb.metrics.overshoot(), wb.metrics.settling_time(band=0.05)),
-}
-
-# Steps in s, each below the limit of stability; values are taken at half of them.
-PROPOSED_STEP = 1e-3 / 12
-STEPS = {"PID": 5e-4, "SMC": 5e-4, "super-twisting": 5e-4, "ASMC": 1e-4, "Fuzzy-ASMC": 1e-3 / 12, "RBF-ASMC": 1e-4}
 COARSE = 2e-4  # s, for gains that stay near K(0)
-STYLES = {law: i for i, law in enumerate((*LAWS, "super-twisting"))}
 
 LIVE = (
     wb.Knob("phi", "controller.phi", 0.001, 0.5, log=True, origin="stated"),
@@ -52,22 +36,6 @@ LIVE = (
         "PID", ("controller.Kp", "controller.Ki", "controller.Kd"), 0.2, 2.0, log=True, origin="derived", share=True
     ),
 )
-
-
-def comparison(scenario: str) -> tuple[wb.Case, ...]:
-    """The proposed law as repaired, its five rivals, and a seventh law."""
-    loops = {PROPOSED: proposed_repaired(scenario)} | {law: rival(scenario, law) for law in RIVALS}
-    steps = {PROPOSED: PROPOSED_STEP} | STEPS
-    return tuple(
-        wb.Case(
-            scenario,
-            law,
-            wb.Run(loop, METRICS[scenario], CARD[f"{scenario}: horizon"], 0.01, steps[law] / 2),
-            style=STYLES[law],
-            remark="repaired" if law == PROPOSED else "",
-        )
-        for law, loop in loops.items()
-    )
 
 
 def brief(scenario: str, law: str, loop: wb.ClosedLoop, until: float, h: float = 5e-5) -> wb.Case:

@@ -4,12 +4,12 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
-from studies.a0_two_link_arm import DEFINITE, ENTRIES, PRINTED, SKEW, SYMMETRIC
-from studies.a0_two_link_arm import DERIVED as ARM
 from studies.a2_claims.checks import Checked, judges, literal, row
 from studies.a2_claims.searches import ASSUMPTION_4
 from studies.paper.card import CARD
-from studies.paper.laws import plant
+from studies.paper.laws import disturbance
+from studies.paper.two_link_arm import DEFINITE, ENTRIES, PRINTED, SKEW, SYMMETRIC
+from studies.paper.two_link_arm import DERIVED as ARM
 
 PERIOD = 6.3  # s, just above 2 pi, the period of sines of 3 and 4 rad/s
 
@@ -27,6 +27,8 @@ def entries(matrix: str, name: str, statement: str) -> Checked:
         if not wrong:
             return wb.proofs.Ruling("not refuted", "; ".join(entry.evidence for entry in mine), samples=len(mine))
         entry, seen = wrong[0], wrong[0].witness
+        if seen is None:
+            return wb.proofs.Ruling("not checkable", entry.evidence)
         matrices = f"matrices({literal(seen.q)}, {literal(seen.qd)})[1]"
         torques = [arm.matrices(seen.q, seen.qd)[1] @ np.array(seen.qd) for arm in (PRINTED, ARM)]
         return wb.proofs.Ruling(
@@ -46,7 +48,7 @@ def skew_symmetric(arm: str, found: wb.arms.properties.PropertyVerdict, claim: w
     def check() -> wb.proofs.Ruling:
         if found.kind == "proved":
             return wb.proofs.Ruling("proved", "The normal form of M' - 2C plus its transpose is zero.")
-        if found.witness is None:
+        if found.witness is None or found.residual is None:
             return wb.proofs.Ruling("not checkable", found.evidence)
         return wb.proofs.Ruling(
             "refuted",
@@ -76,10 +78,11 @@ def definite() -> wb.proofs.Ruling:
     low, high = DEFINITE.beyond
     if not (SYMMETRIC[ARM.name].kind == SYMMETRIC[PRINTED.name].kind == DEFINITE.kind == "proved" and low and high):
         return wb.proofs.Ruling("not refuted", DEFINITE.evidence, samples=DEFINITE.samples)
+    least, most = (wb.proofs.shown(DEFINITE.alpha1, -1), wb.proofs.shown(DEFINITE.alpha2, 1))
     return wb.proofs.Ruling(
         "proved",
-        f"Symmetric by normal form; on the whole torus {wb.proofs.shown(low, 1)} <= alpha1 <= {wb.proofs.shown(DEFINITE.alpha1, -1)} "
-        f"and {wb.proofs.shown(DEFINITE.alpha2, 1)} <= alpha2 <= {wb.proofs.shown(high, -1)} kg m^2 ({wb.proofs.guarantee()}).",
+        f"Symmetric by normal form; on the whole torus {wb.proofs.shown(low, 1)} <= alpha1 <= {least} "
+        f"and {most} <= alpha2 <= {wb.proofs.shown(high, -1)} kg m^2 ({wb.proofs.guarantee()}).",
     )
 
 
@@ -87,12 +90,11 @@ def bounded_disturbance() -> wb.proofs.Ruling:
     """Assumption 4, for the two scenarios, over the period 2 pi s of both."""
     bounds, t = [], ca.SX.sym("t")
     for scenario in ("FS", "SS"):
-        size, slope = wb.proofs.disturbance_bounds(plant(scenario).disturbance.at(t), t, PERIOD)
+        size, slope = wb.proofs.disturbance_bounds(disturbance(scenario).at(t), t, PERIOD)
         if size.beyond is None or slope.beyond is None:
             return wb.proofs.Ruling("not checkable", f"{scenario}: {size.why}; {slope.why}")
-        bounds.append(
-            f"|D| <= {wb.proofs.shown(size.beyond, -1)} N m and |D'| <= {wb.proofs.shown(slope.beyond, -1)} N m/s ({scenario})"
-        )
+        largest, fastest = (wb.proofs.shown(one.beyond, -1) for one in (size, slope) if one.beyond is not None)
+        bounds.append(f"|D| <= {largest} N m and |D'| <= {fastest} N m/s ({scenario})")
     return wb.proofs.Ruling(
         "proved",
         f"{' and '.join(bounds)}, by interval arithmetic over {PERIOD} s, which is more than the period 2 pi s of D, "

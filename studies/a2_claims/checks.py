@@ -52,7 +52,8 @@ def at(q: ca.SX, qd: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     """M, C and G of the derived arm at nominal parameters."""
     d = ARM_MATRICES
     old, new = ca.vertcat(d.q, d.qd, d.symbols), ca.vertcat(q, qd, ca.SX(d.p.default))
-    return tuple(ca.substitute([d.M, d.C, d.G], [old], [new]))
+    M, C, G = ca.substitute([d.M, d.C, d.G], [old], [new])
+    return M, C, G
 
 
 def observer_rate(model: wb.arms.AbstractArm, q: ca.SX, qd_hat: ca.SX, tau: ca.SX) -> ca.SX:
@@ -89,7 +90,7 @@ def _sides() -> dict[str, Sides]:
         # x1~ = 0 and the arm at rest: x2~^T P2 x2~' is odd in x2~ if M x2~' is even in it
         "(22)": (observer_rate(unit, q, qd_hat, weight), observer_rate(unit, q, -qd_hat, weight)),
         # s = 0 and e1 != 0: the surface asks for e2 = -Lambda e1, the minimiser of (32) for u = 0
-        "(34), input": (-LAMBDA @ e1, ca.SX.zeros(2)),
+        "(34), input": (ca.SX(-LAMBDA @ e1), ca.SX.zeros(2)),
         # x1~ = 0: what (10) and (35) say of tau less C qd_hat and G
         "(35)": (M @ ca.solve(M, tau - C @ qd_hat - G), tau - C @ qd_hat - G - D),
         # s = 0 and e1 = 0: M e2' by (35), with the law (27)-(29)

@@ -17,6 +17,7 @@ from studies.a2_claims.searches import (
     V2_AT_START,
     on_path,
     regulation,
+    worst_of,
 )
 
 
@@ -126,16 +127,17 @@ FINITE_TIME = wb.core.Claim(
 
 def finite_time(found: wb.proofs.Found) -> wb.proofs.Ruling:
     """The ruling on (42) from the worst run of its search."""
+    worst = worst_of(found)
     sought: dict[str, list[float]] = {}
-    for label, number in found.worst.sought.items():
+    for label, number in worst.sought.items():
         sought.setdefault(label.split("[")[0], []).append(number)
     return refutation(
         found.kind == "refuted",
         "By (41), along (35), s does not tend to zero, whatever Q and R are, so small sigma are never reached for "
         "good. A run shows the bound fail at a large sigma, too: for all sigma at once it is t |s(t)| <= V2(0) / c. As "
         f"printed but for C, with {PRINTED_WEIGHTS}, reading 'outer', first scenario, V2(0) = {V2_AT_START:.3f} J and "
-        f"c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it by {found.worst.value:.3f} rad within 2 s (error of the "
-        f"step {found.worst.error:.0e}). Worst of {found.runs:,} runs of 2 s, {found.kept:,} of which kept the "
+        f"c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it by {worst.value:.3f} rad within 2 s (error of the "
+        f"step {worst.error:.0e}). Worst of {found.runs:,} runs of 2 s, {found.kept:,} of which kept the "
         "hypotheses.",
         f"rerun({sought})",
         kept=tuple(hypothesis.claim.name for hypothesis in KEPT),

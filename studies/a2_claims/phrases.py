@@ -28,7 +28,7 @@ TOKEN = re.compile(
 )
 
 
-def phrase(text: str) -> wb.document.Phrase:
+def phrase(text: str) -> tuple[wb.document.Part, ...]:
     """The text with its symbols and signs set as formulas."""
     parts: list[wb.document.Part] = []
     end = 0

@@ -1,5 +1,6 @@
 """The names in the witnesses of a2: after `from studies.a2_claims.replay import *` each of their lines runs."""
 
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -7,7 +8,6 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
-from studies.a1_paper_tables.study import comparison
 from studies.a2_claims import searches
 from studies.a2_claims.checks import at, observer_rate
 from studies.a2_claims.checks import both as both
@@ -25,6 +25,7 @@ from studies.a2_claims.searches import (
 from studies.a2_claims.searches import beside_rest as beside_rest
 from studies.a2_claims.searches import rerun as rerun
 from studies.paper.card import CARD
+from studies.paper.comparison import comparison
 from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed
 
 FINE = 1e-3 / 12  # s, of the law as repaired
@@ -109,9 +110,9 @@ def cost(Q: float, R: float, until: float = 5.0) -> tuple[float, float]:
     z = states.view(x)
     P, s = z["P"], z["s"]
     u = -B.T @ P @ s / R
-    rates = {
-        "P": A.T @ P + P @ A - P @ B @ B.T @ P / R + Q * I,
-        "s": A @ s + B @ u,
+    rates: dict[str, ca.SX] = {
+        "P": ca.SX(A.T @ P + P @ A - P @ B @ B.T @ P / R + Q * I),
+        "s": ca.SX(A @ s + B @ u),
         "J": Q * ca.sumsqr(s) + R * ca.sumsqr(u),
     }
     ode = wb.Ode.of("(31) and (34)", states, wb.Layout(), (t, x, ca.SX(0, 1)), rates, {"J": z["J"]})
@@ -128,7 +129,8 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
     y, path = wb.proofs.SignalsOf(ode), np.array([2.0, 1.5])  # rad/s, qd_d(0)
     x = ode.states.pack({"plant.q": np.zeros(2), "plant.qd": path, "observer.state.qd_hat": path})[0]
     wanted = [wb.proofs.derivative(ode, V2(y)), ca.norm_2(y["s"]), gain_left(y)]
-    return tuple(map(float, ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default)))
+    rate, speed, left = ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default)
+    return float(rate), float(speed), float(left)
 
 
 def v2_along(Q: float, R: float) -> tuple[float, float]:
@@ -139,7 +141,7 @@ def v2_along(Q: float, R: float) -> tuple[float, float]:
     """
     ode = with_weights(searches.on_path(), Q, R).ode()
 
-    def margin(y: wb.proofs.SignalsOf) -> ca.SX:
+    def margin(y: Mapping[str, ca.SX]) -> ca.SX:
         s, M = y["s"], ARM.mass_matrix(y["plant.q"])
         V2_rate = wb.proofs.derivative(ode, ca.dot(s, M @ s) / 2 + ca.trace(y["controller.P"]) / 2)
         return -V2_rate - gain_left(y) * ca.norm_2(s)

@@ -14,7 +14,7 @@ import numpy as np
 
 import workbench as wb
 from studies.paper.card import CARD
-from studies.paper.laws import ARM, paper_observer, proposed_as_printed, proposed_repaired
+from studies.paper.laws import ARM, paper_observer, proposed_as_printed, proposed_repaired, state_observer
 from workbench.core.claim import Signals as Margins
 
 I, REST = np.eye(2), np.zeros(2)
@@ -66,7 +66,7 @@ def regulation() -> wb.ClosedLoop:
 def printed_but_for_c() -> wb.ClosedLoop:
     """The law as printed in the first scenario on the derived arm, whose C obeys Assumption 3, in law and observer."""
     loop = proposed_as_printed("FS")
-    state = replace(loop.observer.state, model=ARM)
+    state = replace(state_observer(loop), model=ARM)
     return replace(loop, controller=replace(loop.controller, model=ARM), observer=replace(loop.observer, state=state))
 
 
@@ -153,11 +153,19 @@ def search(seed: int) -> wb.proofs.Found:
     return HUNT.shortened(HUNT.search(seed, wb.proofs.Budget(32, 6, 0)))
 
 
+def worst_of(found: wb.proofs.Found) -> wb.proofs.CounterExample:
+    """The worst run of a search that found one."""
+    if found.worst is None:
+        raise ValueError("The search for (42) found no run that keeps its hypotheses.")
+    return found.worst
+
+
 def worst_run(seed: int) -> WorstRun:
     """The outcome of the search with a seed, and the sliding variable along the worst run."""
     found = search(seed)
-    p, x0 = found.worst.rows(HUNT.ode)
-    runs = wb.simulate(wb.rk4(HUNT.watched, STEP), p, x0, until=found.worst.until, every=5e-3)
+    worst = worst_of(found)
+    p, x0 = worst.rows(HUNT.ode)
+    runs = wb.simulate(wb.rk4(HUNT.watched, STEP), p, x0, until=worst.until, every=5e-3)
     return WorstRun(found, runs.t, np.linalg.norm(runs["s"][0], axis=1))
 
 
@@ -167,4 +175,4 @@ def rerun(numbers: Mapping[str, Sequence[float]]) -> wb.proofs.Pair:
 
 
 if __name__ == "__main__":
-    search(SEED).worst.write(WITNESS)
+    worst_of(search(SEED)).write(WITNESS)

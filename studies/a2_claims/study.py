@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import get_args
 
 import workbench as wb
-from studies.a1_paper_tables.study import comparison
 from studies.a2_claims import arm, convergence, findings, law, observer, rivals, searches
 from studies.a2_claims.checks import HORIZONS, numbers
 from studies.a2_claims.observer import ASTRAY
 from studies.a2_claims.phrases import phrase
 from studies.a2_claims.printed import DEFINITIONS, PRINTED, chosen_by, decisive, line_of
 from studies.a2_claims.searches import D_MAX, FLOOR, L_D, REACH, SEED, V2_AT_START, WorstRun
+from studies.paper.comparison import comparison
 
 PAPER, ASSUMED = "The claims one by one", "The comparisons with the numbers of a1"
 OURS = "Our repairs and readings"
@@ -165,8 +165,8 @@ def by_equation(ledger: wb.proofs.Ledger) -> wb.document.Table:
         wb.document.Column("read as"),
     )
     caption = "The printed equations, assumptions and theorems that assert something, each once."
-    others = ", ".join(f"({number})" for number in DEFINITIONS)
-    note = f"Models, definitions and repetitions, which assert nothing by themselves: {others}."
+    definitions = ", ".join(f"({number})" for number in DEFINITIONS)
+    note = f"Models, definitions and repetitions, which assert nothing by themselves: {definitions}."
     return wb.document.Table("by_equation", caption, columns, tuple(rows), (note,))
 
 

@@ -268,7 +268,7 @@ def cost(held: Evidence) -> wb.Finding:
 
 def frozen_table(held: Evidence) -> wb.document.Table:
     """The change of three metrics without (34), by the weights, the value of P and the place."""
-    rows = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for weights in WEIGHTS:
         for law in (MEAN, AT_START):
             for s, j in PLACES:

@@ -6,14 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 import workbench as wb
-from studies.a1_paper_tables.study import PROPOSED_STEP
 from studies.paper.card import CARD
-from studies.paper.laws import ARM, proposed_repaired
+from studies.paper.comparison import PROPOSED_STEP
+from studies.paper.laws import mass_matrices, proposed_repaired
 
 WINDOW = 2.5  # s: the approach, and in the second scenario one jump
 EVENLY = 10_001  # evenly spaced times, of which a median over time is taken
@@ -93,7 +92,7 @@ def compared(run: Motion, Q: wb.Array = Q, R: wb.Array = R) -> Compared:
     """P of (34) along a run, beside its rivals."""
     G = B @ np.linalg.solve(R, B.T)
     t, K, P = run.t, run.K, run.P
-    A = -np.linalg.solve(inertia(run.q_hat), K)
+    A = -np.linalg.solve(mass_matrices(run.q_hat), K)
     kept = instants(len(t))
     solved = [wb.riccati.care(A[i], B, Q, R) for i in kept]
     X, path = np.array([found.X for found in solved]), CubicSpline(t, A)
@@ -134,13 +133,13 @@ def cost(
     G = B @ np.linalg.solve(R, B.T)
 
     def closed(time: float) -> wb.Array:
-        return path(time) - G @ choice(time)
+        return np.asarray(path(time) - G @ choice(time))
 
     def weight(time: float) -> wb.Array:
         W = Q + choice(time) @ G @ choice(time)
         return np.asarray((W + W.T) / 2)
 
-    return wb.riccati_flow.rde(closed, ZERO, weight, R, ZERO, t, rtol=RTOL).P[0]
+    return np.asarray(wb.riccati_flow.rde(closed, ZERO, weight, R, ZERO, t, rtol=RTOL).P[0])
 
 
 def worst(Y: wb.Array, least: wb.Array) -> float:
@@ -163,10 +162,3 @@ def rise(K: wb.Array, t: wb.Array) -> float:
     """The first time at which the norm of K - K(0) is 1 - 1/e of its largest, in s."""
     moved = np.linalg.norm(K - K[0], axis=(1, 2))
     return float(t[np.argmax(moved >= (1 - np.exp(-1)) * moved.max())])
-
-
-def inertia(q: wb.Array) -> wb.Array:
-    """M(q) of the model at each of q (N, 2): (N, 2, 2)."""
-    angle = ca.SX.sym("q", 2)
-    M = ca.Function("M", [angle], [ca.vec(ARM.mass_matrix(angle))])
-    return np.array(M.map(len(q))(q.T)).T.reshape(-1, 2, 2)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
-from studies.a1_paper_tables.study import METRICS, STEPS
 from studies.a3_riccati_gains import findings, path
 from studies.a3_riccati_gains.path import SETTLED, WINDOW, Compared
 from studies.a3_riccati_gains.settings import (
@@ -29,6 +28,7 @@ from studies.a3_riccati_gains.settings import (
     scenario_of,
 )
 from studies.paper.card import BOLD, CARD, MARGIN, SCENARIOS
+from studies.paper.comparison import METRICS, STEPS
 from studies.paper.laws import RIVALS, proposed_repaired, repaired_observer, rival
 
 MARKED = 14  # of the algebraic solution over the window, so that it is seen under another line

@@ -121,11 +121,23 @@ def candidate(name: str) -> Candidate:
     seen, along, region = one.frozen, followed(mine), one.certificate.region if one.certificate else None
     cloud = seen.poles[:CLOUD].ravel()
     return Candidate(
-        *(mine.L1, mine.L2, len(seen.rates), seen.unstable, seen.slowest, np.array([cloud.real, cloud.imag])),
-        *(len(along.rates), along.slowest, one.share),
-        *((float(region.speed[0]), float(region.torque[0])) if region else (None, None)),
-        *((one.reach.position, one.reach.peaking) if one.reach else (None, None)),
-        *(one.tolerated, one.noise.velocity, one.peaking, one.why),
+        L1=mine.L1,
+        L2=mine.L2,
+        states=len(seen.rates),
+        growing=seen.unstable,
+        slowest=seen.slowest,
+        cloud=np.array([cloud.real, cloud.imag]),
+        instants=len(along.rates),
+        path=along.slowest,
+        share=one.share,
+        speed=float(region.speed[0]) if region else None,
+        torque=float(region.torque[0]) if region else None,
+        admitted=one.reach.position if one.reach else None,
+        bound=one.reach.peaking if one.reach else None,
+        tolerated=one.tolerated,
+        noise=one.noise.velocity,
+        peaking=one.peaking,
+        why=one.why,
     )
 
 
@@ -166,7 +178,8 @@ def poles(results: wb.Results) -> wb.document.Figure:
     """The frozen poles of the paper's gains and of the chosen ones, at states of the region."""
     panels = []
     for name in (PAPER, CHOSEN):
-        marks = wb.document.Series(name, *candidates(results)[name].cloud, STYLES[name], look="marks")
+        real, imaginary = candidates(results)[name].cloud
+        marks = wb.document.Series(name, real, imaginary, STYLES[name], look="marks")
         panels.append(
             wb.document.Panel("imaginary part [1/s]", (marks,), xlabel="real part [1/s]", vlines=(0.0,), title=name)
         )
@@ -179,10 +192,10 @@ def poles(results: wb.Results) -> wb.document.Figure:
 
 def noise_and_rate(results: wb.Results) -> wb.document.Figure:
     """Noise against the slowest mode."""
-    (curve,) = results.work("trade_off")
-    line = wb.document.Series("double poles", *curve, "reference")
+    ((slowest, noise),) = results.work("trade_off")
+    line = wb.document.Series("double poles", slowest, noise, "reference")
     marks = [
-        wb.document.Series(name, [one.slowest], [one.noise], STYLES[name], look="marks")
+        wb.document.Series(name, np.array([one.slowest]), np.array([one.noise]), STYLES[name], look="marks")
         for name, one in candidates(results).items()
     ]
     caption = (

@@ -1,5 +1,7 @@
 """The findings of a4: frozen modes, the region of a proof, the mismatch, better gains, and the tracking error."""
 
+from typing import NamedTuple
+
 import workbench as wb
 from studies.a4_observer_gains.candidates import (
     BOX,
@@ -203,27 +205,36 @@ def better_gains(results: wb.Results) -> wb.Finding:
     )
 
 
+class Place(NamedTuple):
+    """The late error that is compared with that of the paper's gains: its scenario, gains, metric and joints."""
+
+    scenario: str
+    law: str = CHOSEN
+    metric: str = LATE
+    joints: tuple[int, ...] = (0, 1)
+
+
 def late_error(results: wb.Results) -> wb.Finding:
     """The late tracking error with the chosen gains beside that with the paper's."""
 
-    def said(scenario: str, law: str = CHOSEN, metric: str = LATE, joints: tuple[int, ...] = (0, 1)) -> tuple[str, str]:
-        ours, theirs = (late(results, scenario, name, metric, joints) for name in (law, PAPER))
+    def said(at: Place) -> tuple[str, str]:
+        ours, theirs = (late(results, at.scenario, name, at.metric, at.joints) for name in (at.law, PAPER))
         return "smaller" if ours < theirs else "not smaller", f"{ours:.3f} against {theirs:.3f} rad"
 
     first, again, second = SCENARIOS
     cases = {
-        **{f"{s}": (s,) for s in (again, second)},
-        **{f"{s}, joint {j + 1} alone": (s, CHOSEN, LATE, (j,)) for s in SCENARIOS for j in (0, 1)},
-        **{f"{s}, gains '{name}'": (s, name) for s in SCENARIOS for name in OTHERS if name != CHOSEN},
+        **{f"{s}": Place(s) for s in (again, second)},
+        **{f"{s}, joint {j + 1} alone": Place(s, joints=(j,)) for s in SCENARIOS for j in (0, 1)},
+        **{f"{s}, gains '{name}'": Place(s, name) for s in SCENARIOS for name in OTHERS if name != CHOSEN},
         **{
-            f"{second}, {clear:g} s left out after a jump": (second, CHOSEN, name)
+            f"{second}, {clear:g} s left out after a jump": Place(second, metric=name)
             for clear, name in CLEARED.items()
             if name != LATE
         },
-        **{f"{second}, nothing left out, joint {j + 1} alone": (second, CHOSEN, WITH_JUMPS, (j,)) for j in (0, 1)},
+        **{f"{second}, nothing left out, joint {j + 1} alone": Place(second, CHOSEN, WITH_JUMPS, (j,)) for j in (0, 1)},
     }
-    ours = {scenario: said(scenario)[1] for scenario in (first, second)}
-    early = said(second, CHOSEN, CLEARED[0.5])[1]
+    ours = {scenario: said(Place(scenario))[1] for scenario in (first, second)}
+    early = said(Place(second, metric=CLEARED[0.5]))[1]
     peaks = [late(results, s, law, "peak torque") for s in (first, again) for law in (CHOSEN, PAPER)]
     return wb.Finding(
         "late_error",
@@ -238,7 +249,7 @@ def late_error(results: wb.Results) -> wb.Finding:
         given="The law has D_hat, filtered from the true disturbance. The observer has positions; (10) leaves D out.",
         chosen="Q, R, l and the square wave, as a1 has them.",
         fitted="Q, R and l to the printed RMSE of the first scenario, with the paper's gains.",
-        answer=said(first)[0],
-        variations=tuple(wb.Variation(words, *said(*case)) for words, case in cases.items()),
+        answer=said(Place(first))[0],
+        variations=tuple(wb.Variation(words, *said(case)) for words, case in cases.items()),
         untried="Noise on the positions, which stiffer gains amplify.",
     )

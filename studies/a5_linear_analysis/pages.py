@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 import workbench as wb
-from studies.a1_paper_tables.study import STYLES
 from studies.paper.card import PROPOSED
+from studies.paper.comparison import STYLES
 from studies.paper.laws import ARM
 from studies.paper.linearization import LEVEL, POSES, SEVEN, AtRest, OnPath, at_rest, loop_at_rest, motion, on_path
 
@@ -169,7 +169,8 @@ def responses_figure(results: wb.Results) -> wb.document.Figure:
             curves.setdefault(name, []).append(wb.document.Series(law, FREQUENCIES, y, STYLES[law]))
     panels = []
     for name, series in curves.items():
-        yscale, line = ("linear", -180.0) if name.startswith("phase") else ("log", 1.0)
+        yscale: Literal["linear", "log"] = "linear" if name.startswith("phase") else "log"
+        line = -180.0 if name.startswith("phase") else 1.0
         panels.append(
             wb.document.Panel(name, tuple(series), "frequency [rad/s]", xscale="log", yscale=yscale, hlines=(line,))
         )

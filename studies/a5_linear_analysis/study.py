@@ -4,10 +4,10 @@ Runs in about 15 seconds on two cores.
 """
 
 import workbench as wb
-from studies.a1_paper_tables.study import comparison
 from studies.a5_linear_analysis import pages
 from studies.a5_linear_analysis.findings import answer, findings, rest_points
 from studies.a5_linear_analysis.pages import SEED
+from studies.paper.comparison import comparison
 
 
 def sections(results: wb.Results) -> wb.Page:

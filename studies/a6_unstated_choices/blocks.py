@@ -151,7 +151,7 @@ class PlacedPid(wb.arms.AbstractArmController):
         """Feedback, and the weight where it is lifted."""
         p, J = self.poles, self.inertia
         feedback = 3 * p**2 * J * (est.q - ref.q) + p**3 * J * z["integral"] + 3 * p * J * (est.qd - ref.qd)
-        return self.lifted * self.model.gravity_vector(est.q) - feedback
+        return ca.SX(self.lifted * self.model.gravity_vector(est.q) - feedback)
 
     def rate(self, t: ca.SX, z: wb.loop.Parts, est: wb.Signals, ref: wb.Signals) -> wb.loop.Parts:
         e = est.q - ref.q

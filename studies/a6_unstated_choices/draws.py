@@ -64,7 +64,7 @@ class Prior:
     def horizons(self, u: wb.Array) -> wb.core.Integers:
         """Whole seconds for numbers (N,) from 0 to 1."""
         spread = RANGES[self.rest](SHORTEST, LONGEST + 1)
-        return np.minimum(spread.quantile(u).astype(int), LONGEST)
+        return np.asarray(np.minimum(spread.quantile(u).astype(int), LONGEST))
 
 
 # Logarithmic is what the card knows by its order of magnitude only: Q, R and l of the proposed law.

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import workbench as wb
+from studies.a6_unstated_choices.blocks import EitherObserver, EitherReference
 from studies.a6_unstated_choices.fits import (
     EVALUATIONS,
     EVERY,
@@ -111,10 +112,12 @@ def own(law: str) -> tuple[wb.Factor, ...]:
 
 def shared_loop(law: str) -> wb.ClosedLoop:
     one = loop(law, "SS")
-    square = replace(one.reference.square, amplitude=np.array(AMPLITUDES), frequency=FREQUENCY)
-    inside = 1.0 if MEASURED in factors_of(law, "SS") and law != PID else one.observer.inside
-    reference, observer = replace(one.reference, square=square), replace(one.observer, inside=inside)
-    return replace(one, reference=reference, observer=observer)
+    reference, observer = one.reference, one.observer
+    if not (isinstance(reference, EitherReference) and isinstance(observer, EitherObserver)):
+        raise TypeError("A loop of a6 must hold both references and both observers.")
+    square = replace(reference.square, amplitude=np.array(AMPLITUDES), frequency=FREQUENCY)
+    inside = 1.0 if MEASURED in factors_of(law, "SS") and law != PID else observer.inside
+    return replace(one, reference=replace(reference, square=square), observer=replace(observer, inside=inside))
 
 
 def shared_search(law: str) -> wb.tuning.Tuning:

@@ -51,7 +51,7 @@ def horizons(sample: wb.study.Sample) -> tuple[wb.Array, wb.Array]:
     share = ((t - sample.t[right - 1]) / (sample.t[right] - sample.t[right - 1]))[:, np.newaxis]
     sums = sample.values**2 * (sample.t + SAMPLE)[:, np.newaxis]
     between = sums[:, right - 1] * (1 - share) + sums[:, right] * share
-    return t, np.asarray(np.sqrt(between / (t + SAMPLE)[:, np.newaxis]))
+    return np.asarray(t, dtype=float), np.asarray(np.sqrt(between / (t + SAMPLE)[:, np.newaxis]))
 
 
 def misses(law: str, scenario: str, rmse: wb.Array, joints: Sequence[int] = (1, 2)) -> wb.Array:

@@ -1,14 +1,14 @@
 """Each law of the tables as a loop, with the numbers and readings that the paper leaves open as its factors."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 import workbench as wb
 from studies.a6_unstated_choices.blocks import EitherAosmcRgs, EitherArm, EitherObserver, EitherReference, PlacedPid
 from studies.paper.card import CARD, INERTIA, LAWS, POLES
-from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, RIVALS, plant
+from studies.paper.laws import ARM, PRINTED_ARM, RIVALS, SINES, SQUARE_WAVE, plant
 
 PROPOSED, PID = "AOSMC-RGS", "PID"
 SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}
@@ -27,14 +27,11 @@ class Reading(wb.uncertainty.AbstractDistribution):
 
     names: tuple[str, ...]
     only: str | None = None
+    low: float = field(default=0.0, init=False)
+    high: float = field(default=0.0, init=False)
 
-    @property
-    def low(self) -> float:
-        return 0.0
-
-    @property
-    def high(self) -> float:
-        return len(self.names) - 1.0
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "high", len(self.names) - 1.0)
 
     def _formula(self, u: wb.Array) -> wb.Array:
         if self.only is not None:
@@ -142,7 +139,7 @@ def loop(law: str, scenario: str, limit: tuple[float, float] | None = None) -> w
     model = EitherArm(ARM, PRINTED_ARM)
     state = wb.arms.observers.Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
     observer = EitherObserver(state, CARD["l"], inside=float(ours), d_hat=float(ours))
-    reference = EitherReference(REFERENCES["FS"], REFERENCES["SS"], jumps=float(scenario == "SS"))
+    reference = EitherReference(SINES, SQUARE_WAVE, jumps=float(scenario == "SS"))
     controller: wb.Controller = RIVALS.get(law, RIVALS[PID])
     if law == PID:
         controller = PlacedPid(ARM, np.full(2, POLES), INERTIA)

@@ -65,7 +65,7 @@ def first_blocks(results: wb.Results, every: Cells, limited: Cells) -> tuple[wb.
     )
 
 
-def answer(found: tuple[findings.Finding, ...]) -> str:
+def answer(found: tuple[wb.Finding, ...]) -> str:
     """The answer of the page in one line, from its findings."""
     first, _, _, row, _ = found
     return f"{first.statement} {findings.SHORT_ROW if row.statement == findings.BOTH_SIGNS else row.statement}"

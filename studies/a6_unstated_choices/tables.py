@@ -39,8 +39,9 @@ def ranks_figure(results: wb.Results, columns: Mapping[tuple[str, int], wb.evide
     }
     panels = tuple(replace(figure.panels[0], title=COLUMNS[column]) for column, figure in one.items())
     first = one["FS", 1]
-    rows = tuple((COLUMNS[column], *row) for column, figure in one.items() for row in figure.numbers.rows)
-    numbers = wb.document.Table("ranks", caption, (wb.document.Column("column"), *first.numbers.columns), rows)
+    tables = {column: figure.numbers for column, figure in one.items() if figure.numbers is not None}
+    rows = tuple((COLUMNS[column], *row) for column, table in tables.items() for row in table.rows)
+    numbers = wb.document.Table("ranks", caption, (wb.document.Column("column"), *tables["FS", 1].columns), rows)
     return replace(first, panels=panels, columns=2, numbers=numbers)
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import workbench as wb
 from studies.a7_sensitivity.late_errors import FEW, INDICES, OURS
 from studies.a7_sensitivity.results import ROBUST, Derivatives, LawResults, interval, leaders, named, narrow, percent
-from studies.a7_sensitivity.sweeps import METRICS, NARROW, OF_LATE, PROPOSED, SPAN, TOLERANCE, UNTIL, group_of, written
+from studies.a7_sensitivity.sweeps import METRICS, NARROW, OF_LATE, PROPOSED, UNTIL
+from studies.paper.factors import SPAN, TOLERANCE, group_of, written
 
 ALIKE = f"{percent(TOLERANCE)} for all numbers"
 

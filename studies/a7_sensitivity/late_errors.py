@@ -7,7 +7,8 @@ import numpy as np
 import workbench as wb
 from studies.a7_sensitivity.results import ROBUST, LawResults, interval, leaders, named, narrow, percent
 from studies.a7_sensitivity.second_looks import Later, heaviest_run, late_errors_of, redrawn_words
-from studies.a7_sensitivity.sweeps import HELD, LATE, PROPOSED, UNTIL, group_of, written
+from studies.a7_sensitivity.sweeps import HELD, LATE, PROPOSED, UNTIL
+from studies.paper.factors import group_of, written
 
 FEW = 3  # leaders that a cell still names, and runs of a joint in the table
 BODY = "the largest 1 % of the runs lowered to the rest"  # the runs without their tail

@@ -4,26 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
 import workbench as wb
-from studies.a7_sensitivity.sweeps import (
-    EVERY,
-    GROUPS,
-    METRICS,
-    NARROW,
-    PROPOSED,
-    STEPS,
-    UNTIL,
-    called,
-    free,
-    group_of,
-    loop,
-    metrics,
-)
+from studies.a7_sensitivity.sweeps import EVERY, METRICS, NARROW, PROPOSED, STEPS, UNTIL, called, free, loop, metrics
+from studies.paper.factors import GROUPS, group_of
 
 LEVELS = (0.05, 0.5, 0.95)
 FLOOR = 1e-4  # rad: what smaller errors add to an integral that holds the start is lost in its rounding
@@ -58,7 +45,9 @@ class LawResults:
         return self.effects_on(self.outputs)
 
     def effects_on(self, outputs: Sequence[Output]) -> wb.uncertainty.MorrisEffects:
-        return _judged(wb.uncertainty.morris, self.screening, outputs)
+        design = self.screening.design_of(wb.uncertainty.MorrisDesign)
+        values, errors, names = _columns(self.screening, outputs)
+        return wb.uncertainty.morris(design, values, names, factors=self.screening.factors, errors=errors)
 
     @cached_property
     def shares(self) -> wb.uncertainty.SobolIndices:
@@ -66,14 +55,17 @@ class LawResults:
         return self.shares_of(self.outputs)
 
     def shares_of(self, outputs: Sequence[Output]) -> wb.uncertainty.SobolIndices:
-        return _judged(partial(wb.sobol, groups=self.groups, control=True), self.indices, outputs)
+        sample, (values, errors, names) = self.indices, _columns(self.indices, outputs)
+        design = sample.design_of(wb.SobolDesign)
+        return wb.sobol(design, values, names, factors=sample.factors, groups=self.groups, control=True, errors=errors)
 
     def shares_by(self, metric: str, change: Callable[[wb.Array], wb.Array]) -> wb.uncertainty.SobolIndices:
         """The indices of a metric at both joints, whose values (N,) are changed first."""
         sample = self.indices
         values = np.stack([change(sample.score(metric, joint).value) for joint in (0, 1)], axis=1)
         names = [named(metric, joint) for joint in (0, 1)]
-        return wb.sobol(sample.design, values, names, factors=sample.factors, groups=self.groups, control=True)
+        design = sample.design_of(wb.SobolDesign)
+        return wb.sobol(design, values, names, factors=sample.factors, groups=self.groups, control=True)
 
     def shares_within(self, metric: str, begin: float, end: float) -> wb.uncertainty.SobolIndices:
         """The indices of a metric that is a mean over time, taken from `begin` to `end` s, at both joints."""
@@ -86,7 +78,15 @@ class LawResults:
 
         names = [named(metric, joint) for joint in (0, 1)]
         values = np.stack([inside(joint) for joint in (0, 1)], axis=1)
-        return wb.sobol(sample.design, values, names, factors=sample.factors, groups=self.groups, control=True)
+        design = sample.design_of(wb.SobolDesign)
+        return wb.sobol(design, values, names, factors=sample.factors, groups=self.groups, control=True)
+
+    @property
+    def single(self) -> wb.study.Sample:
+        """The runs of the proposed law with one factor at a time."""
+        if self.swings is None:
+            raise ValueError(f"{self.law} has no runs with one factor at a time; {PROPOSED} alone has them.")
+        return self.swings
 
     @cached_property
     def equal_shares(self) -> wb.uncertainty.SobolIndices:
@@ -102,24 +102,25 @@ class LawResults:
 
     def tornado_of(self, metric: str, joint: int) -> wb.uncertainty.Tornado:
         """The swing of an output with each factor by itself."""
-        sample = self.swings
-        return wb.uncertainty.tornado(
-            sample.design, sample.score(metric, joint).value, [named(metric, joint)], factors=sample.factors
-        )
+        sample = self.single
+        design, values = sample.design_of(wb.uncertainty.OneAtATime), sample.score(metric, joint).value
+        return wb.uncertainty.tornado(design, values, [named(metric, joint)], factors=sample.factors)
 
     def bands(self, joint: int) -> wb.uncertainty.Quantiles:
         """Quantiles over random runs of the decimal logarithm of the root mean square error of each window of time."""
         total = self.random.over_time("ISE", joint)
         inside = np.diff(total, axis=1, prepend=np.zeros((len(total), 1)))
         errors = np.sqrt(np.maximum(inside, 0.0) / EVERY)
-        return wb.uncertainty.quantiles(self.random.design, np.log10(np.maximum(errors, FLOOR)), levels=LEVELS)
+        return wb.uncertainty.quantiles(
+            self.random.design_of(wb.uncertainty.MonteCarlo), np.log10(np.maximum(errors, FLOOR)), levels=LEVELS
+        )
 
 
-def _judged(call: Callable[..., Any], sample: wb.study.Sample, outputs: Sequence[Output]) -> Any:
+def _columns(sample: wb.study.Sample, outputs: Sequence[Output]) -> tuple[wb.Array, wb.Array, list[str]]:
+    """The values and the errors (N, M) of some outputs, and their names."""
     values = np.stack([sample.score(*output).value for output in outputs], axis=1)
     errors = np.stack([sample.score(*output).error for output in outputs], axis=1)
-    names = [named(*output) for output in outputs]
-    return call(sample.design, values, names, factors=sample.factors, errors=errors)
+    return values, errors, [named(*output) for output in outputs]
 
 
 def results_of(results: wb.Results, law: str) -> LawResults:
@@ -198,7 +199,8 @@ def worst_runs(one: LawResults) -> WorstRuns:
     sample = one.indices
     values = np.stack([sample.score("TV", joint).value for joint in (0, 1)], axis=1)
     runs = np.unique(np.argsort(-values, axis=0)[:WORST])
-    points = np.concatenate([sample.design.points(run, run + 1) for run in runs.tolist()])
+    design = sample.design_of(wb.SobolDesign)
+    points = np.concatenate([design.points(run, run + 1) for run in runs.tolist()])
     return WorstRuns(one.law, tuple(map(tuple, points.tolist())), tuple(values.std(axis=0).tolist()))
 
 
@@ -246,7 +248,7 @@ def percent(share: float) -> str:
 
 def capped(values: wb.Array) -> wb.Array:
     """The values with the largest one lowered to the next."""
-    return np.minimum(values, np.sort(values)[-2])
+    return np.asarray(np.minimum(values, np.sort(values)[-2]))
 
 
 def trimmed(values: wb.Array) -> wb.Array:

@@ -8,7 +8,8 @@ import numpy as np
 
 import workbench as wb
 from studies.a7_sensitivity.results import LawResults
-from studies.a7_sensitivity.sweeps import LATE, SEED, STEPS, UNTIL, factors, loop
+from studies.a7_sensitivity.sweeps import LATE, STEPS, UNTIL, loop
+from studies.paper.factors import SEED, factors
 
 ASTRAY = 1.0  # rad, of a late error: as large as the reference itself
 BOUNDS = (ASTRAY / 2, 2 * ASTRAY)  # rad, beside it

@@ -25,8 +25,9 @@ from studies.a7_sensitivity.results import (
 )
 from studies.a7_sensitivity.second_looks import look_later, redraw, redrawn_gains, redrawn_words, suspects
 from studies.a7_sensitivity.stray_runs import later_by_law, strays
-from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, SCENARIO, called, factors, group_of, loop
+from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, SCENARIO, called, loop
 from studies.a7_sensitivity.torque_variation import torque_variation
+from studies.paper.factors import GROUPS, SEED, SPAN, TOLERANCE, factors, group_of, written
 from studies.paper.rest import REST, rest_section
 
 FELT = 0.02  # of the variance, below which a pair is not worth a word
@@ -67,9 +68,9 @@ def proposed_section(one: LawResults) -> wb.Section:
         "aosmc_rgs_tornado",
         f"The RMSE of joint 1 of {PROPOSED} with one factor at a time at either end of its range.",
         one.tornado_of("RMSE", 0),
-        one.swings.source("RMSE", 0, one.law),
+        one.single.source("RMSE", 0, one.law),
         "rad",
-        labels=labels(one.swings.factors),
+        labels=labels(one.single.factors),
     )
     plane = wb.pictures.morris_plane(
         "aosmc_rgs_morris",
@@ -83,8 +84,16 @@ def proposed_section(one: LawResults) -> wb.Section:
     return wb.Section(f"{PROPOSED} in full", (indices_figure(one, 1), plane, tornado, *texts))
 
 
-def labels(names: Sequence[str]) -> dict[str, wb.document.Phrase]:
-    return {name: sweeps.written(name) for name in names}
+def labels(names: Sequence[str]) -> dict[str, tuple[str | wb.notation.Formula, ...]]:
+    return {name: written(name) for name in names}
+
+
+def _together(indices: wb.uncertainty.SobolIndices, output: str) -> wb.uncertainty.Estimate:
+    """The indices of the pairs of factors, which the base of a design with pairs gives."""
+    pairs = indices[output].S2
+    if pairs is None:
+        raise ValueError("The indices of a7 need a design with pairs of factors.")
+    return pairs
 
 
 def acting_pairs(indices: wb.uncertainty.SobolIndices) -> str:
@@ -93,10 +102,10 @@ def acting_pairs(indices: wb.uncertainty.SobolIndices) -> str:
     pairs = [
         f"{names[place]} ({output})"
         for output in indices.names
-        for place in np.flatnonzero(indices[output].S2.low > FELT)
+        for place in np.flatnonzero(_together(indices, output).low > FELT)
     ]
     outputs = len(indices.names)
-    reach = sum(int((indices[output].S2.high > FELT).sum()) for output in indices.names)
+    reach = sum(int((_together(indices, output).high > FELT).sum()) for output in indices.names)
     surely = f"lies wholly above {FELT:g} for {', '.join(pairs)}" if pairs else f"does not lie wholly above {FELT:g}"
     return (
         f"The index S2 is the part of the variance that two factors have by acting together. For each of {outputs} "
@@ -114,7 +123,7 @@ def groups_table(laws: Mapping[str, LawResults]) -> wb.document.Table:
         for metric, joint in ((metric.name, joint) for metric in METRICS for joint in (0, 1)):
             shares = one.shares[named(metric, joint)]
             whole = shares.of_group("all")
-            cells = (interval(shares.of_group(group)) if group in has else None for group in sweeps.GROUPS)
+            cells = (interval(shares.of_group(group)) if group in has else None for group in GROUPS)
             rest = interval(wb.uncertainty.Estimate(1 - whole.value, whole.half))
             rows.append((law, metric, joint + 1, f"{float(shares.deviation):.2g}", *cells, rest))
     return wb.document.Table(
@@ -124,7 +133,7 @@ def groups_table(laws: Mapping[str, LawResults]) -> wb.document.Table:
         f"N m/s, of the effort in N m; an interval wider than {sweeps.NARROW:g} decides nothing here.",
         (
             *map(wb.document.Column, ("law", "metric", "joint")),
-            *(wb.document.Column(head, align="right") for head in ("standard deviation", *sweeps.GROUPS, "together")),
+            *(wb.document.Column(head, align="right") for head in ("standard deviation", *GROUPS, "together")),
         ),
         tuple(rows),
     )
@@ -134,14 +143,14 @@ def varied_section(laws: Mapping[str, LawResults]) -> wb.Section:
     """The factors, their ranges, and those that the screening left at their values."""
     text = (
         "All factors are shares of the numbers on the card (a1), independent of one another. What the paper states is "
-        f"off by up to {percent(sweeps.TOLERANCE)} either way. What is assumed lies within a factor of "
-        f"{sweeps.SPAN:g} either way, evenly on a logarithmic scale, and within the range on the card where that is "
+        f"off by up to {percent(TOLERANCE)} either way. What is assumed lies within a factor of "
+        f"{SPAN:g} either way, evenly on a logarithmic scale, and within the range on the card where that is "
         "narrower. The ranges on the card are mostly wider, up to a factor of 20. Over such ranges the adaptive laws "
         "grow gains of several hundred N m. Behind a boundary layer of 0.01 rad/s, a gain of 300 N m is stable only "
         "for steps below 0.02 ms; with longer steps a run chatters by the step alone. So the indices hold for these "
         "ranges, and say nothing about wider ones. The arm and the law's model of it vary independently, so that the "
         "laws and the observer of AOSMC-RGS use a wrong model. Gravity is the exception: all know its value. PID has "
-        f"no model. Each of its three gains varies by a factor of {sweeps.SPAN:g} by itself. The pole from which they "
+        f"no model. Each of its three gains varies by a factor of {SPAN:g} by itself. The pole from which they "
         "follow would move them together: Kd in proportion, Kp with its square and Ki with its cube."
     )
     return wb.Section("What is varied", (wb.Paragraph(text), left_table(laws), *map(ranges_table, laws)))
@@ -178,7 +187,7 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
     """Runs, failures, steps, and the runs with the largest TV beside the limit of stability."""
     runs = sum(len(sample) for one in laws.values() for sample in one.samples)
     text = (
-        f"{runs:,} runs of {sweeps.UNTIL:g} s, seed {sweeps.SEED}. A sample with a failed run has no indices. One run "
+        f"{runs:,} runs of {sweeps.UNTIL:g} s, seed {SEED}. A sample with a failed run has no indices. One run "
         f"in {sweeps.HALVED} is run at half of the step, too. The step errs most in runs whose gains grow largest, and "
         f"their torque varies most: so the {WORST} runs of each joint with the largest TV are run again. A step "
         "beyond the limit of stability would make a TV that is partly its own."
@@ -271,7 +280,7 @@ study = wb.Study(
     ),
     sections=sections,
     fingerprints={law: loop(law).ode().fingerprint[:16] for law in sweeps.LAWS},
-    seed=sweeps.SEED,
+    seed=SEED,
     cases=sweeps.own_numbers(),
     works=works,
     sweeps=tuple(sweep for law in sweeps.LAWS for sweep in sweeps.sweeps(law).values()),

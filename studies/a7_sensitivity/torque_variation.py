@@ -5,8 +5,9 @@ import numpy as np
 import workbench as wb
 from studies.a7_sensitivity.late_errors import BODY, INDICES, OURS
 from studies.a7_sensitivity.results import ROBUST, LawResults, interval, named, narrow, percent
-from studies.a7_sensitivity.sweeps import GROUPS, LATE, PROPOSED, SAMPLE, SECOND, SPAN, UNTIL
+from studies.a7_sensitivity.sweeps import LATE, PROPOSED, SAMPLE, SECOND, UNTIL
 from studies.paper.card import CARD
+from studies.paper.factors import GROUPS, SPAN
 
 NO_GROUP = "no group at both joints"
 NAMES = {"model": "the law's model of the arm", "gains": "the law's gains", "arm": "the arm"}

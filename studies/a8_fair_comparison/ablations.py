@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 import workbench as wb
-from studies.a3_riccati_gains.path import inertia
 from studies.a8_fair_comparison.conditions import HELD_OUT, Scenario
 from studies.a8_fair_comparison.entrants import AOSMC, BOTH, ENTRANTS, OBSERVER, PROPOSAL, PROPOSED, Entrant, Given, Law
+from studies.paper.laws import mass_matrices, own_law
 
 RICCATI = "Riccati equation"
 PARTS = tuple(PROPOSAL.loop(HELD_OUT[0]).ablations())
@@ -63,6 +63,6 @@ def as_tuned(scenario: Scenario, numbers: Mapping[str, float]) -> dict[str, wb.D
 
 def steady_gain(scenario: Scenario, numbers: Mapping[str, float]) -> wb.Array:
     """P (2, 2) in N m/rad that solves (34) with P' = 0 for K(0), at the posture in which a scenario starts."""
-    law = PROPOSAL.loop(scenario, numbers).loop.controller
-    A = -np.linalg.solve(inertia(np.array([scenario.start]))[0], law.K)
+    law = own_law(PROPOSAL.loop(scenario, numbers).loop)
+    A = -np.linalg.solve(mass_matrices(np.array([scenario.start]))[0], law.K)
     return wb.riccati.care(A, np.diag(law.Lambda), law.Q, law.R).X

@@ -206,9 +206,9 @@ def both(sample: wb.study.Sample, metric: str) -> wb.Array:
 
 def cost(sample: wb.study.Sample, terms: tuple[Term, ...] = TERMS) -> wb.Array:
     """The sum of all terms, (N,)."""
-    return np.sum([both(sample, term.metric) / term.acceptable for term in terms], axis=0)
+    return np.asarray(np.sum([both(sample, term.metric) / term.acceptable for term in terms], axis=0))
 
 
 def objective(samples: Mapping[str, wb.study.Sample]) -> wb.Array:
     """The mean cost over the training scenarios, (n,)."""
-    return np.mean([cost(sample) for sample in samples.values()], axis=0)
+    return np.asarray(np.mean([cost(sample) for sample in samples.values()], axis=0))

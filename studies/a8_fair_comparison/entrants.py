@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -12,7 +12,7 @@ import numpy as np
 import workbench as wb
 from studies.a8_fair_comparison.conditions import Scenario, first_estimates
 from studies.paper.card import CARD
-from studies.paper.laws import ARM, RIVALS
+from studies.paper.laws import ARM, arm_law
 
 PROPOSED = "AOSMC-RGS"
 FARTHER = 1e3  # times a range: as far as a search may go beyond where it begins
@@ -44,7 +44,7 @@ class Law:
     """A law, the numbers of it that are tuned, and whether it adds an estimated disturbance to its torque by itself."""
 
     name: str
-    block: wb.Controller
+    block: wb.arms.AbstractArmController
     tuned: tuple[Sought, ...]
     counts_on_d: bool = False
 
@@ -135,13 +135,13 @@ AOSMC = wb.arms.laws.AosmcRgs(  # with the four repairs of a1, and (34) in Cayle
 )
 LAWS = (
     Law(PROPOSED, AOSMC, OF_PROPOSED, counts_on_d=True),
-    Law("ASMC", RIVALS["ASMC"], LEARNED),
-    Law("Fuzzy-ASMC", RIVALS["Fuzzy-ASMC"], OF_FUZZY),
-    Law("RBF-ASMC", replace(RIVALS["RBF-ASMC"], integrator="exact"), OF_RBF),
-    Law("PID", RIVALS["PID"], OF_PID),
+    Law("ASMC", arm_law("ASMC"), LEARNED),
+    Law("Fuzzy-ASMC", arm_law("Fuzzy-ASMC"), OF_FUZZY),
+    Law("RBF-ASMC", replace(arm_law("RBF-ASMC"), integrator="exact"), OF_RBF),
+    Law("PID", arm_law("PID"), OF_PID),
     Law("PID + gravity", wb.PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"], ARM), OF_PID),
-    Law("SMC", RIVALS["SMC"], OF_SMC),
-    Law("super-twisting", RIVALS["super-twisting"], OF_SUPER_TWISTING),
+    Law("SMC", arm_law("SMC"), OF_SMC),
+    Law("super-twisting", arm_law("super-twisting"), OF_SUPER_TWISTING),
     Law("feedforward + PD", wb.StateFeedback(ARM, np.diag(CARD["PID: Kp"]), np.diag(CARD["PID: Kd"])), OF_FEEDFORWARD),
     Law(
         "computed torque",
@@ -158,7 +158,7 @@ LAWS = (
 )
 
 
-T = TypeVar("T")
+T = TypeVar("T", bound=wb.Observer | wb.Controller)
 
 
 @dataclass(frozen=True)
@@ -232,17 +232,20 @@ class Entrant:
         )
         return (*own, *self.given.tuned)
 
+    def _numbers_by_path(self, numbers: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+        for sought in self.tuned if numbers else ():
+            yield from ((path, numbers[sought.name]) for path in sought.paths)
+
     def loop(self, scenario: Scenario, numbers: Mapping[str, float] | None = None) -> wb.DigitalLoop:
         """The law with these numbers in a scenario, or with those that a1 assumes."""
         law = wb.arms.laws.WithCompensation(self.law.block) if self.compensated else self.law.block
         observer = self.given.observer
         for path in first_estimates(observer):
             observer = with_number(observer, path, scenario.start)
-        blocks = {"controller": law, "observer": observer}
-        for sought in self.tuned if numbers else ():
-            for path in sought.paths:
-                block, _, inside = path.partition(".")
-                blocks[block] = with_number(blocks[block], inside, numbers[sought.name])
+        blocks: dict[str, Any] = {"controller": law, "observer": observer}
+        for path, number in self._numbers_by_path(numbers or {}):
+            block, _, inside = path.partition(".")
+            blocks[block] = with_number(blocks[block], inside, number)
         return scenario.loop(**blocks)
 
 

@@ -85,7 +85,7 @@ def pooled_variations(evidence: Evidence) -> list[wb.Variation]:
     weights = {f"weights: {words}": one for words, one in evidence.weighted.get(BOTH.key, {}).items()}
     cost = evidence.cost[BOTH.key]
     again = evidence.again[BOTH.key]
-    others = {words: together(one) for words, one in (again | weights).items()}
+    others = {words: together(one) for words, one in {**again, **weights}.items()}
     others["the geometric mean of the mean costs"] = by_mean_costs(first.members)
     pairs = {words: compared_pairs(one, cost) for words, one in again.items()}
     searched = [
@@ -231,7 +231,7 @@ def costly(evidence: Evidence) -> str:
     high = np.array([(one.values > CHATTERS).sum(axis=0) for one in costs])
     every: dict[str, list[str]] = {}
     for scenario, one in evidence.cost[BOTH.key].judgements.items():
-        always = (one.paired.values > CHATTERS).all(axis=0)
+        always = np.asarray((one.paired.values > CHATTERS).all(axis=0))
         every[scenario] = [law for law, high_in_all in zip(one.paired.laws, always, strict=True) if high_in_all]
     where = "; ".join(f"{', '.join(laws)} in '{scenario}'" for scenario, laws in every.items() if laws)
     return (

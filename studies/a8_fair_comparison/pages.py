@@ -95,7 +95,7 @@ def standings(held: Evidence, given: Given) -> wb.document.Figure:
 
 def short(shown: wb.document.Figure) -> wb.document.Figure:
     """A figure without the note that the first of its kind has."""
-    return replace(shown, caption=shown.numbers.caption)
+    return shown if shown.numbers is None else replace(shown, caption=shown.numbers.caption)
 
 
 def changed(held: Evidence) -> wb.Section:
@@ -226,7 +226,7 @@ def parts_table(held: Evidence) -> wb.document.Table:
     rest = held.parts.retuned[changes.BASE].without[name].by[ASKED.words]
     searches = held.parts.searches.whole.by[ASKED.words]
     other, *_ = riccati_worth.change_of(searches, run_name(PROPOSED, "_other"))
-    rows = [
+    rows: list[tuple[wb.document.Cell, ...]] = [
         (
             f"without {part}",
             wb.evidence.change_without(frozen, part, PROPOSED),

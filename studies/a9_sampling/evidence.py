@@ -9,19 +9,10 @@ from itertools import combinations, product
 import numpy as np
 
 import workbench as wb
-from studies.a9_sampling.loops import (
-    REALISTIC,
-    RMSE,
-    SCENARIOS,
-    TV,
-    WAYS,
-    Audit,
-    Computer,
-    name_of,
-)
-from studies.a9_sampling.quiet_periods import QuietPeriod, paper_searches, quiet_period
+from studies.a9_sampling.loops import REALISTIC, WAYS, Audit, Computer, name_of
 from studies.paper.card import MARGIN, PROPOSED, PUBLISHED
 from studies.paper.linearization import SEVEN, loop_of
+from studies.paper.quiet_periods import RMSE, SCENARIOS, TV, QuietPeriod, paper_searches, quiet_period
 
 PERIODS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s; each divides the 10 ms of (43)
 APART = (5e-3, 1e-2)  # s, the periods at which integrator and law are told apart

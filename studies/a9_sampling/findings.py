@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 import workbench as wb
 from studies.a9_sampling.evidence import APART, PERIODS, PLACES, Evidence, Scores, printed
-from studies.a9_sampling.loops import MS, NOISY, REALISTIC, RMSE, SCENARIOS, TV, WAYS
+from studies.a9_sampling.loops import MS, NOISY, REALISTIC, WAYS
 from studies.a9_sampling.period_findings import base, longest_period, reference, rule_of_thumb
-from studies.a9_sampling.quiet_periods import ACTING, FACTORS, PAPERS, QUIET, TRUTH, ends, in_ms
 from studies.a9_sampling.words import CHOSEN, FITTED, GIVEN, listed, rounded
 from studies.paper.card import MARGIN, PROPOSED
 from studies.paper.linearization import SEVEN
+from studies.paper.quiet_periods import ACTING, FACTORS, PAPERS, QUIET, RMSE, SCENARIOS, TRUTH, TV, ends, in_ms
 
 PAIR = {"euler": "Euler", "cayley": "Cayley"}
 ROUGH = {"late": (True, False), "noisy": (False, True), "late and noisy": (True, True)}  # with a delay, with noise
@@ -55,15 +56,28 @@ def quiet_laws(
     return tuple(law for law in SEVEN if evidence.growth(TV, law, now, scenarios) <= factor)
 
 
-def computers() -> Iterator[tuple[str, float, str, bool, bool]]:
+class Computing(NamedTuple):
+    """A way to compute a law: a period in s, the stepping of AOSMC-RGS, and whether delay and noise are there."""
+
+    period: float
+    stepping: str = "euler"
+    delay: bool = False
+    noisy: bool = False
+
+    def scores(self, evidence: Evidence, metric: str) -> Scores:
+        """The scores of a metric by law, scenario and joint."""
+        return evidence.at(metric, *self)
+
+
+def computers() -> Iterator[tuple[str, Computing]]:
     """All computers of the study in words, with period, stepping of AOSMC-RGS, delay and noise."""
     for way, name in PAIR.items():
         stepping = f", {PROPOSED} by {name} steps" if way != "euler" else ""
         for period in PERIODS:
-            yield f"{1e3 * period:g} ms{stepping}", period, way, False, False
-            yield f"{1e3 * period:g} ms, noisy{stepping}", period, way, False, True
+            yield f"{1e3 * period:g} ms{stepping}", Computing(period, way)
+            yield f"{1e3 * period:g} ms, noisy{stepping}", Computing(period, way, noisy=True)
         for delay, noisy in ((True, False), (True, True)):
-            yield f"{MS}, late{' and noisy' * noisy}{stepping}", REALISTIC, way, delay, noisy
+            yield f"{MS}, late{' and noisy' * noisy}{stepping}", Computing(REALISTIC, way, delay, noisy)
 
 
 def chattering(evidence: Evidence) -> wb.Finding:
@@ -74,9 +88,9 @@ def chattering(evidence: Evidence) -> wb.Finding:
     loudest, (place, change, error) = max(growth, key=growth.__getitem__), worst_change(evidence)
     law, scenario, joint = place
     variations = [
-        wb.Variation(words, listed(quiet_laws(evidence, evidence.at(TV, *how))))
-        for words, *how in computers()
-        if how != [REALISTIC, "euler", False, False]
+        wb.Variation(words, listed(quiet_laws(evidence, how.scores(evidence, TV))))
+        for words, how in computers()
+        if how != Computing(REALISTIC)
     ]
     variations += [
         wb.Variation(f"at most {factor:g} times", listed(quiet_laws(evidence, now, factor))) for factor in FACTORS
@@ -232,9 +246,9 @@ def published_order(evidence: Evidence) -> wb.Finding:
     before, after = printed(still), printed(now)
     kept = len(before["below"] & after["below"])
     variations = [
-        wb.Variation(words, f"{len(before['below'] & printed(evidence.at(RMSE, *how))['below'])}")
-        for words, *how in computers()
-        if how != [REALISTIC, "euler", True, True]
+        wb.Variation(words, f"{len(before['below'] & printed(how.scores(evidence, RMSE))['below'])}")
+        for words, how in computers()
+        if how != Computing(REALISTIC, delay=True, noisy=True)
     ]
     for margin in MARGINS:
         one, other = printed(still, margin), printed(now, margin)

@@ -9,9 +9,9 @@ from functools import cache
 import numpy as np
 
 import workbench as wb
-from studies.paper.card import CARD as PAPER
-from studies.paper.laws import plant
+from studies.paper.laws import plant, state_observer
 from studies.paper.linearization import loop_of
+from studies.paper.quiet_periods import HORIZON, RMSE, SUBSTEP, TV, metrics
 
 CARD = wb.provenance.Card(
     (
@@ -31,10 +31,6 @@ REALISTIC = float(CARD["realistic period"])
 MS = f"{1e3 * REALISTIC:g} ms"
 NOISY = 7  # runs with noise, beside the one without: what a vector register or two holds
 SEED = 20_09
-SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth
-RMSE, TV = "RMSE (43)", "TV"
-SCENARIOS = ("FS", "SS")
-HORIZON = {scenario: float(PAPER[f"{scenario}: horizon"]) for scenario in SCENARIOS}  # s
 ROUGH = wb.Instruments.of(
     plant("FS"),
     noise={"q": CARD["noise of q"], "qd": CARD["noise of qd"]},
@@ -99,18 +95,13 @@ class Audit:
         return (float("inf"), 0.0) if np.isnan(value) else (value, error)
 
 
-def metrics(period: float) -> tuple[wb.metrics.AbstractMetric, ...]:
-    """(43) and the total variation of the torque that is held, period by period."""
-    return wb.metrics.sampled_rmse(PAPER["sample time of (43)"]), wb.total_variation(period)
-
-
 def digital(law: str, scenario: str, computer: Computer, instruments: wb.Instruments | None = None) -> wb.DigitalLoop:
     """A law as the computer runs it: the loop of a1, and the memories of AOSMC-RGS stepped in another way if asked."""
     loop, way = loop_of(law, scenario), computer.stepping
     if way.startswith("cayley"):
         loop = replace(loop, controller=replace(loop.controller, integrator="cayley"))
     if way == "cayley":
-        state = replace(loop.observer.state, integrator="cayley")
+        state = replace(state_observer(loop), integrator="cayley")
         loop = replace(loop, observer=replace(loop.observer, state=state))
     waiting = first_torque(law, scenario) if computer.delay else None
     return wb.DigitalLoop(

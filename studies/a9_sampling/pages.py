@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 import workbench as wb
-from studies.a1_paper_tables.study import STYLES
 from studies.a9_sampling.evidence import (
     APART,
     PERIODS,
@@ -19,9 +18,12 @@ from studies.a9_sampling.evidence import (
     printed,
 )
 from studies.a9_sampling.findings import PAIR, ROUGH
-from studies.a9_sampling.loops import CARD, MS, NOISY, REALISTIC, RMSE, SCENARIOS, SEED, TV, WAYS
-from studies.a9_sampling.period_rules import BOUND, HALF, MATRIX, RULE
-from studies.a9_sampling.quiet_periods import (
+from studies.a9_sampling.loops import CARD, MS, NOISY, REALISTIC, SEED, WAYS
+from studies.paper.card import PROPOSED
+from studies.paper.card import SCENARIOS as TITLES
+from studies.paper.comparison import STYLES
+from studies.paper.period_rules import BOUND, HALF, MATRIX, RULE
+from studies.paper.quiet_periods import (
     ACTING,
     GRID,
     OBSERVERS,
@@ -29,14 +31,15 @@ from studies.a9_sampling.quiet_periods import (
     PAPERS,
     PARTS,
     QUIET,
+    RMSE,
+    SCENARIOS,
     STARTS,
     TRUTH,
+    TV,
     QuietSearch,
     bracket_words,
     ends,
 )
-from studies.paper.card import PROPOSED
-from studies.paper.card import SCENARIOS as TITLES
 
 SHOWN = {RMSE: (1e-4, 1e-3, 5e-3, 1e-2), TV: (1e-4, 1e-3, 1e-2)}  # s, as a page is wide
 UNITS = {RMSE: ("rad", 1.0), TV: ("kN m/s", 1e-3)}  # with what makes them of rad and N m/s
@@ -51,7 +54,7 @@ def over_periods(evidence: Evidence, metric: str, name: str) -> wb.document.Figu
             y = np.array([evidence.at(metric, T, way)(law, scenario, joint)[0] for T in PERIODS])
             style, still = STYLES[law] if way == "euler" else len(STYLES), evidence.still(metric)(law, scenario, joint)
             series.append(wb.document.Series(label, x, np.where(np.isinf(y), np.nan, y), style))
-            series.append(wb.document.Series(label, [x[0]], [still[0]], style, look="marks"))
+            series.append(wb.document.Series(label, x[:1], np.array(still[:1]), style, look="marks"))
         title, unit = f"{TITLES[scenario]}, joint {joint + 1}", "rad" if metric == RMSE else "N m/s"
         axes = f"{metric} [{unit}]", tuple(series), "sampling period [ms]"
         panels.append(wb.document.Panel(*axes, xscale="log", yscale="log", title=title))
@@ -154,7 +157,7 @@ def apart_section(evidence: Evidence) -> wb.Section:
 def lost_table(evidence: Evidence) -> wb.document.Table:
     """The runs that diverge, by law and period."""
     runs = len(SCENARIOS) * (1 + NOISY)
-    rows = [
+    rows: list[tuple[wb.document.Cell, ...]] = [
         (label, *(sum(int(evidence.found(law, at, T, way).lost.sum()) for at in SCENARIOS) for T in PERIODS))
         for law, way, label in ROWS
     ]

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import workbench as wb
 from studies.a9_sampling.evidence import Evidence
-from studies.a9_sampling.loops import SCENARIOS
-from studies.a9_sampling.period_rules import BOUND, HALF, MATRIX, RULE
-from studies.a9_sampling.quiet_periods import (
+from studies.a9_sampling.words import CHOSEN, COUNTS_ON, FITTED, GIVEN, listed
+from studies.paper.card import PROPOSED
+from studies.paper.period_rules import BOUND, HALF, MATRIX, RULE
+from studies.paper.quiet_periods import (
     ACTING,
     COMMANDED,
     FACTORS,
@@ -17,6 +18,7 @@ from studies.a9_sampling.quiet_periods import (
     ON_REFERENCE,
     PAPERS,
     QUIET,
+    SCENARIOS,
     STARTS,
     TRUTH,
     QuietPeriod,
@@ -27,8 +29,6 @@ from studies.a9_sampling.quiet_periods import (
     ends,
     in_ms,
 )
-from studies.a9_sampling.words import CHOSEN, COUNTS_ON, FITTED, GIVEN, listed
-from studies.paper.card import PROPOSED
 
 BASE = QuietSearch(PROPOSED, delay=True)
 

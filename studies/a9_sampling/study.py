@@ -4,12 +4,13 @@ Runs in about four minutes on two idle cores.
 """
 
 import workbench as wb
-from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS, STYLES
 from studies.a9_sampling import pages
 from studies.a9_sampling.evidence import gathered, plan, works
 from studies.a9_sampling.findings import answer, findings
-from studies.a9_sampling.loops import HORIZON, RMSE, SCENARIOS, SEED, TV, metrics, sweep
+from studies.a9_sampling.loops import SEED, sweep
+from studies.paper.comparison import PROPOSED_STEP, STEPS, STYLES
 from studies.paper.linearization import SEVEN, loop_of
+from studies.paper.quiet_periods import HORIZON, RMSE, SCENARIOS, TV, metrics
 
 
 def continuous(scenario: str, law: str) -> wb.Case:

@@ -163,7 +163,9 @@ def chain(links: int) -> Chain:
     for answer in filter(None, answers):
         theirs = (np.array(answer["at"][letter]) for letter in "MCG")
         errors += [np.max(np.abs(x - y)) / np.max(np.abs(x)) for x, y in zip(ours, theirs, strict=True)]
-    bias, matrices = (tuple(answer and answer[part] for answer in answers) for part in ("bias", "matrices"))
+    bias, matrices = (
+        tuple(None if answer is None else float(answer[part]) for answer in answers) for part in ("bias", "matrices")
+    )
     return Chain(
         links, median(seconds(lambda: chain_function(links))), bias, matrices, max(map(float, errors), default=None)
     )

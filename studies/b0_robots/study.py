@@ -174,7 +174,9 @@ def size(error: float) -> str:
 def counts() -> wb.document.Table:
     """Operations of the equations."""
     heads = ("robot", "joints", "symbols", "M", "C", "G", "M, C, G", "with numbers", "torque")
-    rows = tuple((r.name, r.joints, r.letters, *r.operations) for r in robots())
+    rows: tuple[tuple[wb.document.Cell, ...], ...] = tuple(
+        (r.name, r.joints, r.letters, *r.operations) for r in robots()
+    )
     notes = (
         "Symbols: the numbers of the arm, each kept as a symbol. M, C, G: all three together. With numbers: the same "
         "with the arm's numbers in place of symbols. Torque: inverse dynamics, which spatial arms have by recursion.",
@@ -225,14 +227,16 @@ def peers() -> wb.document.Table:
 
 def times() -> wb.document.Figure:
     """The seconds over the links."""
-    curves = {"workbench": [one.ours for one in chains()]}
+    curves: dict[str, list[float | None]] = {"workbench": [one.ours for one in chains()]}
     curves |= {f"SymPy, {name}": [one.matrices[i] for one in chains()] for i, name in enumerate(METHODS)}
     series = []
     for style, (label, spent) in enumerate(curves.items()):
         points = [(links, one) for links, one in zip(LINKS, spent, strict=True) if one is not None]
         if points:
+            x, y = np.array(points, dtype=float).T
             series += [
-                wb.document.Series(label, *np.array(points, dtype=float).T, style, look) for look in ("line", "marks")
+                wb.document.Series(label, x, y, style, "line"),
+                wb.document.Series(label, x, y, style, "marks"),
             ]
     panel = wb.document.Panel("time to M, C and G [s]", tuple(series), xlabel="links", yscale="log")
     return wb.document.Figure("chains", "Seconds of a core to M, C and G of a planar chain, over its links.", (panel,))

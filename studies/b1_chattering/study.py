@@ -50,10 +50,11 @@ def picture(rows: Sequence[Row]) -> wb.document.Figure:
     series = []
     for style, period in enumerate(PERIODS):
         some = [r for r in rows if r.period == period]
-        lags, name = [1e3 * r.lag for r in some], f"{1e3 * period:g} ms"
+        lags, name = np.array([1e3 * r.lag for r in some]), f"{1e3 * period:g} ms"
+        balance, run = (np.array([r.relay[i].amplitude for r in some]) for i in (0, 1))
         series += [
-            wb.document.Series(f"balance, {name}", lags, [r.relay[0].amplitude for r in some], style=style),
-            wb.document.Series(f"simulated, {name}", lags, [r.relay[1].amplitude for r in some], style, "marks"),
+            wb.document.Series(f"balance, {name}", lags, balance, style=style),
+            wb.document.Series(f"simulated, {name}", lags, run, style, "marks"),
         ]
     panel = wb.document.Panel("amplitude of s [rad/s]", tuple(series), xlabel="lag of the drive [ms]")
     caption = "Chattering of joint 1 under a relay, predicted by harmonic balance and simulated, by sampling period."
@@ -62,8 +63,10 @@ def picture(rows: Sequence[Row]) -> wb.document.Figure:
 
 def relay_table(rows: Sequence[Row]) -> wb.document.Table:
     """Frequency and amplitude of each pair under a relay."""
-    heads = (("lag", "ms"), ("period", "ms"), ("balance", "Hz"), ("balance", "rad/s"), ("exact, least", "rad/s"))
-    heads += (("exact, largest", "rad/s"), ("simulated", "Hz"), ("simulated", "rad/s"))
+    heads = (
+        *(("lag", "ms"), ("period", "ms"), ("balance", "Hz"), ("balance", "rad/s"), ("exact, least", "rad/s")),
+        *(("exact, largest", "rad/s"), ("simulated", "Hz"), ("simulated", "rad/s")),
+    )
     cells = []
     for r in rows:
         balance, run = r.relay
@@ -85,8 +88,10 @@ def relay_table(rows: Sequence[Row]) -> wb.document.Table:
 
 def layer_table(rows: Sequence[Row]) -> wb.document.Table:
     """The least width of the layer, and the oscillation within it."""
-    heads = (("lag", "ms"), ("period", "ms"), ("least width", "rad/s"), ("balance", "Hz"), ("balance", "rad/s"))
-    heads += (("simulated", "Hz"), ("simulated", "rad/s"))
+    heads = (
+        *(("lag", "ms"), ("period", "ms"), ("least width", "rad/s"), ("balance", "Hz"), ("balance", "rad/s")),
+        *(("simulated", "Hz"), ("simulated", "rad/s")),
+    )
     cells = []
     for r in rows:
         layer, run = r.layer

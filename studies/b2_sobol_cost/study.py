@@ -18,12 +18,9 @@ from time import process_time
 import numpy as np
 
 import workbench as wb
-from studies.b2_sobol_cost.workload import sweep
-from studies.performance.cores import one_core
-from workbench.study.compiled import CompiledSweep, compile_sweep
-from workbench.study.executors import on_threads
-from workbench.study.ledger.store import complete, opened
-from workbench.study.sweep_runs import tasks_of
+from studies.b2_sobol_cost.inner_parts import CompiledSweep, compile_sweep, complete, on_threads, opened, tasks_of
+from studies.b2_sobol_cost.workload import SEED, sweep
+from studies.paper.workload import loop
 
 WALL, MEMORY, SHARE = 10.0, 1.0, 0.05  # s, GB, of the processor time: the bars
 TURNS, COMMANDS = 5, 3
@@ -84,13 +81,20 @@ def cost() -> Cost:
     commands = tuple(command() for _ in range(COMMANDS))
     turns = tuple((timed(lambda: march(one)), timed(lambda: record(one))) for _ in range(TURNS))
     size = one.sweep.design.size
-    again = len(range(0, size, one.sweep.halved))
+    again = len(range(0, size, halved(one)))
     return Cost(size, again, commands, turns, others)
+
+
+def halved(one: CompiledSweep) -> int:
+    """The sweep runs one row in this many again, at half of the step."""
+    if one.sweep.halved is None:
+        raise ValueError("The sweep of workload W must run some rows again at half of the step.")
+    return one.sweep.halved
 
 
 def timed(work: Callable[[], object]) -> float:
     """Seconds of one core, to which the work is held: two threads on one core would slow each other."""
-    with one_core():
+    with wb.study.one_core():
         start = process_time()
         work()
         return process_time() - start
@@ -101,7 +105,7 @@ def march(one: CompiledSweep) -> None:
     for first, last in one.chunks:
         p, x0 = one.rows(first, last)
         runs = np.arange(first, last)
-        again = runs % one.sweep.halved == 0
+        again = runs % halved(one) == 0
         for step, some in ((one.run.half, again), (one.run.step, runs >= 0)):
             start = one.run.start(x0[some])
             wb.simulate(step, p[some], start, until=one.run.until, every=one.run.every, runs=runs[some])
@@ -173,7 +177,7 @@ def findings(cost: Cost) -> tuple[wb.Finding, wb.Finding, wb.Finding]:
     return wall_finding(cost), memory_finding(cost), share_finding(cost)
 
 
-HOW = {"given": "One machine, named below.", "chosen": "The bar, and workload W."}
+GIVEN, CHOSEN = "One machine, named below.", "The bar, and workload W."
 ELSEWHERE = "another machine, and one that others use too"
 
 
@@ -200,7 +204,8 @@ def wall_finding(cost: Cost) -> wb.Finding:
         ),
         settled=quick or idle,
         untried=ELSEWHERE,
-        **HOW,
+        given=GIVEN,
+        chosen=CHOSEN,
     )
 
 
@@ -218,7 +223,8 @@ def memory_finding(cost: Cost) -> wb.Finding:
             for i, one in enumerate(cost.commands, start=1)
         ),
         untried=ELSEWHERE,
-        **HOW,
+        given=GIVEN,
+        chosen=CHOSEN,
     )
 
 
@@ -239,7 +245,8 @@ def share_finding(cost: Cost) -> wb.Finding:
         ),
         settled=decided(cost),
         untried=f"{ELSEWHERE}, and more turns",
-        **HOW,
+        given=GIVEN,
+        chosen=CHOSEN,
     )
 
 
@@ -270,7 +277,7 @@ study = wb.Study(
         "processor time of ledger and orchestration. All times are of one machine."
     ),
     sections=sections,
-    fingerprints={"W": sweep().run.loop.fingerprint[:16]},
-    seed=sweep().design.seed,
+    fingerprints={"W": loop().fingerprint[:16]},
+    seed=SEED,
     measures_time=True,
 )

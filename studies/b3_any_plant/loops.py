@@ -181,5 +181,5 @@ def indices(setting: Setting, results: wb.Results) -> wb.uncertainty.SobolIndice
     """Sobol indices of the RMSE, an output a law."""
     sample = results.sample(called(setting, LQG))
     outputs = np.stack([errors(results, setting, law) for law in LAWS], axis=1)
-    found: wb.uncertainty.SobolIndices = wb.sobol(sample.design, outputs, LAWS, factors=sample.factors, control=True)
-    return found
+    design = sample.design_of(wb.SobolDesign)
+    return wb.sobol(design, outputs, LAWS, factors=sample.factors, control=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 import workbench as wb
 from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, PID, all_margins, errors
-from studies.b3_any_plant.settings import HAND, PUBLISHED, REGULATOR, SETTINGS
+from studies.b3_any_plant.settings import HAND, PUBLISHED, REGULATOR, SETTINGS, Setting
 
 Orders = Mapping[str, str]  # by setting: LQG 'below' or 'above' PID, or neither
 BY_ORIGIN = {origin: sum(s.pid.origin == origin for s in SETTINGS) for origin in (HAND, PUBLISHED, REGULATOR)}
@@ -18,21 +18,24 @@ ORIGIN = (
 )
 
 
+def _pair(results: wb.Results, setting: Setting, law: str, name: str) -> tuple[float, float]:
+    """A statistic of a law in a setting, with its error."""
+    return results[setting.name, law].score(name if name == "TV" else f"{name} of {setting.main}").pair
+
+
+def _order(results: wb.Results, setting: Setting, where: str, name: str) -> str:
+    """The side on which the first law lies of the second, by a statistic in a setting."""
+    first, second = (_pair(results, setting, f"{law}{where}", name) for law in LAWS)
+    return wb.evidence.order(first, second)
+
+
 def orders(results: wb.Results) -> dict[str, Orders]:
     """By statistic, the RMSE in continuous time first: the order of both laws in each setting, less being better."""
     made: dict[str, Orders] = {}
     for name in ("RMSE", "settling time", "TV"):
         for where in ("", f" {COMPUTER}"):
             words = f"{'total variation of the command' if name == 'TV' else name}{where or ' in continuous time'}"
-            made[words] = {
-                s.name: wb.evidence.order(
-                    *(
-                        results[s.name, f"{law}{where}"].score(name if name == "TV" else f"{name} of {s.main}").pair
-                        for law in LAWS
-                    )
-                )
-                for s in SETTINGS
-            }
+            made[words] = {s.name: _order(results, s, where, name) for s in SETTINGS}
     made["mean RMSE over the parameters"] = {
         s.name: compared(*(float(np.nanmean(one)) for one in both(results, s))) for s in SETTINGS
     }

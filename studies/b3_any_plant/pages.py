@@ -119,7 +119,7 @@ def laws_table() -> wb.document.Table:
 
 def computers_table(results: wb.Results) -> wb.document.Table:
     """The computer of each plant, and how much the commands move in it."""
-    rows = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for setting in SETTINGS:
         plant, (low, high), port = setting.plant, setting.limit, setting.plant.inputs.entries[0]
         noise = dict.fromkeys(f"{value:g} {plant.outputs[name].unit}" for name, value in setting.noise.items())

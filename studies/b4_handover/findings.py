@@ -3,23 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
 import workbench as wb
-from studies.a9_sampling.period_rules import HALF, MATRIX
-from studies.a9_sampling.quiet_periods import (
-    COMMANDED,
-    FACTORS,
-    HANDED_OVER,
-    ON_REFERENCE,
-    PAPERS,
-    at_hand_over,
-    bracket_words,
-    conditions,
-    ends,
-    in_ms,
-)
 from studies.a9_sampling.words import listed
 from studies.b4_handover.loops import (
     ERROR,
@@ -38,7 +26,6 @@ from studies.b4_handover.margins import (
     MISSED,
     NEAR,
     OVER_DRAWS,
-    QUIET,
     Loss,
     Losses,
     losses,
@@ -47,6 +34,20 @@ from studies.b4_handover.margins import (
     scans,
 )
 from studies.paper.card import PROPOSED
+from studies.paper.period_rules import HALF, MATRIX
+from studies.paper.quiet_periods import (
+    COMMANDED,
+    FACTORS,
+    HANDED_OVER,
+    ON_REFERENCE,
+    PAPERS,
+    QUIET,
+    at_hand_over,
+    bracket_words,
+    conditions,
+    ends,
+    in_ms,
+)
 
 GIVEN = (
     "AOSMC-RGS, SMC, super-twisting: positions, velocities and the exact model. PID: positions and velocities. LQG: "
@@ -73,6 +74,10 @@ def amount(value: float, unit: str) -> str:
 
 
 # The longest period
+
+
+def _allowed_from(results: wb.Results, start: str, one: Handed) -> float:
+    return allowed(results, one, start)
 
 
 def allowed(results: wb.Results, one: Handed, start: str = NEAR_START) -> float:
@@ -105,7 +110,7 @@ def longest_period(results: wb.Results) -> wb.Finding:
         for one in results.work("quiet")
         if one.search.law == PROPOSED and (one.search.limit is not None or one.search.counts_on == COMMANDED)
     ]
-    too_long = [listed(declared_too_long(lambda one, start=start: allowed(results, one, start))) for start in BOTH]
+    too_long = [listed(declared_too_long(partial(_allowed_from, results, start))) for start in BOTH]
     return wb.Finding(
         "longest_period",
         f"With commands a period late, {PROPOSED} is quiet up to {in_ms(ends(near))} ms from a start on the reference "

@@ -11,9 +11,9 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
-from studies.a9_sampling.quiet_periods import HANDED_OVER, momentum_loop, on_reference
 from studies.paper.card import PROPOSED
 from studies.paper.laws import ARM, plant, rival
+from studies.paper.quiet_periods import HANDED_OVER, momentum_loop, on_reference
 
 CARD = wb.provenance.Card(
     (

@@ -9,16 +9,6 @@ from functools import cache, partial
 import numpy as np
 
 import workbench as wb
-from studies.a9_sampling.quiet_periods import (
-    ACTING,
-    MOMENTUM,
-    QUIET,
-    TRUTH,
-    QuietPeriod,
-    QuietSearch,
-    paper_searches,
-    quiet_period,
-)
 from studies.b4_handover.loops import (
     CARD,
     EKF,
@@ -36,6 +26,16 @@ from studies.b4_handover.loops import (
     handed,
 )
 from studies.paper.card import PROPOSED
+from studies.paper.quiet_periods import (
+    ACTING,
+    MOMENTUM,
+    QUIET,
+    TRUTH,
+    QuietPeriod,
+    QuietSearch,
+    paper_searches,
+    quiet_period,
+)
 
 DRAWS = 16
 JITTER, MISSED = 0.05, 1e-3  # declared: the largest delay in parts of the period, and the share of missed periods

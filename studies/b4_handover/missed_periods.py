@@ -9,7 +9,6 @@ from functools import cache
 import numpy as np
 
 import workbench as wb
-from studies.a9_sampling.quiet_periods import momentum_loop, on_reference
 from studies.a9_sampling.words import listed
 from studies.b4_handover.findings import CHOSEN, FITTED, GIVEN, START_WORDS, amount
 from studies.b4_handover.loops import (
@@ -27,8 +26,10 @@ from studies.b4_handover.loops import (
 )
 from studies.b4_handover.margins import BOTH, DRAWS, NEAR, effects_of, loop_of, margins, starts
 from studies.paper.card import PROPOSED
-from studies.paper.laws import RIVALS
+from studies.paper.laws import arm_law
+from studies.paper.quiet_periods import momentum_loop, on_reference
 
+KEPT = wb.evidence.KEPT
 EFFECT = "missed periods"
 SHARED = float(CARD["period of sliding laws"])  # s, of AOSMC-RGS and SMC, at which the other laws of the arm run, too
 MS = f"{1e3 * SHARED:g} ms"
@@ -38,7 +39,7 @@ PART = 0.1  # of a step of the readings, by which an error may grow in place of 
 
 def observed_smc() -> wb.ClosedLoop:
     """SMC with the disturbance that the observer of AOSMC-RGS estimates added to its torque."""
-    return replace(momentum_loop(), controller=wb.arms.laws.WithCompensation(RIVALS[SMC]))
+    return replace(momentum_loop(), controller=wb.arms.laws.WithCompensation(arm_law(SMC)))
 
 
 @cache
@@ -116,7 +117,7 @@ def reach_in_steps(results: wb.Results) -> dict[str, float]:
     reach = {}
     for one in handed():
         without, effect = margins(results, one).without, effect_margin(results, one, EFFECT)
-        kept = (effect.values - without <= PART * one.quantum[one.follows]).all(axis=(1, 2))
+        kept = np.asarray((effect.values - without <= PART * one.quantum[one.follows]).all(axis=(1, 2)))
         reach[one.name] = (0.0, *effect.effect.levels)[len(kept) if kept.all() else int(np.argmin(kept))]
     return reach
 
@@ -148,12 +149,12 @@ def clock_finding(results: wb.Results) -> wb.Finding:
         f"{OBSERVED}, at {MS}, keeps its error of {amount(error, 'rad')} {level_words(observed)}{alike}. "
         "At each loop's own period the largest levels tried that keep the error are: "
         f"{listed(levels_of(reach.items()))}. Between two neighbours of the levels nothing was run.",
-        statistic=f"The largest level tried up to which no run has more than {wb.evidence.KEPT:g} times its settled RMSE at the "
+        statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
         "worst joint; each effect by itself, in double precision.",
         sample=f"Six loops at their own periods, and those of the arm at {MS}; {DRAWS} starts within {NEAR:g} rad or m "
         "of each loop's own, nine levels.",
         given=GIVEN,
-        chosen=f"{CHOSEN}; the limit of {wb.evidence.KEPT:g} times; the levels, {levels} %; periods missed independently.",
+        chosen=f"{CHOSEN}; the limit of {KEPT:g} times; the levels, {levels} %; periods missed independently.",
         fitted=FITTED,
         answer=frail,
         variations=clock_variations(results),
@@ -172,7 +173,7 @@ def clock_variations(results: wb.Results) -> tuple[wb.Variation, ...]:
     asked += [
         (f"error at most {wb.evidence.STANDS:g} times", reach_of(results, EFFECT, wb.evidence.STANDS)),
         (
-            f"error at most {PART:g} steps of the reading larger, in place of {wb.evidence.KEPT:g} times",
+            f"error at most {PART:g} steps of the reading larger, in place of {KEPT:g} times",
             reach_in_steps(results),
         ),
         (f"the laws of the arm alone, all at {MS}", shared_reach(results, OBSERVED)),
@@ -224,7 +225,7 @@ def shared_table(results: wb.Results) -> wb.document.Table:
     )
     caption = f"Missed periods at the period of {PROPOSED}, {MS}: the laws of the arm, and {OBSERVED}."
     notes = (
-        f"{ERROR}: without missed periods. Kept: no run has more than {wb.evidence.KEPT:g} times its error. Growth: the largest of "
+        f"{ERROR}: without missed periods. Kept: no run has more than {KEPT:g} times its error. Growth: the largest of "
         f"{DRAWS} runs near the start on the reference, LQG near its pose. {OBSERVED} adds the estimate of the "
         "disturbance to its torque. LQG is designed for this period.",
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from studies.a9_sampling.quiet_periods import ends
 from studies.b4_handover.findings import (
     CLOCK,
     PATHS,
@@ -19,9 +18,12 @@ from studies.b4_handover.findings import (
 from studies.b4_handover.loops import CARD, ERROR, NEAR_START, SETTLED, TV, handed
 from studies.b4_handover.machine_tables import machines_section
 from studies.b4_handover.machines import M4F, differing, fit_of, machine_findings, percent_of
-from studies.b4_handover.margins import BOTH, DRAWS, NEAR, QUIET, Loss, margins, quiet_periods, scans
+from studies.b4_handover.margins import BOTH, DRAWS, NEAR, Loss, margins, quiet_periods, scans
 from studies.b4_handover.missed_periods import clock_finding, shared_table
 from studies.paper.card import PROPOSED
+from studies.paper.quiet_periods import QUIET, ends
+
+KEPT, STANDS = wb.evidence.KEPT, wb.evidence.STANDS
 
 
 def sections(results: wb.Results) -> wb.Page:
@@ -102,7 +104,7 @@ def margins_section(results: wb.Results) -> wb.Section:
     """Each effect by itself."""
     caption = (
         "Each effect of the computer by itself, from {}: the growth of the error at the declared level, and the "
-        f"largest level up to which no run has more than {wb.evidence.KEPT:g} and {wb.evidence.STANDS:g} times its error."
+        f"largest level up to which no run has more than {KEPT:g} and {STANDS:g} times its error."
     )
     tables = [
         wb.evidence.computer_table(
@@ -122,9 +124,7 @@ def margins_section(results: wb.Results) -> wb.Section:
             wb.document.Column("not kept at", "periods", "right"),
         ),
         tuple((one.name, int(late[one.key].largest), finite(late[one.key].next)) for one in handed()),
-        (
-            f"Kept: at most {wb.evidence.KEPT:g} times the error with one period. One run each; no period is shortened for a delay.",
-        ),
+        (f"Kept: at most {KEPT:g} times the error with one period. One run each; no period is shortened for a delay.",),
     )
     words = (
         "With jitter, each instant comes late by a new random delay, uniform up to the stated level; law and reference "
@@ -132,7 +132,13 @@ def margins_section(results: wb.Results) -> wb.Section:
         f"become coarser in multiples of the declared steps. Each level has {DRAWS} runs from starts within {NEAR:g} "
         "rad or m of the near or the far start. Each run is compared with the run of the same start without the effect."
     )
-    blocks = (wb.Paragraph(words), ladders(results), *tables, shared_table(results), delays)
+    blocks: tuple[wb.document.Block, ...] = (
+        wb.Paragraph(words),
+        ladders(results),
+        *tables,
+        shared_table(results),
+        delays,
+    )
     return wb.Section("How much of each effect the laws stand", blocks)
 
 
@@ -215,7 +221,7 @@ def periods_section(results: wb.Results) -> wb.Section:
     )
     notes = (
         f"Laws of the paper's arm: total variation at most {QUIET:g} times its value in continuous time, by the search "
-        f"of a9. LQG, and EKF and LQR: error at most {wb.evidence.KEPT:g} and total variation at most {QUIET:g} times their values "
+        f"of a9. LQG, and EKF and LQR: error at most {KEPT:g} and total variation at most {QUIET:g} times their values "
         "at a quarter of the declared period, at periods that rise by a quarter. Near and far: the starts that stand "
         "below the table of what is handed over. Rule: the period from which on the layer is unstable, by the largest "
         "eigenvalue of M^-1 K along the run in continuous time (a9); a dash where there is no gain K.",

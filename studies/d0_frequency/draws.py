@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import workbench as wb
-from studies.a7_sensitivity.sweeps import SEED, factors
 from studies.d0_frequency.loops import AtPose, linear
 from studies.d0_frequency.rest_answers import JOINTS, Complex
 from studies.paper.card import PROPOSED
+from studies.paper.factors import SEED, factors
 from studies.paper.linearization import LEVEL
 
 COUNT = 100

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import workbench as wb
-from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS
 from studies.d0_frequency import figures, tables
 from studies.d0_frequency.findings import answer, findings
 from studies.d0_frequency.loops import CARD, DRAWN, step_of_reference
+from studies.paper.comparison import PROPOSED_STEP, STEPS
 
 STEP = 0.1  # rad, of the reference of both joints
 JUMP = f"a step of {STEP:g} rad"

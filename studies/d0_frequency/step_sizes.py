@@ -9,9 +9,9 @@ import numpy as np
 from scipy.linalg import expm
 
 import workbench as wb
-from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS
 from studies.d0_frequency.loops import AtPose, linear, resting, started
 from studies.paper.card import LAWS
+from studies.paper.comparison import PROPOSED_STEP, STEPS
 from studies.paper.linearization import LEVEL
 
 SIZES = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0)  # rad, by which both joints start off

@@ -3,22 +3,21 @@
 from collections.abc import Mapping
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 import workbench as wb
 from studies.paper.card import CARD
 from studies.paper.printed_arm import PrintedArm
 
-ARM = wb.arms.mechanics.PlanarArm(
-    tuple(map(wb.arms.mechanics.PointMass, CARD["masses"], CARD["lengths"])), CARD["gravity"]
-)
+LINKS = tuple(map(wb.arms.mechanics.PointMass, CARD["masses"], CARD["lengths"]))
+ARM = wb.arms.mechanics.PlanarArm(LINKS, CARD["gravity"])
 SURFACE: dict[str, Any] = {"model": ARM, "Lambda": CARD["Lambda"], "phi": CARD["phi"]}
 LEARNING: dict[str, Any] = {"gamma": CARD["ASMC: gamma"], "K": CARD["ASMC: K(0)"]}
 
-REFERENCES: Mapping[str, wb.Reference] = {
-    "FS": wb.Sines(CARD["FS: reference amplitude"], CARD["FS: reference frequency"]),
-    "SS": wb.SquareWave(CARD["SS: a1, a2"], CARD["SS: f"]),
-}
+SINES = wb.Sines(CARD["FS: reference amplitude"], CARD["FS: reference frequency"])
+SQUARE_WAVE = wb.SquareWave(CARD["SS: a1, a2"], CARD["SS: f"])
+REFERENCES: Mapping[str, wb.Reference] = {"FS": SINES, "SS": SQUARE_WAVE}
 
 RULES = wb.arms.laws.RuleBase(
     sizes=CARD["Fuzzy-ASMC: centres of |s|"],
@@ -46,17 +45,21 @@ RIVALS: Mapping[str, wb.Controller] = {
     ),
 }
 
-PRINTED_ARM = PrintedArm(ARM.links, ARM.gravity)
+PRINTED_ARM = PrintedArm(LINKS, ARM.gravity)
 
 
-def plant(scenario: str) -> wb.Manipulator:
-    """The derived arm with the start and the disturbance of a scenario."""
-    disturbance = wb.SineTorque(
+def disturbance(scenario: str) -> wb.SineTorque:
+    """The disturbance of a scenario, a torque at each joint."""
+    return wb.SineTorque(
         CARD[f"{scenario}: disturbance amplitude"],
         CARD[f"{scenario}: disturbance frequency"],
         CARD[f"{scenario}: disturbance phase"],
     )
-    return wb.Manipulator(ARM, q=CARD[f"{scenario}: q(0)"], qd=CARD["qd(0)"], disturbance=disturbance)
+
+
+def plant(scenario: str) -> wb.Manipulator:
+    """The derived arm with the start and the disturbance of a scenario."""
+    return wb.Manipulator(ARM, q=CARD[f"{scenario}: q(0)"], qd=CARD["qd(0)"], disturbance=disturbance(scenario))
 
 
 def rival(scenario: str, law: str) -> wb.ClosedLoop:
@@ -91,6 +94,32 @@ def proposed_repaired(scenario: str, observer: wb.Observer | None = None) -> wb.
     return wb.ClosedLoop(plant(scenario), observer or repaired_observer(), law, REFERENCES[scenario])
 
 
+def arm_law(name: str) -> wb.arms.AbstractArmController:
+    """A rival law, as a law of an arm."""
+    law = RIVALS[name]
+    if not isinstance(law, wb.arms.AbstractArmController):
+        raise TypeError(f"'{name}' must be a law of an arm.")
+    return law
+
+
+def own_law(loop: wb.ClosedLoop) -> wb.arms.laws.AosmcRgs:
+    """AOSMC-RGS of a loop that it closes."""
+    if not isinstance(loop.controller, wb.arms.laws.AosmcRgs):
+        raise TypeError("The law of the loop must be AOSMC-RGS.")
+    return loop.controller
+
+
+def state_observer(loop: wb.ClosedLoop) -> wb.arms.observers.Luenberger:
+    """Observer (10) of a loop that has it."""
+    observer = loop.observer
+    if not (
+        isinstance(observer, wb.arms.observers.WithDisturbance)
+        and isinstance(observer.state, wb.arms.observers.Luenberger)
+    ):
+        raise TypeError("The observer of the loop must have observer (10) for its states.")
+    return observer.state
+
+
 def repaired_observer() -> wb.arms.observers.WithDisturbance:
     """(10) as printed, and (24) with D_hat = eta, which follows D but must know it."""
     return wb.arms.observers.WithDisturbance(paper_observer(), wb.arms.observers.OracleFilter(2, CARD["l"]))
@@ -99,3 +128,10 @@ def repaired_observer() -> wb.arms.observers.WithDisturbance:
 def paper_observer(model: wb.arms.AbstractArm = ARM) -> wb.arms.observers.Luenberger:
     """(10), on the right model if not said otherwise, with the gains of section 5."""
     return wb.arms.observers.Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
+
+
+def mass_matrices(q: wb.Array) -> wb.Array:
+    """M of the derived arm at the positions q (N, 2), as (N, 2, 2) in kg m^2."""
+    pose = ca.SX.sym("q", 2)
+    M = ca.Function("M", [pose], [ca.vec(ARM.mass_matrix(pose))])
+    return np.array(M.map(len(q))(q.T)).T.reshape(-1, 2, 2)

@@ -12,8 +12,10 @@ from studies.paper.card import CARD, LAWS, PROPOSED
 from studies.paper.laws import ARM, proposed_repaired, rival
 
 SEVEN = (*LAWS, "super-twisting")
-HELD = dict.fromkeys(("ASMC", "Fuzzy-ASMC", "RBF-ASMC"), ("controller.K",))
-HELD[PROPOSED] = ("controller.K", "controller.P")
+HELD: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("ASMC", "Fuzzy-ASMC", "RBF-ASMC"), ("controller.K",)),
+    PROPOSED: ("controller.K", "controller.P"),
+}
 POSES = {
     "hanging": (0.0, 0.0),
     "folded down": (0.0, np.pi),
@@ -124,7 +126,10 @@ def motion(outcome: wb.study.Outcome) -> Motion:
     """The run of an outcome."""
     law, run = outcome.case.law, outcome.measurement.trajectories
     inside = np.ones(len(run.t), dtype=bool) if law == "PID" else (np.abs(run["s"][0]) < CARD["phi"]).all(axis=1)
-    return Motion(law, run.t, states(outcome, outcome.ode), run["tau"][0], inside)
+    ode = outcome.ode
+    if not isinstance(ode, wb.Ode):
+        raise TypeError("The motion of a law is that of its loop in continuous time.")
+    return Motion(law, run.t, states(outcome, ode), run["tau"][0], inside)
 
 
 @dataclass(frozen=True, eq=False)

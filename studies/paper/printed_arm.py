@@ -10,6 +10,10 @@ import casadi as ca
 import workbench as wb
 
 
+def _matrix(rows: list[list[wb.core.Scalar]]) -> ca.SX:
+    return ca.SX(ca.blockcat(rows))
+
+
 @wb.block
 class PrintedArm(wb.arms.AbstractArm):
     r"""Two point masses on massless links, angles from the downward vertical:
@@ -50,7 +54,7 @@ class PrintedArm(wb.arms.AbstractArm):
     def mass_matrix(self, q: ca.SX) -> ca.SX:
         m1, m2, l1, l2 = self._letters
         M12 = m2 * (l2**2 + l1 * l2 * ca.cos(q[1]))
-        return ca.blockcat([[m1 * l1**2 + m2 * (l1**2 + l2**2 + 2 * l1 * l2 * ca.cos(q[1])), M12], [M12, m2 * l2**2]])
+        return _matrix([[m1 * l1**2 + m2 * (l1**2 + l2**2 + 2 * l1 * l2 * ca.cos(q[1])), M12], [M12, m2 * l2**2]])
 
     def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
         _, m2, l1, l2 = self._letters
@@ -58,13 +62,13 @@ class PrintedArm(wb.arms.AbstractArm):
             C12 = m2 * (l2**2 + l1 * l2 * ca.cos(q[1]))
         else:
             C12 = -m2 * l1 * l2 * ca.sin(q[1]) * (qd[0] + qd[1])
-        return ca.blockcat([[-m2 * l1 * l2 * ca.sin(q[1]) * qd[1], C12], [m2 * l1 * l2 * ca.sin(q[1]) * qd[0], 0]])
+        return _matrix([[-m2 * l1 * l2 * ca.sin(q[1]) * qd[1], C12], [m2 * l1 * l2 * ca.sin(q[1]) * qd[0], 0]])
 
     def gravity_vector(self, q: ca.SX) -> ca.SX:
         m1, m2, l1, l2 = self._letters
         g = self.gravity
         G2 = m2 * g * l2 * ca.sin(q[0] + q[1])
-        return ca.vertcat((m1 + m2) * g * l1 * ca.sin(q[0]) + G2, G2)
+        return _matrix([[(m1 + m2) * g * l1 * ca.sin(q[0]) + G2], [G2]])
 
     @property
     def _letters(self) -> tuple[wb.core.Scalar, wb.core.Scalar, wb.core.Scalar, wb.core.Scalar]:

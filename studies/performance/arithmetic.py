@@ -10,9 +10,7 @@ from time import process_time
 import numpy as np
 
 import workbench as wb
-from workbench.engine.kernel import llvm
-from workbench.engine.kernel.lowering import lower
-from workbench.engine.kernel.plan import Plan
+from studies.performance.inner_parts import Plan, llvm, lower
 
 COSTS = {"@llvm.fma": 2, "@llvm.sqrt": 1, "fadd": 1, "fsub": 1, "fmul": 1, "fdiv": 1}
 OPERATION = re.compile(r" = (?:call [^@]*)?(@llvm\.[a-z]+|f[a-z]+)\b")

@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 
 import workbench as wb
+from studies.paper.workload import rows_of
 from studies.performance.measurements import Effort, Row, compilation, error, rate, rates, reference
-from studies.performance.peers import casadi_cvodes
+from studies.performance.peers import Runner, casadi_cvodes
 from studies.performance.steps_of_workload import through
-from studies.performance.workload import rows_of
 
 STEPS = {  # s
     "rk4": (2.5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4),
@@ -26,11 +26,11 @@ RATE = "runs/s of one core"
 def speed_figure(rows: Sequence[Row]) -> wb.document.Figure:
     """Runs a second of each peer, with that of the engine above, and the most that its bar leaves to each."""
     peers = [row for row in rows if row.error is not None]
-    places, speeds = np.arange(1.0, 1 + len(peers)), np.array([row.runs_per_s for row in peers])
-    mine = speeds * [row.value for row in peers]
+    places, speeds = np.arange(1.0, 1 + len(peers)), np.array([row.runs_per_s for row in peers], dtype=float)
+    mine = speeds * np.array([row.value for row in peers], dtype=float)
     bars = [
-        wb.document.Series(row.name, (place, place), (SLOWEST, row.runs_per_s), style=style)
-        for style, (row, place) in enumerate(zip(peers, places, strict=True), start=1)
+        wb.document.Series(row.name, np.array([place, place]), np.array([SLOWEST, speed]), style=style)
+        for style, (row, place, speed) in enumerate(zip(peers, places, speeds, strict=True), start=1)
     ]
     marks = (
         wb.document.Series(
@@ -49,7 +49,7 @@ def precision_figure(rows: Sequence[Row], effort: Effort) -> wb.document.Figure:
     """Error beside speed: the methods whose accuracy can be chosen as curves, the others as marks."""
     wanted = reference(effort)
     p, series = rows_of(effort.samples), []
-    curves = {
+    curves: dict[str, list[Runner]] = {
         **{
             f"workbench, {method}, {1e3 * steps[0]:g} to {1e3 * steps[-1]:g} ms": [
                 partial(through, horizon=effort.horizon, h=h, method=method) for h in steps
@@ -61,9 +61,10 @@ def precision_figure(rows: Sequence[Row], effort: Effort) -> wb.document.Figure:
     for style, (name, runners) in enumerate(curves.items()):
         wrong = [(runner, error(runner(p), wanted)) for runner in runners]
         points = [(off, rate(runner, p, effort)) for runner, off in wrong if np.isfinite(off)]
-        series += [wb.document.Series(name, *np.array(points).T, style, look) for look in ("line", "marks")]
+        x, y = np.array(points).T
+        series += [wb.document.Series(name, x, y, style, "line"), wb.document.Series(name, x, y, style, "marks")]
     marks = [
-        wb.document.Series(row.name, [row.error], [row.runs_per_s], style, "marks")
+        wb.document.Series(row.name, _one(row.error), _one(row.runs_per_s), style, "marks")
         for style, row in enumerate((r for r in rows if r.error and "CVODES" not in r.name), start=4)
     ]
     panel = wb.document.Panel(RATE, (*series, *marks), xlabel="relative error of the RMSE", xscale="log", yscale="log")
@@ -72,11 +73,18 @@ def precision_figure(rows: Sequence[Row], effort: Effort) -> wb.document.Figure:
     )
 
 
+def _one(value: float | None) -> wb.Array:
+    """A single number as the array of a mark."""
+    return np.array([value], dtype=float)
+
+
 def flat_figure(effort: Effort) -> wb.document.Figure:
     """The rate over the number of runs in a call."""
     found = rates(effort)
-    series = tuple(
-        wb.document.Series("workbench", list(found), list(found.values()), look=look) for look in ("line", "marks")
+    runs, rate_of = np.array(list(found), dtype=float), np.array(list(found.values()))
+    series = (
+        wb.document.Series("workbench", runs, rate_of, look="line"),
+        wb.document.Series("workbench", runs, rate_of, look="marks"),
     )
     panel = wb.document.Panel(
         RATE, series, xlabel="runs in a call", xscale="log", ylim=(0.0, 1.15 * max(found.values()))

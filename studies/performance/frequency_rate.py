@@ -9,10 +9,9 @@ import numpy as np
 import workbench as wb
 from studies.paper.card import PROPOSED
 from studies.paper.linearization import HELD, LEVEL, POSES, still
-from studies.performance.cores import one_core
+from studies.paper.workload import SEED
 from studies.performance.measurements import Effort, Row, alternated, cpu_seconds
 from studies.performance.peers import control_responses
-from studies.performance.workload import SEED
 
 FREQUENCIES = np.geomspace(0.1, 1e3, 200)  # rad/s
 DRAWN = ("controller.K", "observer.state.L1", "observer.state.L2")
@@ -44,7 +43,7 @@ def frequency_rows(effort: Effort) -> tuple[Row, ...]:
     def rate(seconds: float, count: int) -> float:
         return count / seconds
 
-    with one_core():
+    with wb.study.one_core():
         mine, theirs = alternated(
             effort,
             lambda: rate(cpu_seconds(lambda: rows.response(FREQUENCIES)), effort.draws),

@@ -17,14 +17,10 @@ import workbench as wb
 from studies.paper.card import PROPOSED
 from studies.paper.laws import RIVALS, proposed_repaired, rival
 from studies.paper.linearization import LEVEL, POSES, still
+from studies.paper.workload import HORIZON, H, loop
 from studies.performance.chromium import Page, open_page, program
+from studies.performance.inner_parts import Job, html, live_data, loop_study, native
 from studies.performance.measurements import Effort, Row
-from studies.performance.workload import HORIZON, H, loop
-from workbench.engine.job import Job
-from workbench.engine.kernel import native
-from workbench.report.html_page import html
-from workbench.report.live.live_data import live_data
-from workbench.report.live.loop_study import loop_study
 
 EVERY = 0.01  # s, between two points of a curve
 LINEAR = "AOSMC-RGS with its linear answers"

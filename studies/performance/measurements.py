@@ -13,15 +13,13 @@ from time import perf_counter, process_time
 import numpy as np
 
 import workbench as wb
+from studies.paper.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
 from studies.performance import processes
 from studies.performance.arithmetic import flops, peak
-from studies.performance.cores import one_core
+from studies.performance.inner_parts import METHODS, Choice
 from studies.performance.peers import PEERS, Peer, Runner, casadi_cvodes
 from studies.performance.processes import in_a_process
 from studies.performance.steps_of_workload import by_choice, chosen
-from studies.performance.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
-from workbench.core.methods import METHODS
-from workbench.engine.step_choice import Choice
 
 EQUAL = ((1e-3, 20.0), (3e-5, 12.0))  # the error of the RMSE, and how many times as fast we must be
 TOLERANCES, OURS = (1e-9, 1e-2), (1e-6, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
@@ -99,7 +97,7 @@ def cpu_seconds(work: Callable[[], object]) -> float:
 def rate(runner: Callable[[wb.Array], object], p: wb.Array, effort: Effort) -> float:
     """Runs of W in a second of one core, to which they are held; shorter ones are scaled by their steps."""
     calls, spent = 0, 0.0
-    with one_core():
+    with wb.study.one_core():
         while spent < effort.seconds:
             calls, spent = calls + 1, spent + cpu_seconds(lambda: runner(p))
     return calls * len(p) * effort.horizon / HORIZON / spent
@@ -193,7 +191,7 @@ def cvodes_row(target: float, bar: float, effort: Effort) -> Row:
 def share(effort: Effort) -> Row:
     """The floating-point operations of W in a second, of all that one core can do."""
     step = flops(workload(), VARIED_COLUMNS)
-    with one_core():
+    with wb.study.one_core():
         ours, most = alternated(effort, lambda: our_rate(effort), peak)
     done = ours * step * HORIZON / H
     note = f"{done / 1e9:.3g} of {most / 1e9:.3g} Gflop/s, {step:,} flop a step"

@@ -13,8 +13,8 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
+from studies.paper.workload import PARAMETERS, STATES, H, loop, rmse, workload
 from studies.performance.right_hand_sides import in_matrices, in_scalars
-from studies.performance.workload import PARAMETERS, STATES, H, loop, rmse, workload
 
 # Parameters (B, 40) of B runs to the RMSE (B, 2) of their joints at the horizon.
 Runner = Callable[[wb.Array], wb.Array]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
-from studies.performance.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
+from studies.paper.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
 
 
 def first_result() -> dict[str, Any]:
@@ -25,7 +25,8 @@ def first_result() -> dict[str, Any]:
 
 def kernel_load() -> dict[str, Any]:
     """The seconds to have the kernel of W, once its IR is there."""
-    from studies.performance.arithmetic import llvm, time_loop
+    from studies.performance.arithmetic import time_loop
+    from studies.performance.inner_parts import llvm
 
     text = time_loop(workload(), VARIED_COLUMNS)
     begin = process_time()
@@ -45,7 +46,8 @@ def chain(n: int) -> wb.core.Step:
 
 def compilation(*links: int) -> dict[str, Any]:
     """For arms of so many links the operations of a step, and the seconds from the step to machine code."""
-    from studies.performance.arithmetic import flops, llvm, time_loop
+    from studies.performance.arithmetic import flops, time_loop
+    from studies.performance.inner_parts import llvm
 
     found: dict[str, list[float]] = {"flops": [], "cpu": []}
     llvm.compiled(time_loop(chain(1), (0,)))  # LLVM's own beginnings

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
-from studies.performance.workload import PARAMETERS
+from studies.paper.workload import PARAMETERS
 
 
 def _arm(

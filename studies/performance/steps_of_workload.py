@@ -7,10 +7,8 @@ from functools import cache
 import numpy as np
 
 import workbench as wb
-from studies.performance.workload import STATES, loop, rmse
-from workbench.engine import Trajectories
-from workbench.engine.pilots import pilot_runs
-from workbench.engine.step_choice import Choice, Pilots, search_step
+from studies.paper.workload import STATES, loop, rmse
+from studies.performance.inner_parts import Choice, Pilots, Trajectories, pilot_runs, search_step
 
 
 @cache

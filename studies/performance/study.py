@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from functools import cache
 
 import workbench as wb
+from studies.paper.workload import SEED, VARIED, loop
 from studies.performance.figures import compile_figure, flat_figure, precision_figure, speed_figure
 from studies.performance.frequency_rate import frequency_rows
 from studies.performance.live_page import live_rows
 from studies.performance.measurements import AT_ERROR, Effort, Row, table_rows
 from studies.performance.other_machine import WHERE, count, machines
 from studies.performance.peers import IN_MATRICES, PEERS
-from studies.performance.workload import SEED, VARIED, loop
 
 EFFORT = Effort()
 rows = cache(lambda: (*table_rows(EFFORT), *frequency_rows(EFFORT), *live_rows(EFFORT)))
@@ -213,8 +213,12 @@ def bars(every: Sequence[Row]) -> wb.document.Table:
         *(wb.document.Column(head, align="right") for head in heads),
         wb.document.Column("verdict"),
     )
-    verdicts = {True: "reached", False: wb.document.Strong("MISSED"), None: "not measured"}
-    cells = tuple(
+    verdicts: dict[bool | None, wb.document.Phrase] = {
+        True: "reached",
+        False: wb.document.Strong("MISSED"),
+        None: "not measured",
+    }
+    cells: tuple[tuple[wb.document.Cell, ...], ...] = tuple(
         (
             row.name,
             row.runs_per_s and short(row.runs_per_s),

@@ -11,8 +11,9 @@ from studies.a7_sensitivity.gradients import foretold, gap
 from studies.a7_sensitivity.results import Derivatives, LawResults, leaders, numbers_of
 from studies.a7_sensitivity.second_looks import Later, Numbers
 from studies.a7_sensitivity.study import acting_pairs, left_table
-from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, SPAN, TOLERANCE, factors, free, group_of, loop, metrics
+from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, free, loop, metrics
 from studies.a7_sensitivity.torque_variation import first_second, torque_variation
+from studies.paper.factors import SPAN, TOLERANCE, factors, group_of
 from tests.support.samples import made_sample, with_measurement
 from workbench.engine.metrics import late_error, measure
 from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, SobolDesign

@@ -7,41 +7,35 @@ import pytest
 
 from studies.a9_sampling import findings, pages, period_findings
 from studies.a9_sampling.evidence import PERIODS, Curve, Evidence, curve, plan, printed
-from studies.a9_sampling.loops import (
-    HORIZON,
-    NOISY,
-    RMSE,
-    SCENARIOS,
-    TV,
-    Audit,
-    Computer,
-    digital,
-    first_torque,
-    metrics,
-    sweep,
-)
-from studies.a9_sampling.period_rules import GAINLESS, PeriodRules, gains, masses
-from studies.a9_sampling.quiet_periods import (
+from studies.a9_sampling.loops import NOISY, Audit, Computer, digital, first_torque, sweep
+from studies.paper.card import LAWS, PUBLISHED
+from studies.paper.laws import mass_matrices as masses
+from studies.paper.linearization import SEVEN
+from studies.paper.period_rules import GAINLESS, PeriodRules, gains
+from studies.paper.quiet_periods import (
     ACTING,
     CLOSE,
     COMMANDED,
     GRID,
+    HORIZON,
     MOMENTUM,
     ON_REFERENCE,
     PARTS,
     QUIET,
+    RMSE,
+    SCENARIOS,
+    TV,
     QuietPeriod,
     QuietSearch,
     bracket_words,
     computed,
     ends,
     in_ms,
+    metrics,
     middle,
     paper_searches,
     quiet_period,
 )
-from studies.paper.card import LAWS, PUBLISHED
-from studies.paper.linearization import SEVEN
 from workbench.core import rk4
 from workbench.engine import simulate
 from workbench.engine.metrics import measure

@@ -7,8 +7,6 @@ import pytest
 
 from studies.a9_sampling import period_findings
 from studies.a9_sampling.evidence import Evidence
-from studies.a9_sampling.period_rules import PeriodRules
-from studies.a9_sampling.quiet_periods import ON_REFERENCE, PAPERS, TRUTH, QuietPeriod, quiet_period
 from studies.b4_handover import findings, machine_tables, machines, margins, missed_periods, operations
 from studies.b4_handover.loops import (
     EKF,
@@ -29,6 +27,8 @@ from studies.b4_handover.loops import (
 )
 from studies.b4_handover.margins import BOTH, Loss, Losses, Scan, effects, growth, periods_of, searches, starts
 from studies.paper.card import PROPOSED
+from studies.paper.period_rules import PeriodRules
+from studies.paper.quiet_periods import ON_REFERENCE, PAPERS, TRUTH, QuietPeriod, quiet_period
 from workbench.engine import simulate
 from workbench.engine.metrics import measure
 from workbench.handover.replays import TargetResult

@@ -11,7 +11,7 @@ _FILES = {
     "bounds": "disturbance_bounds shown",
     "claim_ledger": "BROKEN WITNESSED Check Kind Ledger Line Quantifier Ruling",
     "claim_margins": "SignalsOf derivative violation watching",
-    "counterexample": "Pair hypotheses_kept in_reference_mode",
+    "counterexample": "CounterExample Pair hypotheses_kept in_reference_mode",
     "equality": "judge_equal",
     "falsify": "Budget Found Hunt",
     "interval": "guarantee",

@@ -3,7 +3,7 @@
 from workbench.proofs.bounds import disturbance_bounds, shown
 from workbench.proofs.claim_ledger import BROKEN, WITNESSED, Check, Kind, Ledger, Line, Quantifier, Ruling
 from workbench.proofs.claim_margins import SignalsOf, derivative, violation, watching
-from workbench.proofs.counterexample import Pair, hypotheses_kept, in_reference_mode
+from workbench.proofs.counterexample import CounterExample, Pair, hypotheses_kept, in_reference_mode
 from workbench.proofs.equality import judge_equal
 from workbench.proofs.falsify import Budget, Found, Hunt
 from workbench.proofs.interval import guarantee
@@ -13,6 +13,7 @@ __all__ = [
     "BROKEN",
     "Budget",
     "Check",
+    "CounterExample",
     "Found",
     "Hunt",
     "Kind",

@@ -13,6 +13,7 @@ _FILES = {
     "evidence.law_tables": "side_by_side",
     "knob": "Knob",
     "marks": "bars cell points",
+    "one_core": "one_core",
     "sample": "Sample",
     "study": "Case Outcome Results Study",
     "tuning": "Trial Tuning",

@@ -19,8 +19,8 @@ class LateDrive(wb.plants.AbstractElement):
     plant, so that the observer counts on the torque that is commanded.
     """
 
-    acts: wb.core.Vector = wb.initial(0.0, unit="{unit}", shape=("*",))
-    waits: wb.core.Vector = wb.initial(0.0, unit="{unit}", shape=("*",))
+    acts: wb.core.Vector = wb.initial(default=0.0, unit="{unit}", shape=("*",))
+    waits: wb.core.Vector = wb.initial(default=0.0, unit="{unit}", shape=("*",))
 
     @property
     def recursion(self) -> bool:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-import casadi as ca
 import numpy as np
 
 import workbench as wb
 from studies.paper.card import CARD as PAPER
-from studies.paper.laws import ARM
+from studies.paper.laws import mass_matrices
 
 GAINLESS = ("PID", "super-twisting")  # these have no gain K, so no rule
 MATRIX = wb.notation.Product(
@@ -45,20 +44,13 @@ def period_rules(law: str, still: wb.metrics.Measurement) -> PeriodRules | None:
         return None
     run = still.trajectories
     inside = (np.abs(run["s"][0]) < PAPER["phi"]).all(axis=1)
-    M = masses(run["q"][0][inside])
+    M = mass_matrices(run["q"][0][inside])
     K = gains(law, run["controller.K"][0][inside] if law != "SMC" else np.full((len(M), 2), PAPER["SMC: K"]))
     sizes = np.linalg.norm(K, 2, axis=(1, 2))
     rho = np.abs(np.linalg.eigvals(np.linalg.solve(M, K))).max(axis=1)
     phi = PAPER["phi"]
     bounds = 2 * phi * np.linalg.eigvalsh(M)[:, 0] / sizes
     return PeriodRules(float(sizes.max()), float((2 * phi / rho).min()), float(bounds.min()))
-
-
-def masses(q: np.ndarray) -> np.ndarray:
-    """The mass matrices (N, 2, 2) of the arm at the positions q (N, 2)."""
-    pose = ca.SX.sym("q", 2)
-    M = ca.Function("M", [pose], [ARM.mass_matrix(pose)]).map(len(q))
-    return np.array(M(q.T)).T.reshape(len(q), 2, 2)
 
 
 def gains(law: str, K: np.ndarray) -> np.ndarray:

@@ -10,15 +10,18 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
-from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS
-from studies.a9_sampling.late_drive import LateDrive
-from studies.a9_sampling.loops import HORIZON, SUBSTEP, TV, metrics
-from studies.a9_sampling.period_rules import PeriodRules, period_rules
 from studies.paper.card import CARD as PAPER
 from studies.paper.card import PROPOSED
+from studies.paper.comparison import PROPOSED_STEP, STEPS
+from studies.paper.late_drive import LateDrive
 from studies.paper.laws import ARM, proposed_repaired
 from studies.paper.linearization import SEVEN, loop_of
+from studies.paper.period_rules import PeriodRules, period_rules
 
+RMSE, TV = "RMSE (43)", "TV"
+SCENARIOS = ("FS", "SS")
+HORIZON = {scenario: float(PAPER[f"{scenario}: horizon"]) for scenario in SCENARIOS}  # s
+SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth
 QUIET = 2.0  # times the total variation of the loop in continuous time, at most
 FACTORS = (1.5, 3.0, 10.0)  # in its place, as variations
 GRID = 1e-2  # s, the sample time of (43), which every period divides
@@ -162,7 +165,10 @@ def on_reference(loop: wb.ClosedLoop) -> wb.ClosedLoop:
 
     An observer of the momentum starts with the momentum of that motion: with 0 it would take it for a disturbance.
     """
-    q, qd = (np.array(ca.DM(part)).ravel() for part in loop.reference.motion(0.0)[:2])
+    wanted = loop.reference
+    if not isinstance(wanted, wb.Sines | wb.SquareWave):
+        raise TypeError("The loop must follow one of the paper's references.")
+    q, qd = (np.array(ca.DM(part)).ravel() for part in wanted.motion(ca.SX(0.0))[:2])
     loop = replace(loop, plant=replace(loop.plant, q=q, qd=qd))
     if not isinstance(loop.observer, wb.arms.observers.WithDisturbance):
         return loop
@@ -170,7 +176,7 @@ def on_reference(loop: wb.ClosedLoop) -> wb.ClosedLoop:
     if not isinstance(state, wb.FullState):
         state = replace(state, q_hat=q, qd_hat=qd)
     if isinstance(disturbance, wb.arms.observers.MomentumObserver):
-        disturbance = replace(disturbance, p_hat=np.array(ca.DM(ARM.mass_matrix(q))) @ qd)
+        disturbance = replace(disturbance, p_hat=np.array(ca.DM(ARM.mass_matrix(ca.SX(q)))) @ qd)
     return replace(loop, observer=replace(loop.observer, state=state, disturbance=disturbance))
 
 
@@ -180,6 +186,11 @@ def momentum_loop(scenario: str = "FS") -> wb.ClosedLoop:
         scenario,
         wb.arms.observers.WithDisturbance(wb.FullState(2), wb.arms.observers.MomentumObserver(ARM, PAPER["l"])),
     )
+
+
+def metrics(period: float) -> tuple[wb.metrics.AbstractMetric, ...]:
+    """(43) and the total variation of the torque that is held, period by period."""
+    return wb.metrics.sampled_rmse(PAPER["sample time of (43)"]), wb.total_variation(period)
 
 
 def quiet_period(search: QuietSearch) -> QuietPeriod:
@@ -225,5 +236,5 @@ def middle(low: float, high: float) -> float | None:
         most, least = grid / low, grid / high
         part = round(np.sqrt(most * least))
         if least + CLOSER < part < most - CLOSER:
-            return grid / part
+            return float(grid / part)
     return None
