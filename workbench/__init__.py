@@ -35,7 +35,7 @@ _ROOMS = {
     "design.frequency": "bandwidth c2d condition_number h2_norm hinf_norm pole_zero_structure relative_gains "
     "stability_margins",
     "design.linear": "equilibria lead_lag place",
-    "design.linear_loop": "LinearLoop linear_loop",
+    "design.linear_loop": "linear_loop",
     "design.riccati": "lqg lqr steady_kalman",
     "design.step_response": "step_info",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph Results Run Section SobolDesign Study Sweep Uniform "
@@ -75,6 +75,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "frequency": "design.frequency",
     "handover": "handover",
     "linear": "design.linear",
+    "linear_loops": "design.linear_loop",
     "loop": "blocks.loop",
     "loop_pictures": "report.loop_pictures",
     "metrics": "engine.metrics",

@@ -84,6 +84,7 @@ from workbench.core.validation.refusals import Array
 from workbench.design import chattering as chattering
 from workbench.design import frequency as frequency
 from workbench.design import linear as linear
+from workbench.design import linear_loop as linear_loops
 from workbench.design import linearize
 from workbench.design import riccati as riccati
 from workbench.design import riccati_flow as riccati_flow
@@ -98,7 +99,7 @@ from workbench.design.frequency import (
     stability_margins,
 )
 from workbench.design.linear import equilibria, lead_lag, place
-from workbench.design.linear_loop import LinearLoop, linear_loop
+from workbench.design.linear_loop import linear_loop
 from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.design.step_response import step_info
 from workbench.engine import metrics as metrics
@@ -177,7 +178,6 @@ __all__ = [
     "Knob",
     "Layout",
     "LinearLaw",
-    "LinearLoop",
     "LinearObserver",
     "LinearPlant",
     "LogUniform",
@@ -258,6 +258,7 @@ __all__ = [
     "lead_lag",
     "linear",
     "linear_loop",
+    "linear_loops",
     "linearize",
     "live",
     "load",

@@ -201,7 +201,7 @@ def _met(miss: float, within: float = CLOSE) -> str:
 
 
 def _miss(miss: float) -> str:
-    return f"by {row.percent(miss)} %" if np.isfinite(miss) else "diverges"
+    return f"by {wb.document.percent(miss)}" if np.isfinite(miss) else "diverges"
 
 
 def _other_rows(results: wb.Results) -> Iterator[wb.Variation]:

@@ -10,7 +10,7 @@ from studies.paper.unstated import CHOICES, assumptions, left_out
 
 def order_of_laws(results: wb.Results) -> wb.Finding:
     """The printed order of the six laws."""
-    holds, reversed_, close = six_laws.tally(results)
+    holds, reversed_, close = six_laws.count_pairs(results)
     total = holds + reversed_ + close
     first, last = (six_laws.reaching_time(six_laws.six(results, "FS", K)["SMC"]) for K in (None, max(six_laws.FIRM)))
     varied = ("K of joint 1", "K of joint 2")
@@ -49,12 +49,12 @@ def _other_orders(results: wb.Results) -> Iterator[wb.Variation]:
         return wb.Variation(words, _share(counts[0], sum(counts)), f"{counts[0]} of {sum(counts)}")
 
     for K in six_laws.FIRM:
-        yield one(f"K of SMC = {K:g} N m", six_laws.tally(results, K))
+        yield one(f"K of SMC = {K:g} N m", six_laws.count_pairs(results, K))
     for margin in (0.0, 0.05):
-        yield one(f"pairs apart by more than {100 * margin:g} %", six_laws.tally(results, margin=margin))
+        yield one(f"pairs apart by more than {100 * margin:g} %", six_laws.count_pairs(results, margin=margin))
     for metric in ("RMSE", "RMSE of e_hat"):
-        yield one(f"{metric} in place of RMSE (43)", six_laws.tally(results, metric=metric))
+        yield one(f"{metric} in place of RMSE (43)", six_laws.count_pairs(results, metric=metric))
     for (scenario, joint), column in PUBLISHED.items():
-        yield one(f"{SCENARIOS[scenario]}, joint {joint} alone", six_laws.tally(results, columns=(column,)))
+        yield one(f"{SCENARIOS[scenario]}, joint {joint} alone", six_laws.count_pairs(results, columns=(column,)))
     for law in LAWS:
-        yield one(f"without {law}", six_laws.tally(results, without=law))
+        yield one(f"without {law}", six_laws.count_pairs(results, without=law))

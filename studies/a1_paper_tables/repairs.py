@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
-from studies.a1_paper_tables.row import OTHER_Q, OTHER_R, nearest, percent
+from studies.a1_paper_tables.row import OTHER_Q, OTHER_R, nearest
 from studies.paper.card import CARD, PROPOSED, SCENARIOS
 from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_printed, proposed_repaired, state_observer
 
@@ -156,7 +156,7 @@ def gain_table(
         floor = float(np.nanmin(gain_floor(run))) if run.diverged_at is None else None
         one = nearest(run)
         of_row = run.case.scenario != AS_PRINTED["SS"] and np.isfinite(one.miss)
-        row = (f"{one.horizon:.2f}", percent(one.miss)) if of_row else (None, None)
+        row = (f"{one.horizon:.2f}", wb.document.percent(one.miss).removesuffix(" %")) if of_row else (None, None)
         rows.append((*named, *times_lost(run), floor, *(wb.study.cell(run, "late error", j) for j in (0, 1)), *row))
     columns = (
         wb.document.Column(head),

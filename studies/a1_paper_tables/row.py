@@ -29,11 +29,6 @@ class Nearest:
     miss: float
 
 
-def percent(share: float) -> str:
-    """A share in percent with two digits, or as a whole number from 10 on."""
-    return f"{100 * share:.2g}" if share < 0.1 else f"{100 * share:.0f}"
-
-
 def limit(share: float) -> str:
     """The least number of percent with one digit that is not below a share: 'within 0.009 %' of 0.0082 %."""
     unit = 10.0 ** np.floor(np.log10(100 * share))

@@ -48,7 +48,7 @@ def six(results: wb.Results, scenario: str, K: float | None = None) -> dict[str,
     return laws if K is None else laws | {"SMC": results[f"{scenario}, SMC", f"K = {K:g} N m"]}
 
 
-def tally(
+def count_pairs(
     results: wb.Results,
     K: float | None = None,
     *,
@@ -196,7 +196,7 @@ def _gains_table(results: wb.Results) -> wb.document.Table:
         scores = (wb.study.cell(smc[scenario], "RMSE (43)", joint) for scenario, joint in PLACES)
         reached = (f"{reaching_time(run):.2f}" for run in smc.values())
         gain = f"{CARD['SMC: K'][0]:g}, assumed" if K is None else f"{K:g}"
-        rows.append((gain, *scores, *reached, *tally(results, K)))
+        rows.append((gain, *scores, *reached, *count_pairs(results, K)))
     columns = (
         wb.document.Column("K of SMC, N m"),
         *(wb.document.Column(f"RMSE, {scenario}, q{joint + 1}", "rad", "right") for scenario, joint in PLACES),

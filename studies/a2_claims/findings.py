@@ -86,7 +86,7 @@ def fails(line: wb.proofs.Line) -> str:
     )
 
 
-def tally(line: wb.proofs.Line) -> str:
+def comparison_count(line: wb.proofs.Line) -> str:
     """The comparisons of a line, counted."""
     evidence = line.ruling.evidence
     return evidence[evidence.index("below in") :].rstrip(".")
@@ -160,7 +160,7 @@ def comparisons(ledger: wb.proofs.Ledger) -> wb.Finding:
         chosen=WEIGHTS,
         answer="cannot be checked",
         variations=tuple(
-            wb.Variation(f"{name}, with the numbers of a1", fails(line).split(" in ")[0], tally(line))
+            wb.Variation(f"{name}, with the numbers of a1", fails(line).split(" in ")[0], comparison_count(line))
             for name, line in lines.items()
         ),
         untried="Gains of the rivals that are tuned, and noise: a8 has both.",

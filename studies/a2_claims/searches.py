@@ -15,13 +15,14 @@ import numpy as np
 import workbench as wb
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, paper_observer, proposed_as_printed, proposed_repaired, state_observer
-from workbench.core.claim import Signals as Margins
 
 I, REST = np.eye(2), np.zeros(2)
 D_MAX, L_D = 0.65, 2.2  # N m, N m/s: Assumption 4 in numbers, just above the needs of both scenarios
 FLOOR = 2.0  # N m, a c that lambda_min(K) - delta keeps in the runs that count
 CONSTANT_D = (0.5, 0.4)  # N m, the amplitudes of section 5, held
 HELD = wb.SineTorque(CONSTANT_D, REST, np.full(2, np.pi / 2))
+
+Margins = Mapping[str, ca.SX]
 
 
 def beside_rest(L1: Any, L2: Any, zero: str = "down") -> wb.Ode:

@@ -77,7 +77,7 @@ def grouped(ledger: wb.proofs.Ledger) -> Mapping[str, wb.proofs.Ledger]:
     return {group: wb.proofs.Ledger(tuple(lines)) for group, lines in groups.items()}
 
 
-def tally(ledger: wb.proofs.Ledger) -> str:
+def count_verdicts(ledger: wb.proofs.Ledger) -> str:
     """The number of lines, and of the lines with each verdict."""
     counts = {kind: ledger.count(kind) for kind in get_args(wb.proofs.Kind)}
     return f"{len(ledger)}: {', '.join(f'{count} {WORDS.get(kind, kind)}' for kind, count in counts.items() if count)}"
@@ -181,7 +181,9 @@ def sections(results: wb.Results) -> wb.Page:
         wb.document.Column("evidence and witness"),
     )
     tables = (
-        wb.document.Table(STEMS[name], f"{name}, {tally(group)}.", columns, tuple(row(whole, line) for line in group))
+        wb.document.Table(
+            STEMS[name], f"{name}, {count_verdicts(group)}.", columns, tuple(row(whole, line) for line in group)
+        )
         for name, group in grouped(whole).items()
     )
     return wb.Page(

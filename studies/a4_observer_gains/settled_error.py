@@ -7,11 +7,9 @@ from typing import ClassVar
 import casadi as ca
 
 import workbench as wb
-from workbench.core.validation.signatures import door
 
 
 @dataclass(frozen=True)
-@door
 class SettledError(wb.metrics.AbstractSignalMetric):
     """The largest absolute value of a signal from `after` s on, without `clear` s after each jump, `apart` s apart.
 
@@ -27,7 +25,7 @@ class SettledError(wb.metrics.AbstractSignalMetric):
     def update(self, k: ca.SX, h: ca.SX, z: wb.metrics.Parts, y: wb.metrics.Parts) -> wb.metrics.Parts:
         """The larger of the memory and the present value, where that counts."""
         counts = ca.logic_and(k * h >= self.after - h / 2, ca.fmod(k * h + h / 2, self.apart) >= self.clear)
-        size = ca.if_else(counts, ca.fabs(wb.metrics.column(self.signal, y)), 0)
+        size = ca.if_else(counts, ca.fabs(self.column_of(y)), 0)
         return {"peak": ca.if_else(z["peak"] >= size, z["peak"], size)}  # no number is never less, and so stays
 
     def value(self, integral: wb.Array, z: Mapping[str, wb.Array], horizon: float) -> wb.Array:

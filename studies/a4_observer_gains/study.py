@@ -9,18 +9,8 @@ from typing import Any
 
 import workbench as wb
 from studies.a4_observer_gains import findings
-from studies.a4_observer_gains.candidates import (
-    HOW,
-    SCENARIOS,
-    STYLES,
-    WITH_JUMPS,
-    WORKS,
-    gains_section,
-    noise_and_rate,
-    poles,
-    promise_section,
-    tracking_section,
-)
+from studies.a4_observer_gains.candidates import HOW, SCENARIOS, STYLES, WITH_JUMPS, WORKS
+from studies.a4_observer_gains.pages import gains_section, noise_and_rate, poles, promise_section, tracking_section
 from studies.a4_observer_gains.settled_error import settled_error
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, proposed_repaired

@@ -109,10 +109,11 @@ class EitherAosmcRgs(wb.arms.laws.AbstractSlidingMode):
 
     def torque(self, t: ca.SX, z: wb.loop.Parts, est: wb.Signals, ref: wb.Signals) -> ca.SX:
         """(27) to (29)."""
-        M, C, G = wb.arms.laws.matrices(self.model, est)
+        M, C = self.model.mass_matrix(est.q), self.model.coriolis_matrix(est.q, est.qd)
+        G = self.model.gravity_vector(est.q)
         _, _, s, qd_r, qdd_r = self._sliding(est, ref)
         qd, qdd = chosen(self.printed, qd_r, ref.qd), chosen(self.printed, qdd_r, ref.qdd)
-        return M @ qdd + C @ qd + G + est.d - z["K"] @ wb.arms.laws.saturation(s, self.phi, "clip")
+        return ca.SX(M @ qdd + C @ qd + G + est.d - z["K"] @ ca.fmax(ca.fmin(s / self.phi, 1), -1))
 
     def rate(self, t: ca.SX, z: wb.loop.Parts, est: wb.Signals, ref: wb.Signals) -> wb.loop.Parts:
         """(33) and (34), with Q and R that number times I."""

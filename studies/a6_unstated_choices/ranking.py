@@ -37,11 +37,10 @@ SAMPLE = (
 NONE = "no rival"
 
 
-def percent(part: float) -> str:
-    return f"{100 * part:.0f} %"
+percent = partial(wb.document.percent, decimals=0)
 
 
-def interval(one: wb.uncertainty.Share) -> str:
+def share_words(one: wb.uncertainty.Share) -> str:
     return f"{100 * one.value:.0f} % ({100 * one.low:.0f} to {100 * one.high:.0f})"
 
 
@@ -75,7 +74,7 @@ def first_finding(every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> 
         "draws, by column and prior.",
         evidence="The paper prints it first in all four columns. Half of the draws have the minus of (33); with the "
         f"plus alone the share is {ends(_first_with_plus(every))}. "
-        f"The largest share is {interval(shares[top])}, under the {cell_words(top)}. {step_words(again)}",
+        f"The largest share is {share_words(shares[top])}, under the {cell_words(top)}. {step_words(again)}",
         statistic="Share of the draws in which the RMSE (43) of the law is below that of each rival. Answer 'yes' if "
         "it is above one half with its interval, 'no' if below, in all columns under all priors.",
         sample=SAMPLE,
@@ -98,7 +97,7 @@ def first_variations(every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) 
     for words, some in (("", every), (f", {LIMITS}", limited)):
         for cell, draws in some.items():
             one = counted(draws, Draws.first)
-            yield wb.Variation(cell_words(cell) + words, answer_of(one), interval(one))
+            yield wb.Variation(cell_words(cell) + words, answer_of(one), share_words(one))
     parts: list[tuple[str, Cells, Callable[[Draws], np.ndarray]]] = [
         (f"without {rival}", every, partial(Draws.first, without=rival)) for rival in RIVALS
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -242,8 +242,7 @@ def interval(one: wb.uncertainty.Estimate, digits: int = 2) -> str:
     return f"{float(one.value):.{digits}f} \N{PLUS-MINUS SIGN} {half:.{digits}f}"
 
 
-def percent(share: float) -> str:
-    return f"{100 * share:.0f} %"
+percent = partial(wb.document.percent, decimals=0)
 
 
 def capped(values: wb.Array) -> wb.Array:

@@ -41,7 +41,7 @@ def both(parts: list[wb.uncertainty.Estimate]) -> str:
     return " and ".join(percent(max(0.0, float(one.value))) for one in parts)
 
 
-def listed(parts: dict[str, list[wb.uncertainty.Estimate]]) -> str:
+def group_words(parts: dict[str, list[wb.uncertainty.Estimate]]) -> str:
     """The parts of the groups in percent, each at joints 1 and 2."""
     return ", ".join(f"{NAMES[group]} {both(parts[group])}" for group in NAMES)
 
@@ -82,9 +82,9 @@ def torque_variation(ours: LawResults) -> wb.Finding:
         "phi stays at its value.",
         answer=leader,
         variations=(
-            wb.Variation(f"the TV from {SECOND:g} to {LATE:g} s", leading_group(middle), listed(middle)),
-            wb.Variation(f"the TV from {LATE:g} s on", leading_group(late), listed(late)),
-            wb.Variation(f"the TV from {LATE:g} s on, {BODY}", leading_group(body), listed(body)),
+            wb.Variation(f"the TV from {SECOND:g} to {LATE:g} s", leading_group(middle), group_words(middle)),
+            wb.Variation(f"the TV from {LATE:g} s on", leading_group(late), group_words(late)),
+            wb.Variation(f"the TV from {LATE:g} s on, {BODY}", leading_group(body), group_words(body)),
             *(
                 wb.Variation(key, leading_group(parts_of(ours.shares_by("TV", change))))
                 for key, change in ROBUST.items()

@@ -41,7 +41,9 @@ class Change:
         return wb.Variation(self.words, self.answer, self.detail, POOLED if self.counts is None else COUNTED)
 
 
-def tally(standings: wb.evidence.Standings, words: str = ASKED.words, without: Collection[str] = ()) -> dict[str, int]:
+def count_wins(
+    standings: wb.evidence.Standings, words: str = ASKED.words, without: Collection[str] = ()
+) -> dict[str, int]:
     """The number of scenarios in which each law is best by a statistic, most first; laws that never are left out."""
     wins = {law: sum(s not in without for s in where) for law, where in standings.wins[words].items()}
     return {law: count for law, count in sorted(wins.items(), key=lambda pair: -pair[1]) if count}
@@ -64,7 +66,7 @@ def counted_change(
 ) -> Change:
     """A change of which each scenario is judged by itself."""
     scenarios = sum(scenario not in without for scenario in standings.judgements)
-    counts = tally(standings, statistic, without)
+    counts = count_wins(standings, statistic, without)
     return Change(words, champion(counts, scenarios), counts, scenarios, counted(counts, scenarios))
 
 
@@ -94,7 +96,7 @@ def changes(evidence: Evidence, key: str) -> Iterator[Change]:
     for scenario in cost.judgements:
         yield without_scenario(cost, scenario)
     if seen := [one for one in SEEN if one in cost.judgements]:
-        yield counted_change(f"without {listed(seen)}, which have a motion of the tuning", cost, without=seen)
+        yield counted_change(f"without {quoted(seen)}, which have a motion of the tuning", cost, without=seen)
     for way, pooled in evidence.pooled[key].items():
         for scenario, judgement in pooled.without.items():
             yield pooled_change(f"all but '{scenario}' together, {way}", judgement)
@@ -105,10 +107,9 @@ def without_scenario(cost: wb.evidence.Standings, scenario: str) -> Change:
     return counted_change(f"without scenario '{scenario}'", cost, without=(scenario,))
 
 
-def listed(scenarios: Sequence[str]) -> str:
+def quoted(scenarios: Sequence[str]) -> str:
     """The names of scenarios in words."""
-    *others, last = (f"'{one}'" for one in scenarios)
-    return f"{', '.join(others)} and {last}" if others else last
+    return wb.document.join_names(f"'{one}'" for one in scenarios)
 
 
 def compared_pairs(fewer: wb.evidence.Standings, all_laws: wb.evidence.Standings) -> str:

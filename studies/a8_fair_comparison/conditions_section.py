@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import workbench as wb
 from studies.a8_fair_comparison import conditions
-from studies.a8_fair_comparison.changes import SEEN, listed
+from studies.a8_fair_comparison.changes import SEEN, quoted
 from studies.a8_fair_comparison.conditions import HELD_OUT, TERMS
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, READINGS
 
@@ -33,22 +33,7 @@ def conditions_section() -> wb.Section:
             information(),
             scenarios(),
             drawn.table("drawn", "The numbers that are drawn in each run of a scenario, shown for the first scenario."),
-            wb.document.Table(
-                "objective",
-                "The terms of the cost. Each metric of both joints together is divided by its acceptable value.",
-                (
-                    wb.document.Column("metric"),
-                    wb.document.Column("acceptable", align="right"),
-                    wb.document.Column("unit"),
-                    wb.document.Column("what it stands for"),
-                ),
-                tuple((term.metric, term.acceptable, term.unit, term.why) for term in TERMS),
-                (
-                    f"In 'jumps', and in 'ss' of the tuning, the square wave also jumps at {conditions.HORIZON:g} s, "
-                    "when a run ends. The computer still answers this jump; TV counts the answer, and no other metric "
-                    "does. In 'jumps' the answer is 8 % of TV and 3 % of the cost of AOSMC-RGS and of SMC.",
-                ),
-            ),
+            objective(),
             wb.Paragraph(
                 (
                     "The cost is the sum of the terms, the same for all laws. It is linear, so that no law gains by "
@@ -59,6 +44,26 @@ def conditions_section() -> wb.Section:
                     " have the results with other weights.",
                 )
             ),
+        ),
+    )
+
+
+def objective() -> wb.document.Table:
+    """The terms of the cost."""
+    return wb.document.Table(
+        "objective",
+        "The terms of the cost. Each metric of both joints together is divided by its acceptable value.",
+        (
+            wb.document.Column("metric"),
+            wb.document.Column("acceptable", align="right"),
+            wb.document.Column("unit"),
+            wb.document.Column("what it stands for"),
+        ),
+        tuple((term.metric, term.acceptable, term.unit, term.why) for term in TERMS),
+        (
+            f"In 'jumps', and in 'ss' of the tuning, the square wave also jumps at {conditions.HORIZON:g} s, "
+            "when a run ends. The computer still answers this jump; TV counts the answer, and no other metric "
+            "does. In 'jumps' the answer is 8 % of TV and 3 % of the cost of AOSMC-RGS and of SMC.",
         ),
     )
 
@@ -82,7 +87,7 @@ def scenarios() -> wb.document.Table:
     rows += [(one.name, "comparison", one.words) for one in HELD_OUT]
     return wb.document.Table(
         "scenarios",
-        f"The scenarios. No law is tuned in a scenario of the comparison. But {listed(SEEN)} have the motion of 'fs', "
+        f"The scenarios. No law is tuned in a scenario of the comparison. But {quoted(SEEN)} have the motion of 'fs', "
         "and 'paper' its start, too; 'paper' differs from it by the masses and by what is drawn.",
         (
             wb.document.Column("name"),

@@ -21,13 +21,13 @@ from studies.a8_fair_comparison.changes import (
     base,
     changes,
     compared_pairs,
+    count_wins,
     counted,
     counted_change,
     described,
     heaviest,
     leading,
     sample,
-    tally,
 )
 from studies.a8_fair_comparison.entrants import BOTH, FILTER, GIVEN, LAWS, PROPOSED, READINGS, Given
 from studies.a8_fair_comparison.evidence import ASKED, DRAWS, FAMILY, MARGIN, Evidence, by_mean_costs, together
@@ -71,7 +71,7 @@ def winner(evidence: Evidence, given: Given) -> wb.Finding:
 def other_searches(evidence: Evidence, given: Given) -> str:
     """The tallies by the second and the third best search of the laws that run with other numbers."""
     found = [
-        f"with {words}, {counted(tally(standings), len(standings.judgements))}"
+        f"with {words}, {counted(count_wins(standings), len(standings.judgements))}"
         for words, standings in evidence.again[given.key].items()
         if words.endswith("laws") and "search" in words
     ]

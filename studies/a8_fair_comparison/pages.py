@@ -42,13 +42,17 @@ def sections(results: wb.Results) -> wb.Page:
             findings.riccati(held),
         ),
         sections=(
-            wb.Section("Cost in each scenario", (standings(held, BOTH), short(standings(held, READINGS)))),
+            wb.Section("Cost in each scenario", (standings(held, BOTH), without_note(standings(held, READINGS)))),
             changed(held),
             together(held),
             parts(held),
             wb.Section(
                 "Other measurements",
-                (wb.Paragraph(lead(held)), short(standings(held, FILTER)), short(standings(held, OBSERVER))),
+                (
+                    wb.Paragraph(lead(held)),
+                    without_note(standings(held, FILTER)),
+                    without_note(standings(held, OBSERVER)),
+                ),
             ),
             conditions_section(),
             tuning(results),
@@ -74,7 +78,7 @@ def rest(results: wb.Results) -> wb.Section:
 def lead(held: Evidence) -> str:
     """A reason for the lead of RBF-ASMC with raw readings, with its counts."""
     law = "RBF-ASMC"
-    raw, filtered = (changes.tally(held.cost[given.key]).get(law, 0) for given in (READINGS, FILTER))
+    raw, filtered = (changes.count_wins(held.cost[given.key]).get(law, 0) for given in (READINGS, FILTER))
     return (
         f"The network of {law} has a leak. Near e = 0 it acts as a low-pass filter of s beside the gain K / phi. With "
         f"raw readings, {law} is therefore the only law with a filter against the noise of the velocity. With filtered "
@@ -93,7 +97,7 @@ def standings(held: Evidence, given: Given) -> wb.document.Figure:
     )
 
 
-def short(shown: wb.document.Figure) -> wb.document.Figure:
+def without_note(shown: wb.document.Figure) -> wb.document.Figure:
     """A figure without the note that the first of its kind has."""
     return shown if shown.numbers is None else replace(shown, caption=shown.numbers.caption)
 

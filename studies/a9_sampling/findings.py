@@ -11,7 +11,7 @@ import workbench as wb
 from studies.a9_sampling.evidence import APART, PERIODS, PLACES, Evidence, Scores, printed
 from studies.a9_sampling.loops import MS, NOISY, REALISTIC, WAYS
 from studies.a9_sampling.period_findings import base, longest_period, reference, rule_of_thumb
-from studies.a9_sampling.words import CHOSEN, FITTED, GIVEN, listed, rounded
+from studies.a9_sampling.words import CHOSEN, FITTED, GIVEN, rounded
 from studies.paper.card import MARGIN, PROPOSED
 from studies.paper.linearization import SEVEN
 from studies.paper.quiet_periods import ACTING, FACTORS, PAPERS, QUIET, RMSE, SCENARIOS, TRUTH, TV, ends, in_ms
@@ -38,7 +38,7 @@ def answer(evidence: Evidence) -> str:
     """The answer of the page in one line."""
     late, near = base(evidence), reference(evidence)
     change = worst_change(evidence)[1]
-    quiet = listed(quiet_laws(evidence, evidence.at(TV, REALISTIC)))
+    quiet = wb.document.join_names(quiet_laws(evidence, evidence.at(TV, REALISTIC)))
     return (
         f"At {MS} without noise only {quiet} stay quiet; RMSE changes by at most {100 * change:.1f} %. In the first "
         f"scenario, a period late, {PROPOSED} is quiet up to {in_ms(ends(late))} ms, or {in_ms(ends(near))} ms if "
@@ -88,19 +88,22 @@ def chattering(evidence: Evidence) -> wb.Finding:
     loudest, (place, change, error) = max(growth, key=growth.__getitem__), worst_change(evidence)
     law, scenario, joint = place
     variations = [
-        wb.Variation(words, listed(quiet_laws(evidence, how.scores(evidence, TV))))
+        wb.Variation(words, wb.document.join_names(quiet_laws(evidence, how.scores(evidence, TV))))
         for words, how in computers()
         if how != Computing(REALISTIC)
     ]
     variations += [
-        wb.Variation(f"at most {factor:g} times", listed(quiet_laws(evidence, now, factor))) for factor in FACTORS
+        wb.Variation(f"at most {factor:g} times", wb.document.join_names(quiet_laws(evidence, now, factor)))
+        for factor in FACTORS
     ]
     variations += [
-        wb.Variation(f"{one} alone", listed(quiet_laws(evidence, now, scenarios=(one,)))) for one in SCENARIOS
+        wb.Variation(f"{one} alone", wb.document.join_names(quiet_laws(evidence, now, scenarios=(one,))))
+        for one in SCENARIOS
     ]
     return wb.Finding(
         "chattering",
-        f"At a period of {MS}, with exact readings, only {listed(quiet)} keep the total variation of their torque "
+        f"At a period of {MS}, with exact readings, only {wb.document.join_names(quiet)} keep the total "
+        f"variation of their torque "
         f"within {QUIET:g} times its value in continuous time; {loudest} has {rounded(growth[loudest])} times that "
         "value.",
         f"The RMSE (43) does not show it: it changes by at most {100 * change:.2f} ± {100 * error:.2f} % ({law}, "
@@ -112,7 +115,7 @@ def chattering(evidence: Evidence) -> wb.Finding:
         given=GIVEN,
         chosen=f"{CHOSEN} The limit of {QUIET:g} times. Memories step by explicit Euler.",
         fitted=FITTED,
-        answer=listed(quiet),
+        answer=wb.document.join_names(quiet),
         variations=tuple(variations),
         untried="A wider boundary layer, or smaller gains, with which fewer laws chatter.",
     )
@@ -207,7 +210,7 @@ def late_losses(evidence: Evidence) -> str:
         for period, share in zip(one.found.threshold.values, one.found.worst(TV), strict=True):
             if np.isinf(share):
                 lost.setdefault((one.search.law, one.search.scenario), []).append(f"{1e3 * period:.3g}")
-    each = [f"{law} in {scenario} at {listed(periods)} ms" for (law, scenario), periods in lost.items()]
+    each = [f"{law} in {scenario} at {wb.document.join_names(periods)} ms" for (law, scenario), periods in lost.items()]
     return "; ".join(each) or "none"
 
 
@@ -226,9 +229,9 @@ def judged_by(evidence: Evidence, way: str) -> tuple[str, str]:
 def longest_rmse(evidence: Evidence) -> str:
     """By way of stepping, the RMSE of AOSMC-RGS at the longest period over its value in continuous time, in words."""
     found = {words: evidence.growth(RMSE, PROPOSED, evidence.at(RMSE, max(APART), way)) for way, words in WAYS.items()}
-    finite = listed(f"{ratio:.2f} ({words})" for words, ratio in found.items() if np.isfinite(ratio))
+    finite = wb.document.join_names(f"{ratio:.2f} ({words})" for words, ratio in found.items() if np.isfinite(ratio))
     lost = [words for words, ratio in found.items() if np.isinf(ratio)]
-    diverged = f"; the run by {listed(lost)} diverges" if lost else ""
+    diverged = f"; the run by {wb.document.join_names(lost)} diverges" if lost else ""
     return f"the ratio of the RMSE to that of continuous time is {finite}{diverged}"
 
 

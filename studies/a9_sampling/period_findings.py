@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import workbench as wb
 from studies.a9_sampling.evidence import Evidence
-from studies.a9_sampling.words import CHOSEN, COUNTS_ON, FITTED, GIVEN, listed
+from studies.a9_sampling.words import CHOSEN, COUNTS_ON, FITTED, GIVEN
 from studies.paper.card import PROPOSED
 from studies.paper.period_rules import BOUND, HALF, MATRIX, RULE
 from studies.paper.quiet_periods import (
@@ -132,7 +132,7 @@ Ratios = Mapping[tuple[str, str], tuple[float, float]]
 
 def too_long(ratios: Ratios) -> str:
     """The loops whose rule is too long: both ends of the search are below it."""
-    return listed(f"{law} in {scenario}" for (law, scenario), (_, high) in ratios.items() if high <= 1)
+    return wb.document.join_names(f"{law} in {scenario}" for (law, scenario), (_, high) in ratios.items() if high <= 1)
 
 
 def within(ratios: Ratios) -> int:
@@ -173,7 +173,7 @@ def rule_of_thumb(evidence: Evidence) -> wb.Finding:
     ratios, bounds = ratios_of(still), ratios_of(still, by="bound")
     _, off = farthest(ratios)
     others = f" In the others it is off by at most {100 * off:.2g} %." if off else ""
-    own = listed(f"{ratio_words(bounds[PROPOSED, one])} times the bound in {one}" for one in SCENARIOS)
+    own = wb.document.join_names(f"{ratio_words(bounds[PROPOSED, one])} times the bound in {one}" for one in SCENARIOS)
     return wb.Finding(
         "rule_of_thumb",
         (

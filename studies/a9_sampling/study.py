@@ -4,7 +4,7 @@ Runs in about four minutes on two idle cores.
 """
 
 import workbench as wb
-from studies.a9_sampling import pages
+from studies.a9_sampling import pages, trust
 from studies.a9_sampling.evidence import gathered, plan, works
 from studies.a9_sampling.findings import answer, findings
 from studies.a9_sampling.loops import SEED, sweep
@@ -34,7 +34,7 @@ def sections(results: wb.Results) -> wb.Page:
             pages.places_section(evidence),
             pages.periods_section(evidence),
             pages.computer_section(),
-            pages.trust_section(evidence, results.work("steps")),
+            trust.trust_section(evidence, results.work("steps")),
         ),
     )
 

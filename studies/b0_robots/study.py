@@ -5,7 +5,6 @@ Runs in about two minutes on two cores. It measures time: the page is not the sa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from statistics import median
 
@@ -46,7 +45,7 @@ def seven() -> Robot:
 
 def answer() -> str:
     """The page in one line."""
-    beside = span([ratio for _, ratio in ratios()])
+    beside = times_as_fast()
     faster = f"; those of planar chains are derived {beside} times as fast as by SymPy" if beside else ""
     engine = max((one.by_mujoco for one in robots() if one.by_mujoco is not None), default=None)
     agree = "" if engine is None else f"; all {len(robots())} arms agree with MuJoCo to {engine:.0e}"
@@ -59,14 +58,6 @@ def answer() -> str:
 def ratios() -> list[tuple[Chain, float]]:
     """The chains that SymPy has derived, with the ratio of our speed to that of its faster method."""
     return [(one, one.ratio) for one in chains() if one.ratio is not None]
-
-
-def span(values: Sequence[float]) -> str:
-    """The least and the largest of some values; empty where there is none."""
-    if not values:
-        return ""
-    low, high = f"{min(values):.3g}", f"{max(values):.3g}"
-    return low if low == high else f"{low} to {high}"
 
 
 MACHINE = "One machine, named below, and one run of the page."
@@ -127,7 +118,7 @@ def sympy_findings() -> tuple[wb.Finding, ...]:
         wb.Finding(
             name="beside_sympy",
             statement=f"M, C and G of planar chains of {first.links} to {longest.links} links are derived "
-            f"{span([ratio for _, ratio in ratios()])} times as fast as by the faster method of SymPy; the bar of "
+            f"{times_as_fast()} times as fast as by the faster method of SymPy; the bar of "
             f"{FASTER:g} times is for {longest.links} links, where it is {longest.ratio:.3g}.",
             evidence="Ours ends in a function that can be called, SymPy's in expressions; compiling is not counted. "
             "SymPy gives M and the whole bias; C and G are made of them by this study, which is part of its time.",
@@ -164,6 +155,11 @@ def error_finding() -> wb.Finding:
         answer=size(energies if engine is None else engine),
         variations=tuple(wb.Variation(words, size(one), f"{one:.1g}") for words, one in ends),
     )
+
+
+def times_as_fast() -> str:
+    """The ratios of our speed to that of SymPy, in words."""
+    return wb.document.span([ratio for _, ratio in ratios()], "{:.3g}".format)
 
 
 def size(error: float) -> str:

@@ -9,7 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -152,9 +152,7 @@ def word(reached: bool) -> str:
     return "reached" if reached else "missed"
 
 
-def percent(share: float) -> str:
-    """A share in percent."""
-    return f"{100 * share:.1f} %"
+percent = partial(wb.document.percent, decimals=1)
 
 
 def answer(cost: Cost) -> str:

@@ -14,7 +14,7 @@ def choice_tables() -> tuple[wb.document.Table, ...]:
     return starts_table(), weights_table(), gains_table(), pid_table(), numbers_table()
 
 
-def span(seconds: float) -> str:
+def duration_words(seconds: float) -> str:
     """A time with its unit."""
     return f"{1e3 * seconds:g} ms" if seconds < 1 else f"{seconds:,g} s"
 
@@ -26,8 +26,8 @@ def starts_table() -> wb.document.Table:
         entries = zip(setting.plant.states.entries, setting.open.states.default, strict=True)
         start = ", ".join(f"{e.name} = {digits(x)} {e.unit}".strip() for e, x in entries)
         wanted = ", ".join(f"{name} = {digits(y)}" for name, y in setting.wanted.items())
-        steps = (span(setting.period / parts) for parts in (SUBSTEPS, COARSE))
-        rows.append((setting.name, start, wanted, span(setting.until), *steps))
+        steps = (duration_words(setting.period / parts) for parts in (SUBSTEPS, COARSE))
+        rows.append((setting.name, start, wanted, duration_words(setting.until), *steps))
     heads = ("plant", "start", "reference", "horizon", "step of a run", "step over parameters")
     notes = (
         "The observer of LQG starts at the outputs of the start; states that are not outputs start at the operating "
@@ -46,7 +46,7 @@ def weights_table() -> wb.document.Table:
         sizes = ", ".join(f"{name} {digits(size)}" for name, size in named if np.isfinite(size))
         sizes += f"; {', '.join(setting.plant.inputs.names)} {digits(setting.inputs[0])}"
         noise = ", ".join(f"{name} {value:g}" for name, value in setting.noise.items())
-        rows.append((setting.name, sizes, f"{setting.push:g}", noise, span(setting.period)))
+        rows.append((setting.name, sizes, f"{setting.push:g}", noise, duration_words(setting.period)))
     heads = ("plant", "sizes of states; inputs", "push", "noise", "period T")
     notes = (
         "The regulator minimises the integral of the sum of (x / size)\N{SUPERSCRIPT TWO} and (u / "

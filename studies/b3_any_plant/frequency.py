@@ -72,7 +72,9 @@ def frequency_answer(item: tuple[str, str]) -> FrequencyAnswer:
     return FrequencyAnswer(found[0], found[1], omega, gains, tuple(reasons))
 
 
-def linear_at_rest(setting: Setting, law: str, at: str | None = None, *, computer: bool = False) -> wb.LinearLoop:
+def linear_at_rest(
+    setting: Setting, law: str, at: str | None = None, *, computer: bool = False
+) -> wb.linear_loops.LinearLoop:
     """The linear loop where the plant rests at its operating point, cut at its inputs or at one of them."""
     closed: Any = loop(setting, law)
     still = STILL if isinstance(closed.controller, wb.Cascade) else ()
@@ -86,7 +88,7 @@ def linear_at_rest(setting: Setting, law: str, at: str | None = None, *, compute
     return wb.linear_loop(inside, at, freeze=still, substeps=SUBSTEPS)
 
 
-def answer_of(linear: wb.LinearLoop) -> LinearAnswer:
+def answer_of(linear: wb.linear_loops.LinearLoop) -> LinearAnswer:
     """Margins and poles of a linear loop."""
     found = linear.margins()
     alpha = linear.disk_margin.alpha if linear.stable else 0.0
@@ -95,7 +97,7 @@ def answer_of(linear: wb.LinearLoop) -> LinearAnswer:
     return LinearAnswer(linear.channels, linear.period is not None, each, alpha, poles)
 
 
-def frequencies(loops: Sequence[wb.LinearLoop]) -> wb.Array:
+def frequencies(loops: Sequence[wb.linear_loops.LinearLoop]) -> wb.Array:
     """The frequencies of a picture of loops in rad/s, from below their slowest pole to beyond their fastest."""
     sizes = np.array([abs(pole.value) for linear in loops for pole in linear.poles])
     sizes = sizes[sizes > 1e-9 * sizes.max()]

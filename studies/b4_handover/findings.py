@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 import workbench as wb
-from studies.a9_sampling.words import listed
 from studies.b4_handover.loops import (
     ERROR,
     FAR_START,
@@ -63,7 +62,7 @@ PARTS = {"single": "single precision alone", "jitter": "jitter alone", "missed":
 PARTS |= {"readings": "the steps of the readings alone, over exact readings"}
 
 
-def percent(loss: Loss) -> str:
+def loss_words(loss: Loss) -> str:
     """A loss in per cent, with two digits."""
     return f"{100 * loss.value:.2g} %".replace("-", "\N{MINUS SIGN}") if np.isfinite(loss.value) else "a whole run"
 
@@ -110,7 +109,7 @@ def longest_period(results: wb.Results) -> wb.Finding:
         for one in results.work("quiet")
         if one.search.law == PROPOSED and (one.search.limit is not None or one.search.counts_on == COMMANDED)
     ]
-    too_long = [listed(declared_too_long(partial(_allowed_from, results, start))) for start in BOTH]
+    too_long = [wb.document.join_names(declared_too_long(partial(_allowed_from, results, start))) for start in BOTH]
     return wb.Finding(
         "longest_period",
         f"With commands a period late, {PROPOSED} is quiet up to {in_ms(ends(near))} ms from a start on the reference "
@@ -181,7 +180,7 @@ def loss_variations(results: wb.Results) -> Iterator[wb.Variation]:
 def told(words: str, by: dict[str, Losses], part: str = "together") -> wb.Variation:
     """A variation of the loop that loses most."""
     worst = worst_loop(by, part)
-    return wb.Variation(words, worst, percent(getattr(by[worst], part)))
+    return wb.Variation(words, worst, loss_words(getattr(by[worst], part)))
 
 
 def loss_finding(results: wb.Results) -> wb.Finding:
@@ -195,14 +194,14 @@ def loss_finding(results: wb.Results) -> wb.Finding:
     chattering = declared_too_long(lambda one: allowed(results, one, FAR_START))
     return wb.Finding(
         "error_growth",
-        f"Single precision, {CLOCK} together raise the error of {worst} most: by {percent(by[worst].together)}, from "
-        f"{amount(error, unit)} to {amount(grown, unit)}; of the other loops by at most {percent(others)}.",
+        f"Single precision, {CLOCK} together raise the error of {worst} most: by {loss_words(by[worst].together)}, "
+        f"from {amount(error, unit)} to {amount(grown, unit)}; of the other loops by at most {loss_words(others)}.",
         f"The step of its readings is {amount(step, unit)}, {step / error:.2g} times that error. From a farther start "
         f"{'it chatters at its declared period: ' * (worst in chattering)}its error is "
-        f"{amount(error_of(results, worst, start=FAR_START)[0], unit)}, and changes by {percent(far)}.",
+        f"{amount(error_of(results, worst, start=FAR_START)[0], unit)}, and changes by {loss_words(far)}.",
         statistic=f"{ERROR}: the root of the mean square from {100 * SETTLED:.0f} % of the run on, the worst joint, as "
         "a ratio to the run of the same start in double precision with a perfect clock; the mean over the draws. That "
-        f"run chatters from farther starts, and is no sound base there: {listed(chattering)}.",
+        f"run chatters from farther starts, and is no sound base there: {wb.document.join_names(chattering)}.",
         sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, each with its own jitter.",
         given=GIVEN,
         chosen=f"{CHOSEN}; the statistic; the starts; {CLOCK}.",

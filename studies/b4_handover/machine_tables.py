@@ -6,7 +6,7 @@ import numpy as np
 
 import workbench as wb
 from studies.b4_handover.loops import FAR_START, NEAR_START, handed
-from studies.b4_handover.machines import BOARDS, FEW, SINGLY, by_target, fit_of, replays, short
+from studies.b4_handover.machines import BOARDS, FEW, SINGLY, by_target, fit_of, replays, without_compiler
 from studies.b4_handover.operations import operations_table
 
 SHOWN = ("gcc-O0", "gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m4f-libgcc", "cortex-m7")
@@ -46,7 +46,11 @@ def bits_table(results: wb.Results) -> wb.document.Table:
         parts = ("periods", "bits", "differing", "memories", "flags")
         sums = (sum(getattr(result, part) for result in ran) for part in parts)
         first = "; ".join(f"{law}: {result.first}" for law, result in laws.items() if result.first)
-        rows.append((short(name), *sums, first or "none") if ran else (short(name), *(None,) * 5, "not run"))
+        rows.append(
+            (without_compiler(name), *sums, first or "none")
+            if ran
+            else (without_compiler(name), *(None,) * 5, "not run")
+        )
     heads = ("periods", "bits compared", "bits of commands that differ", "periods with another memory", "flags")
     columns = (
         wb.document.Column("target"),
@@ -66,7 +70,10 @@ def counts_table(results: wb.Results) -> wb.document.Table:
     names = [wb.handover.TARGETS[key].name for key in SHOWN]
     by = by_target(results)
     rows = [(one.name, *(rounded(by[name][one.name].figures.instructions) for name in names)) for one in handed()]
-    columns = (wb.document.Column("law"), *(wb.document.Column(short(name), align="right") for name in names))
+    columns = (
+        wb.document.Column("law"),
+        *(wb.document.Column(without_compiler(name), align="right") for name in names),
+    )
     notes = (
         "The mean, by Callgrind for this machine's compilers and by QEMU for the others, with gcc -O2. A Cortex-M4F "
         "calls a routine for each operation in double precision.",
@@ -82,7 +89,7 @@ def single_table(results: wb.Results) -> wb.document.Table:
         differing = sum(result.differing + result.memories for result in ran)
         counts = [rounded(result.figures.instructions) for result in each]
         rows.append((law, sum(result.bits for result in ran), differing, *counts))
-    heads = [short(wb.handover.TARGETS[key].name) for key in SINGLY]
+    heads = [without_compiler(wb.handover.TARGETS[key].name) for key in SINGLY]
     columns = (
         wb.document.Column("law"),
         wb.document.Column("bits compared", align="right"),
@@ -108,7 +115,7 @@ def sizes_table(results: wb.Results) -> wb.document.Table:
             for precision in ("double", "single"):
                 fitted = (fit_of(results, one, key, start, precision) for start in (NEAR_START, FAR_START))
                 shares += [100 * fit.share if fit else None for fit in fitted]
-            name = short(wb.handover.TARGETS[key].name)
+            name = without_compiler(wb.handover.TARGETS[key].name)
             rows.append((one.name, name, figures.stack, figures.code, figures.data, time, *shares))
     shared = (f"{precision}, {start}" for precision in ("doubles", "singles") for start in ("near", "far"))
     columns = (
@@ -119,7 +126,7 @@ def sizes_table(results: wb.Results) -> wb.document.Table:
         *(wb.document.Column(head, "%", "right", digits=2) for head in shared),
     )
     clocks = " and ".join(
-        f"{short(wb.handover.TARGETS[key].name)} at {clock / 1e6:g} MHz"
+        f"{without_compiler(wb.handover.TARGETS[key].name)} at {clock / 1e6:g} MHz"
         for key, clock in BOARDS.items()
         if key != "cortex-m4f-libgcc"
     )

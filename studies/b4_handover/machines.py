@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import workbench as wb
-from studies.a9_sampling.words import listed
 from studies.b4_handover.findings import FITTED, START_WORDS, allowed
 from studies.b4_handover.loops import FAR_START, NEAR_START, PERIODS, Handed, by_key, handed
 from studies.b4_handover.margins import BOTH
@@ -73,13 +72,13 @@ def differing(results: wb.Results, work: str = "replays", laws: tuple[str, ...] 
     for law, each in replays(results, work).items():
         for result in each:
             if result.ran and (not laws or law in laws):
-                targets.setdefault(short(result.target), []).extend([law] * (not result.equal))
+                targets.setdefault(without_compiler(result.target), []).extend([law] * (not result.equal))
     return targets
 
 
 def differing_words(targets: Mapping[str, Sequence[str]]) -> str:
     """The targets on which a bit differs."""
-    return listed(name for name, laws in targets.items() if laws)
+    return wb.document.join_names(name for name, laws in targets.items() if laws)
 
 
 def bits_finding(results: wb.Results) -> wb.Finding:
@@ -89,24 +88,29 @@ def bits_finding(results: wb.Results) -> wb.Finding:
     other = {name: laws for name, laws in targets.items() if laws}
     equal = len(targets) - len(other)
     each = [result for of_law in by_law.values() for result in of_law]
-    missing = sorted({short(one.target) for one in each} - set(targets))
+    missing = sorted({without_compiler(one.target) for one in each} - set(targets))
     bits = sum(one.bits for one in each if one.ran)
     unlike = "; ".join(
-        f"on {name} {len(laws)} of {len(by_law)} laws {'differs' if len(laws) == 1 else 'differ'} ({listed(laws)})"
+        f"on {name} {len(laws)} of {len(by_law)} laws {'differs' if len(laws) == 1 else 'differ'} "
+        f"({wb.document.join_names(laws)})"
         for name, laws in other.items()
     )
     alone = operations_by_target(results)
     variations = [wb.Variation(f"{law} alone", differing_words(differing(results, laws=(law,)))) for law in by_law]
     variations.append(wb.Variation("laws in single precision", differing_words(differing(results, "single_replays"))))
     variations.append(
-        wb.Variation("single operations in place of laws", listed(short(name) for name, bad in alone.items() if bad))
+        wb.Variation(
+            "single operations in place of laws",
+            wb.document.join_names(without_compiler(name) for name, bad in alone.items() if bad),
+        )
     )
     return wb.Finding(
         "same_bits",
         f"All {len(by_law)} laws have the same bits as the portable arithmetic on {equal} of {len(targets)} targets"
         f"{'; ' + unlike if unlike else ''}.",
-        f"{bits:,} bits of commands and memories were compared. Not run: {listed(missing)}. Sines, cosines, "
-        "exponentials and powers are functions of our own in each law's C. On the Cortex-M4F with mended sums a rare "
+        f"{bits:,} bits of commands and memories were compared. Not run: {wb.document.join_names(missing)}. "
+        "Sines, cosines, exponentials and powers are "
+        "functions of our own in each law's C. On the Cortex-M4F with mended sums a rare "
         "case of the sum is ours, too, as GCC's library rounds it wrongly.",
         statistic="Bits of commands and of the memory behind each period. As all commands agree, a replay equals the "
         "closed loop with that machine.",
@@ -126,8 +130,8 @@ def unfit(results: wb.Results, key: str, start: str, precision: str = "double", 
     fitted = {one.name: fit for one in handed() if (fit := fit_of(results, one, key, start, precision))}
     most = max(fitted, key=lambda name: fitted[name].share)
     return (
-        listed(name for name, fit in fitted.items() if cycles * fit.share > 1),
-        f"{most} {in_percent(cycles * fitted[most].share)}",
+        wb.document.join_names(name for name, fit in fitted.items() if cycles * fit.share > 1),
+        f"{most} {wb.document.percent(cycles * fitted[most].share)}",
     )
 
 
@@ -137,7 +141,7 @@ def fit_finding(results: wb.Results, near: wb.handover.Fit, far: wb.handover.Fit
     single = fit_of(results, law, M4F, FAR_START, "single")
     variations = [
         wb.Variation(
-            f"{short(wb.handover.TARGETS[key].name)}, {precision} precision, {START_WORDS[start]}",
+            f"{without_compiler(wb.handover.TARGETS[key].name)}, {precision} precision, {START_WORDS[start]}",
             *unfit(results, key, start, precision),
         )
         for precision, keys in (("double", BOARDS), ("single", SINGLE_BOARDS))
@@ -176,14 +180,9 @@ def fit_finding(results: wb.Results, near: wb.handover.Fit, far: wb.handover.Fit
 
 def percent_of(fit: wb.handover.Fit) -> str:
     """The share of a period in per cent."""
-    return in_percent(fit.share)
+    return wb.document.percent(fit.share)
 
 
-def in_percent(share: float) -> str:
-    """A share in per cent, with two digits or as a whole number."""
-    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
-
-
-def short(name: str) -> str:
+def without_compiler(name: str) -> str:
     """The name of a target without its compiler, where it has but one."""
     return name.split(",")[0]

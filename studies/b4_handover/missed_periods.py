@@ -9,7 +9,6 @@ from functools import cache
 import numpy as np
 
 import workbench as wb
-from studies.a9_sampling.words import listed
 from studies.b4_handover.findings import CHOSEN, FITTED, GIVEN, START_WORDS, amount
 from studies.b4_handover.loops import (
     CARD,
@@ -98,7 +97,7 @@ def shared_reach(results: wb.Results, left_out: str) -> dict[str, float]:
 def frailest(reach: Mapping[str, float]) -> str:
     """The loops with the least level that keeps their error."""
     least = min(reach.values())
-    return listed(name for name, level in reach.items() if level == least)
+    return wb.document.join_names(name for name, level in reach.items() if level == least)
 
 
 def reach_of(
@@ -145,10 +144,10 @@ def clock_finding(results: wb.Results) -> wb.Finding:
         "missed_periods",
         f"With missed periods {frail} keeps its settled error within {100 * (wb.evidence.KEPT - 1):.0f} % "
         f"{level_words(min(reach.values()))}. At the period of {PROPOSED}, {MS}, {first} keeps it up to "
-        f"{listed([f'{100 * level:.3g} %', *levels_of(rest)])}.",
+        f"{wb.document.join_names([f'{100 * level:.3g} %', *levels_of(rest)])}.",
         f"{OBSERVED}, at {MS}, keeps its error of {amount(error, 'rad')} {level_words(observed)}{alike}. "
         "At each loop's own period the largest levels tried that keep the error are: "
-        f"{listed(levels_of(reach.items()))}. Between two neighbours of the levels nothing was run.",
+        f"{wb.document.join_names(levels_of(reach.items()))}. Between two neighbours of the levels nothing was run.",
         statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
         "worst joint; each effect by itself, in double precision.",
         sample=f"Six loops at their own periods, and those of the arm at {MS}; {DRAWS} starts within {NEAR:g} rad or m "

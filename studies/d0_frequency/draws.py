@@ -51,7 +51,7 @@ def moved(law: str) -> tuple[wb.Factor, ...]:
     return tuple(factor for factor in factors(law) if factor.name not in UNMOVED)
 
 
-def values(loop: wb.LinearLoop, law: str) -> dict[str, wb.Array]:
+def values(loop: wb.linear_loops.LinearLoop, law: str) -> dict[str, wb.Array]:
     """The draws by the names of parameters, (N, *shape) each."""
     space = wb.uncertainty.Space(moved(law), loop.parameters, loop.states)
     p, x = space.rows(wb.study.MonteCarlo(len(space.factors), COUNT, seed=SEED).points())

@@ -70,7 +70,9 @@ def digital(one: AtPose, period: float) -> wb.DigitalLoop:
     return wb.DigitalLoop(resting(one), period, delay=True, waiting={"tau": holding(ARM_POSES[one.pose])})
 
 
-def linear(one: AtPose, period: float | None = None, at: str | None = None, K: wb.Array | None = None) -> wb.LinearLoop:
+def linear(
+    one: AtPose, period: float | None = None, at: str | None = None, K: wb.Array | None = None
+) -> wb.linear_loops.LinearLoop:
     """The linear loop at rest, its adapting gains held: at K(0), or at K; in continuous time or in a computer."""
     loop: Any = resting(one) if period is None else digital(one, period)
     values = None if K is None else {"controller.K": K}

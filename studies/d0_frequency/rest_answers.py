@@ -52,7 +52,7 @@ class RestAnswer:
         return max((m.margins.Ms.gain.value if m.margins else float("inf")) for m in self.joints)
 
 
-def answer_of(loop: wb.LinearLoop) -> RestAnswer:
+def answer_of(loop: wb.linear_loops.LinearLoop) -> RestAnswer:
     """Margins and poles of a linear loop."""
     found = loop.margins()
     stable = loop.stable
@@ -101,7 +101,7 @@ def _curves(one: AtPose, period: float | None, omega: wb.Array) -> Curves:
     return Curves(period or 0.0, omega, both.response(omega).values, np.stack(singles, axis=1), gang)
 
 
-def rates(cut: wb.LinearLoop) -> Complex:
+def rates(cut: wb.linear_loops.LinearLoop) -> Complex:
     """The poles (n,) of a loop gain in 1/s; in a computer the logarithms of those of its map over the period."""
     poles = np.asarray(cut.L.poles(), dtype=complex)
     return poles if cut.period is None else np.log(poles[poles != 0]) / cut.period

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 
@@ -23,9 +24,7 @@ PLACES = (CONTINUOUS, *COMPUTERS)
 
 def span(values: Iterable[float], digits: int = 3, scale: float = 1.0) -> str:
     """The least and the largest of numbers in words: '0.34 to 2.0', or one number if both look alike."""
-    held = [scale * value for value in values]
-    ends = [number(end, digits) for end in (min(held), max(held))]
-    return ends[0] if ends[0] == ends[1] else " to ".join(ends)
+    return wb.document.span((scale * value for value in values), partial(number, digits=digits))
 
 
 def number(value: float, digits: int = 3) -> str:

@@ -20,7 +20,7 @@ RATE, ERROR = "frequency answers of 1,000 draws, beside python-control", "larges
 
 
 @cache
-def loop_at_rest() -> wb.LinearLoop:
+def loop_at_rest() -> wb.linear_loops.LinearLoop:
     """The repaired AOSMC-RGS loop of the paper at rest, cut at the torques, its adapting gains frozen."""
     return wb.linear_loop(still(PROPOSED, POSES[LEVEL]), freeze=HELD[PROPOSED])
 

@@ -87,7 +87,7 @@ def notes(every: Sequence[Row]) -> wb.document.Table:
 
 def there(every: Sequence[Row]) -> list[tuple[Row, str]]:
     """Each row with its figure in words; empty where it was not measured."""
-    return [(row, "" if row.value is None else f"{short(row.value)} {row.unit}") for row in every]
+    return [(row, "" if row.value is None else f"{three_digits(row.value)} {row.unit}") for row in every]
 
 
 def peers_of(every: Sequence[Row]) -> list[Row]:
@@ -119,7 +119,7 @@ def findings(every: Sequence[Row]) -> tuple[wb.Finding, ...]:
 
 def missed_words(row: Row) -> str:
     """A bar that was missed, with what was measured."""
-    return f"{row.name} ({short(row.value or 0.0)} {row.unit}, bar {bar(row)})"
+    return f"{row.name} ({three_digits(row.value or 0.0)} {row.unit}, bar {bar(row)})"
 
 
 MACHINE = "One machine, named below, and one run of the page."
@@ -147,10 +147,15 @@ def peer_findings(peers: Sequence[Row]) -> tuple[wb.Finding, ...]:
             chosen="The workload, its step, and the settings of the peers.",
             answer="the engine is faster",
             variations=(
-                *(wb.Variation(f"beside {name}", faster(one), f"{short(one)} times") for name, one in ratios.items()),
+                *(
+                    wb.Variation(f"beside {name}", faster(one), f"{three_digits(one)} times")
+                    for name, one in ratios.items()
+                ),
                 *(
                     wb.Variation(
-                        f"beside {name}, three times as fast in scalars", faster(one / 3), f"{short(one / 3)} times"
+                        f"beside {name}, three times as fast in scalars",
+                        faster(one / 3),
+                        f"{three_digits(one / 3)} times",
                     )
                     for name, one in ratios.items()
                     if name in IN_MATRICES
@@ -168,7 +173,7 @@ def faster(ratio: float) -> str:
 
 def span(ratios: Sequence[float]) -> str:
     """The least and the largest ratio."""
-    return f"{short(min(ratios))} to {short(max(ratios))}"
+    return wb.document.span(ratios, three_digits)
 
 
 def bars_finding(measured: Sequence[Row]) -> wb.Finding:
@@ -221,8 +226,8 @@ def bars(every: Sequence[Row]) -> wb.document.Table:
     cells: tuple[tuple[wb.document.Cell, ...], ...] = tuple(
         (
             row.name,
-            row.runs_per_s and short(row.runs_per_s),
-            None if row.value is None else f"{short(row.value)} {row.unit}",
+            row.runs_per_s and three_digits(row.runs_per_s),
+            None if row.value is None else f"{three_digits(row.value)} {row.unit}",
             bar(row),
             row.error and f"{row.error:.1e}",
             verdicts[row.reached],
@@ -236,10 +241,10 @@ def bars(every: Sequence[Row]) -> wb.document.Table:
 def bar(row: Row) -> str:
     """The bar with its sign and unit."""
     sign = "\N{LESS-THAN OR EQUAL TO}" if row.at_most else "\N{GREATER-THAN OR EQUAL TO}"
-    return f"{sign} {short(row.bar)} {row.unit}"
+    return f"{sign} {three_digits(row.bar)} {row.unit}"
 
 
-def short(value: float) -> str:
+def three_digits(value: float) -> str:
     """Three digits, or all of a larger whole part."""
     return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
 

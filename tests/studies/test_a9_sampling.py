@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies.a9_sampling import findings, pages, period_findings
+from studies.a9_sampling import findings, pages, period_findings, trust
 from studies.a9_sampling.evidence import PERIODS, Curve, Evidence, curve, plan, printed
 from studies.a9_sampling.loops import NOISY, Audit, Computer, digital, first_torque, sweep
 from studies.paper.card import LAWS, PUBLISHED
@@ -400,5 +400,5 @@ def test_a_law_that_diverges_falls_behind_all_that_do_not():
 def test_the_change_with_the_step_is_the_largest_total_variation_over_the_smallest(later, ratio):
     TVs = np.tile(np.array([100.0, *later])[:, np.newaxis], (1, 2))
     steps = Curve("SMC", "clip", True, np.array([1e-3, 5e-4, 2e-4]), TVs)
-    (row,) = pages.steps_table([steps]).rows
+    (row,) = trust.steps_table([steps]).rows
     assert row[-1] == pytest.approx(ratio)

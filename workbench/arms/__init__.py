@@ -3,6 +3,11 @@
 The joints of an arm are named here and in no room for any plant; only `cli`, the studies and the face of the package
 import it. Read `mechanics` first, then `manipulator.py` and `laws`; `printed` compares the equations of a paper with
 an arm.
+
+Examples
+--------
+>>> wb.arms.Dynamics.of(wb.paper_arm()).matrices((0.0, 0.0), (0.0, 0.0))[0].shape
+(2, 2)
 """
 
 from workbench.core.lazy_names import lazy_names

@@ -2,6 +2,11 @@
 
 They know names, units, expressions of CasADi and their numbers, but no robot, no law and no plot; `drawers` has the
 functions that draw objects, which `report` enters. Read `layout` first, then `block` and `lift`, then `ode` and `step`.
+
+Examples
+--------
+>>> wb.core.Layout((wb.core.Entry("x", 1.0, "m"),)).labels
+('x',)
 """
 
 from workbench.core.block import Column, Matrix, Scalar, Vector, block, initial, option, parameter

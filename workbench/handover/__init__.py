@@ -2,6 +2,11 @@
 
 The room knows steps, graphs and their machines: it writes C, FMUs and programs of other languages, records runs, and
 replays them on a target to compare every bit. Read `law_export.py` first, then `recording.py` and `replays.py`.
+
+Examples
+--------
+>>> sorted(wb.handover.TARGETS)[:2]
+['arm64', 'browser']
 """
 
 from workbench.core.lazy_names import lazy_names

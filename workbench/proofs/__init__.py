@@ -3,6 +3,11 @@
 Interval and rational arithmetic bound expressions and eigenvalues over boxes; a claim is searched within stated bounds
 for a run that breaks it. The room knows equations, and nothing of arms or papers. Read `interval.py` first, then
 `bounds.py` and `falsify.py`.
+
+Examples
+--------
+>>> wb.proofs.shown(1.23456, 1)
+'1.23456'
 """
 
 from workbench.core.lazy_names import lazy_names

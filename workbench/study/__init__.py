@@ -2,6 +2,13 @@
 
 The room knows loops only as equations, and their authors not at all; it prints and draws nothing.
 Read `study` first, then `execution`, where a study's sweeps become chunks, a ledger and samples.
+
+Examples
+--------
+>>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, h=1e-2)
+>>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
+>>> wb.study.run(study).outcomes[0].case.law
+'no law'
 """
 
 from workbench.core.lazy_names import lazy_names
@@ -13,7 +20,7 @@ _FILES = {
     "evidence.law_tables": "side_by_side",
     "knob": "Knob",
     "marks": "bars cell points",
-    "one_core": "one_core",
+    "single_core": "one_core",
     "sample": "Sample",
     "study": "Case Outcome Results Study",
     "tuning": "Trial Tuning",

@@ -1,4 +1,10 @@
-"""The origin of each number: stated by a paper, derived from it, or assumed by us."""
+"""The origin of each number: stated by a paper, derived from it, or assumed by us.
+
+Examples
+--------
+>>> wb.provenance.stated("mass", 1.0, "kg", "section 5").mark
+'stated'
+"""
 
 from __future__ import annotations
 
@@ -12,6 +18,8 @@ from workbench.core.validation.refusals import Array, as_array, described, finit
 from workbench.core.validation.signatures import door
 from workbench.study.document.document import Column, Phrase, Table
 from workbench.study.document.phrases import raised
+
+__all__ = ["Card", "Given", "assumed", "derived", "stated", "written"]
 
 Mark = Literal["stated", "derived", "assumed"]
 
@@ -77,7 +85,14 @@ def assumed(
 @dataclass(frozen=True, eq=False)
 @door
 class Card:
-    """All numbers of a paper, each once: `card["phi"]` is the value."""
+    """All numbers of a paper, each once: `card["phi"]` is the value.
+
+    Examples
+    --------
+    >>> card = wb.provenance.Card((wb.provenance.stated("mass", 1.0, "kg", "section 5"),))
+    >>> card["mass"]
+    1.0
+    """
 
     entries: tuple[Given, ...]
 

@@ -22,7 +22,7 @@ from workbench.arms.laws.rise import Rise
 from workbench.arms.laws.scheduled_feedback import ScheduledFeedback
 from workbench.arms.laws.sdre import Sdre
 from workbench.arms.laws.sliding_mode import SlidingMode
-from workbench.arms.laws.sliding_surface import AbstractSlidingMode, matrices, saturation
+from workbench.arms.laws.sliding_surface import AbstractSlidingMode
 from workbench.arms.laws.state_feedback import StateFeedback
 from workbench.arms.laws.super_twisting import SuperTwisting
 from workbench.arms.laws.terminal_sliding_mode import NonsingularTerminalSlidingMode
@@ -51,6 +51,4 @@ __all__ = [
     "StateFeedback",
     "SuperTwisting",
     "WithCompensation",
-    "matrices",
-    "saturation",
 ]

@@ -2,6 +2,11 @@
 
 The room knows a plant's equations, its actuators, sensors and disturbances; it knows no law, no observer and no
 simulation. Read `dc_motor.py` first; `ode_plant.py` makes a plant of functions.
+
+Examples
+--------
+>>> wb.plants.DCMotor is wb.DCMotor
+True
 """
 
 from workbench.blocks.loop.linear_blocks import LinearPlant

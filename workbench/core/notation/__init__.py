@@ -2,6 +2,11 @@
 
 The room knows expressions and formulas, but no model. Read `formula` first, then `reader` (from CasADi to a formula),
 `normal_form` (exact proofs of equality) and `writer` (signs and parentheses for every markup).
+
+Examples
+--------
+>>> wb.notation.symbol("q_1").letter
+'q'
 """
 
 from workbench.core.notation.formula import (

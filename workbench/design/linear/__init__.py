@@ -2,6 +2,12 @@
 
 The room knows equations and systems of python-control, and no robot, law or loop by name. Read `linearization.py`
 first, then `linear_modes.py` for poles, `loop_cuts.py` and `loop_margins.py` for loops that are cut.
+
+Examples
+--------
+>>> motor = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
+>>> len(wb.linear.poles(motor))
+2
 """
 
 from workbench.design.linear.compensators import Placement, lead_lag, place

@@ -2,6 +2,11 @@
 
 The room knows equations, their outputs and steps; it does not know plants or laws. Read `metric_catalogue.py` first,
 then `contract.py` for a metric of your own.
+
+Examples
+--------
+>>> wb.metrics.late_error(2.0).name
+'late error'
 """
 
 from workbench.engine.metrics.accumulators import final_values, measured
@@ -27,7 +32,7 @@ from workbench.engine.metrics.metric_catalogue import (
     violation,
 )
 from workbench.engine.metrics.score import Score
-from workbench.engine.metrics.signal_choice import Choice, Signal, column
+from workbench.engine.metrics.signal_choice import Choice, Signal
 from workbench.engine.metrics.step_metrics import Peak, TotalVariation
 
 __all__ = [
@@ -41,7 +46,6 @@ __all__ = [
     "Score",
     "Signal",
     "TotalVariation",
-    "column",
     "effort",
     "energy",
     "final_values",

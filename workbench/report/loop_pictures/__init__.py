@@ -2,6 +2,11 @@
 
 The room knows plain data (frequencies, complex answers, periods, certified margins, poles, responses) and makes figures
 of them; it knows no robot, law or loop. Read `frequency_curves` first, then `bode_pictures`.
+
+Examples
+--------
+>>> wb.loop_pictures.FrequencyCurve is wb.FrequencyCurve
+True
 """
 
 from workbench.report.loop_pictures.bode_pictures import bode_figure

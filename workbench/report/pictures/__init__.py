@@ -2,6 +2,11 @@
 
 The room knows results and makes figures of them as data, each with a caption that ends with its note (runs, failed
 runs, seed, step error); it knows nothing of how they are drawn. Read `captions` first.
+
+Examples
+--------
+>>> wb.pictures.Window(0.0, 2.0).end
+2.0
 """
 
 from workbench.report.pictures.law_pictures import budget_curves, pareto_fronts, quantile_bands

@@ -3,6 +3,11 @@
 Beside them are searches for the largest value that meets a criterion. The room knows values by law and draw, estimands
 such as a mean or a tail, and tables of them; of loops it knows the equations alone. Read `judgement.py` first, then
 `pooling.py`, `estimands.py` and `threshold.py`.
+
+Examples
+--------
+>>> wb.evidence.order((1.0, 0.1), (2.0, 0.1))  # two values with their errors
+'below'
 """
 
 from workbench.study.evidence.bootstrap import Intervals

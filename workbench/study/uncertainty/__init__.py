@@ -2,6 +2,11 @@
 
 The room knows factors and samples of runs, and nothing of the loops behind them but their numbers; `local` alone
 simulates, to differentiate. Read `factors` first, then `designs` and `indices`.
+
+Examples
+--------
+>>> wb.uncertainty.MonteCarlo(2, 100, seed=1).points().shape
+(100, 2)
 """
 
 from workbench.study.uncertainty.designs import (
