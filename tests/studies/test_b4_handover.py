@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import workbench as wb
 from studies.a9_sampling import period_findings
 from studies.a9_sampling.evidence import Evidence
 from studies.b4_handover import findings, machine_tables, machines, margins, missed_periods, operations
@@ -319,7 +320,7 @@ def test_the_targets_with_other_bits_are_counted_and_named(changes, answer, word
 
 def test_every_target_is_replayed_also_the_library_with_a_fault(monkeypatch):
     asked = {}
-    monkeypatch.setattr(machines, "replay", lambda sampled, **how: asked.update(how) or replace_results())
+    monkeypatch.setattr(wb, "replay", lambda sampled, **how: asked.update(how) or replace_results())
     machines.in_doubles(BY_NAME[PID].key)
     assert asked["targets"] == tuple(TARGETS)
     assert "cortex-m4f-libgcc" in asked["targets"]

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import workbench as wb
 from studies.b4_handover import missed_periods
 from studies.b4_handover.loops import EKF, LQG, PID, SMC, TWISTING, handed
 from studies.b4_handover.margins import effects_of
@@ -56,7 +57,7 @@ def given(monkeypatch):
         return ComputerMargins((margin_of(effects[0], shared.get(sample, 1.0)),), base, base)
 
     monkeypatch.setattr(missed_periods, "margins", margins)
-    monkeypatch.setattr(missed_periods, "computer_margins", computer_margins)
+    monkeypatch.setattr(wb.evidence, "computer_margins", computer_margins)
     return own, shared
 
 
