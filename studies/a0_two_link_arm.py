@@ -3,67 +3,51 @@
 Runs in: one second.
 """
 
+from typing import Literal
+
 import casadi as ca
 import numpy as np
 
-from studies.paper.printed_arm import PrintedArm
-from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import paper_arm
-from workbench.arms.printed.entry_comparison import EntryVerdict, compare
-from workbench.arms.properties import PropertyVerdict, eigenvalues_along, positive_definite, skew, symmetric
-from workbench.core.notation.formula import Formula, Relation, entry_symbol, symbol
-from workbench.core.notation.reader import formula_of
-from workbench.proofs.bounds import shown
-from workbench.study.document.document import (
-    Equation,
-    Figure,
-    Finding,
-    Page,
-    Panel,
-    Paragraph,
-    Section,
-    Series,
-    Variation,
-    Verdict,
+import workbench as wb
+from studies.paper.two_link_arm import (
+    DEFINITE,
+    DERIVED,
+    ENTRIES,
+    PRINTED,
+    REPAIRED,
+    SKEW,
+    SYMMETRIC,
+    WRONG,
+    proved_bounds,
 )
-from workbench.study.document.phrases import Code, Column, Strong, Table
-from workbench.study.study import Results, Study
-
-DERIVED = Dynamics.of(paper_arm(), "derived from the energies")
-PRINTED = Dynamics.of(PrintedArm(), "as printed")
-REPAIRED = Dynamics.of(PrintedArm(coriolis="repaired"), "printed, with C[1,2] repaired")
 
 EQUATION = {"M": "(2)", "C": "(3)", "G": "(4)"}
-OUTCOME = {"proved": "holds", "refuted": "fails", "not refuted": "open"}
+OUTCOME: dict[str, Literal["holds", "fails", "open"]] = {"proved": "holds", "refuted": "fails", "not refuted": "open"}
 TORQUE = {"proved": "right all the same", "refuted": "wrong as well", "not refuted": "open"}
 
-ENTRIES = compare(PRINTED, DERIVED)
-WRONG = tuple(entry for entry in ENTRIES if entry.kind == "differs")
-SKEW = {arm.name: skew(arm) for arm in (PRINTED, REPAIRED, DERIVED)}
-SYMMETRIC = {arm.name: symmetric(arm) for arm in (PRINTED, DERIVED)}
-DEFINITE = positive_definite(DERIVED)
 
-
-def formula(expression: ca.SX) -> Formula:
+def formula(expression: ca.SX) -> wb.notation.Formula:
     """An expression in the derived arm's symbols, with the letters of the paper."""
-    return formula_of(expression, DERIVED.names())
+    return wb.notation.formula_of(expression, DERIVED.names())
 
 
-def wrong_entry(entry: EntryVerdict) -> tuple[Verdict, Equation]:
+def wrong_entry(entry: wb.arms.printed.EntryVerdict) -> tuple[wb.document.Verdict, wb.document.Equation]:
     """The witness against an entry, and the right one."""
     statement = f"The paper's equation {EQUATION[entry.matrix]} is right in its entry {entry.label}."
     evidence = (
         f"At {entry.witness}, it is {entry.printed_value:.6g} where {entry.right_value:.6g} is right. The torque with "
         f"it is {TORQUE[entry.same_torque or 'not refuted']}. To replay: ",
-        Code(entry.witness.replay if entry.witness else ""),
+        wb.document.Code(entry.witness.replay if entry.witness else ""),
     )
     place = f"{entry.row}" if entry.matrix == "G" else f"{entry.row}{entry.column}"
-    right = Relation(entry_symbol(symbol(entry.matrix), place), "=", formula(entry.right))
-    equation = Equation(right, name=f"right_{entry.matrix.lower()}{place}", note="The right entry.")
-    return Verdict("fails", statement, evidence), equation
+    right = wb.notation.Relation(
+        wb.notation.entry_symbol(wb.notation.symbol(entry.matrix), place), "=", formula(entry.right)
+    )
+    equation = wb.document.Equation(right, name=f"right_{entry.matrix.lower()}{place}", note="The right entry.")
+    return wb.document.Verdict("fails", statement, evidence), equation
 
 
-def verdict(judged: PropertyVerdict, statement: str) -> Verdict:
+def verdict(judged: wb.arms.properties.PropertyVerdict, statement: str) -> wb.document.Verdict:
     """A judgement of `proofs` on the page; where M' - 2C is not skew, with the power that comes from nowhere."""
     evidence = judged.evidence
     if judged.residual is not None and judged.witness is not None:
@@ -72,37 +56,45 @@ def verdict(judged: PropertyVerdict, statement: str) -> Verdict:
             f". The kinetic energy changes by half of qd' (M' - 2C) qd, which no torque has supplied: "
             f"{float(qd @ judged.residual @ qd) / 4:.4g} W"
         )
-    return Verdict(OUTCOME[judged.kind], statement, f"{evidence[:1].upper()}{evidence[1:]}.".replace("m^2", "m²"))
+    return wb.document.Verdict(
+        OUTCOME[judged.kind], statement, f"{evidence[:1].upper()}{evidence[1:]}.".replace("m^2", "m²")
+    )
 
 
-def eigenvalues() -> tuple[Figure, Verdict]:
+def eigenvalues() -> tuple[wb.document.Figure, wb.document.Verdict]:
     """The eigenvalues of M over the second joint angle, and the bounds of Assumption 2."""
     angles = np.linspace(-np.pi, np.pi, 361)
-    least, greatest = eigenvalues_along(DERIVED, 2, angles).T
-    panel = Panel(
+    least, greatest = wb.arms.properties.eigenvalues_along(DERIVED, 2, angles).T
+    panel = wb.document.Panel(
         "eigenvalues of M [kg m²]",
-        (Series("greatest", angles, greatest, style=0), Series("least", angles, least, style=1)),
+        (
+            wb.document.Series("greatest", angles, greatest, style=0),
+            wb.document.Series("least", angles, least, style=1),
+        ),
         xlabel="second joint angle [rad]",
         xlim=(-np.pi, np.pi),
         hlines=(DEFINITE.alpha1, DEFINITE.alpha2),
     )
     caption = "Eigenvalues of M over the second joint angle, the only one M depends on; thin lines: their extremes."
     statement = "Assumption 2: M, as printed and as derived, is positive definite for all q at nominal parameters."
+    low, high = proved_bounds()
     bounds = (
         f"alpha_1 = {DEFINITE.alpha1:.6f} and alpha_2 = {DEFINITE.alpha2:.6f} kg m², both with the arm stretched. "
-        f"Intervals on {DEFINITE.boxes} boxes prove that no eigenvalue lies below {shown(DEFINITE.beyond[0], 1)} or "
-        f"above {shown(DEFINITE.beyond[1], -1)} anywhere on the torus, so that {min(DEFINITE.digits)} digits of both "
+        f"Intervals on {DEFINITE.boxes} boxes prove that no eigenvalue lies below {wb.proofs.shown(low, 1)} or "
+        f"above {wb.proofs.shown(high, -1)} anywhere on the torus, so that {min(DEFINITE.digits)} digits of both "
         "are right (sines and cosines within four units in the last place, or from ball arithmetic where the extra "
         "'rigorous' is installed)."
     )
-    return Figure("eigenvalues_of_m", caption, (panel,)), Verdict(OUTCOME[DEFINITE.kind], statement, bounds)
+    return wb.document.Figure("eigenvalues_of_m", caption, (panel,)), wb.document.Verdict(
+        OUTCOME[DEFINITE.kind], statement, bounds
+    )
 
 
-def entry_finding() -> Finding:
+def entry_finding() -> wb.Finding:
     """The wrong entries of (2) to (4), each judged by itself and by the torque that it gives."""
     wrong = tuple(_place(entry) for entry in WRONG)
     by_torque = tuple(_place(entry) for entry in ENTRIES if entry in WRONG and entry.same_torque != "proved")
-    return Finding(
+    return wb.Finding(
         "wrong_entry",
         f"Of the {len(ENTRIES)} printed entries of (2) to (4), {len(ENTRIES) - len(WRONG)} are right; wrong is "
         f"{' and '.join(wrong)}.",
@@ -113,18 +105,18 @@ def entry_finding() -> Finding:
         given="Point masses at the ends of massless links, and the angles of the paper.",
         chosen="C by Christoffel symbols.",
         answer=", ".join(wrong),
-        variations=(Variation("entries of C judged by the torque C qd", ", ".join(by_torque) or "none"),),
+        variations=(wb.Variation("entries of C judged by the torque C qd", ", ".join(by_torque) or "none"),),
     )
 
 
-def _place(entry: EntryVerdict) -> str:
+def _place(entry: wb.arms.printed.EntryVerdict) -> str:
     return f"{entry.label} of {EQUATION[entry.matrix]}"
 
 
-def skewness_finding() -> Finding:
+def skewness_finding() -> wb.Finding:
     """Assumption 3 for the printed arm, the repaired one and the derived one."""
     answers = {arm: "true" if judged.kind == "proved" else "false" for arm, judged in SKEW.items()}
-    return Finding(
+    return wb.Finding(
         "assumption_3",
         f"Assumption 3, that M' - 2C is skew-symmetric, is {answers[PRINTED.name]} for (3) as printed and "
         f"{answers[REPAIRED.name]} with the right C[1,2].",
@@ -147,7 +139,7 @@ def answer_line() -> str:
     )
 
 
-def page(results: Results) -> Page:
+def page(results: wb.Results) -> wb.Page:
     """The findings, the entries behind them, and the derived matrices."""
     del results
     skewness = (verdict(judged, f"Assumption 3: M' - 2C is skew-symmetric ({arm}).") for arm, judged in SKEW.items())
@@ -155,33 +147,42 @@ def page(results: Results) -> Page:
     wrong = (block for entry in WRONG for block in wrong_entry(entry))
     picture, bounds = eigenvalues()
     rows = tuple(
-        (e.label, EQUATION[e.matrix], formula(e.printed), Strong("differs") if e in WRONG else e.kind) for e in ENTRIES
+        (e.label, EQUATION[e.matrix], formula(e.printed), wb.document.Strong("differs") if e in WRONG else e.kind)
+        for e in ENTRIES
     )
-    entries = Table(
+    entries = wb.document.Table(
         "printed_entries",
         "Each printed entry of the equations (2) to (4), compared with the derived entry.",
-        (Column("entry"), Column("paper"), Column("printed"), Column("verdict")),
+        (
+            wb.document.Column("entry"),
+            wb.document.Column("paper"),
+            wb.document.Column("printed"),
+            wb.document.Column("verdict"),
+        ),
         rows,
         ("same: proved, an identity in all states and all parameters.",),
     )
-    about = Paragraph(
+    about = wb.Paragraph(
         "The arm has point masses at the ends of massless links. The first angle is measured from the downward "
         "vertical, the second from the line of the first link. All simulations of this arm use the expressions from "
         "which these equations are printed."
     )
     matrices = (
-        Equation(Relation(symbol(letter), "=", formula(getattr(DERIVED, letter))), name=f"derived_{letter.lower()}")
+        wb.document.Equation(
+            wb.notation.Relation(wb.notation.symbol(letter), "=", formula(getattr(DERIVED, letter))),
+            name=f"derived_{letter.lower()}",
+        )
         for letter in "MCG"
     )
     sections = (
-        Section("The claims", (picture, *wrong, bounds, *symmetry, *skewness)),
-        Section("The printed matrices, entry by entry", (entries,)),
-        Section("The derived arm", (about, *matrices)),
+        wb.Section("The claims", (picture, *wrong, bounds, *symmetry, *skewness)),
+        wb.Section("The printed matrices, entry by entry", (entries,)),
+        wb.Section("The derived arm", (about, *matrices)),
     )
-    return Page(answer_line(), (entry_finding(), skewness_finding()), sections)
+    return wb.Page(answer_line(), (entry_finding(), skewness_finding()), sections)
 
 
-study = Study(
+study = wb.Study(
     name="a0_two_link_arm",
     title="The two-link arm: are the printed equations right?",
     question="Which entries of the equations (2) to (4) are right, which entries should replace the wrong ones, and do "

@@ -1,7 +1,8 @@
 """control-workbench: from the equations of a control system to verdicts, numbers and a running controller.
 
 `import workbench as wb` loads nothing by itself; each of the names of `wb` comes from its room when it is first asked
-for. `dir(wb)` lists them, and `help(wb.X)` tells of one, with its shapes, units and an example.
+for. `dir(wb)` lists them, and `help(wb.X)` tells of one, with its shapes, units and an example. A family of names has a
+room: `wb.document.Table` is a table of a report, `wb.evidence.judge` compares laws, `dir(wb.metrics)` lists metrics.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ __version__ = "0.1.0"
 
 _ROOMS = {
     "core": "Layout Ode Sampled SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
+    "core.validation.refusals": "Array",
     "blocks.laws": "Cascade LinearLaw PID2 Regulator",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
@@ -20,13 +22,14 @@ _ROOMS = {
     "blocks.plants": "Backlash BuckConverter CartPole DCMotor DeadZone Disturbed Equipped FirstOrder FurutaPendulum "
     "LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit "
     "Saturation SingleTrackVehicle StirredTank TwoMasses",
-    "blocks.signals": "Chirp Hold PulseTrain Ramp Sines Step Table Together Trapezoid WayPoints",
+    "blocks.signals": "Chirp Hold PulseTrain Ramp Sines SineTorque SquareWave Step Table Together Trapezoid WayPoints",
     "arms.laws": "PID SlidingMode StateFeedback",
     "arms.manipulator": "Manipulator",
     "arms.mechanics": "base_parameters named paper_arm regressor",
     "arms.mechanics.urdf": "read_urdf",
     "arms.observers": "ExtendedStateObserver FullState",
     "engine": "simulate",
+    "engine.reference": "reference_run",
     "engine.metrics": "effort measure overshoot peak_error rmse settling_time total_variation",
     "design": "linearize",
     "design.frequency": "bandwidth c2d condition_number h2_norm hinf_norm pole_zero_structure relative_gains "
@@ -35,7 +38,7 @@ _ROOMS = {
     "design.linear_loop": "linear_loop",
     "design.riccati": "lqg lqr steady_kalman",
     "design.step_response": "step_info",
-    "study": "Case Factor Finding Knob LogUniform Page Paragraph Run Section SobolDesign Study Sweep Uniform "
+    "study": "Case Factor Finding Knob LogUniform Page Paragraph Results Run Section SobolDesign Study Sweep Uniform "
     "Variation Work side_by_side sobol",
     "study.document.frequency_curves": "FrequencyCurve",
     "study.document.gain_bounds": "GainBound",
@@ -61,16 +64,43 @@ _THERE = {  # the names that a room calls otherwise
     "Plant": "AbstractPlant",
     "Reference": "AbstractReference",
     "read_urdf": "read",
+    "reference_run": "reference",
 }
-__all__ = [*_HOMES]
+_SPACES = {  # the rooms whose families of names are used by the name of the room, as in `wb.evidence.judge`
+    "arms": "arms",
+    "chattering": "design.chattering",
+    "core": "core",
+    "document": "study.document",
+    "evidence": "study.evidence",
+    "frequency": "design.frequency",
+    "handover": "handover",
+    "linear": "design.linear",
+    "linear_loops": "design.linear_loop",
+    "loop": "blocks.loop",
+    "loop_pictures": "report.loop_pictures",
+    "metrics": "engine.metrics",
+    "notation": "core.notation",
+    "pictures": "report.pictures",
+    "plants": "blocks.plants",
+    "proofs": "proofs",
+    "provenance": "study.provenance",
+    "riccati": "design.riccati",
+    "riccati_flow": "design.riccati_flow",
+    "study": "study",
+    "tuning": "study.tuning",
+    "uncertainty": "study.uncertainty",
+}
+__all__ = [*_HOMES, *_SPACES]
 
 
 def __getattr__(name: str) -> Any:
     """A name of the face, loaded from its room when it is first asked for."""
+    if name in _SPACES:
+        return globals().setdefault(name, import_module(f"workbench.{_SPACES[name]}"))
     if name not in _HOMES:
         from difflib import get_close_matches  # the nearest of `validation` would load NumPy
 
-        near = "".join(f" Did you mean '{other}'?" for other in get_close_matches(name, _HOMES, 1))
+        near = "".join(f" Did you mean '{other}'?" for other in get_close_matches(name, __all__, 1))
         raise AttributeError(f"module 'workbench' has no attribute '{name}'.{near}")
     held = getattr(import_module(f"workbench.{_HOMES[name]}"), _THERE.get(name, name))
     globals()[name] = held
@@ -78,4 +108,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+    return sorted({*globals(), *__all__})

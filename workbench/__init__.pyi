@@ -1,10 +1,17 @@
 """The face for editors and mypy: each name of `wb`, and the room that it comes from."""
 
+from workbench import arms as arms
+from workbench import core as core
+from workbench import handover as handover
+from workbench import proofs as proofs
+from workbench import study as study
 from workbench.arms.laws import PID, SlidingMode, StateFeedback
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import base_parameters, named, paper_arm, regressor
 from workbench.arms.mechanics.urdf import read as read_urdf
 from workbench.arms.observers import ExtendedStateObserver, FullState
+from workbench.blocks import loop as loop
+from workbench.blocks import plants as plants
 from workbench.blocks.laws import PID2, Cascade, LinearLaw, Regulator
 from workbench.blocks.loop import AbstractController as Controller
 from workbench.blocks.loop import AbstractObserver as Observer
@@ -43,7 +50,20 @@ from workbench.blocks.plants import (
     StirredTank,
     TwoMasses,
 )
-from workbench.blocks.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints
+from workbench.blocks.signals import (
+    Chirp,
+    Hold,
+    PulseTrain,
+    Ramp,
+    Sines,
+    SineTorque,
+    SquareWave,
+    Step,
+    Table,
+    Together,
+    Trapezoid,
+    WayPoints,
+)
 from workbench.cli.script import load
 from workbench.core import (
     Layout,
@@ -59,7 +79,15 @@ from workbench.core import (
     rk4,
     runge_kutta_step,
 )
+from workbench.core import notation as notation
+from workbench.core.validation.refusals import Array
+from workbench.design import chattering as chattering
+from workbench.design import frequency as frequency
+from workbench.design import linear as linear
+from workbench.design import linear_loop as linear_loops
 from workbench.design import linearize
+from workbench.design import riccati as riccati
+from workbench.design import riccati_flow as riccati_flow
 from workbench.design.frequency import (
     bandwidth,
     c2d,
@@ -74,15 +102,19 @@ from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.linear_loop import linear_loop
 from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.design.step_response import step_info
+from workbench.engine import metrics as metrics
 from workbench.engine import simulate
 from workbench.engine.distributions import LogUniform, Uniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import effort, measure, overshoot, peak_error, rmse, settling_time, total_variation
+from workbench.engine.reference import reference as reference_run
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
 from workbench.handover.recording import record
 from workbench.handover.replays import replay
+from workbench.report import loop_pictures as loop_pictures
+from workbench.report import pictures as pictures
 from workbench.report.live.turned import turned, turned_linear
 from workbench.report.loop_page import live
 from workbench.report.loop_plots import (
@@ -97,6 +129,11 @@ from workbench.report.loop_plots import (
 from workbench.report.object_plots import plot
 from workbench.report.pictures import sobol_bars
 from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
+from workbench.study import document as document
+from workbench.study import evidence as evidence
+from workbench.study import provenance as provenance
+from workbench.study import tuning as tuning
+from workbench.study import uncertainty as uncertainty
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Page, Paragraph, Section
 from workbench.study.document.finding import Finding, Variation
@@ -106,12 +143,13 @@ from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.knob import Knob
 from workbench.study.specifications import Specification
-from workbench.study.study import Case, Study
+from workbench.study.study import Case, Results, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.work import Work
 
 __version__: str
 __all__ = [
+    "Array",
     "Backlash",
     "BuckConverter",
     "CartPole",
@@ -164,6 +202,7 @@ __all__ = [
     "RateLimit",
     "Reference",
     "Regulator",
+    "Results",
     "Run",
     "Sampled",
     "SampledLaw",
@@ -171,11 +210,13 @@ __all__ = [
     "SecondOrderNoise",
     "Section",
     "Signals",
+    "SineTorque",
     "Sines",
     "SingleTrackVehicle",
     "SlidingMode",
     "SobolDesign",
     "Specification",
+    "SquareWave",
     "StateFeedback",
     "SteadyKalmanFilter",
     "Step",
@@ -191,33 +232,46 @@ __all__ = [
     "Variation",
     "WayPoints",
     "Work",
+    "arms",
     "bandwidth",
     "base_parameters",
     "block",
     "bode",
     "c2d",
     "c_code",
+    "chattering",
     "condition_number",
+    "core",
+    "document",
     "effort",
     "equilibria",
+    "evidence",
     "export",
     "fmu",
+    "frequency",
     "h2_norm",
+    "handover",
     "hinf_norm",
     "initial",
     "largest_setting",
     "layout",
     "lead_lag",
+    "linear",
     "linear_loop",
+    "linear_loops",
     "linearize",
     "live",
     "load",
+    "loop",
     "loop_gain_pictures",
+    "loop_pictures",
     "lqg",
     "lqr",
     "measure",
+    "metrics",
     "named",
     "nichols",
+    "notation",
     "nyquist",
     "open_loop",
     "option",
@@ -225,15 +279,22 @@ __all__ = [
     "paper_arm",
     "parameter",
     "peak_error",
+    "pictures",
     "place",
+    "plants",
     "plot",
     "pole_zero_map",
     "pole_zero_structure",
+    "proofs",
+    "provenance",
     "read_urdf",
     "record",
+    "reference_run",
     "regressor",
     "relative_gains",
     "replay",
+    "riccati",
+    "riccati_flow",
     "rk4",
     "rmse",
     "root_locus",
@@ -248,7 +309,10 @@ __all__ = [
     "steady_kalman",
     "step_info",
     "step_response",
+    "study",
     "total_variation",
+    "tuning",
     "turned",
     "turned_linear",
+    "uncertainty",
 ]

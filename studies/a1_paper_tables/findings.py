@@ -4,12 +4,12 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+import workbench as wb
 from studies.a1_paper_tables import grid, pairs, repairs, row
 from studies.a1_paper_tables.repairs import (
     ALL_FOUR,
     AS_PRINTED,
     FREE,
-    LATE,
     MENDED,
     NEAR,
     ONE_CHANGE,
@@ -23,10 +23,8 @@ from studies.a1_paper_tables.repairs import (
 )
 from studies.a1_paper_tables.row import CLOSE, FITTED, HALF_DIGIT, WITNESS, nearest
 from studies.paper.card import CARD, PROPOSED, PUBLISHED
+from studies.paper.comparison import LATE
 from studies.paper.unstated import assumptions, concerning, left_out, names
-from workbench.study.document.document import Finding, Variation
-from workbench.study.document.phrases import Reference
-from workbench.study.study import Outcome, Results
 
 GIVEN = "Positions, the exact model and, by (24), the true disturbance."
 OURS = concerning(PROPOSED, "FS")
@@ -45,13 +43,13 @@ def _tracking(flag: bool) -> str:
     return "tracking" if flag else "no tracking"
 
 
-def _errors(run: Outcome) -> str:
+def _errors(run: wb.study.Outcome) -> str:
     if run.diverged_at is not None:
         return f"diverges at {run.diverged_at:.2f} s"
     return "late errors {:.2g} and {:.2g} rad".format(*late(run))
 
 
-def two_repair_runs(results: Results) -> dict[tuple[str, float], Outcome]:
+def two_repair_runs(results: wb.Results) -> dict[tuple[str, float], wb.study.Outcome]:
     """The runs with (3) and (28) repaired alone, by the shape of (33) and Q, each once and with the longest horizon."""
     runs = {(run.case.law, Q): run for pair, Q in PAIRS.items() for run in results.scenario(pair)}
     for run in results.scenario(WITNESS):
@@ -60,7 +58,7 @@ def two_repair_runs(results: Results) -> dict[tuple[str, float], Outcome]:
     return runs
 
 
-def as_printed(results: Results) -> Finding:
+def as_printed(results: wb.Results) -> wb.Finding:
     """The law as printed, over Q, R and the shapes of (33)."""
     errors, points = grid.late_errors(results), grid.points()
     runs = [run for name in (AS_PRINTED["FS"], SMALL_Q) for run in results.scenario(name)]
@@ -73,23 +71,23 @@ def as_printed(results: Results) -> Finding:
     for letter, part in (("Q", 0), ("R", 1)):
         for value in dict.fromkeys(point[part] for point in points):
             own = min(float(error) for point, error in best.items() if point[part] == value)
-            variations.append(Variation(f"{letter} = {value:g} I", _tracking(own <= NEAR), _least(own)))
+            variations.append(wb.Variation(f"{letter} = {value:g} I", _tracking(own <= NEAR), _least(own)))
     for shape, each in errors.items():
         own = min(float(each.min()), *(max(late(run)) for run in runs if run.case.law == shape))
-        variations.append(Variation(f"shape '{shape}' alone", _tracking(own <= NEAR), _least(own)))
+        variations.append(wb.Variation(f"shape '{shape}' alone", _tracking(own <= NEAR), _least(own)))
     second = results.scenario(AS_PRINTED["SS"])
     variations.append(
-        Variation("second scenario, Q = R = I", _tracking(any(map(tracks, second))), _least(_worst(second)))
+        wb.Variation("second scenario, Q = R = I", _tracking(any(map(tracks, second))), _least(_worst(second)))
     )
     variations += [
-        Variation(
+        wb.Variation(
             f"observer (10) out of the loop, shape '{shape}', Q = {SMALL:g} I, R = {repairs.SMALL_R:g} I",
             _tracking(tracks(run)),
             _errors(run),
         )
         for shape, run in zip(errors, results.scenario(repairs.UNOBSERVED), strict=True)
     ]
-    return Finding(
+    return wb.Finding(
         "as_printed",
         f"As printed, with observer (10), the law does not track the first scenario at any of {total} choices of Q, R "
         f"and the shape of (33): its late error is {least:g} rad or more.",
@@ -107,7 +105,7 @@ def as_printed(results: Results) -> Finding:
     )
 
 
-def _worst(runs: Iterable[Outcome]) -> float:
+def _worst(runs: Iterable[wb.study.Outcome]) -> float:
     return min(max(late(run)) for run in runs)
 
 
@@ -115,7 +113,7 @@ def _least(error: float) -> str:
     return f"late error {error:.2g} rad" if np.isfinite(error) else "every run diverges"
 
 
-def two_repairs(results: Results) -> Finding:
+def two_repairs(results: wb.Results) -> wb.Finding:
     """The law with (3) and (28) repaired alone."""
     runs = two_repair_runs(results)
     kept = [run for run in runs.values() if tracks(run)]
@@ -124,18 +122,18 @@ def two_repairs(results: Results) -> Finding:
     minus = results[ONE_CHANGE, SLIPS["(33)"]]
     fitted = f"(24) repaired too, Q = {CARD['Q'][0, 0]:g} I, R = {CARD['R'][0, 0]:g} I"
     variations = [
-        Variation(f"shape '{shape}', Q = {Q:g} I", _tracking(tracks(run)), _errors(run))
+        wb.Variation(f"shape '{shape}', Q = {Q:g} I", _tracking(tracks(run)), _errors(run))
         for (shape, Q), run in runs.items()
     ]
-    variations.append(Variation(fitted, _tracking(tracks(minus)), _errors(minus)))
+    variations.append(wb.Variation(fitted, _tracking(tracks(minus)), _errors(minus)))
     single = results.scenario(repairs.ONE_REPAIR)
     variations += [
-        Variation(
+        wb.Variation(
             f"{run.case.law.replace(', ', ' alone, shape ')}, Q = {SMALL:g} I", _tracking(tracks(run)), _errors(run)
         )
         for run in single
     ]
-    return Finding(
+    return wb.Finding(
         "two_repairs",
         f"With (3) and (28) repaired alone, the law tracks the first scenario in {len(kept)} of {len(runs)} runs, with "
         f"late errors of at most {worst[0]:.3f} rad (joint 1) and {worst[1]:.3f} rad (joint 2).",
@@ -145,7 +143,7 @@ def two_repairs(results: Results) -> Finding:
         sample=(
             f"One run without noise for each shape of (33) and each Q, R = I: over {FREE:g} s with Q = {SMALL:g} I and "
             "Q = I, and with other Q over the horizon of ",
-            Reference("witness"),
+            wb.document.Reference("witness"),
             f". With one repair: over {repairs.LONG:g} s.",
         ),
         given=GIVEN,
@@ -156,7 +154,7 @@ def two_repairs(results: Results) -> Finding:
     )
 
 
-def _single_words(single: Iterable[Outcome]) -> str:
+def _single_words(single: Iterable[wb.study.Outcome]) -> str:
     """The runs with (3) repaired alone that track, and those with another slip repaired alone."""
     of_three = [run for run in single if run.case.law.startswith("(3),")]
     others = [run for run in single if run not in of_three]
@@ -166,7 +164,7 @@ def _single_words(single: Iterable[Outcome]) -> str:
     )
 
 
-def row_of_fs(results: Results) -> Finding:
+def row_of_fs(results: wb.Results) -> wb.Finding:
     """The printed row of the first scenario, which several repairs meet."""
     runs = two_repair_runs(results)
     misses = {key: nearest(run).miss for key, run in runs.items()}
@@ -175,7 +173,7 @@ def row_of_fs(results: Results) -> Finding:
     of_four = max(abs(percent) for percent in excess(four)) / 100
     other = nearest(results[row.OTHER_PAIR, "outer"]).miss
     one = nearest(runs[shape, Q])
-    return Finding(
+    return wb.Finding(
         "row_of_fs",
         "The printed row of the first scenario does not identify the law: repairs of (3) and (28) meet it within "
         f"{row.limit(least)} %, of (3) and (33) within {row.limit(other)} %, of four within {row.limit(of_four)} %.",
@@ -203,46 +201,46 @@ def _met(miss: float, within: float = CLOSE) -> str:
 
 
 def _miss(miss: float) -> str:
-    return f"by {row.percent(miss)} %" if np.isfinite(miss) else "diverges"
+    return f"by {wb.document.percent(miss)}" if np.isfinite(miss) else "diverges"
 
 
-def _other_rows(results: Results) -> Iterator[Variation]:
+def _other_rows(results: wb.Results) -> Iterator[wb.Variation]:
     """The row under other horizons, tolerances and repairs, over all runs of each."""
     runs = two_repair_runs(results)
     for longest in (30.0, 40.0):
         miss = min(nearest(run, longest).miss for run in runs.values())
-        yield Variation(f"two repairs with a horizon of at most {longest:g} s", _met(miss), _miss(miss))
+        yield wb.Variation(f"two repairs with a horizon of at most {longest:g} s", _met(miss), _miss(miss))
     miss = min(nearest(run, FIT_OF_CARD, FIT_OF_CARD).miss for run in runs.values())
-    yield Variation(
+    yield wb.Variation(
         f"two repairs with the horizon that was fitted with four, {FIT_OF_CARD:g} s", _met(miss), _miss(miss)
     )
     least = min(nearest(run).miss for run in runs.values())
     for within in (1e-3, HALF_DIGIT):
-        yield Variation(f"two repairs with a tolerance of {100 * within:.2g} %", _met(least, within), _miss(least))
+        yield wb.Variation(f"two repairs with a tolerance of {100 * within:.2g} %", _met(least, within), _miss(least))
     for part, label in ((0, "shape '{}'"), (1, "Q = {:g} I")):
         for value in dict.fromkeys(key[part] for key in runs):
             miss = min(nearest(run).miss for key, run in runs.items() if key[part] == value)
-            yield Variation(f"two repairs with {label.format(value)} alone, R = I", _met(miss), _miss(miss))
+            yield wb.Variation(f"two repairs with {label.format(value)} alone, R = I", _met(miss), _miss(miss))
     miss = nearest(results[row.OTHER_PAIR, "outer"]).miss
-    yield Variation("two other repairs, of (3) and (33)", _met(miss), _miss(miss))
+    yield wb.Variation("two other repairs, of (3) and (33)", _met(miss), _miss(miss))
     for slip, change in SLIPS.items():
         miss = nearest(results[ONE_CHANGE, change]).miss
-        yield Variation(f"three repairs with {slip} as printed, Q and R as with four", _met(miss), _miss(miss))
+        yield wb.Variation(f"three repairs with {slip} as printed, Q and R as with four", _met(miss), _miss(miss))
     for words, change in (("four repairs", ALL_FOUR), ("four repairs, and D_hat given to (10)", MENDED)):
         miss = nearest(results[ONE_CHANGE, change]).miss
-        yield Variation(words, _met(miss), _miss(miss))
+        yield wb.Variation(words, _met(miss), _miss(miss))
     printed = [run for name in (AS_PRINTED["FS"], SMALL_Q) for run in results.scenario(name)]
     miss = min(nearest(run).miss for run in printed)
-    yield Variation("no repair", _met(miss), _miss(miss))
+    yield wb.Variation("no repair", _met(miss), _miss(miss))
 
 
-def excess(outcome: Outcome) -> list[float]:
+def excess(outcome: wb.study.Outcome) -> list[float]:
     """RMSE (43) of either joint above its printed value in the first scenario, in %."""
     printed = [PUBLISHED["FS", joint].values[PROPOSED] for joint in (1, 2)]
     return [100 * (outcome.score("RMSE (43)", j).pair[0] / printed[j] - 1) for j in (0, 1)]
 
 
-def late_error(results: Results) -> Finding:
+def late_error(results: wb.Results) -> wb.Finding:
     """The error that a repaired law keeps, and the observer that causes it."""
     runs = {
         f"(3) and (28) repaired, shape '{shape}', Q = {Q:g} I": run
@@ -250,7 +248,7 @@ def late_error(results: Results) -> Finding:
     }
     runs |= {run.case.law: run for run in results.scenario(ONE_CHANGE) if run.case.law != ALL_FOUR}
     errors, mended = late(results["FS", PROPOSED]), late(results[ONE_CHANGE, MENDED])
-    return Finding(
+    return wb.Finding(
         "late_error",
         f"Repaired, the law keeps a late error of {errors[0]:.3f} rad (joint 1) and {errors[1]:.3f} rad (joint 2) in "
         "the first scenario, most of it from observer (10).",
@@ -262,17 +260,17 @@ def late_error(results: Results) -> Finding:
         chosen=CHOSEN,
         fitted=assumptions(OURS, fitted=True),
         answer=f"{errors[1]:.2f} rad",
-        variations=tuple(Variation(words, _late(run), _errors(run)) for words, run in runs.items()),
+        variations=tuple(wb.Variation(words, _late(run), _errors(run)) for words, run in runs.items()),
         untried=f"Other gains L1, L2 of (10), which the paper states and a4 varies; "
         f"{names(left_out((*VARIED, 'D_hat in (10)'), OURS))}.",
     )
 
 
-def _late(run: Outcome) -> str:
+def _late(run: wb.study.Outcome) -> str:
     return "divergence" if run.diverged_at is not None else f"{late(run)[1]:.2f} rad"
 
 
-def answer_line(results: Results) -> str:
+def answer_line(results: wb.Results) -> str:
     """The answer of the page in one line."""
     four = max(abs(percent) for percent in excess(results["FS", PROPOSED])) / 100
     two = min(nearest(run).miss for run in two_repair_runs(results).values())
@@ -285,6 +283,6 @@ def answer_line(results: Results) -> str:
     )
 
 
-def findings(results: Results) -> tuple[Finding, ...]:
+def findings(results: wb.Results) -> tuple[wb.Finding, ...]:
     """The five findings of the page."""
     return tuple(make(results) for make in (as_printed, two_repairs, row_of_fs, late_error, pairs.order_of_laws))

@@ -2,21 +2,19 @@
 
 from collections.abc import Iterator
 
+import workbench as wb
 from studies.a1_paper_tables import six_laws
 from studies.paper.card import CARD, LAWS, MARGIN, PUBLISHED, SCENARIOS
 from studies.paper.unstated import CHOICES, assumptions, left_out
-from workbench.study.document.document import Finding, Variation
-from workbench.study.document.phrases import Reference
-from workbench.study.study import Results
 
 
-def order_of_laws(results: Results) -> Finding:
+def order_of_laws(results: wb.Results) -> wb.Finding:
     """The printed order of the six laws."""
-    holds, reversed_, close = six_laws.tally(results)
+    holds, reversed_, close = six_laws.count_pairs(results)
     total = holds + reversed_ + close
     first, last = (six_laws.reaching_time(six_laws.six(results, "FS", K)["SMC"]) for K in (None, max(six_laws.FIRM)))
     varied = ("K of joint 1", "K of joint 2")
-    return Finding(
+    return wb.Finding(
         "order_of_laws",
         f"With the numbers assumed here for the rivals, {holds} of {total} printed pairs of laws keep their order; "
         f"{reversed_} are reversed and {close} are too close to call.",
@@ -28,13 +26,13 @@ def order_of_laws(results: Results) -> Finding:
         sample="One run without noise for each law and scenario; fifteen pairs for each scenario and joint.",
         given="Rivals: exact positions and velocities. AOSMC-RGS: positions and the true disturbance. All: the exact "
         "model, without torque limits.",
-        chosen=(f"The {len(CHOICES)} choices of ", Reference("unstated"), "."),
+        chosen=(f"The {len(CHOICES)} choices of ", wb.document.Reference("unstated"), "."),
         fitted=f"AOSMC-RGS alone, to its printed rows: {assumptions(CHOICES, fitted=True)}. No rival.",
         answer=_share(holds, total),
         variations=tuple(_other_orders(results)),
         untried=(
             f"The {len(left_out(varied))} choices of ",
-            Reference("unstated"),
+            wb.document.Reference("unstated"),
             " other than K of SMC, which a6 varies.",
         ),
     )
@@ -44,19 +42,19 @@ def _share(holds: int, total: int) -> str:
     return "fewer than half" if 2 * holds < total else "half or more"
 
 
-def _other_orders(results: Results) -> Iterator[Variation]:
+def _other_orders(results: wb.Results) -> Iterator[wb.Variation]:
     """The count with other gains of SMC, margins, metrics, columns and laws."""
 
-    def one(words: str, counts: tuple[int, int, int]) -> Variation:
-        return Variation(words, _share(counts[0], sum(counts)), f"{counts[0]} of {sum(counts)}")
+    def one(words: str, counts: tuple[int, int, int]) -> wb.Variation:
+        return wb.Variation(words, _share(counts[0], sum(counts)), f"{counts[0]} of {sum(counts)}")
 
     for K in six_laws.FIRM:
-        yield one(f"K of SMC = {K:g} N m", six_laws.tally(results, K))
+        yield one(f"K of SMC = {K:g} N m", six_laws.count_pairs(results, K))
     for margin in (0.0, 0.05):
-        yield one(f"pairs apart by more than {100 * margin:g} %", six_laws.tally(results, margin=margin))
+        yield one(f"pairs apart by more than {100 * margin:g} %", six_laws.count_pairs(results, margin=margin))
     for metric in ("RMSE", "RMSE of e_hat"):
-        yield one(f"{metric} in place of RMSE (43)", six_laws.tally(results, metric=metric))
+        yield one(f"{metric} in place of RMSE (43)", six_laws.count_pairs(results, metric=metric))
     for (scenario, joint), column in PUBLISHED.items():
-        yield one(f"{SCENARIOS[scenario]}, joint {joint} alone", six_laws.tally(results, columns=(column,)))
+        yield one(f"{SCENARIOS[scenario]}, joint {joint} alone", six_laws.count_pairs(results, columns=(column,)))
     for law in LAWS:
-        yield one(f"without {law}", six_laws.tally(results, without=law))
+        yield one(f"without {law}", six_laws.count_pairs(results, without=law))

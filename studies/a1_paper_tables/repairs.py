@@ -6,18 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from studies.a1_paper_tables.row import OTHER_Q, OTHER_R, nearest, percent
+import workbench as wb
+from studies.a1_paper_tables.row import OTHER_Q, OTHER_R, nearest
 from studies.paper.card import CARD, PROPOSED, SCENARIOS
-from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_printed, proposed_repaired
-from workbench.arms.laws.aosmc_rgs import SHAPES
-from workbench.arms.observers import FullState, OracleFilter, PrintedFilter
-from workbench.blocks.loop import ClosedLoop
-from workbench.core.notation.formula import symbol
-from workbench.report.pictures.traces import Window, components
-from workbench.study.document.document import Figure, Itemize, Paragraph, Section
-from workbench.study.document.phrases import Cell, Column, Table
-from workbench.study.marks import cell
-from workbench.study.study import Outcome, Results
+from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_printed, proposed_repaired, state_observer
 
 REPAIRS = (
     "(3): C[1,2] as derived in a0, for which M' - 2C is skew-symmetric.",
@@ -29,7 +21,6 @@ REPAIRS = (
     "Not repaired: the observer (10), which leaves out D; (34), which runs forward and does not minimise (32); A of "
     "(31), which lacks 1/phi; the finite time of (42).",
 )
-LATE = 5.0  # s, from when on an error counts as late
 SHORT = 10.0  # s, the horizon of runs that are lost before it
 LONG = 25.0  # s, the horizon of the law as printed with a small Q
 FREE = 45.0  # s, by which each law that tracks has passed the printed row
@@ -51,23 +42,23 @@ SLIPS = {
 ONE_REPAIR = f"one repair alone, Q = {SMALL:g} I"
 UNOBSERVED = "first scenario as printed, observer (10) out of the loop"
 SMALL_R = 0.1  # N m/(rad s), the least R of the grid
-GAINS = tuple((symbol(f"K_{i}{j}"), "controller.K", 2 * (i - 1) + j - 1) for i in (1, 2) for j in (1, 2))
+GAINS = tuple((wb.notation.symbol(f"K_{i}{j}"), "controller.K", 2 * (i - 1) + j - 1) for i in (1, 2) for j in (1, 2))
 
 
-def changes() -> dict[str, ClosedLoop]:
+def changes() -> dict[str, wb.ClosedLoop]:
     """The repaired law in the first scenario with one slip of the print put back, or with one repair more."""
     loop = proposed_repaired("FS")
-    state = loop.observer.state
+    state = state_observer(loop)
 
-    def law(**fields: Any) -> ClosedLoop:
+    def law(**fields: Any) -> wb.ClosedLoop:
         return replace(loop, controller=replace(loop.controller, **fields))
 
-    def observer(**parts: Any) -> ClosedLoop:
+    def observer(**parts: Any) -> wb.ClosedLoop:
         return replace(loop, observer=replace(loop.observer, **parts))
 
     slips = {
         "(3)": replace(law(model=PRINTED_ARM), observer=replace(loop.observer, state=paper_observer(PRINTED_ARM))),
-        "(24)": observer(disturbance=PrintedFilter(2, CARD["l"])),
+        "(24)": observer(disturbance=wb.arms.observers.PrintedFilter(2, CARD["l"])),
         "(28)": law(velocity="printed"),
         "(33)": law(gain_sign="printed"),
     }
@@ -75,17 +66,17 @@ def changes() -> dict[str, ClosedLoop]:
     return {ALL_FOUR: loop} | {SLIPS[slip]: one for slip, one in slips.items()} | {MENDED: more}
 
 
-def with_small_q(shape: str) -> ClosedLoop:
+def with_small_q(shape: str) -> wb.ClosedLoop:
     """The law as printed in the first scenario, with so small a Q that its gain falls slowly."""
     loop = proposed_as_printed("FS", shape)
     return replace(loop, controller=replace(loop.controller, Q=SMALL * np.eye(2)))
 
 
-def with_one_repair(slip: str, shape: str) -> ClosedLoop:
+def with_one_repair(slip: str, shape: str) -> wb.ClosedLoop:
     """The law as printed in the first scenario with a small Q and one slip repaired."""
     loop = with_small_q(shape)
     if slip == "(24)":
-        return replace(loop, observer=replace(loop.observer, disturbance=OracleFilter(2, CARD["l"])))
+        return replace(loop, observer=replace(loop.observer, disturbance=wb.arms.observers.OracleFilter(2, CARD["l"])))
     if slip == "(28)":
         return replace(loop, controller=replace(loop.controller, velocity="reference"))
     if slip == "(33)":
@@ -94,28 +85,28 @@ def with_one_repair(slip: str, shape: str) -> ClosedLoop:
     return replace(loop, controller=law, observer=replace(loop.observer, state=paper_observer()))
 
 
-def without_observer(shape: str) -> ClosedLoop:
+def without_observer(shape: str) -> wb.ClosedLoop:
     """The law as printed in the first scenario on measured positions and velocities, with a small Q and R."""
     loop = with_small_q(shape)
     law = replace(loop.controller, R=SMALL_R * np.eye(2))
-    return replace(loop, controller=law, observer=replace(loop.observer, state=FullState(2)))
+    return replace(loop, controller=law, observer=replace(loop.observer, state=wb.FullState(2)))
 
 
-def with_other_pair() -> ClosedLoop:
+def with_other_pair() -> wb.ClosedLoop:
     """The law with (3) and (33) repaired, (24) and (28) as printed, and Q and R fitted to the printed row."""
     loop = with_one_repair("(3)", "outer")
     law = replace(loop.controller, gain_sign="raised", Q=OTHER_Q * np.eye(2), R=OTHER_R * np.eye(2))
     return replace(loop, controller=law)
 
 
-def with_two_repairs(shape: str, Q: float) -> ClosedLoop:
+def with_two_repairs(shape: str, Q: float) -> wb.ClosedLoop:
     """The printed law in the first scenario with C right in model and observer, and qd_r in (28)."""
     loop = proposed_as_printed("FS", shape)
     law = replace(loop.controller, model=ARM, velocity="reference", Q=Q * np.eye(2))
     return replace(loop, controller=law, observer=replace(loop.observer, state=paper_observer()))
 
 
-def gain_floor(outcome: Outcome) -> np.ndarray:
+def gain_floor(outcome: wb.study.Outcome) -> np.ndarray:
     """The smallest eigenvalue of the symmetric part of K over time, (N,), in N m; NaN where the run has diverged."""
     K = outcome.measurement.trajectories["controller.K"][0]
     finite = np.isfinite(K).all(axis=(1, 2))
@@ -124,19 +115,19 @@ def gain_floor(outcome: Outcome) -> np.ndarray:
     return floor
 
 
-def late(outcome: Outcome) -> list[float]:
+def late(outcome: wb.study.Outcome) -> list[float]:
     """The late error of either joint, in rad; infinite after a run has diverged."""
     if outcome.diverged_at is not None:
         return [np.inf, np.inf]
     return [outcome.score("late error", joint).pair[0] for joint in (0, 1)]
 
 
-def tracks(outcome: Outcome) -> bool:
+def tracks(outcome: wb.study.Outcome) -> bool:
     """True if K is positive definite throughout and both late errors are at most `NEAR`."""
     return max(late(outcome)) <= NEAR and bool((gain_floor(outcome) > 0).all())
 
 
-def times_lost(outcome: Outcome) -> tuple[str, str]:
+def times_lost(outcome: wb.study.Outcome) -> tuple[str, str]:
     """The first kept times in s at which K is not positive definite, and at which an error is beyond `FAR`."""
     e = outcome.measurement.trajectories["e"][0]
     signs = gain_floor(outcome) <= 0, ~(np.abs(e) <= FAR).all(axis=1)
@@ -144,43 +135,47 @@ def times_lost(outcome: Outcome) -> tuple[str, str]:
     return gain, path
 
 
-def gain_figure(results: Results) -> Figure:
+def gain_figure(results: wb.Results) -> wb.document.Figure:
     """The gain of the law as printed until its run ends."""
     outcome = results[AS_PRINTED["FS"], "outer"]
-    window = Window(0.0, max(0.5, outcome.diverged_at or SHORT), (-40.0, 20.0))
+    window = wb.pictures.Window(0.0, max(0.5, outcome.diverged_at or SHORT), (-40.0, 20.0))
     caption = "Gain of the law as printed, first scenario, shape 'outer', until the run diverges."
-    return components("printed_gain", caption, outcome, GAINS, (symbol("K"), " [N m]"), (window,))
+    return wb.pictures.components(
+        "printed_gain", caption, outcome, GAINS, (wb.notation.symbol("K"), " [N m]"), (window,)
+    )
 
 
-def gain_table(name: str, caption: str, head: str, runs: Sequence[Outcome], notes: Sequence[str] = ()) -> Table:
+def gain_table(
+    name: str, caption: str, head: str, runs: Sequence[wb.study.Outcome], notes: Sequence[str] = ()
+) -> wb.document.Table:
     """A row a run: when the gain and the path are lost, the late errors, and the miss of the printed row."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     several = len({run.case.scenario for run in runs}) > 1
     for run in runs:
         named = (run.label, run.case.scenario.replace(" as printed", "")) if several else (run.label,)
         floor = float(np.nanmin(gain_floor(run))) if run.diverged_at is None else None
         one = nearest(run)
         of_row = run.case.scenario != AS_PRINTED["SS"] and np.isfinite(one.miss)
-        row = (f"{one.horizon:.2f}", percent(one.miss)) if of_row else (None, None)
-        rows.append((*named, *times_lost(run), floor, *(cell(run, "late error", j) for j in (0, 1)), *row))
+        row = (f"{one.horizon:.2f}", wb.document.percent(one.miss).removesuffix(" %")) if of_row else (None, None)
+        rows.append((*named, *times_lost(run), floor, *(wb.study.cell(run, "late error", j) for j in (0, 1)), *row))
     columns = (
-        Column(head),
-        *((Column("run"),) if several else ()),
-        Column("K not positive", "s", "right"),
-        Column(f"|e| > {FAR:g} rad", "s", "right"),
-        Column("least eigenvalue of K", "N m", digits=3),
-        *(Column(f"late error of q{j}", "rad", "right") for j in (1, 2)),
-        Column("nearest horizon", "s", "right"),
-        Column("misses the row by", "%", "right"),
+        wb.document.Column(head),
+        *((wb.document.Column("run"),) if several else ()),
+        wb.document.Column("K not positive", "s", "right"),
+        wb.document.Column(f"|e| > {FAR:g} rad", "s", "right"),
+        wb.document.Column("least eigenvalue of K", "N m", digits=3),
+        *(wb.document.Column(f"late error of q{j}", "rad", "right") for j in (1, 2)),
+        wb.document.Column("nearest horizon", "s", "right"),
+        wb.document.Column("misses the row by", "%", "right"),
     )
     nearest_note = (
         "Nearest horizon: the horizon, from 5 s on, at which RMSE (43) of both joints is nearest to the printed row of "
         f"{PROPOSED}. Beside it stands the larger of the two relative differences."
     )
-    return Table(name, caption, columns, tuple(rows), (nearest_note, *notes))
+    return wb.document.Table(name, caption, columns, tuple(rows), (nearest_note, *notes))
 
 
-def printed_section(results: Results) -> Section:
+def printed_section(results: wb.Results) -> wb.Section:
     """The law as printed, in each shape of (33), with two choices of Q."""
     about = (
         "Equation (33) multiplies a matrix, a vector and a vector of signs. Their product has no consistent shape, so "
@@ -194,12 +189,12 @@ def printed_section(results: Results) -> Section:
         "AOSMC-RGS as printed, in each shape of (33): (3), (24), (28) and the minus of (33) stand as printed. Over "
         f"{SHORT:g} s with Q = I, over {LONG:g} s with the small Q. R = I."
     )
-    notes = [f"{name}: {meaning}." for name, meaning in SHAPES.items()]
+    notes = [f"{name}: {meaning}." for name, meaning in wb.arms.laws.SHAPES.items()]
     table = gain_table("printed_runs", caption, "shape of (33)", runs, notes)
-    return Section("The law as printed", (gain_figure(results), Paragraph(about), table))
+    return wb.Section("The law as printed", (gain_figure(results), wb.Paragraph(about), table))
 
 
-def repair_section(results: Results) -> Section:
+def repair_section(results: wb.Results) -> wb.Section:
     """One slip put back at a time, then two slips repaired alone."""
     slips = (
         f"The law with four repairs, then with one slip of the print put back or one repair more: first scenario, over "
@@ -217,9 +212,9 @@ def repair_section(results: Results) -> Section:
             "two_repair_runs", pairs, "shape of (33)", [run for pair in PAIRS for run in results.scenario(pair)]
         ),
     )
-    return Section("One repair, two and four", (Itemize(REPAIRS), *tables))
+    return wb.Section("One repair, two and four", (wb.document.Itemize(REPAIRS), *tables))
 
 
-def one_change_of_print(results: Results) -> list[Outcome]:
+def one_change_of_print(results: wb.Results) -> list[wb.study.Outcome]:
     """The runs with one slip repaired, then the runs as printed without observer (10)."""
     return [run for name in (ONE_REPAIR, UNOBSERVED) for run in results.scenario(name)]

@@ -4,12 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import CARD, PROPOSED, PUBLISHED
-from workbench.core.validation.refusals import Array
-from workbench.study.document.document import Figure, Panel, Series
-from workbench.study.document.phrases import Cell, Column, Table
-from workbench.study.marks import cell
-from workbench.study.study import Outcome, Results
 
 SHORTEST = 5.0  # s, the lower end of the card's range of the horizon
 CLOSE = 0.01  # a larger miss than this share of a printed value is none that meets it
@@ -33,25 +29,20 @@ class Nearest:
     miss: float
 
 
-def percent(share: float) -> str:
-    """A share in percent with two digits, or as a whole number from 10 on."""
-    return f"{100 * share:.2g}" if share < 0.1 else f"{100 * share:.0f}"
-
-
 def limit(share: float) -> str:
     """The least number of percent with one digit that is not below a share: 'within 0.009 %' of 0.0082 %."""
     unit = 10.0 ** np.floor(np.log10(100 * share))
     return f"{np.ceil(100 * share / unit - 1e-9) * unit:.1g}"
 
 
-def rmse(outcome: Outcome) -> Array:
+def rmse(outcome: wb.study.Outcome) -> wb.Array:
     """RMSE (43) at each kept time as the horizon, (N, 2), in rad; infinite after the run has diverged."""
     e = outcome.measurement.trajectories["e"][0]
     squares = np.where(np.isfinite(e), e, np.inf) ** 2
     return np.asarray(np.sqrt(np.cumsum(squares, axis=0) / np.arange(1, len(e) + 1)[:, np.newaxis]))
 
 
-def nearest(outcome: Outcome, longest: float = np.inf, shortest: float = SHORTEST) -> Nearest:
+def nearest(outcome: wb.study.Outcome, longest: float = np.inf, shortest: float = SHORTEST) -> Nearest:
     """The nearest of all horizons from the shortest to the longest, in s."""
     values = rmse(outcome)
     inside = (outcome.t >= shortest - PERIOD / 2) & (outcome.t <= longest + PERIOD / 2)
@@ -60,13 +51,15 @@ def nearest(outcome: Outcome, longest: float = np.inf, shortest: float = SHORTES
     return Nearest(float(outcome.t[at]), (float(values[at, 0]), float(values[at, 1])), float(misses[at]))
 
 
-def row_figure(curves: dict[str, Outcome]) -> Figure:
+def row_figure(curves: dict[str, wb.study.Outcome]) -> wb.document.Figure:
     """RMSE (43) over the horizon for the law as printed and as repaired, with the printed values as lines."""
     panels = tuple(
-        Panel(
+        wb.document.Panel(
             f"RMSE (43) of q{joint + 1} [rad]",
             tuple(
-                Series(words, run.t[1:], np.where(np.isfinite(rmse(run)), rmse(run), np.nan)[1:, joint], style)
+                wb.document.Series(
+                    words, run.t[1:], np.where(np.isfinite(rmse(run)), rmse(run), np.nan)[1:, joint], style
+                )
                 for style, (words, run) in enumerate(curves.items())
             ),
             xlabel="horizon [s]",
@@ -83,36 +76,36 @@ def row_figure(curves: dict[str, Outcome]) -> Figure:
         "RMSE (43) of AOSMC-RGS in the first scenario against the horizon, which the paper does not state. Thin line: "
         f"the printed value. Both values are met within {100 * CLOSE:g} % at horizons of {met} s."
     )
-    return Figure("horizons", caption, panels, columns=2)
+    return wb.document.Figure("horizons", caption, panels, columns=2)
 
 
-def witness_table(results: Results, four: Outcome) -> Table:
+def witness_table(results: wb.Results, four: wb.study.Outcome) -> wb.document.Table:
     """The runs with two repairs at their own horizons, beside the run with four."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     two = [(run, *FITTED[run.case.law.partition(",")[0]]) for run in results.scenario(WITNESS)]
     weights = CARD["Q"][0, 0], CARD["R"][0, 0]
     sets = [("(3), (28)", run, f"{Q:g}", "1", horizon) for run, Q, horizon in two]
     sets.append(("(3), (33)", results[OTHER_PAIR, "outer"], f"{OTHER_Q:g}", f"{OTHER_R:g}", OTHER_HORIZON))
     sets.append(("(3), (24), (28), (33)", four, *(f"{w:g}" for w in weights), CARD["FS: horizon"]))
     for repaired, run, Q, R, horizon in sets:
-        scores = [cell(run, "RMSE (43)", joint) for joint in (0, 1)]
+        scores = [wb.study.cell(run, "RMSE (43)", joint) for joint in (0, 1)]
         values = np.array([run.score("RMSE (43)", joint).pair[0] for joint in (0, 1)])
         miss = 100 * np.abs(values / ROW - 1).max()
         shape = CARD["reading of (33)"] if run is four else run.case.law.partition(",")[0]
         rows.append((repaired, shape, Q, R, f"{horizon:g}", *scores, f"{miss:.2g}"))
     rows.append(("printed", None, None, None, None, *(f"{value:.4f}" for value in ROW), None))
     columns = (
-        Column("repaired"),
-        Column("shape of (33)"),
-        Column("Q", "N m/(rad s)", "right"),
-        Column("R", "N m/(rad s)", "right"),
-        Column("horizon", "s", "right"),
-        Column("RMSE (43) of q1", "rad", "right"),
-        Column("RMSE (43) of q2", "rad", "right"),
-        Column("larger miss", "%", "right"),
+        wb.document.Column("repaired"),
+        wb.document.Column("shape of (33)"),
+        wb.document.Column("Q", "N m/(rad s)", "right"),
+        wb.document.Column("R", "N m/(rad s)", "right"),
+        wb.document.Column("horizon", "s", "right"),
+        wb.document.Column("RMSE (43) of q1", "rad", "right"),
+        wb.document.Column("RMSE (43) of q2", "rad", "right"),
+        wb.document.Column("larger miss", "%", "right"),
     )
     caption = (
         "The printed row of AOSMC-RGS in the first scenario, met by two pairs of repairs and by four repairs: Q and "
         "the horizon were fitted for each row, R in the last two. What is not named as repaired stands as printed."
     )
-    return Table("witness", caption, columns, tuple(rows), ("Q and R are multiples of I.",))
+    return wb.document.Table("witness", caption, columns, tuple(rows), ("Q and R are multiples of I.",))

@@ -5,21 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from studies.a1_paper_tables.repairs import GAINS, LATE
+import workbench as wb
+from studies.a1_paper_tables.repairs import GAINS
 from studies.paper.card import BOLD, CARD, LAWS, MARGIN, PROPOSED, PUBLISHED, SCENARIOS
+from studies.paper.comparison import LATE
 from studies.paper.laws import rival
-from workbench.blocks.loop import ClosedLoop
-from workbench.core.notation.formula import symbol
-from workbench.report.pictures.traces import Window, components, traces
-from workbench.study.document.document import Bars, Figure, Panel, Paragraph, Section
-from workbench.study.document.phrases import Cell, Column, Table
-from workbench.study.evidence.law_tables import Published, against_published, ranking, side_by_side
-from workbench.study.marks import bars, cell
-from workbench.study.study import Outcome, Results
 
 ERRORS = ("IAE", "ISE", "ITAE", "peak error")
 COST = ("effort", "peak torque", "energy", "TV")
-GROUPS = {  # the tables of a scenario: words and metrics
+GROUPS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {  # the tables of a scenario: words and metrics
     "rmse": ("Root mean squares of the error", dict.fromkeys(SCENARIOS, ("RMSE (43)", "RMSE", "RMSE of e_hat"))),
     "errors": ("Other errors", {"FS": (*ERRORS, "late error"), "SS": ERRORS}),
     "cost": ("Torque", dict.fromkeys(SCENARIOS, COST)),
@@ -37,28 +31,28 @@ CURVES = (  # signal, joint, unit, words: six figures in the paper's order
     ("tau", 0, "N m", "Torque of joint 1"),
     ("tau", 1, "N m", "Torque of joint 2"),
 )
-ERRORS_SEEN = tuple((symbol(f"q_{j + 1}"), "q_error", j) for j in (0, 1))
+ERRORS_SEEN = tuple((wb.notation.symbol(f"q_{j + 1}"), "q_error", j) for j in (0, 1))
 FIRM = {20.0: 1e-4, 50.0: 5e-5}  # gains of SMC in N m, the last at the upper end of the card's range; steps in s
 PLACES = [(scenario, joint) for scenario in SCENARIOS for joint in (0, 1)]
 
 
-def firm(scenario: str, K: float) -> ClosedLoop:
+def firm(scenario: str, K: float) -> wb.ClosedLoop:
     """SMC with another gain than the assumed one."""
     loop = rival(scenario, "SMC")
     return replace(loop, controller=replace(loop.controller, K=np.full(2, K)))
 
 
-def six(results: Results, scenario: str, K: float | None = None) -> dict[str, Outcome]:
+def six(results: wb.Results, scenario: str, K: float | None = None) -> dict[str, wb.study.Outcome]:
     """The paper's laws in one scenario, SMC with the assumed gain or with one of the `FIRM` ones."""
     laws = {law: results[scenario, law] for law in LAWS}
     return laws if K is None else laws | {"SMC": results[f"{scenario}, SMC", f"K = {K:g} N m"]}
 
 
-def tally(
-    results: Results,
+def count_pairs(
+    results: wb.Results,
     K: float | None = None,
     *,
-    columns: Sequence[Published] = tuple(PUBLISHED.values()),
+    columns: Sequence[wb.evidence.Published] = tuple(PUBLISHED.values()),
     without: str = "",
     margin: float = MARGIN,
     metric: str = "",
@@ -72,17 +66,17 @@ def tally(
         if column in columns:
             values = {law: value for law, value in column.values.items() if law != without}
             asked = replace(column, values=values, metric=metric or column.metric)
-            rows.append(ranking(asked, six(results, scenario, K), margin))
+            rows.append(wb.evidence.ranking(asked, six(results, scenario, K), margin))
     return sum(len(r.holds) for r in rows), sum(len(r.fails) for r in rows), sum(len(r.undecided) for r in rows)
 
 
-def reaching_time(outcome: Outcome) -> float:
+def reaching_time(outcome: wb.study.Outcome) -> float:
     """The time by which each |s_i| has been below phi, in s; infinite where one never is."""
     inside = np.abs(outcome.measurement.trajectories["s"][0]) < CARD["phi"]
     return float(max(outcome.t[np.argmax(joint)] if joint.any() else np.inf for joint in inside.T))
 
 
-def rmse_figure(results: Results) -> Figure:
+def rmse_figure(results: wb.Results) -> wb.document.Figure:
     """The two published tables as bars, beside ours; the law that was fitted to them has a colour of its own."""
     rows, start = np.arange(len(LAWS)), np.zeros(len(LAWS))
     fitted = np.array([law == PROPOSED for law in LAWS])
@@ -91,7 +85,7 @@ def rmse_figure(results: Results) -> Figure:
         printed = np.array([column.values[law] for law in LAWS])
         ours = six(results, scenario)
         here = tuple(
-            bars(
+            wb.study.bars(
                 words,
                 [run for law, run in ours.items() if (law == PROPOSED) == own],
                 column.metric,
@@ -102,20 +96,23 @@ def rmse_figure(results: Results) -> Figure:
             )
             for words, own, style in (("here, fitted to the print", True, 2), ("here, not fitted", False, 1))
         )
-        both = (Bars("printed", rows - 0.2, printed, start, 0, thick=0.35), *here)
-        panels.append(Panel("", both, "RMSE (43) [rad]", ynames=LAWS, title=column.where))
+        both = (wb.document.Bars("printed", np.asarray(rows - 0.2, dtype=float), printed, start, 0, thick=0.35), *here)
+        panels.append(wb.document.Panel("", both, "RMSE (43) [rad]", ynames=LAWS, title=column.where))
     caption = (
         "RMSE (43) as printed, and of the runs here. Only AOSMC-RGS, with four repairs, was fitted to the printed "
         "values. The rivals have assumed gains, as the paper states none, so the bars do not compare the laws."
     )
-    return Figure("rmse", caption, tuple(panels), columns=2)
+    return wb.document.Figure("rmse", caption, tuple(panels), columns=2)
 
 
-def figures(shown: Sequence[Outcome], ours: Outcome, scenario: str) -> tuple[Figure, ...]:
+def figures(shown: Sequence[wb.study.Outcome], ours: wb.study.Outcome, scenario: str) -> tuple[wb.document.Figure, ...]:
     """The figures of one scenario: the laws, then the observer's errors and the gains of the proposed law."""
     number, end = FIRST[scenario], float(ours.t[-1])
     first = scenario == "FS"
-    whole = (Window(0, EARLY), Window(LATE if first else EARLY, min(end, SEEN)))  # what is small shows late as well
+    whole = (
+        wb.pictures.Window(0, EARLY),
+        wb.pictures.Window(LATE if first else EARLY, min(end, SEEN)),
+    )  # what is small shows late as well
     large = whole[:1] if first else whole  # later the curves of the first scenario lie on each other
     drawn = tuple(replace(window, ylim=TORQUE[scenario]) for window in large)
 
@@ -125,22 +122,24 @@ def figures(shown: Sequence[Outcome], ours: Outcome, scenario: str) -> tuple[Fig
 
     laws = []
     for place, (signal, joint, unit, words) in enumerate(CURVES):
-        label = symbol(f"{signal}_{joint + 1}"), f" [{unit}]"
+        label = wb.notation.symbol(f"{signal}_{joint + 1}"), f" [{unit}]"
         windows, wanted = {"tau": drawn, "q": large}.get(signal, whole), "q_ref" if signal == "q" else ""
         rest = " Later the curves lie on each other." if first and windows is not whole else ""
-        laws.append(traces(*names(words, place, rest), shown, signal, joint, label, windows, reference=wanted))
+        laws.append(
+            wb.pictures.traces(*names(words, place, rest), shown, signal, joint, label, windows, reference=wanted)
+        )
     errors, gains = names("Estimation errors q - q_hat of (10)", 6), names("Gains K with four repairs", 7)
     return (
         *laws,
-        components(*errors, ours, ERRORS_SEEN, "estimation error [rad]", whole),
-        components(*gains, ours, GAINS, (symbol("K"), " [N m]"), large),
+        wb.pictures.components(*errors, ours, ERRORS_SEEN, "estimation error [rad]", whole),
+        wb.pictures.components(*gains, ours, GAINS, (wb.notation.symbol("K"), " [N m]"), large),
     )
 
 
-def scenario_section(results: Results, scenario: str) -> Section:
+def scenario_section(results: wb.Results, scenario: str) -> wb.Section:
     """Figures and tables of one scenario."""
     title, key, runs = SCENARIOS[scenario], scenario.lower(), results.scenario(scenario)
-    about = Paragraph(
+    about = wb.Paragraph(
         "The paper has one metric, (43): a mean over samples that begins with the initial error. The column RMSE is "
         "the same as an integral. Errors are those of the step; the assumed numbers matter far more. "
         f"{BOLD} Where a torque leaves the frame of a figure, its peak is in the tables. Super-twisting is a "
@@ -149,59 +148,61 @@ def scenario_section(results: Results, scenario: str) -> Section:
     tables = []
     for j in (1, 2):
         caption = f"RMSE of joint {j} in the {title}: printed, of the runs here by (43), and the difference."
-        tables.append(against_published(f"{key}_rmse_q{j}", caption, PUBLISHED[scenario, j], six(results, scenario)))
+        tables.append(
+            wb.evidence.against_published(f"{key}_rmse_q{j}", caption, PUBLISHED[scenario, j], six(results, scenario))
+        )
     for group, (words, metrics) in GROUPS.items():
         for j in (1, 2) if scenario in metrics else ():
             name, caption = f"{key}_all_{group}_q{j}", f"{words} of joint {j}, {title}."
-            tables.append(side_by_side(name, caption, runs, metrics[scenario], j - 1, margin=MARGIN))
+            tables.append(wb.side_by_side(name, caption, runs, metrics[scenario], j - 1, margin=MARGIN))
     drawn = figures(tuple(six(results, scenario).values()), results[scenario, PROPOSED], scenario)
-    return Section(f"The {title}", (about, *drawn, *tables))
+    return wb.Section(f"The {title}", (about, *drawn, *tables))
 
 
-def order_section(results: Results) -> Section:
+def order_section(results: wb.Results) -> wb.Section:
     """The published values beside ours, the printed order of the laws, and the part of the assumed gain of SMC."""
-    about = Paragraph(
+    about = wb.Paragraph(
         "The printed tables put AOSMC-RGS first in each column. The runs here cannot test that order: they rest on "
         "numbers of the rivals that were assumed. They show which pairs keep their order with these numbers."
     )
-    return Section(
+    return wb.Section(
         "The printed order of the laws", (rmse_figure(results), about, _columns_table(results), _gains_table(results))
     )
 
 
-def _columns_table(results: Results) -> Table:
+def _columns_table(results: wb.Results) -> wb.document.Table:
     """A row a published column: its pairs, and the laws on the other side of the proposed one."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for (scenario, _), column in PUBLISHED.items():
-        judged = ranking(column, six(results, scenario), MARGIN)
+        judged = wb.evidence.ranking(column, six(results, scenario), MARGIN)
         below = ", ".join(law for first, law in judged.fails if first == PROPOSED)
         rows.append((column.where, len(judged.holds), len(judged.fails), len(judged.undecided), below or "none"))
     columns = (
-        Column("printed column"),
-        Column("keep their order", align="right"),
-        Column("reversed", align="right"),
-        Column("too close to call", align="right"),
-        Column(f"printed above {PROPOSED}, below it here"),
+        wb.document.Column("printed column"),
+        wb.document.Column("keep their order", align="right"),
+        wb.document.Column("reversed", align="right"),
+        wb.document.Column("too close to call", align="right"),
+        wb.document.Column(f"printed above {PROPOSED}, below it here"),
     )
     caption = "The fifteen pairs of laws of each printed column, by RMSE (43) of the runs here."
-    return Table("pairs", caption, columns, tuple(rows))
+    return wb.document.Table("pairs", caption, columns, tuple(rows))
 
 
-def _gains_table(results: Results) -> Table:
+def _gains_table(results: wb.Results) -> wb.document.Table:
     """A row a gain of SMC: its RMSE, the time to its layer, and the pairs."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for K in (None, *FIRM):
         smc = {scenario: six(results, scenario, K)["SMC"] for scenario in SCENARIOS}
-        scores = (cell(smc[scenario], "RMSE (43)", joint) for scenario, joint in PLACES)
+        scores = (wb.study.cell(smc[scenario], "RMSE (43)", joint) for scenario, joint in PLACES)
         reached = (f"{reaching_time(run):.2f}" for run in smc.values())
         gain = f"{CARD['SMC: K'][0]:g}, assumed" if K is None else f"{K:g}"
-        rows.append((gain, *scores, *reached, *tally(results, K)))
+        rows.append((gain, *scores, *reached, *count_pairs(results, K)))
     columns = (
-        Column("K of SMC, N m"),
-        *(Column(f"RMSE, {scenario}, q{joint + 1}", "rad", "right") for scenario, joint in PLACES),
-        *(Column(f"layer reached, {scenario}", "s", "right") for scenario in SCENARIOS),
-        *(Column(f"pairs {words}", align="right") for words in ("in order", "reversed", "too close")),
+        wb.document.Column("K of SMC, N m"),
+        *(wb.document.Column(f"RMSE, {scenario}, q{joint + 1}", "rad", "right") for scenario, joint in PLACES),
+        *(wb.document.Column(f"layer reached, {scenario}", "s", "right") for scenario in SCENARIOS),
+        *(wb.document.Column(f"pairs {words}", align="right") for words in ("in order", "reversed", "too close")),
     )
     caption = "The printed pairs with other gains of SMC than the assumed one; all other numbers stay."
     note = "Layer reached: each |s_i| has been below phi. FS, SS: first and second scenario."
-    return Table("gains_of_smc", caption, columns, tuple(rows), (note,))
+    return wb.document.Table("gains_of_smc", caption, columns, tuple(rows), (note,))

@@ -5,94 +5,60 @@ Runs in some twenty seconds on two cores.
 
 from collections.abc import Iterator, Sequence
 
+import workbench as wb
 from studies.a1_paper_tables import findings, grid, repairs, row, six_laws
-from studies.a1_paper_tables.repairs import AS_PRINTED, FREE, LATE, ONE_CHANGE, PAIRS, SHORT, SMALL_Q
+from studies.a1_paper_tables.repairs import AS_PRINTED, FREE, ONE_CHANGE, PAIRS, SHORT, SMALL_Q
 from studies.a1_paper_tables.row import FITTED, WITNESS
 from studies.paper import unstated
-from studies.paper.card import CARD, LAWS, PROPOSED, SCENARIOS
-from studies.paper.laws import RIVALS, proposed_as_printed, proposed_repaired, rival
+from studies.paper.card import CARD, PROPOSED, SCENARIOS
+from studies.paper.comparison import LATE, PRINTED, PROPOSED_STEP, comparison
+from studies.paper.laws import proposed_as_printed
 from studies.paper.rest import REST, rest_case, rest_section
-from workbench.arms.laws.aosmc_rgs import SHAPES
-from workbench.arms.peak_torque import peak_torque
-from workbench.blocks.loop import ClosedLoop
-from workbench.engine import metrics
-from workbench.study.contract import Run
-from workbench.study.document.document import Page, Paragraph, Section
-from workbench.study.knob import Knob
-from workbench.study.provenance import Card
-from workbench.study.study import Case, Results, Study
 
-PRINTED = metrics.sampled_rmse(CARD["sample time of (43)"])
-BRIEF = PRINTED, metrics.late_error(LATE)
-BOTH = (
-    PRINTED,
-    metrics.rmse(),
-    metrics.rmse("e_hat", name="RMSE of e_hat"),
-    *(metrics.iae(), metrics.ise(), metrics.itae(), metrics.peak_error()),
-    *(metrics.effort(), metrics.energy(), peak_torque(), metrics.total_variation(sample=1e-3)),
-)
-METRICS = {
-    "FS": (*BOTH, metrics.late_error(LATE)),
-    "SS": (*BOTH, metrics.overshoot(), metrics.settling_time(band=0.05)),
-}
-
-# Steps in s, each below the limit of stability; values are taken at half of them.
-PROPOSED_STEP = 1e-3 / 12
-STEPS = {"PID": 5e-4, "SMC": 5e-4, "super-twisting": 5e-4, "ASMC": 1e-4, "Fuzzy-ASMC": 1e-3 / 12, "RBF-ASMC": 1e-4}
+BRIEF = PRINTED, wb.metrics.late_error(LATE)
 COARSE = 2e-4  # s, for gains that stay near K(0)
-STYLES = {law: i for i, law in enumerate((*LAWS, "super-twisting"))}
 
 LIVE = (
-    Knob("phi", "controller.phi", 0.001, 0.5, log=True, origin="stated"),
-    Knob("Lambda", "controller.Lambda", 1.0, 20.0, origin="stated"),
-    Knob("mass of link 2", "plant.arm.links[1].mass", 0.5, 2.0, origin="stated"),
-    Knob("disturbance", "plant.disturbance.amplitude", 0.1, 20.0, log=True, origin="stated", share=True),
-    Knob("reference", "reference.amplitude", 0.2, 2.0, share=True),
-    Knob("first gain K", "controller.K", 0.2, 10.0, log=True, share=True),
-    Knob("Q of AOSMC-RGS", "controller.Q", 0.001, 2.0, log=True, share=True),
-    Knob("R of AOSMC-RGS", "controller.R", 0.1, 100.0, log=True, share=True),
-    Knob("l of (24)", "observer.disturbance.l", 5.0, 30.0),
-    Knob("observer (10)", ("observer.state.L1", "observer.state.L2"), 0.2, 2.0, log=True, origin="stated", share=True),
-    Knob("rate of adaption", ("controller.gamma", "controller.Gamma"), 0.2, 20.0, log=True, share=True),
-    Knob("PID", ("controller.Kp", "controller.Ki", "controller.Kd"), 0.2, 2.0, log=True, origin="derived", share=True),
+    wb.Knob("phi", "controller.phi", 0.001, 0.5, log=True, origin="stated"),
+    wb.Knob("Lambda", "controller.Lambda", 1.0, 20.0, origin="stated"),
+    wb.Knob("mass of link 2", "plant.arm.links[1].mass", 0.5, 2.0, origin="stated"),
+    wb.Knob("disturbance", "plant.disturbance.amplitude", 0.1, 20.0, log=True, origin="stated", share=True),
+    wb.Knob("reference", "reference.amplitude", 0.2, 2.0, share=True),
+    wb.Knob("first gain K", "controller.K", 0.2, 10.0, log=True, share=True),
+    wb.Knob("Q of AOSMC-RGS", "controller.Q", 0.001, 2.0, log=True, share=True),
+    wb.Knob("R of AOSMC-RGS", "controller.R", 0.1, 100.0, log=True, share=True),
+    wb.Knob("l of (24)", "observer.disturbance.l", 5.0, 30.0),
+    wb.Knob(
+        "observer (10)", ("observer.state.L1", "observer.state.L2"), 0.2, 2.0, log=True, origin="stated", share=True
+    ),
+    wb.Knob("rate of adaption", ("controller.gamma", "controller.Gamma"), 0.2, 20.0, log=True, share=True),
+    wb.Knob(
+        "PID", ("controller.Kp", "controller.Ki", "controller.Kd"), 0.2, 2.0, log=True, origin="derived", share=True
+    ),
 )
 
 
-def comparison(scenario: str) -> tuple[Case, ...]:
-    """The proposed law as repaired, its five rivals, and a seventh law."""
-    loops = {PROPOSED: proposed_repaired(scenario)} | {law: rival(scenario, law) for law in RIVALS}
-    steps = {PROPOSED: PROPOSED_STEP} | STEPS
-    return tuple(
-        Case(
-            scenario,
-            law,
-            Run(loop, METRICS[scenario], CARD[f"{scenario}: horizon"], 0.01, steps[law] / 2),
-            style=STYLES[law],
-            remark="repaired" if law == PROPOSED else "",
-        )
-        for law, loop in loops.items()
-    )
-
-
-def brief(scenario: str, law: str, loop: ClosedLoop, until: float, h: float = 5e-5) -> Case:
+def brief(scenario: str, law: str, loop: wb.ClosedLoop, until: float, h: float = 5e-5) -> wb.Case:
     """A run of which two errors alone are taken."""
-    return Case(scenario, law, Run(loop, BRIEF, until, 0.01, h))
+    return wb.Case(scenario, law, wb.Run(loop, BRIEF, until, 0.01, h))
 
 
-def variants() -> Iterator[Case]:
+def variants() -> Iterator[wb.Case]:
     """The proposed law as printed and repaired in part, and SMC with firmer gains."""
     for scenario, name in AS_PRINTED.items():
-        yield from (brief(name, shape, proposed_as_printed(scenario, shape), SHORT) for shape in SHAPES)
-    yield from (brief(SMALL_Q, shape, repairs.with_small_q(shape), repairs.LONG) for shape in SHAPES)
+        yield from (brief(name, shape, proposed_as_printed(scenario, shape), SHORT) for shape in wb.arms.laws.SHAPES)
+    yield from (brief(SMALL_Q, shape, repairs.with_small_q(shape), repairs.LONG) for shape in wb.arms.laws.SHAPES)
     for pair, Q in PAIRS.items():
-        yield from (brief(pair, shape, repairs.with_two_repairs(shape, Q), FREE, COARSE) for shape in SHAPES)
+        yield from (
+            brief(pair, shape, repairs.with_two_repairs(shape, Q), FREE, COARSE) for shape in wb.arms.laws.SHAPES
+        )
     for shape, (Q, horizon) in FITTED.items():
         yield brief(WITNESS, f"{shape}, Q = {Q:g} I", repairs.with_two_repairs(shape, Q), horizon, 1e-4)
     for slip in repairs.SLIPS:
-        for shape in SHAPES:
+        for shape in wb.arms.laws.SHAPES:
             loop = repairs.with_one_repair(slip, shape)
             yield brief(repairs.ONE_REPAIR, f"{slip}, {shape}", loop, repairs.LONG, COARSE)
-    for shape in SHAPES:
+    for shape in wb.arms.laws.SHAPES:
         yield brief(repairs.UNOBSERVED, f"none, {shape}", repairs.without_observer(shape), repairs.LONG, COARSE)
     yield brief(row.OTHER_PAIR, "outer", repairs.with_other_pair(), row.OTHER_HORIZON, 1e-4)
     for change, loop in repairs.changes().items():
@@ -103,7 +69,7 @@ def variants() -> Iterator[Case]:
             yield brief(f"{scenario}, SMC", f"K = {K:g} N m", loop, CARD[f"{scenario}: horizon"], h / 2)
 
 
-def numbers_section() -> Section:
+def numbers_section() -> wb.Section:
     """The origin of each number."""
     about = (
         "What the paper does not state is assumed by a rule. The rivals share the surface, the layer and the first "
@@ -111,7 +77,7 @@ def numbers_section() -> Section:
         "and the amplitudes of the square wave were chosen near the printed numbers of the proposed law. Nothing was "
         "fitted for a rival."
     )
-    added = Card(tuple(given for given in CARD if given.name.startswith("super-twisting: ")))
+    added = wb.provenance.Card(tuple(given for given in CARD if given.name.startswith("super-twisting: ")))
     tables = (
         CARD.table("stated", "stated", "Numbers that the paper states."),
         CARD.table("derived", "derived", "Numbers that follow from them."),
@@ -120,10 +86,10 @@ def numbers_section() -> Section:
         ),
         added.table("assumed", "assumed", "Numbers of the seventh law, which the paper does not have."),
     )
-    return Section("The numbers, and where they come from", (Paragraph(about), *tables))
+    return wb.Section("The numbers, and where they come from", (wb.Paragraph(about), *tables))
 
 
-def trust_section(results: Results) -> Section:
+def trust_section(results: wb.Results) -> wb.Section:
     """Steps, limits and errors."""
     compared = (run for run in results.outcomes if run.case.scenario != REST)
     beyond = ", ".join(run.case.name for run in compared if not run.measurement.limit.holds)
@@ -134,10 +100,10 @@ def trust_section(results: Results) -> Section:
         f"in: {beyond or 'no run'}. Where a law switches the method is of first order: there the error is an estimate "
         "and no bound."
     )
-    return Section("How far these numbers can be trusted", (Paragraph(about),))
+    return wb.Section("How far these numbers can be trusted", (wb.Paragraph(about),))
 
 
-def rest(results: Results) -> Section:
+def rest(results: wb.Results) -> wb.Section:
     """The linear pictures of the proposed law, which the knobs move."""
     knobs = (
         "On the HTML page the knobs move these pictures together with the runs. The knob of the first gain K reaches "
@@ -146,7 +112,7 @@ def rest(results: Results) -> Section:
     return rest_section(results[REST, PROPOSED], results["FS", PROPOSED], "It has the four repairs.", knobs)
 
 
-def row_section(results: Results) -> Section:
+def row_section(results: wb.Results) -> wb.Section:
     """The printed row of the proposed law, met with two repairs and with four."""
     about = (
         "The error at the start, pi at each joint, dominates RMSE (43). While a law tracks, RMSE (43) therefore falls "
@@ -160,12 +126,12 @@ def row_section(results: Results) -> Section:
         "four repairs, fitted Q and R": results[ONE_CHANGE, repairs.ALL_FOUR],
     }
     table = row.witness_table(results, results["FS", PROPOSED])
-    return Section("The printed row and the horizon", (row.row_figure(curves), Paragraph(about), table))
+    return wb.Section("The printed row and the horizon", (row.row_figure(curves), wb.Paragraph(about), table))
 
 
-def page(results: Results) -> Page:
+def page(results: wb.Results) -> wb.Page:
     """The answer and the findings, then the numbers behind them."""
-    sections: Sequence[Section] = (
+    sections: Sequence[wb.Section] = (
         row_section(results),
         repairs.printed_section(results),
         repairs.repair_section(results),
@@ -175,10 +141,10 @@ def page(results: Results) -> Page:
         trust_section(results),
         rest(results),
     )
-    return Page(findings.answer_line(results), findings.findings(results), tuple(sections))
+    return wb.Page(findings.answer_line(results), findings.findings(results), tuple(sections))
 
 
-study = Study(
+study = wb.Study(
     name="a1_paper_tables",
     title="AOSMC-RGS and its rivals: the published tables, run again",
     question=(

@@ -3,17 +3,13 @@
 import casadi as ca
 import numpy as np
 
-from studies.a0_two_link_arm import DEFINITE, ENTRIES, PRINTED, SKEW, SYMMETRIC
-from studies.a0_two_link_arm import DERIVED as ARM
+import workbench as wb
 from studies.a2_claims.checks import Checked, judges, literal, row
 from studies.a2_claims.searches import ASSUMPTION_4
 from studies.paper.card import CARD
-from studies.paper.laws import plant
-from workbench.arms.properties import PropertyVerdict
-from workbench.core import Claim
-from workbench.proofs.bounds import disturbance_bounds, shown
-from workbench.proofs.claim_ledger import Ruling
-from workbench.proofs.interval import guarantee
+from studies.paper.laws import disturbance
+from studies.paper.two_link_arm import DEFINITE, ENTRIES, PRINTED, SKEW, SYMMETRIC
+from studies.paper.two_link_arm import DERIVED as ARM
 
 PERIOD = 6.3  # s, just above 2 pi, the period of sines of 3 and 4 rad/s
 
@@ -21,17 +17,21 @@ PERIOD = 6.3  # s, just above 2 pi, the period of sines of 3 and 4 rad/s
 def entries(matrix: str, name: str, statement: str) -> Checked:
     """Every printed entry of a matrix beside the derived one."""
 
-    def check() -> Ruling:
+    def check() -> wb.proofs.Ruling:
         mine = [entry for entry in ENTRIES if entry.matrix == matrix]
         if all(entry.kind == "same" for entry in mine):
-            return Ruling("proved", f"Each of the {len(mine)} entries has the normal form of the derived one.")
+            return wb.proofs.Ruling(
+                "proved", f"Each of the {len(mine)} entries has the normal form of the derived one."
+            )
         wrong = [entry for entry in mine if entry.kind == "differs"]
         if not wrong:
-            return Ruling("not refuted", "; ".join(entry.evidence for entry in mine), samples=len(mine))
+            return wb.proofs.Ruling("not refuted", "; ".join(entry.evidence for entry in mine), samples=len(mine))
         entry, seen = wrong[0], wrong[0].witness
+        if seen is None:
+            return wb.proofs.Ruling("not checkable", entry.evidence)
         matrices = f"matrices({literal(seen.q)}, {literal(seen.qd)})[1]"
         torques = [arm.matrices(seen.q, seen.qd)[1] @ np.array(seen.qd) for arm in (PRINTED, ARM)]
-        return Ruling(
+        return wb.proofs.Ruling(
             "refuted",
             f"{entry.label} is {entry.printed_value:.6g} where {entry.right_value:.6g} is right, at {seen}; "
             f"the other {len(mine) - len(wrong)} entries are proved right. There C qd is {row(torques[0])} N m and "
@@ -39,18 +39,18 @@ def entries(matrix: str, name: str, statement: str) -> Checked:
             f"printed.{matrices}, derived.{matrices}",
         )
 
-    return Checked(Claim(name, f"{statement} of the arm.", name), check)
+    return Checked(wb.core.Claim(name, f"{statement} of the arm.", name), check)
 
 
-def skew_symmetric(arm: str, found: PropertyVerdict, claim: Claim) -> Checked:
+def skew_symmetric(arm: str, found: wb.arms.properties.PropertyVerdict, claim: wb.core.Claim) -> Checked:
     """Assumption 3 for one arm."""
 
-    def check() -> Ruling:
+    def check() -> wb.proofs.Ruling:
         if found.kind == "proved":
-            return Ruling("proved", "The normal form of M' - 2C plus its transpose is zero.")
-        if found.witness is None:
-            return Ruling("not checkable", found.evidence)
-        return Ruling(
+            return wb.proofs.Ruling("proved", "The normal form of M' - 2C plus its transpose is zero.")
+        if found.witness is None or found.residual is None:
+            return wb.proofs.Ruling("not checkable", found.evidence)
+        return wb.proofs.Ruling(
             "refuted",
             f"M' - 2C plus its transpose has an entry of {np.abs(found.residual).max():.4g} kg m^2/s at "
             f"{found.witness}.",
@@ -63,40 +63,42 @@ def skew_symmetric(arm: str, found: PropertyVerdict, claim: Claim) -> Checked:
 inertia = entries("M", "(2)", "M is the inertia matrix")
 coriolis = entries("C", "(3)", "C is the Coriolis matrix")
 gravity = entries("G", "(4)", "G is the gravity vector")
-SKEW_PRINTED = Claim("Assumption 3", "M' - 2C is skew-symmetric, with C as (3) prints it.", "(3), section 2.3")
-SKEW_DERIVED = Claim("Assumption 3, derived C", "M' - 2C is skew-symmetric, with C as derived.", "section 2.3")
+SKEW_PRINTED = wb.core.Claim("Assumption 3", "M' - 2C is skew-symmetric, with C as (3) prints it.", "(3), section 2.3")
+SKEW_DERIVED = wb.core.Claim("Assumption 3, derived C", "M' - 2C is skew-symmetric, with C as derived.", "section 2.3")
 
 
 @judges("Assumption 1", "The initial states lie in a bounded set.", "(5), (6)")
-def bounded_start() -> Ruling:
+def bounded_start() -> wb.proofs.Ruling:
     sizes = ", ".join(f"|q(0)| = {np.linalg.norm(CARD[f'{s}: q(0)']):.4g} rad ({s})" for s in ("FS", "SS"))
-    return Ruling("proved", f"Two points lie in a bounded set: {sizes}, qd(0) = 0 in both.")
+    return wb.proofs.Ruling("proved", f"Two points lie in a bounded set: {sizes}, qd(0) = 0 in both.")
 
 
 @judges("Assumption 2", "M is symmetric, and alpha1 I <= M(q) <= alpha2 I for all q, alpha1 > 0.", "(7)", inertia.claim)
-def definite() -> Ruling:
+def definite() -> wb.proofs.Ruling:
     low, high = DEFINITE.beyond
     if not (SYMMETRIC[ARM.name].kind == SYMMETRIC[PRINTED.name].kind == DEFINITE.kind == "proved" and low and high):
-        return Ruling("not refuted", DEFINITE.evidence, samples=DEFINITE.samples)
-    return Ruling(
+        return wb.proofs.Ruling("not refuted", DEFINITE.evidence, samples=DEFINITE.samples)
+    least, most = (wb.proofs.shown(DEFINITE.alpha1, -1), wb.proofs.shown(DEFINITE.alpha2, 1))
+    return wb.proofs.Ruling(
         "proved",
-        f"Symmetric by normal form; on the whole torus {shown(low, 1)} <= alpha1 <= {shown(DEFINITE.alpha1, -1)} "
-        f"and {shown(DEFINITE.alpha2, 1)} <= alpha2 <= {shown(high, -1)} kg m^2 ({guarantee()}).",
+        f"Symmetric by normal form; on the whole torus {wb.proofs.shown(low, 1)} <= alpha1 <= {least} "
+        f"and {most} <= alpha2 <= {wb.proofs.shown(high, -1)} kg m^2 ({wb.proofs.guarantee()}).",
     )
 
 
-def bounded_disturbance() -> Ruling:
+def bounded_disturbance() -> wb.proofs.Ruling:
     """Assumption 4, for the two scenarios, over the period 2 pi s of both."""
     bounds, t = [], ca.SX.sym("t")
     for scenario in ("FS", "SS"):
-        size, slope = disturbance_bounds(plant(scenario).disturbance.at(t), t, PERIOD)
+        size, slope = wb.proofs.disturbance_bounds(disturbance(scenario).at(t), t, PERIOD)
         if size.beyond is None or slope.beyond is None:
-            return Ruling("not checkable", f"{scenario}: {size.why}; {slope.why}")
-        bounds.append(f"|D| <= {shown(size.beyond, -1)} N m and |D'| <= {shown(slope.beyond, -1)} N m/s ({scenario})")
-    return Ruling(
+            return wb.proofs.Ruling("not checkable", f"{scenario}: {size.why}; {slope.why}")
+        largest, fastest = (wb.proofs.shown(one.beyond, -1) for one in (size, slope) if one.beyond is not None)
+        bounds.append(f"|D| <= {largest} N m and |D'| <= {fastest} N m/s ({scenario})")
+    return wb.proofs.Ruling(
         "proved",
         f"{' and '.join(bounds)}, by interval arithmetic over {PERIOD} s, which is more than the period 2 pi s of D, "
-        f"with the amplitudes {row(CARD['FS: disturbance amplitude'])} N m ({guarantee()}).",
+        f"with the amplitudes {row(CARD['FS: disturbance amplitude'])} N m ({wb.proofs.guarantee()}).",
     )
 
 

@@ -11,33 +11,27 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
+import workbench as wb
 from studies.a2_claims.derivations import Sides, derivations
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, paper_observer
-from workbench.arms.dynamics import AbstractArm, Dynamics
-from workbench.arms.manipulator import Manipulator
-from workbench.core import Claim, Entry, Layout, Signals, block
-from workbench.core.validation.refusals import Array
-from workbench.proofs.claim_ledger import Check, Ruling
-from workbench.proofs.equality import judge_equal
-from workbench.study.provenance import written
 
 HORIZONS = f"horizons of {CARD['FS: horizon']:g} s (FS) and {CARD['SS: horizon']:g} s (SS)"
 NAMES = ("q_hat", "qd_hat", "q", "q_d", "qd_d", "qdd_d", "D", "D_hat", "tau", "s")
-SYMBOLS = {name: Layout((Entry(name, np.zeros(2)),)).symbols() for name in NAMES}
+SYMBOLS = {name: wb.Layout((wb.core.Entry(name, np.zeros(2)),)).symbols() for name in NAMES}
 K = ca.SX.sym("K", 2, 2)
-ARM_MATRICES = Dynamics.of(ARM)
+ARM_MATRICES = wb.arms.Dynamics.of(ARM)
 LAMBDA, PHI = np.diag(CARD["Lambda"]), CARD["phi"]
 
 
-@block
-class UnitMassArm(AbstractArm):
+@wb.block
+class UnitMassArm(wb.arms.AbstractArm):
     """M = I, with C and G of `arm`: its acceleration tau - C qd - G is M times that of `arm`, and no quotient.
 
     Normal forms have no quotients, and M^-1 is one.
     """
 
-    arm: AbstractArm
+    arm: wb.arms.AbstractArm
 
     @property
     def dof(self) -> int:
@@ -58,14 +52,15 @@ def at(q: ca.SX, qd: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     """M, C and G of the derived arm at nominal parameters."""
     d = ARM_MATRICES
     old, new = ca.vertcat(d.q, d.qd, d.symbols), ca.vertcat(q, qd, ca.SX(d.p.default))
-    return tuple(ca.substitute([d.M, d.C, d.G], [old], [new]))
+    M, C, G = ca.substitute([d.M, d.C, d.G], [old], [new])
+    return M, C, G
 
 
-def observer_rate(model: AbstractArm, q: ca.SX, qd_hat: ca.SX, tau: ca.SX) -> ca.SX:
+def observer_rate(model: wb.arms.AbstractArm, q: ca.SX, qd_hat: ca.SX, tau: ca.SX) -> ca.SX:
     """qd_hat' of the observer (10), with the gains of section 5, where its position is right: q_hat = q."""
     observer, t = replace(paper_observer(), model=model), ca.SX(0)
-    z, y = {"q_hat": q, "qd_hat": qd_hat}, Signals(q=q, qd=ca.SX.zeros(2))
-    return observer.rate(t, z, y, observer.estimate(t, z, y), Signals(tau=tau))["qd_hat"]
+    z, y = {"q_hat": q, "qd_hat": qd_hat}, wb.Signals(q=q, qd=ca.SX.zeros(2))
+    return observer.rate(t, z, y, observer.estimate(t, z, y), wb.Signals(tau=tau))["qd_hat"]
 
 
 def _sides() -> dict[str, Sides]:
@@ -82,7 +77,7 @@ def _sides() -> dict[str, Sides]:
     repaired = M @ (qdd_d - LAMBDA @ e2) + C @ (qd_d - LAMBDA @ e1) + G + D_hat - K @ s
     unit, zero = UnitMassArm(ARM), ca.SX.zeros(2)  # with which each acceleration is M times that of the arm
     weight = at(q, zero)[2]
-    arm = Manipulator(unit, q=np.zeros(2)).rate(ca.SX(0), {"q": q, "qd": zero}, Signals(tau=tau - D))["qd"]
+    arm = wb.Manipulator(unit, q=np.zeros(2)).rate(ca.SX(0), {"q": q, "qd": zero}, wb.Signals(tau=tau - D))["qd"]
     return {
         "(30), along (10)": (first, by_10),
         "(30), along (35)": (first, by_35),
@@ -95,7 +90,7 @@ def _sides() -> dict[str, Sides]:
         # x1~ = 0 and the arm at rest: x2~^T P2 x2~' is odd in x2~ if M x2~' is even in it
         "(22)": (observer_rate(unit, q, qd_hat, weight), observer_rate(unit, q, -qd_hat, weight)),
         # s = 0 and e1 != 0: the surface asks for e2 = -Lambda e1, the minimiser of (32) for u = 0
-        "(34), input": (-LAMBDA @ e1, ca.SX.zeros(2)),
+        "(34), input": (ca.SX(-LAMBDA @ e1), ca.SX.zeros(2)),
         # x1~ = 0: what (10) and (35) say of tau less C qd_hat and G
         "(35)": (M @ ca.solve(M, tau - C @ qd_hat - G), tau - C @ qd_hat - G - D),
         # s = 0 and e1 = 0: M e2' by (35), with the law (27)-(29)
@@ -111,7 +106,7 @@ def _sides() -> dict[str, Sides]:
 SIDES = _sides() | derivations()
 
 
-def both(name: str, **values: float | tuple[float, ...]) -> tuple[Array, Array]:
+def both(name: str, **values: float | tuple[float, ...]) -> tuple[wb.Array, wb.Array]:
     """Both sides of an equation at named values (q_hat=(0.5, 1), ...); what is not named is zero."""
     left, right = SIDES[name]
     symbols = SYMBOLS | {"K": ca.vec(K)}
@@ -125,49 +120,51 @@ def both(name: str, **values: float | tuple[float, ...]) -> tuple[Array, Array]:
 class Checked(NamedTuple):
     """A claim with the check that judges it."""
 
-    claim: Claim
-    check: Check
+    claim: wb.core.Claim
+    check: wb.proofs.Check
 
 
-def judges(name: str, statement: str, source: str, *below: Claim) -> Callable[[Check], Checked]:
+def judges(name: str, statement: str, source: str, *below: wb.core.Claim) -> Callable[[wb.proofs.Check], Checked]:
     """Bind a check to its claim, with the claims below it."""
-    return lambda check: Checked(Claim(name, statement, source, below), check)
+    return lambda check: Checked(wb.core.Claim(name, statement, source, below), check)
 
 
-def refutation(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = ()) -> Ruling:
+def refutation(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = ()) -> wb.proofs.Ruling:
     """The ruling of a witness against the claim, where its numbers break it."""
-    return Ruling("refuted", evidence, witness, kept=kept) if broken else unbroken()
+    return wb.proofs.Ruling("refuted", evidence, witness, kept=kept) if broken else unbroken()
 
 
-def unbroken() -> Ruling:
+def unbroken() -> wb.proofs.Ruling:
     """The ruling where a witness does not break the claim."""
-    return Ruling("not refuted", "The run or state that was to break it does not.", samples=1)
+    return wb.proofs.Ruling("not refuted", "The run or state that was to break it does not.", samples=1)
 
 
-def identity_ruling(name: str) -> Ruling:
+def identity_ruling(name: str) -> wb.proofs.Ruling:
     """The ruling of an equation's normal forms."""
-    if (judged := judge_equal(*SIDES[name])).kind == "proved":
-        return Ruling("proved", "Equal normal forms: an identity in all states, gains and parameters.")
-    return Ruling("not checkable", judged.evidence)
+    if (judged := wb.proofs.judge_equal(*SIDES[name])).kind == "proved":
+        return wb.proofs.Ruling("proved", "Equal normal forms: an identity in all states, gains and parameters.")
+    return wb.proofs.Ruling("not checkable", judged.evidence)
 
 
 def identity(name: str, statement: str, source: str) -> Checked:
     """An equation that is to be an identity in all its symbols."""
-    return Checked(Claim(name, statement, source), lambda: identity_ruling(name))
+    return Checked(wb.core.Claim(name, statement, source), lambda: identity_ruling(name))
 
 
 def inequality(
-    name: str, statement: str, source: str, evidence: str, *below: Claim, **values: tuple[float, ...]
+    name: str, statement: str, source: str, evidence: str, *below: wb.core.Claim, **values: tuple[float, ...]
 ) -> Checked:
     """An equation whose sides differ at a plain state; `{0}` and `{1}` of the evidence are the sides there."""
     witness = ", ".join(f"{letter}={literal(value)}" for letter, value in values.items())
 
-    def check() -> Ruling:
+    def check() -> wb.proofs.Ruling:
         left, right = both(name, **values)
-        differ = judge_equal(*SIDES[name]).kind == "refuted" and not np.allclose(left, right, rtol=1e-9, atol=0)
+        differ = wb.proofs.judge_equal(*SIDES[name]).kind == "refuted" and not np.allclose(
+            left, right, rtol=1e-9, atol=0
+        )
         return refutation(differ, evidence.format(row(left), row(right)), f'both("{name}", {witness})')
 
-    return Checked(Claim(name, statement, source, below), check)
+    return Checked(wb.core.Claim(name, statement, source, below), check)
 
 
 def row(values: object, digits: int = 4) -> str:
@@ -184,4 +181,6 @@ def numbers(*names: str) -> str:
     """Numbers that the paper leaves open, as they were taken here: Q = diag(1, 1) N m/(rad s), ..."""
     units = {given.name: given.unit for given in CARD}
     letters = {name: name.removeprefix("SS: ").removesuffix(" as printed") for name in names}
-    return ", ".join(f"{letter} = {written(CARD[name])} {units[name]}" for name, letter in letters.items())
+    return ", ".join(
+        f"{letter} = {wb.provenance.written(CARD[name])} {units[name]}" for name, letter in letters.items()
+    )

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+import workbench as wb
 from studies.a2_claims import arm, replay
 from studies.a2_claims.checks import identity, identity_ruling, judges, refutation, row
 from studies.a2_claims.law import PRINTED_WEIGHTS, WEIGHTS, estimate_rate, gains, least_cost
@@ -16,26 +17,22 @@ from studies.a2_claims.searches import (
     V2_AT_START,
     on_path,
     regulation,
+    worst_of,
 )
-from workbench.blocks.loop import ClosedLoop
-from workbench.core import Claim
-from workbench.proofs.claim_ledger import Ruling
-from workbench.proofs.counterexample import hypotheses_kept
-from workbench.proofs.falsify import Found
 
 
 @judges("(39)", "V2' <= -lambda_min(K) |s| + |s| delta + 'bounded term'.", "(39)", arm.SKEW_PRINTED, gains.claim)
-def decrease() -> Ruling:
-    return Ruling(
+def decrease() -> wb.proofs.Ruling:
+    return wb.proofs.Ruling(
         "not checkable as published",
         "With a 'bounded term' that is large enough any V2' obeys (39).",
         unstated="the 'bounded term'",
     )
 
 
-def kept_by(loop: Callable[[], ClosedLoop], h: float) -> tuple[str, ...]:
+def kept_by(loop: Callable[[], wb.ClosedLoop], h: float) -> tuple[str, ...]:
     """The hypotheses of Theorem 2 that a run of 20 s keeps at every step."""
-    return hypotheses_kept(loop().ode(), KEPT, 20.0, h)
+    return wb.proofs.hypotheses_kept(loop().ode(), KEPT, 20.0, h)
 
 
 @judges(
@@ -46,7 +43,7 @@ def kept_by(loop: Callable[[], ClosedLoop], h: float) -> tuple[str, ...]:
     decrease.claim,
     least_cost.claim,
 )
-def strict_decrease() -> Ruling:
+def strict_decrease() -> wb.proofs.Ruling:
     along = {weights: replay.v2_along(*weights) for weights in replay.PAIRS}
     excess = [value for value, _ in along.values()]
     at_start = {weights: replay.v2_rate(*weights)[0] for weights in ((1, 1), (1000, 1000))}
@@ -65,7 +62,7 @@ def strict_decrease() -> Ruling:
 
 
 implication = judges("(41), implication", "If s tends to zero, so does e1, where e1' = e2.", "(26), (41)")(
-    lambda: Ruling(
+    lambda: wb.proofs.Ruling(
         "proved",
         "By (26) e1' = -Lambda e1 + s there, which is a stable linear filter of s, as Lambda > 0. Along (10) e1' is "
         "e2 + L1 x1~, so that it needs x1~ to tend to zero as well.",
@@ -83,7 +80,7 @@ trace_rate = identity("(38)", "The trace of (34).", "(34), (38)")
     ABOVE,
     strict_decrease.claim,
 )
-def convergence_35() -> Ruling:
+def convergence_35() -> wb.proofs.Ruling:
     exact, ((e, e_error), (s, s_error)) = identity_ruling("(41), along (35)"), replay.along_35().values()
     return refutation(
         exact.kind == "proved" and e > e_error,
@@ -106,7 +103,7 @@ def convergence_35() -> Ruling:
     estimate_rate.claim,
     strict_decrease.claim,
 )
-def convergence_10() -> Ruling:
+def convergence_10() -> wb.proofs.Ruling:
     exact, (error, change) = identity_ruling("(41), along (10)"), replay.offset()
     return refutation(
         exact.kind == "proved" and np.linalg.norm(error) > np.linalg.norm(change),
@@ -120,7 +117,7 @@ def convergence_10() -> Ruling:
     )
 
 
-FINITE_TIME = Claim(
+FINITE_TIME = wb.core.Claim(
     "(42)",
     "s reaches zero in finite time: |s(t)| <= sigma from t = V2(0) / (c sigma) on, for every precision sigma.",
     "(42)",
@@ -128,18 +125,19 @@ FINITE_TIME = Claim(
 )
 
 
-def finite_time(found: Found) -> Ruling:
+def finite_time(found: wb.proofs.Found) -> wb.proofs.Ruling:
     """The ruling on (42) from the worst run of its search."""
+    worst = worst_of(found)
     sought: dict[str, list[float]] = {}
-    for label, number in found.worst.sought.items():
+    for label, number in worst.sought.items():
         sought.setdefault(label.split("[")[0], []).append(number)
     return refutation(
         found.kind == "refuted",
         "By (41), along (35), s does not tend to zero, whatever Q and R are, so small sigma are never reached for "
         "good. A run shows the bound fail at a large sigma, too: for all sigma at once it is t |s(t)| <= V2(0) / c. As "
         f"printed but for C, with {PRINTED_WEIGHTS}, reading 'outer', first scenario, V2(0) = {V2_AT_START:.3f} J and "
-        f"c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it by {found.worst.value:.3f} rad within 2 s (error of the "
-        f"step {found.worst.error:.0e}). Worst of {found.runs:,} runs of 2 s, {found.kept:,} of which kept the "
+        f"c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it by {worst.value:.3f} rad within 2 s (error of the "
+        f"step {worst.error:.0e}). Worst of {found.runs:,} runs of 2 s, {found.kept:,} of which kept the "
         "hypotheses.",
         f"rerun({sought})",
         kept=tuple(hypothesis.claim.name for hypothesis in KEPT),
@@ -152,7 +150,7 @@ def finite_time(found: Found) -> Ruling:
     "Theorem 2",
     *arm.ASSUMPTIONS,
 )
-def bounded_signals() -> Ruling:
+def bounded_signals() -> wb.proofs.Ruling:
     closed, run = replay.drift()
     return refutation(
         np.allclose(closed, run, rtol=1e-6) and bool((np.abs(run) > 2 * np.abs(CONSTANT_D)).all()),

@@ -3,24 +3,23 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+import workbench as wb
 from studies.a2_claims.phrases import phrase
 from studies.a2_claims.printed import PRINTED, decisive
 from studies.a2_claims.rivals import ALSO_AS_PUBLISHED, METRICS
-from workbench.proofs.claim_ledger import BROKEN, Kind, Ledger, Line
-from workbench.study.document.document import Finding, Variation
 
 SUBSTITUTIONS = ("(12)", "(13)", "(16)", "(18)", "(20)", "(37)", "(38)")
-UNCHECKED: Sequence[Kind] = ("not checkable as published", "not checkable", "ill-posed", "not refuted")
+UNCHECKED: Sequence[wb.proofs.Kind] = ("not checkable as published", "not checkable", "ill-posed", "not refuted")
 WEIGHTS = "Q, R, l, the reading of (33) and the square wave, as a1 has them, where a run needs numbers"
 ROOM = "Proofs: all states. Runs: one each, with the error of the step."
 
 
-def counts(ledger: Ledger) -> Mapping[Kind, int]:
+def counts(ledger: wb.proofs.Ledger) -> Mapping[wb.proofs.Kind, int]:
     """The number of printed equations of each verdict."""
     return Counter(decisive(ledger, item).ruling.kind for item in PRINTED)
 
 
-def answer(ledger: Ledger) -> str:
+def answer(ledger: wb.proofs.Ledger) -> str:
     """The count of printed equations by verdict, in one line."""
     count = counts(ledger)
     theorems = all(decisive(ledger, item).ruling.kind == "refuted" for item in PRINTED if "Theorem" in item.name)
@@ -32,17 +31,17 @@ def answer(ledger: Ledger) -> str:
     )
 
 
-def findings(ledger: Ledger) -> tuple[Finding, ...]:
+def findings(ledger: wb.proofs.Ledger) -> tuple[wb.Finding, ...]:
     """The findings of the page."""
     return printed_equations(ledger), first_theorem(ledger), second_theorem(ledger), comparisons(ledger)
 
 
-def refuted(lines: Sequence[Line], *kinds: Kind) -> str:
+def refuted(lines: Sequence[wb.proofs.Line], *kinds: wb.proofs.Kind) -> str:
     """The number of refuted lines among all, with other kinds that count as refuted."""
     return f"{sum(line.ruling.kind in ('refuted', *kinds) for line in lines)} of {len(lines)} refuted"
 
 
-def printed_equations(ledger: Ledger) -> Finding:
+def printed_equations(ledger: wb.proofs.Ledger) -> wb.Finding:
     """The count of printed equations that are refuted, and the same count by other rules."""
     items = [(item, decisive(ledger, item)) for item in PRINTED]
     lines = [line for _, line in items]
@@ -59,7 +58,7 @@ def printed_equations(ledger: Ledger) -> Finding:
     }
     names = [item.name for item, line in items if line.ruling.kind == "refuted"]
     depending = [item.name for item, line in items if line.ruling.kind == "depends on"]
-    return Finding(
+    return wb.Finding(
         "printed_equations",
         phrase(answer(ledger)),
         phrase(
@@ -71,23 +70,29 @@ def printed_equations(ledger: Ledger) -> Finding:
         given="The printed page. Each item is judged in its most favourable reading.",
         chosen=WEIGHTS,
         answer=refuted(lines),
-        variations=tuple(Variation(words, count) for words, count in rules.items()),
+        variations=tuple(wb.Variation(words, count) for words, count in rules.items()),
         untried="A judge who reads 'sufficiently large' or 'bounded term' in another way.",
     )
 
 
-def fails(line: Line) -> str:
+def fails(line: wb.proofs.Line) -> str:
     """The answer of a line: fails, holds, or its verdict in words."""
-    return "fails" if line.ruling.kind in BROKEN else "holds" if line.ruling.kind == "proved" else line.ruling.verdict
+    return (
+        "fails"
+        if line.ruling.kind in wb.proofs.BROKEN
+        else "holds"
+        if line.ruling.kind == "proved"
+        else line.ruling.verdict
+    )
 
 
-def tally(line: Line) -> str:
+def comparison_count(line: wb.proofs.Line) -> str:
     """The comparisons of a line, counted."""
     evidence = line.ruling.evidence
     return evidence[evidence.index("below in") :].rstrip(".")
 
 
-def first_theorem(ledger: Ledger) -> Finding:
+def first_theorem(ledger: wb.proofs.Ledger) -> wb.Finding:
     """Theorem 1 under the gains of section 5 and others."""
     main = ledger["Theorem 1, gains of section 5"]
     lines = {
@@ -95,7 +100,7 @@ def first_theorem(ledger: Ledger) -> Finding:
         "the step (22) of its proof, with the best of all gains": "(22)",
         "small errors beside an arm at rest, hanging or upright": "Theorem 1, small errors at rest",
     }
-    return Finding(
+    return wb.Finding(
         "theorem_1",
         phrase(
             "Theorem 1 fails for the gains of section 5: the observer (10) can rest far from an arm at rest, for ever."
@@ -105,14 +110,14 @@ def first_theorem(ledger: Ledger) -> Finding:
         sample="The arm at rest, hanging or upright; gains of 1, 10 and 100 times those of section 5, and L1 = L2 = I.",
         given="The positions, the torque and the exact model; no disturbance, as in (9).",
         answer=fails(main),
-        variations=tuple(Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
+        variations=tuple(wb.Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
         untried=phrase(
             "Gains above 100 times those of section 5, and other ratios of L2 to L1. a4 has regions where it holds."
         ),
     )
 
 
-def second_theorem(ledger: Ledger) -> Finding:
+def second_theorem(ledger: wb.proofs.Ledger) -> wb.Finding:
     """Theorem 2 under each of its readings."""
     main = ledger["(41), along (35)"]
     lines = {
@@ -121,7 +126,7 @@ def second_theorem(ledger: Ledger) -> Finding:
         "boundedness of all signals": "Theorem 2, bounded signals",
         "the step (40) of its proof": "(40)",
     }
-    return Finding(
+    return wb.Finding(
         "theorem_2",
         phrase(
             "Theorem 2 fails for every Q and R: s and e1 tend to zero only if D - D_hat does, and for the sines of "
@@ -133,18 +138,18 @@ def second_theorem(ledger: Ledger) -> Finding:
         given="Estimates that obey (35), which is the best that the observer could give.",
         chosen=WEIGHTS,
         answer=fails(main),
-        variations=tuple(Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
+        variations=tuple(wb.Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
         untried="No disturbance at all, or one that vanishes: Assumption 4 allows both.",
     )
 
 
-def comparisons(ledger: Ledger) -> Finding:
+def comparisons(ledger: wb.proofs.Ledger) -> wb.Finding:
     """The statements on the simulations, as published and with the numbers of a1."""
     published = [ledger[name] for name in (*(metric[0] for metric in METRICS), *ALSO_AS_PUBLISHED)]
     unchecked = sum(line.ruling.kind == "not checkable as published" for line in published)
     lines = {name: ledger[f"{name}, numbers of a1"] for name, *_ in METRICS}
-    broken = sum(line.ruling.kind in BROKEN for line in lines.values())
-    return Finding(
+    broken = sum(line.ruling.kind in wb.proofs.BROKEN for line in lines.values())
+    return wb.Finding(
         "comparisons",
         f"{unchecked} of {len(published)} statements on the simulations cannot be checked as published; with the "
         f"numbers of a1, {broken} of {len(lines)} fail against at least one rival.",
@@ -155,7 +160,7 @@ def comparisons(ledger: Ledger) -> Finding:
         chosen=WEIGHTS,
         answer="cannot be checked",
         variations=tuple(
-            Variation(f"{name}, with the numbers of a1", fails(line).split(" in ")[0], tally(line))
+            wb.Variation(f"{name}, with the numbers of a1", fails(line).split(" in ")[0], comparison_count(line))
             for name, line in lines.items()
         ),
         untried="Gains of the rivals that are tuned, and noise: a8 has both.",

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+import workbench as wb
 from studies.a2_claims import replay
 from studies.a2_claims.checks import (
     both,
@@ -13,8 +14,6 @@ from studies.a2_claims.checks import (
     unbroken,
 )
 from studies.paper.card import CARD
-from workbench.arms.laws.aosmc_rgs import SHAPES as READINGS
-from workbench.proofs.claim_ledger import Ruling
 
 PRINTED_WEIGHTS = numbers("Q as printed", "R as printed", "l")
 SECOND_SCENARIO = numbers("SS: a1, a2", "SS: f")
@@ -67,11 +66,11 @@ replacement = inequality(
     "u = e2 is the input with which the Riccati equation minimises (32).",
     "(31)-(34)",
 )
-def optimal_input() -> Ruling:
+def optimal_input() -> wb.proofs.Ruling:
     surface, minimiser = both("(34), input", q_hat=(1, 0))
     if np.allclose(surface, minimiser):
         return unbroken()
-    return Ruling(
+    return wb.proofs.Ruling(
         "does not hold under",
         "On the surface s = 0 the minimiser asks for u = 0, and the surface itself for e2 = -Lambda e1: "
         f"{row(surface)} rad/s at e1 = (1, 0) rad, not {row(minimiser)}. e2 is a state, and no input.",
@@ -81,31 +80,31 @@ def optimal_input() -> Ruling:
 
 
 @judges("(33), shapes", "-P s sign(s) is a matrix, as K' is.", "(33)")
-def shapes() -> Ruling:
+def shapes() -> wb.proofs.Ruling:
     P, s = np.ones((2, 2)), np.ones((2, 1))
     try:
         P @ s @ np.sign(s)
     except ValueError:
-        return Ruling(
+        return wb.proofs.Ruling(
             "ill-posed",
             "P is 2 x 2, s and sign(s) are 2 x 1: P s is 2 x 1, and cannot be multiplied by sign(s). Four readings "
-            f"give (33) a shape: {', '.join(READINGS)}. Each line below names the reading that it takes.",
+            f"give (33) a shape: {', '.join(wb.arms.laws.SHAPES)}. Each line below names the reading that it takes.",
             "np.ones((2, 2)) @ np.ones((2, 1)) @ np.sign(np.ones((2, 1)))",
         )
-    return Ruling("proved", "the product has a shape")
+    return wb.proofs.Ruling("proved", "the product has a shape")
 
 
 @judges("(33), gain", "K(t) of (33) stays positive definite, as (29) asks.", "(29), (33)", shapes.claim)
-def gains() -> Ruling:
-    lost = {reading: replay.gain_lost(reading) for reading in READINGS}
-    safe = {reading: replay.gain_lost(reading, 30, Q=0.01) for reading in READINGS}
+def gains() -> wb.proofs.Ruling:
+    lost = {reading: replay.gain_lost(reading) for reading in wb.arms.laws.SHAPES}
+    safe = {reading: replay.gain_lost(reading, 30, Q=0.01) for reading in wb.arms.laws.SHAPES}
     minors, others = (
         ", ".join(f"{value:.3f} {UNITS[order - 1]} ({reading})" for reading, (value, _, order) in found.items())
         for found in (lost, safe)
     )
     if not all(value + error < 0 for value, error, _ in lost.values()):
         return unbroken()
-    return Ruling(
+    return wb.proofs.Ruling(
         "depends on",
         f"With {PRINTED_WEIGHTS}, {SECOND_SCENARIO}, in the second scenario, the least leading minor of K's symmetric "
         f"part falls within 4 s to {minors}; the errors of the step are "
@@ -121,11 +120,11 @@ def gains() -> Ruling:
     "u = -R^-1 B^T P s with P(t) of (34) makes (32) least for (31).",
     "(31), (32), (34)",
 )
-def least_cost() -> Ruling:
+def least_cost() -> wb.proofs.Ruling:
     (ours, least), (fitted, fitted_least) = replay.cost(1, 1), replay.cost(*FITTED)
     if ours <= least * (1 + 1e-6):
         return unbroken()
-    return Ruling(
+    return wb.proofs.Ruling(
         "depends on",
         "Cost, horizon and input are those of (32) and (31): infinite, u = -R^-1 B^T P s, with A and B of section 5 "
         "held at t = 0, from P(0) and s(0) of the first scenario. With Q = R = I, J is "

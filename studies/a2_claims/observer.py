@@ -2,21 +2,17 @@
 
 import numpy as np
 
+import workbench as wb
 from studies.a2_claims import arm, replay
 from studies.a2_claims.checks import Checked, identity, identity_ruling, judges, refutation, row, unbroken
 from studies.a2_claims.searches import ASSUMPTION_4, CONSTANT_D, REACH, SEED, I, beside_rest
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
-from workbench.arms import observer_gains
-from workbench.arms.dynamics import Dynamics
-from workbench.arms.observer_gains import Mismatch, Region
-from workbench.arms.observers.luenberger import THEOREM_1
-from workbench.proofs.claim_ledger import Ruling
-from workbench.proofs.interval import guarantee
-from workbench.proofs.rest_points import growing_modes
 
 TORQUES, SPEEDS = (100.0, 1000.0, 10000.0), (1.0, 10.0, 100.0)  # N m, rad/s
-REGION = Region(np.array([5.0, 5.0]), np.array([30.0, 30.0]))  # rad/s, N m, at any position, as in a4
+REGION = wb.arms.observer_gains.Region(
+    np.array([5.0, 5.0]), np.array([30.0, 30.0])
+)  # rad/s, N m, at any position, as in a4
 ASTRAY = ((3.1, 1.2), (-0.2, -2.9))  # q(0) [rad], qd(0) [rad/s]: of one decimal, and its neighbours go the same way
 NEAR, DRAWN, EVENLY = (0.005, 0.05), 200, 2000  # rad and rad/s; starts near it, starts anywhere
 
@@ -33,12 +29,12 @@ expanded_rate = identity("(20)", "V1' of (18) with the rates of (19).", "(18)-(2
     "Where the right-hand side is Lipschitz continuous, some rho has |Delta| <= rho (|x1~| + |x2~|).",
     "(14), (15)",
 )
-def lipschitz() -> Ruling:
-    found = observer_gains.lipschitz(Mismatch.of(Dynamics.of(ARM)), REGION)
+def lipschitz() -> wb.proofs.Ruling:
+    found = wb.arms.observer_gains.lipschitz(wb.arms.observer_gains.Mismatch.of(wb.arms.Dynamics.of(ARM)), REGION)
     position, velocity = found.position.proved, found.velocity.proved
     if not (np.isfinite(position) and np.isfinite(velocity)):
-        return Ruling("not checkable", "no bound of the derivatives was proved")
-    return Ruling(
+        return wb.proofs.Ruling("not checkable", "no bound of the derivatives was proved")
+    return wb.proofs.Ruling(
         "proved",
         "The inequality is what Lipschitz continuity means. The condition holds on each bounded set of velocities and "
         f"torques. For |qd_i| <= {REGION.speed[0]:g} rad/s, |tau_i| <= {REGION.torque[0]:g} N m at any position, the "
@@ -51,13 +47,13 @@ def lipschitz() -> Ruling:
     "One rho serves all velocities and torques at once.",
     "(15), with 'globally' of Theorem 1",
 )
-def lipschitz_everywhere() -> Ruling:
+def lipschitz_everywhere() -> wb.proofs.Ruling:
     sizes = [replay.mismatch((0, 1), (torque, 0)) for torque in TORQUES]
     ratios = [replay.speed_ratio(speed) for speed in SPEEDS]
     slopes = np.diff(sizes) / np.diff(TORQUES)
     if not ((slopes > 0).all() and np.allclose(slopes, slopes[0], rtol=1e-3)):  # gravity is left, 1 % of 1000 N m
         return unbroken()
-    return Ruling(
+    return wb.proofs.Ruling(
         "does not hold under",
         f"Delta is affine in tau, with the factor M^-1(q) - M^-1(q_hat): with |x1~| = 1 rad, x2~ = 0 it is "
         f"{row(sizes, 5)} rad/s^2 for tau_1 = {row(TORQUES, 5)} N m. It is quadratic in the velocities: with "
@@ -70,8 +66,8 @@ def lipschitz_everywhere() -> Ruling:
 
 
 @judges("(21)", "V1' is at most the sum of four terms with the constants lambda1, lambda2, c1 and c2.", "(20), (21)")
-def four_terms() -> Ruling:
-    return Ruling(
+def four_terms() -> wb.proofs.Ruling:
+    return wb.proofs.Ruling(
         "not checkable as published",
         "Where (15) holds, (21) is true for c1 and c2 that are large enough, whatever lambda1 and lambda2 are. "
         "It does not follow with lambda2 > 0 from (20), whose term x2~^T P2 L2 x1~ has either sign.",
@@ -85,7 +81,7 @@ def four_terms() -> Ruling:
     "(17), (22)",
     lipschitz.claim,
 )
-def lyapunov() -> Ruling:
+def lyapunov() -> wb.proofs.Ruling:
     exact, rates = identity_ruling("(22)"), replay.v1_rate((0, 1), (1, 1))
     if exact.kind != "proved":
         return exact
@@ -99,9 +95,9 @@ def lyapunov() -> Ruling:
     )
 
 
-def any_gains() -> Ruling:
+def any_gains() -> wb.proofs.Ruling:
     """Theorem 1 for the plainest positive definite gains."""
-    growing = growing_modes(beside_rest(I, I, "up"))
+    growing = wb.proofs.growing_modes(beside_rest(I, I, "up"))
     return refutation(
         bool(growing),
         "The theorem asks for 'positive definite matrices'. With L1 = L2 = I, beside the arm at rest upright without "
@@ -118,16 +114,18 @@ def any_gains() -> Ruling:
     arm.definite.claim,
     lyapunov.claim,
 )
-def paper_gains() -> Ruling:
+def paper_gains() -> wb.proofs.Ruling:
     point, ten, hundred = points = [replay.false_rest(times) for times in (1, 10, 100)]
-    if any(point.radius is None for point in points) or not point.attracts:
-        return Ruling("not checkable", "a rest point with an error was computed, and could not be proved")
+    radii = [one.radius for one in points if one.radius is not None]
+    if len(radii) < len(points) or not point.attracts:
+        return wb.proofs.Ruling("not checkable", "a rest point with an error was computed, and could not be proved")
     return refutation(
-        all(np.linalg.norm(point.x[:2]) > 4 * point.radius for point in points),
+        all(np.linalg.norm(one.x[:2]) > 4 * radius for one, radius in zip(points, radii, strict=True)),
         f"Beside the hanging arm at rest, (10) rests at q_hat = {row(point.x[:2], 6)} rad, "
-        f"qd_hat = {row(point.x[2:], 6)} rad/s: a rest point within {2 * point.radius:.0e} of the "
-        f"computed one is proved to exist ({guarantee()}), with an error of {np.linalg.norm(point.x[:2]):.3f} rad for "
-        "ever. All estimates near it stay and tend to it (proved). Large gains do not help: at 10 and 100 times "
+        f"qd_hat = {row(point.x[2:], 6)} rad/s: a rest point within {2 * radii[0]:.0e} of the "
+        f"computed one is proved to exist ({wb.proofs.guarantee()}), with an error of "
+        f"{np.linalg.norm(point.x[:2]):.3f} rad for ever. All estimates near it stay and tend to it "
+        "(proved). Large gains do not help: at 10 and 100 times "
         f"these, (10) rests at q_hat = {row(ten.x[:2], 6)} and {row(hundred.x[:2], 6)} rad (proved as well); "
         "of still larger ones nothing is proved here.",
         "false_rest(), false_rest(10), false_rest(100)",
@@ -142,7 +140,7 @@ def paper_gains() -> Ruling:
     arm.bounded_start.claim,
     arm.definite.claim,
 )
-def swinging() -> Ruling:
+def swinging() -> wb.proofs.Ruling:
     size, error = replay.astray(*ASTRAY)
     rng, start = np.random.default_rng(SEED), np.ravel(ASTRAY)
     shares = [replay.share_astray(start + rng.uniform(-r, r, (DRAWN, 4))) for r in NEAR]
@@ -150,7 +148,7 @@ def swinging() -> Ruling:
     rare = replay.share_astray(rng.uniform(low, high, (EVENLY, 4)))
     if size - error <= 5:
         return unbroken()
-    return Ruling(
+    return wb.proofs.Ruling(
         "does not hold under",
         f"From q(0) = {row(ASTRAY[0])} rad, qd(0) = {row(ASTRAY[1])} rad/s, exactly these digits, |q - q_hat| is "
         f"{size:.2f} rad after 2 s, by variable steps with an error below {error:.0e} rad; no torque, and q_hat(0) = "
@@ -167,11 +165,11 @@ def swinging() -> Ruling:
     "With L1 = 30 I, L2 = 50 I small errors of (10) decay beside the arm at rest, hanging or upright.",
     "Theorem 1, section 5",
 )
-def small_errors() -> Ruling:
-    counts = {zero: growing_modes(beside_rest(30 * I, 50 * I, zero)) for zero in ("down", "up")}
+def small_errors() -> wb.proofs.Ruling:
+    counts = {zero: wb.proofs.growing_modes(beside_rest(30 * I, 50 * I, zero)) for zero in ("down", "up")}
     if set(counts.values()) != {0}:
-        return Ruling("not checkable", f"Routh's array says {counts}")
-    return Ruling(
+        return wb.proofs.Ruling("not checkable", f"Routh's array says {counts}")
+    return wb.proofs.Ruling(
         "proved",
         "Routh's array of the error's four modes has no change of sign, in rational arithmetic, hanging and upright: "
         "all modes decay, so errors that are small enough do so too, exponentially.",
@@ -179,7 +177,7 @@ def small_errors() -> Ruling:
 
 
 @judges("(24)", "D_hat, the integral of eta, tends to D exponentially fast.", "(24)", ASSUMPTION_4)
-def integral_of_eta() -> Ruling:
+def integral_of_eta() -> wb.proofs.Ruling:
     closed, run = replay.drift()
     amplitude, frequency = (np.array(CARD[f"FS: disturbance {part}"]) for part in ("amplitude", "frequency"))
     lag = amplitude * frequency / np.hypot(frequency, CARD["l"])  # of |eta - D|, for a sine
@@ -196,6 +194,6 @@ def integral_of_eta() -> Ruling:
 
 CHECKS = (
     *(mean_rate, error_rate, lipschitz, lipschitz_everywhere, mismatch_rate, product_rule, expanded_rate, four_terms),
-    *(lyapunov, Checked(THEOREM_1, any_gains)),
+    *(lyapunov, Checked(wb.arms.observers.THEOREM_1, any_gains)),
     *(paper_gains, swinging, small_errors, integral_of_eta),
 )

@@ -4,8 +4,7 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 
-from workbench.core.notation.formula import Formula, Number, Power, Symbol, symbol
-from workbench.study.document.document import Part, Phrase
+import workbench as wb
 
 NAMES = (
     *("q_hat", "qd_hat", "D_hat", "q_d", "qd_d", "qdd_d", "qd_r", "qd", "L_D", "D_max", "lambda_min", "tau_1", "tau"),
@@ -29,9 +28,9 @@ TOKEN = re.compile(
 )
 
 
-def phrase(text: str) -> Phrase:
+def phrase(text: str) -> tuple[wb.document.Part, ...]:
     """The text with its symbols and signs set as formulas."""
-    parts: list[Part] = []
+    parts: list[wb.document.Part] = []
     end = 0
     for match in TOKEN.finditer(text):
         parts += [_signed(text[end : match.start()]), _formula(match)]
@@ -40,14 +39,14 @@ def phrase(text: str) -> Phrase:
     return tuple(part for part in parts if part != "")
 
 
-def _formula(match: re.Match[str]) -> Formula:
-    letter = symbol(match["name"])
+def _formula(match: re.Match[str]) -> wb.notation.Formula:
+    letter = wb.notation.symbol(match["name"])
     if match["tilde"]:
         letter = replace(letter, accent="tilde")
     if match["prime"]:
         letter = replace(letter, dots=letter.dots + 1)
-    exponents: dict[str, Formula] = {"^T": Symbol("T"), "^-1": Number(Fraction(-1))}
-    return Power(letter, exponents[match["power"]]) if match["power"] else letter
+    exponents: dict[str, wb.notation.Formula] = {"^T": wb.notation.Symbol("T"), "^-1": wb.notation.Number(Fraction(-1))}
+    return wb.notation.Power(letter, exponents[match["power"]]) if match["power"] else letter
 
 
 def _signed(text: str) -> str:

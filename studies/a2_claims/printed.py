@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from workbench.core import Claim
-from workbench.proofs.claim_ledger import Ledger, Line, Quantifier, Ruling
+import workbench as wb
 
 
 class Printed(NamedTuple):
@@ -100,61 +99,61 @@ PRINTED = (
 # Numbered equations that assert nothing: models, definitions, and (19), which repeats (12) and (16).
 DEFINITIONS = (1, 5, 9, 10, 11, 14, 17, 19, 25, 26, 27, 28, 32, 36, 43)
 
-ALL_STATES = Quantifier("all states", "source")
-ALL_ERRORS = Quantifier("all initial errors ('globally')", "source")
-ANY_D = Quantifier("all D of Assumption 4", "source")
-DERIVED_C = Quantifier("C as derived, which favours the paper", "reader", within=True)
-ANY_WEIGHTS = Quantifier("every Q, R > 0, as the paper names none", "source")
-SEARCHED = Quantifier("starts and sines within the numbers of the search", "reader", within=True)
-NUMBERS_OF_Q_R = Quantifier("Q, R, and the reading of (33)", "reader")
+ALL_STATES = wb.proofs.Quantifier("all states", "source")
+ALL_ERRORS = wb.proofs.Quantifier("all initial errors ('globally')", "source")
+ANY_D = wb.proofs.Quantifier("all D of Assumption 4", "source")
+DERIVED_C = wb.proofs.Quantifier("C as derived, which favours the paper", "reader", within=True)
+ANY_WEIGHTS = wb.proofs.Quantifier("every Q, R > 0, as the paper names none", "source")
+SEARCHED = wb.proofs.Quantifier("starts and sines within the numbers of the search", "reader", within=True)
+NUMBERS_OF_Q_R = wb.proofs.Quantifier("Q, R, and the reading of (33)", "reader")
 # By claim: the ranges over which it is judged; a claim that is not named has no range to choose.
-QUANTIFIERS: Mapping[str, tuple[Quantifier, ...]] = {
+QUANTIFIERS: Mapping[str, tuple[wb.proofs.Quantifier, ...]] = {
     "(3)": (ALL_STATES,),
     "Assumption 2": (ALL_STATES,),
     "Assumption 3": (ALL_STATES,),
-    "Assumption 3, derived C": (ALL_STATES, Quantifier("C as derived", "reader")),
-    "Assumption 4": (Quantifier("the two scenarios of section 5", "source"),),
+    "Assumption 3, derived C": (ALL_STATES, wb.proofs.Quantifier("C as derived", "reader")),
+    "Assumption 4": (wb.proofs.Quantifier("the two scenarios of section 5", "source"),),
     "(15)": (
-        Quantifier("where the right-hand side is Lipschitz continuous", "source"),
-        Quantifier("|qd_i| <= 5 rad/s and |tau_i| <= 30 N m, for the numbers", "reader", within=True),
+        wb.proofs.Quantifier("where the right-hand side is Lipschitz continuous", "source"),
+        wb.proofs.Quantifier("|qd_i| <= 5 rad/s and |tau_i| <= 30 N m, for the numbers", "reader", within=True),
     ),
-    "(15), everywhere": (Quantifier("all velocities and torques at once", "reader"),),
-    "(22)": (Quantifier("some P1, P2, L1, L2 and alpha", "source"), ALL_ERRORS),
-    "Theorem 1": (Quantifier("all positive definite L1, L2", "source"), ALL_ERRORS),
-    "Theorem 1, gains of section 5": (Quantifier("L1 = 30 I, L2 = 50 I", "source"), ALL_ERRORS),
-    "Theorem 1, swinging arm": (Quantifier("a bound of 5 rad from 1.5 s on", "reader"),),
-    "Theorem 1, small errors at rest": (Quantifier("an arm at rest and small errors", "reader"),),
-    "(24)": (ANY_D, Quantifier("any l", "source")),
-    "(30), along (10)": (ALL_STATES, Quantifier("the estimates obey (10)", "reader", within=True)),
-    "(30), along (35)": (ALL_STATES, Quantifier("the estimates obey (35)", "reader", within=True)),
-    "(31), replacement": (Quantifier("all s within the boundary layer", "source"),),
-    "(33), gain": (NUMBERS_OF_Q_R, Quantifier("the second scenario, up to 30 s", "reader")),
+    "(15), everywhere": (wb.proofs.Quantifier("all velocities and torques at once", "reader"),),
+    "(22)": (wb.proofs.Quantifier("some P1, P2, L1, L2 and alpha", "source"), ALL_ERRORS),
+    "Theorem 1": (wb.proofs.Quantifier("all positive definite L1, L2", "source"), ALL_ERRORS),
+    "Theorem 1, gains of section 5": (wb.proofs.Quantifier("L1 = 30 I, L2 = 50 I", "source"), ALL_ERRORS),
+    "Theorem 1, swinging arm": (wb.proofs.Quantifier("a bound of 5 rad from 1.5 s on", "reader"),),
+    "Theorem 1, small errors at rest": (wb.proofs.Quantifier("an arm at rest and small errors", "reader"),),
+    "(24)": (ANY_D, wb.proofs.Quantifier("any l", "source")),
+    "(30), along (10)": (ALL_STATES, wb.proofs.Quantifier("the estimates obey (10)", "reader", within=True)),
+    "(30), along (35)": (ALL_STATES, wb.proofs.Quantifier("the estimates obey (35)", "reader", within=True)),
+    "(31), replacement": (wb.proofs.Quantifier("all s within the boundary layer", "source"),),
+    "(33), gain": (NUMBERS_OF_Q_R, wb.proofs.Quantifier("the second scenario, up to 30 s", "reader")),
     "(34), cost": (
-        Quantifier("Q, R", "reader"),
-        Quantifier("A and B held at t = 0, and the input of the textbooks", "reader"),
+        wb.proofs.Quantifier("Q, R", "reader"),
+        wb.proofs.Quantifier("A and B held at t = 0, and the input of the textbooks", "reader"),
     ),
-    "(34), input": (Quantifier("the input of the textbooks", "reader"),),
+    "(34), input": (wb.proofs.Quantifier("the input of the textbooks", "reader"),),
     "(35)": (ALL_STATES, ANY_D),
-    "(40)": (ANY_WEIGHTS, DERIVED_C, Quantifier("nine pairs of Q and R for the runs", "reader", within=True)),
+    "(40)": (ANY_WEIGHTS, DERIVED_C, wb.proofs.Quantifier("nine pairs of Q and R for the runs", "reader", within=True)),
     "(41), along (35)": (ANY_D, ANY_WEIGHTS, DERIVED_C),
     "(41), along (10)": (ANY_D, ANY_WEIGHTS, DERIVED_C),
-    "(42)": (ANY_D, ANY_WEIGHTS, Quantifier("every precision sigma", "source"), DERIVED_C, SEARCHED),
+    "(42)": (ANY_D, ANY_WEIGHTS, wb.proofs.Quantifier("every precision sigma", "source"), DERIVED_C, SEARCHED),
     "Theorem 2, bounded signals": (ANY_D, ANY_WEIGHTS, DERIVED_C),
 }
 QUOTES = {claim: item.quote for item in PRINTED for claim in item.claims}
 
 
-def line_of(claim: Claim, ruling: Ruling) -> Line:
+def line_of(claim: wb.core.Claim, ruling: wb.proofs.Ruling) -> wb.proofs.Line:
     """The line of a claim with its ruling, its words in the paper and its ranges."""
-    return Line(claim, ruling, QUOTES.get(claim.name, ""), QUANTIFIERS.get(claim.name, ()))
+    return wb.proofs.Line(claim, ruling, QUOTES.get(claim.name, ""), QUANTIFIERS.get(claim.name, ()))
 
 
-def decisive(ledger: Ledger, item: Printed) -> Line:
+def decisive(ledger: wb.proofs.Ledger, item: Printed) -> wb.proofs.Line:
     """The line whose ruling is the verdict on a printed equation."""
     return ledger[item.claims[0]]
 
 
-def chosen_by(line: Line) -> str:
+def chosen_by(line: wb.proofs.Line) -> str:
     """The ranges of a claim, those of the paper first, each with who chose it."""
     words = {"source": "paper", "reader": "ours"}
     return "; ".join(f"{words[one.chosen_by]}: {one.words}" for one in line.quantifiers) or "none"

@@ -1,11 +1,8 @@
 """The ledger's last lines: the paper's words on its rivals."""
 
+import workbench as wb
 from studies.a2_claims.checks import HORIZONS, Checked, judges, numbers
 from studies.paper.card import LAWS, MARGIN, PROPOSED, PUBLISHED
-from workbench.core import Claim
-from workbench.proofs.claim_ledger import Ruling
-from workbench.study.evidence.law_tables import order
-from workbench.study.study import Results
 
 RIVALS = tuple(law for law in LAWS if law != PROPOSED)
 GIVEN = f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}"
@@ -41,13 +38,13 @@ REJECTION = "better disturbance rejection", "rejects disturbances better than ea
 
 def as_published(name: str, words: str, source: str, evidence: str) -> Checked:
     """A comparison as published."""
-    ruling = Ruling("not checkable as published", evidence, unstated=UNSTATED)
-    return Checked(Claim(name, f"AOSMC-RGS {words}.", source), lambda: ruling)
+    ruling = wb.proofs.Ruling("not checkable as published", evidence, unstated=UNSTATED)
+    return Checked(wb.core.Claim(name, f"AOSMC-RGS {words}.", source), lambda: ruling)
 
 
 @judges("observer accuracy", "(10) estimates the states with minimal estimation errors.", "section 5")
-def accuracy() -> Ruling:
-    return Ruling(
+def accuracy() -> wb.proofs.Ruling:
+    return wb.proofs.Ruling(
         "not checkable as published",
         "Figures 9 and 17 show the estimation errors of (10) alone. 'Minimal' names no measure, no bound and no other "
         "observer to compare with.",
@@ -55,10 +52,10 @@ def accuracy() -> Ruling:
     )
 
 
-def ranking(results: Results, name: str, source: str, metric: str) -> Checked:
+def ranking(results: wb.Results, name: str, source: str, metric: str) -> Checked:
     """The proposed law, repaired, beside each rival by one metric, at each joint and in each scenario."""
 
-    def check() -> Ruling:
+    def check() -> wb.proofs.Ruling:
         stood: list[str] = []
         above: list[str] = []
         for scenario in ("FS", "SS"):
@@ -68,7 +65,7 @@ def ranking(results: Results, name: str, source: str, metric: str) -> Checked:
             unit = ours.score(metric).unit
             for law, joint in ((law, joint) for law in RIVALS for joint in (0, 1)):
                 a, b = ours.score(metric, joint).pair, results[scenario, law].score(metric, joint).pair
-                stood.append(order(a, b, MARGIN))
+                stood.append(wb.evidence.order(a, b, MARGIN))
                 if stood[-1] == "above":
                     numbers = f"{law} {b[0]:.4g} {unit}, AOSMC-RGS {a[0]:.4g} {unit}"
                     above.append(f"{numbers} ({scenario}, joint {joint + 1})")
@@ -78,14 +75,16 @@ def ranking(results: Results, name: str, source: str, metric: str) -> Checked:
         )
         witness = f'beside("{metric}")'
         if above:
-            return Ruling("does not hold under", f"{tally}. The first above: {above[0]}.", witness, under=OF_A1)
-        return Ruling("not refuted", f"{tally}.", witness, samples=len(stood), under=OF_A1)
+            return wb.proofs.Ruling(
+                "does not hold under", f"{tally}. The first above: {above[0]}.", witness, under=OF_A1
+            )
+        return wb.proofs.Ruling("not refuted", f"{tally}.", witness, samples=len(stood), under=OF_A1)
 
     statement = f"{REPAIRED} its {metric} is below that of each rival."
-    return Checked(Claim(f"{name}, numbers of a1", statement, source), check)
+    return Checked(wb.core.Claim(f"{name}, numbers of a1", statement, source), check)
 
 
-def checks(results: Results) -> tuple[Checked, ...]:
+def checks(results: wb.Results) -> tuple[Checked, ...]:
     """The comparisons as published, then the same under the numbers of a1."""
     return (
         *(as_published(name, words, source, evidence) for name, words, source, _, evidence in METRICS),

@@ -12,82 +12,76 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import CARD
-from studies.paper.laws import ARM, paper_observer, proposed_as_printed, proposed_repaired
-from workbench.arms.laws import PID
-from workbench.arms.manipulator import Manipulator
-from workbench.arms.observers import FullState, Luenberger, PrintedFilter, WithDisturbance
-from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, SineTorque
-from workbench.core import Claim, Ode, Signals, lift, rk4
-from workbench.core.claim import Declared
-from workbench.core.claim import Signals as Margins
-from workbench.core.validation.refusals import Array
-from workbench.engine import simulate
-from workbench.proofs.claim_margins import SignalsOf
-from workbench.proofs.counterexample import Pair
-from workbench.proofs.falsify import Budget, Found, Hunt
+from studies.paper.laws import ARM, paper_observer, proposed_as_printed, proposed_repaired, state_observer
 
 I, REST = np.eye(2), np.zeros(2)
 D_MAX, L_D = 0.65, 2.2  # N m, N m/s: Assumption 4 in numbers, just above the needs of both scenarios
 FLOOR = 2.0  # N m, a c that lambda_min(K) - delta keeps in the runs that count
 CONSTANT_D = (0.5, 0.4)  # N m, the amplitudes of section 5, held
-HELD = SineTorque(CONSTANT_D, REST, np.full(2, np.pi / 2))
+HELD = wb.SineTorque(CONSTANT_D, REST, np.full(2, np.pi / 2))
+
+Margins = Mapping[str, ca.SX]
 
 
-def beside_rest(L1: Any, L2: Any, zero: str = "down") -> Ode:
+def beside_rest(L1: Any, L2: Any, zero: str = "down") -> wb.Ode:
     """Observer (10) beside the arm at rest at q = 0, hanging (`down`) or upright (`up`), where no torque is needed."""
-    observer = Luenberger(replace(ARM, zero=zero), L1, L2, q_hat=REST)
-    lifted, states = lift(observer), observer.memory
+    observer = wb.arms.observers.Luenberger(replace(ARM, zero=zero), L1, L2, q_hat=REST)
+    lifted, states = wb.core.lift(observer), observer.memory
     t, x = ca.SX.sym("t"), states.symbols()
     z, zero_q = states.view(x), ca.SX.zeros(2)
-    y = Signals(q=zero_q, qd=zero_q)
-    rates = lifted.block.rate(t, z, y, lifted.block.estimate(t, z, y), Signals(tau=ca.SX.zeros(2)))
+    y = wb.Signals(q=zero_q, qd=zero_q)
+    rates = lifted.block.rate(t, z, y, lifted.block.estimate(t, z, y), wb.Signals(tau=ca.SX.zeros(2)))
     errors = {"q_error": -z["q_hat"], "qd_error": -z["qd_hat"]}
-    return Ode.of("observer (10) beside the arm at rest", states, lifted.layout, (t, x, lifted.symbols), rates, errors)
+    return wb.Ode.of(
+        "observer (10) beside the arm at rest", states, lifted.layout, (t, x, lifted.symbols), rates, errors
+    )
 
 
-def free_loop(q: Any = REST, qd: Any = REST) -> ClosedLoop:
+def free_loop(q: Any = REST, qd: Any = REST) -> wb.ClosedLoop:
     """The arm without torque and disturbance from (q, qd)(0), watched by (10) with the gains of section 5."""
-    arm = Manipulator(ARM, q=np.array(q), qd=np.array(qd))
-    return ClosedLoop(arm, paper_observer(), PID(REST, REST, REST), Hold(REST))
+    arm = wb.Manipulator(ARM, q=np.array(q), qd=np.array(qd))
+    return wb.ClosedLoop(arm, paper_observer(), wb.PID(REST, REST, REST), wb.Hold(REST))
 
 
-def free_arm() -> Ode:
+def free_arm() -> wb.Ode:
     """The equations of `free_loop`."""
     return free_loop().ode("arm without torque, watched by (10)")
 
 
-def printed_filter() -> Ode:
+def printed_filter() -> wb.Ode:
     """(24) as printed beside the arm without torque, under a constant disturbance."""
-    observer = WithDisturbance(paper_observer(), PrintedFilter(2, CARD["l"]))
-    return ClosedLoop(Manipulator(ARM, q=REST, disturbance=HELD), observer, PID(REST, REST, REST), Hold(REST)).ode()
+    observer = wb.arms.observers.WithDisturbance(paper_observer(), wb.arms.observers.PrintedFilter(2, CARD["l"]))
+    return wb.ClosedLoop(
+        wb.Manipulator(ARM, q=REST, disturbance=HELD), observer, wb.PID(REST, REST, REST), wb.Hold(REST)
+    ).ode()
 
 
-def regulation() -> ClosedLoop:
+def regulation() -> wb.ClosedLoop:
     """The repaired law at a constant reference, under a constant disturbance: as plain as Assumption 4 allows."""
-    at_rest = Manipulator(ARM, q=REST, disturbance=HELD)
-    return replace(proposed_repaired("FS"), plant=at_rest, reference=Hold(REST))
+    at_rest = wb.Manipulator(ARM, q=REST, disturbance=HELD)
+    return replace(proposed_repaired("FS"), plant=at_rest, reference=wb.Hold(REST))
 
 
-def printed_but_for_c() -> ClosedLoop:
+def printed_but_for_c() -> wb.ClosedLoop:
     """The law as printed in the first scenario on the derived arm, whose C obeys Assumption 3, in law and observer."""
     loop = proposed_as_printed("FS")
-    state = replace(loop.observer.state, model=ARM)
+    state = replace(state_observer(loop), model=ARM)
     return replace(loop, controller=replace(loop.controller, model=ARM), observer=replace(loop.observer, state=state))
 
 
-def on_path() -> ClosedLoop:
+def on_path() -> wb.ClosedLoop:
     """The law as printed but for C where its estimates obey (35) and start on the desired path of the first scenario.
 
     (35) is (1) with the estimates for q and qd, so that is the arm itself, known exactly.
     """
     loop = printed_but_for_c()
     arm = replace(loop.plant, q=REST, qd=np.array([2.0, 1.5]))  # q_d(0), qd_d(0)
-    return replace(loop, plant=arm, observer=replace(loop.observer, state=FullState(2)))
+    return replace(loop, plant=arm, observer=replace(loop.observer, state=wb.FullState(2)))
 
 
-def with_weights(loop: ClosedLoop, Q: float, R: float) -> ClosedLoop:
+def with_weights(loop: wb.ClosedLoop, Q: float, R: float) -> wb.ClosedLoop:
     """The same loop with the weights Q I and R I in (34)."""
     return replace(loop, controller=replace(loop.controller, Q=Q * I, R=R * I))
 
@@ -108,27 +102,31 @@ def V2(y: Margins) -> ca.SX:
 ODE = printed_but_for_c().ode("as printed but for C")
 # In J: the estimates start at zero wherever the arm does, so it is the same in all runs.
 V2_AT_START = float(
-    ca.Function("V2", [ODE.t, ODE.x, ODE.p], [V2(SignalsOf(ODE))])(0, ODE.states.default, ODE.parameters.default)
+    ca.Function("V2", [ODE.t, ODE.x, ODE.p], [V2(wb.proofs.SignalsOf(ODE))])(
+        0, ODE.states.default, ODE.parameters.default
+    )
 )
 
 
-ASSUMPTION_4 = Claim(
+ASSUMPTION_4 = wb.core.Claim(
     "Assumption 4",
     "|D(t)| <= D_max and |D'(t)| <= L_D in both scenarios.",
     "(8)",
     margin=lambda y: ca.vertcat(D_MAX**2 - ca.sumsqr(y["d"]), L_D**2 - ca.sumsqr(y["d'"])),
 )
-ABOVE = Claim("lambda_min(K) > delta", "lambda_min(K) >= |D - D_hat| at all times.", "(40)", margin=gain_left)
-GAIN_FLOOR = Claim("c", f"lambda_min(K) - |D - D_hat| >= {FLOOR:g} N m.", "(40)", (), lambda y: gain_left(y) - FLOOR)
-REACHES = Claim(
+ABOVE = wb.core.Claim("lambda_min(K) > delta", "lambda_min(K) >= |D - D_hat| at all times.", "(40)", margin=gain_left)
+GAIN_FLOOR = wb.core.Claim(
+    "c", f"lambda_min(K) - |D - D_hat| >= {FLOOR:g} N m.", "(40)", (), lambda y: gain_left(y) - FLOOR
+)
+REACHES = wb.core.Claim(
     "s is reached",
     "t |s(t)| <= V2(0) / c.",
     "(42)",
     (GAIN_FLOOR,),
     lambda y: V2_AT_START / FLOOR - y["t"] * ca.norm_2(y["s"]),
 )
-WITHIN_4 = Declared(ASSUMPTION_4)
-KEPT = (WITHIN_4, Declared(ABOVE))  # what the proof of Theorem 2 asks of each run
+WITHIN_4 = wb.core.Declared(ASSUMPTION_4)
+KEPT = (WITHIN_4, wb.core.Declared(ABOVE))  # what the proof of Theorem 2 asks of each run
 
 WITNESS = Path(__file__).with_name("finite_time.json")  # the worst run of the search
 SEED = 1
@@ -139,35 +137,43 @@ BOX = REACH | {
     "plant.disturbance.phase": (-np.pi, np.pi),
 }
 STEP = 1e-4  # s, of the law as printed
-HUNT = Hunt(ODE, Declared(REACHES), BOX, 2.0, STEP, KEPT)
+HUNT = wb.proofs.Hunt(ODE, wb.core.Declared(REACHES), BOX, 2.0, STEP, KEPT)
 
 
 @dataclass(frozen=True, eq=False)
 class WorstRun:
     """The outcome of the search, and |s| [rad/s] along its worst run at times t [s]."""
 
-    found: Found
-    t: Array
-    s: Array
+    found: wb.proofs.Found
+    t: wb.Array
+    s: wb.Array
 
 
-def search(seed: int) -> Found:
+def search(seed: int) -> wb.proofs.Found:
     """The outcome of the search with a seed, its worst run in as few decimals as show it."""
-    return HUNT.shortened(HUNT.search(seed, Budget(32, 6, 0)))
+    return HUNT.shortened(HUNT.search(seed, wb.proofs.Budget(32, 6, 0)))
+
+
+def worst_of(found: wb.proofs.Found) -> wb.proofs.CounterExample:
+    """The worst run of a search that found one."""
+    if found.worst is None:
+        raise ValueError("The search for (42) found no run that keeps its hypotheses.")
+    return found.worst
 
 
 def worst_run(seed: int) -> WorstRun:
     """The outcome of the search with a seed, and the sliding variable along the worst run."""
     found = search(seed)
-    p, x0 = found.worst.rows(HUNT.ode)
-    runs = simulate(rk4(HUNT.watched, STEP), p, x0, until=found.worst.until, every=5e-3)
+    worst = worst_of(found)
+    p, x0 = worst.rows(HUNT.ode)
+    runs = wb.simulate(wb.rk4(HUNT.watched, STEP), p, x0, until=worst.until, every=5e-3)
     return WorstRun(found, runs.t, np.linalg.norm(runs["s"][0], axis=1))
 
 
-def rerun(numbers: Mapping[str, Sequence[float]]) -> Pair:
+def rerun(numbers: Mapping[str, Sequence[float]]) -> wb.proofs.Pair:
     """A run of the search: the metric, its error, and the worst of its hypotheses, negative where all are kept."""
     return HUNT.at(numbers)
 
 
 if __name__ == "__main__":
-    search(SEED).worst.write(WITNESS)
+    worst_of(search(SEED)).write(WITNESS)

@@ -6,21 +6,14 @@ Runs in about a minute on two cores.
 from collections.abc import Mapping, Sequence
 from typing import get_args
 
-from studies.a1_paper_tables.study import comparison
+import workbench as wb
 from studies.a2_claims import arm, convergence, findings, law, observer, rivals, searches
 from studies.a2_claims.checks import HORIZONS, numbers
 from studies.a2_claims.observer import ASTRAY
 from studies.a2_claims.phrases import phrase
 from studies.a2_claims.printed import DEFINITIONS, PRINTED, chosen_by, decisive, line_of
 from studies.a2_claims.searches import D_MAX, FLOOR, L_D, REACH, SEED, V2_AT_START, WorstRun
-from workbench.core.notation.formula import symbol
-from workbench.proofs.claim_ledger import BROKEN, WITNESSED, Kind, Ledger, Line, Ruling
-from workbench.proofs.interval import guarantee
-from workbench.study.contract import Run
-from workbench.study.document.document import Figure, Itemize, Page, Panel, Paragraph, Section, Series
-from workbench.study.document.phrases import Cell, Code, Column, Strong, Table
-from workbench.study.study import Case, Results, Study
-from workbench.study.work import Work
+from studies.paper.comparison import comparison
 
 PAPER, ASSUMED = "The claims one by one", "The comparisons with the numbers of a1"
 OURS = "Our repairs and readings"
@@ -37,9 +30,9 @@ LEGEND = (
     "by the argument that is given. A finite simulation can refute, and never proves. A witness keeps each of the "
     "claim's hypotheses that a run can break, at every step. It is a line of Python that runs as it stands in the "
     "folder of the project, after ",
-    Code("from studies.a2_claims.replay import *"),
+    wb.document.Code("from studies.a2_claims.replay import *"),
     ", and gives the numbers of its line. ",
-    Code("rerun"),
+    wb.document.Code("rerun"),
     " gives by how much its claim is broken, the error of the step, and the excess of the hypothesis that is kept "
     "most narrowly, which is negative where all are kept. A proof that rests on a refuted hypothesis says nothing "
     "here.",
@@ -51,7 +44,7 @@ WORTH = (
     "keeps its hypotheses at every step.",
     "A run that refutes is run again at half its step, and breaks the claim by more than twice the change. Its numbers "
     "are cut to the fewest decimals that keep 95 % of the violation. A sentence on a limit rests on a proof, never "
-    f"on a run alone; intervals: {guarantee()}.",
+    f"on a run alone; intervals: {wb.proofs.guarantee()}.",
     "Comparisons with the rivals rest on numbers that the paper does not state, and that a1 assumes: "
     f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}, and for the rivals the numbers that a1 lists.",
 )
@@ -59,67 +52,71 @@ WORTH = (
 
 CHECKS = {one.claim.name: one.check for one in (*arm.CHECKS, *observer.CHECKS, *law.CHECKS, *convergence.CHECKS)}
 CLAIMS = (*(one.claim for one in (*arm.CHECKS, *observer.CHECKS, *law.CHECKS)), *convergence.CLAIMS)
-FREE = Case("free swing", "observer (10)", Run(searches.free_loop(*ASTRAY), (), until=2.0, every=5e-3, h=5e-4))
+FREE = wb.Case("free swing", "observer (10)", wb.Run(searches.free_loop(*ASTRAY), (), until=2.0, every=5e-3, h=5e-4))
 
 
-def checked(name: str) -> Ruling:
+def checked(name: str) -> wb.proofs.Ruling:
     """The ruling on a claim, by its name."""
     return CHECKS[name]()
 
 
-def ledger(results: Results) -> Ledger:
+def ledger(results: wb.Results) -> wb.proofs.Ledger:
     """Every claim with its ruling, in the order of the paper."""
-    rulings: dict[str, Ruling] = dict(zip(CHECKS, results.work("claims"), strict=True))
+    rulings: dict[str, wb.proofs.Ruling] = dict(zip(CHECKS, results.work("claims"), strict=True))
     rulings[convergence.FINITE_TIME.name] = convergence.finite_time(results.work("worst_run")[0].found)
     ours = (line_of(claim, rulings[claim.name]) for claim in CLAIMS)
-    return Ledger((*ours, *Ledger.of(rivals.checks(results))))
+    return wb.proofs.Ledger((*ours, *wb.proofs.Ledger.of(rivals.checks(results))))
 
 
-def grouped(ledger: Ledger) -> Mapping[str, Ledger]:
+def grouped(ledger: wb.proofs.Ledger) -> Mapping[str, wb.proofs.Ledger]:
     """The ledger in three: each line in one of them, in its order."""
-    groups: dict[str, list[Line]] = {group: [] for group in STEMS}
+    groups: dict[str, list[wb.proofs.Line]] = {group: [] for group in STEMS}
     for line in ledger:
         name = line.claim.name
         groups[OURS if name in OF_OURS else ASSUMED if name.endswith(", numbers of a1") else PAPER].append(line)
-    return {group: Ledger(tuple(lines)) for group, lines in groups.items()}
+    return {group: wb.proofs.Ledger(tuple(lines)) for group, lines in groups.items()}
 
 
-def tally(ledger: Ledger) -> str:
+def count_verdicts(ledger: wb.proofs.Ledger) -> str:
     """The number of lines, and of the lines with each verdict."""
-    counts = {kind: ledger.count(kind) for kind in get_args(Kind)}
+    counts = {kind: ledger.count(kind) for kind in get_args(wb.proofs.Kind)}
     return f"{len(ledger)}: {', '.join(f'{count} {WORDS.get(kind, kind)}' for kind, count in counts.items() if count)}"
 
 
-def swinging(results: Results) -> Figure:
+def swinging(results: wb.Results) -> wb.document.Figure:
     """A free swing that the observer loses."""
     runs = results[FREE.scenario, FREE.law].measurement.trajectories
     t, q = runs.t, runs["q"][0]
     lines = {"arm": q, "its estimate by (10)": q - runs["q_error"][0]}
     panels = tuple(
-        Panel(
-            (symbol(f"q_{i + 1}"), " [rad]"),
-            tuple(Series(label, t, y[:, i], style) for style, (label, y) in enumerate(lines.items())),
+        wb.document.Panel(
+            (wb.notation.symbol(f"q_{i + 1}"), " [rad]"),
+            tuple(wb.document.Series(label, t, y[:, i], style) for style, (label, y) in enumerate(lines.items())),
             xlim=(0.0, float(t[-1])),
         )
         for i in (0, 1)
     )
     caption = "An arm that swings freely from a rare start, and its estimate by (10) with the gains of section 5."
-    return Figure("swinging_arm", caption, panels, 2)
+    return wb.document.Figure("swinging_arm", caption, panels, 2)
 
 
-def finite_time(worst: WorstRun) -> Figure:
+def finite_time(worst: WorstRun) -> wb.document.Figure:
     """The sliding variable along the worst run, and the bound of (42)."""
     t, size = worst.t, worst.s
     after = t > 0.05
-    allowed = Series("V2(0) / (c t), which (42) allows", t[after], V2_AT_START / (FLOOR * t[after]), style="bound")
-    panel = Panel(
-        "size of s [rad/s]", (Series("as printed but for C", t, size, style=0), allowed), xlim=(0.0, float(t[-1]))
+    allowed = wb.document.Series(
+        "V2(0) / (c t), which (42) allows", t[after], V2_AT_START / (FLOOR * t[after]), style="bound"
+    )
+    panel = wb.document.Panel(
+        "size of s [rad/s]",
+        (wb.document.Series("as printed but for C", t, size, style=0), allowed),
+        xlim=(0.0, float(t[-1])),
     )
     caption = f"(42) along the worst run of the search: the sliding variable, and the bound with c = {FLOOR:g} N m."
-    return Figure("finite_time", caption, (panel,))
+    return wb.document.Figure("finite_time", caption, (panel,))
 
 
-def hypotheses(ledger: Ledger, line: Line) -> str:
+def hypotheses(ledger: wb.proofs.Ledger, line: wb.proofs.Line) -> str:
     """The hypotheses of a claim, each with its verdict, or how it stands with one that is no line of the ledger."""
     verdicts = dict(ledger.hypotheses(line.claim.name))
     return "; ".join(
@@ -128,66 +125,85 @@ def hypotheses(ledger: Ledger, line: Line) -> str:
     )
 
 
-def kept(line: Line) -> str:
+def kept(line: wb.proofs.Line) -> str:
     """The hypotheses that a witness keeps, in words."""
-    names = line.ruling.kept if line.ruling.kind in WITNESSED else ()
+    names = line.ruling.kept if line.ruling.kind in wb.proofs.WITNESSED else ()
     return f" The witness keeps: {', '.join(names)}." if names else ""
 
 
-def row(ledger: Ledger, line: Line) -> tuple[Cell, ...]:
+def row(ledger: wb.proofs.Ledger, line: wb.proofs.Line) -> tuple[wb.document.Cell, ...]:
     """A line of the ledger as a row of its table."""
     ruling, claim = line.ruling, line.claim
-    verdict = Strong(ruling.verdict) if ruling.kind in ("proved", *BROKEN) else ruling.verdict
+    verdict = wb.document.Strong(ruling.verdict) if ruling.kind in ("proved", *wb.proofs.BROKEN) else ruling.verdict
     rests = hypotheses(ledger, line)
     words = f" {claim.statement}" + (f" Rests on: {rests}." if rests else "")
     hollow = " It rests on a refuted hypothesis." if ruling.kind == "proved" and ledger.fallen(claim.name) else ""
     left_out = f" Unstated: {ruling.unstated}." if ruling.unstated else ""
-    witness = (" ", Code(ruling.witness)) if ruling.witness else ()
+    witness = (" ", wb.document.Code(ruling.witness)) if ruling.witness else ()
     evidence = (*phrase(ruling.evidence + left_out + hollow + kept(line)), *witness)
-    return (Strong(claim.name), *phrase(words)), phrase(chosen_by(line)), verdict, evidence
+    return (wb.document.Strong(claim.name), *phrase(words)), phrase(chosen_by(line)), verdict, evidence
 
 
-def by_equation(ledger: Ledger) -> Table:
+def by_equation(ledger: wb.proofs.Ledger) -> wb.document.Table:
     """The printed equations that assert something, each once, with the verdict on each."""
     rows = []
     for item in PRINTED:
         line, others = decisive(ledger, item), item.claims[1:]
         more = f" See also {', '.join(others)}." if others else ""
-        rows.append((item.name, phrase(item.quote), Strong(line.ruling.verdict), phrase(line.claim.statement + more)))
-    columns = (Column("printed as"), Column("words of the paper"), Column("verdict"), Column("read as"))
+        rows.append(
+            (
+                item.name,
+                phrase(item.quote),
+                wb.document.Strong(line.ruling.verdict),
+                phrase(line.claim.statement + more),
+            )
+        )
+    columns = (
+        wb.document.Column("printed as"),
+        wb.document.Column("words of the paper"),
+        wb.document.Column("verdict"),
+        wb.document.Column("read as"),
+    )
     caption = "The printed equations, assumptions and theorems that assert something, each once."
-    others = ", ".join(f"({number})" for number in DEFINITIONS)
-    note = f"Models, definitions and repetitions, which assert nothing by themselves: {others}."
-    return Table("by_equation", caption, columns, tuple(rows), (note,))
+    definitions = ", ".join(f"({number})" for number in DEFINITIONS)
+    note = f"Models, definitions and repetitions, which assert nothing by themselves: {definitions}."
+    return wb.document.Table("by_equation", caption, columns, tuple(rows), (note,))
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The answer and its findings, two runs to look at, the printed equations, and the ledger behind them."""
     whole = ledger(results)
     pictures = swinging(results), finite_time(*results.work("worst_run"))
-    columns = (Column("claim"), Column("ranges, and who chose them"), Column("verdict"), Column("evidence and witness"))
+    columns = (
+        wb.document.Column("claim"),
+        wb.document.Column("ranges, and who chose them"),
+        wb.document.Column("verdict"),
+        wb.document.Column("evidence and witness"),
+    )
     tables = (
-        Table(STEMS[name], f"{name}, {tally(group)}.", columns, tuple(row(whole, line) for line in group))
+        wb.document.Table(
+            STEMS[name], f"{name}, {count_verdicts(group)}.", columns, tuple(row(whole, line) for line in group)
+        )
         for name, group in grouped(whole).items()
     )
-    return Page(
+    return wb.Page(
         findings.answer(whole),
         findings.findings(whole),
         (
-            Section("The printed equations", (*pictures, by_equation(whole))),
-            Section("The claims behind them", (Paragraph(LEGEND), *tables)),
-            Section("What these verdicts are worth", (Itemize(tuple(map(phrase, WORTH))),)),
+            wb.Section("The printed equations", (*pictures, by_equation(whole))),
+            wb.Section("The claims behind them", (wb.Paragraph(LEGEND), *tables)),
+            wb.Section("What these verdicts are worth", (wb.document.Itemize(tuple(map(phrase, WORTH))),)),
         ),
     )
 
 
-def headlines(results: Results) -> Sequence[str]:
+def headlines(results: wb.Results) -> Sequence[str]:
     """The answer, then one line for each printed equation."""
     whole = ledger(results)
     return [findings.answer(whole)] + [f"{item.name}: {decisive(whole, item).ruling.verdict}" for item in PRINTED]
 
 
-study = Study(
+study = wb.Study(
     name="a2_claims",
     title="AOSMC-RGS: the ledger of claims",
     question=(
@@ -203,8 +219,8 @@ study = Study(
     ),
     cases=(FREE, *comparison("FS"), *comparison("SS")),
     works=(
-        Work("claims", checked, tuple(CHECKS), seconds=0.3),
-        Work("worst_run", searches.worst_run, (SEED,), seconds=0.6),
+        wb.Work("claims", checked, tuple(CHECKS), seconds=0.3),
+        wb.Work("worst_run", searches.worst_run, (SEED,), seconds=0.6),
     ),
     sections=sections,
     headlines=headlines,

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+import workbench as wb
 from studies.a3_riccati_gains import path
 from studies.a3_riccati_gains.path import SETTLED, WINDOW, Along
 from studies.a3_riccati_gains.settings import (
@@ -21,8 +22,6 @@ from studies.a3_riccati_gains.settings import (
     scenario_of,
 )
 from studies.paper.card import CARD, MARGIN, SCENARIOS
-from workbench.study.document.document import Column, Finding, Table, Variation
-from workbench.study.study import Results
 
 RMSE = "RMSE (43)"
 ADAPTATION = "adaptation"
@@ -39,7 +38,7 @@ FITTED = "Q, R, l and the horizons to the printed RMSE, with P(t) of (34)."
 class Evidence(NamedTuple):
     """The runs, and what each setting gives along its run."""
 
-    results: Results
+    results: wb.Results
     answers: Mapping[tuple[str, str], Along]
 
 
@@ -62,9 +61,9 @@ def size(moved: float, part: str = "(34)") -> str:
     return f"{'better' if moved > 0 else 'worse'} with {part}"
 
 
-def variation(words: str, moved: float, part: str = "(34)") -> Variation:
+def variation(words: str, moved: float, part: str = "(34)") -> wb.Variation:
     """A variation whose answer is the size of a change without a part."""
-    return Variation(words, size(moved, part), f"{100 * moved:+.3g} %")
+    return wb.Variation(words, size(moved, part), f"{100 * moved:+.3g} %")
 
 
 def spread(held: Evidence, law: str, metric: str = RMSE) -> str:
@@ -82,12 +81,12 @@ def answer(held: Evidence) -> str:
     )
 
 
-def findings(held: Evidence) -> tuple[Finding, ...]:
+def findings(held: Evidence) -> tuple[wb.Finding, ...]:
     """The findings of the page."""
     return tuple(one(held) for one in (riccati_gain, adaptation, algebraic, distance, cost))
 
 
-def riccati_gain(held: Evidence) -> Finding:
+def riccati_gain(held: Evidence) -> wb.Finding:
     """The loop with (34) beside the loop with a constant P."""
     kept = {weights: [held.answers[s, weights].mean.diagonal() for s in SCENARIOS] for weights in WEIGHTS}
     level = f"{np.min(kept[ASSUMED]):.2g} to {np.max(kept[ASSUMED]):.2g}"
@@ -107,7 +106,7 @@ def riccati_gain(held: Evidence) -> Finding:
         ),
     )
     moved = change(held, MEAN)
-    return Finding(
+    return wb.Finding(
         "riccati_gain",
         f"Without (34), with P frozen at its mean over the run, {RMSE} changes by {spread(held, MEAN)}; with P frozen "
         f"at P(0) = {CARD['P(0)'][0, 0]:g} N m/rad it changes by {spread(held, AT_START)}.",
@@ -125,14 +124,14 @@ def riccati_gain(held: Evidence) -> Finding:
     )
 
 
-def adaptation(held: Evidence) -> Finding:
+def adaptation(held: Evidence) -> wb.Finding:
     """The loop with (34) beside the loop whose gain stays at K(0)."""
     moved = change(held, NONE)
 
-    def less(words: str, moved: float) -> Variation:
+    def less(words: str, moved: float) -> wb.Variation:
         return variation(words, moved, ADAPTATION)
 
-    return Finding(
+    return wb.Finding(
         "adaptation",
         f"Without any adaptation of K, {RMSE} changes by {spread(held, NONE)}.",
         f"K then stays at {CARD['K(0)'][0, 0]:g} N m. The effort changes by {spread(held, NONE, 'effort')}.",
@@ -163,7 +162,7 @@ def share(part: float) -> str:
     return f"{float(f'{100 * part:.2g}'):,.6g} %"
 
 
-def algebraic(held: Evidence) -> Finding:
+def algebraic(held: Evidence) -> wb.Finding:
     """The loop with the algebraic equation at each instant."""
 
     def said(moved: float) -> str:
@@ -180,7 +179,7 @@ def algebraic(held: Evidence) -> Finding:
         **{w: largest(three, weights=w) for w in OTHERS},
         **{f"{RMSE} alone, {w}": largest([RMSE], weights=w) for w in OTHERS},
     }
-    return Finding(
+    return wb.Finding(
         "algebraic",
         f"With the algebraic equation at each instant in place of (34), {RMSE}, IAE and effort change by at most "
         f"{bound(largest(three))} % with the assumed Q and R.",
@@ -193,12 +192,12 @@ def algebraic(held: Evidence) -> Finding:
         chosen=CHOSEN,
         fitted=FITTED,
         answer=said(largest(three)),
-        variations=tuple(Variation(words, said(moved), f"{bound(moved)} %") for words, moved in others.items()),
+        variations=tuple(wb.Variation(words, said(moved), f"{bound(moved)} %") for words, moved in others.items()),
         untried="Noise, and other values of P(0).",
     )
 
 
-def distance(held: Evidence) -> Finding:
+def distance(held: Evidence) -> wb.Finding:
     """P(t) of (34) beside the algebraic solution."""
 
     def said(far: float) -> str:
@@ -209,7 +208,7 @@ def distance(held: Evidence) -> Finding:
     firsts = [held.answers[s, ASSUMED].compared for s in SCENARIOS]
     memory = [1e3 * one.memory for one in firsts]
     rises = [path.rise(one.K, one.t) for one in firsts]
-    return Finding(
+    return wb.Finding(
         "distance",
         f"P(t) of (34) is at most {share(ours[0][1])} (first scenario) and {share(ours[1][1])} (second) from the "
         f"algebraic solution X, from {1e3 * SETTLED:g} ms on.",
@@ -223,12 +222,12 @@ def distance(held: Evidence) -> Finding:
         answer=said(max(largest for _, largest in ours)),
         variations=(
             *(
-                Variation(f"{SCENARIOS[s]}, {w}", said(gaps[s, w][1]), share(gaps[s, w][1]))
+                wb.Variation(f"{SCENARIOS[s]}, {w}", said(gaps[s, w][1]), share(gaps[s, w][1]))
                 for w in OTHERS
                 for s in SCENARIOS
             ),
             *(
-                Variation(f"{SCENARIOS[s]}, median over time, {w}", said(gaps[s, w][0]), share(gaps[s, w][0]))
+                wb.Variation(f"{SCENARIOS[s]}, median over time, {w}", said(gaps[s, w][0]), share(gaps[s, w][0]))
                 for w in WEIGHTS
                 for s in SCENARIOS
             ),
@@ -237,7 +236,7 @@ def distance(held: Evidence) -> Finding:
     )
 
 
-def cost(held: Evidence) -> Finding:
+def cost(held: Evidence) -> wb.Finding:
     """J of (32) with P(t) of (34) and with other choices."""
 
     def said(ratio: float) -> str:
@@ -246,12 +245,12 @@ def cost(held: Evidence) -> Finding:
     ratios = {key: one.compared.ratios for key, one in held.answers.items()}
     ours = [ratios[s, ASSUMED][path.FORWARD] for s in SCENARIOS]
     variations = tuple(
-        Variation(f"{SCENARIOS[s]}, {choice}, {w}", said(ratio), f"{ratio:.4g} times the least")
+        wb.Variation(f"{SCENARIOS[s]}, {choice}, {w}", said(ratio), f"{ratio:.4g} times the least")
         for (s, w), found in ratios.items()
         for choice, ratio in found.items()
         if (choice, w) != (path.FORWARD, ASSUMED)
     )
-    return Finding(
+    return wb.Finding(
         "cost",
         f"As a feedback u = -R^-1 B' P(t) s of (31), P(t) of (34) costs {100 * (ours[0] - 1):.2g} % (first scenario) "
         f"and {100 * (ours[1] - 1):.2g} % (second) more than the least J of (32).",
@@ -267,9 +266,9 @@ def cost(held: Evidence) -> Finding:
     )
 
 
-def frozen_table(held: Evidence) -> Table:
+def frozen_table(held: Evidence) -> wb.document.Table:
     """The change of three metrics without (34), by the weights, the value of P and the place."""
-    rows = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for weights in WEIGHTS:
         for law in (MEAN, AT_START):
             for s, j in PLACES:
@@ -280,7 +279,7 @@ def frozen_table(held: Evidence) -> Table:
                 rows.append((weights, law, values, scenario, j + 1, *(f"{value:+.3g}" for value in moved)))
     heads = ("weights", "P in place of (34)", "its diagonal [N m/rad]", "scenario", "joint")
     changes = (f"change of {RMSE} [%]", "change of effort [%]", "change of TV [%]")
-    columns = (*map(Column, heads), *(Column(head, align="right") for head in changes))
+    columns = (*map(wb.document.Column, heads), *(wb.document.Column(head, align="right") for head in changes))
     caption = "Three metrics with P frozen, against the same law with P(t) of (34)."
     note = "P(0) exceeds what (34) settles at, so P = P(0) learns faster than (34) does, most of all where Q is small."
-    return Table("frozen", caption, columns, tuple(rows), (note,))
+    return wb.document.Table("frozen", caption, columns, tuple(rows), (note,))

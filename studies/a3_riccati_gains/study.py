@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.a1_paper_tables.study import METRICS, STEPS
+import workbench as wb
 from studies.a3_riccati_gains import findings, path
 from studies.a3_riccati_gains.path import SETTLED, WINDOW, Compared
 from studies.a3_riccati_gains.settings import (
@@ -28,21 +28,13 @@ from studies.a3_riccati_gains.settings import (
     scenario_of,
 )
 from studies.paper.card import BOLD, CARD, MARGIN, SCENARIOS
+from studies.paper.comparison import METRICS, STEPS
 from studies.paper.laws import RIVALS, proposed_repaired, repaired_observer, rival
-from workbench.blocks.loop import ClosedLoop
-from workbench.core.notation.formula import symbol
-from workbench.core.validation.refusals import Array
-from workbench.study.contract import Run
-from workbench.study.document.document import Figure, Page, Panel, Paragraph, Section, Series
-from workbench.study.document.phrases import Column, Table
-from workbench.study.evidence.law_tables import side_by_side
-from workbench.study.study import Case, Results, Study
-from workbench.study.work import Work
 
 MARKED = 14  # of the algebraic solution over the window, so that it is seen under another line
 
 
-def choices_of(weights: str, mean: Array) -> dict[str, dict[str, Any]]:
+def choices_of(weights: str, mean: wb.Array) -> dict[str, dict[str, Any]]:
     """The fields of the repaired law by the choice of P; (33) with P = 0 leaves the gain at K(0)."""
     Q, R = (weight * np.eye(2) for weight in WEIGHTS[weights])
     of_all: dict[str, dict[str, Any]] = {
@@ -61,46 +53,48 @@ def choices_of(weights: str, mean: Array) -> dict[str, dict[str, Any]]:
     }
 
 
-def cases(scenario: str, means: Mapping[str, Array]) -> Iterator[Case]:
+def cases(scenario: str, means: Mapping[str, wb.Array]) -> Iterator[wb.Case]:
     """All loops of a scenario, on its horizon, with the mean of P by the name of the weights."""
     ours, until = proposed_repaired(scenario), CARD[f"{scenario}: horizon"]
     for weights, mean in means.items():
         for style, (name, fields) in enumerate(choices_of(weights, mean).items()):
             loop = replace(ours, controller=replace(ours.controller, **fields))
-            named, run = scenario_of(scenario, weights), Run(loop, METRICS[scenario], until, path.EVERY, path.STEP)
-            yield Case(named, name, run, style=style)
-    observed = ClosedLoop(ours.plant, repaired_observer(), RIVALS["ASMC"], ours.reference)
+            named, run = scenario_of(scenario, weights), wb.Run(loop, METRICS[scenario], until, path.EVERY, path.STEP)
+            yield wb.Case(named, name, run, style=style)
+    observed = wb.ClosedLoop(ours.plant, repaired_observer(), RIVALS["ASMC"], ours.reference)
     for style, (name, loop) in enumerate({OBSERVED: observed, "ASMC": rival(scenario, "ASMC")}.items(), 5):
-        yield Case(scenario, name, Run(loop, METRICS[scenario], until, 0.01, STEPS["ASMC"] / 2), style=style)
+        yield wb.Case(scenario, name, wb.Run(loop, METRICS[scenario], until, 0.01, STEPS["ASMC"] / 2), style=style)
 
 
-def all_cases(found: Mapping[str, Any]) -> tuple[Case, ...]:
+def all_cases(found: Mapping[str, Any]) -> tuple[wb.Case, ...]:
     """The loops of both scenarios."""
     answers = dict(zip(SETTINGS, found["riccati"], strict=True))
     means = {s: {name: answers[s, name].mean for name in WEIGHTS} for s in SCENARIOS}
     return tuple(case for s in SCENARIOS for case in cases(s, means[s]))
 
 
-def figure(one: Compared, scenario: str) -> Figure:
+def figure(one: Compared, scenario: str) -> wb.document.Figure:
     """Diagonal entries of P over time, and the distance of (34) from the algebraic solution, which has marks, too."""
     lines = {"(34)": one.P, "algebraic": one.X, "backward": one.backward.P}
     some = np.searchsorted(one.t, np.linspace(0, one.t[-1], MARKED))
     entries = []
     for i in (0, 1):
-        curves = [Series(label, one.t, P[:, i, i], style) for style, (label, P) in enumerate(lines.items())]
-        marks = Series("algebraic", one.t[some], one.X[some, i, i], list(lines).index("algebraic"), look="marks")
-        entries.append(Panel((symbol(f"P_{i + 1}{i + 1}"), " [N m/rad]"), (*curves, marks)))
+        curves = [wb.document.Series(label, one.t, P[:, i, i], style) for style, (label, P) in enumerate(lines.items())]
+        marks = wb.document.Series(
+            "algebraic", one.t[some], one.X[some, i, i], list(lines).index("algebraic"), look="marks"
+        )
+        entries.append(wb.document.Panel((wb.notation.symbol(f"P_{i + 1}{i + 1}"), " [N m/rad]"), (*curves, marks)))
     gap = np.maximum(path.distance(one.P, one.X), 1e-16)
-    far = Panel("relative distance", (Series("(34)", one.t, gap, 0),), yscale="log")
+    far = wb.document.Panel("relative distance", (wb.document.Series("(34)", one.t, gap, 0),), yscale="log")
     caption = (
         f"P(t), {SCENARIOS[scenario]}: its diagonal, and the distance of (34) from the algebraic solution. The line of "
         f"the algebraic solution lies under that of (34), so marks show it: from {1e3 * SETTLED:g} ms on the two are "
         f"within {findings.share(one.gap(one.X)[1])} of each other."
     )
-    return Figure(f"{scenario.lower()}_p", caption, (*entries, far), columns=3)
+    return wb.document.Figure(f"{scenario.lower()}_p", caption, (*entries, far), columns=3)
 
 
-def choices(one: Compared, scenario: str) -> Table:
+def choices(one: Compared, scenario: str) -> wb.document.Table:
     """The distance of P of (34) from each other choice, and J of (32) with each."""
     others = {
         path.SDRE: one.X,
@@ -123,13 +117,13 @@ def choices(one: Compared, scenario: str) -> Table:
         f"{one.residual:.0e}; error of the backward and of the forward solution at most "
         f"{one.backward.error.max():.0e} and {one.forward.error.max():.0e}, asked for {path.RTOL:.0e}."
     )
-    columns = (Column("P"), *(Column(head, align="right") for head in heads))
-    return Table(f"{scenario.lower()}_cost", caption, columns, tuple(rows), (note,))
+    columns = (wb.document.Column("P"), *(wb.document.Column(head, align="right") for head in heads))
+    return wb.document.Table(f"{scenario.lower()}_cost", caption, columns, tuple(rows), (note,))
 
 
-def loops(results: Results) -> Section:
+def loops(results: wb.Results) -> wb.Section:
     """The closed loops side by side."""
-    about = Paragraph(
+    about = wb.Paragraph(
         f"All rows but the last two are one law on one observer. In '{ALGEBRAIC}' P solves (34) with P' = 0. In "
         f"'{MEAN}' P is constant, with the mean that (34) gives over the run; in '{AT_START}' it stays at "
         f"{CARD['P(0)'][0, 0]:g} N m/rad. In '{NONE}' K stays {CARD['K(0)'][0, 0]:g} N m. ASMC in the last row knows q "
@@ -138,30 +132,30 @@ def loops(results: Results) -> Section:
     tables = []
     for s, j in PLACES:
         name, caption = f"{s.lower()}_loops_q{j + 1}", f"Metrics of joint {j + 1}, {SCENARIOS[s]}."
-        tables.append(side_by_side(name, caption, results.scenario(s), SHOWN, j, margin=MARGIN))
-    return Section("The loops side by side", (about, *tables))
+        tables.append(wb.side_by_side(name, caption, results.scenario(s), SHOWN, j, margin=MARGIN))
+    return wb.Section("The loops side by side", (about, *tables))
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The answer and the findings, P(t) over time, then the tables behind them."""
     answers = dict(zip(SETTINGS, results.work("riccati"), strict=True))
     paths = {scenario: answers[scenario, ASSUMED].compared for scenario in SCENARIOS}
     figures = (figure(one, scenario) for scenario, one in paths.items())
     tables = (choices(one, scenario) for scenario, one in paths.items())
     held = findings.Evidence(results, answers)
-    return Page(
+    return wb.Page(
         findings.answer(held),
         findings.findings(held),
         (
-            Section("P(t) over time", tuple(figures)),
-            Section("P frozen at two values", (findings.frozen_table(held),)),
-            Section("P(t) beside other choices", tuple(tables)),
+            wb.Section("P(t) over time", tuple(figures)),
+            wb.Section("P frozen at two values", (findings.frozen_table(held),)),
+            wb.Section("P(t) beside other choices", tuple(tables)),
             loops(results),
         ),
     )
 
 
-study = Study(
+study = wb.Study(
     name="a3_riccati_gains",
     title="AOSMC-RGS: what the Riccati part does",
     question=(
@@ -175,6 +169,6 @@ study = Study(
         "frozen at P(0), without adaptation, and with plain ASMC."
     ),
     cases=all_cases,
-    works=(Work("riccati", path.along, tuple(SETTINGS.values()), seconds=8.0),),
+    works=(wb.Work("riccati", path.along, tuple(SETTINGS.values()), seconds=8.0),),
     sections=sections,
 )

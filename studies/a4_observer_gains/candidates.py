@@ -1,29 +1,17 @@
-"""The gains that a4 compares, the audit of each, once, and their pictures and tables."""
+"""The gains that a4 compares, and the audit of each."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
-from workbench.arms import observer_gains
-from workbench.arms.dynamics import Dynamics
-from workbench.arms.observer_gains import Frozen, Gains, Lipschitz, Mismatch, RateCertificate, Region
-from workbench.core.notation.formula import symbol
-from workbench.core.validation.refusals import Array
-from workbench.proofs.interval import guarantee
-from workbench.report.pictures.traces import Window, curve
-from workbench.study.document.document import Figure, Panel, Paragraph, Section, Series
-from workbench.study.document.phrases import Cell, Column, Table, raised
-from workbench.study.evidence.law_tables import side_by_side
-from workbench.study.provenance import written
-from workbench.study.study import Results
-from workbench.study.work import Work
 
 I, REST = np.eye(2), np.zeros(2)
-DYNAMICS = Dynamics.of(ARM)
-MISMATCH = Mismatch.of(DYNAMICS)
-REGION = Region(np.array([5.0, 5.0]), np.array([30.0, 30.0]))  # rad/s, N m, at any position
+DYNAMICS = wb.arms.Dynamics.of(ARM)
+MISMATCH = wb.arms.observer_gains.Mismatch.of(DYNAMICS)
+REGION = wb.arms.observer_gains.Region(np.array([5.0, 5.0]), np.array([30.0, 30.0]))  # rad/s, N m, at any position
 INNER = 0.8  # of the speeds are the arm's own, the rest is room for the error of its estimate
 SURFACE = float(min(CARD["Lambda"]))  # 1/s, as fast as which the estimate should at least be
 SMALL, WHOLE = 0.1, 1.0  # shares of the region
@@ -36,7 +24,9 @@ HOW = {
     PAPER: "section 5",
     CHOSEN: f"the least double pole that is proved to decay at {SURFACE:g} 1/s in the whole region",
     "high gain": "a1 = 3, a2 = 2, epsilon = 25 ms: poles at -40 and -80 1/s",
-    "Kalman": raised("beside the hanging arm; noise of 1e-4 rad^2 s, unknown accelerations of 1000 rad^2/s^3"),
+    "Kalman": wb.document.raised(
+        "beside the hanging arm; noise of 1e-4 rad^2 s, unknown accelerations of 1000 rad^2/s^3"
+    ),
     LMI: f"the least bound of noise with {SURFACE:g} 1/s in the whole region, all by one LMI",
 }
 STYLES = {name: i for i, name in enumerate(HOW)}
@@ -91,12 +81,12 @@ class Candidate:
     are `admitted`, and a `bound` of the peak in 1/s; None where nothing is proved, for the reason `why`.
     """
 
-    L1: Array
-    L2: Array
+    L1: wb.Array
+    L2: wb.Array
     states: int
     growing: float
     slowest: float
-    cloud: Array
+    cloud: wb.Array
     instants: int
     path: float
     share: float | None
@@ -110,184 +100,75 @@ class Candidate:
     why: str
 
 
-def design(name: str) -> tuple[Gains, RateCertificate | None]:
+def design(name: str) -> tuple[wb.arms.observer_gains.Gains, wb.arms.observer_gains.RateCertificate | None]:
     """The gains of a name of HOW, with their certificate in the whole region if they come with one."""
     if name in (CHOSEN, LMI):
-        search = observer_gains.by_lmi if name == LMI else observer_gains.least_double_pole
+        search = wb.arms.observer_gains.by_lmi if name == LMI else wb.arms.observer_gains.least_double_pole
         one = search(DYNAMICS, REGION, SURFACE)
         return one.gains, one
     if name == PAPER:
-        return Gains(CARD["L1"], CARD["L2"]), None
+        return wb.arms.observer_gains.Gains(CARD["L1"], CARD["L2"]), None
     if name == "high gain":
-        return observer_gains.high_gain(2, 3.0, 2.0, 0.025), None
-    return observer_gains.kalman(DYNAMICS, REST, REST, REST, 1e3 * I, 1e-4 * I), None
+        return wb.arms.observer_gains.high_gain(2, 3.0, 2.0, 0.025), None
+    return wb.arms.observer_gains.kalman(DYNAMICS, REST, REST, REST, 1e3 * I, 1e-4 * I), None
 
 
 def candidate(name: str) -> Candidate:
     """The gains of a name of HOW: of the paper's a modest rate is asked, of the others that of the surface."""
     mine, certificate = design(name)
     rate = MODEST if name == PAPER else SURFACE
-    one = observer_gains.audit(DYNAMICS, mine, REGION, INNER, rate, certificate)
+    one = wb.arms.observer_gains.audit(DYNAMICS, mine, REGION, INNER, rate, certificate)
     seen, along, region = one.frozen, followed(mine), one.certificate.region if one.certificate else None
     cloud = seen.poles[:CLOUD].ravel()
     return Candidate(
-        *(mine.L1, mine.L2, len(seen.rates), seen.unstable, seen.slowest, np.array([cloud.real, cloud.imag])),
-        *(len(along.rates), along.slowest, one.share),
-        *((float(region.speed[0]), float(region.torque[0])) if region else (None, None)),
-        *((one.reach.position, one.reach.peaking) if one.reach else (None, None)),
-        *(one.tolerated, one.noise.velocity, one.peaking, one.why),
+        L1=mine.L1,
+        L2=mine.L2,
+        states=len(seen.rates),
+        growing=seen.unstable,
+        slowest=seen.slowest,
+        cloud=np.array([cloud.real, cloud.imag]),
+        instants=len(along.rates),
+        path=along.slowest,
+        share=one.share,
+        speed=float(region.speed[0]) if region else None,
+        torque=float(region.torque[0]) if region else None,
+        admitted=one.reach.position if one.reach else None,
+        bound=one.reach.peaking if one.reach else None,
+        tolerated=one.tolerated,
+        noise=one.noise.velocity,
+        peaking=one.peaking,
+        why=one.why,
     )
 
 
-def followed(gains: Gains) -> Frozen:
+def followed(gains: wb.arms.observer_gains.Gains) -> wb.arms.observer_gains.Frozen:
     """The frozen poles along the desired motion of the first scenario."""
     t = np.linspace(0, 2 * np.pi, 601)
     a, w = (np.array(CARD[f"FS: reference {name}"]) for name in ("amplitude", "frequency"))
     q, qd, qdd = a * np.sin(np.outer(t, w)), a * w * np.cos(np.outer(t, w)), -a * w**2 * np.sin(np.outer(t, w))
     tau = np.array([DYNAMICS.torque(*state) for state in zip(q, qd, qdd, strict=True)])
-    return observer_gains.along(MISMATCH, gains, REGION, q, qd, tau)
+    return wb.arms.observer_gains.along(MISMATCH, gains, REGION, q, qd, tau)
 
 
-def lipschitz(share: float) -> Lipschitz:
+def lipschitz(share: float) -> wb.arms.observer_gains.Lipschitz:
     """The Lipschitz constants over a share of the region."""
-    return observer_gains.lipschitz(MISMATCH, REGION.scaled(share))
+    return wb.arms.observer_gains.lipschitz(MISMATCH, REGION.scaled(share))
 
 
-def trade_off(poles: tuple[float, ...]) -> Array:
+def trade_off(poles: tuple[float, ...]) -> wb.Array:
     """The slowest frozen rate seen in the region, and the noise of the velocity, of each double pole: (2, N)."""
-    placed = [observer_gains.high_gain(2, 2.0, 1.0, 1 / p) for p in poles]
-    slowest = [observer_gains.over(MISMATCH, mine, REGION, 4000).slowest for mine in placed]
-    return np.array([slowest, [observer_gains.noise(mine).velocity for mine in placed]])
+    placed = [wb.arms.observer_gains.high_gain(2, 2.0, 1.0, 1 / p) for p in poles]
+    slowest = [wb.arms.observer_gains.over(MISMATCH, mine, REGION, 4000).slowest for mine in placed]
+    return np.array([slowest, [wb.arms.observer_gains.noise(mine).velocity for mine in placed]])
 
 
 WORKS = (
-    Work("gains", candidate, tuple(HOW), seconds=2.5),
-    Work("lipschitz", lipschitz, (SMALL, WHOLE), seconds=0.8),
-    Work("trade_off", trade_off, (POLES,), seconds=0.1),
+    wb.Work("gains", candidate, tuple(HOW), seconds=2.5),
+    wb.Work("lipschitz", lipschitz, (SMALL, WHOLE), seconds=0.8),
+    wb.Work("trade_off", trade_off, (POLES,), seconds=0.1),
 )
 
 
-def candidates(results: Results) -> dict[str, Candidate]:
+def candidates(results: wb.Results) -> dict[str, Candidate]:
     """The candidates by name, in the order of HOW."""
     return dict(zip(HOW, results.work("gains"), strict=True))
-
-
-def poles(results: Results) -> Figure:
-    """The frozen poles of the paper's gains and of the chosen ones, at states of the region."""
-    panels = []
-    for name in (PAPER, CHOSEN):
-        marks = Series(name, *candidates(results)[name].cloud, STYLES[name], look="marks")
-        panels.append(Panel("imaginary part [1/s]", (marks,), xlabel="real part [1/s]", vlines=(0.0,), title=name))
-    caption = (
-        f"Poles of the error with state and torque frozen, at {CLOUD} states of the region. Right of the line at zero "
-        "a mode grows."
-    )
-    return Figure("poles", caption, tuple(panels), columns=2)
-
-
-def noise_and_rate(results: Results) -> Figure:
-    """Noise against the slowest mode."""
-    (curve,) = results.work("trade_off")
-    line = Series("double poles", *curve, "reference")
-    marks = [
-        Series(name, [one.slowest], [one.noise], STYLES[name], look="marks")
-        for name, one in candidates(results).items()
-    ]
-    caption = (
-        "Noise in the velocity estimate, as an H2 norm, against the slowest frozen mode seen in the region. The grey "
-        "curve: double poles at -22 to -60 1/s. The vertical lines: 0, left of which a mode grows, and "
-        f"{SURFACE:g} 1/s, the rate of the surface."
-    )
-    panel = Panel(
-        "noise gain [s^(-3/2)]", (*marks, line), xlabel="slowest frozen mode [1/s]", yscale="log", vlines=(0.0, SURFACE)
-    )
-    return Figure("noise_and_rate", caption, (panel,))
-
-
-def errors(results: Results) -> Figure:
-    """The estimation errors of joint 2 over time, position and velocity, early and late."""
-    outcomes = results.scenario(SCENARIOS[0])
-    signals = (("q_error", "q_2", " [rad]"), ("qd_error", "qd_2", " [rad/s]"))
-    panels = tuple(
-        Panel(
-            ("error of ", symbol(letter), unit),
-            tuple(curve(one, signal, 1, window, one.case.law, one.case.style) for one in outcomes),
-            xlim=(window.start, window.end),
-        )
-        for signal, letter, unit in signals
-        for window in (Window(0.0, 1.0), Window(5.0, 10.0))
-    )
-    caption = f"Estimation errors of joint 2, {SCENARIOS[0]}: in the first second, and from 5 s on."
-    return Figure("estimation_errors", caption, panels, columns=2)
-
-
-def promise_section() -> Section:
-    """The inequality that is proved, and the road to its proof."""
-    text = (
-        "With the error x~ = (q - q_hat, qd - qd_hat), (12) and (16) are linear in it: by the mean value theorem the "
-        "mismatch (14) is a mean of Jacobians of the acceleration between estimate and state, times the error. If "
-        "one P satisfies P A + A' P + 2 alpha P < 0 for the error's matrix A at every state and torque of a region, "
-        "V = x~' P x~ falls at least as exp(-2 alpha t) as long as arm and estimate stay in it. Errors within an "
-        f"ellipsoid of V that keeps the estimate there are admitted. The region here: {BOX}, for arm and estimate; the "
-        f"arm itself keeps {100 * INNER:g} % of these speeds, and the rest is room for the error. A solver only "
-        "proposes P. Its definiteness is decided by leading minors in rational arithmetic, the inequality by "
-        "intervals: the Jacobian is a polynomial in speeds and torques, which lies in the hull of its coefficients in "
-        f"Bernstein's basis, and positions are halved until each box holds ({guarantee()})."
-    )
-    return Section("What a promise is, and how it is proved", (Paragraph(text),))
-
-
-def gains_section(results: Results) -> Section:
-    """The gains, and all that is seen and proved of each."""
-    text = (
-        "The admitted errors are small in all cases: high gains peak, and a peak takes the estimate out of the region. "
-        "The bound is sufficient, not sharp. For gains of 1, 10 and 100 times those of the paper, a2 proves that each "
-        "has a false rest point: more gain alone does not make the promise global. The LMI minimises the bound of "
-        "noise that its one P gives, not the noise itself."
-    )
-    table = Table(
-        "gains",
-        "The paper's gains and four others.",
-        (Column("gains"), Column("how"), Column(symbol("L1"), "1/s"), Column(symbol("L2"), "1/s^2")),
-        tuple((name, HOW[name], written(one.L1), written(one.L2)) for name, one in candidates(results).items()),
-    )
-    return Section(
-        "What the gains promise, and what they cost",
-        (table, audits_table(results), definitions_table(), Paragraph(text)),
-    )
-
-
-def audits_table(results: Results) -> Table:
-    """The frozen modes, the proof and the price of each."""
-    rows: list[tuple[Cell, ...]] = []
-    for name, one in candidates(results).items():
-        seen = 100 * one.growing, one.slowest, one.path
-        proved = (100 * one.share, 1e3 * one.admitted) if one.share and one.admitted else (None, None)
-        rows.append((name, *seen, *proved, one.tolerated, one.noise, one.peaking, one.bound))
-    columns = (Column("gains"), *(Column(head, unit, digits=digits) for head, unit, digits, _ in COLUMNS))
-    caption = "Frozen modes, proved decay and price of the paper's gains and four others."
-    return Table("audits", caption, columns, tuple(rows))
-
-
-def definitions_table() -> Table:
-    """The definition of each column of the audits."""
-    rows = tuple((head, raised(definition)) for head, *_, definition in COLUMNS)
-    return Table("definitions", "The columns of the table above.", (Column("column"), Column("definition")), rows)
-
-
-def tracking_section(results: Results) -> Section:
-    """The repaired law with each observer."""
-    text = (
-        "The repaired law of a1 runs for 10 s with each observer in the loop. The estimate starts at zero, as in "
-        "section 5, or at the measured positions, q_hat(0) = y(0). All these loops leave the region at first, and in "
-        "the second scenario after each jump: the proof holds for the rest. The law has D_hat, filtered from the true "
-        "disturbance as in (24). The reference of the second scenario jumps by 0.8 and 0.4 rad every 2 s, which no law "
-        f"follows at once. So the late error leaves out the first {CLEAR:g} s after each jump; '{WITH_JUMPS}' has them."
-    )
-    tables = []
-    for place, scenario in enumerate(SCENARIOS, 1):
-        for joint in (0, 1):
-            name, caption = f"tracking_{place}_q{joint + 1}", f"Joint {joint + 1} with each observer, {scenario}."
-            shown = SHOWN if scenario != SCENARIOS[-1] else (*SHOWN, WITH_JUMPS)
-            tables.append(side_by_side(name, caption, results.scenario(scenario), shown, joint))
-    return Section("The tracking that they give", (Paragraph(text), errors(results), *tables))

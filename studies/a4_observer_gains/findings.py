@@ -1,5 +1,8 @@
 """The findings of a4: frozen modes, the region of a proof, the mismatch, better gains, and the tracking error."""
 
+from typing import NamedTuple
+
+import workbench as wb
 from studies.a4_observer_gains.candidates import (
     BOX,
     CHOSEN,
@@ -17,9 +20,6 @@ from studies.a4_observer_gains.candidates import (
     Candidate,
     candidates,
 )
-from workbench.study.document.document import Finding, Variation
-from workbench.study.document.phrases import raised
-from workbench.study.study import Results
 
 AFTER = 5.0  # s, from which an error is late
 CLEARED = {CLEAR: LATE, 0.5: "late error, 0.5 s", 1.5: "late error, 1.5 s"}  # by the seconds left out after a jump
@@ -28,7 +28,7 @@ REGION = f"The region: {BOX}."
 OTHERS = tuple(name for name in HOW if name != PAPER)
 
 
-def answer(results: Results) -> str:
+def answer(results: wb.Results) -> str:
     """The promise of the paper's gains, and what better ones do, in one line."""
     paper, chosen = (candidates(results)[name] for name in (PAPER, CHOSEN))
     ratios = sorted(late(results, s, PAPER) / late(results, s, CHOSEN) for s in (SCENARIOS[0], SCENARIOS[-1]))
@@ -42,7 +42,7 @@ def answer(results: Results) -> str:
     )
 
 
-def findings(results: Results) -> tuple[Finding, ...]:
+def findings(results: wb.Results) -> tuple[wb.Finding, ...]:
     """The findings of the page."""
     return tuple(one(results) for one in (frozen_modes, region, mismatch, better_gains, late_error))
 
@@ -51,12 +51,12 @@ def _gains(one: Candidate) -> str:
     return f"L1 = {one.L1[0, 0]:.3g} I, L2 = {one.L2[0, 0]:.3g} I"
 
 
-def late(results: Results, scenario: str, law: str, metric: str = LATE, joints: tuple[int, ...] = (0, 1)) -> float:
+def late(results: wb.Results, scenario: str, law: str, metric: str = LATE, joints: tuple[int, ...] = (0, 1)) -> float:
     """The larger of the two joints by a metric, in rad."""
     return max(results[scenario, law].score(metric, joint).pair[0] for joint in joints)
 
 
-def frozen_modes(results: Results) -> Finding:
+def frozen_modes(results: wb.Results) -> wb.Finding:
     """The frozen modes of the paper's gains."""
     every = candidates(results)
     one = every[PAPER]
@@ -65,10 +65,12 @@ def frozen_modes(results: Results) -> Finding:
         return "some modes grow" if grows else "no mode grows"
 
     others = (
-        Variation(f"the gains '{name}'", said(every[name].growing > 0), f"{100 * every[name].growing:.1f} % of states")
+        wb.Variation(
+            f"the gains '{name}'", said(every[name].growing > 0), f"{100 * every[name].growing:.1f} % of states"
+        )
         for name in OTHERS
     )
-    return Finding(
+    return wb.Finding(
         "frozen_modes",
         f"With L1 = 30 I, L2 = 50 I a mode of the observer's error grows at {100 * one.growing:.1f} % of the states of "
         f"the region, by up to {max(-one.slowest, 0.0):.1f} 1/s.",
@@ -80,7 +82,7 @@ def frozen_modes(results: Results) -> Finding:
         chosen="The region, which the paper does not name.",
         answer=said(one.growing > 0),
         variations=(
-            Variation(
+            wb.Variation(
                 "the states along the desired motion of the first scenario", said(one.path < 0), f"{one.path:.2f} 1/s"
             ),
             *others,
@@ -89,7 +91,7 @@ def frozen_modes(results: Results) -> Finding:
     )
 
 
-def region(results: Results) -> Finding:
+def region(results: wb.Results) -> wb.Finding:
     """The region in which a decay is proved for the paper's gains."""
     every = candidates(results)
     one = every[PAPER]
@@ -105,7 +107,7 @@ def region(results: Results) -> Finding:
             f"{one.speed:.2g} rad/s and |tau_i| ≤ {one.torque:.2g} N m, from |q - q_hat| up to "
             f"{1e3 * (one.admitted or 0):.2g} mrad."
         )
-    return Finding(
+    return wb.Finding(
         "region",
         statement,
         f"Each of these bounds is {100 * (one.share or 0):.2g} % of the region's bound. The first scenario begins "
@@ -117,7 +119,7 @@ def region(results: Results) -> Finding:
         chosen=f"The region, and the rates: {MODEST:g} 1/s for the paper's gains, {SURFACE:g} 1/s for all others.",
         answer=said(one.share),
         variations=tuple(
-            Variation(
+            wb.Variation(
                 f"the gains '{name}', at {SURFACE:g} 1/s",
                 said(every[name].share),
                 f"first errors up to {1e3 * (every[name].admitted or 0):.2g} mrad",
@@ -129,7 +131,7 @@ def region(results: Results) -> Finding:
     )
 
 
-def mismatch(results: Results) -> Finding:
+def mismatch(results: wb.Results) -> wb.Finding:
     """The mismatch that each of the gains bears, beside that of the arm."""
     small, whole = results.work("lipschitz")
     every = candidates(results)
@@ -140,13 +142,13 @@ def mismatch(results: Results) -> Finding:
 
     part = f"{'all' if len(coarse) == len(OTHERS) else f'{len(coarse)} of the'} {len(OTHERS)} other gains"
     places = ((SMALL, small), (WHOLE, whole))
-    return Finding(
+    return wb.Finding(
         "mismatch",
-        raised(
+        wb.document.raised(
             f"The paper's gains bear a mismatch (15) of rho = {every[PAPER].tolerated:.2f}; the arm's |df/dq| reaches "
             f"{small.position.seen:.0f} 1/s^2 up to {100 * SMALL:g} % of the region's bounds."
         ),
-        raised(
+        wb.document.raised(
             f"In the whole region |df/dq| reaches {whole.position.seen:.0f} 1/s^2 (proved: at most "
             f"{whole.position.proved:.0f}) and |df/dqd| {whole.velocity.seen:.1f} 1/s (at most "
             f"{whole.velocity.proved:.1f}). The bound (15) is coarse: {part} bear less, too, "
@@ -159,7 +161,7 @@ def mismatch(results: Results) -> Finding:
         chosen="The region and the units of |x~|, in which positions and velocities weigh alike.",
         answer=said(PAPER, small.position.seen),
         variations=tuple(
-            Variation(
+            wb.Variation(
                 f"the gains '{name}', up to {100 * share:g} % of the bounds",
                 said(name, found.position.seen),
                 f"{every[name].tolerated:.2g} against {found.position.seen:.0f}",
@@ -172,7 +174,7 @@ def mismatch(results: Results) -> Finding:
     )
 
 
-def better_gains(results: Results) -> Finding:
+def better_gains(results: wb.Results) -> wb.Finding:
     """The gains that are proved in the whole region, and their price."""
     every = candidates(results)
     ours, theirs = every[CHOSEN], every[PAPER]
@@ -180,7 +182,7 @@ def better_gains(results: Results) -> Finding:
     def said(name: str) -> str:
         return "proved" if every[name].share == WHOLE and name != PAPER else "not proved"
 
-    return Finding(
+    return wb.Finding(
         "better_gains",
         f"With {_gains(ours)} the error is proved to decay at {SURFACE:g} 1/s, as fast as the surface, in the whole "
         f"region, from |q - q_hat| up to {1e3 * (ours.admitted or 0.0):.2g} mrad.",
@@ -194,7 +196,7 @@ def better_gains(results: Results) -> Finding:
         fitted="The double pole: the least that is proved.",
         answer=said(CHOSEN),
         variations=tuple(
-            Variation(f"the gains '{name}'", said(name), f"{every[name].noise / theirs.noise:.1f} times the noise")
+            wb.Variation(f"the gains '{name}'", said(name), f"{every[name].noise / theirs.noise:.1f} times the noise")
             for name in HOW
             if name != CHOSEN
         ),
@@ -203,29 +205,38 @@ def better_gains(results: Results) -> Finding:
     )
 
 
-def late_error(results: Results) -> Finding:
+class Place(NamedTuple):
+    """The late error that is compared with that of the paper's gains: its scenario, gains, metric and joints."""
+
+    scenario: str
+    law: str = CHOSEN
+    metric: str = LATE
+    joints: tuple[int, ...] = (0, 1)
+
+
+def late_error(results: wb.Results) -> wb.Finding:
     """The late tracking error with the chosen gains beside that with the paper's."""
 
-    def said(scenario: str, law: str = CHOSEN, metric: str = LATE, joints: tuple[int, ...] = (0, 1)) -> tuple[str, str]:
-        ours, theirs = (late(results, scenario, name, metric, joints) for name in (law, PAPER))
+    def said(at: Place) -> tuple[str, str]:
+        ours, theirs = (late(results, at.scenario, name, at.metric, at.joints) for name in (at.law, PAPER))
         return "smaller" if ours < theirs else "not smaller", f"{ours:.3f} against {theirs:.3f} rad"
 
     first, again, second = SCENARIOS
     cases = {
-        **{f"{s}": (s,) for s in (again, second)},
-        **{f"{s}, joint {j + 1} alone": (s, CHOSEN, LATE, (j,)) for s in SCENARIOS for j in (0, 1)},
-        **{f"{s}, gains '{name}'": (s, name) for s in SCENARIOS for name in OTHERS if name != CHOSEN},
+        **{f"{s}": Place(s) for s in (again, second)},
+        **{f"{s}, joint {j + 1} alone": Place(s, joints=(j,)) for s in SCENARIOS for j in (0, 1)},
+        **{f"{s}, gains '{name}'": Place(s, name) for s in SCENARIOS for name in OTHERS if name != CHOSEN},
         **{
-            f"{second}, {clear:g} s left out after a jump": (second, CHOSEN, name)
+            f"{second}, {clear:g} s left out after a jump": Place(second, metric=name)
             for clear, name in CLEARED.items()
             if name != LATE
         },
-        **{f"{second}, nothing left out, joint {j + 1} alone": (second, CHOSEN, WITH_JUMPS, (j,)) for j in (0, 1)},
+        **{f"{second}, nothing left out, joint {j + 1} alone": Place(second, CHOSEN, WITH_JUMPS, (j,)) for j in (0, 1)},
     }
-    ours = {scenario: said(scenario)[1] for scenario in (first, second)}
-    early = said(second, CHOSEN, CLEARED[0.5])[1]
+    ours = {scenario: said(Place(scenario))[1] for scenario in (first, second)}
+    early = said(Place(second, metric=CLEARED[0.5]))[1]
     peaks = [late(results, s, law, "peak torque") for s in (first, again) for law in (CHOSEN, PAPER)]
-    return Finding(
+    return wb.Finding(
         "late_error",
         f"With {_gains(candidates(results)[CHOSEN])} the late error is {ours[first]} with the paper's gains in the "
         f"first scenario, and {ours[second]} in the second, {CLEAR:g} s and more after a jump.",
@@ -238,7 +249,7 @@ def late_error(results: Results) -> Finding:
         given="The law has D_hat, filtered from the true disturbance. The observer has positions; (10) leaves D out.",
         chosen="Q, R, l and the square wave, as a1 has them.",
         fitted="Q, R and l to the printed RMSE of the first scenario, with the paper's gains.",
-        answer=said(first)[0],
-        variations=tuple(Variation(words, *said(*case)) for words, case in cases.items()),
+        answer=said(Place(first))[0],
+        variations=tuple(wb.Variation(words, *said(case)) for words, case in cases.items()),
         untried="Noise on the positions, which stiffer gains amplify.",
     )

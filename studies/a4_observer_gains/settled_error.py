@@ -6,33 +6,29 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
-from workbench.engine.metrics.contract import AbstractSignalMetric, Parts
-from workbench.engine.metrics.signal_choice import Signal, column
+import workbench as wb
 
 
 @dataclass(frozen=True)
-@door
-class SettledError(AbstractSignalMetric):
+class SettledError(wb.metrics.AbstractSignalMetric):
     """The largest absolute value of a signal from `after` s on, without `clear` s after each jump, `apart` s apart.
 
     The reference jumps at the multiples of `apart`. Half a step before a jump counts as the jump, as times are rounded.
     """
 
     remembers: ClassVar = ("peak",)
-    signal: Signal
+    signal: wb.metrics.Signal
     after: float
     clear: float
     apart: float
 
-    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
+    def update(self, k: ca.SX, h: ca.SX, z: wb.metrics.Parts, y: wb.metrics.Parts) -> wb.metrics.Parts:
         """The larger of the memory and the present value, where that counts."""
         counts = ca.logic_and(k * h >= self.after - h / 2, ca.fmod(k * h + h / 2, self.apart) >= self.clear)
-        size = ca.if_else(counts, ca.fabs(column(self.signal, y)), 0)
+        size = ca.if_else(counts, ca.fabs(self.column_of(y)), 0)
         return {"peak": ca.if_else(z["peak"] >= size, z["peak"], size)}  # no number is never less, and so stays
 
-    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+    def value(self, integral: wb.Array, z: Mapping[str, wb.Array], horizon: float) -> wb.Array:
         """The largest value of the run."""
         return z["peak"]
 

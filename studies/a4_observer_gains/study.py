@@ -7,61 +7,48 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import workbench as wb
 from studies.a4_observer_gains import findings
-from studies.a4_observer_gains.candidates import (
-    HOW,
-    SCENARIOS,
-    STYLES,
-    WITH_JUMPS,
-    WORKS,
-    gains_section,
-    noise_and_rate,
-    poles,
-    promise_section,
-    tracking_section,
-)
+from studies.a4_observer_gains.candidates import HOW, SCENARIOS, STYLES, WITH_JUMPS, WORKS
+from studies.a4_observer_gains.pages import gains_section, noise_and_rate, poles, promise_section, tracking_section
 from studies.a4_observer_gains.settled_error import settled_error
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, proposed_repaired
-from workbench.arms.observers import Luenberger, OracleFilter, WithDisturbance
-from workbench.arms.peak_torque import peak_torque
-from workbench.engine.metrics import late_error, observer_error
-from workbench.study.contract import Run
-from workbench.study.document.document import Page, Section
-from workbench.study.study import Case, Results, Study
 
 UNTIL, EVERY, STEP = 10.0, 0.01, 1e-3 / 24  # s
 APART = 1 / CARD["SS: f"]  # s between two jumps of the second scenario
-OF_ALL = observer_error("qd_error"), peak_torque()
+OF_ALL = wb.metrics.observer_error("qd_error"), wb.arms.peak_torque()
 METRICS = {
-    "FS": (late_error(findings.AFTER), *OF_ALL),
+    "FS": (wb.metrics.late_error(findings.AFTER), *OF_ALL),
     "SS": (
         *(settled_error(name, findings.AFTER, clear, APART) for clear, name in findings.CLEARED.items()),
-        replace(late_error(findings.AFTER), name=WITH_JUMPS),
+        replace(wb.metrics.late_error(findings.AFTER), name=WITH_JUMPS),
         *OF_ALL,
     ),
 }
 
 
-def cases(found: Mapping[str, Any]) -> tuple[Case, ...]:
+def cases(found: Mapping[str, Any]) -> tuple[wb.Case, ...]:
     """The repaired law with each observer, started as in section 5 and at the measured positions."""
     starts = ("FS", CARD["q_hat(0)"]), ("FS", CARD["FS: q(0)"]), ("SS", CARD["q_hat(0)"])
     made = []
     for name, (key, q) in zip(SCENARIOS, starts, strict=True):
         for law, mine in zip(HOW, found["gains"], strict=True):
-            state = Luenberger(ARM, mine.L1, mine.L2, q, CARD["qd_hat(0)"])
-            loop = proposed_repaired(key, WithDisturbance(state, OracleFilter(2, CARD["l"])))
-            made.append(Case(name, law, Run(loop, METRICS[key], UNTIL, EVERY, STEP), style=STYLES[law]))
+            state = wb.arms.observers.Luenberger(ARM, mine.L1, mine.L2, q, CARD["qd_hat(0)"])
+            loop = proposed_repaired(
+                key, wb.arms.observers.WithDisturbance(state, wb.arms.observers.OracleFilter(2, CARD["l"]))
+            )
+            made.append(wb.Case(name, law, wb.Run(loop, METRICS[key], UNTIL, EVERY, STEP), style=STYLES[law]))
     return tuple(made)
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The answer and the findings with their pictures, then the tables behind them."""
-    return Page(
+    return wb.Page(
         findings.answer(results),
         findings.findings(results),
         (
-            Section("Frozen modes and noise", (poles(results), noise_and_rate(results))),
+            wb.Section("Frozen modes and noise", (poles(results), noise_and_rate(results))),
             gains_section(results),
             tracking_section(results),
             promise_section(),
@@ -69,7 +56,7 @@ def sections(results: Results) -> Page:
     )
 
 
-study = Study(
+study = wb.Study(
     name="a4_observer_gains",
     title="The gains of the observer: what is promised, what is proved, and better ones",
     question=("Do the paper's L1 = 30, L2 = 50 give what Theorem 1 promises, and what gains would?"),

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+import workbench as wb
 from studies.a5_linear_analysis.pages import (
     ADAPTIVE,
     BOX,
@@ -17,7 +18,6 @@ from studies.a5_linear_analysis.pages import (
 )
 from studies.paper.card import CARD, PROPOSED
 from studies.paper.linearization import LEVEL, POSES, SEVEN, SLOW, AtRest, OnPath
-from workbench.study import Finding, Results, Variation, Verdict
 
 WEAKER = 0.9  # of the torque that is commanded
 HERE = "at rest at the level of the second scenario"
@@ -28,15 +28,15 @@ GAINS = "The paper's numbers where it prints them; the unstated ones as a1 chose
 OTHERS = "other gains of the laws and of the observer"
 
 
-def findings(results: Results) -> tuple[Finding, ...]:
+def findings(results: wb.Results) -> tuple[wb.Finding, ...]:
     """All findings: the laws at rest, then along their path."""
     return tuple(one(results) for one in (delays, observer, slow, twisting, frozen))
 
 
-def rest_points(results: Results) -> Verdict:
+def rest_points(results: wb.Results) -> wb.document.Verdict:
     """The number of rest points."""
     points = results.work("arm")[0].rest_points
-    return Verdict(
+    return wb.document.Verdict(
         "holds" if points.complete else "open",
         f"The arm without torque has {len(points.points)} rest points with both joints between {BOX['q'][0]:g} and "
         f"{BOX['q'][1]:g} rad.",
@@ -51,7 +51,7 @@ def larger(first: float, learned: float) -> str:
     return "first gain" if first > learned else "learned gain"
 
 
-def delays(results: Results) -> Finding:
+def delays(results: wb.Results) -> wb.Finding:
     """The delay that SMC tolerates, and ASMC with the gain that it has learned."""
     every = rests(results)
     first, learned = every["SMC"][LEVEL].delay, every["ASMC"][late(LEVEL)].delay
@@ -60,8 +60,8 @@ def delays(results: Results) -> Finding:
         for pose in POSES:
             one, other = every[law][pose], every[law][late(pose)]
             for words, pair in (("delay", (one.delay, other.delay)), ("disk margin", (one.alpha, other.alpha))):
-                made.append(Variation(f"{law}, {words}, {pose}", larger(*pair), f"{pair[0]:.3g} and {pair[1]:.3g}"))
-    return Finding(
+                made.append(wb.Variation(f"{law}, {words}, {pose}", larger(*pair), f"{pair[0]:.3g} and {pair[1]:.3g}"))
+    return wb.Finding(
         name="delay_and_learned_gain",
         statement=f"With its first gain, which is that of SMC, ASMC has a delay margin of {first:.2f} ms at one "
         f"torque; with its learned gain {learned:.2g} ms. The repaired {PROPOSED} has "
@@ -86,7 +86,7 @@ def least_of(alphas: Mapping[str, float]) -> str:
     return f"{min(alphas.values()):.2g}"
 
 
-def observer(results: Results) -> Finding:
+def observer(results: wb.Results) -> wb.Finding:
     """The margin that the observer of the repaired law leaves."""
     every = rests(results)
     ours = {pose: every[PROPOSED][pose].alpha for pose in POSES}
@@ -94,18 +94,18 @@ def observer(results: Results) -> Finding:
     weak: AtRest = every[PROPOSED][thin]
     pole = float(np.linalg.eigvals(weak.A - WEAKER * weak.B @ weak.Cy).real.max())
     made = [
-        Variation(f"leaving out the pose {pose}", least_of({k: a for k, a in ours.items() if k != pose}))
+        wb.Variation(f"leaving out the pose {pose}", least_of({k: a for k, a in ours.items() if k != pose}))
         for pose in POSES
     ]
-    made.append(Variation("the learned gain", least_of({p: every[PROPOSED][late(p)].alpha for p in POSES})))
+    made.append(wb.Variation("the learned gain", least_of({p: every[PROPOSED][late(p)].alpha for p in POSES})))
     firm = {pose: every[PROPOSED][stiffer(pose)].alpha for pose in POSES}
-    made.append(Variation(f"an L2 of the observer {STIFFER:g} times as large", least_of(firm)))
+    made.append(wb.Variation(f"an L2 of the observer {STIFFER:g} times as large", least_of(firm)))
     made += [
-        Variation(f"{law} in its place", least_of({p: every[law][p].alpha for p in POSES}))
+        wb.Variation(f"{law} in its place", least_of({p: every[law][p].alpha for p in POSES}))
         for law in SEVEN
         if law != PROPOSED and all(every[law][p].alpha for p in POSES)
     ]
-    return Finding(
+    return wb.Finding(
         name="margin_of_the_observer",
         statement=f"The least disk margin of the repaired AOSMC-RGS over {len(POSES)} rest poses is {ours[thin]:.3f}, "
         f"{thin}; at the level of the second scenario it is {ours[LEVEL]:.2f}.",
@@ -121,21 +121,21 @@ def observer(results: Results) -> Finding:
     )
 
 
-def slow(results: Results) -> Finding:
+def slow(results: wb.Results) -> wb.Finding:
     """The gain of slow torques that no block is given."""
     every = rests(results)
     gains = {law: every[law][LEVEL].slow_gain for law in SEVEN}
     made = [
-        Variation(words, largest({law: every[law][pose].slow_gain for law in SEVEN}))
+        wb.Variation(words, largest({law: every[law][pose].slow_gain for law in SEVEN}))
         for words, pose in ((f"the pose {pose}", pose) for pose in POSES if pose != LEVEL)
     ]
-    made.append(Variation("learned gains", largest({law: every[law][late(LEVEL)].slow_gain for law in ADAPTIVE})))
+    made.append(wb.Variation("learned gains", largest({law: every[law][late(LEVEL)].slow_gain for law in ADAPTIVE})))
     (responses,) = results.work("responses")
     for omega in (0.01, 0.1, 1.0, 10.0, 100.0):
         row = int(np.argmin(np.abs(np.log(FREQUENCIES / omega))))
         at = {law: float(responses[law]["largest gain of S"][row]) for law in DRAWN}
-        made.append(Variation(f"a frequency of {omega:g} rad/s, of {len(DRAWN)} laws", largest(at)))
-    return Finding(
+        made.append(wb.Variation(f"a frequency of {omega:g} rad/s, of {len(DRAWN)} laws", largest(at)))
+    return wb.Finding(
         name="slow_torques",
         statement=f"The repaired AOSMC-RGS multiplies the effect of a slow unknown torque by {gains[PROPOSED]:.1f}, "
         f"SMC by {gains['SMC']:.4f}, and PID by {gains['PID']:.5f}.",
@@ -156,7 +156,7 @@ def largest(gains: Mapping[str, float]) -> str:
     return max(gains, key=gains.__getitem__)
 
 
-def twisting(results: Results) -> Finding:
+def twisting(results: wb.Results) -> wb.Finding:
     """The linear model of super-twisting in its layer."""
     every = rests(results)["super-twisting"]
     rest = every[LEVEL]
@@ -164,7 +164,7 @@ def twisting(results: Results) -> Finding:
     def verdict(one: AtRest) -> str:
         return f"a disk margin of {one.alpha:.2f}" if one.disk else "no disk margin"
 
-    return Finding(
+    return wb.Finding(
         name="super_twisting_in_its_layer",
         statement="With its sign spread over the boundary layer, the linear model of super-twisting at rest has "
         f"{verdict(rest)}: its slowest poles are at {abs(rest.poles[0].value):.1f} rad/s with a damping of "
@@ -176,12 +176,12 @@ def twisting(results: Results) -> Finding:
         given=f"The law: {EXACT}.",
         chosen="The layer in place of the sign, with the width of the other laws.",
         answer=verdict(rest),
-        variations=tuple(Variation(f"the pose {pose}", verdict(every[pose])) for pose in POSES if pose != LEVEL),
+        variations=tuple(wb.Variation(f"the pose {pose}", verdict(every[pose])) for pose in POSES if pose != LEVEL),
         untried="a layer that smooths the root of |s| too, whose term then has a slope at s = 0",
     )
 
 
-def frozen(results: Results) -> Finding:
+def frozen(results: wb.Results) -> wb.Finding:
     """The frozen poles along the first scenario, and within the layer alone."""
     every = paths(results)
     rates = {law: float(path.largest.max()) for law, path in every.items()}
@@ -189,13 +189,15 @@ def frozen(results: Results) -> Finding:
     margins = {law: float(np.nanmin(path.alpha)) for law, path in every.items()}
     shares = {law: float((path.largest > GROWS).mean()) for law, path in every.items()}
     made = (
-        Variation("times within the layer alone", largest(within), f"{max(within.values()):+.1f} 1/s"),
-        Variation("the least disk margin within the layer", min(margins, key=margins.__getitem__)),
-        Variation("the share of times at which a pole grows", largest(shares), f"{100 * max(shares.values()):.1f} %"),
+        wb.Variation("times within the layer alone", largest(within), f"{max(within.values()):+.1f} 1/s"),
+        wb.Variation("the least disk margin within the layer", min(margins, key=margins.__getitem__)),
+        wb.Variation(
+            "the share of times at which a pole grows", largest(shares), f"{100 * max(shares.values()):.1f} %"
+        ),
         *(late_rates(every, after) for after in (1.0, 5.0)),
     )
     worst = largest(rates)
-    return Finding(
+    return wb.Finding(
         name="frozen_poles",
         statement=f"Along the first scenario the largest real part of a frozen pole is {rates[worst]:+.1f} 1/s, of "
         f"{worst}; within the layer it is {max(within.values()):+.1f} 1/s, of {largest(within)}.",
@@ -211,16 +213,16 @@ def frozen(results: Results) -> Finding:
     )
 
 
-def late_rates(every: Mapping[str, OnPath], after: float) -> Variation:
+def late_rates(every: Mapping[str, OnPath], after: float) -> wb.Variation:
     """The law with the largest frozen pole after the start."""
     rates = {law: float(path.largest[path.t >= after].max()) for law, path in every.items()}
     words = f"times after the first {after:g} s"
     if max(rates.values()) <= GROWS:
-        return Variation(words, "none", "no pole grows")
-    return Variation(words, largest(rates), f"{max(rates.values()):+.1f} 1/s")
+        return wb.Variation(words, "none", "no pole grows")
+    return wb.Variation(words, largest(rates), f"{max(rates.values()):+.1f} 1/s")
 
 
-def answer(results: Results) -> str:
+def answer(results: wb.Results) -> str:
     """The page in one line."""
     every = rests(results)
     ours = {pose: every[PROPOSED][pose].alpha for pose in POSES}

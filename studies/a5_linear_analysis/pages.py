@@ -2,24 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from studies.a1_paper_tables.study import STYLES
+import workbench as wb
 from studies.paper.card import PROPOSED
+from studies.paper.comparison import STYLES
 from studies.paper.laws import ARM
 from studies.paper.linearization import LEVEL, POSES, SEVEN, AtRest, OnPath, at_rest, loop_at_rest, motion, on_path
-from workbench.arms.manipulator import Manipulator
-from workbench.blocks.loop import open_loop
-from workbench.core import Ode
-from workbench.core.validation.refusals import Array
-from workbench.design import linear
-from workbench.design.linear import Equilibria, LyapunovExponents, frequency_response, linearize, sensitivity
-from workbench.study.document.document import Block, Figure, Panel, Paragraph, Section, Series
-from workbench.study.document.phrases import Cell, Column, Table
-from workbench.study.study import Results
-from workbench.study.work import Work
 
 ADAPTIVE = (PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC")
 UNDRAWN = ("Fuzzy-ASMC", "RBF-ASMC")  # in the table alone
@@ -30,9 +21,9 @@ BOX = {"q": (-1.0, 4.0), "qd": (-5.0, 5.0)}
 STIFFER = 4.0  # of an observer, to see what its gain is to blame for
 
 
-def arm() -> Ode:
+def arm() -> wb.Ode:
     """The paper's arm, driven by its torque, from near the state of FS."""
-    return open_loop(Manipulator(ARM, q=np.array([np.pi, -np.pi]) + 0.1))
+    return wb.open_loop(wb.Manipulator(ARM, q=np.array([np.pi, -np.pi]) + 0.1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,18 +34,18 @@ class ArmAlone:
     observable by positions alone.
     """
 
-    rest_points: Equilibria
+    rest_points: wb.linear.Equilibria
     margins: tuple[tuple[float, float, float], ...]
-    exponents: LyapunovExponents
+    exponents: wb.linear.LyapunovExponents
 
 
 def arm_alone(seed: int) -> ArmAlone:
     """The rest points, from starts that are drawn with a seed, and the exponents."""
     ode = arm()
-    found = linear.equilibria(ode, BOX, seed=seed)
-    models = [linearize(ode, 0.0, point.x, at_rest=True) for point in found.points]
-    margins = tuple((linear.controllability(G).margin, *observed(G)) for G in models)
-    return ArmAlone(found, margins, linear.lyapunov_exponents(ode, until=60.0, h=0.01, skip=20.0))
+    found = wb.linear.equilibria(ode, BOX, seed=seed)
+    models = [wb.linearize(ode, 0.0, point.x, at_rest=True) for point in found.points]
+    margins = tuple((wb.linear.controllability(G).margin, *observed(G)) for G in models)
+    return ArmAlone(found, margins, wb.linear.lyapunov_exponents(ode, until=60.0, h=0.01, skip=20.0))
 
 
 @dataclass(frozen=True)
@@ -85,15 +76,15 @@ def stiffer(pose: str) -> str:
     return f"{pose}, stiffer observer"
 
 
-def responses(laws: tuple[str, ...]) -> dict[str, dict[str, Array]]:
+def responses(laws: tuple[str, ...]) -> dict[str, dict[str, wb.Array]]:
     """By law: loop gain and phase of each joint with the other closed, and the largest gains of S and T."""
-    found: dict[str, dict[str, Array]] = {}
+    found: dict[str, dict[str, wb.Array]] = {}
     for law in laws:
         loop = loop_at_rest(law)
-        S = frequency_response(sensitivity(loop), FREQUENCIES)
+        S = wb.linear.frequency_response(wb.linear.sensitivity(loop), FREQUENCIES)
         curves = found[law] = {}
         for joint in (0, 1):
-            L = frequency_response(linear.one_loop(loop, joint), FREQUENCIES)[:, 0, 0]
+            L = wb.linear.frequency_response(wb.linear.one_loop(loop, joint), FREQUENCIES)[:, 0, 0]
             phase = np.mod(np.degrees(np.angle(L)) + 275, 360) - 275
             phase[1:][np.abs(np.diff(phase)) > 200] = np.nan  # a gap where it leaves at one end and comes back
             curves[f"gain, joint {joint + 1}"] = np.abs(L)
@@ -103,45 +94,45 @@ def responses(laws: tuple[str, ...]) -> dict[str, dict[str, Array]]:
     return found
 
 
-def works(results: Results) -> tuple[Work, ...]:
+def works(results: wb.Results) -> tuple[wb.Work, ...]:
     """The arm by itself, each law at rest, and each law along its run in the first scenario."""
     outcomes = {law: results["FS", law] for law in SEVEN}
     gains = {law: outcomes[law].measurement.trajectories["controller.K"][0][-1] for law in ADAPTIVE}
     laws = (Law(law, tuple(np.ravel(gains[law]).tolist()) if law in gains else None) for law in SEVEN)
     return (
-        Work("arm", arm_alone, (SEED,), seconds=1.0),
-        Work("at_rest", loops_at_rest, tuple(laws), seconds=0.4),
-        Work("responses", responses, (DRAWN,), seconds=0.2),
-        Work("on_path", on_path, tuple(map(motion, outcomes.values())), seconds=0.4),
+        wb.Work("arm", arm_alone, (SEED,), seconds=1.0),
+        wb.Work("at_rest", loops_at_rest, tuple(laws), seconds=0.4),
+        wb.Work("responses", responses, (DRAWN,), seconds=0.2),
+        wb.Work("on_path", on_path, tuple(map(motion, outcomes.values())), seconds=0.4),
     )
 
 
-def rests(results: Results) -> Mapping[str, Mapping[str, AtRest]]:
+def rests(results: wb.Results) -> Mapping[str, Mapping[str, AtRest]]:
     """The loops at rest, by law and by name in `loops_at_rest`."""
     return dict(zip(SEVEN, results.work("at_rest"), strict=True))
 
 
-def paths(results: Results) -> Mapping[str, OnPath]:
+def paths(results: wb.Results) -> Mapping[str, OnPath]:
     """The laws along their runs."""
     return dict(zip(SEVEN, results.work("on_path"), strict=True))
 
 
-def along_path(results: Results) -> Figure:
+def along_path(results: wb.Results) -> wb.document.Figure:
     """The disk margin, the slowest and the fastest frozen pole over time."""
     margins, slow, fast = [], [], []
     for law, path in paths(results).items():
         if law in UNDRAWN:
             continue
         style = STYLES[law]
-        margins.append(Series(law, path.sparse, path.alpha, style))
-        margins.append(Series(law, path.sparse, path.alpha, style, look="marks"))
+        margins.append(wb.document.Series(law, path.sparse, path.alpha, style))
+        margins.append(wb.document.Series(law, path.sparse, path.alpha, style, look="marks"))
         later = path.t > 0.0  # the axis is logarithmic
-        slow.append(Series(law, path.t[later], path.largest[later], style))
-        fast.append(Series(law, path.t[later], -path.least[later], style))
+        slow.append(wb.document.Series(law, path.t[later], path.largest[later], style))
+        fast.append(wb.document.Series(law, path.t[later], -path.least[later], style))
     panels = (
-        Panel("disk margin", tuple(margins), ylim=(0.0, 2.05), title="margin"),
-        Panel("largest real part [1/s]", tuple(slow), xscale="log", title="slowest pole"),
-        Panel("decay of the fastest [1/s]", tuple(fast), xscale="log", yscale="log", title="fastest pole"),
+        wb.document.Panel("disk margin", tuple(margins), ylim=(0.0, 2.05), title="margin"),
+        wb.document.Panel("largest real part [1/s]", tuple(slow), xscale="log", title="slowest pole"),
+        wb.document.Panel("decay of the fastest [1/s]", tuple(fast), xscale="log", yscale="log", title="fastest pole"),
     )
     caption = (
         "Margins and poles of the linear loops, frozen along the first scenario: the disk margin at the torques every "
@@ -149,63 +140,66 @@ def along_path(results: Results) -> Figure:
         "adaptive gain that is not held leaves a pole at 0. Poles are over logarithmic time, as they move at the "
         "start. Fuzzy-ASMC and RBF-ASMC are not drawn; the table has their numbers."
     )
-    return Figure("frozen", caption, panels, columns=3)
+    return wb.document.Figure("frozen", caption, panels, columns=3)
 
 
-def path_table(results: Results) -> Table:
+def path_table(results: wb.Results) -> wb.document.Table:
     """The largest frozen poles, the time within the layer, and the least disk margin there."""
     rows = []
     for law, path in paths(results).items():
         inside = None if law == "PID" else 100 * path.share
         rows.append((law, float(path.largest.max()), path.within, inside, float(np.nanmin(path.alpha))))
     columns = (
-        Column("law"),
-        Column("largest real part", "1/s", "right", digits=3),
-        Column("the same within the layer", "1/s", "right", digits=3),
-        Column("time within the layer", "%", "right", digits=3),
-        Column("least disk margin within the layer", "", "right", digits=3),
+        wb.document.Column("law"),
+        wb.document.Column("largest real part", "1/s", "right", digits=3),
+        wb.document.Column("the same within the layer", "1/s", "right", digits=3),
+        wb.document.Column("time within the layer", "%", "right", digits=3),
+        wb.document.Column("least disk margin within the layer", "", "right", digits=3),
     )
     notes = ("PID has no layer: its numbers are over the whole run.",)
-    return Table("path", "The frozen loops along the first scenario.", columns, tuple(rows), notes)
+    return wb.document.Table("path", "The frozen loops along the first scenario.", columns, tuple(rows), notes)
 
 
-def responses_figure(results: Results) -> Figure:
+def responses_figure(results: wb.Results) -> wb.document.Figure:
     """Loop gain and phase of each joint with the other closed, and the largest singular values of S and T."""
     (found,) = results.work("responses")
-    curves: dict[str, list[Series]] = {}
+    curves: dict[str, list[wb.document.Series]] = {}
     for law, held in found.items():
         for name, y in held.items():
-            curves.setdefault(name, []).append(Series(law, FREQUENCIES, y, STYLES[law]))
+            curves.setdefault(name, []).append(wb.document.Series(law, FREQUENCIES, y, STYLES[law]))
     panels = []
     for name, series in curves.items():
-        yscale, line = ("linear", -180.0) if name.startswith("phase") else ("log", 1.0)
-        panels.append(Panel(name, tuple(series), "frequency [rad/s]", xscale="log", yscale=yscale, hlines=(line,)))
+        yscale: Literal["linear", "log"] = "linear" if name.startswith("phase") else "log"
+        line = -180.0 if name.startswith("phase") else 1.0
+        panels.append(
+            wb.document.Panel(name, tuple(series), "frequency [rad/s]", xscale="log", yscale=yscale, hlines=(line,))
+        )
     caption = (
         "The loop gain at one torque with the other loop closed, and the largest singular values of sensitivity S "
         "and complementary sensitivity T, at rest at the level of the second scenario. ASMC and Fuzzy-ASMC lie on SMC."
     )
-    return Figure("responses", caption, tuple(panels), columns=2)
+    return wb.document.Figure("responses", caption, tuple(panels), columns=2)
 
 
-def arm_blocks(results: Results) -> tuple[Block, ...]:
+def arm_blocks(results: wb.Results) -> tuple[wb.document.Block, ...]:
     """Rest points and the motion of the arm by itself."""
     alone: ArmAlone
     (alone,) = results.work("arm")
     exponents = alone.exponents
     top, error = float(exponents.values[0]), float(exponents.error[0])
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for point, margins in zip(alone.rest_points.points, alone.margins, strict=True):
         name = next(words for words, pose in POSES.items() if np.allclose(pose, point.x[:2], atol=1e-6))
         angles = (float(np.round(angle, 12)) + 0.0 for angle in point.x[:2])
         rows.append((name, *angles, ", ".join(sorted(set(map(shown, point.poles)))), *margins))
     columns = (
-        Column("rest point"),
-        Column("q1", "rad", digits=4),
-        Column("q2", "rad", digits=4),
-        Column("poles", "1/s"),
-        Column("controllable by", digits=2),
-        Column("observable by, q and qd", digits=2),
-        Column("observable by, q alone", digits=2),
+        wb.document.Column("rest point"),
+        wb.document.Column("q1", "rad", digits=4),
+        wb.document.Column("q2", "rad", digits=4),
+        wb.document.Column("poles", "1/s"),
+        wb.document.Column("controllable by", digits=2),
+        wb.document.Column("observable by, q and qd", digits=2),
+        wb.document.Column("observable by, q alone", digits=2),
     )
     note = (
         "Controllable and observable by: the margin of the test of Popov, Belevitch and Hautus, which is the least "
@@ -218,13 +212,13 @@ def arm_blocks(results: Results) -> tuple[Block, ...]:
         f"estimated error of {error:.2f} 1/s."
     )
     caption = "The rest points of the arm without torque, and their modes."
-    return (Paragraph(words), Table("rest_points", caption, columns, tuple(rows), (note,)))
+    return (wb.Paragraph(words), wb.document.Table("rest_points", caption, columns, tuple(rows), (note,)))
 
 
 def observed(G: Any) -> tuple[float, float]:
     """The margins of observability of the arm's linear model by positions and velocities, and by positions alone."""
     positions = [i for i, label in enumerate(G.output_labels) if label.startswith("q[")]
-    return linear.observability(G).margin, linear.observability(G[positions, :]).margin
+    return wb.linear.observability(G).margin, wb.linear.observability(G[positions, :]).margin
 
 
 def shown(value: complex) -> str:
@@ -234,7 +228,7 @@ def shown(value: complex) -> str:
     return f"{real} \N{PLUS-MINUS SIGN} {imag}i" if parts[1] else real
 
 
-def at_rest_section(results: Results) -> Section:
+def at_rest_section(results: wb.Results) -> wb.Section:
     """Poles and margins at rest."""
     every = rests(results)
     loops = {law: every[law][LEVEL] for law in SEVEN}
@@ -246,45 +240,45 @@ def at_rest_section(results: Results) -> Section:
         "gain: the gain at the end of the first scenario. Largest S: of a torque at 0.001 rad/s that no block is "
         "given. A dash: the loop is not asymptotically stable."
     )
-    poses = Table(
+    poses = wb.document.Table(
         "poses",
         "The disk margin at rest, pose by pose, with first gains.",
-        (Column("law"), *(Column(pose, digits=3) for pose in POSES)),
+        (wb.document.Column("law"), *(wb.document.Column(pose, digits=3) for pose in POSES)),
         tuple((law, *(every[law][pose].alpha or None for pose in POSES)) for law in SEVEN),
     )
-    return Section("The laws at rest", (Paragraph(words), poles_table(loops), margins_table(loops), poses))
+    return wb.Section("The laws at rest", (wb.Paragraph(words), poles_table(loops), margins_table(loops), poses))
 
 
-def poles_table(loops: dict[str, AtRest]) -> Table:
+def poles_table(loops: dict[str, AtRest]) -> wb.document.Table:
     """The poles, and the gain of slow torques."""
     columns = (
-        Column("law"),
-        Column("slowest pole", "1/s"),
-        Column("fastest pole", "1/s"),
-        Column("least damping", digits=3),
-        Column("largest S at rest", digits=3),
+        wb.document.Column("law"),
+        wb.document.Column("slowest pole", "1/s"),
+        wb.document.Column("fastest pole", "1/s"),
+        wb.document.Column("least damping", digits=3),
+        wb.document.Column("largest S at rest", digits=3),
     )
     rows = []
     for name, rest in loops.items():
         damping = float(np.round(min(pole.damping for pole in rest.poles), 9)) + 0.0
         rows.append((name, shown(rest.poles[0].value), shown(rest.poles[-1].value), damping, rest.slow_gain))
-    return Table("at_rest", "Poles at rest at the level of the second scenario.", columns, tuple(rows))
+    return wb.document.Table("at_rest", "Poles at rest at the level of the second scenario.", columns, tuple(rows))
 
 
-def margins_table(loops: dict[str, AtRest]) -> Table:
+def margins_table(loops: dict[str, AtRest]) -> wb.document.Table:
     """The margins of one torque, and of both at once."""
     columns = (
-        Column("law"),
-        Column("gain down to", digits=2),
-        Column("up to", digits=3),
-        Column("phase", "deg", digits=3),
-        Column("delay", "ms", digits=2),
-        Column("disk margin", digits=3),
-        Column("all gains from", digits=2),
-        Column("to", digits=3),
-        Column("all phases", "deg", digits=3),
+        wb.document.Column("law"),
+        wb.document.Column("gain down to", digits=2),
+        wb.document.Column("up to", digits=3),
+        wb.document.Column("phase", "deg", digits=3),
+        wb.document.Column("delay", "ms", digits=2),
+        wb.document.Column("disk margin", digits=3),
+        wb.document.Column("all gains from", digits=2),
+        wb.document.Column("to", digits=3),
+        wb.document.Column("all phases", "deg", digits=3),
     )
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for name, rest in loops.items():
         if rest.disk is None:
             rows.append((name, *(8 * (None,))))
@@ -292,4 +286,4 @@ def margins_table(loops: dict[str, AtRest]) -> Table:
         gains, phase = [m.gain for m in rest.channels], min(m.phase for m in rest.channels)
         ends = max(low for low, _ in gains), min(high for _, high in gains)
         rows.append((name, *ends, phase, rest.delay, rest.disk.alpha, *rest.disk.gain, rest.disk.phase))
-    return Table("margins", "Margins at the torque, as in the table before.", columns, tuple(rows))
+    return wb.document.Table("margins", "Margins at the torque, as in the table before.", columns, tuple(rows))

@@ -3,28 +3,28 @@
 Runs in about 15 seconds on two cores.
 """
 
-from studies.a1_paper_tables.study import comparison
+import workbench as wb
 from studies.a5_linear_analysis import pages
 from studies.a5_linear_analysis.findings import answer, findings, rest_points
 from studies.a5_linear_analysis.pages import SEED
-from workbench.study import Page, Results, Section, Study
+from studies.paper.comparison import comparison
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The whole page."""
-    return Page(
+    return wb.Page(
         answer=answer(results),
         findings=findings(results),
         sections=(
-            Section("Along the path", (pages.along_path(results), pages.path_table(results))),
-            Section("Frequency responses at rest", (pages.responses_figure(results),)),
-            Section("The arm by itself", (rest_points(results), *pages.arm_blocks(results))),
+            wb.Section("Along the path", (pages.along_path(results), pages.path_table(results))),
+            wb.Section("Frequency responses at rest", (pages.responses_figure(results),)),
+            wb.Section("The arm by itself", (rest_points(results), *pages.arm_blocks(results))),
             pages.at_rest_section(results),
         ),
     )
 
 
-study = Study(
+study = wb.Study(
     name="a5_linear_analysis",
     title="Linear analysis of the arm and of seven laws",
     question=(

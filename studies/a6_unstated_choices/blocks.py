@@ -10,18 +10,11 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
+import workbench as wb
 from studies.paper.printed_arm import PrintedArm
-from workbench.arms.arm_ports import AbstractArmController, AbstractArmObserver
-from workbench.arms.dynamics import AbstractArm, solve_definite
-from workbench.arms.laws.sliding_surface import AbstractSlidingMode, matrices, saturation
-from workbench.arms.observers import Luenberger
-from workbench.blocks.loop import AbstractReference, Parts
-from workbench.blocks.signals import Sines, SquareWave
-from workbench.core import Entry, Layout, Signals, block, initial, parameter
-from workbench.core.block import Matrix, Scalar, Vector
 
 
-def chosen(reading: Scalar, *parts: ca.SX) -> ca.SX:
+def chosen(reading: wb.core.Scalar, *parts: ca.SX) -> ca.SX:
     """The part whose place, counted from 0, is the number `reading`."""
     one = parts[-1]
     for place in reversed(range(len(parts) - 1)):
@@ -29,13 +22,13 @@ def chosen(reading: Scalar, *parts: ca.SX) -> ca.SX:
     return one
 
 
-@block
-class EitherArm(AbstractArm):
+@wb.block
+class EitherArm(wb.arms.AbstractArm):
     """The arm with (3) repaired where `misprint` is 0, and as printed where it is 1."""
 
-    repaired: AbstractArm
+    repaired: wb.arms.AbstractArm
     printed: PrintedArm
-    misprint: Scalar = parameter(default=0.0, unit="", low=0, high=1)
+    misprint: wb.core.Scalar = wb.parameter(default=0.0, unit="", low=0, high=1)
 
     @property
     def dof(self) -> int:
@@ -52,8 +45,8 @@ class EitherArm(AbstractArm):
         return self.repaired.gravity_vector(q)
 
 
-@block
-class EitherObserver(AbstractArmObserver):
+@wb.block
+class EitherObserver(wb.arms.AbstractArmObserver):
     """Positions and velocities as measured where `inside` is 0, those of `state` where it is 1; D_hat by `d_hat`:
 
     eta' = -l (eta - D),    z' = eta,    D_hat = 0, eta or z where `d_hat` is 0, 1 or 2
@@ -64,36 +57,36 @@ class EitherObserver(AbstractArmObserver):
     uses_truth: ClassVar[bool] = True
     measured: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
 
-    state: Luenberger
-    l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
-    inside: Scalar = parameter(default=1.0, unit="", low=0, high=1)
-    d_hat: Scalar = parameter(default=0.0, unit="", low=0, high=2)
-    limit: Vector | None = parameter(default=None, unit="N m", low=0, strict=True, shape=("n",))
+    state: wb.arms.observers.Luenberger
+    l: wb.core.Scalar = wb.parameter(unit="1/s", low=0, strict=True, symbol="l")
+    inside: wb.core.Scalar = wb.parameter(default=1.0, unit="", low=0, high=1)
+    d_hat: wb.core.Scalar = wb.parameter(default=0.0, unit="", low=0, high=2)
+    limit: wb.core.Vector | None = wb.parameter(default=None, unit="N m", low=0, strict=True, shape=("n",))
 
     @property
-    def model(self) -> AbstractArm:
+    def model(self) -> wb.arms.AbstractArm:
         return self.state.model
 
     @property
-    def memory(self) -> Layout:
+    def memory(self) -> wb.Layout:
         """That of the observer of the state, eta and its integral."""
         zero = np.zeros(self.dof)
-        return self.state.memory + Layout((Entry("eta", zero, "N m"), Entry("z", zero, "N m s")))
+        return self.state.memory + wb.Layout((wb.core.Entry("eta", zero, "N m"), wb.core.Entry("z", zero, "N m s")))
 
-    def estimate(self, t: ca.SX, z: Parts, y: Signals) -> Signals:
+    def estimate(self, t: ca.SX, z: wb.loop.Parts, y: wb.Signals) -> wb.Signals:
         seen = self.state.estimate(t, z, y)
         d = chosen(self.d_hat, ca.SX.zeros(self.dof), z["eta"], z["z"])
-        return Signals(q=chosen(self.inside, y.q, seen.q), qd=chosen(self.inside, y.qd, seen.qd), d=d)
+        return wb.Signals(q=chosen(self.inside, y.q, seen.q), qd=chosen(self.inside, y.qd, seen.qd), d=d)
 
-    def rate(self, t: ca.SX, z: Parts, y: Signals, est: Signals, u: Signals) -> Parts:
+    def rate(self, t: ca.SX, z: wb.loop.Parts, y: wb.Signals, est: wb.Signals, u: wb.Signals) -> wb.loop.Parts:
         """(10), which sees its own estimates, and (24)."""
         if self.limit is not None:
-            u = Signals(u | {"tau": ca.fmin(ca.fmax(u.tau, -self.limit), self.limit)})
+            u = wb.Signals(u | {"tau": ca.fmin(ca.fmax(u.tau, -self.limit), self.limit)})
         return {**self.state.rate(t, z, y, est, u), "eta": -self.l * (z["eta"] - y.d), "z": z["eta"]}
 
 
-@block
-class EitherAosmcRgs(AbstractSlidingMode):
+@wb.block
+class EitherAosmcRgs(wb.arms.laws.AbstractSlidingMode):
     """AOSMC-RGS in every reading, equations (25) to (34) as `AosmcRgs` has them:
 
     K' = P s sign(s), and -P s sign(s) where `minus` is 1                                            (33)
@@ -103,38 +96,39 @@ class EitherAosmcRgs(AbstractSlidingMode):
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
 
-    model: AbstractArm
-    Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
-    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
-    K: Matrix = initial(unit="N m", shape=("n", "n"), symbol="K")
-    P: Matrix = initial(unit="N m/rad", shape=("n", "n"), symbol="P")
-    Q: Scalar = parameter(unit="N m/(rad s)", low=0, symbol="Q")
-    R: Scalar = parameter(unit="N m/(rad s)", low=0, strict=True, symbol="R")
-    minus: Scalar = parameter(default=0.0, unit="", low=0, high=1)
-    shape: Scalar = parameter(default=0.0, unit="", low=0, high=3)
-    printed: Scalar = parameter(default=0.0, unit="", low=0, high=1)
+    model: wb.arms.AbstractArm
+    Lambda: wb.core.Vector = wb.parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
+    phi: wb.core.Scalar = wb.parameter(unit="rad/s", low=0, strict=True, symbol="phi")
+    K: wb.core.Matrix = wb.initial(unit="N m", shape=("n", "n"), symbol="K")
+    P: wb.core.Matrix = wb.initial(unit="N m/rad", shape=("n", "n"), symbol="P")
+    Q: wb.core.Scalar = wb.parameter(unit="N m/(rad s)", low=0, symbol="Q")
+    R: wb.core.Scalar = wb.parameter(unit="N m/(rad s)", low=0, strict=True, symbol="R")
+    minus: wb.core.Scalar = wb.parameter(default=0.0, unit="", low=0, high=1)
+    shape: wb.core.Scalar = wb.parameter(default=0.0, unit="", low=0, high=3)
+    printed: wb.core.Scalar = wb.parameter(default=0.0, unit="", low=0, high=1)
 
-    def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
+    def torque(self, t: ca.SX, z: wb.loop.Parts, est: wb.Signals, ref: wb.Signals) -> ca.SX:
         """(27) to (29)."""
-        M, C, G = matrices(self.model, est)
+        M, C = self.model.mass_matrix(est.q), self.model.coriolis_matrix(est.q, est.qd)
+        G = self.model.gravity_vector(est.q)
         _, _, s, qd_r, qdd_r = self._sliding(est, ref)
         qd, qdd = chosen(self.printed, qd_r, ref.qd), chosen(self.printed, qdd_r, ref.qdd)
-        return M @ qdd + C @ qd + G + est.d - z["K"] @ saturation(s, self.phi, "clip")
+        return ca.SX(M @ qdd + C @ qd + G + est.d - z["K"] @ ca.fmax(ca.fmin(s / self.phi, 1), -1))
 
-    def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
+    def rate(self, t: ca.SX, z: wb.loop.Parts, est: wb.Signals, ref: wb.Signals) -> wb.loop.Parts:
         """(33) and (34), with Q and R that number times I."""
         s, K, P, n = self._sliding(est, ref).s, z["K"], z["P"], self.dof
         Ps, size = P @ s, ca.fabs(s)
         growth = chosen(self.shape, Ps @ ca.sign(s).T, ca.diag(Ps * ca.sign(s)), P @ ca.diag(size), P * ca.sum1(size))
-        A, B = -solve_definite(self.model.mass_matrix(est.q), K), ca.diag(self.Lambda)
+        A, B = -wb.arms.solve_definite(self.model.mass_matrix(est.q), K), ca.diag(self.Lambda)
         return {
             "K": chosen(self.minus, growth, -growth),
             "P": A.T @ P + P @ A - P @ B @ B.T @ P / self.R + self.Q * ca.SX.eye(n),
         }
 
 
-@block
-class PlacedPid(AbstractArmController):
+@wb.block
+class PlacedPid(wb.arms.AbstractArmController):
     """PID with a triple pole at -p_i for each joint by itself, and with the weight of `model` where `lifted` is 1:
 
         Kp = 3 p^2 J,   Ki = p^3 J,   Kd = 3 p J
@@ -147,42 +141,42 @@ class PlacedPid(AbstractArmController):
         (n,), p and J.
     """
 
-    model: AbstractArm
-    poles: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="p")
-    inertia: Vector = parameter(unit="kg m^2", low=0, strict=True, shape=("n",), symbol="J")
-    lifted: Scalar = parameter(default=0.0, unit="", low=0, high=1)
-    limit: Vector | None = parameter(default=None, unit="N m", low=0, strict=True, shape=("n",))
-    integral: Vector = initial(default=0.0, unit="rad s", shape=("n",))
+    model: wb.arms.AbstractArm
+    poles: wb.core.Vector = wb.parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="p")
+    inertia: wb.core.Vector = wb.parameter(unit="kg m^2", low=0, strict=True, shape=("n",), symbol="J")
+    lifted: wb.core.Scalar = wb.parameter(default=0.0, unit="", low=0, high=1)
+    limit: wb.core.Vector | None = wb.parameter(default=None, unit="N m", low=0, strict=True, shape=("n",))
+    integral: wb.core.Vector = wb.initial(default=0.0, unit="rad s", shape=("n",))
 
-    def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
+    def torque(self, t: ca.SX, z: wb.loop.Parts, est: wb.Signals, ref: wb.Signals) -> ca.SX:
         """Feedback, and the weight where it is lifted."""
         p, J = self.poles, self.inertia
         feedback = 3 * p**2 * J * (est.q - ref.q) + p**3 * J * z["integral"] + 3 * p * J * (est.qd - ref.qd)
-        return self.lifted * self.model.gravity_vector(est.q) - feedback
+        return ca.SX(self.lifted * self.model.gravity_vector(est.q) - feedback)
 
-    def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
+    def rate(self, t: ca.SX, z: wb.loop.Parts, est: wb.Signals, ref: wb.Signals) -> wb.loop.Parts:
         e = est.q - ref.q
         if self.limit is None:
             return {"integral": e}
         return {"integral": ca.if_else(ca.fabs(self.torque(t, z, est, ref)) > self.limit, 0, e)}
 
 
-@block
-class EitherReference(AbstractReference):
+@wb.block
+class EitherReference(wb.Reference):
     """The path of the first scenario where `jumps` is 0, that of the second where it is 1."""
 
-    sines: Sines
-    square: SquareWave
-    jumps: Scalar = parameter(default=0.0, unit="", low=0, high=1)
+    sines: wb.Sines
+    square: wb.SquareWave
+    jumps: wb.core.Scalar = wb.parameter(default=0.0, unit="", low=0, high=1)
 
     @property
-    def says(self) -> Layout:
+    def says(self) -> wb.Layout:
         return self.sines.says
 
     @property
     def primary(self) -> tuple[str, ...]:
         return self.sines.primary
 
-    def at(self, t: ca.SX) -> Signals:
+    def at(self, t: ca.SX) -> wb.Signals:
         square = self.square.at(t)
-        return Signals({name: chosen(self.jumps, part, square[name]) for name, part in self.sines.at(t).items()})
+        return wb.Signals({name: chosen(self.jumps, part, square[name]) for name, part in self.sines.at(t).items()})

@@ -5,26 +5,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+import workbench as wb
 from studies.a6_unstated_choices.draws import PAIRED, drawn, margin, named
 from studies.a6_unstated_choices.loops import NAMES, PROPOSED, SCENARIOS
 from studies.a6_unstated_choices.scope import CHOSEN, GIVEN, UNTRIED
 from studies.a6_unstated_choices.shares import COLUMNS
 from studies.paper.card import LAWS
-from workbench.report.pictures import sobol_bars
-from workbench.study.document.document import Column, Figure, Table
-from workbench.study.document.finding import Finding, Variation
-from workbench.study.study import Results
-from workbench.study.uncertainty import Estimate, SobolIndices, sobol
 
 SHOWN = 8  # factors of a figure
 LISTED = 3  # factors of a column in the table
 UNCLEAR = "none"
 
 
-def indices(results: Results) -> SobolIndices:
+def indices(results: wb.Results) -> wb.uncertainty.SobolIndices:
     """Of the margin of the proposed law in each column, which a run that diverged has too: every draw counts."""
     margins = np.concatenate([margin(drawn(results, "paired", scenario)) for scenario in SCENARIOS], axis=1)
-    return sobol(PAIRED, margins, list(COLUMNS.values()), factors=NAMES)
+    return wb.sobol(PAIRED, margins, list(COLUMNS.values()), factors=NAMES)
 
 
 @dataclass(frozen=True)
@@ -39,7 +35,7 @@ class Part:
         return f"{self.factor} ({self.ST:.2f} \N{PLUS-MINUS SIGN} {self.half:.2f})"
 
 
-def largest(every: SobolIndices) -> dict[str, tuple[Part, ...]]:
+def largest(every: wb.uncertainty.SobolIndices) -> dict[str, tuple[Part, ...]]:
     """The factors with the largest ST in each column that has indices."""
     found = {}
     for name in every.names:
@@ -56,7 +52,7 @@ def decider(parts: tuple[Part, ...]) -> str:
     return first.factor if first.ST - first.half > second.ST + second.half else UNCLEAR
 
 
-def deciding_finding(every: SobolIndices) -> Finding:
+def deciding_finding(every: wb.uncertainty.SobolIndices) -> wb.Finding:
     """The number that decides who wins, where one has an index above all others."""
     top = largest(every)
     by = {name: decider(top[name]) if name in top else UNCLEAR for name in every.names}
@@ -64,7 +60,7 @@ def deciding_finding(every: SobolIndices) -> Finding:
     same = set(by.values())
     answer = same.pop() if len(same) == 1 else UNCLEAR
     listed = "; ".join(f"{name}: {factor}" for name, factor in clear.items())
-    return Finding(
+    return wb.Finding(
         name="deciding",
         statement=f"In {len(clear)} of {len(COLUMNS)} columns one unstated number or reading decides more than any "
         f"other how {PROPOSED} stands beside its best rival{': ' + answer if answer != UNCLEAR else ''}.",
@@ -78,7 +74,7 @@ def deciding_finding(every: SobolIndices) -> Finding:
         given=GIVEN,
         chosen=CHOSEN,
         answer=answer,
-        variations=tuple(Variation(name, factor, _detail(top, name)) for name, factor in by.items()),
+        variations=tuple(wb.Variation(name, factor, _detail(top, name)) for name, factor in by.items()),
         untried=f"the other three priors; a torque limit; {UNTRIED}",
         settled=bool(clear),
     )
@@ -88,23 +84,25 @@ def _detail(top: Mapping[str, tuple[Part, ...]], name: str) -> str:
     return " against ".join(map(str, top[name][:2])) if name in top else "no index: the margin does not vary"
 
 
-def deciding_table(every: SobolIndices) -> Table:
+def deciding_table(every: wb.uncertainty.SobolIndices) -> wb.document.Table:
     """The largest indices of each column."""
     top = largest(every)
     rows = tuple((name, *map(str, parts), decider(parts)) for name, parts in top.items())
     heads = ("column", "largest ST", "second", "third", "above all others")
     caption = f"The numbers and readings with the largest total Sobol index of the margin of {PROPOSED}."
-    return Table("indices", caption, tuple(map(Column, heads)), rows, ("With the half width of its interval.",))
+    return wb.document.Table(
+        "indices", caption, tuple(map(wb.document.Column, heads)), rows, ("With the half width of its interval.",)
+    )
 
 
-def deciding_figure(results: Results, every: SobolIndices) -> Figure:
+def deciding_figure(results: wb.Results, every: wb.uncertainty.SobolIndices) -> wb.document.Figure:
     """The indices of the factors with the largest ST in any column."""
     runs = sum(len(results.sample(named("paired", law, scenario))) for law in LAWS for scenario in SCENARIOS)
     known = [name not in every.refused for name in every.names]
     order = np.sort(np.argsort(-every.ST.value[known].max(axis=0), kind="stable")[:SHOWN])
-    S1, ST = (Estimate(part.value[:, order], part.half[:, order]) for part in (every.S1, every.ST))
+    S1, ST = (wb.uncertainty.Estimate(part.value[:, order], part.half[:, order]) for part in (every.S1, every.ST))
     few = replace(every, factors=tuple(every.factors[i] for i in order), S1=S1, ST=ST)
-    return sobol_bars(
+    return wb.sobol_bars(
         "deciding_indices",
         f"Sobol indices of the margin of {PROPOSED}: the {SHOWN} numbers with the largest ST.",
         few,

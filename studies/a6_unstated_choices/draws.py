@@ -6,6 +6,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+import workbench as wb
 from studies.a6_unstated_choices.loops import (
     HORIZONS,
     LONGEST,
@@ -23,25 +24,21 @@ from studies.a6_unstated_choices.loops import (
     slug,
 )
 from studies.paper.card import LAWS
-from workbench.arms.peak_torque import peak_torque
-from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.distributions import LogUniform, Uniform
-from workbench.engine.factors import Factor
-from workbench.study.contract import Run, Sweep
-from workbench.study.sample import Sample
-from workbench.study.study import Results
-from workbench.study.uncertainty import Listed, MonteCarlo, SobolDesign
 
 Scale: TypeAlias = Literal["linear", "log"]
 LIMIT = 100.0, 50.0  # N m, of either joint
-RANDOM = MonteCarlo(len(NAMES), 512, seed=6)
-LIMITED = MonteCarlo(len(NAMES), 256, seed=6)  # the first draws of RANDOM
-PAIRED = SobolDesign(len(NAMES), 64, seed=6)
-DESIGNS: Mapping[str, MonteCarlo | SobolDesign] = {"random": RANDOM, "limited": LIMITED, "paired": PAIRED}
+RANDOM = wb.uncertainty.MonteCarlo(len(NAMES), 512, seed=6)
+LIMITED = wb.uncertainty.MonteCarlo(len(NAMES), 256, seed=6)  # the first draws of RANDOM
+PAIRED = wb.SobolDesign(len(NAMES), 64, seed=6)
+DESIGNS: Mapping[str, wb.uncertainty.MonteCarlo | wb.SobolDesign] = {
+    "random": RANDOM,
+    "limited": LIMITED,
+    "paired": PAIRED,
+}
 HALVED = {PROPOSED: 4}  # one draw of so many is run at half of the step too
 HALVED_OF_RIVALS = 32
 PEAKED = 10.0  # s, in which the peak torque of PID is taken: its largest is at the start or at a jump
-RANGES = {"linear": Uniform, "log": LogUniform}
+RANGES = {"linear": wb.Uniform, "log": wb.LogUniform}
 
 
 @dataclass(frozen=True)
@@ -55,19 +52,19 @@ class Prior:
         """Those of a law's own numbers and, where there is one, of the square wave."""
         return (self.ours if law == PROPOSED else self.rest, *((self.rest,) if scenario == "SS" else ()))
 
-    def factors(self, law: str, scenario: str) -> tuple[Factor, ...]:
+    def factors(self, law: str, scenario: str) -> tuple[wb.Factor, ...]:
         """The open numbers of a law and a scenario, spread on these scales."""
         own, *square = self.scales(law, scenario)
         return tuple(on_scale(factor, square[0] if factor in SQUARE else own) for factor in factors_of(law, scenario))
 
-    def horizons_of(self, kind: str, scenario: str) -> Integers:
+    def horizons_of(self, kind: str, scenario: str) -> wb.core.Integers:
         """The horizon of each draw of a design in whole seconds, (N,)."""
         return self.horizons(DESIGNS[kind].points()[:, NAMES.index(HORIZONS[scenario])])
 
-    def horizons(self, u: Array) -> Integers:
+    def horizons(self, u: wb.Array) -> wb.core.Integers:
         """Whole seconds for numbers (N,) from 0 to 1."""
         spread = RANGES[self.rest](SHORTEST, LONGEST + 1)
-        return np.minimum(spread.quantile(u).astype(int), LONGEST)
+        return np.asarray(np.minimum(spread.quantile(u).astype(int), LONGEST))
 
 
 # Logarithmic is what the card knows by its order of magnitude only: Q, R and l of the proposed law.
@@ -80,7 +77,7 @@ PRIORS: Mapping[str, Prior] = {
 }
 
 
-def on_scale(factor: Factor, scale: Scale) -> Factor:
+def on_scale(factor: wb.Factor, scale: Scale) -> wb.Factor:
     """The factor drawn evenly on a scale; a reading has none, and a range from 0 on no logarithmic one."""
     spread = factor.distribution
     if isinstance(spread, Reading) or spread.low <= 0:
@@ -93,30 +90,30 @@ def named(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> str:
     return slug(kind, law, scenario, *prior.scales(law, scenario))
 
 
-def part(kind: str, factors: Sequence[Factor]) -> tuple[Listed, Integers]:
+def part(kind: str, factors: Sequence[wb.Factor]) -> tuple[wb.uncertainty.Listed, wb.core.Integers]:
     """The points of a design of all that is open that differ in some factors, and which of them stands at each (N,)."""
     columns = [NAMES.index(factor.name) for factor in factors]
     points, places = np.unique(DESIGNS[kind].points()[:, columns], axis=0, return_inverse=True)
-    return Listed(points), places.ravel()
+    return wb.uncertainty.Listed(points), places.ravel()
 
 
-def draws(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sweep:
+def draws(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> wb.Sweep:
     """A law in a scenario, over all that they leave open: the same points of the unit cube for every prior."""
     factors = prior.factors(law, scenario)
     one = loop(law, scenario, LIMIT if kind == "limited" else None)
-    run = Run(relayed(law, one), (RMSE,), LONGEST, every=1.0, h=STEPS[law])
+    run = wb.Run(relayed(law, one), (RMSE,), LONGEST, every=1.0, h=STEPS[law])
     halved = HALVED.get(law, HALVED_OF_RIVALS) if kind == "random" else None
-    return Sweep(named(kind, law, scenario, prior), run, factors, part(kind, factors)[0], halved=halved)
+    return wb.Sweep(named(kind, law, scenario, prior), run, factors, part(kind, factors)[0], halved=halved)
 
 
-def peaks(scenario: str) -> Sweep:
+def peaks(scenario: str) -> wb.Sweep:
     """PID in a scenario over the draws of the prior of the card, for its peak torque."""
     factors = OF_CARD.factors(PID, scenario)
-    run = Run(loop(PID, scenario), (peak_torque(),), PEAKED, h=STEPS[PID])
-    return Sweep(slug("peaks", scenario), run, factors, part("random", factors)[0], halved=None)
+    run = wb.Run(loop(PID, scenario), (wb.arms.peak_torque(),), PEAKED, h=STEPS[PID])
+    return wb.Sweep(slug("peaks", scenario), run, factors, part("random", factors)[0], halved=None)
 
 
-def at_draws(results: Results, kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sample:
+def at_draws(results: wb.Results, kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> wb.study.Sample:
     """The runs of a law in a scenario, one a point of the whole design."""
     sample, (_, places) = results.sample(named(kind, law, scenario, prior)), part(kind, factors_of(law, scenario))
     found = sample.measurement.only(np.empty(0, dtype=int))  # without errors
@@ -126,7 +123,7 @@ def at_draws(results: Results, kind: str, law: str, scenario: str, prior: Prior 
     )
 
 
-def drawn(results: Results, kind: str, scenario: str, prior: Prior = OF_CARD) -> dict[str, Array]:
+def drawn(results: wb.Results, kind: str, scenario: str, prior: Prior = OF_CARD) -> dict[str, wb.Array]:
     """RMSE (N, 2) by law, in rad, over the same N draws of a scenario, each at its own horizon; NaN where a run
     diverged before it.
     """
@@ -139,7 +136,7 @@ def drawn(results: Results, kind: str, scenario: str, prior: Prior = OF_CARD) ->
     return rmse
 
 
-def margin(rmse: Mapping[str, Array]) -> Array:
+def margin(rmse: Mapping[str, wb.Array]) -> wb.Array:
     """The RMSE of the proposed law as a share of its sum with that of the best rival, (N, 2).
 
     Below 1/2 the proposed law is first; 1 where it diverged.

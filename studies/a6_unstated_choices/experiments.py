@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+import workbench as wb
+from studies.a6_unstated_choices.blocks import EitherObserver, EitherReference
 from studies.a6_unstated_choices.fits import (
     EVALUATIONS,
     EVERY,
@@ -36,14 +38,6 @@ from studies.a6_unstated_choices.loops import (
     slug,
 )
 from studies.paper.card import LAWS
-from workbench.blocks.loop import ClosedLoop
-from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.factors import Factor
-from workbench.study.contract import Run, Sweep
-from workbench.study.sample import Sample
-from workbench.study.study import Results
-from workbench.study.tuning import Trial, Tuned, Tuning
-from workbench.study.uncertainty import Listed
 
 COMMON = (18, 22, 26)  # s, the horizons at which the rows of the first scenario are sought
 OF_COMMON, COMMON_POPULATION = 864, 24  # choices of each search; 288 find four rows of six
@@ -64,20 +58,22 @@ class OneRow:
     scenario: str
     horizon: float
 
-    def __call__(self, samples: Mapping[str, Sample]) -> Array:
+    def __call__(self, samples: Mapping[str, wb.study.Sample]) -> wb.Array:
         sample = samples[self.scenario.lower()]
         at = int(np.argmin(np.abs(sample.t - self.horizon)))
         return misses(self.law, self.scenario, sample.values[:, at])
 
 
-def common_search(law: str, horizon: int) -> Tuning:
+def common_search(law: str, horizon: int) -> wb.tuning.Tuning:
     """The search for the row of a law in the first scenario at one horizon in s."""
-    run = Run(relayed(law, loop(law, "FS")), (RMSE,), horizon, EVERY["FS"], STEPS[law])
+    run = wb.Run(relayed(law, loop(law, "FS")), (RMSE,), horizon, EVERY["FS"], STEPS[law])
     name, sought = slug("common", law, str(horizon)), factors_of(law, "FS")
-    return Tuning(name, (Trial("fs", run),), sought, OneRow(law, "FS", horizon), OF_COMMON, COMMON_POPULATION, (SEED,))
+    return wb.tuning.Tuning(
+        name, (wb.tuning.Trial("fs", run),), sought, OneRow(law, "FS", horizon), OF_COMMON, COMMON_POPULATION, (SEED,)
+    )
 
 
-def common_horizon(tuned: Mapping[str, Tuned]) -> tuple[int, float]:
+def common_horizon(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[int, float]:
     """The searches, and a horizon in s within them, at which the farthest of the six laws is nearest to its row."""
     best: list[tuple[float, int, float]] = []
     for searched in COMMON:
@@ -91,7 +87,7 @@ def common_horizon(tuned: Mapping[str, Tuned]) -> tuple[int, float]:
     return searched, horizon
 
 
-def common_points(law: str, tuned: Mapping[str, Tuned]) -> tuple[Tuned, Integers, float]:
+def common_points(law: str, tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[wb.tuning.Tuned, wb.core.Integers, float]:
     """The nearest points of a law at the one horizon, the search that has them, and the horizon in s."""
     searched, horizon = common_horizon(tuned)
     one = tuned[slug("common", law, str(searched))]
@@ -100,39 +96,43 @@ def common_points(law: str, tuned: Mapping[str, Tuned]) -> tuple[Tuned, Integers
     return one, np.argsort(size, kind="stable")[:COMMON_AGAIN], horizon
 
 
-def common_check(law: str, tuned: Mapping[str, Tuned]) -> Sweep:
+def common_check(law: str, tuned: Mapping[str, wb.tuning.Tuned]) -> wb.Sweep:
     """The nearest points of a law at the one horizon again, with the boundary layer of the paper, at a fine step."""
     one, places, horizon = common_points(law, tuned)
-    run = Run(loop(law, "FS"), (RMSE,), until(horizon), FINE_TIMES, FINE)
-    return Sweep(slug("common_check", law), run, factors_of(law, "FS"), Listed(one.points[places]), halved=1)
+    run = wb.Run(loop(law, "FS"), (RMSE,), until(horizon), FINE_TIMES, FINE)
+    return wb.Sweep(
+        slug("common_check", law), run, factors_of(law, "FS"), wb.uncertainty.Listed(one.points[places]), halved=1
+    )
 
 
-def own(law: str) -> tuple[Factor, ...]:
+def own(law: str) -> tuple[wb.Factor, ...]:
     """The open numbers of a law beside the one experiment, in which the rivals that switch read observer (10)."""
     return tuple(factor for factor in factors_of(law, "SS") if factor not in (*SQUARE, MEASURED))
 
 
-def shared_loop(law: str) -> ClosedLoop:
+def shared_loop(law: str) -> wb.ClosedLoop:
     one = loop(law, "SS")
-    square = replace(one.reference.square, amplitude=np.array(AMPLITUDES), frequency=FREQUENCY)
-    inside = 1.0 if MEASURED in factors_of(law, "SS") and law != PID else one.observer.inside
-    reference, observer = replace(one.reference, square=square), replace(one.observer, inside=inside)
-    return replace(one, reference=reference, observer=observer)
+    reference, observer = one.reference, one.observer
+    if not (isinstance(reference, EitherReference) and isinstance(observer, EitherObserver)):
+        raise TypeError("A loop of a6 must hold both references and both observers.")
+    square = replace(reference.square, amplitude=np.array(AMPLITUDES), frequency=FREQUENCY)
+    inside = 1.0 if MEASURED in factors_of(law, "SS") and law != PID else observer.inside
+    return replace(one, reference=replace(reference, square=square), observer=replace(observer, inside=inside))
 
 
-def shared_search(law: str) -> Tuning:
+def shared_search(law: str) -> wb.tuning.Tuning:
     """The search for the numbers and readings of a law in the one experiment."""
     h = OUR_STEP if law == PROPOSED else STEPS[law]
-    trial = Trial("ss", Run(relayed(law, shared_loop(law)), (RMSE,), UNTIL, EVERY["SS"], h))
+    trial = wb.tuning.Trial("ss", wb.Run(relayed(law, shared_loop(law)), (RMSE,), UNTIL, EVERY["SS"], h))
     objective = OneRow(law, "SS", HORIZON)
-    return Tuning(slug("shared", law), (trial,), own(law), objective, EVALUATIONS, POPULATION // 2, (SEED,))
+    return wb.tuning.Tuning(slug("shared", law), (trial,), own(law), objective, EVALUATIONS, POPULATION // 2, (SEED,))
 
 
-def shared_check(law: str, tuned: Tuned) -> Sweep:
+def shared_check(law: str, tuned: wb.tuning.Tuned) -> wb.Sweep:
     """The nearest points again, with the boundary layer of the paper, at a fine step and at half of it."""
-    design = Listed(tuned.points[np.argsort(tuned.objectives, kind="stable")[:SHARED_AGAIN]])
-    run = Run(shared_loop(law), (RMSE,), UNTIL, FINE_TIMES, FINE)
-    return Sweep(slug("shared_check", law), run, own(law), design, halved=1)
+    design = wb.uncertainty.Listed(tuned.points[np.argsort(tuned.objectives, kind="stable")[:SHARED_AGAIN]])
+    run = wb.Run(shared_loop(law), (RMSE,), UNTIL, FINE_TIMES, FINE)
+    return wb.Sweep(slug("shared_check", law), run, own(law), design, halved=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,19 +144,21 @@ class Experiment:
     numbers: Mapping[str, str]
 
 
-def shared(results: Results) -> Experiment:
+def shared(results: wb.Results) -> Experiment:
     """The nearest to the rows of all six laws in the second scenario at once, the error by the step added."""
     factors = {law: own(law) for law in LAWS}
     return _experiment("SS", {law: results.sample(slug("shared_check", law)) for law in LAWS}, factors)
 
 
-def common(results: Results) -> Experiment:
+def common(results: wb.Results) -> Experiment:
     """The nearest to the rows of all six laws in the first scenario at once, the error by the step added."""
     factors = {law: factors_of(law, "FS") for law in LAWS}
     return _experiment("FS", {law: results.sample(slug("common_check", law)) for law in LAWS}, factors)
 
 
-def _experiment(scenario: str, samples: Mapping[str, Sample], factors: Mapping[str, tuple[Factor, ...]]) -> Experiment:
+def _experiment(
+    scenario: str, samples: Mapping[str, wb.study.Sample], factors: Mapping[str, tuple[wb.Factor, ...]]
+) -> Experiment:
     every = {law: checked_misses(law, scenario, sample) for law, sample in samples.items()}
     at = int(np.argmin(np.max([size.min(axis=0) for size in every.values()], axis=0)))
     best = {law: int(np.argmin(size[:, at])) for law, size in every.items()}

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+import workbench as wb
 from studies.a6_unstated_choices import experiments, fits, rows
 from studies.a6_unstated_choices.experiments import COMMON, Experiment
 from studies.a6_unstated_choices.fits import CLOSE, Fit, horizons, misses
@@ -12,9 +13,6 @@ from studies.a6_unstated_choices.rows import MINUS, PLUS, TWO, Row
 from studies.a6_unstated_choices.scope import OMITTED, REST
 from studies.paper.card import LAWS
 from studies.paper.unstated import assumptions
-from workbench.core.validation.refusals import Array
-from workbench.study.document.finding import Finding, Variation
-from workbench.study.study import Results
 
 MET, MISSED = "met", "not met"
 ROW = f"the printed row of {PROPOSED} in the first scenario"
@@ -39,20 +37,20 @@ def share_of(miss: float) -> str:
     return f"{100 * miss:.2g} %" if np.isfinite(miss) else "no finite run"
 
 
-def fit_words(law: str, target: str, numbers: Array) -> str:
+def fit_words(law: str, target: str, numbers: wb.Array) -> str:
     """The numbers of a fit in words, less those of the square wave where the target is of the first scenario."""
     factors = factors_of(law, "FS" if target.startswith("FS") else "SS")
     return in_words(factors, numbers[: len(factors)])
 
 
-def row_finding(results: Results, every: Sequence[Row]) -> Finding:
+def row_finding(results: wb.Results, every: Sequence[Row]) -> wb.Finding:
     """The signs of (33) that meet the printed row of the proposed law in the first scenario."""
     near = {sign: min((row for row in every if row.sign == sign), key=lambda row: row.fit.miss) for sign in rows.FIXED}
     count = {sign: sum(row.met for row in every if row.sign == sign) for sign in rows.FIXED}
     signs = [sign for sign in (PLUS, MINUS) if near[sign].met or (sign == MINUS and near[TWO].met)]
     two = near[TWO]
     shapes = len(every) // len(rows.FIXED)
-    return Finding(
+    return wb.Finding(
         name="row_of_fs",
         statement=_row_statement(signs),
         evidence=f"With a plus {count[PLUS]} of {shapes} shapes of (33) meet it, with the minus {count[MINUS]}. With "
@@ -83,11 +81,11 @@ def _row_statement(signs: Sequence[str]) -> str:
     return f"No choice of the searches meets {ROW} within {100 * CLOSE:g} %."
 
 
-def row_variations(results: Results, every: Sequence[Row]) -> Iterator[Variation]:
+def row_variations(results: wb.Results, every: Sequence[Row]) -> Iterator[wb.Variation]:
     """The answer for each sign and shape, and for each sign with horizons that a shorter run has."""
     for row in every:
         detail = f"{share_of(row.fit.miss)} at {row.fit.horizon['FS']:.1f} s"
-        yield Variation(f"{row.sign}, {row.shape}", met_words(row.fit.miss), detail)
+        yield wb.Variation(f"{row.sign}, {row.shape}", met_words(row.fit.miss), detail)
     for sign in rows.FIXED:
         samples = [results.tuned(rows.named(sign, row.shape)).samples["fs"] for row in every if row.sign == sign]
         least = np.inf
@@ -95,12 +93,12 @@ def row_variations(results: Results, every: Sequence[Row]) -> Iterator[Variation
             t, rmse = horizons(sample)
             least = min(least, float(misses(PROPOSED, "FS", rmse[:, t <= SHORT + 1e-9]).min()))
         words = f"{sign}, horizons up to {SHORT:g} s, at the step of the search"
-        yield Variation(words, met_words(least), share_of(least))
+        yield wb.Variation(words, met_words(least), share_of(least))
 
 
 def tables_finding(
-    results: Results, met: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
-) -> Finding:
+    results: wb.Results, met: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
+) -> wb.Finding:
     """The rows that one experiment for all laws gives in each scenario, and the other sets of cells that are met."""
     counts = [sum(miss <= CLOSE for miss in one.miss.values()) for one in (first, second)]
     farthest = [max(one.miss, key=one.miss.__getitem__) for one in (first, second)]
@@ -109,7 +107,7 @@ def tables_finding(
         f"{100 * (now / then - 1):+.1f} %"
         for now, then in zip(experiments.AMPLITUDES, experiments.BY_HAND, strict=True)
     )
-    return Finding(
+    return wb.Finding(
         name="printed_tables",
         statement=f"One experiment for each scenario gives {sum(counts)} of the {2 * len(LAWS)} printed rows within "
         f"{100 * CLOSE:g} %.",
@@ -138,8 +136,8 @@ def tables_finding(
 
 
 def tables_variations(
-    results: Results, met: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
-) -> Iterator[Variation]:
+    results: wb.Results, met: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
+) -> Iterator[wb.Variation]:
     """The answer for parts of the tables, with horizons and gains of their own, and at each horizon searched."""
     both = {law: max(first.miss[law], second.miss[law]) for law in LAWS}
     groups = {"the first scenario alone": first.miss, "the second scenario alone": second.miss}
@@ -154,12 +152,12 @@ def tables_variations(
     groups["each of the 24 cells by itself"] = {law: max(cells[law, t] for t in fits.CELLS) for law in LAWS}
     for words, misses_of in groups.items():
         law = max(misses_of, key=misses_of.__getitem__)
-        yield Variation(words, met_words(misses_of[law]), f"{law} is the farthest, {share_of(misses_of[law])}")
+        yield wb.Variation(words, met_words(misses_of[law]), f"{law} is the farthest, {share_of(misses_of[law])}")
     for horizon in COMMON:
         worst = 0.0
         for law in LAWS:
             sample = results.tuned(slug("common", law, str(horizon))).samples["fs"]
             worst = max(worst, float(misses(law, "FS", sample.values[:, -1]).min()))
-        yield Variation(
+        yield wb.Variation(
             f"the first scenario at {horizon} s, at the step of the search", met_words(worst), share_of(worst)
         )

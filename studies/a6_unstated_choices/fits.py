@@ -6,6 +6,7 @@ from functools import reduce
 
 import numpy as np
 
+import workbench as wb
 from studies.a6_unstated_choices.draws import at_draws
 from studies.a6_unstated_choices.loops import (
     LONGEST,
@@ -20,12 +21,6 @@ from studies.a6_unstated_choices.loops import (
     slug,
 )
 from studies.paper.card import CARD, PUBLISHED
-from workbench.core.validation.refusals import Array, Integers
-from workbench.study.contract import Run, Sweep
-from workbench.study.sample import Sample
-from workbench.study.study import Results
-from workbench.study.tuning import Trial, Tuned, Tuning
-from workbench.study.uncertainty import Listed
 
 CLOSE = 0.01
 AGAIN = 3  # points that are run again for a target, the nearest, and as many from all of the search
@@ -46,7 +41,7 @@ TARGETS: Mapping[str, Mapping[str, tuple[int, ...]]] = {
 CELLS = tuple(TARGETS)[:4]
 
 
-def horizons(sample: Sample) -> tuple[Array, Array]:
+def horizons(sample: wb.study.Sample) -> tuple[wb.Array, wb.Array]:
     """Horizons (H,) every `FINE_TIMES` from the shortest to the end of the runs, and RMSE (N, H, 2) there.
 
     Between the times of the sample the sum of squares is taken to grow by straight lines.
@@ -56,10 +51,10 @@ def horizons(sample: Sample) -> tuple[Array, Array]:
     share = ((t - sample.t[right - 1]) / (sample.t[right] - sample.t[right - 1]))[:, np.newaxis]
     sums = sample.values**2 * (sample.t + SAMPLE)[:, np.newaxis]
     between = sums[:, right - 1] * (1 - share) + sums[:, right] * share
-    return t, np.asarray(np.sqrt(between / (t + SAMPLE)[:, np.newaxis]))
+    return np.asarray(t, dtype=float), np.asarray(np.sqrt(between / (t + SAMPLE)[:, np.newaxis]))
 
 
-def misses(law: str, scenario: str, rmse: Array, joints: Sequence[int] = (1, 2)) -> Array:
+def misses(law: str, scenario: str, rmse: wb.Array, joints: Sequence[int] = (1, 2)) -> wb.Array:
     """The largest part by which RMSE (..., 2) is off the printed cells of some joints; infinite for a run that
     diverged.
     """
@@ -68,7 +63,7 @@ def misses(law: str, scenario: str, rmse: Array, joints: Sequence[int] = (1, 2))
     return np.where(np.isnan(size), np.inf, size)
 
 
-def nearest(law: str, target: str, samples: Mapping[str, Sample]) -> Array:
+def nearest(law: str, target: str, samples: Mapping[str, wb.study.Sample]) -> wb.Array:
     """The miss (N,) of the cells of a target, each scenario at its best horizon, from its runs by scenario."""
     parts = [
         misses(law, scenario, horizons(samples[scenario])[1], joints).min(axis=1)
@@ -77,7 +72,7 @@ def nearest(law: str, target: str, samples: Mapping[str, Sample]) -> Array:
     return np.asarray(np.max(parts, axis=0))
 
 
-def best_horizons(law: str, target: str, scenario: str, sample: Sample) -> Array:
+def best_horizons(law: str, target: str, scenario: str, sample: wb.study.Sample) -> wb.Array:
     """The horizon (N,) in s at which each run comes nearest to the cells of a target in a scenario."""
     t, rmse = horizons(sample)
     return np.asarray(t[misses(law, scenario, rmse, TARGETS[target][scenario]).argmin(axis=1)])
@@ -88,7 +83,7 @@ def until(longest: float) -> float:
     return min(float(np.ceil(longest)) + SPARE, LONGEST)
 
 
-def checked_misses(law: str, scenario: str, sample: Sample, joints: Sequence[int] = (1, 2)) -> Array:
+def checked_misses(law: str, scenario: str, sample: wb.study.Sample, joints: Sequence[int] = (1, 2)) -> wb.Array:
     """The misses (N, T) of runs that were all looked at, their errors by the step added; infinite before the
     shortest horizon.
     """
@@ -102,27 +97,29 @@ class BothRows:
 
     law: str
 
-    def __call__(self, samples: Mapping[str, Sample]) -> Array:
+    def __call__(self, samples: Mapping[str, wb.study.Sample]) -> wb.Array:
         return np.asarray(sum(nearest(self.law, scenario, by_scenario(samples)) for scenario in SCENARIOS))
 
 
-def by_scenario(samples: Mapping[str, Sample]) -> dict[str, Sample]:
+def by_scenario(samples: Mapping[str, wb.study.Sample]) -> dict[str, wb.study.Sample]:
     return {scenario: samples[scenario.lower()] for scenario in SCENARIOS}
 
 
-def trial(law: str, scenario: str) -> Trial:
-    run = Run(relayed(law, loop(law, scenario)), (RMSE,), SEARCHED, EVERY[scenario], STEPS[law])
-    return Trial(scenario.lower(), run)
+def trial(law: str, scenario: str) -> wb.tuning.Trial:
+    run = wb.Run(relayed(law, loop(law, scenario)), (RMSE,), SEARCHED, EVERY[scenario], STEPS[law])
+    return wb.tuning.Trial(scenario.lower(), run)
 
 
-def search(law: str) -> Tuning:
+def search(law: str) -> wb.tuning.Tuning:
     """The search for the numbers and readings of a law: one set of gains for both scenarios."""
     trials = tuple(trial(law, scenario) for scenario in SCENARIOS)
     seeds = SEEDS.get(law, (SEED,))
-    return Tuning(slug("search", law), trials, factors_of(law, "SS"), BothRows(law), EVALUATIONS, POPULATION, seeds)
+    return wb.tuning.Tuning(
+        slug("search", law), trials, factors_of(law, "SS"), BothRows(law), EVALUATIONS, POPULATION, seeds
+    )
 
 
-def checked(law: str, tuned: Tuned, scenario: str) -> tuple[Integers, float]:
+def checked(law: str, tuned: wb.tuning.Tuned, scenario: str) -> tuple[wb.core.Integers, float]:
     """The points of a search that are run again in a scenario, each once, and the longest of their horizons in s.
 
     Of each target these are the nearest, and some from the whole course of the search that are near: the nearest are
@@ -141,35 +138,37 @@ def checked(law: str, tuned: Tuned, scenario: str) -> tuple[Integers, float]:
     return np.unique(places), longest
 
 
-def check(law: str, tuned: Tuned, scenario: str) -> Sweep:
+def check(law: str, tuned: wb.tuning.Tuned, scenario: str) -> wb.Sweep:
     """The nearest points again, with the boundary layer of the paper, at a fine step and at half of it."""
     places, longest = checked(law, tuned, scenario)
-    design = Listed(tuned.points[places])
-    run = Run(loop(law, scenario), (RMSE,), until(longest), FINE_TIMES, FINE)
-    return Sweep(slug("check", law, scenario), run, factors_of(law, "SS"), design, halved=1)
+    design = wb.uncertainty.Listed(tuned.points[places])
+    run = wb.Run(loop(law, scenario), (RMSE,), until(longest), FINE_TIMES, FINE)
+    return wb.Sweep(slug("check", law, scenario), run, factors_of(law, "SS"), design, halved=1)
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
     """The nearest to a target, by runs at a fine step."""
 
-    numbers: Array  # the value of each factor, in the order of `factors_of`
+    numbers: wb.Array  # the value of each factor, in the order of `factors_of`
     horizon: Mapping[str, float]  # by scenario, in s
-    values: Mapping[str, Array]  # by scenario: RMSE (2,) in rad
-    errors: Mapping[str, Array]  # its error by the step
+    values: Mapping[str, wb.Array]  # by scenario: RMSE (2,) in rad
+    errors: Mapping[str, wb.Array]  # its error by the step
     miss: float  # the largest of the cells, with the error added
     of_draws: int  # how many of the independent draws come within 1 % at their steps
     of_search: int  # and of the points of the search
 
 
-def fits_of(results: Results, law: str) -> dict[str, Fit]:
+def fits_of(results: wb.Results, law: str) -> dict[str, Fit]:
     """The nearest to each target of a law."""
     tuned = results.tuned(slug("search", law))
     again = {scenario: checked(law, tuned, scenario)[0] for scenario in SCENARIOS}
     return {target: fit(results, law, target, tuned, again) for target in TARGETS}
 
 
-def fit(results: Results, law: str, target: str, tuned: Tuned, again: Mapping[str, Integers]) -> Fit:
+def fit(
+    results: wb.Results, law: str, target: str, tuned: wb.tuning.Tuned, again: Mapping[str, wb.core.Integers]
+) -> Fit:
     """The best of the points that were run `again` in the scenarios of a target, each scenario at its best horizon."""
     random = {scenario: at_draws(results, "random", law, scenario) for scenario in SCENARIOS}
     places = reduce(np.intersect1d, (again[scenario] for scenario in TARGETS[target]))

@@ -1,21 +1,14 @@
 """Each law of the tables as a loop, with the numbers and readings that the paper leaves open as its factors."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+import workbench as wb
 from studies.a6_unstated_choices.blocks import EitherAosmcRgs, EitherArm, EitherObserver, EitherReference, PlacedPid
 from studies.paper.card import CARD, INERTIA, LAWS, POLES
-from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, RIVALS, plant
-from workbench.arms.laws.aosmc_rgs import SHAPES
-from workbench.arms.manipulator import DirectDrive
-from workbench.arms.observers import Luenberger
-from workbench.blocks.loop import AbstractController, ClosedLoop, DigitalLoop
-from workbench.core.validation.refusals import Array
-from workbench.engine.distributions import AbstractDistribution, LogUniform, Uniform
-from workbench.engine.factors import Factor
-from workbench.engine.metrics import sampled_rmse
+from studies.paper.laws import ARM, PRINTED_ARM, RIVALS, SINES, SQUARE_WAVE, plant
 
 PROPOSED, PID = "AOSMC-RGS", "PID"
 SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}
@@ -24,26 +17,23 @@ PERIOD = 2e-3  # s
 STIFF = 0.3
 SIGNS = ("plus", "minus")  # the second is printed
 SHORTEST, LONGEST = 5, 60  # s, the horizons that are drawn and searched
-RMSE = sampled_rmse(CARD["sample time of (43)"])
+RMSE = wb.metrics.sampled_rmse(CARD["sample time of (43)"])
 STEPS = {law: 1e-3 if law == PROPOSED else PERIOD for law in LAWS}  # s
 
 
 @dataclass(frozen=True)
-class Reading(AbstractDistribution):
+class Reading(wb.uncertainty.AbstractDistribution):
     """The place, counted from 0, of one of some readings, each as likely as the others, or always that of `only`."""
 
     names: tuple[str, ...]
     only: str | None = None
+    low: float = field(default=0.0, init=False)
+    high: float = field(default=0.0, init=False)
 
-    @property
-    def low(self) -> float:
-        return 0.0
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "high", len(self.names) - 1.0)
 
-    @property
-    def high(self) -> float:
-        return len(self.names) - 1.0
-
-    def _formula(self, u: Array) -> Array:
+    def _formula(self, u: wb.Array) -> wb.Array:
         if self.only is not None:
             return np.full(np.shape(u), float(self.names.index(self.only)))
         return np.minimum(np.floor(np.asarray(u) * len(self.names)), self.high)
@@ -54,16 +44,16 @@ class Reading(AbstractDistribution):
         return f"one of: {', '.join(self.names)}"
 
 
-def _card(name: str, *paths: str, words: str = "", orders: bool = False) -> Factor:
+def _card(name: str, *paths: str, words: str = "", orders: bool = False) -> wb.Factor:
     return replace(next(g for g in CARD if g.name == name).factor(paths, log_scale=orders), name=words or name)
 
 
-def _reading(name: str, names: Sequence[str], *paths: str) -> Factor:
-    return Factor(name, paths, Reading(tuple(names)))
+def _reading(name: str, names: Sequence[str], *paths: str) -> wb.Factor:
+    return wb.Factor(name, paths, Reading(tuple(names)))
 
 
-def _share(name: str, path: str, low: float, high: float) -> Factor:
-    return Factor(name, (path,), Uniform(low, high), share=True)
+def _share(name: str, path: str, low: float, high: float) -> wb.Factor:
+    return wb.Factor(name, (path,), wb.Uniform(low, high), share=True)
 
 
 LEARNING = (_card("ASMC: K(0)", "controller.K", words="K(0)"), _card("ASMC: gamma", "controller.gamma", words="gamma"))
@@ -75,13 +65,13 @@ SQUARE = (
 )
 
 # What the paper leaves open of each law; where two laws have a factor of one name, it is the same number.
-FACTORS: Mapping[str, tuple[Factor, ...]] = {
+FACTORS: Mapping[str, tuple[wb.Factor, ...]] = {
     PROPOSED: (
         _card("Q", "controller.Q", orders=True),
-        Factor("R", ("controller.R",), LogUniform(STIFF, 1000.0)),
+        wb.Factor("R", ("controller.R",), wb.LogUniform(STIFF, 1000.0)),
         _card("l", "observer.l", orders=True),
         _reading("sign of (33)", SIGNS, "controller.minus"),
-        _reading("shape of (33)", list(SHAPES), "controller.shape"),
+        _reading("shape of (33)", list(wb.arms.laws.SHAPES), "controller.shape"),
         _reading("velocity in (28)", ("reference", "printed"), "controller.printed"),
         _reading("D_hat of (24)", ("none", "eta", "its integral"), "observer.d_hat"),
         _reading("observer (10)", ("out", "in"), "observer.inside"),
@@ -120,7 +110,7 @@ FACTORS: Mapping[str, tuple[Factor, ...]] = {
 }
 
 
-def factors_of(law: str, scenario: str) -> tuple[Factor, ...]:
+def factors_of(law: str, scenario: str) -> tuple[wb.Factor, ...]:
     """The open numbers of a law and a scenario, but for the horizon, which needs no run of its own."""
     return FACTORS[law] + (SQUARE if scenario == "SS" else ())
 
@@ -130,7 +120,7 @@ OPEN = dict.fromkeys(factor.name for law in LAWS for factor in factors_of(law, "
 NAMES = (*OPEN, *HORIZONS.values())
 
 
-def in_words(factors: Sequence[Factor], values: Iterable[float]) -> str:
+def in_words(factors: Sequence[wb.Factor], values: Iterable[float]) -> str:
     """Factors with their values."""
     parts = []
     for factor, value in zip(factors, values, strict=True):
@@ -140,17 +130,17 @@ def in_words(factors: Sequence[Factor], values: Iterable[float]) -> str:
     return ", ".join(parts)
 
 
-def loop(law: str, scenario: str, limit: tuple[float, float] | None = None) -> ClosedLoop:
+def loop(law: str, scenario: str, limit: tuple[float, float] | None = None) -> wb.ClosedLoop:
     """A law in a scenario, with all its readings and the boundary layer of the paper.
 
     A drive limits the torques to `limit` in N m, if given, and the observer (10) reads the limited torques.
     """
     ours = law == PROPOSED
     model = EitherArm(ARM, PRINTED_ARM)
-    state = Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
+    state = wb.arms.observers.Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
     observer = EitherObserver(state, CARD["l"], inside=float(ours), d_hat=float(ours))
-    reference = EitherReference(REFERENCES["FS"], REFERENCES["SS"], jumps=float(scenario == "SS"))
-    controller: AbstractController = RIVALS.get(law, RIVALS[PID])
+    reference = EitherReference(SINES, SQUARE_WAVE, jumps=float(scenario == "SS"))
+    controller: wb.Controller = RIVALS.get(law, RIVALS[PID])
     if law == PID:
         controller = PlacedPid(ARM, np.full(2, POLES), INERTIA)
     if ours:
@@ -158,21 +148,21 @@ def loop(law: str, scenario: str, limit: tuple[float, float] | None = None) -> C
         controller = EitherAosmcRgs(model, CARD["Lambda"], CARD["phi"], CARD["K(0)"], CARD["P(0)"], Q=Q, R=R)
     arm = plant(scenario)
     if limit is not None:
-        arm = replace(arm, actuator=DirectDrive(np.array(limit)))
+        arm = replace(arm, actuator=wb.arms.DirectDrive(np.array(limit)))
         observer = replace(observer, limit=np.array(limit))
         if isinstance(controller, PlacedPid):
             controller = replace(controller, limit=np.array(limit))
-    return ClosedLoop(arm, observer, controller, reference)
+    return wb.ClosedLoop(arm, observer, controller, reference)
 
 
-def relayed(law: str, one: ClosedLoop) -> ClosedLoop | DigitalLoop:
+def relayed(law: str, one: wb.ClosedLoop) -> wb.ClosedLoop | wb.DigitalLoop:
     """A loop as searches and draws run it: a rival that switches by a computer, as an implicit relay once in `PERIOD`.
 
     That keeps s as near to zero as the boundary layer does, whatever the gain, at steps at which the layer chatters.
     """
     if law in (PROPOSED, PID):
         return one
-    return DigitalLoop(replace(one, controller=replace(one.controller, saturation="implicit")), PERIOD)
+    return wb.DigitalLoop(replace(one, controller=replace(one.controller, saturation="implicit")), PERIOD)
 
 
 def slug(*words: str) -> str:

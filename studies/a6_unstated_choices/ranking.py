@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
+import workbench as wb
 from studies.a6_unstated_choices.draws import DESIGNS, LIMIT, LIMITED, OF_CARD, PRIORS, RANDOM, drawn, part
 from studies.a6_unstated_choices.loops import MEASURED, NAMES, PID, PROPOSED, factors_of, slug
 from studies.a6_unstated_choices.scope import CHOSEN, GIVEN, UNTRIED
@@ -26,10 +27,6 @@ from studies.a6_unstated_choices.shares import (
     subsets,
 )
 from studies.paper.card import LAWS, PUBLISHED
-from workbench.study.document.finding import Finding, Variation
-from workbench.study.evidence import Ranks, paired, ranks
-from workbench.study.study import Results
-from workbench.study.uncertainty import Share
 
 LIMITS = f"torques limited to {LIMIT[0]:g} and {LIMIT[1]:g} N m"
 SAMPLE = (
@@ -40,15 +37,14 @@ SAMPLE = (
 NONE = "no rival"
 
 
-def percent(part: float) -> str:
-    return f"{100 * part:.0f} %"
+percent = partial(wb.document.percent, decimals=0)
 
 
-def interval(one: Share) -> str:
+def share_words(one: wb.uncertainty.Share) -> str:
     return f"{100 * one.value:.0f} % ({100 * one.low:.0f} to {100 * one.high:.0f})"
 
 
-def ends(shares: Sequence[Share]) -> str:
+def ends(shares: Sequence[wb.uncertainty.Share]) -> str:
     """The least and the largest of some shares."""
     low, high = min(one.value for one in shares), max(one.value for one in shares)
     return percent(low) if percent(low) == percent(high) else f"{100 * low:.0f} to {percent(high)}"
@@ -67,18 +63,18 @@ def groups(every: Cells, again: Mapping[Cell, Rerun]) -> Iterator[tuple[str, Cel
         yield f"the error of the step {words} the RMSE of {PROPOSED}, in the draws that were run again", moved
 
 
-def first_finding(every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> Finding:
+def first_finding(every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> wb.Finding:
     """The share of draws in which the proposed law is first."""
     shares = {cell: counted(draws, Draws.first) for cell, draws in every.items()}
     top = max(shares, key=lambda cell: shares[cell].value)
     answer = answer_of_all(list(shares.values()))
-    return Finding(
+    return wb.Finding(
         name="first",
         statement=f"{PROPOSED} has the smallest RMSE of the six laws in {ends(list(shares.values()))} of the "
         "draws, by column and prior.",
         evidence="The paper prints it first in all four columns. Half of the draws have the minus of (33); with the "
         f"plus alone the share is {ends(_first_with_plus(every))}. "
-        f"The largest share is {interval(shares[top])}, under the {cell_words(top)}. {step_words(again)}",
+        f"The largest share is {share_words(shares[top])}, under the {cell_words(top)}. {step_words(again)}",
         statistic="Share of the draws in which the RMSE (43) of the law is below that of each rival. Answer 'yes' if "
         "it is above one half with its interval, 'no' if below, in all columns under all priors.",
         sample=SAMPLE,
@@ -91,24 +87,24 @@ def first_finding(every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> 
     )
 
 
-def _first_with_plus(every: Cells) -> list[Share]:
+def _first_with_plus(every: Cells) -> list[wb.uncertainty.Share]:
     """The shares of the draws with the plus of (33) in which the proposed law is first."""
     return [counted(draws.reading("sign of (33)", "plus"), Draws.first) for draws in every.values()]
 
 
-def first_variations(every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> Iterator[Variation]:
+def first_variations(every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> Iterator[wb.Variation]:
     """The answer in each column under each prior, with limited torques, without a rival, and of each group."""
     for words, some in (("", every), (f", {LIMITS}", limited)):
         for cell, draws in some.items():
             one = counted(draws, Draws.first)
-            yield Variation(cell_words(cell) + words, answer_of(one), interval(one))
+            yield wb.Variation(cell_words(cell) + words, answer_of(one), share_words(one))
     parts: list[tuple[str, Cells, Callable[[Draws], np.ndarray]]] = [
         (f"without {rival}", every, partial(Draws.first, without=rival)) for rival in RIVALS
     ]
     parts += [(words, some, Draws.first) for words, some in groups(every, again)]
     for words, some, flags in parts:
         shares = [counted(draws, flags) for draws in some.values()]
-        yield Variation(words, answer_of_all(shares), ends(shares))
+        yield wb.Variation(words, answer_of_all(shares), ends(shares))
 
 
 def beaten(some: Mapping[Cell, Draws]) -> str:
@@ -121,14 +117,14 @@ def beaten(some: Mapping[Cell, Draws]) -> str:
     return ", ".join(sure) or NONE
 
 
-def below_finding(results: Results, every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> Finding:
+def below_finding(results: wb.Results, every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> wb.Finding:
     """The rivals below which the proposed law is in most draws, by column and prior."""
     answer = beaten(every)
     of_plus, of_minus = (
         {cell: draws.reading("sign of (33)", sign) for cell, draws in every.items()} for sign in ("plus", "minus")
     )
     most_of_minus = max(share.value for rival in RIVALS for share in shares_of(of_minus, rival))
-    return Finding(
+    return wb.Finding(
         name="below_rivals",
         statement=f"{'No rival' if answer == NONE else answer + ' alone'} has a larger RMSE than {PROPOSED} in most "
         f"draws, in any column or under any prior{_with_plus(beaten(of_plus))}.",
@@ -145,16 +141,16 @@ def below_finding(results: Results, every: Cells, limited: Cells, again: Mapping
     )
 
 
-def below_variations(every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> Iterator[Variation]:
+def below_variations(every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> Iterator[wb.Variation]:
     """The rivals below which the law is in most draws in each column under each prior, and of each group."""
     for words, some in (("", every), (f", {LIMITS}", limited)):
         for cell, draws in some.items():
-            yield Variation(cell_words(cell) + words, beaten({cell: draws}))
+            yield wb.Variation(cell_words(cell) + words, beaten({cell: draws}))
     for words, some in groups(every, again):
-        yield Variation(words, beaten(some))
+        yield wb.Variation(words, beaten(some))
 
 
-def shares_of(some: Cells, rival: str | None, column: tuple[str, int] | None = None) -> list[Share]:
+def shares_of(some: Cells, rival: str | None, column: tuple[str, int] | None = None) -> list[wb.uncertainty.Share]:
     """The shares of draws with the law below a rival, or first, under each prior, in one column or in all."""
     flags = Draws.first if rival is None else partial(Draws.below, rival=rival)
     return [counted(draws, flags) for (_, at), draws in some.items() if column in (None, at)]
@@ -169,7 +165,7 @@ def _with_plus(rivals: str) -> str:
     return "" if rivals == NONE else f"; with the plus of (33) alone, {rivals} somewhere"
 
 
-def pid_words(results: Results) -> str:
+def pid_words(results: wb.Results) -> str:
     """The median peak torque of PID, and its median RMSE without and with a limit: exact readings, prior of the card.
 
     A peak that is not finite belongs to a run that diverged, and counts as larger than any other.
@@ -197,18 +193,18 @@ def step_words(again: Mapping[Cell, Rerun]) -> str:
     )
 
 
-def ranked(every: Cells) -> dict[tuple[str, int], Ranks]:
+def ranked(every: Cells) -> dict[tuple[str, int], wb.evidence.Ranks]:
     """The ranks of the laws in all columns under the prior of the card."""
     name = next(iter(PRIORS))
     found = {}
     for column in COLUMNS:
         rmse = every[name, column].rmse
         values = {law: np.where(np.isinf(rmse[:, i]), np.nan, rmse[:, i]) for i, law in enumerate(LAWS)}
-        found[column] = ranks(paired(values, metric="RMSE (43)", unit="rad"), TOGETHER)
+        found[column] = wb.evidence.ranks(wb.evidence.paired(values, metric="RMSE (43)", unit="rad"), TOGETHER)
     return found
 
 
-def printed_words(columns: Mapping[tuple[str, int], Ranks]) -> str:
+def printed_words(columns: Mapping[tuple[str, int], wb.evidence.Ranks]) -> str:
     """The share of draws in which laws come in their printed order, two at a time and all six."""
     likely, whole = 0, 0.0
     for column, one in columns.items():

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+import workbench as wb
 from studies.a6_unstated_choices.fits import (
     CLOSE,
     EVERY,
@@ -17,14 +18,6 @@ from studies.a6_unstated_choices.fits import (
     until,
 )
 from studies.a6_unstated_choices.loops import LONGEST, PROPOSED, RMSE, STEPS, Reading, factors_of, in_words, loop, slug
-from workbench.arms.laws.aosmc_rgs import SHAPES
-from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.factors import Factor
-from workbench.study.contract import Run, Sweep
-from workbench.study.sample import Sample
-from workbench.study.study import Results
-from workbench.study.tuning import Trial, Tuned, Tuning
-from workbench.study.uncertainty import Listed
 
 PLUS, MINUS, TWO = "plus", "minus", "minus, two repairs"
 PRINTED = {  # the reading that the paper prints
@@ -43,22 +36,22 @@ FIXED: Mapping[str, Mapping[str, str]] = {
 EVALUATIONS = {PLUS: 336, MINUS: 336, TWO: 192}
 POPULATION, SEED = 24, 0
 AGAIN = 2  # points of a search that are run again, the nearest
-CASES = tuple((sign, shape) for sign in FIXED for shape in SHAPES)
+CASES = tuple((sign, shape) for sign in FIXED for shape in wb.arms.laws.SHAPES)
 
 
 @dataclass(frozen=True)
 class AnyHorizon:
     """The larger miss of the two cells of the row, at the best horizon of each run."""
 
-    def __call__(self, samples: Mapping[str, Sample]) -> Array:
+    def __call__(self, samples: Mapping[str, wb.study.Sample]) -> wb.Array:
         return nearest(PROPOSED, "FS", {"FS": samples["fs"]})
 
 
-def factors(sign: str, shape: str) -> tuple[Factor, ...]:
+def factors(sign: str, shape: str) -> tuple[wb.Factor, ...]:
     """The open numbers of the law, with the readings of a search as constants."""
     fixed = {**FIXED[sign], "shape of (33)": shape}
 
-    def narrowed(factor: Factor) -> Factor:
+    def narrowed(factor: wb.Factor) -> wb.Factor:
         spread = factor.distribution
         if not isinstance(spread, Reading) or factor.name not in fixed:
             return factor
@@ -71,25 +64,25 @@ def named(sign: str, shape: str) -> str:
     return slug("row", *sign.replace(",", "").split(), shape)
 
 
-def search(sign: str, shape: str) -> Tuning:
+def search(sign: str, shape: str) -> wb.tuning.Tuning:
     """The search for the numbers, and for the readings that are left."""
-    trial = Trial("fs", Run(loop(PROPOSED, "FS"), (RMSE,), LONGEST, EVERY["FS"], STEPS[PROPOSED]))
+    trial = wb.tuning.Trial("fs", wb.Run(loop(PROPOSED, "FS"), (RMSE,), LONGEST, EVERY["FS"], STEPS[PROPOSED]))
     sought = factors(sign, shape)
-    return Tuning(named(sign, shape), (trial,), sought, AnyHorizon(), EVALUATIONS[sign], POPULATION, (SEED,))
+    return wb.tuning.Tuning(named(sign, shape), (trial,), sought, AnyHorizon(), EVALUATIONS[sign], POPULATION, (SEED,))
 
 
-def checked(tuned: Tuned) -> Integers:
+def checked(tuned: wb.tuning.Tuned) -> wb.core.Integers:
     """The points of a search that are run again."""
     return np.argsort(nearest(PROPOSED, "FS", {"FS": tuned.samples["fs"]}), kind="stable")[:AGAIN]
 
 
-def place_of(factor: Factor, point: float, number: float) -> float:
+def place_of(factor: wb.Factor, point: float, number: float) -> float:
     """The coordinate of a number in the unit cube in which every reading is free."""
     spread = factor.distribution
     return (number + 0.5) / len(spread.names) if isinstance(spread, Reading) else point
 
 
-def check(tuned: Mapping[str, Tuned]) -> Sweep:
+def check(tuned: Mapping[str, wb.tuning.Tuned]) -> wb.Sweep:
     """The nearest points of all searches again, at a fine step and at half of it."""
     open_numbers, points, longest = factors_of(PROPOSED, "FS"), [], 0.0
     for case in CASES:
@@ -100,8 +93,8 @@ def check(tuned: Mapping[str, Tuned]) -> Sweep:
         for row in rows:
             each = zip(open_numbers, one.points[row], one.numbers[row], strict=True)
             points.append([place_of(*part) for part in each])
-    run = Run(loop(PROPOSED, "FS"), (RMSE,), until(longest), FINE_TIMES, FINE)
-    return Sweep("check_rows", run, open_numbers, Listed(np.array(points)), halved=1)
+    run = wb.Run(loop(PROPOSED, "FS"), (RMSE,), until(longest), FINE_TIMES, FINE)
+    return wb.Sweep("check_rows", run, open_numbers, wb.uncertainty.Listed(np.array(points)), halved=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +130,7 @@ class Row:
         return in_words(factors_of(PROPOSED, "FS"), self.fit.numbers)
 
 
-def rows_of(results: Results) -> tuple[Row, ...]:
+def rows_of(results: wb.Results) -> tuple[Row, ...]:
     """The nearest of each search, in the order of `CASES`."""
     sample = results.sample("check_rows")
     sizes = checked_misses(PROPOSED, "FS", sample)

@@ -6,13 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
+import workbench as wb
 from studies.a6_unstated_choices.draws import DESIGNS, PRIORS, Prior, drawn, named, part
 from studies.a6_unstated_choices.loops import FACTORS, NAMES, PROPOSED, SCENARIOS, Reading, factors_of
 from studies.paper.card import LAWS
-from workbench.core.validation.refusals import Array, Integers
-from workbench.study.study import Results
-from workbench.study.uncertainty import Share, share
-from workbench.study.uncertainty.outputs import Flags
 
 COLUMNS = {(scenario, joint): f"{scenario}, q{joint}" for scenario in SCENARIOS for joint in (1, 2)}
 SHARES = len(COLUMNS) * len(PRIORS)  # of one question, which a sentence on it rests on together
@@ -33,19 +30,19 @@ Cell = tuple[str, tuple[str, int]]  # the name of a prior, and a column
 class Draws:
     """RMSE (N, 6) of the laws in the draws of a column under a prior; infinite where a run diverged."""
 
-    rmse: Array
-    points: Array  # (N, d), in the unit cube, in the order of `NAMES`
+    rmse: wb.Array
+    points: wb.Array  # (N, d), in the unit cube, in the order of `NAMES`
 
-    def first(self, without: str | None = None) -> Flags:
+    def first(self, without: str | None = None) -> wb.uncertainty.Flags:
         """True in a draw in which the proposed law is below all its rivals, or all but one."""
         kept = [i for i, law in enumerate(RIVALS, 1) if law != without]
         return np.asarray(self.rmse[:, 0] < self.rmse[:, kept].min(axis=1))
 
-    def below(self, rival: str) -> Flags:
+    def below(self, rival: str) -> wb.uncertainty.Flags:
         """True in a draw in which the proposed law is below a rival."""
         return np.asarray(self.rmse[:, 0] < self.rmse[:, LAWS.index(rival)])
 
-    def only(self, rows: Integers | Flags) -> "Draws":
+    def only(self, rows: wb.core.Integers | wb.uncertainty.Flags) -> "Draws":
         return Draws(self.rmse[rows], self.points[rows])
 
     def reading(self, name: str, value: str) -> "Draws":
@@ -58,7 +55,7 @@ class Draws:
 Cells = Mapping[Cell, Draws]
 
 
-def cells(results: Results, kind: str = "random") -> dict[Cell, Draws]:
+def cells(results: wb.Results, kind: str = "random") -> dict[Cell, Draws]:
     """The draws of every prior and column."""
     points = DESIGNS[kind].points()
     every: dict[Cell, Draws] = {}
@@ -76,7 +73,7 @@ class Rerun:
     """The draws of a column under a prior in which the proposed law was run at half of the step too."""
 
     draws: Draws
-    errors: Array  # (N,), of the RMSE of the proposed law by the step; infinite where not known
+    errors: wb.Array  # (N,), of the RMSE of the proposed law by the step; infinite where not known
 
     def moved(self, side: int) -> Draws:
         """The draws with the error added to the RMSE of the proposed law, `side` 1, or taken off, `side` -1."""
@@ -86,19 +83,19 @@ class Rerun:
         return Draws(rmse, self.draws.points)
 
     @cached_property
-    def beyond(self) -> Flags:
+    def beyond(self) -> wb.uncertainty.Flags:
         """True where the error is above 1 % of the RMSE."""
         ours = self.draws.rmse[:, 0]
         return np.asarray(np.isfinite(ours) & (self.errors > 0.01 * ours))
 
     @cached_property
-    def undecided(self) -> Flags:
+    def undecided(self) -> wb.uncertainty.Flags:
         """True where a rival is nearer to the proposed law than the error, so that its rank is not known."""
         low, high = (self.moved(side).rmse for side in (-1, 1))
         return np.asarray(((low[:, :1] < low[:, 1:]) != (high[:, :1] < high[:, 1:])).any(axis=1))
 
 
-def reruns(results: Results, every: Cells) -> dict[Cell, Rerun]:
+def reruns(results: wb.Results, every: Cells) -> dict[Cell, Rerun]:
     """The draws that were run at half of the step too, at their own horizons."""
     found = {}
     for (name, (scenario, joint)), draws in every.items():
@@ -108,7 +105,7 @@ def reruns(results: Results, every: Cells) -> dict[Cell, Rerun]:
     return found
 
 
-def _errors(results: Results, scenario: str, prior: Prior) -> tuple[Integers, Array]:
+def _errors(results: wb.Results, scenario: str, prior: Prior) -> tuple[wb.core.Integers, wb.Array]:
     """The numbers (n,) of the draws that were run at half of the step too, and the errors (n, 2) at their horizons."""
     sample = results.sample(named("random", PROPOSED, scenario, prior))
     _, places = part("random", factors_of(PROPOSED, scenario))
@@ -120,16 +117,16 @@ def _errors(results: Results, scenario: str, prior: Prior) -> tuple[Integers, Ar
     return rows, np.where(np.isnan(errors), np.inf, errors)
 
 
-def counted(draws: Draws, flags: Callable[[Draws], Flags]) -> Share:
-    return share(flags(draws), TOGETHER)
+def counted(draws: Draws, flags: Callable[[Draws], wb.uncertainty.Flags]) -> wb.uncertainty.Share:
+    return wb.uncertainty.share(flags(draws), TOGETHER)
 
 
-def answer_of(one: Share) -> str:
+def answer_of(one: wb.uncertainty.Share) -> str:
     """The answer of most draws by a share: yes, no, or undecided where its interval has one half in it."""
     return YES if one.low > 0.5 else NO if one.high < 0.5 else UNDECIDED
 
 
-def answer_of_all(shares: Sequence[Share]) -> str:
+def answer_of_all(shares: Sequence[wb.uncertainty.Share]) -> str:
     """The one answer of all shares, or undecided where some are; mixed where some say yes and some no."""
     answers = {answer_of(one) for one in shares}
     if {YES, NO} <= answers:

@@ -5,17 +5,14 @@ Runs in about four minutes on two cores.
 
 from collections.abc import Mapping, Sequence
 
+import workbench as wb
 from studies.a6_unstated_choices import deciding, draws, experiments, findings, fits, loops, ranking, rows, tables
 from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, slug
 from studies.a6_unstated_choices.shares import Cells, cells, reruns
 from studies.paper.card import LAWS
-from workbench.study.contract import Sweep
-from workbench.study.document.document import Block, Itemize, Page, Paragraph, Section
-from workbench.study.study import Results, Study
-from workbench.study.tuning import Tuned
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     every, limited = cells(results), cells(results, "limited")
     again = reruns(results, every)
     indices, searched = deciding.indices(results), rows.rows_of(results)
@@ -31,24 +28,24 @@ def sections(results: Results) -> Page:
     decides = deciding.deciding_figure(results, indices), deciding.deciding_table(indices)
     nearest = ROWS, tables.nearest_table(searched), tables.rows_table(searched)
     one_experiment = tables.experiment_table("common", first), tables.experiment_table("shared", second)
-    return Page(
+    return wb.Page(
         answer=answer(found),
         findings=found,
         sections=(
-            Section("Who is first", first_blocks(results, every, limited)),
-            Section("What decides", decides),
-            Section("The printed row of AOSMC-RGS", nearest),
-            Section("The printed tables", (*one_experiment, FITTING, tables.together(met), tables.cells_table(met))),
-            Section("The rankings under four priors", (RANKING, tables.priors_table(every))),
-            Section("What is open", (*OPEN, tables.omitted_table(), *map(tables.open_table, LAWS))),
-            Section(
+            wb.Section("Who is first", first_blocks(results, every, limited)),
+            wb.Section("What decides", decides),
+            wb.Section("The printed row of AOSMC-RGS", nearest),
+            wb.Section("The printed tables", (*one_experiment, FITTING, tables.together(met), tables.cells_table(met))),
+            wb.Section("The rankings under four priors", (RANKING, tables.priors_table(every))),
+            wb.Section("What is open", (*OPEN, tables.omitted_table(), *map(tables.open_table, LAWS))),
+            wb.Section(
                 "How far these numbers can be trusted", (TRUST, tables.step_table(again), tables.trust_table(results))
             ),
         ),
     )
 
 
-def nearest_fits(results: Results, searched: Sequence[rows.Row]) -> dict[tuple[str, str], fits.Fit]:
+def nearest_fits(results: wb.Results, searched: Sequence[rows.Row]) -> dict[tuple[str, str], fits.Fit]:
     """The nearest fit of each law to each target; of the proposed law's first row that of the searches for it alone."""
     met = {(law, target): fit for law in LAWS for target, fit in fits.fits_of(results, law).items()}
     best = min((row.fit for row in searched), key=lambda fit: fit.miss)
@@ -57,36 +54,36 @@ def nearest_fits(results: Results, searched: Sequence[rows.Row]) -> dict[tuple[s
     return met
 
 
-def first_blocks(results: Results, every: Cells, limited: Cells) -> tuple[Block, ...]:
+def first_blocks(results: wb.Results, every: Cells, limited: Cells) -> tuple[wb.document.Block, ...]:
     """The ranks, the answer by column, and the torque limit."""
     columns = ranking.ranked(every)
     return (
         tables.ranks_figure(results, columns),
-        Paragraph(ranking.printed_words(columns)),
+        wb.Paragraph(ranking.printed_words(columns)),
         tables.below_table(every, limited),
         tables.limits_table(results),
     )
 
 
-def answer(found: tuple[findings.Finding, ...]) -> str:
+def answer(found: tuple[wb.Finding, ...]) -> str:
     """The answer of the page in one line, from its findings."""
     first, _, _, row, _ = found
     return f"{first.statement} {findings.SHORT_ROW if row.statement == findings.BOTH_SIGNS else row.statement}"
 
 
-ROWS = Paragraph(
+ROWS = wb.Paragraph(
     f"A search for each sign and shape of (33), in the first scenario alone, at any horizon up to {loops.LONGEST} s. "
     "The third group keeps the printed minus, the printed (24) and the observer (10), and repairs (3) and (28) alone. "
     f"The {rows.AGAIN} nearest choices of each search are run again at {1e3 * fits.FINE:.3g} ms and at half of it."
 )
-RANKING = Paragraph(
+RANKING = wb.Paragraph(
     f"Independent draws of everything at once, {draws.RANDOM.runs} for each prior. The six laws of a draw have the "
     "same horizon and the same square wave. A range is no prior: a number can be drawn evenly, or evenly on a "
     f"logarithmic scale. The prior of the card is logarithmic for Q, R and l of {PROPOSED}, which are known by their "
     "order of magnitude. It is linear for all other numbers, and 'exchanged' is the opposite. sigma of RBF-ASMC, whose "
     "range begins at 0, is always drawn evenly. A run that diverged before its horizon is worse than any other."
 )
-FITTING = Paragraph(
+FITTING = wb.Paragraph(
     f"A search for each law looks at {fits.EVALUATIONS} choices by differential evolution (seed {fits.SEED}). It seeks "
     f"one set of gains for both rows of the law, each at its own horizon up to {fits.SEARCHED:g} s. {PROPOSED}, which "
     f"has the most readings, has two searches (seeds {' and '.join(map(str, fits.SEEDS[PROPOSED]))}). The rivals that "
@@ -96,11 +93,11 @@ FITTING = Paragraph(
     "at half of it. Only they are called fits, and the error by the step counts against them."
 )
 OPEN = (
-    Paragraph(
+    wb.Paragraph(
         "The ranges are those of the card of a1, and a number of one name is the same for all laws. The horizon, "
         f"{loops.SHORTEST} to {loops.LONGEST} s, needs no run of its own. Other choices are not varied:"
     ),
-    Itemize(
+    wb.document.Itemize(
         (
             f"R is drawn from {loops.STIFF:g} N m/(rad s) on instead of the card's 0.001. Below, (34) falls from P(0) "
             "so fast, at 720 / R 1/s, that a run at 1 ms diverges by its step alone.",
@@ -109,7 +106,7 @@ OPEN = (
         )
     ),
 )
-TRUST = Paragraph(
+TRUST = wb.Paragraph(
     "The error of the step is twice the largest change of RMSE to half of the step. It is taken over one draw of "
     f"{draws.HALVED[PROPOSED]} of {PROPOSED}, one of {draws.HALVED_OF_RIVALS} of the rivals, and all checks. Of a "
     "rival that switches by a computer it is the error of the motion between two instants. The checks show how far the "
@@ -119,7 +116,7 @@ TRUST = Paragraph(
 )
 
 
-def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
+def sweeps(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[wb.Sweep, ...]:
     """The checks of the searches, and all draws."""
     places = [(law, scenario) for law in LAWS for scenario in SCENARIOS]
     checks = [fits.check(law, tuned[slug("search", law)], scenario) for law, scenario in places]
@@ -137,7 +134,7 @@ def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
     return (rows.check(tuned), *checks, *common, *shared, *once, *paired, *torques)
 
 
-study = Study(
+study = wb.Study(
     name="a6_unstated_choices",
     title="AOSMC-RGS: what is not stated, and what it decides",
     question=(

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+import workbench as wb
 from studies.a6_unstated_choices import fits, loops
 from studies.a6_unstated_choices.draws import LIMIT, LIMITED, OF_CARD, PRIORS, RANDOM, drawn, named
 from studies.a6_unstated_choices.experiments import AMPLITUDES, FREQUENCY, Experiment
@@ -17,19 +18,12 @@ from studies.a6_unstated_choices.scope import OMITTED
 from studies.a6_unstated_choices.shares import COLUMNS, RIVALS, Cell, Cells, Rerun
 from studies.paper import unstated
 from studies.paper.card import LAWS, PUBLISHED
-from workbench.engine.factors import Space
-from workbench.report.pictures import rank_figure
-from workbench.study.document.document import Cell as Entry
-from workbench.study.document.document import Column, Figure, Measured, Table
-from workbench.study.evidence import Ranks
-from workbench.study.study import Results
-from workbench.study.uncertainty import factor_table
 
 Fits = Mapping[tuple[str, str], Fit]  # by law and target
-COUNTED = (Column("of draws", align="right"), Column("of search", align="right"))
+COUNTED = (wb.document.Column("of draws", align="right"), wb.document.Column("of search", align="right"))
 
 
-def ranks_figure(results: Results, columns: Mapping[tuple[str, int], Ranks]) -> Figure:
+def ranks_figure(results: wb.Results, columns: Mapping[tuple[str, int], wb.evidence.Ranks]) -> wb.document.Figure:
     """The ranks of the laws in the four columns, a panel each."""
     lost = sum(int(columns[scenario, 1].paired.failed.sum()) for scenario in SCENARIOS)
     samples = [results.sample(named("random", law, scenario)) for law in LAWS for scenario in SCENARIOS]
@@ -40,17 +34,18 @@ def ranks_figure(results: Results, columns: Mapping[tuple[str, int], Ranks]) -> 
     )
     caption = "How often each law has which rank by RMSE, over all that the paper leaves open."
     one = {
-        column: rank_figure("ranks", caption, dict(zip(LAWS, each.ranks.value, strict=True)), note)
+        column: wb.pictures.rank_figure("ranks", caption, dict(zip(LAWS, each.ranks.value, strict=True)), note)
         for column, each in columns.items()
     }
     panels = tuple(replace(figure.panels[0], title=COLUMNS[column]) for column, figure in one.items())
     first = one["FS", 1]
-    rows = tuple((COLUMNS[column], *row) for column, figure in one.items() for row in figure.numbers.rows)
-    numbers = Table("ranks", caption, (Column("column"), *first.numbers.columns), rows)
+    tables = {column: figure.numbers for column, figure in one.items() if figure.numbers is not None}
+    rows = tuple((COLUMNS[column], *row) for column, table in tables.items() for row in table.rows)
+    numbers = wb.document.Table("ranks", caption, (wb.document.Column("column"), *tables["FS", 1].columns), rows)
     return replace(first, panels=panels, columns=2, numbers=numbers)
 
 
-def below_table(every: Cells, limited: Cells) -> Table:
+def below_table(every: Cells, limited: Cells) -> wb.document.Table:
     """The answer by column: least and largest share under the four priors."""
     rows = []
     for words, some in (("none", every), (f"{LIMIT[0]:g}, {LIMIT[1]:g} N m", limited)):
@@ -58,18 +53,22 @@ def below_table(every: Cells, limited: Cells) -> Table:
             question = "first of six" if rival is None else f"below {rival}"
             shown = (f"{most(some, rival, at)}: {ends(shares_of(some, rival, at))}" for at in COLUMNS)
             rows.append((question, words, *shown))
-    heads = (Column(f"{PROPOSED} is"), Column("torque limit"), *map(Column, COLUMNS.values()))
+    heads = (
+        wb.document.Column(f"{PROPOSED} is"),
+        wb.document.Column("torque limit"),
+        *map(wb.document.Column, COLUMNS.values()),
+    )
     note = (
         "yes, no: the share is above or below one half under all four priors, with its interval; mixed: above under "
         "one and below under another; undecided: an interval has one half in it. Shares: least and largest of four "
         "priors."
     )
-    return Table(
+    return wb.document.Table(
         "below", f"Is {PROPOSED} below the rival in most draws? The answer by column.", heads, tuple(rows), (note,)
     )
 
 
-def priors_table(every: Cells) -> Table:
+def priors_table(every: Cells) -> wb.document.Table:
     """The share of draws with the proposed law below each rival, and first, by column and prior."""
     rows = []
     for rival in (*RIVALS, None):
@@ -80,16 +79,21 @@ def priors_table(every: Cells) -> Table:
                 for one in shares_of(every, rival, column)
             )
             rows.append((words, title, *shown, most(every, rival, column)))
-    return Table(
+    return wb.document.Table(
         "priors",
         f"Share of draws with {PROPOSED} below a rival, or first, under each prior.",
-        (Column("event"), Column("column"), *(Column(name, "%", "right") for name in PRIORS), Column("in most draws")),
+        (
+            wb.document.Column("event"),
+            wb.document.Column("column"),
+            *(wb.document.Column(name, "%", "right") for name in PRIORS),
+            wb.document.Column("in most draws"),
+        ),
         tuple(rows),
         (f"In brackets the interval, see the sample of the first finding. Seed {RANDOM.seed}; no torque limit.",),
     )
 
 
-def limits_table(results: Results) -> Table:
+def limits_table(results: wb.Results) -> wb.document.Table:
     """The median RMSE of each law without and with a limit of the torques, prior of the card."""
     rows = []
     for law in LAWS:
@@ -100,43 +104,55 @@ def limits_table(results: Results) -> Table:
                 median = float(np.median(np.where(np.isnan(values), np.inf, values)))
                 pair.append(f"{median:.3f}" if np.isfinite(median) else "diverged")
             rows.append((law, title, *pair))
-    heads = (Column("law"), Column("column"), Column("no limit", "rad", "right"), Column("limit", "rad", "right"))
+    heads = (
+        wb.document.Column("law"),
+        wb.document.Column("column"),
+        wb.document.Column("no limit", "rad", "right"),
+        wb.document.Column("limit", "rad", "right"),
+    )
     note = f"{LIMITED.runs} draws, prior of the card; limit: {LIMITS}. 'diverged': at least half of the runs diverged."
-    return Table("limits", "Median RMSE without and with a limit of the torques.", heads, tuple(rows), (note,))
+    return wb.document.Table(
+        "limits", "Median RMSE without and with a limit of the torques.", heads, tuple(rows), (note,)
+    )
 
 
-def step_table(again: Mapping[Cell, Rerun]) -> Table:
+def step_table(again: Mapping[Cell, Rerun]) -> wb.document.Table:
     """The draws that were run at half of the step too, by prior and column."""
     rows = []
     for cell, one in again.items():
         prior, column = cell
         rows.append((prior, COLUMNS[column], len(one.errors), int(one.beyond.sum()), int(one.undecided.sum())))
     heads = ("prior", "column", "run again", "moved by over 1 %", "rank not known")
-    columns = tuple(Column(head, align="right" if i > 1 else "left") for i, head in enumerate(heads))
+    columns = tuple(wb.document.Column(head, align="right" if i > 1 else "left") for i, head in enumerate(heads))
     caption = f"The error of the step in the draws of {PROPOSED}, each at its own horizon."
-    return Table(
+    return wb.document.Table(
         "step", caption, columns, tuple(rows), ("Rank not known: a rival is nearer than the error of the step.",)
     )
 
 
-def cells_table(met: Fits) -> Table:
+def cells_table(met: Fits) -> wb.document.Table:
     """The nearest fit of each printed cell by itself."""
-    rows: list[tuple[Entry, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for target in fits.CELLS:
         ((scenario, (joint,)),) = fits.TARGETS[target].items()
         for law in LAWS:
             one, printed = met[law, target], PUBLISHED[scenario, joint].values[law]
             value, error = (float(part[scenario][joint - 1]) for part in (one.values, one.errors))
-            shown: tuple[Entry, ...] = ("diverged", None)
+            shown: tuple[wb.document.Cell, ...] = ("diverged", None)
             if np.isfinite([value, error]).all():
-                shown = (Measured(value, abs(error)), f"{100 * (value / printed - 1):+.2f}")
+                shown = (wb.document.Measured(value, abs(error)), f"{100 * (value / printed - 1):+.2f}")
             horizon = f"{one.horizon[scenario]:.1f}"
             rows.append((target, law, f"{printed:.4f}", *shown, horizon, one.of_draws, one.of_search))
     units = {"printed": "rad", "nearest": "rad", "off": "%", "horizon": "s"}
-    return Table(
+    return wb.document.Table(
         "cells",
         "The 24 printed cells: the nearest fit, its distance, and the number of choices within 1 %.",
-        (Column("cell"), Column("law"), *(Column(name, unit, "right") for name, unit in units.items()), *COUNTED),
+        (
+            wb.document.Column("cell"),
+            wb.document.Column("law"),
+            *(wb.document.Column(name, unit, "right") for name, unit in units.items()),
+            *COUNTED,
+        ),
         tuple(rows),
         (
             f"Of draws: within 1 % at some horizon, of {RANDOM.runs} independent draws of everything. Of search: "
@@ -145,7 +161,7 @@ def cells_table(met: Fits) -> Table:
     )
 
 
-def together(met: Fits) -> Table:
+def together(met: Fits) -> wb.document.Table:
     """The nearest fit of the rows and of all four cells of a law, and the choice that it is made of."""
     rows = []
     for target in ("FS", "SS", "both"):
@@ -154,28 +170,33 @@ def together(met: Fits) -> Table:
             times = " and ".join(f"{T:.1f}" for T in one.horizon.values())
             words = fit_words(law, target, one.numbers)
             rows.append((target, law, f"{100 * one.miss:.2f}", times, one.of_draws, one.of_search, words))
-    heads = (Column("cells"), Column("law"), Column("largest miss", "%", "right"), Column("horizon", "s", "right"))
-    return Table(
+    heads = (
+        wb.document.Column("cells"),
+        wb.document.Column("law"),
+        wb.document.Column("largest miss", "%", "right"),
+        wb.document.Column("horizon", "s", "right"),
+    )
+    return wb.document.Table(
         "together",
         "Cells met by one choice: both joints of a scenario, and all four cells of a law.",
-        (*heads, *COUNTED, Column("numbers and readings")),
+        (*heads, *COUNTED, wb.document.Column("numbers and readings")),
         tuple(rows),
     )
 
 
-def nearest_table(every: Sequence[Row]) -> Table:
+def nearest_table(every: Sequence[Row]) -> wb.document.Table:
     """The nearest miss of each sign and shape of (33)."""
     shapes = list(dict.fromkeys(row.shape for row in every))
     by = {(row.sign, row.shape): row for row in every}
     rows = tuple((sign, *(f"{100 * by[sign, shape].fit.miss:.2g}" for shape in shapes)) for sign in FIXED)
-    heads = (Column("sign of (33)"), *(Column(shape, "%", "right") for shape in shapes))
+    heads = (wb.document.Column("sign of (33)"), *(wb.document.Column(shape, "%", "right") for shape in shapes))
     caption = (
         f"The larger miss of the two printed cells of {PROPOSED} in the first scenario: the nearest by sign and shape."
     )
-    return Table("row_nearest", caption, heads, rows)
+    return wb.document.Table("row_nearest", caption, heads, rows)
 
 
-def rows_table(every: Sequence[Row]) -> Table:
+def rows_table(every: Sequence[Row]) -> wb.document.Table:
     """The nearest choice of each search."""
     rows = tuple(
         (
@@ -190,50 +211,54 @@ def rows_table(every: Sequence[Row]) -> Table:
         for row in every
     )
     heads = (
-        Column("sign"),
-        Column("shape"),
-        Column("miss", "%", "right"),
-        Column("horizon", "s", "right"),
-        Column("not as printed"),
-        Column("within 1 %", align="right"),
-        Column("numbers"),
+        wb.document.Column("sign"),
+        wb.document.Column("shape"),
+        wb.document.Column("miss", "%", "right"),
+        wb.document.Column("horizon", "s", "right"),
+        wb.document.Column("not as printed"),
+        wb.document.Column("within 1 %", align="right"),
+        wb.document.Column("numbers"),
     )
     caption = (
         "The choices of these misses, the readings that are not as printed, and the points of each search within 1 %."
     )
-    return Table("rows", caption, heads, rows)
+    return wb.document.Table("rows", caption, heads, rows)
 
 
-def experiment_table(name: str, one: Experiment) -> Table:
+def experiment_table(name: str, one: Experiment) -> wb.document.Table:
     """The miss of each law in one experiment, and its numbers."""
     wave = f"a1 {AMPLITUDES[0]:g} rad, a2 {AMPLITUDES[1]:g} rad, f {FREQUENCY:g} Hz, horizon {one.horizon:.1f} s"
     caption, note = {
         "common": ("One horizon for all laws in the first scenario.", f"Horizon {one.horizon:.1f} s."),
         "shared": ("One square wave and one horizon for all laws in the second scenario.", f"{wave}."),
     }[name]
-    heads = (Column("law"), Column("larger miss", "%", "right"), Column("numbers and readings"))
+    heads = (
+        wb.document.Column("law"),
+        wb.document.Column("larger miss", "%", "right"),
+        wb.document.Column("numbers and readings"),
+    )
     rows = tuple((law, f"{100 * one.miss[law]:.2g}", one.numbers[law]) for law in LAWS)
-    return Table(name, caption, heads, rows, (note,))
+    return wb.document.Table(name, caption, heads, rows, (note,))
 
 
-def omitted_table() -> Table:
+def omitted_table() -> wb.document.Table:
     """The choices that no factor varies."""
     return unstated.table("omitted", "Choices of a1 that this study does not vary.", OMITTED)
 
 
-def open_table(law: str) -> Table:
+def open_table(law: str) -> wb.document.Table:
     equations = loops.loop(law, "SS").ode()
-    space = Space(loops.factors_of(law, "SS"), equations.parameters, equations.states)
-    return factor_table(
+    space = wb.uncertainty.Space(loops.factors_of(law, "SS"), equations.parameters, equations.states)
+    return wb.uncertainty.factor_table(
         space, slug("open", law), f"What the paper leaves open of {law}; a1, a2 and f in the second scenario."
     )
 
 
-def trust_table(results: Results) -> Table:
+def trust_table(results: wb.Results) -> wb.document.Table:
     rows = []
     for law in LAWS:
         for scenario in SCENARIOS:
             kinds = named("random", law, scenario), slug("check", law, scenario)
             rows.append((scenario, law, *(results.sample(name).note_of("RMSE (43)") for name in kinds)))
-    heads = tuple(map(Column, ("scenario", "law", "draws", "fits")))
-    return Table("steps", "Steps, their errors at 30 s, and runs that diverged.", heads, tuple(rows))
+    heads = tuple(map(wb.document.Column, ("scenario", "law", "draws", "fits")))
+    return wb.document.Table("steps", "Steps, their errors at 30 s, and runs that diverged.", heads, tuple(rows))

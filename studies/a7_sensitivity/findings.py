@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+import workbench as wb
 from studies.a7_sensitivity.late_errors import FEW, INDICES, OURS
 from studies.a7_sensitivity.results import ROBUST, Derivatives, LawResults, interval, leaders, named, narrow, percent
-from studies.a7_sensitivity.sweeps import METRICS, NARROW, OF_LATE, PROPOSED, SPAN, TOLERANCE, UNTIL, group_of, written
-from workbench.study.document.document import Column, Finding, Phrase, Table, Variation
-from workbench.study.uncertainty import Estimate, SobolIndices
+from studies.a7_sensitivity.sweeps import METRICS, NARROW, OF_LATE, PROPOSED, UNTIL
+from studies.paper.factors import SPAN, TOLERANCE, group_of, written
 
 ALIKE = f"{percent(TOLERANCE)} for all numbers"
 
@@ -17,7 +17,7 @@ def answer(laws: Mapping[str, LawResults]) -> str:
     """The numbers that decide about the proposed law, in one line."""
     ours = laws[PROPOSED]
 
-    def both(of: SobolIndices, group: str) -> str:
+    def both(of: wb.uncertainty.SobolIndices, group: str) -> str:
         parts = [of[named("RMSE", joint)].of_group(group) for joint in (0, 1)]
         return " and ".join(percent(float(one.value)) for one in parts)
 
@@ -28,7 +28,7 @@ def answer(laws: Mapping[str, LawResults]) -> str:
     )
 
 
-Totals = list[Estimate]  # of the gains, by joint
+Totals = list[wb.uncertainty.Estimate]  # of the gains, by joint
 
 
 def gains_of(ours: LawResults) -> list[str]:
@@ -36,11 +36,11 @@ def gains_of(ours: LawResults) -> list[str]:
     return [factor for factor in ours.shares.factors if group_of(factor) == "gains"]
 
 
-def totals_of(ours: LawResults, shares: SobolIndices, metric: str) -> Totals:
+def totals_of(ours: LawResults, shares: wb.uncertainty.SobolIndices, metric: str) -> Totals:
     """The total indices of the gains at both joints."""
     places = [shares.factors.index(name) for name in gains_of(ours)]
     every = [shares[named(metric, joint)].ST for joint in (0, 1)]
-    return [Estimate(one.value[places], one.half[places]) for one in every]
+    return [wb.uncertainty.Estimate(one.value[places], one.half[places]) for one in every]
 
 
 def other_totals(ours: LawResults, near: Derivatives, metric: str) -> dict[str, Totals]:
@@ -54,7 +54,7 @@ def other_totals(ours: LawResults, near: Derivatives, metric: str) -> dict[str, 
         ALIKE: totals_of(ours, ours.equal_shares, metric),
         **{
             f"the same range for all numbers, by {words}": [
-                Estimate(of.shares(metric, joint)[places], np.zeros(len(places))) for joint in joints
+                wb.uncertainty.Estimate(of.shares(metric, joint)[places], np.zeros(len(places))) for joint in joints
             ]
             for words, of in slopes.items()
         },
@@ -67,16 +67,18 @@ def other_totals(ours: LawResults, near: Derivatives, metric: str) -> dict[str, 
             f"{metric}, {words}": totals_of(ours, ours.shares_by(metric, change), metric)
             for words, change in ROBUST.items()
         },
-        "the screening's mu* in place of ST": [Estimate(one.value[spots], one.half[spots]) for one in effects],
+        "the screening's mu* in place of ST": [
+            wb.uncertainty.Estimate(one.value[spots], one.half[spots]) for one in effects
+        ],
     }
 
 
-def largest(names: Sequence[str], totals: Estimate) -> str:
+def largest(names: Sequence[str], totals: wb.uncertainty.Estimate) -> str:
     """The largest total indices of some factors."""
     return ", ".join(f"{names[i]} {interval(totals[i])}" for i in np.argsort(-totals.value)[:FEW].tolist())
 
 
-def parts_of(shares: SobolIndices, group: str, metric: str = "RMSE") -> str:
+def parts_of(shares: wb.uncertainty.SobolIndices, group: str, metric: str = "RMSE") -> str:
     """The first-order parts of a group at joints 1 and 2."""
     return " and ".join(interval(shares[named(metric, joint)].of_group(group)) for joint in (0, 1))
 
@@ -87,11 +89,11 @@ def leading_gains(ours: LawResults, totals: Totals) -> str:
     return f"{first} at both joints" if first == second else f"{first} at joint 1 and {second} at joint 2"
 
 
-def deciding_gain(ours: LawResults, near: Derivatives, metric: str = "RMSE") -> Finding:
+def deciding_gain(ours: LawResults, near: Derivatives, metric: str = "RMSE") -> wb.Finding:
     """The gain with the largest total index at each joint, or the gains that the runs do not tell apart."""
     names, totals, others = gains_of(ours), totals_of(ours, ours.shares, metric), other_totals(ours, near, metric)
     (first, second), alike = ([largest(names, one) for one in some] for some in (totals, others[ALIKE]))
-    return Finding(
+    return wb.Finding(
         "deciding_gain",
         f"The gain of {PROPOSED} that decides most about its {metric} is {leading_gains(ours, totals)}, as Q and R "
         f"vary by a factor of {SPAN:g} either way and the other gains by {percent(TOLERANCE)}. With {ALIKE} it is "
@@ -105,7 +107,7 @@ def deciding_gain(ours: LawResults, near: Derivatives, metric: str = "RMSE") -> 
         chosen=f"The ranges: Q and R a factor of {SPAN:g} either way, as the paper does not state them; the gains that "
         "it states 10 %.",
         answer=leading_gains(ours, totals),
-        variations=tuple(Variation(words, leading_gains(ours, one)) for words, one in others.items()),
+        variations=tuple(wb.Variation(words, leading_gains(ours, one)) for words, one in others.items()),
         untried="Ranges as wide as those on the card.",
         settled=narrow(*totals) and all(len(leaders(names, one)) == 1 for one in totals),
     )
@@ -125,15 +127,15 @@ def idle_gains(ours: LawResults, names: tuple[str, ...] = ("phi", "K(0)", "P(0)"
     )
 
 
-def leaders_table(laws: Mapping[str, LawResults]) -> Table:
+def leaders_table(laws: Mapping[str, LawResults]) -> wb.document.Table:
     """The factor with the largest total index, law by law and metric by metric."""
-    return Table(
+    return wb.document.Table(
         "leaders",
         "The factor with the largest total index ST, and its interval of 95 %, which holds by itself. Where the "
         "intervals leave room for others, these follow. Where its own is wider than "
         f"{NARROW:g}, the cell is open. 'model' before a letter: the number in the law's model of the arm. {OF_LATE} "
         "The late TV is that of the same time.",
-        tuple(map(Column, ("law", "metric", "joint 1", "joint 2"))),
+        tuple(map(wb.document.Column, ("law", "metric", "joint 1", "joint 2"))),
         tuple(
             (law, metric.name, *(_leading(one, metric.name, joint) for joint in (0, 1)))
             for law, one in laws.items()
@@ -142,7 +144,7 @@ def leaders_table(laws: Mapping[str, LawResults]) -> Table:
     )
 
 
-def _leading(one: LawResults, metric: str, joint: int) -> Phrase:
+def _leading(one: LawResults, metric: str, joint: int) -> wb.document.Phrase:
     total = one.shares[named(metric, joint)].ST
     first, *others = leaders(one.shares.factors, total)
     top = total[one.shares.factors.index(first)]

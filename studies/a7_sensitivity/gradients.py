@@ -5,11 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import workbench as wb
 from studies.a7_sensitivity.late_errors import FEW
 from studies.a7_sensitivity.results import Derivatives, LawResults, interval, named, narrow
 from studies.a7_sensitivity.sweeps import PROPOSED
-from workbench.study.document.document import Finding, Variation
-from workbench.study.uncertainty import Estimate
 
 NEAR = 0.1  # of a variance: how far a linear share may lie from S1 and still foretell it
 # By the answer for a law at a joint: the sentence that names those with it.
@@ -26,7 +25,7 @@ Pair = tuple[str, int]  # a law and a joint
 class Comparison:
     """The distance of the linear shares of a law from S1 at a joint, and what else decides the answer."""
 
-    far: Estimate
+    far: wb.uncertainty.Estimate
     known: bool  # the intervals of S1 are narrow
     slope: bool  # the gradient is the slope of the runs
 
@@ -44,12 +43,12 @@ class Comparison:
         return interval(self.far, 3) if np.isfinite(self.far.value) else "no gradient"
 
 
-def gap(one: LawResults, near: Derivatives, metric: str, joint: int) -> Estimate:
+def gap(one: LawResults, near: Derivatives, metric: str, joint: int) -> wb.uncertainty.Estimate:
     """The largest distance of a linear share from S1, up to the largest with its interval; NaN without a gradient."""
     first = one.shares[named(metric, joint)].S1
     apart = np.abs(near.shares(metric, joint) - first.value)
     most = apart.max()  # of NumPy, whose largest value is NaN where one is
-    return Estimate(most, (apart + first.half).max() - most)
+    return wb.uncertainty.Estimate(most, (apart + first.half).max() - most)
 
 
 def comparison(one: LawResults, near: Derivatives, metric: str, joint: int, slope: bool | None = None) -> Comparison:
@@ -58,7 +57,7 @@ def comparison(one: LawResults, near: Derivatives, metric: str, joint: int, slop
     return Comparison(gap(one, near, metric, joint), known, near.hold(metric, joint) if slope is None else slope)
 
 
-def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], metric: str = "RMSE") -> Finding:
+def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], metric: str = "RMSE") -> wb.Finding:
     """The derivatives at one point against the indices over the whole range."""
     found = {(law, joint): comparison(laws[law], near[law], metric, joint) for law in near for joint in (0, 1)}
     of = {answer: [pair for pair, one in found.items() if one.answer() == answer] for answer in ANSWERS}
@@ -66,7 +65,7 @@ def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], me
     ours = laws[PROPOSED], near[PROPOSED].of_runs, metric
     by_runs = {joint: comparison(*ours, joint, True) for joint in (0, 1)}
     exceptions = [words.format(pairs_words(of[answer])) for answer, words in ANSWERS.items() if of[answer] and words]
-    return Finding(
+    return wb.Finding(
         "foretold",
         " ".join(
             [
@@ -84,13 +83,15 @@ def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], me
         chosen="The ranges, and the gains of the rivals.",
         answer=found[first].answer(),
         variations=(
-            Variation(f"within {NEAR / 2:g} in place of {NEAR:g}", found[first].answer(NEAR / 2), found[first].words),
+            wb.Variation(
+                f"within {NEAR / 2:g} in place of {NEAR:g}", found[first].answer(NEAR / 2), found[first].words
+            ),
             *(
-                Variation(f"{PROPOSED}, joint {joint + 1}, slopes of runs over 1 %", one.answer(), one.words)
+                wb.Variation(f"{PROPOSED}, joint {joint + 1}, slopes of runs over 1 %", one.answer(), one.words)
                 for joint, one in by_runs.items()
             ),
             *(
-                Variation(f"{law}, joint {joint + 1}", one.answer(), one.words)
+                wb.Variation(f"{law}, joint {joint + 1}", one.answer(), one.words)
                 for (law, joint), one in found.items()
                 if (law, joint) != first
             ),

@@ -4,12 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+import workbench as wb
 from studies.a7_sensitivity.results import ROBUST, LawResults, interval, leaders, named, narrow, percent
 from studies.a7_sensitivity.second_looks import Later, heaviest_run, late_errors_of, redrawn_words
-from studies.a7_sensitivity.sweeps import HELD, LATE, PROPOSED, UNTIL, group_of, written
-from workbench.study.document.document import Cell, Column, Finding, Table, Variation
-from workbench.study.sample import Sample
-from workbench.study.uncertainty import SobolIndices
+from studies.a7_sensitivity.sweeps import HELD, LATE, PROPOSED, UNTIL
+from studies.paper.factors import group_of, written
 
 FEW = 3  # leaders that a cell still names, and runs of a joint in the table
 BODY = "the largest 1 % of the runs lowered to the rest"  # the runs without their tail
@@ -19,10 +18,10 @@ OURS = "The law as repaired in a1. Its observer reads exact positions and is giv
 INDICES = "of a Sobol design with a quadratic control variate, intervals by the jackknife over its scrambles, 95 %"
 
 
-def late_parts(ours: LawResults) -> dict[str, tuple[float, SobolIndices]]:
+def late_parts(ours: LawResults) -> dict[str, tuple[float, wb.uncertainty.SobolIndices]]:
     """An upper bound of the part of the gains in the variance of the late error, as it is and with fewer heavy runs."""
 
-    def bound(shares: SobolIndices) -> float:
+    def bound(shares: wb.uncertainty.SobolIndices) -> float:
         # what gains do together counts in the total index of each, so their sum bounds from above
         return max(float(shares[named("late error", joint)].of_group("gains", True).high) for joint in (0, 1))
 
@@ -30,7 +29,7 @@ def late_parts(ours: LawResults) -> dict[str, tuple[float, SobolIndices]]:
     return {words: (bound(shares), shares) for words, shares in every.items()}
 
 
-def late_error_of(ours: LawResults, redrawn: Later) -> Finding:
+def late_error_of(ours: LawResults, redrawn: Later) -> wb.Finding:
     """The part of the variance of the late error that the gains have."""
 
     def said(part: float) -> str:
@@ -42,7 +41,7 @@ def late_error_of(ours: LawResults, redrawn: Later) -> Finding:
     total = [shares[named("late error", joint)].of_group("gains", True) for joint in (0, 1)]
     settled = narrow(*total, *(shares[named("late error", joint)].ST for joint in (0, 1)))
     kept = [factor for factor in HELD[PROPOSED] if group_of(factor) == "gains"]
-    return Finding(
+    return wb.Finding(
         "late_error",
         f"Apart from the few runs with the largest late error, the gains of {PROPOSED} cause at most "
         f"{100 * body:.1f} % of the variance of its late error over these ranges."
@@ -57,14 +56,16 @@ def late_error_of(ours: LawResults, redrawn: Later) -> Finding:
         chosen="The ranges: links and masses of arm and model 10 % off either way, independently of each other.",
         answer=said(high),
         variations=tuple(
-            Variation(words, said(part), f"at most {100 * part:.1f} %") for words, (part, _) in parts.items() if words
+            wb.Variation(words, said(part), f"at most {100 * part:.1f} %")
+            for words, (part, _) in parts.items()
+            if words
         ),
         untried="A better model: the smaller its errors, the larger the part of the gains.",
         settled=settled,
     )
 
 
-def leading(parts: Mapping[str, tuple[float, SobolIndices]]) -> str:
+def leading(parts: Mapping[str, tuple[float, wb.uncertainty.SobolIndices]]) -> str:
     """The factors with the largest total index of the late error, by joint: the same in all readings, or open."""
     found = {
         joint: {leaders(shares.factors, shares[named("late error", joint)].ST)[0] for _, shares in parts.values()}
@@ -76,7 +77,7 @@ def leading(parts: Mapping[str, tuple[float, SobolIndices]]) -> str:
     return f"Depending on how these runs count, the largest total index is that of {words}: this is open, too."
 
 
-def heaviest(sample: Sample) -> str:
+def heaviest(sample: wb.study.Sample) -> str:
     """The part of the variance of the late error that the largest runs have, at the joint where one has most."""
     values = late_errors_of(sample).T
     squares = (values - values.mean(axis=1, keepdims=True)) ** 2
@@ -101,10 +102,10 @@ def beside(ours: LawResults) -> str:
     return "No other run of the design differs from it in one gain alone, so that the indices of the gains miss it."
 
 
-def heavy_table(sample: Sample) -> Table:
+def heavy_table(sample: wb.study.Sample) -> wb.document.Table:
     """The runs on which the variance of the late error rests most, with the links of arm and model."""
     names = [name for name in ("l1", "l2", "model l1", "model l2") if name in sample.factors]
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for joint in (0, 1):
         values = sample.score("late error", joint).value
         squares = (values - values.mean()) ** 2
@@ -113,10 +114,13 @@ def heavy_table(sample: Sample) -> Table:
             share = f"{100 * squares[run] / squares.sum():.2g}"
             rows.append((joint + 1, f"{run + 1:,}", f"{values[run]:.2f}", share, *links))
     heads = ("joint", "run", "late error [rad]", "part of the variance [%]")
-    return Table(
+    return wb.document.Table(
         "heavy",
         f"The runs of {PROPOSED} with the largest parts of the variance of the late error. The lengths of the links of "
         "the arm and of the law's model are given as shares of their values on the card.",
-        (*(Column(head, align="right") for head in heads), *(Column(written(name), align="right") for name in names)),
+        (
+            *(wb.document.Column(head, align="right") for head in heads),
+            *(wb.document.Column(written(name), align="right") for name in names),
+        ),
         tuple(rows),
     )

@@ -6,17 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import workbench as wb
 from studies.a7_sensitivity.results import LawResults
-from studies.a7_sensitivity.sweeps import LATE, SEED, STEPS, UNTIL, factors, loop
-from workbench.core import Ode
-from workbench.core.validation.refusals import Array
-from workbench.engine import simulate
-from workbench.engine.factors import Space
-from workbench.engine.metrics import late_error, measured
-from workbench.engine.metrics.accumulators import final_values
-from workbench.study.sample import Sample
-from workbench.study.uncertainty import MonteCarlo
-from workbench.study.uncertainty.outputs import Flags
+from studies.a7_sensitivity.sweeps import LATE, STEPS, UNTIL, loop
+from studies.paper.factors import SEED, factors
 
 ASTRAY = 1.0  # rad, of a late error: as large as the reference itself
 BOUNDS = (ASTRAY / 2, 2 * ASTRAY)  # rad, beside it
@@ -30,41 +23,43 @@ class Numbers:
 
     law: str
     factors: tuple[str, ...]
-    values: Array
+    values: wb.Array
 
-    def rows(self, ode: Ode) -> tuple[Array, Array]:
+    def rows(self, ode: wb.Ode) -> tuple[wb.Array, wb.Array]:
         """The parameters (N, np) and the initial states (N, nx) of these runs."""
         moved = tuple(factor for factor in factors(self.law) if factor.name in self.factors)
         assert tuple(factor.name for factor in moved) == self.factors
         rows = np.tile(np.concatenate([ode.parameters.default, ode.states.default]), (len(self.values), 1))
-        for places, values in zip(Space(moved, ode.parameters, ode.states).places, self.values.T, strict=True):
+        for places, values in zip(
+            wb.uncertainty.Space(moved, ode.parameters, ode.states).places, self.values.T, strict=True
+        ):
             rows[:, places] *= values[:, np.newaxis]
         return rows[:, : ode.parameters.size], rows[:, ode.parameters.size :]
 
 
-def late_errors(of: Numbers, begin: float, end: float) -> Array:
+def late_errors(of: Numbers, begin: float, end: float) -> wb.Array:
     """The largest |e| (N, 2) of each joint from `begin` to `end` s; NaN where a run diverges."""
-    ode, metrics = loop(of.law).ode(), (late_error(begin),)
-    step = measured(ode, metrics, STEPS[of.law])
+    ode, metrics = loop(of.law).ode(), (wb.metrics.late_error(begin),)
+    step = wb.metrics.measured(ode, metrics, STEPS[of.law])
     p, x0 = of.rows(ode)
     more = np.tile(step.states.default[x0.shape[1] :], (len(x0), 1))
-    runs = simulate(step, p=p, x0=np.hstack([x0, more]), until=end, every=end)
-    return final_values(runs, metrics)["late error"]
+    runs = wb.simulate(step, p=p, x0=np.hstack([x0, more]), until=end, every=end)
+    return wb.metrics.final_values(runs, metrics)["late error"]
 
 
 @dataclass(frozen=True)
 class Later:
     """The largest |e| of each joint (N, 2) in a later look at some runs, in rad; NaN where one has diverged."""
 
-    errors: Array
+    errors: wb.Array
 
 
-def late_errors_of(sample: Sample) -> Array:
+def late_errors_of(sample: wb.study.Sample) -> wb.Array:
     """The late error (N, 2) of each joint."""
     return np.stack([sample.score("late error", joint).value for joint in (0, 1)], axis=1)
 
 
-def beyond(errors: Array, bound: float = ASTRAY) -> Flags:
+def beyond(errors: wb.Array, bound: float = ASTRAY) -> wb.uncertainty.Flags:
     """True for the runs (N,) in which an error (N, 2) reaches the bound, or that diverged."""
     return np.asarray(~(errors < bound).all(axis=1))
 
@@ -86,7 +81,7 @@ def redrawn_gains(ours: LawResults) -> Numbers:
     run, _ = heaviest_run(sample)
     values = np.tile(sample.drawn[run], (REDRAWN, 1))
     gains = [factor for factor in factors(ours.law) if factor.name in ours.groups["gains"]]
-    for factor, u in zip(gains, MonteCarlo(len(gains), REDRAWN, SEED).points().T, strict=True):
+    for factor, u in zip(gains, wb.uncertainty.MonteCarlo(len(gains), REDRAWN, SEED).points().T, strict=True):
         values[:, sample.factors.index(factor.name)] = factor.distribution.quantile(u)
     return Numbers(ours.law, sample.factors, values)
 
@@ -107,7 +102,7 @@ def redrawn_words(ours: LawResults, redrawn: Later) -> str:
     )
 
 
-def heaviest_run(sample: Sample) -> tuple[int, int]:
+def heaviest_run(sample: wb.study.Sample) -> tuple[int, int]:
     """The number from 0 of the run with the largest part in the variance of the late error, and the joint."""
     values = late_errors_of(sample)
     squares = (values - values.mean(axis=0)) ** 2

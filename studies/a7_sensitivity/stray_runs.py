@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import workbench as wb
 from studies.a7_sensitivity.late_errors import EXACT
 from studies.a7_sensitivity.results import LawResults, percent
 from studies.a7_sensitivity.second_looks import (
@@ -21,8 +22,6 @@ from studies.a7_sensitivity.second_looks import (
     suspects,
 )
 from studies.a7_sensitivity.sweeps import LATE, LAWS, PROPOSED, UNTIL
-from workbench.study.document.document import Finding, Variation
-from workbench.study.uncertainty import share
 
 FEW = 0.01  # of the runs
 
@@ -48,7 +47,7 @@ class Strays:
     @property
     def words(self) -> str:
         """The counts."""
-        part = share(np.arange(self.draws) < self.random)
+        part = wb.uncertainty.share(np.arange(self.draws) < self.random)
         again = f", {self.lasting:,} of these from {FROM:g} to {TO:g} s, too" if self.first else ""
         return (
             f"{self.first:,} of {self.runs:,} from {LATE:g} to {UNTIL:g} s{again}; of random draws "
@@ -79,14 +78,14 @@ def later_by_law(laws: Mapping[str, LawResults], answers: Sequence[Later]) -> di
 
 def strays(
     laws: Mapping[str, LawResults], later: Mapping[str, Sequence[Later]], redrawn: Later, own: Mapping[str, float]
-) -> Finding:
+) -> wb.Finding:
     """The number of runs that leave their reference for good; `own` are the late errors with the card's numbers."""
     counts = {law: strays_of(one, later[law]) for law, one in laws.items()}
     ours, others = counts[PROPOSED], [law for law in laws if law != PROPOSED]
     worst = max(np.nanmax(late_errors_of(sample)) for sample in laws[PROPOSED].samples)
-    part = share(np.arange(ours.draws) < ours.random)
+    part = wb.uncertainty.share(np.arange(ours.draws) < ours.random)
     bounds = {bound: strays_of(laws[PROPOSED], later[PROPOSED], bound) for bound in BOUNDS}
-    return Finding(
+    return wb.Finding(
         "strays",
         f"The error of a joint exceeds {ASTRAY:g} rad between {LATE:g} and {UNTIL:g} s in {ours.first:,} of "
         f"{ours.runs:,} runs of {PROPOSED}, and in {ours.lasting:,} of these between {FROM:g} and {TO:g} s, too.",
@@ -101,8 +100,8 @@ def strays(
         chosen="The ranges, and the gains of the rivals.",
         answer=ours.answer,
         variations=(
-            *(Variation(f"a bound of {bound:g} rad", one.answer, one.words) for bound, one in bounds.items()),
-            *(Variation(law, counts[law].answer, counts[law].words) for law in others),
+            *(wb.Variation(f"a bound of {bound:g} rad", one.answer, one.words) for bound, one in bounds.items()),
+            *(wb.Variation(law, counts[law].answer, counts[law].words) for law in others),
         ),
         untried=f"Runs that leave their reference after {UNTIL:g} s; ranges without the corners of the screening; for "
         "SMC a larger gain.",

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+import workbench as wb
 from studies.a7_sensitivity import findings, late_errors, sweeps
 from studies.a7_sensitivity.gradients import foretold
 from studies.a7_sensitivity.results import (
@@ -24,15 +25,10 @@ from studies.a7_sensitivity.results import (
 )
 from studies.a7_sensitivity.second_looks import look_later, redraw, redrawn_gains, redrawn_words, suspects
 from studies.a7_sensitivity.stray_runs import later_by_law, strays
-from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, SCENARIO, called, factors, group_of, loop
+from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, SCENARIO, called, loop
 from studies.a7_sensitivity.torque_variation import torque_variation
+from studies.paper.factors import GROUPS, SEED, SPAN, TOLERANCE, factors, group_of, written
 from studies.paper.rest import REST, rest_section
-from workbench.engine.factors import Space
-from workbench.report.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
-from workbench.report.pictures.traces import loops_section
-from workbench.study import Results, Study, Work
-from workbench.study.document.document import Cell, Column, Figure, Page, Paragraph, Phrase, Section, Table
-from workbench.study.uncertainty import Estimate, SobolIndices, factor_table
 
 FELT = 0.02  # of the variance, below which a pair is not worth a word
 SHOWN = ("RMSE", "late error", "TV")
@@ -42,8 +38,8 @@ TURNED = (
 )
 
 
-def indices_figure(one: LawResults, joint: int) -> Figure:
-    return sobol_bars(
+def indices_figure(one: LawResults, joint: int) -> wb.document.Figure:
+    return wb.sobol_bars(
         f"aosmc_rgs_sobol_q{joint + 1}",
         f"Sobol indices of {one.law}, joint {joint + 1}.",
         one.shares_of([(metric, joint) for metric in SHOWN]),
@@ -52,10 +48,10 @@ def indices_figure(one: LawResults, joint: int) -> Figure:
     )
 
 
-def bands_figure(laws: Mapping[str, LawResults]) -> Figure:
+def bands_figure(laws: Mapping[str, LawResults]) -> wb.document.Figure:
     first = laws[PROPOSED].random
     lost = ", ".join(f"{law} {one.random.failed}" for law, one in laws.items())
-    return quantile_bands(
+    return wb.pictures.quantile_bands(
         "bands",
         f"The error of joint 1 in each window of {sweeps.EVERY:g} s, over random draws of all factors. Errors below "
         f"{1e3 * FLOOR:g} mrad are drawn as {1e3 * FLOOR:g} mrad, as rounding hides them.",
@@ -66,17 +62,17 @@ def bands_figure(laws: Mapping[str, LawResults]) -> Figure:
     )
 
 
-def proposed_section(one: LawResults) -> Section:
+def proposed_section(one: LawResults) -> wb.Section:
     effects = one.effects_on([("RMSE", 0), ("RMSE", 1)])
-    tornado = tornado_figure(
+    tornado = wb.pictures.tornado_figure(
         "aosmc_rgs_tornado",
         f"The RMSE of joint 1 of {PROPOSED} with one factor at a time at either end of its range.",
         one.tornado_of("RMSE", 0),
-        one.swings.source("RMSE", 0, one.law),
+        one.single.source("RMSE", 0, one.law),
         "rad",
-        labels=labels(one.swings.factors),
+        labels=labels(one.single.factors),
     )
-    plane = morris_plane(
+    plane = wb.pictures.morris_plane(
         "aosmc_rgs_morris",
         f"Elementary effects on the RMSE of {PROPOSED}.",
         effects,
@@ -84,24 +80,32 @@ def proposed_section(one: LawResults) -> Section:
         "rad",
         labels=labels(effects.factors),
     )
-    texts = Paragraph(findings.idle_gains(one)), Paragraph(acting_pairs(one.shares))
-    return Section(f"{PROPOSED} in full", (indices_figure(one, 1), plane, tornado, *texts))
+    texts = wb.Paragraph(findings.idle_gains(one)), wb.Paragraph(acting_pairs(one.shares))
+    return wb.Section(f"{PROPOSED} in full", (indices_figure(one, 1), plane, tornado, *texts))
 
 
-def labels(names: Sequence[str]) -> dict[str, Phrase]:
-    return {name: sweeps.written(name) for name in names}
+def labels(names: Sequence[str]) -> dict[str, tuple[str | wb.notation.Formula, ...]]:
+    return {name: written(name) for name in names}
 
 
-def acting_pairs(indices: SobolIndices) -> str:
+def _together(indices: wb.uncertainty.SobolIndices, output: str) -> wb.uncertainty.Estimate:
+    """The indices of the pairs of factors, which the base of a design with pairs gives."""
+    pairs = indices[output].S2
+    if pairs is None:
+        raise ValueError("The indices of a7 need a design with pairs of factors.")
+    return pairs
+
+
+def acting_pairs(indices: wb.uncertainty.SobolIndices) -> str:
     """The pairs of factors that act together, as far as the runs can tell."""
     names = [f"{indices.factors[i]} and {indices.factors[j]}" for i, j in indices.pairs]
     pairs = [
         f"{names[place]} ({output})"
         for output in indices.names
-        for place in np.flatnonzero(indices[output].S2.low > FELT)
+        for place in np.flatnonzero(_together(indices, output).low > FELT)
     ]
     outputs = len(indices.names)
-    reach = sum(int((indices[output].S2.high > FELT).sum()) for output in indices.names)
+    reach = sum(int((_together(indices, output).high > FELT).sum()) for output in indices.names)
     surely = f"lies wholly above {FELT:g} for {', '.join(pairs)}" if pairs else f"does not lie wholly above {FELT:g}"
     return (
         f"The index S2 is the part of the variance that two factors have by acting together. For each of {outputs} "
@@ -111,56 +115,56 @@ def acting_pairs(indices: SobolIndices) -> str:
     )
 
 
-def groups_table(laws: Mapping[str, LawResults]) -> Table:
+def groups_table(laws: Mapping[str, LawResults]) -> wb.document.Table:
     """First-order parts of gains, arm and model, and what is left for factors that act together."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for law, one in laws.items():
         has = {group_of(factor) for factor in one.shares.factors}
         for metric, joint in ((metric.name, joint) for metric in METRICS for joint in (0, 1)):
             shares = one.shares[named(metric, joint)]
             whole = shares.of_group("all")
-            cells = (interval(shares.of_group(group)) if group in has else None for group in sweeps.GROUPS)
-            rest = interval(Estimate(1 - whole.value, whole.half))
+            cells = (interval(shares.of_group(group)) if group in has else None for group in GROUPS)
+            rest = interval(wb.uncertainty.Estimate(1 - whole.value, whole.half))
             rows.append((law, metric, joint + 1, f"{float(shares.deviation):.2g}", *cells, rest))
-    return Table(
+    return wb.document.Table(
         "groups",
         "The parts of the variance of each metric that gains, arm and model have by themselves (sums of S1, intervals "
         "of 95 %), and what is left, which is due to factors that act together. Deviations are in rad, of the TV in "
         f"N m/s, of the effort in N m; an interval wider than {sweeps.NARROW:g} decides nothing here.",
         (
-            *map(Column, ("law", "metric", "joint")),
-            *(Column(head, align="right") for head in ("standard deviation", *sweeps.GROUPS, "together")),
+            *map(wb.document.Column, ("law", "metric", "joint")),
+            *(wb.document.Column(head, align="right") for head in ("standard deviation", *GROUPS, "together")),
         ),
         tuple(rows),
     )
 
 
-def varied_section(laws: Mapping[str, LawResults]) -> Section:
+def varied_section(laws: Mapping[str, LawResults]) -> wb.Section:
     """The factors, their ranges, and those that the screening left at their values."""
     text = (
         "All factors are shares of the numbers on the card (a1), independent of one another. What the paper states is "
-        f"off by up to {percent(sweeps.TOLERANCE)} either way. What is assumed lies within a factor of "
-        f"{sweeps.SPAN:g} either way, evenly on a logarithmic scale, and within the range on the card where that is "
+        f"off by up to {percent(TOLERANCE)} either way. What is assumed lies within a factor of "
+        f"{SPAN:g} either way, evenly on a logarithmic scale, and within the range on the card where that is "
         "narrower. The ranges on the card are mostly wider, up to a factor of 20. Over such ranges the adaptive laws "
         "grow gains of several hundred N m. Behind a boundary layer of 0.01 rad/s, a gain of 300 N m is stable only "
         "for steps below 0.02 ms; with longer steps a run chatters by the step alone. So the indices hold for these "
         "ranges, and say nothing about wider ones. The arm and the law's model of it vary independently, so that the "
         "laws and the observer of AOSMC-RGS use a wrong model. Gravity is the exception: all know its value. PID has "
-        f"no model. Each of its three gains varies by a factor of {sweeps.SPAN:g} by itself. The pole from which they "
+        f"no model. Each of its three gains varies by a factor of {SPAN:g} by itself. The pole from which they "
         "follow would move them together: Kd in proportion, Kp with its square and Ki with its cube."
     )
-    return Section("What is varied", (Paragraph(text), left_table(laws), *map(ranges_table, laws)))
+    return wb.Section("What is varied", (wb.Paragraph(text), left_table(laws), *map(ranges_table, laws)))
 
 
-def ranges_table(law: str) -> Table:
+def ranges_table(law: str) -> wb.document.Table:
     ode = loop(law).ode()
-    space = Space(factors(law), ode.parameters, ode.states)
-    return factor_table(space, called(law, "ranges"), f"What is varied of {law}.")
+    space = wb.uncertainty.Space(factors(law), ode.parameters, ode.states)
+    return wb.uncertainty.factor_table(space, called(law, "ranges"), f"What is varied of {law}.")
 
 
-def left_table(laws: Mapping[str, LawResults]) -> Table:
+def left_table(laws: Mapping[str, LawResults]) -> wb.document.Table:
     """The factors that the screening left at their values, held against its rule."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for law, one in laws.items():
         if not sweeps.HELD[law]:
             continue
@@ -169,21 +173,21 @@ def left_table(laws: Mapping[str, LawResults]) -> Table:
         share, high = (float((part / most)[:, places].max()) for part in (size.value, size.high))
         kept = "yes" if high < sweeps.CLEARED else "no" if share >= sweeps.CLEARED else "open"
         rows.append((law, ", ".join(sweeps.HELD[law]), percent(share), percent(high), kept))
-    return Table(
+    return wb.document.Table(
         "left",
         "The factors that stay at their values in the runs of the Sobol indices, and the largest mu* among them, "
         "relative to the largest mu* of the same output. 'At most' is the upper end of its interval; by the rule it "
         f"should be below {percent(sweeps.CLEARED)}.",
-        tuple(map(Column, ("law", "left at its value", "largest mu*", "at most", "rule kept"))),
+        tuple(map(wb.document.Column, ("law", "left at its value", "largest mu*", "at most", "rule kept"))),
         tuple(rows),
     )
 
 
-def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) -> Section:
+def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) -> wb.Section:
     """Runs, failures, steps, and the runs with the largest TV beside the limit of stability."""
     runs = sum(len(sample) for one in laws.values() for sample in one.samples)
     text = (
-        f"{runs:,} runs of {sweeps.UNTIL:g} s, seed {sweeps.SEED}. A sample with a failed run has no indices. One run "
+        f"{runs:,} runs of {sweeps.UNTIL:g} s, seed {SEED}. A sample with a failed run has no indices. One run "
         f"in {sweeps.HALVED} is run at half of the step, too. The step errs most in runs whose gains grow largest, and "
         f"their torque varies most: so the {WORST} runs of each joint with the largest TV are run again. A step "
         "beyond the limit of stability would make a TV that is partly its own."
@@ -193,18 +197,18 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
         worst = stress[law]
         within = f"{1e3 * worst.limit:.3g}{'' if sweeps.STEPS[law] <= worst.limit else ', passed'}"
         rows.append((law, one.indices.note_of("TV"), within, f"{worst.error:.1g}"))
-    heads = (Column("limit", "ms", "right"), Column("error of the largest TV", align="right"))
-    steps = Table(
+    heads = (wb.document.Column("limit", "ms", "right"), wb.document.Column("error of the largest TV", align="right"))
+    steps = wb.document.Table(
         "steps",
         "The runs of the indices; the longest stable step along the runs with the largest TV, and the error of that "
         "TV by the step, relative to its standard deviation over the runs.",
-        (Column("law"), Column("runs of the indices"), *heads),
+        (wb.document.Column("law"), wb.document.Column("runs of the indices"), *heads),
         tuple(rows),
     )
-    return Section("Can the numbers be trusted?", (Paragraph(text), steps))
+    return wb.Section("Can the numbers be trusted?", (wb.Paragraph(text), steps))
 
 
-def rest(results: Results) -> Section:
+def rest(results: wb.Results) -> wb.Section:
     """The linear pictures of the proposed law, which the factors of the sweeps move."""
     knobs = (
         "On the HTML page the knobs move these pictures together with the runs. P(0), Q, R and D have no part in them; "
@@ -213,20 +217,20 @@ def rest(results: Results) -> Section:
     return rest_section(results[REST, PROPOSED], results[SCENARIO, PROPOSED], "It is repaired as in a1.", knobs)
 
 
-def works(results: Results) -> tuple[Work, ...]:
+def works(results: wb.Results) -> tuple[wb.Work, ...]:
     """The derivatives of each law, and runs again: those with the largest TV, those that stray, and the heaviest."""
     laws = {law: results_of(results, law) for law in sweeps.LAWS}
     worst = tuple(map(worst_runs, laws.values()))
     astray = tuple(runs for one in laws.values() for runs in suspects(one))
     return (
-        Work("derivatives", derivatives, sweeps.LAWS, seconds=5.0),
-        Work("stress", stressed, worst, seconds=1.0),
-        Work("later", look_later, astray, seconds=20.0),
-        Work("redrawn", redraw, (redrawn_gains(laws[PROPOSED]),), seconds=20.0),
+        wb.Work("derivatives", derivatives, sweeps.LAWS, seconds=5.0),
+        wb.Work("stress", stressed, worst, seconds=1.0),
+        wb.Work("later", look_later, astray, seconds=20.0),
+        wb.Work("redrawn", redraw, (redrawn_gains(laws[PROPOSED]),), seconds=20.0),
     )
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     laws = {law: results_of(results, law) for law in sweeps.LAWS}
     near = dict(zip(sweeps.LAWS, results.work("derivatives"), strict=True))
     later, (redrawn,) = later_by_law(laws, results.work("later")), results.work("redrawn")
@@ -237,8 +241,8 @@ def sections(results: Results) -> Page:
     ours = laws[PROPOSED]
     pictures = indices_figure(ours, 0), bands_figure(laws)
     words = f"{late_errors.heaviest(ours.indices)} {redrawn_words(ours, redrawn)}"
-    heavy = Paragraph(words), late_errors.heavy_table(ours.indices)
-    return Page(
+    heavy = wb.Paragraph(words), late_errors.heavy_table(ours.indices)
+    return wb.Page(
         findings.answer(laws),
         (
             findings.deciding_gain(ours, near[PROPOSED]),
@@ -248,19 +252,19 @@ def sections(results: Results) -> Page:
             foretold(laws, near),
         ),
         (
-            Section("Indices and bands", (*pictures, findings.leaders_table(laws))),
-            Section("The runs behind the late error", heavy),
+            wb.Section("Indices and bands", (*pictures, findings.leaders_table(laws))),
+            wb.Section("The runs behind the late error", heavy),
             proposed_section(ours),
-            Section("Gains, arm or model", (groups_table(laws),)),
+            wb.Section("Gains, arm or model", (groups_table(laws),)),
             varied_section(laws),
             trust_section(laws, dict(zip(sweeps.LAWS, results.work("stress"), strict=True))),
-            loops_section("The laws, to be turned", TURNED, results.scenario(SCENARIO)),
+            wb.pictures.loops_section("The laws, to be turned", TURNED, results.scenario(SCENARIO)),
             rest(results),
         ),
     )
 
 
-study = Study(
+study = wb.Study(
     name="a7_sensitivity",
     title="AOSMC-RGS and its rivals: which numbers decide",
     question=(
@@ -276,7 +280,7 @@ study = Study(
     ),
     sections=sections,
     fingerprints={law: loop(law).ode().fingerprint[:16] for law in sweeps.LAWS},
-    seed=sweeps.SEED,
+    seed=SEED,
     cases=sweeps.own_numbers(),
     works=works,
     sweeps=tuple(sweep for law in sweeps.LAWS for sweep in sweeps.sweeps(law).values()),

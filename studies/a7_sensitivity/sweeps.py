@@ -1,135 +1,11 @@
-"""The factors that a7 varies of each law: its gains, the arm that is simulated, and the arm that the law believes in.
+"""The sweeps of a7: screenings, indices, bands and a tornado, over the factors of `studies.paper.factors`."""
 
-One rule for all laws. A number that the paper states, or that follows from one, is off by up to 10 % either way. A
-number that is assumed lies within a factor of 1.5 of its value, and within the range on the card where that is
-narrower. All are shares of the loop's own numbers, so that all entries of a gain move together. The gains of PID move
-one by one, although they follow from one assumed pole.
-"""
-
-from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
-from studies.paper.card import CARD
+import workbench as wb
+from studies.paper.factors import SEED, TOLERANCE, factors
 from studies.paper.laws import RIVALS, proposed_repaired, rival
 from studies.paper.rest import rest_case
-from workbench.blocks.loop import ClosedLoop
-from workbench.core.notation.formula import symbol
-from workbench.engine.distributions import AbstractDistribution, LogUniform, Uniform
-from workbench.engine.factors import Factor
-from workbench.engine.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
-from workbench.study.contract import Run, Sweep
-from workbench.study.document.phrases import Phrase
-from workbench.study.provenance import Given
-from workbench.study.study import Case
-from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign, least_base
-from workbench.study.uncertainty.designs import AbstractDesign
-
-TOLERANCE = 0.1  # of what is stated or derived
-SPAN = 1.5  # of what is assumed, either way
-ARM = "plant.arm"
-PARTS = {
-    "m1": ("masses", "links[0].mass"),
-    "m2": ("masses", "links[1].mass"),
-    "l1": ("lengths", "links[0].length"),
-    "l2": ("lengths", "links[1].length"),
-}
-MODEL = "model "  # before the name of a part of the arm: as the law believes it to be
-OF_MODEL = ("controller.model",)
-OF_BOTH_MODELS = ("controller.model", "observer.state.model")
-
-GROUPS = ("gains", "arm", "model")
-WORDS = ("Kp", "Ki", "Kd", "lag", "width of |s|", "width of the trend", "centres", "widths")  # no symbols
-SURFACE = (("Lambda", "Lambda", ("controller.Lambda",)), ("phi", "phi", ("controller.phi",)))
-LEARNING = (("K(0)", "ASMC: K(0)", ("controller.K",)), ("gamma", "ASMC: gamma", ("controller.gamma",)))
-# Of each law: what it is called here, its name on the card, and what it moves.
-GAINS: dict[str, Sequence[tuple[str, str, tuple[str, ...]]]] = {
-    "AOSMC-RGS": (
-        *SURFACE,
-        ("K(0)", "K(0)", ("controller.K",)),
-        ("P(0)", "P(0)", ("controller.P",)),
-        ("Q", "Q", ("controller.Q",)),
-        ("R", "R", ("controller.R",)),
-        ("L1", "L1", ("observer.state.L1",)),
-        ("L2", "L2", ("observer.state.L2",)),
-        ("l", "l", ("observer.disturbance.l",)),
-    ),
-    "PID": (
-        ("Kp", "PID: poles", ("controller.Kp",)),
-        ("Ki", "PID: poles", ("controller.Ki",)),
-        ("Kd", "PID: poles", ("controller.Kd",)),
-    ),
-    "SMC": (*SURFACE, ("K", "SMC: K", ("controller.K",))),
-    "ASMC": (*SURFACE, *LEARNING),
-    "Fuzzy-ASMC": (
-        *SURFACE,
-        *LEARNING,
-        ("lag", "Fuzzy-ASMC: lag", ("controller.lag",)),
-        ("width of |s|", "Fuzzy-ASMC: width of |s|", ("controller.rules.size_width",)),
-        ("width of the trend", "Fuzzy-ASMC: width of the trend", ("controller.rules.trend_width",)),
-    ),
-    "RBF-ASMC": (
-        *SURFACE,
-        *LEARNING,
-        ("Gamma", "RBF-ASMC: Gamma", ("controller.Gamma",)),
-        ("sigma", "RBF-ASMC: sigma", ("controller.sigma",)),
-        ("centres", "RBF-ASMC: centres", ("controller.centres",)),
-        ("widths", "RBF-ASMC: widths", ("controller.widths",)),
-    ),
-    "super-twisting": (
-        *SURFACE,
-        ("k1", "super-twisting: k1", ("controller.k1",)),
-        ("k2", "super-twisting: k2", ("controller.k2",)),
-    ),
-}
-
-
-def factors(law: str) -> tuple[Factor, ...]:
-    """All factors of a law: its gains, the arm and the disturbance, and the model where the law has one."""
-    models = () if law == "PID" else OF_BOTH_MODELS if law == "AOSMC-RGS" else OF_MODEL
-    gains = (factor(name, card, paths) for name, card, paths in GAINS[law])
-    arm = (factor(name, card, (f"{ARM}.{part}",)) for name, (card, part) in PARTS.items())
-    gravity = factor("g", "gravity", tuple(f"{place}.gravity" for place in (ARM, *models)))
-    disturbance = factor("D", "FS: disturbance amplitude", ("plant.disturbance.amplitude",))
-    model = (
-        factor(MODEL + name, card, tuple(f"{place}.{part}" for place in models))
-        for name, (card, part) in PARTS.items()
-        if models
-    )
-    return (*gains, *arm, gravity, disturbance, *model)
-
-
-def factor(name: str, card: str, paths: tuple[str, ...]) -> Factor:
-    """The factor of a number on the card, as a share of that number."""
-    given = next(given for given in CARD if given.name == card)
-    return Factor(name, paths, spread(given), given.mark, share=True)
-
-
-def spread(given: Given) -> AbstractDistribution:
-    """The distribution of a number's share, by the mark of the number."""
-    if given.mark != "assumed":
-        return Uniform(1 - TOLERANCE, 1 + TOLERANCE)
-    largest = float(np.abs(given.value).max())
-    low = max(1 / SPAN, (given.low or 0.0) / largest) if (given.low or 0.0) > 0 else 1 / SPAN
-    high = SPAN if given.high is None else min(SPAN, given.high / largest)
-    return LogUniform(low, high)
-
-
-def written(factor: str) -> Phrase:
-    """A factor as a page prints it."""
-    name = factor.removeprefix(MODEL)
-    start = name.removesuffix("(0)")
-    letter = start if start in WORDS else symbol(start)
-    return ("model " if name != factor else "", letter, name.removeprefix(start))
-
-
-def group_of(factor: str) -> str:
-    """The group of a factor: gains, the arm with its disturbance, or the model."""
-    if factor.startswith(MODEL):
-        return "model"
-    return "arm" if factor in (*PARTS, "g", "D") else "gains"
-
 
 PROPOSED = "AOSMC-RGS"
 LAWS = (PROPOSED, *RIVALS)
@@ -137,10 +13,15 @@ SCENARIO = "FS"
 UNTIL, EVERY, LATE, SAMPLE = 5.0, 0.25, 3.0, 1e-3  # s: horizon, windows, when the start is over, grid of the TV
 SECOND = 1.0  # s: the windows of the proposed law's indices
 SHOWN = 0.01  # s, between two points of a curve
-SEED = 7
 OF_LATE = f"The late error is the largest |e| from {LATE:g} to {UNTIL:g} s."
-METRICS = (rmse(), late_error(LATE), total_variation(SAMPLE), total_variation(SAMPLE, after=LATE), effort())
-OBSERVER = observer_error("q_error")
+METRICS = (
+    wb.rmse(),
+    wb.metrics.late_error(LATE),
+    wb.total_variation(SAMPLE),
+    wb.total_variation(SAMPLE, after=LATE),
+    wb.effort(),
+)
+OBSERVER = wb.metrics.observer_error("q_error")
 
 # Steps in s, so short that the largest gains that grow within the ranges stay within the limit of stability.
 STEPS = {
@@ -172,54 +53,58 @@ HELD = {
 }
 
 
-def loop(law: str) -> ClosedLoop:
+def loop(law: str) -> wb.ClosedLoop:
     return proposed_repaired(SCENARIO) if law == PROPOSED else rival(SCENARIO, law)
 
 
-def metrics(law: str) -> tuple[AbstractMetric, ...]:
+def metrics(law: str) -> tuple[wb.metrics.AbstractMetric, ...]:
     """The metrics of a law, with the error of its observer where it has one."""
     return (*METRICS, OBSERVER) if law == PROPOSED else METRICS
 
 
-def own_numbers() -> tuple[Case, ...]:
+def own_numbers() -> tuple[wb.Case, ...]:
     """Each law with the numbers of the card, for the page to turn, and the proposed one at rest."""
     tracking = (
-        Case(SCENARIO, law, Run(loop(law), metrics(law), UNTIL, SHOWN, STEPS[law] / 2), style=i)
+        wb.Case(SCENARIO, law, wb.Run(loop(law), metrics(law), UNTIL, SHOWN, STEPS[law] / 2), style=i)
         for i, law in enumerate(LAWS)
     )
     return (*tracking, rest_case(STEPS[PROPOSED] / 2))
 
 
-def free(law: str) -> tuple[Factor, ...]:
+def free(law: str) -> tuple[wb.Factor, ...]:
     return tuple(factor for factor in factors(law) if factor.name not in HELD[law])
 
 
-def equal_ranges(law: str) -> tuple[Factor, ...]:
+def equal_ranges(law: str) -> tuple[wb.Factor, ...]:
     """The factors of the Sobol indices, the assumed ones within the range of the stated ones."""
-    return tuple(replace(factor, distribution=Uniform(1 - TOLERANCE, 1 + TOLERANCE)) for factor in free(law))
+    return tuple(replace(factor, distribution=wb.Uniform(1 - TOLERANCE, 1 + TOLERANCE)) for factor in free(law))
 
 
 def called(law: str, kind: str) -> str:
     return f"{law.lower().replace('-', '_')}_{kind}"
 
 
-def sweeps(law: str) -> dict[str, Sweep]:
+def sweeps(law: str) -> dict[str, wb.Sweep]:
     """The sweeps of a law by their kind, the bands over time; the proposed one has a tornado and equal ranges, too."""
     every, some, ours = factors(law), free(law), law == PROPOSED
-    of: dict[str, tuple[tuple[Factor, ...], AbstractDesign]] = {
-        "screening": (every, MorrisDesign(len(every), TRAJECTORIES.get(law, 50), seed=SEED)),
-        "indices": (some, SobolDesign(len(some), BASE.get(law, 1024), ours, seed=SEED)),
-        "bands": (every, MonteCarlo(len(every), RANDOM, SEED)),
+    of: dict[str, tuple[tuple[wb.Factor, ...], wb.uncertainty.AbstractDesign]] = {
+        "screening": (every, wb.uncertainty.MorrisDesign(len(every), TRAJECTORIES.get(law, 50), seed=SEED)),
+        "indices": (some, wb.SobolDesign(len(some), BASE.get(law, 1024), ours, seed=SEED)),
+        "bands": (every, wb.uncertainty.MonteCarlo(len(every), RANDOM, SEED)),
     }
     if ours:
-        of["tornado"] = (every, OneAtATime(len(every), levels=(0.0, 1.0)))
-        of["equal"] = (equal_ranges(law), SobolDesign(len(some), EQUAL, seed=SEED))
+        of["tornado"] = (every, wb.uncertainty.OneAtATime(len(every), levels=(0.0, 1.0)))
+        of["equal"] = (equal_ranges(law), wb.SobolDesign(len(some), EQUAL, seed=SEED))
     made = {}
     for kind, (moved, design) in of.items():
-        measured, times = ((*metrics(law), ise()), EVERY) if kind == "bands" else (metrics(law), None)
+        measured, times = ((*metrics(law), wb.metrics.ise()), EVERY) if kind == "bands" else (metrics(law), None)
         if ours and kind == "indices":
             times = SECOND
-        run = Run(loop(law), measured, UNTIL, times, STEPS[law], seed=SEED)
-        least = least_base(len(some), ours and kind == "indices") if isinstance(design, SobolDesign) else None
-        made[kind] = Sweep(called(law, kind), run, moved, design, halved=HALVED, least=least)
+        run = wb.Run(loop(law), measured, UNTIL, times, STEPS[law], seed=SEED)
+        least = (
+            wb.uncertainty.least_base(len(some), ours and kind == "indices")
+            if isinstance(design, wb.SobolDesign)
+            else None
+        )
+        made[kind] = wb.Sweep(called(law, kind), run, moved, design, halved=HALVED, least=least)
     return made

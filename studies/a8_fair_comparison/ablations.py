@@ -7,13 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from studies.a3_riccati_gains.path import inertia
+import workbench as wb
 from studies.a8_fair_comparison.conditions import HELD_OUT, Scenario
 from studies.a8_fair_comparison.entrants import AOSMC, BOTH, ENTRANTS, OBSERVER, PROPOSAL, PROPOSED, Entrant, Given, Law
-from workbench.arms.observers import FullState, WithDisturbance
-from workbench.blocks.loop import DigitalLoop
-from workbench.core.validation.refusals import Array
-from workbench.design.riccati import care
+from studies.paper.laws import mass_matrices, own_law
 
 RICCATI = "Riccati equation"
 PARTS = tuple(PROPOSAL.loop(HELD_OUT[0]).ablations())
@@ -40,11 +37,11 @@ def retuned(part: str) -> Entrant:
 def momentum_alone() -> Given:
     """Positions and velocities as they are read, and the observer of the momentum."""
     observer = BOTH.observer
-    if not isinstance(observer, WithDisturbance):
+    if not isinstance(observer, wb.arms.observers.WithDisturbance):
         raise TypeError("The observers of the whole law must have the observer of the momentum among them.")
     number = tuple(one for one in BOTH.tuned if one.name == "l")
     return Given(
-        "momentum", "raw readings and D_hat", "raw readings, D_hat", replace(observer, state=FullState(2)), number
+        "momentum", "raw readings and D_hat", "raw readings, D_hat", replace(observer, state=wb.FullState(2)), number
     )
 
 
@@ -52,7 +49,7 @@ RETUNED: Mapping[str, Entrant] = {part: retuned(part) for part in PARTS}
 NEW = tuple(one for one in RETUNED.values() if one.name != PROPOSED)  # those that are not entrants by themselves
 
 
-def as_tuned(scenario: Scenario, numbers: Mapping[str, float]) -> dict[str, DigitalLoop]:
+def as_tuned(scenario: Scenario, numbers: Mapping[str, float]) -> dict[str, wb.DigitalLoop]:
     """The whole law with these numbers, less one part at a time; without (34) P stays at P(0), or at its steady value.
 
     The steady value solves (34) with P' = 0 for K(0) at the posture in which the scenario starts.
@@ -64,8 +61,8 @@ def as_tuned(scenario: Scenario, numbers: Mapping[str, float]) -> dict[str, Digi
     return less | {STEADY: replace(whole, loop=still)}
 
 
-def steady_gain(scenario: Scenario, numbers: Mapping[str, float]) -> Array:
+def steady_gain(scenario: Scenario, numbers: Mapping[str, float]) -> wb.Array:
     """P (2, 2) in N m/rad that solves (34) with P' = 0 for K(0), at the posture in which a scenario starts."""
-    law = PROPOSAL.loop(scenario, numbers).loop.controller
-    A = -np.linalg.solve(inertia(np.array([scenario.start]))[0], law.K)
-    return care(A, np.diag(law.Lambda), law.Q, law.R).X
+    law = own_law(PROPOSAL.loop(scenario, numbers).loop)
+    A = -np.linalg.solve(mass_matrices(np.array([scenario.start]))[0], law.K)
+    return wb.riccati.care(A, np.diag(law.Lambda), law.Q, law.R).X

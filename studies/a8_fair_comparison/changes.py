@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import workbench as wb
 from studies.a8_fair_comparison.conditions import HELD_OUT, TRAINING
 from studies.a8_fair_comparison.entrants import BOTH
 from studies.a8_fair_comparison.evidence import ASKED, OTHERS, Evidence
-from workbench.study.document.finding import Variation
-from workbench.study.evidence import Comparison, Judgement, Pooled, Standings
-from workbench.study.evidence.pooling import Way
 
 SCENARIOS = len(HELD_OUT)
 SEEN = tuple(one.name for one in HELD_OUT if any(one.reference is other.reference for other in TRAINING))
 MEASURE = f"{ASKED.words} cost"
 NOBODY = "no law"
-BASE: Way = "geometric mean"
-SUM: Way = "arithmetic mean"
+BASE: wb.evidence.Way = "geometric mean"
+SUM: wb.evidence.Way = "arithmetic mean"
 TUNED = "All numbers of the law and of its observers, by three searches with the same budget for each number."
 CHOSEN = (
     "The terms of the cost and their acceptable values, the scenarios, the ranges of the draws, the torque limit and "
@@ -38,12 +36,14 @@ class Change:
     detail: str = ""
 
     @property
-    def variation(self) -> Variation:
+    def variation(self) -> wb.Variation:
         """The change as a variation of the finding which law is best in most scenarios."""
-        return Variation(self.words, self.answer, self.detail, POOLED if self.counts is None else COUNTED)
+        return wb.Variation(self.words, self.answer, self.detail, POOLED if self.counts is None else COUNTED)
 
 
-def tally(standings: Standings, words: str = ASKED.words, without: Collection[str] = ()) -> dict[str, int]:
+def count_wins(
+    standings: wb.evidence.Standings, words: str = ASKED.words, without: Collection[str] = ()
+) -> dict[str, int]:
     """The number of scenarios in which each law is best by a statistic, most first; laws that never are left out."""
     wins = {law: sum(s not in without for s in where) for law, where in standings.wins[words].items()}
     return {law: count for law, count in sorted(wins.items(), key=lambda pair: -pair[1]) if count}
@@ -62,15 +62,15 @@ def counted(counts: Mapping[str, int], scenarios: int) -> str:
 
 
 def counted_change(
-    words: str, standings: Standings, statistic: str = ASKED.words, without: Collection[str] = ()
+    words: str, standings: wb.evidence.Standings, statistic: str = ASKED.words, without: Collection[str] = ()
 ) -> Change:
     """A change of which each scenario is judged by itself."""
     scenarios = sum(scenario not in without for scenario in standings.judgements)
-    counts = tally(standings, statistic, without)
+    counts = count_wins(standings, statistic, without)
     return Change(words, champion(counts, scenarios), counts, scenarios, counted(counts, scenarios))
 
 
-def pooled_change(words: str, judgement: Judgement) -> Change:
+def pooled_change(words: str, judgement: wb.evidence.Judgement) -> Change:
     """A change by which scenarios are judged together."""
     one = judgement.by[ASKED.words]
     return Change(words, one.best or NOBODY, detail=leading(one, 2))
@@ -96,31 +96,30 @@ def changes(evidence: Evidence, key: str) -> Iterator[Change]:
     for scenario in cost.judgements:
         yield without_scenario(cost, scenario)
     if seen := [one for one in SEEN if one in cost.judgements]:
-        yield counted_change(f"without {listed(seen)}, which have a motion of the tuning", cost, without=seen)
+        yield counted_change(f"without {quoted(seen)}, which have a motion of the tuning", cost, without=seen)
     for way, pooled in evidence.pooled[key].items():
         for scenario, judgement in pooled.without.items():
             yield pooled_change(f"all but '{scenario}' together, {way}", judgement)
 
 
-def without_scenario(cost: Standings, scenario: str) -> Change:
+def without_scenario(cost: wb.evidence.Standings, scenario: str) -> Change:
     """The question about all scenarios but one."""
     return counted_change(f"without scenario '{scenario}'", cost, without=(scenario,))
 
 
-def listed(scenarios: Sequence[str]) -> str:
+def quoted(scenarios: Sequence[str]) -> str:
     """The names of scenarios in words."""
-    *others, last = (f"'{one}'" for one in scenarios)
-    return f"{', '.join(others)} and {last}" if others else last
+    return wb.document.join_names(f"'{one}'" for one in scenarios)
 
 
-def compared_pairs(fewer: Standings, all_laws: Standings) -> str:
+def compared_pairs(fewer: wb.evidence.Standings, all_laws: wb.evidence.Standings) -> str:
     """A remark on the number of comparisons, where fewer laws are judged than in the base."""
     sizes = [len(next(iter(one.judgements.values())).paired.laws) for one in (fewer, all_laws)]
     few, many = (n * (n - 1) // 2 for n in sizes)
     return "" if few == many else f"; {few} pair{'s' * (few > 1)} of laws in place of {many}"
 
 
-def leading(one: Comparison, most: int = 3) -> str:
+def leading(one: wb.evidence.Comparison, most: int = 3) -> str:
     """The laws with the least levels, with these levels."""
     order = sorted(one.paired.laws, key=lambda law: one.level.value[one.paired.place(law)])
     return ", ".join(f"{law} {rounded(one.level.value[one.paired.place(law)])}" for law in order[:most])
@@ -142,7 +141,7 @@ def described(name: str) -> str:
     return next((f"'{name}' ({one.words})" for one in HELD_OUT if one.name == name), f"'{name}'")
 
 
-def heaviest(pooled: Pooled) -> tuple[str, dict[str, float]]:
+def heaviest(pooled: wb.evidence.Pooled) -> tuple[str, dict[str, float]]:
     """The scenario that is more than half of the sum for the most laws, and its part of the sum of each law."""
     return max(
         pooled.shares.items(), key=lambda pair: (sum(2 * part > 1 for part in pair[1].values()), sum(pair[1].values()))

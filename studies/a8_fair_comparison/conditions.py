@@ -8,25 +8,9 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import CARD
 from studies.paper.laws import REFERENCES
-from workbench.arms.manipulator import Friction, Manipulator
-from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
-from workbench.blocks.loop import (
-    AbstractController,
-    AbstractObserver,
-    AbstractReference,
-    ClosedLoop,
-    DigitalLoop,
-    Instruments,
-)
-from workbench.blocks.signals import Hold, Sines, SineTorque, SquareWave
-from workbench.core.validation.refusals import Array
-from workbench.engine.distributions import Uniform
-from workbench.engine.factors import Factor
-from workbench.engine.metrics import AbstractMetric, effort, rmse, total_variation
-from workbench.engine.metrics.contract import Integral
-from workbench.study.sample import Sample
 
 PERIOD = 1e-3  # s, of the computer
 HORIZON = 6.0  # s
@@ -41,7 +25,7 @@ class Scenario:
 
     name: str
     words: str
-    reference: AbstractReference
+    reference: wb.Reference
     start: tuple[float, float]  # rad, of the arm
     mass: tuple[float, float] = (1.0, 1.0)  # true masses as shares of the model's, a payload in the second
     viscous: tuple[float, float] = (0.1, 0.1)  # N m s/rad, friction that no model knows
@@ -59,50 +43,50 @@ class Scenario:
 
     @property
     def jumps(self) -> bool:
-        return isinstance(self.reference, SquareWave)
+        return isinstance(self.reference, wb.SquareWave)
 
     @property
-    def plant(self) -> Manipulator:
+    def plant(self) -> wb.Manipulator:
         masses, lengths = np.multiply(CARD["masses"], self.mass), CARD["lengths"]
-        return Manipulator(
-            PlanarArm(tuple(map(PointMass, masses, lengths)), CARD["gravity"]),
+        return wb.Manipulator(
+            wb.arms.mechanics.PlanarArm(tuple(map(wb.arms.mechanics.PointMass, masses, lengths)), CARD["gravity"]),
             q=self.start,
             qd=CARD["qd(0)"],
             disturbance=self.disturbance,
-            friction=Friction(self.viscous, self.coulomb, speed=0.05),
+            friction=wb.arms.Friction(self.viscous, self.coulomb, speed=0.05),
         )
 
     @property
     def at_rest(self) -> Scenario:
         """The same arm and computer with the arm held where it starts, without disturbance and noise."""
-        return replace(self, reference=Hold(self.start), push=0.0, noise=0.0)
+        return replace(self, reference=wb.Hold(self.start), push=0.0, noise=0.0)
 
     @property
-    def disturbance(self) -> SineTorque | None:
+    def disturbance(self) -> wb.SineTorque | None:
         """The paper's disturbance with other amplitudes and frequencies; None without amplitude."""
         if not self.push:
             return None
         paper = "SS" if self.jumps else "FS"
-        return SineTorque(
+        return wb.SineTorque(
             self.push * np.array(CARD[f"{paper}: disturbance amplitude"]),
             self.pace * np.array(CARD[f"{paper}: disturbance frequency"]),
             CARD[f"{paper}: disturbance phase"],
         )
 
-    def loop(self, observer: AbstractObserver, controller: AbstractController) -> DigitalLoop:
-        closed = ClosedLoop(self.plant, observer, controller, self.reference)
-        instruments = Instruments.of(
+    def loop(self, observer: wb.Observer, controller: wb.Controller) -> wb.DigitalLoop:
+        closed = wb.ClosedLoop(self.plant, observer, controller, self.reference)
+        instruments = wb.Instruments.of(
             closed.plant,
             noise={"q": self.noise * NOISE_Q, "qd": self.noise * NOISE_QD},
             quantum={"q": self.quantum},
             limit={"tau": (-np.array(self.limit), np.array(self.limit))},
         )
-        return DigitalLoop(closed, self.period, instruments, self.slow > 1)
+        return wb.DigitalLoop(closed, self.period, instruments, self.slow > 1)
 
 
 FIRST, SECOND = REFERENCES["FS"], REFERENCES["SS"]
-SLOW = Sines((0.6, 0.8), (1.5, 2.2), (0.3, 1.0))
-FAST = Sines((0.9, 0.6), (3.5, 5.0))
+SLOW = wb.Sines((0.6, 0.8), (1.5, 2.2), (0.3, 1.0))
+FAST = wb.Sines((0.9, 0.6), (3.5, 5.0))
 LIGHT, HEAVY = (0.8, 0.8), (1.2, 1.2)
 TRAINING = (  # both ends of the masses that are drawn: a light arm answers a torque with more speed, and chatters first
     Scenario("fs", "the paper's first scenario, masses 20 % below the model's", FIRST, CARD["FS: q(0)"], LIGHT),
@@ -116,7 +100,7 @@ HELD_OUT = (
         "friction", "a slower motion, ten times the friction", SLOW, (0.0, 0.5), viscous=(1.0, 1.0), coulomb=(2.0, 2.0)
     ),
     Scenario(
-        "jumps", "a square wave with other jumps than in the paper", SquareWave((1.2, -0.8), 1 / LEVEL), (0.0, 0.0)
+        "jumps", "a square wave with other jumps than in the paper", wb.SquareWave((1.2, -0.8), 1 / LEVEL), (0.0, 0.0)
     ),
     Scenario(
         "push",
@@ -159,19 +143,19 @@ SHARES = (  # of the arm's own numbers: name, paths, lowest and highest
 )
 
 
-def first_estimates(observer: AbstractObserver) -> list[str]:
+def first_estimates(observer: wb.Observer) -> list[str]:
     """The paths of the first positions of a state observer, if there is one: they are the first reading."""
     return [name for name in observer.memory.names if name.split(".")[-1] == "q_hat"]
 
 
-def uncertain(scenario: Scenario, loop: DigitalLoop) -> tuple[Factor, ...]:
+def uncertain(scenario: Scenario, loop: wb.DigitalLoop) -> tuple[wb.Factor, ...]:
     """The factors that are drawn anew in each run of a loop."""
     starts = ("plant.q", *(f"observer.{path}" for path in first_estimates(loop.loop.observer)))
     return (
-        *(Factor(name, paths, Uniform(low, high), share=True) for name, paths, low, high in SHARES),
-        *(Factor(f"phase {j + 1}", (f"plant.disturbance.phase[{j}]",), Uniform(0.0, 2 * np.pi)) for j in (0, 1)),
+        *(wb.Factor(name, paths, wb.Uniform(low, high), share=True) for name, paths, low, high in SHARES),
+        *(wb.Factor(f"phase {j + 1}", (f"plant.disturbance.phase[{j}]",), wb.Uniform(0.0, 2 * np.pi)) for j in (0, 1)),
         *(
-            Factor(f"start {j + 1}", tuple(f"{path}[{j}]" for path in starts), Uniform(q - 0.2, q + 0.2))
+            wb.Factor(f"start {j + 1}", tuple(f"{path}[{j}]" for path in starts), wb.Uniform(q - 0.2, q + 0.2))
             for j, q in enumerate(scenario.start)
         ),
     )
@@ -181,20 +165,20 @@ LATE = "late RMSE"
 HALF = 0.5  # of the time, that counts as late
 
 
-def metrics(scenario: Scenario) -> tuple[AbstractMetric, ...]:
+def metrics(scenario: Scenario) -> tuple[wb.metrics.AbstractMetric, ...]:
     """The metrics of a run: late is the second half of each level of a square wave, and of the whole run otherwise.
 
     The torque is sampled as often as the computer changes it.
     """
     span = LEVEL if scenario.jumps else HORIZON
-    late = Integral(
+    late = wb.metrics.Integral(
         LATE,
         "rad",
         f"root mean square of e over the second half {'of each level' if scenario.jumps else 'of the run'}",
         lambda t, y: ca.if_else(ca.fmod(t, span) >= HALF * span, y["e"] ** 2, 0),
         lambda integral, horizon: np.sqrt(np.maximum(integral, 0) / (HALF * horizon)),
     )
-    return rmse(), late, total_variation(scenario.period), effort()
+    return wb.rmse(), late, wb.total_variation(scenario.period), wb.effort()
 
 
 @dataclass(frozen=True)
@@ -215,16 +199,16 @@ TERMS = (
 )
 
 
-def both(sample: Sample, metric: str) -> Array:
+def both(sample: wb.study.Sample, metric: str) -> wb.Array:
     """A metric of both joints together, the root of the sum of their squares, (N,)."""
     return np.hypot(*(sample.score(metric, joint).value for joint in (0, 1)))
 
 
-def cost(sample: Sample, terms: tuple[Term, ...] = TERMS) -> Array:
+def cost(sample: wb.study.Sample, terms: tuple[Term, ...] = TERMS) -> wb.Array:
     """The sum of all terms, (N,)."""
-    return np.sum([both(sample, term.metric) / term.acceptable for term in terms], axis=0)
+    return np.asarray(np.sum([both(sample, term.metric) / term.acceptable for term in terms], axis=0))
 
 
-def objective(samples: Mapping[str, Sample]) -> Array:
+def objective(samples: Mapping[str, wb.study.Sample]) -> wb.Array:
     """The mean cost over the training scenarios, (n,)."""
-    return np.mean([cost(sample) for sample in samples.values()], axis=0)
+    return np.asarray(np.mean([cost(sample) for sample in samples.values()], axis=0))

@@ -2,60 +2,47 @@
 
 from __future__ import annotations
 
+import workbench as wb
 from studies.a8_fair_comparison import conditions
-from studies.a8_fair_comparison.changes import SEEN, listed
+from studies.a8_fair_comparison.changes import SEEN, quoted
 from studies.a8_fair_comparison.conditions import HELD_OUT, TERMS
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, READINGS
-from workbench.engine.factors import Space
-from workbench.study.document.document import Column, Paragraph, Reference, Section, Table
-from workbench.study.evidence.law_tables import information_table
-from workbench.study.uncertainty import factor_table
 
 
-def conditions_section() -> Section:
+def conditions_section() -> wb.Section:
     """All that is the same for all laws, and what each is given."""
     first = HELD_OUT[0]
     loop = PROPOSAL.loop(first)
     equation = loop.ode()
-    drawn = Space(conditions.uncertain(first, loop), equation.parameters, equation.states)
-    return Section(
+    drawn = wb.uncertainty.Space(conditions.uncertain(first, loop), equation.parameters, equation.states)
+    return wb.Section(
         "What is the same for all laws",
         (
-            Paragraph(
+            wb.Paragraph(
                 "The model of a law has the paper's masses and lengths. The arm has other masses and lengths, and "
                 "friction that no model contains. PID is the only law without a model. AOSMC-RGS has the four repairs "
                 "of a1. Observer (24) needs the unknown disturbance D and cannot be built; an observer of the momentum "
                 "takes its place. Its estimate D_hat is added to the torque of every law behind it. Observer (10) "
                 "begins at the start of the arm, as a first reading without noise gives it."
             ),
-            Paragraph(
+            wb.Paragraph(
                 "The computer integrates the memories of laws and observers by explicit Euler, except for the stiff "
                 "ones: equation (34) and observer (10) take a Cayley step, and the filter of the velocity and the leak "
                 "of the network are integrated exactly."
             ),
             information(),
             scenarios(),
-            factor_table(
+            wb.uncertainty.factor_table(
                 drawn, "drawn", "The numbers that are drawn in each run of a scenario, shown for the first scenario."
             ),
-            Table(
-                "objective",
-                "The terms of the cost. Each metric of both joints together is divided by its acceptable value.",
-                (Column("metric"), Column("acceptable", align="right"), Column("unit"), Column("what it stands for")),
-                tuple((term.metric, term.acceptable, term.unit, term.why) for term in TERMS),
-                (
-                    f"In 'jumps', and in 'ss' of the tuning, the square wave also jumps at {conditions.HORIZON:g} s, "
-                    "when a run ends. The computer still answers this jump; TV counts the answer, and no other metric "
-                    "does. In 'jumps' the answer is 8 % of TV and 3 % of the cost of AOSMC-RGS and of SMC.",
-                ),
-            ),
-            Paragraph(
+            objective(),
+            wb.Paragraph(
                 (
                     "The cost is the sum of the terms, the same for all laws. It is linear, so that no law gains by "
                     "giving up motion for a still torque. The acceptable values are our choice; ",
-                    Reference(f"changes_{BOTH.key}"),
+                    wb.document.Reference(f"changes_{BOTH.key}"),
                     " and ",
-                    Reference(f"changes_{READINGS.key}"),
+                    wb.document.Reference(f"changes_{READINGS.key}"),
                     " have the results with other weights.",
                 )
             ),
@@ -63,11 +50,31 @@ def conditions_section() -> Section:
     )
 
 
-def information() -> Table:
+def objective() -> wb.document.Table:
+    """The terms of the cost."""
+    return wb.document.Table(
+        "objective",
+        "The terms of the cost. Each metric of both joints together is divided by its acceptable value.",
+        (
+            wb.document.Column("metric"),
+            wb.document.Column("acceptable", align="right"),
+            wb.document.Column("unit"),
+            wb.document.Column("what it stands for"),
+        ),
+        tuple((term.metric, term.acceptable, term.unit, term.why) for term in TERMS),
+        (
+            f"In 'jumps', and in 'ss' of the tuning, the square wave also jumps at {conditions.HORIZON:g} s, "
+            "when a run ends. The computer still answers this jump; TV counts the answer, and no other metric "
+            "does. In 'jumps' the answer is 8 % of TV and 3 % of the cost of AOSMC-RGS and of SMC.",
+        ),
+    )
+
+
+def information() -> wb.document.Table:
     entrants = {one.name: one for one in ENTRANTS[BOTH.key]}
     others = (one for given in GIVEN if given != BOTH for one in ENTRANTS[given.key] if one.name in ("SMC", "PID"))
     entrants |= {f"{one.name}, {one.given.name}": one for one in others}
-    return information_table(
+    return wb.evidence.information_table(
         "information",
         "The measurements and the model of each law behind both observers, and of two laws with other measurements.",
         {name: one.loop(HELD_OUT[0]).loop for name, one in entrants.items()},
@@ -75,16 +82,20 @@ def information() -> Table:
     )
 
 
-def scenarios() -> Table:
+def scenarios() -> wb.document.Table:
     usual = HELD_OUT[0]
     limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (conditions.LIMIT, usual.viscous, usual.coulomb))
     rows = [(one.name, "tuning", one.words) for one in conditions.TRAINING]
     rows += [(one.name, "comparison", one.words) for one in HELD_OUT]
-    return Table(
+    return wb.document.Table(
         "scenarios",
-        f"The scenarios. No law is tuned in a scenario of the comparison. But {listed(SEEN)} have the motion of 'fs', "
+        f"The scenarios. No law is tuned in a scenario of the comparison. But {quoted(SEEN)} have the motion of 'fs', "
         "and 'paper' its start, too; 'paper' differs from it by the masses and by what is drawn.",
-        (Column("name"), Column("used for"), Column("wanted motion and what is unusual", width=24)),
+        (
+            wb.document.Column("name"),
+            wb.document.Column("used for"),
+            wb.document.Column("wanted motion and what is unusual", width=24),
+        ),
         tuple(rows),
         (
             f"Usual values, where a row names no other: the model's masses, {limit} N m of torque, a period of "

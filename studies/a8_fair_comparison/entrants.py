@@ -3,28 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 
+import workbench as wb
 from studies.a8_fair_comparison.conditions import Scenario, first_estimates
 from studies.paper.card import CARD
-from studies.paper.laws import ARM, RIVALS
-from workbench.arms.laws import (
-    PID,
-    AosmcRgs,
-    ComputedTorque,
-    NonsingularTerminalSlidingMode,
-    Rise,
-    StateFeedback,
-    WithCompensation,
-)
-from workbench.arms.observers import FullState, Luenberger, MomentumObserver, VelocityFilter, WithDisturbance
-from workbench.blocks.loop import AbstractController, AbstractObserver, DigitalLoop
-from workbench.engine.distributions import LogUniform
-from workbench.engine.factors import Factor
+from studies.paper.laws import ARM, arm_law
 
 PROPOSED = "AOSMC-RGS"
 FARTHER = 1e3  # times a range: as far as a search may go beyond where it begins
@@ -44,9 +32,11 @@ class Sought:
     why: str = ""  # their reason in words
 
     @property
-    def factor(self) -> Factor:
+    def factor(self) -> wb.Factor:
         """The factor of a tuning, to its far limits."""
-        return Factor(self.name, self.paths, LogUniform(*(self.ends or (self.low / FARTHER, self.high * FARTHER))))
+        return wb.Factor(
+            self.name, self.paths, wb.LogUniform(*(self.ends or (self.low / FARTHER, self.high * FARTHER)))
+        )
 
 
 @dataclass(frozen=True)
@@ -54,7 +44,7 @@ class Law:
     """A law, the numbers of it that are tuned, and whether it adds an estimated disturbance to its torque by itself."""
 
     name: str
-    block: AbstractController
+    block: wb.arms.AbstractArmController
     tuned: tuple[Sought, ...]
     counts_on_d: bool = False
 
@@ -136,7 +126,7 @@ OF_TERMINAL = (
 
 I = np.eye(2)
 LAMBDA = CARD["Lambda"]
-AOSMC = AosmcRgs(  # with the four repairs of a1, and (34) in Cayley steps
+AOSMC = wb.arms.laws.AosmcRgs(  # with the four repairs of a1, and (34) in Cayley steps
     *(ARM, LAMBDA, CARD["phi"], 5.0 * I, 10.0 * I, 599.0 * I, 6.43 * I),
     velocity="reference",
     gain_sign="raised",
@@ -145,25 +135,30 @@ AOSMC = AosmcRgs(  # with the four repairs of a1, and (34) in Cayley steps
 )
 LAWS = (
     Law(PROPOSED, AOSMC, OF_PROPOSED, counts_on_d=True),
-    Law("ASMC", RIVALS["ASMC"], LEARNED),
-    Law("Fuzzy-ASMC", RIVALS["Fuzzy-ASMC"], OF_FUZZY),
-    Law("RBF-ASMC", replace(RIVALS["RBF-ASMC"], integrator="exact"), OF_RBF),
-    Law("PID", RIVALS["PID"], OF_PID),
-    Law("PID + gravity", PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"], ARM), OF_PID),
-    Law("SMC", RIVALS["SMC"], OF_SMC),
-    Law("super-twisting", RIVALS["super-twisting"], OF_SUPER_TWISTING),
-    Law("feedforward + PD", StateFeedback(ARM, np.diag(CARD["PID: Kp"]), np.diag(CARD["PID: Kd"])), OF_FEEDFORWARD),
-    Law("computed torque", ComputedTorque(ARM, (36.0, 36.0), (12.0, 12.0)), OF_COMPUTED_TORQUE, counts_on_d=True),
-    Law("RISE", Rise(LAMBDA, (2.0, 2.0), (20.0, 20.0), (10.0, 10.0), CARD["phi"], model=ARM), OF_RISE),
+    Law("ASMC", arm_law("ASMC"), LEARNED),
+    Law("Fuzzy-ASMC", arm_law("Fuzzy-ASMC"), OF_FUZZY),
+    Law("RBF-ASMC", replace(arm_law("RBF-ASMC"), integrator="exact"), OF_RBF),
+    Law("PID", arm_law("PID"), OF_PID),
+    Law("PID + gravity", wb.PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"], ARM), OF_PID),
+    Law("SMC", arm_law("SMC"), OF_SMC),
+    Law("super-twisting", arm_law("super-twisting"), OF_SUPER_TWISTING),
+    Law("feedforward + PD", wb.StateFeedback(ARM, np.diag(CARD["PID: Kp"]), np.diag(CARD["PID: Kd"])), OF_FEEDFORWARD),
+    Law(
+        "computed torque",
+        wb.arms.laws.ComputedTorque(ARM, (36.0, 36.0), (12.0, 12.0)),
+        OF_COMPUTED_TORQUE,
+        counts_on_d=True,
+    ),
+    Law("RISE", wb.arms.laws.Rise(LAMBDA, (2.0, 2.0), (20.0, 20.0), (10.0, 10.0), CARD["phi"], model=ARM), OF_RISE),
     Law(
         "terminal SMC",
-        NonsingularTerminalSlidingMode(ARM, (10.0, 10.0), 5 / 3, (50.0, 50.0), (50.0, 50.0), 0.5, 0.05),
+        wb.arms.laws.NonsingularTerminalSlidingMode(ARM, (10.0, 10.0), 5 / 3, (50.0, 50.0), (50.0, 50.0), 0.5, 0.05),
         OF_TERMINAL,
     ),
 )
 
 
-T = TypeVar("T")
+T = TypeVar("T", bound=wb.Observer | wb.Controller)
 
 
 @dataclass(frozen=True)
@@ -173,7 +168,7 @@ class Given:
     key: str
     name: str
     words: str
-    observer: AbstractObserver
+    observer: wb.Observer
     tuned: tuple[Sought, ...] = ()
 
 
@@ -185,14 +180,14 @@ def gains(path: str) -> tuple[Sought, Sought]:
 
 
 PASSES = "the filter passes its input on"
-LUENBERGER = Luenberger(ARM, CARD["L1"], CARD["L2"], q_hat=(0.0, 0.0), integrator="cayley")
+LUENBERGER = wb.arms.observers.Luenberger(ARM, CARD["L1"], CARD["L2"], q_hat=(0.0, 0.0), integrator="cayley")
 ALL_GAINS = (*gains("observer.state"), one("observer.disturbance.l", 1.0, 100.0, "1/s"))
-READINGS = Given("readings", "raw readings", "positions and velocities as read", FullState(2))
+READINGS = Given("readings", "raw readings", "positions and velocities as read", wb.FullState(2))
 FILTER = Given(
     "filter",
     "filtered velocity",
     "positions as read, velocities through a filter of first order",
-    VelocityFilter(2, 200.0),
+    wb.arms.observers.VelocityFilter(2, 200.0),
     (one("observer.omega", 10.0, 1000.0, "rad/s", ends=(0.01, 10000.0), why=PASSES),),
 )
 OBSERVER = Given("observer", "observer (10)", "positions, and observer (10)", LUENBERGER, gains("observer"))
@@ -200,7 +195,7 @@ BOTH = Given(
     "both",
     "observer (10) and D_hat",
     "positions, observer (10), and an observer of the momentum for D",
-    WithDisturbance(LUENBERGER, MomentumObserver(ARM, CARD["l"])),
+    wb.arms.observers.WithDisturbance(LUENBERGER, wb.arms.observers.MomentumObserver(ARM, CARD["l"])),
     ALL_GAINS,
 )
 GIVEN = (READINGS, FILTER, OBSERVER, BOTH)  # from what an instrument gives
@@ -225,7 +220,7 @@ class Entrant:
     @property
     def compensated(self) -> bool:
         """True if D_hat is estimated, and added to the torque of the law from outside."""
-        return isinstance(self.given.observer, WithDisturbance) and not self.law.counts_on_d
+        return isinstance(self.given.observer, wb.arms.observers.WithDisturbance) and not self.law.counts_on_d
 
     @property
     def tuned(self) -> tuple[Sought, ...]:
@@ -237,17 +232,20 @@ class Entrant:
         )
         return (*own, *self.given.tuned)
 
-    def loop(self, scenario: Scenario, numbers: Mapping[str, float] | None = None) -> DigitalLoop:
+    def _numbers_by_path(self, numbers: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+        for sought in self.tuned if numbers else ():
+            yield from ((path, numbers[sought.name]) for path in sought.paths)
+
+    def loop(self, scenario: Scenario, numbers: Mapping[str, float] | None = None) -> wb.DigitalLoop:
         """The law with these numbers in a scenario, or with those that a1 assumes."""
-        law = WithCompensation(self.law.block) if self.compensated else self.law.block
+        law = wb.arms.laws.WithCompensation(self.law.block) if self.compensated else self.law.block
         observer = self.given.observer
         for path in first_estimates(observer):
             observer = with_number(observer, path, scenario.start)
-        blocks = {"controller": law, "observer": observer}
-        for sought in self.tuned if numbers else ():
-            for path in sought.paths:
-                block, _, inside = path.partition(".")
-                blocks[block] = with_number(blocks[block], inside, numbers[sought.name])
+        blocks: dict[str, Any] = {"controller": law, "observer": observer}
+        for path, number in self._numbers_by_path(numbers or {}):
+            block, _, inside = path.partition(".")
+            blocks[block] = with_number(blocks[block], inside, number)
         return scenario.loop(**blocks)
 
 

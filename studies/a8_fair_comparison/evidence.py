@@ -8,39 +8,16 @@ from functools import partial
 
 import numpy as np
 
+import workbench as wb
 from studies.a8_fair_comparison.ablations import PARTS, RETUNED, STEADY
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
 from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, READINGS, Entrant
 from studies.a8_fair_comparison.other_numbers import AGAIN, NUMBERS, PLAIN, RIVALS, contenders, run_name
-from workbench.blocks.loop import DigitalLoop
-from workbench.core.validation.refusals import Array
-from workbench.study import Results, Work
-from workbench.study.contract import Run, Sweep
-from workbench.study.evidence import (
-    Comparison,
-    Judgement,
-    Mean,
-    Median,
-    Paired,
-    Pooled,
-    Quantile,
-    Standings,
-    Success,
-    Tail,
-    judge,
-    leave_one_out,
-    paired,
-    pool,
-)
-from workbench.study.evidence.divergence_causes import Causes, causes_in_sweep
-from workbench.study.evidence.pooling import WAYS, Way
-from workbench.study.sample import Sample
-from workbench.study.uncertainty import MonteCarlo
 
-Samples = Mapping[str, Sample]  # by the names of laws
+Samples = Mapping[str, wb.study.Sample]  # by the names of laws
 ACCEPTABLE = float(len(TERMS))  # a cost at which all terms are acceptable, or make up for each other
-ASKED = Mean()
-OTHERS = (Median(), Quantile(0.9), Tail(0.9), Success(ACCEPTABLE))
+ASKED = wb.evidence.Mean()
+OTHERS = (wb.evidence.Median(), wb.evidence.Quantile(0.9), wb.evidence.Tail(0.9), wb.evidence.Success(ACCEPTABLE))
 MARGIN = 0.02  # of the smaller value: what is closer is no difference to an engineer, however sure
 FAMILY = 0.95  # that all intervals of a measure hold at once, in all held-out scenarios
 CONFIDENCE = 1 - (1 - FAMILY) / len(HELD_OUT)  # of those of one scenario (Bonferroni)
@@ -57,11 +34,11 @@ WEIGHTS = {
 }
 
 
-def sweep(name: str, loop: DigitalLoop, scenario: Scenario) -> Sweep:
+def sweep(name: str, loop: wb.DigitalLoop, scenario: Scenario) -> wb.Sweep:
     """A loop over the draws of a scenario, the same for all."""
     factors = uncertain(scenario, loop)
-    design = MonteCarlo(len(factors), DRAWS, DRAWN)
-    return Sweep(name, Run(loop, metrics(scenario), HORIZON, h=scenario.period, seed=DRAWN), factors, design)
+    design = wb.uncertainty.MonteCarlo(len(factors), DRAWS, DRAWN)
+    return wb.Sweep(name, wb.Run(loop, metrics(scenario), HORIZON, h=scenario.period, seed=DRAWN), factors, design)
 
 
 def name_of(scenario: Scenario, key: str) -> str:
@@ -69,7 +46,7 @@ def name_of(scenario: Scenario, key: str) -> str:
     return f"{scenario.name}_{''.join(c if c.isalnum() else '_' for c in key.lower())}"
 
 
-def cost_of(held: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost", unit: str = "") -> Paired:
+def cost_of(held: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost", unit: str = "") -> wb.evidence.Paired:
     """The cost of each run; its error is the largest of the runs that were run again."""
     values = {law: cost(sample, terms) for law, sample in held.items()}
     repeated = {
@@ -77,10 +54,10 @@ def cost_of(held: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost"
     }
     errors = {law: float(np.max(off[~np.isnan(off)], initial=-np.inf)) for law, off in repeated.items()}
     errors = {law: off if off >= 0 else float("nan") for law, off in errors.items()}  # no run was run again
-    return paired(values, metric=metric, unit=unit, errors=errors, samples=held, repeated=repeated)
+    return wb.evidence.paired(values, metric=metric, unit=unit, errors=errors, samples=held, repeated=repeated)
 
 
-def step_errors(sample: Sample, metric: str) -> Array:
+def step_errors(sample: wb.study.Sample, metric: str) -> wb.Array:
     """The error of a metric of both joints by the step, (N,), NaN for a run that was not run again, or diverged."""
     found = sample.measurement
     places = [i for i, one in enumerate(found.columns) if one.metric == metric]
@@ -90,18 +67,23 @@ def step_errors(sample: Sample, metric: str) -> Array:
     return np.where(np.isnan(sample.diverged_at), errors, np.nan)
 
 
-def weighted(held: Samples, weights: tuple[float, ...]) -> Paired:
+def weighted(held: Samples, weights: tuple[float, ...]) -> wb.evidence.Paired:
     """The cost with other weights: a term that counts w times has 1 / w of its acceptable value."""
     terms = (replace(term, acceptable=term.acceptable / w) for term, w in zip(TERMS, weights, strict=True) if w)
     return cost_of(held, tuple(terms))
 
 
-def judge_laws(values: Paired, others: Sequence[Median | Quantile | Tail | Success] = OTHERS) -> Judgement:
+def judge_laws(
+    values: wb.evidence.Paired,
+    others: Sequence[wb.evidence.Median | wb.evidence.Quantile | wb.evidence.Tail | wb.evidence.Success] = OTHERS,
+) -> wb.evidence.Judgement:
     """Laws by the mean and by all else, sure enough for verdicts over all scenarios."""
-    return judge(values, ASKED, others, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
+    return wb.evidence.judge(
+        values, ASKED, others, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED
+    )
 
 
-def judge_means(values: Paired) -> Judgement:
+def judge_means(values: wb.evidence.Paired) -> wb.evidence.Judgement:
     """Laws by the mean alone."""
     return judge_laws(values, ())
 
@@ -111,11 +93,19 @@ class Evidence:
     """All judgements, made once from the runs."""
 
     runs: Mapping[str, Mapping[str, Samples]]  # by the key of what a law is given, and by scenario
-    cost: Mapping[str, Standings]  # by the same key
-    pooled: Mapping[str, Mapping[Way, Pooled]]  # by key: all scenarios together, and without each
-    again: Mapping[str, Mapping[str, Standings]]  # by key and by what was changed for the laws of least training cost
-    weighted: Mapping[str, Mapping[str, Standings]]  # by key of WEIGHED: the cost with other weights of its terms
-    causes: Mapping[tuple[str, str, str], Causes]  # of lost runs, by scenario, law and words of what it is given
+    cost: Mapping[str, wb.evidence.Standings]  # by the same key
+    pooled: Mapping[
+        str, Mapping[wb.evidence.Way, wb.evidence.Pooled]
+    ]  # by key: all scenarios together, and without each
+    again: Mapping[
+        str, Mapping[str, wb.evidence.Standings]
+    ]  # by key and by what was changed for the laws of least training cost
+    weighted: Mapping[
+        str, Mapping[str, wb.evidence.Standings]
+    ]  # by key of WEIGHED: the cost with other weights of its terms
+    causes: Mapping[
+        tuple[str, str, str], wb.evidence.Causes
+    ]  # of lost runs, by scenario, law and words of what it is given
     parts: Parts
 
 
@@ -123,24 +113,29 @@ class Evidence:
 class Parts:
     """AOSMC-RGS beside itself without each of its parts, and beside plain ASMC, over all scenarios."""
 
-    frozen: Pooled  # with the numbers of the whole law; P at P(0) without (34), and at its steady value
-    retuned: Mapping[Way, Pooled]  # tuned again without the part
-    searches: Pooled  # the whole law, the law without (34) and plain ASMC, each with other numbers, by `run_name`
-    by_term: tuple[Comparison, ...]  # the same by the cost and each of its terms, by the geometric mean
+    frozen: wb.evidence.Pooled  # with the numbers of the whole law; P at P(0) without (34), and at its steady value
+    retuned: Mapping[wb.evidence.Way, wb.evidence.Pooled]  # tuned again without the part
+    searches: (
+        wb.evidence.Pooled
+    )  # the whole law, the law without (34) and plain ASMC, each with other numbers, by `run_name`
+    by_term: tuple[wb.evidence.Comparison, ...]  # the same by the cost and each of its terms, by the geometric mean
 
 
-def evidence(results: Results) -> Evidence:
+def evidence(results: wb.Results) -> Evidence:
     """All judgements of the runs."""
     runs = {key: {s.name: samples(results, s, entrants) for s in HELD_OUT} for key, entrants in ENTRANTS.items()}
     cost = {key: {s: cost_of(held) for s, held in by.items()} for key, by in runs.items()}
     return Evidence(
         runs,
-        {key: Standings({s: judge_laws(one) for s, one in by.items()}) for key, by in cost.items()},
-        {key: {way: leave_one_out(by, judge_means, way) for way in WAYS} for key, by in cost.items()},
+        {key: wb.evidence.Standings({s: judge_laws(one) for s, one in by.items()}) for key, by in cost.items()},
+        {
+            key: {way: wb.evidence.leave_one_out(by, judge_means, way) for way in wb.evidence.WAYS}
+            for key, by in cost.items()
+        },
         {key: with_other_numbers(results, key, runs[key]) for key in ENTRANTS},
         {
             key: {
-                words: Standings({s: judge_means(weighted(held, weights)) for s, held in by.items()})
+                words: wb.evidence.Standings({s: judge_means(weighted(held, weights)) for s, held in by.items()})
                 for words, weights in WEIGHTS.items()
             }
             for key, by in runs.items()
@@ -151,12 +146,14 @@ def evidence(results: Results) -> Evidence:
     )
 
 
-def samples(results: Results, scenario: Scenario, laws: Sequence[Entrant], kind: str = "") -> dict[str, Sample]:
+def samples(
+    results: wb.Results, scenario: Scenario, laws: Sequence[Entrant], kind: str = ""
+) -> dict[str, wb.study.Sample]:
     """The runs of laws in a scenario, by the names of the laws."""
     return {law.name: results.sample(name_of(scenario, f"{law.key}{kind}")) for law in laws}
 
 
-def with_other_numbers(results: Results, key: str, runs: Mapping[str, Samples]) -> dict[str, Standings]:
+def with_other_numbers(results: wb.Results, key: str, runs: Mapping[str, Samples]) -> dict[str, wb.evidence.Standings]:
     """The laws of least training cost with other numbers, beside the other laws as tuned, and by themselves.
 
     Among fewer laws there are fewer comparisons, with narrower intervals, so that laws alone are a change of their own.
@@ -175,9 +172,9 @@ def with_other_numbers(results: Results, key: str, runs: Mapping[str, Samples]) 
     return found
 
 
-def standings(runs: Mapping[str, Samples]) -> Standings:
+def standings(runs: Mapping[str, Samples]) -> wb.evidence.Standings:
     """Laws by their mean costs in each scenario."""
-    return Standings({name: judge_means(cost_of(held)) for name, held in runs.items()})
+    return wb.evidence.Standings({name: judge_means(cost_of(held)) for name, held in runs.items()})
 
 
 @dataclass(frozen=True)
@@ -190,7 +187,7 @@ class LostRuns:
     best: tuple[tuple[str, float], ...]
 
 
-def losses(results: Results) -> dict[tuple[str, str, str], LostRuns]:
+def losses(results: wb.Results) -> dict[tuple[str, str, str], LostRuns]:
     """The lost runs by scenario, law and words of what it is given."""
     lost = {}
     for given in GIVEN:
@@ -204,20 +201,22 @@ def losses(results: Results) -> dict[tuple[str, str, str], LostRuns]:
     return lost
 
 
-def works(results: Results) -> tuple[Work, ...]:
+def works(results: wb.Results) -> tuple[wb.Work, ...]:
     """The lost runs again, with the memories near their exact flow."""
-    return (Work("causes", cause_of, tuple(losses(results).values()), seconds=0.5),)
+    return (wb.Work("causes", cause_of, tuple(losses(results).values()), seconds=0.5),)
 
 
-def cause_of(lost: LostRuns) -> Causes:
+def cause_of(lost: LostRuns) -> wb.evidence.Causes:
     """The causes of lost runs: the integrator, if they last where the memories move near their exact flow."""
     scenario = next(one for one in HELD_OUT if one.name == lost.scenario)
     loop = next(one for one in ALL if one.key == lost.entrant).loop(scenario, dict(lost.best))
     ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
-    return causes_in_sweep(sweep(name_of(scenario, lost.entrant), loop, scenario), np.array(lost.runs), ways)
+    return wb.evidence.causes_in_sweep(
+        sweep(name_of(scenario, lost.entrant), loop, scenario), np.array(lost.runs), ways
+    )
 
 
-def without_parts(results: Results, runs: Mapping[str, Samples]) -> Parts:
+def without_parts(results: wb.Results, runs: Mapping[str, Samples]) -> Parts:
     """AOSMC-RGS beside itself without each of its parts, over all scenarios."""
     less = {**{part: part for part in PARTS}, STEADY: STEADY}
     again = {part: one.key for part, one in RETUNED.items()}
@@ -234,16 +233,19 @@ def without_parts(results: Results, runs: Mapping[str, Samples]) -> Parts:
         {name: cost_of(held) for name, held in beside(others, PROPOSED, PLAIN).items()} for others in (less, again)
     )
     alone = beside(again, PROPOSED)
-    costs: list[Callable[[Samples], Paired]] = [cost_of, *(partial(term_of, term=term) for term in TERMS)]
+    costs: list[Callable[[Samples], wb.evidence.Paired]] = [cost_of, *(partial(term_of, term=term) for term in TERMS)]
     return Parts(
-        leave_one_out(frozen, judge_means),
-        {way: leave_one_out(retuned, judge_means, way) for way in WAYS},
-        leave_one_out({s.name: cost_of(searched(results, s)) for s in HELD_OUT}, judge_means),
-        tuple(judge_means(pool({name: of(held) for name, held in alone.items()})).by[ASKED.words] for of in costs),
+        wb.evidence.leave_one_out(frozen, judge_means),
+        {way: wb.evidence.leave_one_out(retuned, judge_means, way) for way in wb.evidence.WAYS},
+        wb.evidence.leave_one_out({s.name: cost_of(searched(results, s)) for s in HELD_OUT}, judge_means),
+        tuple(
+            judge_means(wb.evidence.pool({name: of(held) for name, held in alone.items()})).by[ASKED.words]
+            for of in costs
+        ),
     )
 
 
-def searched(results: Results, scenario: Scenario) -> dict[str, Sample]:
+def searched(results: wb.Results, scenario: Scenario) -> dict[str, wb.study.Sample]:
     """The runs of AOSMC-RGS, of the law without (34) and of plain ASMC, as tuned and with other numbers."""
     return {
         run_name(law, kind): results.sample(name_of(scenario, one.key + kind))
@@ -252,12 +254,12 @@ def searched(results: Results, scenario: Scenario) -> dict[str, Sample]:
     }
 
 
-def together(standings: Standings) -> Judgement:
+def together(standings: wb.evidence.Standings) -> wb.evidence.Judgement:
     """The laws of several scenarios by the geometric mean of their costs, mean over the draws."""
-    return judge_means(pool({name: one.paired for name, one in standings.judgements.items()}))
+    return judge_means(wb.evidence.pool({name: one.paired for name, one in standings.judgements.items()}))
 
 
-def by_mean_costs(members: Mapping[str, Paired]) -> Judgement:
+def by_mean_costs(members: Mapping[str, wb.evidence.Paired]) -> wb.evidence.Judgement:
     """The laws by the geometric mean over the scenarios of their mean costs m_s, G = (prod_s m_s)^(1/S).
 
     Draw k counts as G (1/S) sum_s y_sk / m_s, of which the mean is G, so that intervals hold to first order. The errors
@@ -279,9 +281,9 @@ def by_mean_costs(members: Mapping[str, Paired]) -> Judgement:
             sources=(),
             repeated=off,
         )
-    return judge_means(pool(parts, "arithmetic mean"))
+    return judge_means(wb.evidence.pool(parts, "arithmetic mean"))
 
 
-def term_of(held: Samples, term: Term) -> Paired:
+def term_of(held: Samples, term: Term) -> wb.evidence.Paired:
     """A term of the cost in its own unit."""
     return cost_of(held, (replace(term, acceptable=1.0),), term.metric, term.unit)

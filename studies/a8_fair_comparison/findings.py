@@ -6,6 +6,7 @@ from collections import Counter
 
 import numpy as np
 
+import workbench as wb
 from studies.a8_fair_comparison.changes import (
     BASE,
     CHOSEN,
@@ -20,18 +21,17 @@ from studies.a8_fair_comparison.changes import (
     base,
     changes,
     compared_pairs,
+    count_wins,
     counted,
     counted_change,
     described,
     heaviest,
     leading,
     sample,
-    tally,
 )
 from studies.a8_fair_comparison.entrants import BOTH, FILTER, GIVEN, LAWS, PROPOSED, READINGS, Given
 from studies.a8_fair_comparison.evidence import ASKED, DRAWS, FAMILY, MARGIN, Evidence, by_mean_costs, together
 from studies.a8_fair_comparison.riccati_worth import CHATTERS, more_or_less, riccati, spread
-from workbench.study.document.finding import Finding, Variation
 
 __all__ = ["answer", "diverged", "pooled_cost", "proposed", "riccati", "winner"]
 
@@ -40,14 +40,14 @@ PLACES = {READINGS.key: "with raw readings", BOTH.key: "behind both observers"}
 UNTRIED = "Other scenarios and ranges, a cost with other terms, and laws that are tuned for another cost."
 
 
-def winner(evidence: Evidence, given: Given) -> Finding:
+def winner(evidence: Evidence, given: Given) -> wb.Finding:
     """The law that is best in most scenarios among laws with the same measurements."""
     first, pooled = base(evidence, given.key), evidence.pooled[given.key][BASE]
     variations = tuple(change.variation for change in changes(evidence, given.key))
     whole = pooled.whole.by[ASKED.words]
     models = "; all but PID have a model" if given in (READINGS, FILTER) else ""
     place = PLACES[given.key]
-    return Finding(
+    return wb.Finding(
         NAMES[given.key],
         f"{place[0].upper()}{place[1:]}, {first.answer} has the lowest {MEASURE} in most of the {SCENARIOS} "
         f"scenarios: {counted(first.counts or {}, SCENARIOS)}.",
@@ -71,46 +71,46 @@ def winner(evidence: Evidence, given: Given) -> Finding:
 def other_searches(evidence: Evidence, given: Given) -> str:
     """The tallies by the second and the third best search of the laws that run with other numbers."""
     found = [
-        f"with {words}, {counted(tally(standings), len(standings.judgements))}"
+        f"with {words}, {counted(count_wins(standings), len(standings.judgements))}"
         for words, standings in evidence.again[given.key].items()
         if words.endswith("laws") and "search" in words
     ]
     return f"The counts change with the tuning search: {'; '.join(found)}." if found else ""
 
 
-def pooled_variations(evidence: Evidence) -> list[Variation]:
+def pooled_variations(evidence: Evidence) -> list[wb.Variation]:
     """Other numbers, weights, ways to pool, each scenario left out of each, and the other measurements."""
     by = evidence.pooled[BOTH.key]
     first = by[BASE]
     weights = {f"weights: {words}": one for words, one in evidence.weighted.get(BOTH.key, {}).items()}
     cost = evidence.cost[BOTH.key]
     again = evidence.again[BOTH.key]
-    others = {words: together(one) for words, one in (again | weights).items()}
+    others = {words: together(one) for words, one in {**again, **weights}.items()}
     others["the geometric mean of the mean costs"] = by_mean_costs(first.members)
     pairs = {words: compared_pairs(one, cost) for words, one in again.items()}
     searched = [
-        Variation(words, one.answer, f"{leading(one, 2)}{pairs.get(words, '')}", WHOLE)
+        wb.Variation(words, one.answer, f"{leading(one, 2)}{pairs.get(words, '')}", WHOLE)
         for words, one in ((words, judgement.by[ASKED.words]) for words, judgement in others.items())
     ]
     variations = [
-        Variation(f"the {way}", p.answer, leading(p.whole.by[ASKED.words], 2), WHOLE)
+        wb.Variation(f"the {way}", p.answer, leading(p.whole.by[ASKED.words], 2), WHOLE)
         for way, p in by.items()
         if p is not first
     ]
     variations += [
-        Variation(f"the {way} without '{s}'", one.answer, leading(one, 2), LESS)
+        wb.Variation(f"the {way} without '{s}'", one.answer, leading(one, 2), LESS)
         for way, p in by.items()
         for s, one in ((s, judgement.by[ASKED.words]) for s, judgement in p.without.items())
     ]
     variations += [
-        Variation(f"the {BASE} with {given.name}", p.answer, leading(p.whole.by[ASKED.words], 2), WHOLE)
+        wb.Variation(f"the {BASE} with {given.name}", p.answer, leading(p.whole.by[ASKED.words], 2), WHOLE)
         for given in GIVEN
         if (p := evidence.pooled[given.key][BASE]) is not first
     ]
     return searched + variations
 
 
-def pooled_cost(evidence: Evidence) -> Finding:
+def pooled_cost(evidence: Evidence) -> wb.Finding:
     """The laws over all scenarios together, and the scenario on which that rests."""
     by = evidence.pooled[BOTH.key]
     first, total = by[BASE], by[SUM]
@@ -124,7 +124,7 @@ def pooled_cost(evidence: Evidence) -> Finding:
         if heavy
         else "no scenario makes up more than half of the sum for any law"
     )
-    return Finding(
+    return wb.Finding(
         "pooled_cost",
         f"Over all {SCENARIOS} scenarios together, behind both observers, "
         + (
@@ -148,7 +148,7 @@ def pooled_cost(evidence: Evidence) -> Finding:
     )
 
 
-def proposed(evidence: Evidence) -> Finding:
+def proposed(evidence: Evidence) -> wb.Finding:
     """The number of scenarios in which AOSMC-RGS is best, whatever it measures."""
     first = base(evidence, BOTH.key)
     others = [change for change in changes(evidence, BOTH.key) if change.counts is not None]
@@ -162,7 +162,7 @@ def proposed(evidence: Evidence) -> Finding:
         balance(Counter(law for one in comparisons for law in one.paired.laws if one.order(law, PROPOSED) == side))
         for side in ("below", "above")
     )
-    return Finding(
+    return wb.Finding(
         "proposed_law",
         f"Behind both observers, which are its own, {PROPOSED} has the lowest {MEASURE} in {places(first) or 'none'} "
         f"of the {SCENARIOS} scenarios.",
@@ -175,7 +175,9 @@ def proposed(evidence: Evidence) -> Finding:
         chosen=f"{CHOSEN} The four repairs of the law in a1.",
         fitted=TUNED,
         answer=frequency(first),
-        variations=tuple(Variation(one.words, frequency(one), f"{places(one)} of {one.scenarios}") for one in others),
+        variations=tuple(
+            wb.Variation(one.words, frequency(one), f"{places(one)} of {one.scenarios}") for one in others
+        ),
         untried=UNTRIED,
     )
 
@@ -229,7 +231,7 @@ def costly(evidence: Evidence) -> str:
     high = np.array([(one.values > CHATTERS).sum(axis=0) for one in costs])
     every: dict[str, list[str]] = {}
     for scenario, one in evidence.cost[BOTH.key].judgements.items():
-        always = (one.paired.values > CHATTERS).all(axis=0)
+        always = np.asarray((one.paired.values > CHATTERS).all(axis=0))
         every[scenario] = [law for law, high_in_all in zip(one.paired.laws, always, strict=True) if high_in_all]
     where = "; ".join(f"{', '.join(laws)} in '{scenario}'" for scenario, laws in every.items() if laws)
     return (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import workbench as wb
 from studies.a8_fair_comparison import changes, findings, riccati_worth
 from studies.a8_fair_comparison.ablations import PARTS, RETUNED, RICCATI, STEADY
 from studies.a8_fair_comparison.conditions import HELD_OUT, PERIOD
@@ -13,12 +14,6 @@ from studies.a8_fair_comparison.evidence import ACCEPTABLE, ASKED, MARGIN, Evide
 from studies.a8_fair_comparison.other_numbers import PLAIN, run_name
 from studies.a8_fair_comparison.tuning_section import trust, tuning
 from studies.paper.rest import REST, rest_section
-from workbench.report.pictures import standings_figure
-from workbench.report.pictures.traces import loops_section
-from workbench.study.document.document import Column, Figure, Page, Paragraph, Section, Table
-from workbench.study.evidence import Judgement, ablation_table, change_without, level_of
-from workbench.study.evidence.comparison_tables import BOLD, HALF
-from workbench.study.study import Results
 
 KNOBS = (
     "Each law runs with its tuned numbers behind both observers, in scenario 'paper' without random draws but for the "
@@ -32,12 +27,12 @@ ERRORS = (
 START = 1.0  # s, in which the laws come to the wanted motion
 LEFT_OUT = {f"without scenario '{one.name}'" for one in HELD_OUT}  # changes with a table of their own
 ORDER = (BOTH, *(given for given in GIVEN if given != BOTH))  # as the findings stand
-BRACKETS = HALF.replace("in brackets", "In brackets:")
+BRACKETS = wb.evidence.HALF.replace("in brackets", "In brackets:")
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     held = evidence(results)
-    return Page(
+    return wb.Page(
         answer=findings.answer(held),
         findings=(
             findings.winner(held, BOTH),
@@ -47,24 +42,30 @@ def sections(results: Results) -> Page:
             findings.riccati(held),
         ),
         sections=(
-            Section("Cost in each scenario", (standings(held, BOTH), short(standings(held, READINGS)))),
+            wb.Section("Cost in each scenario", (standings(held, BOTH), without_note(standings(held, READINGS)))),
             changed(held),
             together(held),
             parts(held),
-            Section(
+            wb.Section(
                 "Other measurements",
-                (Paragraph(lead(held)), short(standings(held, FILTER)), short(standings(held, OBSERVER))),
+                (
+                    wb.Paragraph(lead(held)),
+                    without_note(standings(held, FILTER)),
+                    without_note(standings(held, OBSERVER)),
+                ),
             ),
             conditions_section(),
             tuning(results),
             trust(results, held),
-            loops_section("The laws with knobs", KNOBS, results.scenario(HELD_OUT[0].name), caption=ERRORS, cut=START),
+            wb.pictures.loops_section(
+                "The laws with knobs", KNOBS, results.scenario(HELD_OUT[0].name), caption=ERRORS, cut=START
+            ),
             rest(results),
         ),
     )
 
 
-def rest(results: Results) -> Section:
+def rest(results: wb.Results) -> wb.Section:
     """The linear pictures of the proposed law in its computer, which the knobs move."""
     knobs = (
         "This law was taken because the page judges each of its parts. On the HTML page the knobs of masses, lengths "
@@ -77,7 +78,7 @@ def rest(results: Results) -> Section:
 def lead(held: Evidence) -> str:
     """A reason for the lead of RBF-ASMC with raw readings, with its counts."""
     law = "RBF-ASMC"
-    raw, filtered = (changes.tally(held.cost[given.key]).get(law, 0) for given in (READINGS, FILTER))
+    raw, filtered = (changes.count_wins(held.cost[given.key]).get(law, 0) for given in (READINGS, FILTER))
     return (
         f"The network of {law} has a leak. Near e = 0 it acts as a low-pass filter of s beside the gain K / phi. With "
         f"raw readings, {law} is therefore the only law with a filter against the noise of the velocity. With filtered "
@@ -85,9 +86,9 @@ def lead(held: Evidence) -> str:
     )
 
 
-def standings(held: Evidence, given: Given) -> Figure:
+def standings(held: Evidence, given: Given) -> wb.document.Figure:
     judgements = held.cost[given.key].judgements
-    return standings_figure(
+    return wb.pictures.standings_figure(
         f"standings_{given.key}",
         f"Mean cost of each law in each scenario. Every law has {given.words}.",
         {scenario: one.by for scenario, one in judgements.items()},
@@ -96,12 +97,12 @@ def standings(held: Evidence, given: Given) -> Figure:
     )
 
 
-def short(shown: Figure) -> Figure:
+def without_note(shown: wb.document.Figure) -> wb.document.Figure:
     """A figure without the note that the first of its kind has."""
-    return replace(shown, caption=shown.numbers.caption)
+    return shown if shown.numbers is None else replace(shown, caption=shown.numbers.caption)
 
 
-def changed(held: Evidence) -> Section:
+def changed(held: Evidence) -> wb.Section:
     """The number of scenarios in which each law is best, by what was done otherwise."""
     words = (
         "Each row of these tables changes one thing. The second column has the law with the lowest cost in more than "
@@ -120,27 +121,27 @@ def changed(held: Evidence) -> Section:
         "intervals are narrower, and more scenarios are decided."
     )
     tables = (table for given in ORDER for table in (changes_table(held, given), without_table(held, given)))
-    return Section("What changes the answer", (Paragraph(words), Paragraph(care), *tables))
+    return wb.Section("What changes the answer", (wb.Paragraph(words), wb.Paragraph(care), *tables))
 
 
-def changes_table(held: Evidence, given: Given) -> Table:
+def changes_table(held: Evidence, given: Given) -> wb.document.Table:
     """One row a change of all scenarios: the law that is lowest in most of them, and the tally."""
     whole = {f"all scenarios together, {way}" for way in held.pooled[given.key]}
     rows = [changes.base(held, given.key), *changes.changes(held, given.key)]
     rows = [row for row in rows if (row.counts is not None or row.words in whole) and row.words not in LEFT_OUT]
-    return Table(
+    return wb.document.Table(
         f"changes_{given.key}",
         f"The law with the lowest cost in most scenarios, by what is changed. Every law has {given.words}.",
         (
-            Column("what is changed", width=24),
-            Column("lowest in most", width=12),
-            Column("scenarios in which each law is lowest, or lowest means", width=24),
+            wb.document.Column("what is changed", width=24),
+            wb.document.Column("lowest in most", width=12),
+            wb.document.Column("scenarios in which each law is lowest, or lowest means", width=24),
         ),
         tuple((row.words, row.answer, row.detail) for row in rows),
     )
 
 
-def without_table(held: Evidence, given: Given) -> Table:
+def without_table(held: Evidence, given: Given) -> wb.document.Table:
     """The law that is lowest in most scenarios but one, and over all of them by each way to pool."""
     pools, cost = held.pooled[given.key], held.cost[given.key]
     one, others = changes.base(held, given.key), [changes.without_scenario(cost, s.name) for s in HELD_OUT]
@@ -149,26 +150,26 @@ def without_table(held: Evidence, given: Given) -> Table:
         (s.name, one.answer, one.detail, *(best(pool.without[s.name]) for pool in pools.values()))
         for s, one in zip(HELD_OUT, others, strict=True)
     ]
-    return Table(
+    return wb.document.Table(
         f"without_{given.key}",
         "The law with the lowest cost when one scenario is left out: in most of the others, and over all the others "
         f"together by each mean. Every law has {given.words}.",
         (
-            Column("scenario left out"),
-            Column("lowest in most"),
-            Column("scenarios in which each law is lowest", width=18),
-            *(Column(way) for way in pools),
+            wb.document.Column("scenario left out"),
+            wb.document.Column("lowest in most"),
+            wb.document.Column("scenarios in which each law is lowest", width=18),
+            *(wb.document.Column(way) for way in pools),
         ),
         tuple(rows),
     )
 
 
-def best(judgement: Judgement) -> str:
+def best(judgement: wb.evidence.Judgement) -> str:
     """The law that is significantly lowest, or `NOBODY`."""
     return judgement.by[ASKED.words].best or changes.NOBODY
 
 
-def together(held: Evidence) -> Section:
+def together(held: Evidence) -> wb.Section:
     words = (
         "The costs of ten scenarios become one number in three ways. The arithmetic mean depends most on the scenario "
         "with the largest costs. The geometric mean, and the mean ratio to the best law of each scenario, do not "
@@ -178,7 +179,9 @@ def together(held: Evidence) -> Section:
         "not the geometric mean of the mean costs in the figures above, which a few draws with chattering raise more. "
         f"{rare(held)}"
     )
-    return Section("All scenarios together", (Paragraph(words), *(together_table(held, given) for given in ORDER)))
+    return wb.Section(
+        "All scenarios together", (wb.Paragraph(words), *(together_table(held, given) for given in ORDER))
+    )
 
 
 def rare(held: Evidence) -> str:
@@ -195,7 +198,7 @@ def rare(held: Evidence) -> str:
     )
 
 
-def together_table(held: Evidence, given: Given) -> Table:
+def together_table(held: Evidence, given: Given) -> wb.document.Table:
     by = held.pooled[given.key]
     total = by[changes.SUM]
     name, _ = changes.heaviest(total)
@@ -206,50 +209,50 @@ def together_table(held: Evidence, given: Given) -> Table:
         parts = {scenario: share[law] for scenario, share in total.shares.items() if law in share}
         largest = max(parts, key=lambda scenario: parts[scenario]) if parts else None
         part = 100 * parts[largest] if largest else None
-        rows.append((law, *(level_of(one, law) for one in comparisons), largest, part))
+        rows.append((law, *(wb.evidence.level_of(one, law) for one in comparisons), largest, part))
     columns = (
-        Column("law"),
-        *(Column(head, align="right") for head in heads),
-        Column("largest part"),
-        Column("of the sum", "%", "right", digits=2),
+        wb.document.Column("law"),
+        *(wb.document.Column(head, align="right") for head in heads),
+        wb.document.Column("largest part"),
+        wb.document.Column("of the sum", "%", "right", digits=2),
     )
     whole = comparisons[0]
-    notes = (f"{BOLD} {BRACKETS}; {whole.holds}.", whole.paired.said)
-    return Table(
+    notes = (f"{wb.evidence.BOLD} {BRACKETS}; {whole.holds}.", whole.paired.said)
+    return wb.document.Table(
         f"together_{given.key}", f"Cost over all scenarios. Every law has {given.words}.", columns, tuple(rows), notes
     )
 
 
-def parts_table(held: Evidence) -> Table:
+def parts_table(held: Evidence) -> wb.document.Table:
     """One row a part: the change of the pooled cost without it, with the numbers of the whole law and tuned again."""
     frozen, retuned = held.parts.frozen.whole.by[ASKED.words], held.parts.retuned[changes.BASE].whole.by[ASKED.words]
     name = riccati_worth.decisive(held.parts)
     rest = held.parts.retuned[changes.BASE].without[name].by[ASKED.words]
     searches = held.parts.searches.whole.by[ASKED.words]
     other, *_ = riccati_worth.change_of(searches, run_name(PROPOSED, "_other"))
-    rows = [
+    rows: list[tuple[wb.document.Cell, ...]] = [
         (
             f"without {part}",
-            change_without(frozen, part, PROPOSED),
-            change_without(frozen, STEADY, PROPOSED) if part == RICCATI else None,
-            change_without(retuned, part, PROPOSED),
-            change_without(rest, part, PROPOSED),
+            wb.evidence.change_without(frozen, part, PROPOSED),
+            wb.evidence.change_without(frozen, STEADY, PROPOSED) if part == RICCATI else None,
+            wb.evidence.change_without(retuned, part, PROPOSED),
+            wb.evidence.change_without(rest, part, PROPOSED),
             len(RETUNED[part].tuned),
         )
         for part in PARTS
     ]
-    plain = (change_without(one, PLAIN, PROPOSED) for one in (retuned, rest))
+    plain = (wb.evidence.change_without(one, PLAIN, PROPOSED) for one in (retuned, rest))
     rows.append((f"plain {PLAIN}", None, None, *plain, len(ENTRANTS[BOTH.key][1].tuned)))
-    return Table(
+    return wb.document.Table(
         "parts",
         f"Change of the geometric mean of the cost over all scenarios when {PROPOSED} loses one of its parts.",
         (
-            Column("law"),
-            Column("not tuned again", "%", "right"),
-            Column("not tuned again, P at its steady value", "%", "right"),
-            Column("tuned again", "%", "right"),
-            Column(f"tuned again, without '{name}'", "%", "right"),
-            Column("numbers tuned", align="right"),
+            wb.document.Column("law"),
+            wb.document.Column("not tuned again", "%", "right"),
+            wb.document.Column("not tuned again, P at its steady value", "%", "right"),
+            wb.document.Column("tuned again", "%", "right"),
+            wb.document.Column(f"tuned again, without '{name}'", "%", "right"),
+            wb.document.Column("numbers tuned", align="right"),
         ),
         tuple(rows),
         (
@@ -261,7 +264,7 @@ def parts_table(held: Evidence) -> Table:
     )
 
 
-def parts(held: Evidence) -> Section:
+def parts(held: Evidence) -> wb.Section:
     """The worth of each part of AOSMC-RGS, as tuned and tuned again."""
     words = (
         "The numbers of the whole law do not suit a law that has lost a part. Each law without a part is therefore "
@@ -273,11 +276,11 @@ def parts(held: Evidence) -> Section:
         "observer the law takes the noisy readings; without the disturbance estimate it is "
         f"{PROPOSED} behind observer (10). The last table has the worth of (34) by other searches."
     )
-    by_term = ablation_table(
+    by_term = wb.evidence.ablation_table(
         "parts_by_term",
         "Change of the cost and of each of its terms when a part is taken out and the law is tuned again.",
         held.parts.by_term,
         PROPOSED,
     )
     last = riccati_worth.searches_table(held.parts)
-    return Section("What each part of AOSMC-RGS is worth", (Paragraph(words), parts_table(held), by_term, last))
+    return wb.Section("What each part of AOSMC-RGS is worth", (wb.Paragraph(words), parts_table(held), by_term, last))

@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 
+import workbench as wb
 from studies.a8_fair_comparison.ablations import RICCATI, STEADY
 from studies.a8_fair_comparison.changes import (
     BASE,
@@ -22,9 +23,6 @@ from studies.a8_fair_comparison.changes import (
 from studies.a8_fair_comparison.entrants import BOTH, PROPOSED
 from studies.a8_fair_comparison.evidence import ASKED, Evidence, Parts
 from studies.a8_fair_comparison.other_numbers import AGAIN, PLAIN, run_name
-from workbench.study.document.document import Cell, Column, Table
-from workbench.study.document.finding import Finding, Variation
-from workbench.study.evidence import Comparison, Judgement, Pooled, change_without
 
 TIMES = 1000  # percent, from which on a change is told as a factor
 CHATTERS = 20.0  # a cost five times as high as an acceptable one
@@ -39,27 +37,27 @@ PAIRS = (
 )  # of the whole law, of the other
 
 
-def effect(one: Comparison, without: str, whole: str = PROPOSED) -> str:
+def effect(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED) -> str:
     """The effect of a part on the cost of AOSMC-RGS, in words."""
     if one.alike(whole, without):
         return "no difference"
     return {"below": "better with (34)", "above": "worse with (34)"}.get(one.order(whole, without), OPEN)
 
 
-def change_of(one: Comparison, without: str, whole: str = PROPOSED) -> tuple[float, float, float]:
+def change_of(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED) -> tuple[float, float, float]:
     """The change of the cost of AOSMC-RGS without a part, in percent, and the ends of its interval."""
     at, i, d = one.paired.place(whole), one.paired.place(without), one.difference
     value, low, high = (100 * float(part[i, at] / one.level.value[at]) for part in (d.value, d.low, d.high))
     return value, low, high
 
 
-def least_change(pooled: Pooled, law: str) -> tuple[str, float]:
+def least_change(pooled: wb.evidence.Pooled, law: str) -> tuple[str, float]:
     """The scenario without which the change of the cost is smallest in size, and that change in percent."""
     changed = {scenario: change_of(one.by[ASKED.words], law)[0] for scenario, one in pooled.without.items()}
     return min(changed.items(), key=lambda pair: abs(pair[1]))
 
 
-def moves(one: Comparison, without: str, whole: str = PROPOSED) -> str:
+def moves(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED) -> str:
     """The change of the cost of AOSMC-RGS without a part, as a verb with its figure and its interval."""
     value, low, high = change_of(one, without, whole)
     if value >= TIMES:
@@ -74,7 +72,7 @@ def digits(percent: float, sign: str = "") -> str:
     return f"{percent:{sign}#.2g}".rstrip(".") if 0 < abs(percent) < 99.5 else f"{percent:{sign}.0f}"
 
 
-def spread(judgement: Judgement, rival: str = RICCATI) -> tuple[float, float]:
+def spread(judgement: wb.evidence.Judgement, rival: str = RICCATI) -> tuple[float, float]:
     """The least and the greatest change of the cost without (34), in percent, among all pairs of searches."""
     one = judgement.by[ASKED.words]
     changed = [change_of(one, run_name(rival, b), run_name(PROPOSED, a))[0] for a, b in product(SEARCHES, SEARCHES)]
@@ -102,7 +100,7 @@ def pair_words(rival: str, whole: str, other: str) -> str:
     return f"{law} by {numbers[other]}, the whole law by {numbers[whole]}"
 
 
-def search_variations(parts: Parts) -> Iterator[Variation]:
+def search_variations(parts: Parts) -> Iterator[wb.Variation]:
     """The worth of (34) by the searches of both laws, with all scenarios and without the decisive one."""
     pooled, name = parts.searches, decisive(parts)
     for rival, (whole, other) in product((RICCATI, PLAIN), PAIRS):
@@ -112,9 +110,9 @@ def search_variations(parts: Parts) -> Iterator[Variation]:
             yield effect_of(f"{words}, without '{name}'", pooled.without[name], *laws, question=LESS)
 
 
-def riccati_variations(parts: Parts) -> list[Variation]:
+def riccati_variations(parts: Parts) -> list[wb.Variation]:
     """The worth of (34) by other searches, other pools and other laws without it, and with each scenario left out."""
-    rivals: list[tuple[str, Pooled, str]] = [
+    rivals: list[tuple[str, wb.evidence.Pooled, str]] = [
         (f"the best search of each law, {way}", pooled, RICCATI) for way, pooled in parts.retuned.items()
     ]
     rivals += [
@@ -132,10 +130,12 @@ def riccati_variations(parts: Parts) -> list[Variation]:
     return [*search_variations(parts), *variations]
 
 
-def effect_of(words: str, judgement: Judgement, law: str, whole: str = PROPOSED, question: str = WHOLE) -> Variation:
+def effect_of(
+    words: str, judgement: wb.evidence.Judgement, law: str, whole: str = PROPOSED, question: str = WHOLE
+) -> wb.Variation:
     """A variation of the worth of (34)."""
     one = judgement.by[ASKED.words]
-    return Variation(words, effect(one, law, whole), moves(one, law, whole), question)
+    return wb.Variation(words, effect(one, law, whole), moves(one, law, whole), question)
 
 
 def headline(parts: Parts) -> str:
@@ -190,7 +190,7 @@ def failures(parts: Parts) -> str:
     )
 
 
-def riccati(evidence: Evidence) -> Finding:
+def riccati(evidence: Evidence) -> wb.Finding:
     """The worth of the Riccati equation (34) in AOSMC-RGS."""
     parts = evidence.parts
     one, frozen = parts.retuned[BASE].whole.by[ASKED.words], parts.frozen.whole.by[ASKED.words]
@@ -203,7 +203,7 @@ def riccati(evidence: Evidence) -> Finding:
         else ""
     )
     elsewhere = f" Report a3 asks the same without noise; its answer is '{A3}'." if answer != A3 else ""
-    return Finding(
+    return wb.Finding(
         "riccati_gain",
         headline(parts),
         f"{by_best}Without tuning again, the cost {moves(frozen, STEADY)} if P is kept at its steady value, and "
@@ -223,25 +223,25 @@ def riccati(evidence: Evidence) -> Finding:
     )
 
 
-def searches_table(parts: Parts) -> Table:
+def searches_table(parts: Parts) -> wb.document.Table:
     """One row a pair of searches: the change of the cost without (34), and with scenarios left out."""
     pooled, name = parts.searches, decisive(parts)
     whole, rest = pooled.whole.by[ASKED.words], pooled.without[name].by[ASKED.words]
     others = [one.by[ASKED.words] for scenario, one in pooled.without.items() if scenario != name]
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for rival, (first, second) in product((RICCATI, PLAIN), PAIRS):
         laws = run_name(rival, second), run_name(PROPOSED, first)
         changed = [change_of(one, *laws)[0] for one in others]
-        cells = (change_without(one, *laws) for one in (whole, rest))
+        cells = (wb.evidence.change_without(one, *laws) for one in (whole, rest))
         rows.append((pair_words(rival, first, second), *cells, ends((min(changed), max(changed)))))
-    return Table(
+    return wb.document.Table(
         "searches_of_34",
         f"Change of the {BASE} of the cost without (34), by the searches that are compared.",
         (
-            Column("searches that are compared", width=30),
-            Column("all scenarios", "%", "right"),
-            Column(f"without '{name}'", "%", "right"),
-            Column("without one other scenario", "%", "right"),
+            wb.document.Column("searches that are compared", width=30),
+            wb.document.Column("all scenarios", "%", "right"),
+            wb.document.Column(f"without '{name}'", "%", "right"),
+            wb.document.Column("without one other scenario", "%", "right"),
         ),
         tuple(rows),
         (

@@ -5,6 +5,7 @@ Runs in about ten minutes on two cores.
 
 from collections.abc import Mapping
 
+import workbench as wb
 from studies.a8_fair_comparison.ablations import NEW, as_tuned
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
 from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
@@ -12,11 +13,6 @@ from studies.a8_fair_comparison.evidence import ASKED, DRAWN, OTHERS, name_of, s
 from studies.a8_fair_comparison.other_numbers import AGAIN, run_again
 from studies.a8_fair_comparison.pages import sections
 from studies.paper.rest import REST, UNTIL
-from workbench.engine.metrics import rmse
-from workbench.study.contract import Run, Sweep
-from workbench.study.evidence import least_draws
-from workbench.study.study import Case, Study
-from workbench.study.tuning import Trial, Tuned, Tuning, equal_budget
 
 EVALUATIONS, SEEDS = 160, (1, 2, 3)  # for each number that is tuned, at most; one search each
 SETTLED = 0.4  # of its evaluations, from which on a search that has settled ends
@@ -24,18 +20,18 @@ SHOWN = 0.01  # s, between two points of a curve
 TRAINING_SEED = 80  # of the noise of the first training scenario: no law is judged by noise that it was tuned for
 
 
-def trials(entrant: Entrant) -> tuple[Trial, ...]:
+def trials(entrant: Entrant) -> tuple[wb.tuning.Trial, ...]:
     """A law in the training scenarios."""
     return tuple(
-        Trial(s.name, Run(entrant.loop(s), metrics(s), HORIZON, h=PERIOD, seed=seed))
+        wb.tuning.Trial(s.name, wb.Run(entrant.loop(s), metrics(s), HORIZON, h=PERIOD, seed=seed))
         for seed, s in enumerate(TRAINING, start=TRAINING_SEED)
     )
 
 
-def tunings() -> tuple[Tuning, ...]:
+def tunings() -> tuple[wb.tuning.Tuning, ...]:
     """Every law behind all that it is given, and AOSMC-RGS without each of its parts."""
     tuned = (*ALL, *NEW)
-    return equal_budget(
+    return wb.tuning.equal_budget(
         {one.key: (trials(one), tuple(number.factor for number in one.tuned)) for one in tuned},
         objective,
         evaluations_per_number=EVALUATIONS,
@@ -49,7 +45,7 @@ def tunings() -> tuple[Tuning, ...]:
     )
 
 
-def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
+def sweeps(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[wb.Sweep, ...]:
     """Every law behind all that it is given in every scenario, some with other numbers, and AOSMC-RGS without its "
     "parts.
     """
@@ -63,26 +59,26 @@ def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
     return tuple(made)
 
 
-def cases(tuned: Mapping[str, Tuned]) -> tuple[Case, ...]:
+def cases(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[wb.Case, ...]:
     """Each law behind what BOTH gives it, as it was tuned, in the first held-out scenario, for the page to turn.
 
     The last case holds the proposed law still, for its linear pictures.
     """
     scenario = HELD_OUT[0]
     tracking = tuple(
-        Case(
+        wb.Case(
             scenario.name,
             one.name,
-            Run(one.loop(scenario, tuned[one.key].best), metrics(scenario), HORIZON, SHOWN, PERIOD / 2, seed=DRAWN),
+            wb.Run(one.loop(scenario, tuned[one.key].best), metrics(scenario), HORIZON, SHOWN, PERIOD / 2, seed=DRAWN),
             style=i,
         )
         for i, one in enumerate(ENTRANTS[BOTH.key])
     )
     still = PROPOSAL.loop(scenario.at_rest, tuned[PROPOSAL.key].best)
-    return (*tracking, Case(REST, PROPOSAL.name, Run(still, (rmse(),), UNTIL, SHOWN, PERIOD / 2, seed=DRAWN)))
+    return (*tracking, wb.Case(REST, PROPOSAL.name, wb.Run(still, (wb.rmse(),), UNTIL, SHOWN, PERIOD / 2, seed=DRAWN)))
 
 
-study = Study(
+study = wb.Study(
     name="a8_fair_comparison",
     title="Which law is best: twelve laws with the same measurements and the same tuning",
     question=(
@@ -102,7 +98,7 @@ study = Study(
     tunings=tunings(),
     cases=cases,
     sweeps=sweeps,
-    least=least_draws((ASKED, *OTHERS)),
+    least=wb.evidence.least_draws((ASKED, *OTHERS)),
     works=works,
     sections=sections,
     seed=DRAWN,

@@ -7,18 +7,12 @@ from functools import partial
 
 import numpy as np
 
+import workbench as wb
 from studies.a8_fair_comparison import findings
 from studies.a8_fair_comparison.ablations import NEW
 from studies.a8_fair_comparison.conditions import HELD_OUT, LATE, both
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSED, Entrant
 from studies.a8_fair_comparison.evidence import CONFIDENCE, FAMILY, Evidence
-from workbench.core.notation.formula import symbol
-from workbench.core.validation.refusals import Array
-from workbench.report.pictures import budget_curves, pareto_fronts
-from workbench.study.document.document import Column, Measured, Paragraph, Phrase, Section, Table
-from workbench.study.document.phrases import raised
-from workbench.study.study import Results
-from workbench.study.tuning import Tuned
 
 PARTED = (
     f"The law is {PROPOSED} without one of its parts; without the disturbance estimate it is {PROPOSED} behind "
@@ -39,26 +33,26 @@ RANGES = (
 )
 
 
-def trust(results: Results, held: Evidence) -> Section:
-    return Section(
+def trust(results: wb.Results, held: Evidence) -> wb.Section:
+    return wb.Section(
         "How far to trust this",
         (
-            Paragraph(findings.diverged(held)),
-            Paragraph(
+            wb.Paragraph(findings.diverged(held)),
+            wb.Paragraph(
                 f"Intervals cover the chance of the draws. All intervals of one scenario hold at once with "
                 f"{100 * CONFIDENCE:g} %, and therefore all intervals of a statistic in all {len(HELD_OUT)} scenarios "
                 f"with {100 * FAMILY:g} %. This is approximate: for a skewed sample of 160 draws, intervals of 99.5 % "
                 "covered the truth in 98.7 % of trials. The draws are the same in all scenarios, so that scenarios are "
                 "not independent trials."
             ),
-            Paragraph(
+            wb.Paragraph(
                 "Intervals do not cover the chance of a search, which may end far from another search for the same "
                 "law. Nor do they cover the choice of objective, scenarios and ranges. One run in sixteen was repeated "
                 "with half the step; the error of the step is the largest among these. Over all scenarios together it "
                 "is the mean of the errors of these draws, where each run's error is divided by its own cost. The arm "
                 "is integrated by RK4 with one step in each period of the computer."
             ),
-            Paragraph(
+            wb.Paragraph(
                 "The laws were tuned for two sets of masses. A tuning over random draws could make all of them more "
                 "robust, at many times the cost. The nodes of the network of RBF-ASMC and the rules of Fuzzy-ASMC were "
                 "not tuned: they are those of a1."
@@ -68,10 +62,10 @@ def trust(results: Results, held: Evidence) -> Section:
     )
 
 
-def tuning(results: Results) -> Section:
+def tuning(results: wb.Results) -> wb.Section:
     shown = {one.name: results.tuned(one.key) for one in ENTRANTS[BOTH.key]}
     note = next(iter(shown.values())).note
-    budget = budget_curves(
+    budget = wb.pictures.budget_curves(
         "budget",
         "The least cost that the searches have found so far, for each law behind both observers.",
         {name: curves(one) for name, one in shown.items()},
@@ -82,7 +76,7 @@ def tuning(results: Results) -> Section:
         lambda runs, metric=metric: np.mean([both(sample, metric) for sample in runs.values()], axis=0)
         for metric in (LATE, "TV")
     )
-    front = pareto_fronts(
+    front = wb.pictures.pareto_fronts(
         "front_chattering",
         "Chattering against late error in the training scenarios, for each law behind both observers: the evaluations "
         "that no other evaluation of the same law beats in both.",
@@ -91,24 +85,34 @@ def tuning(results: Results) -> Section:
         "late RMSE [rad]",
         "TV [N m/s]",
     )
-    return Section("Tuning with the same budget", (budget, front, *noted(partial(searches, results), NOTE)))
+    return wb.Section("Tuning with the same budget", (budget, front, *noted(partial(searches, results), NOTE)))
 
 
-def searches(results: Results, key: str, notes: tuple[str, ...]) -> Table:
+def searches(results: wb.Results, key: str, notes: tuple[str, ...]) -> wb.document.Table:
     """The searches of a group of laws that were tuned: budget, least costs, and the doubts about them."""
     words, entrants = GROUPS[key]
     rows = []
     for entrant in entrants:
         tuned = results.tuned(entrant.key)
-        cost, bests = Measured(tuned.objective, tuned.step_error), ", ".join(f"{best:#.4g}" for best in tuned.bests)
+        cost, bests = (
+            wb.document.Measured(tuned.objective, tuned.step_error),
+            ", ".join(f"{best:#.4g}" for best in tuned.bests),
+        )
         physical = (f"'{name}' is at a physical limit: {why}." for name, why in tuned.at_physical.items())
         rows.append((entrant.name, len(entrant.tuned), cost, bests, " ".join((*tuned.warnings, *physical))))
-    heads = (Column("law"), *(Column(name, align="right") for name in ("numbers", "least cost")))
-    columns = (*heads, Column("least cost of each search", width=20), Column("doubts and limits", width=24))
-    return Table(f"searches_{key}", f"The searches. {words}", columns, tuple(rows), notes)
+    heads = (
+        wb.document.Column("law"),
+        *(wb.document.Column(name, align="right") for name in ("numbers", "least cost")),
+    )
+    columns = (
+        *heads,
+        wb.document.Column("least cost of each search", width=20),
+        wb.document.Column("doubts and limits", width=24),
+    )
+    return wb.document.Table(f"searches_{key}", f"The searches. {words}", columns, tuple(rows), notes)
 
 
-def tuned_numbers(results: Results, key: str, notes: tuple[str, ...]) -> Table:
+def tuned_numbers(results: wb.Results, key: str, notes: tuple[str, ...]) -> wb.document.Table:
     """The numbers of a group of laws as tuned, with the ranges in which the searches begin."""
     words, entrants = GROUPS[key]
     rows = []
@@ -116,23 +120,25 @@ def tuned_numbers(results: Results, key: str, notes: tuple[str, ...]) -> Table:
         best = results.tuned(entrant.key).best
         for one in entrant.tuned:
             spread, tuned = f"{one.low:g} to {one.high:g}", f"{best[one.name]:.7g}"
-            rows.append((entrant.name, letter(one.name), raised(one.unit), spread, tuned))
-    heads = tuple(map(Column, ("law", "number", "unit", "a search begins within", "as tuned")))
-    return Table(f"numbers_{key}", f"The numbers as tuned. {words}", heads, tuple(rows), notes)
+            rows.append((entrant.name, letter(one.name), wb.document.raised(one.unit), spread, tuned))
+    heads = tuple(map(wb.document.Column, ("law", "number", "unit", "a search begins within", "as tuned")))
+    return wb.document.Table(f"numbers_{key}", f"The numbers as tuned. {words}", heads, tuple(rows), notes)
 
 
-def noted(make: Callable[[str, tuple[str, ...]], Table], note: str) -> tuple[Table, ...]:
+def noted(make: Callable[[str, tuple[str, ...]], wb.document.Table], note: str) -> tuple[wb.document.Table, ...]:
     """A table of each group of laws, the first with a note."""
     return tuple(make(key, () if i else (note,)) for i, key in enumerate(GROUPS))
 
 
-def letter(name: str) -> Phrase:
+def letter(name: str) -> wb.document.Phrase:
     """A number's name as it is printed: K(0) by its letter too."""
     stem, bracket, rest = name.partition("(")
-    return (symbol(stem), bracket + rest) if bracket else name if name == "lag" else symbol(name)
+    return (
+        (wb.notation.symbol(stem), bracket + rest) if bracket else name if name == "lag" else wb.notation.symbol(name)
+    )
 
 
-def curves(one: Tuned) -> tuple[Array, Array]:
+def curves(one: wb.tuning.Tuned) -> tuple[wb.Array, wb.Array]:
     """The evaluations, and the best so far of each search; one that ended early stays where it was."""
     longest = max(one.searches, key=lambda search: len(search.bests)).spent
     bests = [np.append(s.bests, np.full(len(longest) - len(s.bests), s.bests[-1])) for s in one.searches]

@@ -8,25 +8,11 @@ from itertools import combinations, product
 
 import numpy as np
 
-from studies.a9_sampling.loops import (
-    REALISTIC,
-    RMSE,
-    SCENARIOS,
-    TV,
-    WAYS,
-    Audit,
-    Computer,
-    name_of,
-)
-from studies.a9_sampling.quiet_periods import QuietPeriod, paper_searches, quiet_period
+import workbench as wb
+from studies.a9_sampling.loops import REALISTIC, WAYS, Audit, Computer, name_of
 from studies.paper.card import MARGIN, PROPOSED, PUBLISHED
 from studies.paper.linearization import SEVEN, loop_of
-from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.metrics import measure, total_variation
-from workbench.study import Results, Work
-from workbench.study.evidence.divergence_causes import Causes
-from workbench.study.evidence.law_tables import order
-from workbench.study.study import Outcome
+from studies.paper.quiet_periods import RMSE, SCENARIOS, TV, QuietPeriod, paper_searches, quiet_period
 
 PERIODS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s; each divides the 10 ms of (43)
 APART = (5e-3, 1e-2)  # s, the periods at which integrator and law are told apart
@@ -70,7 +56,9 @@ class Evidence:
             metric, joint, noisy
         )
 
-    def lost_by(self, way: str, scenario: str, period: float, above: float = np.inf, delay: bool = False) -> Integers:
+    def lost_by(
+        self, way: str, scenario: str, period: float, above: float = np.inf, delay: bool = False
+    ) -> wb.core.Integers:
         """(1 + runs,): 1 for a run of AOSMC-RGS that diverges, or has more than `above` times the continuous RMSE.
 
         The run with exact readings comes first.
@@ -80,10 +68,10 @@ class Evidence:
         errors = np.vstack([audit.values[RMSE], audit.noisy[RMSE]])
         return (np.isnan(errors) | (errors > above * np.array(still))).any(axis=1).astype(int)
 
-    def causes(self, scenario: str, period: float, above: float = np.inf, delay: bool = False) -> Causes:
+    def causes(self, scenario: str, period: float, above: float = np.inf, delay: bool = False) -> wb.evidence.Causes:
         """Why AOSMC-RGS loses the runs that explicit Euler loses, at a period at which all ways were run."""
         ways = {way: self.lost_by(way, scenario, period, above, delay) for way in WAYS}
-        return Causes({way: lost[ways["euler"] == 1] for way, lost in ways.items()})
+        return wb.evidence.Causes({way: lost[ways["euler"] == 1] for way, lost in ways.items()})
 
     def worst_step(self, metric: str, period: float) -> float:
         """The largest relative error of a metric by half the substep, of all runs of `ROWS` that stayed finite."""
@@ -103,16 +91,16 @@ class Evidence:
         )
 
 
-def gathered(results: Results) -> Evidence:
+def gathered(results: wb.Results) -> Evidence:
     """The evidence in the runs and searches of the study."""
     audits: dict[Key, Audit] = {(o.case.law, o.case.scenario, None): _continuous(o) for o in results.outcomes}
     audits |= {one: Audit.of(results.sample(name_of(*one))) for one in plan()}
     return Evidence(audits, results.work("quiet"))
 
 
-def works() -> tuple[Work, ...]:
+def works() -> tuple[wb.Work, ...]:
     """The searches for the longest quiet periods, and the curves over the step."""
-    return Work("quiet", quiet_period, paper_searches(), seconds=10.0), Work("steps", curve, CURVES, seconds=1.0)
+    return wb.Work("quiet", quiet_period, paper_searches(), seconds=10.0), wb.Work("steps", curve, CURVES, seconds=1.0)
 
 
 def plan() -> Iterator[tuple[str, str, Computer]]:
@@ -127,7 +115,7 @@ def plan() -> Iterator[tuple[str, str, Computer]]:
         yield PROPOSED, scenario, Computer(period, delay=True, stepping=way)
 
 
-def _continuous(outcome: Outcome) -> Audit:
+def _continuous(outcome: wb.study.Outcome) -> Audit:
     found = outcome.measurement
     pairs = {name: np.array([one.pair for one in found.scores_of(name)]).T for name in found.names}
     values, errors = ({name: both[i] for name, both in pairs.items()} for i in (0, 1))
@@ -138,7 +126,7 @@ def judged(a: Score, b: Score, margin: float = MARGIN) -> str:
     """The side of b on which a lies; a run that diverged is above all others, and beside another one undecided."""
     if np.isinf(a[0]) or np.isinf(b[0]):
         return "undecided" if a[0] == b[0] else "above" if np.isinf(a[0]) else "below"
-    return order(a, b, margin)
+    return wb.evidence.order(a, b, margin)
 
 
 def printed(scores: Scores, margin: float = MARGIN) -> dict[str, set[Pair]]:
@@ -159,8 +147,8 @@ class Curve:
     law: str
     switching: str
     digital: bool
-    h: Array
-    TV: Array
+    h: wb.Array
+    TV: wb.Array
 
 
 CURVES = tuple((law, way, held) for law in ("SMC", PROPOSED) for way in SWITCHING for held in (False, True))
@@ -178,7 +166,7 @@ def curve(kind: tuple[str, str, bool]) -> Curve:
     steps = np.array([REALISTIC / m for m in SUBSTEPS] if held else STEPS)
     rows = []
     for h in steps.tolist():
-        metric = total_variation(REALISTIC if held else h)
-        found = measure(equation, (metric,), until=SHORT, every=SHORT, h=h)
+        metric = wb.total_variation(REALISTIC if held else h)
+        found = wb.measure(equation, (metric,), until=SHORT, every=SHORT, h=h)
         rows.append([found.score(TV, joint).pair[0] for joint in (0, 1)])
     return Curve(law, switching, held, steps, np.array(rows))

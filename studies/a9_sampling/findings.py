@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
+import workbench as wb
 from studies.a9_sampling.evidence import APART, PERIODS, PLACES, Evidence, Scores, printed
-from studies.a9_sampling.loops import MS, NOISY, REALISTIC, RMSE, SCENARIOS, TV, WAYS
+from studies.a9_sampling.loops import MS, NOISY, REALISTIC, WAYS
 from studies.a9_sampling.period_findings import base, longest_period, reference, rule_of_thumb
-from studies.a9_sampling.quiet_periods import ACTING, FACTORS, PAPERS, QUIET, TRUTH, ends, in_ms
-from studies.a9_sampling.words import CHOSEN, FITTED, GIVEN, listed, rounded
+from studies.a9_sampling.words import CHOSEN, FITTED, GIVEN, rounded
 from studies.paper.card import MARGIN, PROPOSED
 from studies.paper.linearization import SEVEN
-from workbench.study.document.finding import Finding, Variation
+from studies.paper.quiet_periods import ACTING, FACTORS, PAPERS, QUIET, RMSE, SCENARIOS, TRUTH, TV, ends, in_ms
 
 PAIR = {"euler": "Euler", "cayley": "Cayley"}
 ROUGH = {"late": (True, False), "noisy": (False, True), "late and noisy": (True, True)}  # with a delay, with noise
@@ -22,7 +23,7 @@ MARGINS = (0.0, 0.05)  # in place of `MARGIN`
 CELLS = tuple((scenario, period) for scenario in SCENARIOS for period in APART)
 
 
-def findings(evidence: Evidence) -> tuple[Finding, ...]:
+def findings(evidence: Evidence) -> tuple[wb.Finding, ...]:
     """All findings."""
     return (
         chattering(evidence),
@@ -37,7 +38,7 @@ def answer(evidence: Evidence) -> str:
     """The answer of the page in one line."""
     late, near = base(evidence), reference(evidence)
     change = worst_change(evidence)[1]
-    quiet = listed(quiet_laws(evidence, evidence.at(TV, REALISTIC)))
+    quiet = wb.document.join_names(quiet_laws(evidence, evidence.at(TV, REALISTIC)))
     return (
         f"At {MS} without noise only {quiet} stay quiet; RMSE changes by at most {100 * change:.1f} %. In the first "
         f"scenario, a period late, {PROPOSED} is quiet up to {in_ms(ends(late))} ms, or {in_ms(ends(near))} ms if "
@@ -55,18 +56,31 @@ def quiet_laws(
     return tuple(law for law in SEVEN if evidence.growth(TV, law, now, scenarios) <= factor)
 
 
-def computers() -> Iterator[tuple[str, float, str, bool, bool]]:
+class Computing(NamedTuple):
+    """A way to compute a law: a period in s, the stepping of AOSMC-RGS, and whether delay and noise are there."""
+
+    period: float
+    stepping: str = "euler"
+    delay: bool = False
+    noisy: bool = False
+
+    def scores(self, evidence: Evidence, metric: str) -> Scores:
+        """The scores of a metric by law, scenario and joint."""
+        return evidence.at(metric, *self)
+
+
+def computers() -> Iterator[tuple[str, Computing]]:
     """All computers of the study in words, with period, stepping of AOSMC-RGS, delay and noise."""
     for way, name in PAIR.items():
         stepping = f", {PROPOSED} by {name} steps" if way != "euler" else ""
         for period in PERIODS:
-            yield f"{1e3 * period:g} ms{stepping}", period, way, False, False
-            yield f"{1e3 * period:g} ms, noisy{stepping}", period, way, False, True
+            yield f"{1e3 * period:g} ms{stepping}", Computing(period, way)
+            yield f"{1e3 * period:g} ms, noisy{stepping}", Computing(period, way, noisy=True)
         for delay, noisy in ((True, False), (True, True)):
-            yield f"{MS}, late{' and noisy' * noisy}{stepping}", REALISTIC, way, delay, noisy
+            yield f"{MS}, late{' and noisy' * noisy}{stepping}", Computing(REALISTIC, way, delay, noisy)
 
 
-def chattering(evidence: Evidence) -> Finding:
+def chattering(evidence: Evidence) -> wb.Finding:
     """The laws that chatter in a computer."""
     now = evidence.at(TV, REALISTIC)
     quiet = quiet_laws(evidence, now)
@@ -74,17 +88,22 @@ def chattering(evidence: Evidence) -> Finding:
     loudest, (place, change, error) = max(growth, key=growth.__getitem__), worst_change(evidence)
     law, scenario, joint = place
     variations = [
-        Variation(words, listed(quiet_laws(evidence, evidence.at(TV, *how))))
-        for words, *how in computers()
-        if how != [REALISTIC, "euler", False, False]
+        wb.Variation(words, wb.document.join_names(quiet_laws(evidence, how.scores(evidence, TV))))
+        for words, how in computers()
+        if how != Computing(REALISTIC)
     ]
     variations += [
-        Variation(f"at most {factor:g} times", listed(quiet_laws(evidence, now, factor))) for factor in FACTORS
+        wb.Variation(f"at most {factor:g} times", wb.document.join_names(quiet_laws(evidence, now, factor)))
+        for factor in FACTORS
     ]
-    variations += [Variation(f"{one} alone", listed(quiet_laws(evidence, now, scenarios=(one,)))) for one in SCENARIOS]
-    return Finding(
+    variations += [
+        wb.Variation(f"{one} alone", wb.document.join_names(quiet_laws(evidence, now, scenarios=(one,))))
+        for one in SCENARIOS
+    ]
+    return wb.Finding(
         "chattering",
-        f"At a period of {MS}, with exact readings, only {listed(quiet)} keep the total variation of their torque "
+        f"At a period of {MS}, with exact readings, only {wb.document.join_names(quiet)} keep the total "
+        f"variation of their torque "
         f"within {QUIET:g} times its value in continuous time; {loudest} has {rounded(growth[loudest])} times that "
         "value.",
         f"The RMSE (43) does not show it: it changes by at most {100 * change:.2f} ± {100 * error:.2f} % ({law}, "
@@ -96,7 +115,7 @@ def chattering(evidence: Evidence) -> Finding:
         given=GIVEN,
         chosen=f"{CHOSEN} The limit of {QUIET:g} times. Memories step by explicit Euler.",
         fitted=FITTED,
-        answer=listed(quiet),
+        answer=wb.document.join_names(quiet),
         variations=tuple(variations),
         untried="A wider boundary layer, or smaller gains, with which fewer laws chatter.",
     )
@@ -135,7 +154,7 @@ def blame_words(integrator: int, law: int, unsettled: int) -> str:
     return "the integrator" if integrator else "the law" if law else "no run is lost"
 
 
-def lost_runs(evidence: Evidence) -> Finding:
+def lost_runs(evidence: Evidence) -> wb.Finding:
     """The runs that diverge, and what loses them."""
     counts = blame(evidence)
     total = sum(counts)
@@ -146,21 +165,21 @@ def lost_runs(evidence: Evidence) -> Finding:
     )
     runs = len(SEVEN) * len(SCENARIOS) * len(PERIODS) * (1 + NOISY)
     variations = [
-        Variation(f"judged by {WAYS[way]} alone", *judged_by(evidence, way)) for way in WAYS if way != "euler"
+        wb.Variation(f"judged by {WAYS[way]} alone", *judged_by(evidence, way)) for way in WAYS if way != "euler"
     ]
     variations += [
-        Variation(f"{scenario}, {1e3 * period:g} ms", blame_words(*blame(evidence, cells=[(scenario, period)])))
+        wb.Variation(f"{scenario}, {1e3 * period:g} ms", blame_words(*blame(evidence, cells=[(scenario, period)])))
         for scenario, period in CELLS
         if sum(blame(evidence, cells=[(scenario, period)]))
     ]
     late = blame(evidence, delay=True)
     if sum(late):
-        variations.append(Variation("torque a period late", blame_words(*late), counted(*late)))
+        variations.append(wb.Variation("torque a period late", blame_words(*late), counted(*late)))
     for above in LOST_ABOVE:
         by = blame(evidence, above)
         words = f"lost: more than {above:g} times the RMSE of continuous time"
-        variations.append(Variation(words, blame_words(*by), counted(*by)))
-    return Finding(
+        variations.append(wb.Variation(words, blame_words(*by), counted(*by)))
+    return wb.Finding(
         "lost_runs",
         f"With explicit Euler {total} of {runs} runs diverge, all of {PROPOSED} at {apart()}. Of these {kept} stay "
         f"finite if (34) alone takes a Cayley step, and {counts[0]} with {WAYS['fine']} a period."
@@ -191,7 +210,7 @@ def late_losses(evidence: Evidence) -> str:
         for period, share in zip(one.found.threshold.values, one.found.worst(TV), strict=True):
             if np.isinf(share):
                 lost.setdefault((one.search.law, one.search.scenario), []).append(f"{1e3 * period:.3g}")
-    each = [f"{law} in {scenario} at {listed(periods)} ms" for (law, scenario), periods in lost.items()]
+    each = [f"{law} in {scenario} at {wb.document.join_names(periods)} ms" for (law, scenario), periods in lost.items()]
     return "; ".join(each) or "none"
 
 
@@ -210,9 +229,9 @@ def judged_by(evidence: Evidence, way: str) -> tuple[str, str]:
 def longest_rmse(evidence: Evidence) -> str:
     """By way of stepping, the RMSE of AOSMC-RGS at the longest period over its value in continuous time, in words."""
     found = {words: evidence.growth(RMSE, PROPOSED, evidence.at(RMSE, max(APART), way)) for way, words in WAYS.items()}
-    finite = listed(f"{ratio:.2f} ({words})" for words, ratio in found.items() if np.isfinite(ratio))
+    finite = wb.document.join_names(f"{ratio:.2f} ({words})" for words, ratio in found.items() if np.isfinite(ratio))
     lost = [words for words, ratio in found.items() if np.isinf(ratio)]
-    diverged = f"; the run by {listed(lost)} diverges" if lost else ""
+    diverged = f"; the run by {wb.document.join_names(lost)} diverges" if lost else ""
     return f"the ratio of the RMSE to that of continuous time is {finite}{diverged}"
 
 
@@ -224,23 +243,23 @@ def apart() -> str:
 # The published order
 
 
-def published_order(evidence: Evidence) -> Finding:
+def published_order(evidence: Evidence) -> wb.Finding:
     """The pairs of the published tables that hold in continuous time, and in a computer."""
     still, now = evidence.still(RMSE), evidence.at(RMSE, REALISTIC, delay=True, noisy=True)
     before, after = printed(still), printed(now)
     kept = len(before["below"] & after["below"])
     variations = [
-        Variation(words, f"{len(before['below'] & printed(evidence.at(RMSE, *how))['below'])}")
-        for words, *how in computers()
-        if how != [REALISTIC, "euler", True, True]
+        wb.Variation(words, f"{len(before['below'] & printed(how.scores(evidence, RMSE))['below'])}")
+        for words, how in computers()
+        if how != Computing(REALISTIC, delay=True, noisy=True)
     ]
     for margin in MARGINS:
         one, other = printed(still, margin), printed(now, margin)
         words = f"apart by more than {100 * margin:g} %"
         held = len(one["below"] & other["below"])
-        variations.append(Variation(words, f"{held}", f"{len(one['below'])} in continuous time"))
+        variations.append(wb.Variation(words, f"{held}", f"{len(one['below'])} in continuous time"))
     total = sum(map(len, before.values()))
-    return Finding(
+    return wb.Finding(
         "published_order",
         f"Of the {total} pairs of laws in the published tables, {len(before['below'])} have the printed order in "
         f"continuous time; {kept} of these keep it at a period of {MS} with delay and noise.",

@@ -8,36 +8,30 @@ from functools import cache
 
 import numpy as np
 
-from studies.paper.card import CARD as PAPER
-from studies.paper.laws import plant
+import workbench as wb
+from studies.paper.laws import plant, state_observer
 from studies.paper.linearization import loop_of
-from workbench.blocks.loop import DigitalLoop, Instruments
-from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.metrics import AbstractMetric, sampled_rmse, total_variation
-from workbench.study import Factor, Run, Sweep, Uniform
-from workbench.study.provenance import Card, assumed
-from workbench.study.sample import Sample
-from workbench.study.uncertainty import Listed
+from studies.paper.quiet_periods import HORIZON, RMSE, SUBSTEP, TV, metrics
 
-CARD = Card(
+CARD = wb.provenance.Card(
     (
-        assumed("realistic period", 1e-3, "s", "a usual rate of robot controllers, 1 kHz", 2.5e-4, 4e-3),
-        assumed("delay", "one period", "", "the torque is computed while the one before acts"),
-        assumed("steps of q", 2 * np.pi / 2**16, "rad", "an encoder of 16 bits on each joint", 1e-6, 1e-3),
-        assumed("noise of q", 5e-5, "rad", "half a step of the encoder", 1e-6, 1e-3),
-        assumed("steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point", 0.0, 1e-2),
-        assumed("noise of qd", 5e-3, "rad/s", "half of the boundary layer; a plain difference has more", 5e-4, 0.1),
+        wb.provenance.assumed("realistic period", 1e-3, "s", "a usual rate of robot controllers, 1 kHz", 2.5e-4, 4e-3),
+        wb.provenance.assumed("delay", "one period", "", "the torque is computed while the one before acts"),
+        wb.provenance.assumed(
+            "steps of q", 2 * np.pi / 2**16, "rad", "an encoder of 16 bits on each joint", 1e-6, 1e-3
+        ),
+        wb.provenance.assumed("noise of q", 5e-5, "rad", "half a step of the encoder", 1e-6, 1e-3),
+        wb.provenance.assumed("steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point", 0.0, 1e-2),
+        wb.provenance.assumed(
+            "noise of qd", 5e-3, "rad/s", "half of the boundary layer; a plain difference has more", 5e-4, 0.1
+        ),
     )
 )
 REALISTIC = float(CARD["realistic period"])
 MS = f"{1e3 * REALISTIC:g} ms"
 NOISY = 7  # runs with noise, beside the one without: what a vector register or two holds
 SEED = 20_09
-SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth
-RMSE, TV = "RMSE (43)", "TV"
-SCENARIOS = ("FS", "SS")
-HORIZON = {scenario: float(PAPER[f"{scenario}: horizon"]) for scenario in SCENARIOS}  # s
-ROUGH = Instruments.of(
+ROUGH = wb.Instruments.of(
     plant("FS"),
     noise={"q": CARD["noise of q"], "qd": CARD["noise of qd"]},
     quantum={"q": CARD["steps of q"], "qd": CARD["steps of qd"]},
@@ -49,9 +43,9 @@ WAYS = {
     "fine": "16 Runge-Kutta steps",
 }
 SENSORS = tuple(f"instruments.sensors[{i}].{name}" for i in (0, 1) for name in ("noise", "quantum"))
-READINGS = Factor("noise and steps", SENSORS, Uniform(0.0, 1.0), share=True)
-RUNS = Listed(np.array([0.0] + [1.0] * NOISY)[:, np.newaxis])  # the first reads exactly
-Values = Mapping[str, Array]
+READINGS = wb.Factor("noise and steps", SENSORS, wb.Uniform(0.0, 1.0), share=True)
+RUNS = wb.uncertainty.Listed(np.array([0.0] + [1.0] * NOISY)[:, np.newaxis])  # the first reads exactly
+Values = Mapping[str, wb.Array]
 
 
 @dataclass(frozen=True)
@@ -80,7 +74,7 @@ class Audit:
     noisy: Values  # by metric (runs, 2): with noise and steps in the readings, fresh ones in each run
 
     @staticmethod
-    def of(sample: Sample) -> Audit:
+    def of(sample: wb.study.Sample) -> Audit:
         """The audit of the runs of a sweep."""
         scores = {metric: [sample.score(metric, joint) for joint in (0, 1)] for metric in (RMSE, TV)}
         values = {metric: np.stack([one.value for one in both], axis=1) for metric, both in scores.items()}
@@ -88,7 +82,7 @@ class Audit:
         return Audit({n: value[0] for n, value in values.items()}, errors, {n: v[1:] for n, v in values.items()})
 
     @property
-    def lost(self) -> Integers:
+    def lost(self) -> wb.core.Integers:
         """(1 + runs,): 1 for a run that diverged, that with exact readings first."""
         return np.isnan([self.values[RMSE][0], *self.noisy[RMSE][:, 0]]).astype(int)
 
@@ -101,27 +95,22 @@ class Audit:
         return (float("inf"), 0.0) if np.isnan(value) else (value, error)
 
 
-def metrics(period: float) -> tuple[AbstractMetric, ...]:
-    """(43) and the total variation of the torque that is held, period by period."""
-    return sampled_rmse(PAPER["sample time of (43)"]), total_variation(period)
-
-
-def digital(law: str, scenario: str, computer: Computer, instruments: Instruments | None = None) -> DigitalLoop:
+def digital(law: str, scenario: str, computer: Computer, instruments: wb.Instruments | None = None) -> wb.DigitalLoop:
     """A law as the computer runs it: the loop of a1, and the memories of AOSMC-RGS stepped in another way if asked."""
     loop, way = loop_of(law, scenario), computer.stepping
     if way.startswith("cayley"):
         loop = replace(loop, controller=replace(loop.controller, integrator="cayley"))
     if way == "cayley":
-        state = replace(loop.observer.state, integrator="cayley")
+        state = replace(state_observer(loop), integrator="cayley")
         loop = replace(loop, observer=replace(loop.observer, state=state))
     waiting = first_torque(law, scenario) if computer.delay else None
-    return DigitalLoop(
+    return wb.DigitalLoop(
         loop, computer.period, instruments, computer.delay, waiting, "fine" if way == "fine" else "declared"
     )
 
 
 @cache
-def first_torque(law: str, scenario: str) -> dict[str, Array]:
+def first_torque(law: str, scenario: str) -> dict[str, wb.Array]:
     """The torque of the first instant, which waits already where it comes late: none is 0."""
     ode = loop_of(law, scenario).ode()
     return {"tau": ode.outputs_at(0.0, ode.states.default)["tau"]}
@@ -134,9 +123,9 @@ def name_of(law: str, scenario: str, computer: Computer) -> str:
     return "".join(c if c.isalnum() else "_" for c in words.lower())
 
 
-def sweep(law: str, scenario: str, computer: Computer) -> Sweep:
+def sweep(law: str, scenario: str, computer: Computer) -> wb.Sweep:
     """A law run by a computer with exact readings, which is run again at half the substep, and with noise."""
     h = computer.period / (2 * computer.substeps)
     loop = digital(law, scenario, computer, ROUGH)
-    run = Run(loop, metrics(computer.period), HORIZON[scenario], h=h, seed=SEED)
-    return Sweep(name_of(law, scenario, computer), run, (READINGS,), RUNS, halved=1 + NOISY)
+    run = wb.Run(loop, metrics(computer.period), HORIZON[scenario], h=h, seed=SEED)
+    return wb.Sweep(name_of(law, scenario, computer), run, (READINGS,), RUNS, halved=1 + NOISY)

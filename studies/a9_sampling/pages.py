@@ -1,26 +1,27 @@
 """The pictures and tables of a9, which follow its findings."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
-from studies.a1_paper_tables.study import STYLES
+import workbench as wb
 from studies.a9_sampling.evidence import (
     APART,
     PERIODS,
     PLACES,
     ROWS,
-    SWITCHING,
-    Curve,
     Evidence,
     Score,
     Scores,
     printed,
 )
 from studies.a9_sampling.findings import PAIR, ROUGH
-from studies.a9_sampling.loops import CARD, MS, NOISY, REALISTIC, RMSE, SCENARIOS, SEED, TV, WAYS
-from studies.a9_sampling.period_rules import BOUND, HALF, MATRIX, RULE
-from studies.a9_sampling.quiet_periods import (
+from studies.a9_sampling.loops import CARD, MS, NOISY, REALISTIC, WAYS
+from studies.paper.card import PROPOSED
+from studies.paper.card import SCENARIOS as TITLES
+from studies.paper.comparison import STYLES
+from studies.paper.period_rules import BOUND, HALF, MATRIX, RULE
+from studies.paper.quiet_periods import (
     ACTING,
     GRID,
     OBSERVERS,
@@ -28,21 +29,21 @@ from studies.a9_sampling.quiet_periods import (
     PAPERS,
     PARTS,
     QUIET,
+    RMSE,
+    SCENARIOS,
     STARTS,
     TRUTH,
+    TV,
     QuietSearch,
     bracket_words,
     ends,
 )
-from studies.paper.card import PROPOSED
-from studies.paper.card import SCENARIOS as TITLES
-from workbench.study.document.document import Cell, Column, Figure, Measured, Panel, Paragraph, Section, Series, Table
 
 SHOWN = {RMSE: (1e-4, 1e-3, 5e-3, 1e-2), TV: (1e-4, 1e-3, 1e-2)}  # s, as a page is wide
 UNITS = {RMSE: ("rad", 1.0), TV: ("kN m/s", 1e-3)}  # with what makes them of rad and N m/s
 
 
-def over_periods(evidence: Evidence, metric: str, name: str) -> Figure:
+def over_periods(evidence: Evidence, metric: str, name: str) -> wb.document.Figure:
     """A metric of all laws over the sampling period, a panel for each scenario and joint."""
     panels, x, what = [], 1e3 * np.array(PERIODS), metric if metric == RMSE else "Total variation (TV) of the torque"
     for scenario, joint in PLACES:
@@ -50,24 +51,24 @@ def over_periods(evidence: Evidence, metric: str, name: str) -> Figure:
         for law, way, label in ROWS:
             y = np.array([evidence.at(metric, T, way)(law, scenario, joint)[0] for T in PERIODS])
             style, still = STYLES[law] if way == "euler" else len(STYLES), evidence.still(metric)(law, scenario, joint)
-            series.append(Series(label, x, np.where(np.isinf(y), np.nan, y), style))
-            series.append(Series(label, [x[0]], [still[0]], style, look="marks"))
+            series.append(wb.document.Series(label, x, np.where(np.isinf(y), np.nan, y), style))
+            series.append(wb.document.Series(label, x[:1], np.array(still[:1]), style, look="marks"))
         title, unit = f"{TITLES[scenario]}, joint {joint + 1}", "rad" if metric == RMSE else "N m/s"
         axes = f"{metric} [{unit}]", tuple(series), "sampling period [ms]"
-        panels.append(Panel(*axes, xscale="log", yscale="log", title=title))
+        panels.append(wb.document.Panel(*axes, xscale="log", yscale="log", title=title))
     caption = (
         f"{what} over the sampling period, with exact readings and no delay. The marks at the left edge are the values "
         "in continuous time. A line ends where the run diverges."
     )
-    return Figure(name, caption, tuple(panels), columns=2)
+    return wb.document.Figure(name, caption, tuple(panels), columns=2)
 
 
-def cell(score: Score, scale: float = 1.0) -> Cell:
+def cell(score: Score, scale: float = 1.0) -> wb.document.Cell:
     """A value with its error in another unit, or that the run diverged."""
-    return "diverged" if np.isinf(score[0]) else Measured(scale * score[0], scale * score[1])
+    return "diverged" if np.isinf(score[0]) else wb.document.Measured(scale * score[0], scale * score[1])
 
 
-def scores_table(metric: str, name: str, evidence: Evidence) -> Table:
+def scores_table(metric: str, name: str, evidence: Evidence) -> wb.document.Table:
     """A metric of all laws and places over the period, and at one period with delay and noise."""
     unit, scale = UNITS[metric]
     heads = ["continuous", *(f"{1e3 * T:g} ms" for T in SHOWN[metric]), *(f"{MS}, {how}" for how in ROUGH)]
@@ -78,11 +79,17 @@ def scores_table(metric: str, name: str, evidence: Evidence) -> Table:
             over += [evidence.at(metric, REALISTIC, way, *how) for how in ROUGH.values()]
             cells = (cell(of(law, scenario, joint), scale) for of in (evidence.still(metric), *over))
             rows.append((label, f"{scenario} {joint + 1}", *cells))
-    columns = (Column("law"), Column("joint"), *(Column(head, unit, "right") for head in heads))
-    return Table(name, f"{metric} over the sampling period, and at {MS} with delay and noise.", columns, tuple(rows))
+    columns = (
+        wb.document.Column("law"),
+        wb.document.Column("joint"),
+        *(wb.document.Column(head, unit, "right") for head in heads),
+    )
+    return wb.document.Table(
+        name, f"{metric} over the sampling period, and at {MS} with delay and noise.", columns, tuple(rows)
+    )
 
 
-def periods_section(evidence: Evidence) -> Section:
+def periods_section(evidence: Evidence) -> wb.Section:
     """Error and chattering over the period, and at one with delay and noise."""
     words = (
         "Brackets give the error, from a run with half the substep of the plant; with noise they give twice the "
@@ -92,10 +99,10 @@ def periods_section(evidence: Evidence) -> Section:
         "as 1/T, and the error that chattering leaves grows as T. An adaptive K grows with that error."
     )
     tables = scores_table(RMSE, "rmse_table", evidence), scores_table(TV, "tv_table", evidence)
-    return Section("Over the sampling period, with delay and noise", (Paragraph(words), *tables))
+    return wb.Section("Over the sampling period, with delay and noise", (wb.Paragraph(words), *tables))
 
 
-def computer_section() -> Section:
+def computer_section() -> wb.Section:
     """The computer that is assumed."""
     words = (
         "Once in a period the computer reads q and qd, steps the memories of law and observer, and sets the torque, "
@@ -110,22 +117,26 @@ def computer_section() -> Section:
         "of 1 ms in continuous time. No torque is limited."
     )
     table = CARD.table("assumed", "computer", "What is assumed of a realistic computer.")
-    return Section("The computer", (Paragraph(words), table))
+    return wb.Section("The computer", (wb.Paragraph(words), table))
 
 
-def apart_section(evidence: Evidence) -> Section:
+def apart_section(evidence: Evidence) -> wb.Section:
     """AOSMC-RGS with four ways to step its memories."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for scenario, period, way in ((s, T, way) for s in SCENARIOS for T in APART for way in WAYS):
         found = evidence.found(PROPOSED, scenario, period, way)
         scores = (cell(found.score(m, joint), UNITS[m][1]) for m in (RMSE, TV) for joint in (0, 1))
         rows.append((scenario, 1e3 * period, WAYS[way], f"{found.lost.sum()} of {1 + NOISY}", *scores))
     columns = (
-        Column("scenario"),
-        Column("period", "ms"),
-        Column("memories step by"),
-        Column("diverged", "", "right"),
-        *(Column(f"{metric}, joint {j}", UNITS[metric][0], "right") for metric in (RMSE, TV) for j in (1, 2)),
+        wb.document.Column("scenario"),
+        wb.document.Column("period", "ms"),
+        wb.document.Column("memories step by"),
+        wb.document.Column("diverged", "", "right"),
+        *(
+            wb.document.Column(f"{metric}, joint {j}", UNITS[metric][0], "right")
+            for metric in (RMSE, TV)
+            for j in (1, 2)
+        ),
     )
     words = (
         "The modes of (34) are about -2 |a|, where a is an eigenvalue of A = -M^-1 K, and they become faster as K "
@@ -135,44 +146,46 @@ def apart_section(evidence: Evidence) -> Section:
         "steps keep a run finite, the integrator lost it. If every way loses the run, the law lost it."
     )
     caption = f"{PROPOSED} with four ways to step its memories and the same noise in each; values are without noise."
-    table = Table("integrators", caption, columns, tuple(rows))
-    return Section("What the integrator loses and what the law loses", (Paragraph(words), table, lost_table(evidence)))
+    table = wb.document.Table("integrators", caption, columns, tuple(rows))
+    return wb.Section(
+        "What the integrator loses and what the law loses", (wb.Paragraph(words), table, lost_table(evidence))
+    )
 
 
-def lost_table(evidence: Evidence) -> Table:
+def lost_table(evidence: Evidence) -> wb.document.Table:
     """The runs that diverge, by law and period."""
     runs = len(SCENARIOS) * (1 + NOISY)
-    rows = [
+    rows: list[tuple[wb.document.Cell, ...]] = [
         (label, *(sum(int(evidence.found(law, at, T, way).lost.sum()) for at in SCENARIOS) for T in PERIODS))
         for law, way, label in ROWS
     ]
-    columns = (Column("law"), *(Column(f"{1e3 * T:g} ms", align="right") for T in PERIODS))
+    columns = (wb.document.Column("law"), *(wb.document.Column(f"{1e3 * T:g} ms", align="right") for T in PERIODS))
     caption = (
         f"Runs that diverge, of {runs} at each period: both scenarios, one run with exact readings, {NOISY} noisy."
     )
-    return Table("lost", caption, columns, tuple(rows))
+    return wb.document.Table("lost", caption, columns, tuple(rows))
 
 
-def places_section(evidence: Evidence) -> Section:
+def places_section(evidence: Evidence) -> wb.Section:
     """The published order over the period."""
     cases: dict[str, Mapping[str, Scores]] = {"continuous time": {way: evidence.still(RMSE) for way in PAIR}}
     cases |= {f"{1e3 * period:g} ms": {way: evidence.at(RMSE, period, way) for way in PAIR} for period in PERIODS}
     cases |= {f"{MS}, {n}": {w: evidence.at(RMSE, REALISTIC, w, *how) for w in PAIR} for n, how in ROUGH.items()}
     kinds = (f"{kind}, {way}" for way in PAIR.values() for kind in ("as printed", "opposite", "too close"))
-    pairs = Table(
+    pairs = wb.document.Table(
         "printed_pairs",
         "The 60 pairs of the two published tables, by RMSE (43) here.",
-        (Column("run by"), *map(Column, kinds)),
+        (wb.document.Column("run by"), *map(wb.document.Column, kinds)),
         tuple((name, *(len(p) for way in PAIR for p in printed(case[way]).values())) for name, case in cases.items()),
         (
             "Euler and Cayley: the steps of AOSMC-RGS. Too close: the difference is below 2 % or below both errors. A "
             "run that diverged counts as larger than all others.",
         ),
     )
-    return Section("The published order over the period", (pairs,))
+    return wb.Section("The published order over the period", (pairs,))
 
 
-def safe_section(evidence: Evidence) -> Section:
+def safe_section(evidence: Evidence) -> wb.Section:
     """The longest quiet periods of all laws, by scenario and start, beside the two rules."""
     again = [one.search.law for one in evidence.quiet if one.found.threshold.beyond]
     unsure = [one.search.law for one in evidence.quiet if not one.found.sure]
@@ -198,7 +211,7 @@ def safe_section(evidence: Evidence) -> Section:
         BOUND,
         ". This is only a bound, as its eigenvalue and its gain may belong to different directions.",
     )
-    return Section("The longest quiet period", (Paragraph(words), Paragraph(rules), quiet_table(evidence)))
+    return wb.Section("The longest quiet period", (wb.Paragraph(words), wb.Paragraph(rules), quiet_table(evidence)))
 
 
 def gain_of_start(evidence: Evidence) -> str:
@@ -211,9 +224,9 @@ def gain_of_start(evidence: Evidence) -> str:
     return f"; from a start on it {PROPOSED} is still quiet up to {times:.1f} times as long a period"
 
 
-def quiet_table(evidence: Evidence) -> Table:
+def quiet_table(evidence: Evidence) -> wb.document.Table:
     """The two ends of each search beside the rules."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for one in evidence.quiet:
         search = one.search
         label = search.law if search.observer == TRUTH else f"{search.law}, {OBSERVERS[search.observer]}"
@@ -222,76 +235,14 @@ def quiet_table(evidence: Evidence) -> Table:
         K = None if one.rules is None else one.rules.K
         rows.append((label, search.scenario, STARTS[search.start], torque, K, bound, rule, bracket_words(ends(one))))
     columns = (
-        *map(Column, ("law", "scenario", "start", "torque")),
-        Column("largest K", "N m", digits=2),
-        *(Column(name, "ms", digits=3) for name in ("bound", "rule")),
-        Column("quiet up to, not at", "ms"),
+        *map(wb.document.Column, ("law", "scenario", "start", "torque")),
+        wb.document.Column("largest K", "N m", digits=2),
+        *(wb.document.Column(name, "ms", digits=3) for name in ("bound", "rule")),
+        wb.document.Column("quiet up to, not at", "ms"),
     )
     caption = "The longest quiet period of each law and the next period tried, beside the rule and the bound."
     notes = (
         "Late: a period, and the observer counts on the torque that acts. The command known: the observer counts on "
         "the commanded torque. A dash: no gain K.",
     )
-    return Table("quiet", caption, columns, tuple(rows), notes)
-
-
-def steps_figure(curves: Sequence[Curve]) -> Figure:
-    """Total variation over the step of the simulation."""
-    panels = []
-    for law in dict.fromkeys(one.law for one in curves):
-        series = []
-        for style, one in enumerate(curve for curve in curves if curve.law == law):
-            label = f"{SWITCHING[one.switching]}, {f'computer of {MS}' if one.digital else 'continuous time'}"
-            points = label, 1e3 * one.h, one.TV[:, 0], style
-            series += [Series(*points), Series(*points, look="marks")]
-        axes = "TV of joint 1 [N m/s]", tuple(series), "step [ms]"
-        panels.append(Panel(*axes, xscale="log", yscale="log", title=law))
-    caption = (
-        "Total variation of the first torque over the Runge-Kutta step, first scenario, 10 s. In continuous time it is "
-        "the step of the loop; with the computer it is the step of the plant within a period."
-    )
-    return Figure("tv_steps", caption, tuple(panels), columns=2)
-
-
-def steps_table(curves: Sequence[Curve]) -> Table:
-    """The change of total variation with the step of the simulation."""
-    rows: list[tuple[Cell, ...]] = []
-    for one in curves:
-        by = f"computer of {MS}" if one.digital else "continuous time"
-        rows.append(
-            (one.law, SWITCHING[one.switching], by, len(one.h), float((one.TV.max(axis=0) / one.TV.min(axis=0)).max()))
-        )
-    columns = (
-        *map(Column, ("law", "switching", "run in")),
-        Column("steps tried", align="right"),
-        Column("largest TV over smallest", "times", "right", digits=4),
-    )
-    notes = ("The larger ratio of the two joints, first scenario, 10 s. The period of the computer stays the same.",)
-    return Table(
-        "steps", "How much the step of the simulation changes the total variation.", columns, tuple(rows), notes
-    )
-
-
-def trust_section(evidence: Evidence, curves: Sequence[Curve]) -> Section:
-    """The errors of the step, and the share of chattering that the simulation alone makes."""
-    rows = [(1e3 * T, *(100 * evidence.worst_step(metric, T) for metric in (RMSE, TV))) for T in PERIODS]
-    columns = (Column("period", "ms"), *(Column(name, "%", "right", digits=2) for name in (RMSE, TV)))
-    errors = Table(
-        "errors",
-        "The largest error of the step, over all laws, joints and scenarios, with exact readings.",
-        columns,
-        tuple(rows),
-        ("Twice the change by half the substep, in parts of the value; of all runs that stay finite.",),
-    )
-    lost = np.array([one.lost for (_, _, computer), one in evidence.audits.items() if computer])
-    words = (
-        "In continuous time RK4 runs at half of the steps of a1, and at a quarter for the error. Beyond the stability "
-        "limit of RK4 it is the step that chatters, and a relay in continuous time varies more at each shorter step. A "
-        "run that chatters depends on its roundings: at 5 and 10 ms one run of an adaptive law stands for many, and "
-        f"the noisy runs show how they differ. Of {len(lost)} loops with a computer {lost[:, 0].sum()} diverged with "
-        f"exact readings, and {lost[:, 1:].sum()} of {NOISY * len(lost)} runs with noise. A run that diverged is "
-        f"named, counts as larger than all others, and enters no mean. The seed of the noise is {SEED}."
-    )
-    return Section(
-        "How far these numbers can be trusted", (Paragraph(words), errors, steps_figure(curves), steps_table(curves))
-    )
+    return wb.document.Table("quiet", caption, columns, tuple(rows), notes)

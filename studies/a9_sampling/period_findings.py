@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
+import workbench as wb
 from studies.a9_sampling.evidence import Evidence
-from studies.a9_sampling.loops import SCENARIOS
-from studies.a9_sampling.period_rules import BOUND, HALF, MATRIX, RULE
-from studies.a9_sampling.quiet_periods import (
+from studies.a9_sampling.words import CHOSEN, COUNTS_ON, FITTED, GIVEN
+from studies.paper.card import PROPOSED
+from studies.paper.period_rules import BOUND, HALF, MATRIX, RULE
+from studies.paper.quiet_periods import (
     ACTING,
     COMMANDED,
     FACTORS,
@@ -16,6 +18,7 @@ from studies.a9_sampling.quiet_periods import (
     ON_REFERENCE,
     PAPERS,
     QUIET,
+    SCENARIOS,
     STARTS,
     TRUTH,
     QuietPeriod,
@@ -26,9 +29,6 @@ from studies.a9_sampling.quiet_periods import (
     ends,
     in_ms,
 )
-from studies.a9_sampling.words import CHOSEN, COUNTS_ON, FITTED, GIVEN, listed
-from studies.paper.card import PROPOSED
-from workbench.study.document.finding import Finding, Variation
 
 BASE = QuietSearch(PROPOSED, delay=True)
 
@@ -55,24 +55,24 @@ def commanded(evidence: Evidence) -> QuietPeriod:
     return next(one for one in evidence.quiet if one.search == replace(BASE, counts_on=COMMANDED))
 
 
-def longest_period(evidence: Evidence) -> Finding:
+def longest_period(evidence: Evidence) -> wb.Finding:
     """The longest quiet period of AOSMC-RGS, by start."""
     late, near = base(evidence), reference(evidence)
     told, told_near = commanded(evidence), reference(evidence, COMMANDED)
     variations = [
-        Variation(conditions(one.search), at_hand_over(one), detail(one))
+        wb.Variation(conditions(one.search), at_hand_over(one), detail(one))
         for one in evidence.searched(law=PROPOSED)
         if one.search != BASE
     ]
     variations += [
-        Variation(
+        wb.Variation(
             f"at most {factor:g} times the total variation",
             at_hand_over(late, factor),
             f"{bracket_words(ends(late, factor))} ms",
         )
         for factor in FACTORS
     ]
-    return Finding(
+    return wb.Finding(
         "longest_period",
         f"In the first scenario, with a torque a period late, {PROPOSED} is quiet up to {in_ms(ends(late))} ms from "
         f"the paper's start and up to {in_ms(ends(near))} ms from a start on the reference; b4 hands it over with a "
@@ -132,7 +132,7 @@ Ratios = Mapping[tuple[str, str], tuple[float, float]]
 
 def too_long(ratios: Ratios) -> str:
     """The loops whose rule is too long: both ends of the search are below it."""
-    return listed(f"{law} in {scenario}" for (law, scenario), (_, high) in ratios.items() if high <= 1)
+    return wb.document.join_names(f"{law} in {scenario}" for (law, scenario), (_, high) in ratios.items() if high <= 1)
 
 
 def within(ratios: Ratios) -> int:
@@ -147,7 +147,7 @@ def farthest(ratios: Ratios) -> tuple[tuple[str, str], float]:
     return worst, off[worst]
 
 
-def rule_variations(evidence: Evidence) -> Iterator[Variation]:
+def rule_variations(evidence: Evidence) -> Iterator[wb.Variation]:
     """The loops for which a rule is too long: the bound, each scenario, other starts and delays, other limits."""
     still = evidence.searched(start=PAPERS, delay=False)
     cases = [("the bound in place of the eigenvalue", ratios_of(still, by="bound"))]
@@ -162,19 +162,19 @@ def rule_variations(evidence: Evidence) -> Iterator[Variation]:
     for factor in FACTORS:
         cases.append((f"at most {factor:g} times the total variation", ratios_of(still, factor)))
     for words, ratios in cases:
-        yield Variation(
+        yield wb.Variation(
             words, f"too long for {too_long(ratios)}", f"between the ends in {within(ratios)} of {len(ratios)}"
         )
 
 
-def rule_of_thumb(evidence: Evidence) -> Finding:
+def rule_of_thumb(evidence: Evidence) -> wb.Finding:
     """The period that the eigenvalues of M^-1 K give, and the bound, beside the longest quiet period."""
     still = evidence.searched(start=PAPERS, delay=False)
     ratios, bounds = ratios_of(still), ratios_of(still, by="bound")
     _, off = farthest(ratios)
     others = f" In the others it is off by at most {100 * off:.2g} %." if off else ""
-    own = listed(f"{ratio_words(bounds[PROPOSED, one])} times the bound in {one}" for one in SCENARIOS)
-    return Finding(
+    own = wb.document.join_names(f"{ratio_words(bounds[PROPOSED, one])} times the bound in {one}" for one in SCENARIOS)
+    return wb.Finding(
         "rule_of_thumb",
         (
             "Without delay the rule ",

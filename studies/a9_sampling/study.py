@@ -3,44 +3,43 @@
 Runs in about four minutes on two idle cores.
 """
 
-from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS, STYLES
-from studies.a9_sampling import pages
+import workbench as wb
+from studies.a9_sampling import pages, trust
 from studies.a9_sampling.evidence import gathered, plan, works
 from studies.a9_sampling.findings import answer, findings
-from studies.a9_sampling.loops import HORIZON, RMSE, SCENARIOS, SEED, TV, metrics, sweep
+from studies.a9_sampling.loops import SEED, sweep
+from studies.paper.comparison import PROPOSED_STEP, STEPS, STYLES
 from studies.paper.linearization import SEVEN, loop_of
-from workbench.study.contract import Run
-from workbench.study.document.document import Page, Section
-from workbench.study.study import Case, Results, Study
+from studies.paper.quiet_periods import HORIZON, RMSE, SCENARIOS, TV, metrics
 
 
-def continuous(scenario: str, law: str) -> Case:
+def continuous(scenario: str, law: str) -> wb.Case:
     """A law without a computer, at the step of a1."""
     h = STEPS.get(law, PROPOSED_STEP) / 2
-    run = Run(loop_of(law, scenario), metrics(1e-3), HORIZON[scenario], 0.01, h)
-    return Case(scenario, law, run, STYLES[law])
+    run = wb.Run(loop_of(law, scenario), metrics(1e-3), HORIZON[scenario], 0.01, h)
+    return wb.Case(scenario, law, run, STYLES[law])
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The whole page."""
     evidence = gathered(results)
     pictures = (pages.over_periods(evidence, TV, "tv_periods"), pages.over_periods(evidence, RMSE, "rmse_periods"))
-    return Page(
+    return wb.Page(
         answer(evidence),
         findings(evidence),
         (
-            Section("Torque and error over the sampling period", pictures),
+            wb.Section("Torque and error over the sampling period", pictures),
             pages.safe_section(evidence),
             pages.apart_section(evidence),
             pages.places_section(evidence),
             pages.periods_section(evidence),
             pages.computer_section(),
-            pages.trust_section(evidence, results.work("steps")),
+            trust.trust_section(evidence, results.work("steps")),
         ),
     )
 
 
-study = Study(
+study = wb.Study(
     name="a9_sampling",
     title="The paper's laws as sampled-data loops",
     question=(

@@ -15,15 +15,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+import workbench as wb
 from studies.b0_robots import mujoco_arm, sympy_chain
-from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import CATALOGUE, PlanarArm, SpatialArm, lagrange
-from workbench.arms.mechanics.arm_catalogue import planar
-from workbench.core import Entry, Layout, lift
-from workbench.core.notation.program import walk
-from workbench.core.validation.refusals import Array
 
-Arm = PlanarArm | SpatialArm
+Arm = wb.arms.mechanics.PlanarArm | wb.arms.mechanics.SpatialArm
 REPETITIONS, STATES, SEED = 5, 50, 4
 LINKS = (2, 3, 4, 5, 6)
 PATIENCE = 120.0  # s for one answer of SymPy
@@ -67,14 +62,18 @@ def seconds(work: Callable[[], object]) -> tuple[float, ...]:
 
 def differentiate(arm: Arm) -> object:
     """M, C and G over letters, their function, and the one that holds the derivatives of both directions."""
-    rest, dynamics = np.zeros(arm.dof), Dynamics.of(arm)
+    rest, dynamics = np.zeros(arm.dof), wb.arms.Dynamics.of(arm)
     return dynamics.matrices(rest, rest), dynamics.acceleration(rest, rest, rest)
 
 
 def robot(name: str) -> Robot:
     """Everything of one arm."""
-    arm = CATALOGUE[name]()
-    rest, letters, numbers = np.zeros(arm.dof), Dynamics.of(arm, name), Dynamics.of(arm, name, symbolic=False)
+    arm = wb.arms.mechanics.CATALOGUE[name]()
+    rest, letters, numbers = (
+        np.zeros(arm.dof),
+        wb.arms.Dynamics.of(arm, name),
+        wb.arms.Dynamics.of(arm, name, symbolic=False),
+    )
     matrices = (letters.M, letters.C, letters.G)
     together = [ca.horzcat(*matrices), ca.horzcat(numbers.M, numbers.C, numbers.G), letters.tau]
     return Robot(
@@ -82,8 +81,8 @@ def robot(name: str) -> Robot:
         arm.dof,
         letters.p.size,
         tuple(map(operations, (*matrices, *together))),
-        made=seconds(CATALOGUE[name]),
-        derived=seconds(lambda: Dynamics.of(arm).matrices(rest, rest)),
+        made=seconds(wb.arms.mechanics.CATALOGUE[name]),
+        derived=seconds(lambda: wb.arms.Dynamics.of(arm).matrices(rest, rest)),
         differentiated=seconds(lambda: differentiate(arm)),
         by_energies=by_energies(arm, numbers),
         by_mujoco=by_mujoco(arm, numbers) if mujoco_arm.INSTALLED else None,
@@ -92,19 +91,19 @@ def robot(name: str) -> Robot:
 
 def operations(expression: ca.SX) -> int:
     """The additions, products, sines and so on that a value takes, equal ones once."""
-    return sum(bool(node.operands) for node in walk(expression, cse=True).nodes)
+    return sum(bool(node.operands) for node in wb.notation.walk(expression, cse=True).nodes)
 
 
-def states(joints: int) -> Array:
+def states(joints: int) -> wb.Array:
     """Random positions, velocities and accelerations, (STATES, 3, n)."""
     spread = np.array([[np.pi], [2.0], [5.0]])
     return np.asarray(np.random.default_rng(SEED).uniform(-1, 1, (STATES, 3, joints)) * spread)
 
 
-def by_energies(arm: Arm, dynamics: Dynamics) -> float:
+def by_energies(arm: Arm, dynamics: wb.arms.Dynamics) -> float:
     """M qdd + C qd + G against Lagrange's equation of the energies."""
     q, qd, qdd = (ca.SX.sym(name, arm.dof) for name in ("q", "qd", "qdd"))
-    tau = lagrange.torque(arm.kinetic_energy(q, qd), arm.potential_energy(q), q, qd, qdd)
+    tau = wb.arms.mechanics.lagrange.torque(arm.kinetic_energy(q, qd), arm.potential_energy(q), q, qd, qdd)
     other = ca.Function("lagrange", [q, qd, qdd], [tau])
     worst = 0.0
     for at_q, at_qd, at_qdd in states(arm.dof):
@@ -115,7 +114,7 @@ def by_energies(arm: Arm, dynamics: Dynamics) -> float:
     return worst
 
 
-def by_mujoco(arm: Arm, dynamics: Dynamics) -> float:
+def by_mujoco(arm: Arm, dynamics: wb.arms.Dynamics) -> float:
     """M, and C qd + G, against MuJoCo."""
     engine, worst = mujoco_arm.engine(arm), 0.0
     for q, qd, _ in states(arm.dof):
@@ -129,8 +128,8 @@ def by_mujoco(arm: Arm, dynamics: Dynamics) -> float:
 
 def chain_function(joints: int) -> ca.Function:
     """M, C and G of the chain as a function, all its numbers being arguments: the rival of SymPy's."""
-    lifted = lift(planar(joints))
-    q, qd = (Layout((Entry(letter, np.zeros(joints)),)).symbols() for letter in ("q", "qd"))
+    lifted = wb.core.lift(wb.arms.mechanics.planar(joints))
+    q, qd = (wb.Layout((wb.core.Entry(letter, np.zeros(joints)),)).symbols() for letter in ("q", "qd"))
     arm = lifted.block
     matrices = [arm.mass_matrix(q), arm.coriolis_matrix(q, qd), arm.gravity_vector(q)]
     return ca.Function("dynamics", [q, qd, lifted.symbols], matrices, {"cse": True})
@@ -160,11 +159,13 @@ class Chain:
 def chain(links: int) -> Chain:
     """Everything of one length."""
     answers = [by_sympy(method, links) for method in sympy_chain.METHODS]
-    ours, errors = Dynamics.of(planar(links)).matrices(*sympy_chain.values(links)), []
+    ours, errors = wb.arms.Dynamics.of(wb.arms.mechanics.planar(links)).matrices(*sympy_chain.values(links)), []
     for answer in filter(None, answers):
         theirs = (np.array(answer["at"][letter]) for letter in "MCG")
         errors += [np.max(np.abs(x - y)) / np.max(np.abs(x)) for x, y in zip(ours, theirs, strict=True)]
-    bias, matrices = (tuple(answer and answer[part] for answer in answers) for part in ("bias", "matrices"))
+    bias, matrices = (
+        tuple(None if answer is None else float(answer[part]) for answer in answers) for part in ("bias", "matrices")
+    )
     return Chain(
         links, median(seconds(lambda: chain_function(links))), bias, matrices, max(map(float, errors), default=None)
     )

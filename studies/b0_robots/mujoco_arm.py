@@ -8,23 +8,23 @@ from typing import Any
 
 import numpy as np
 
-from workbench.arms.mechanics import PlanarArm, SpatialArm
-from workbench.arms.mechanics.planar_arm import DIRECTIONS
-from workbench.core.validation.refusals import Array
+import workbench as wb
 
 INSTALLED = importlib.util.find_spec("mujoco") is not None
 # MuJoCo asks for positive moments: those of a point mass are raised to this, far below rounding.
 LEAST = 2e-15
 
 
-def engine(arm: PlanarArm | SpatialArm) -> Callable[[Array, Array], tuple[Array, Array]]:
+def engine(
+    arm: wb.arms.mechanics.PlanarArm | wb.arms.mechanics.SpatialArm,
+) -> Callable[[wb.Array, wb.Array], tuple[wb.Array, wb.Array]]:
     """A function to M (n, n) and the bias C qd + G (n,) at a state (q, qd), by MuJoCo."""
     import mujoco
 
     model: Any = mujoco.MjModel.from_xml_string(mjcf(arm))
     data = mujoco.MjData(model)
 
-    def at(q: Array, qd: Array) -> tuple[Array, Array]:
+    def at(q: wb.Array, qd: wb.Array) -> tuple[wb.Array, wb.Array]:
         data.qpos[:], data.qvel[:] = q, qd
         mujoco.mj_forward(model, data)
         M = np.zeros((arm.dof, arm.dof))
@@ -34,7 +34,7 @@ def engine(arm: PlanarArm | SpatialArm) -> Callable[[Array, Array], tuple[Array,
     return at
 
 
-def mjcf(arm: PlanarArm | SpatialArm) -> str:
+def mjcf(arm: wb.arms.mechanics.PlanarArm | wb.arms.mechanics.SpatialArm) -> str:
     """The arm in MuJoCo's language."""
     held = list(bodies(arm))
 
@@ -47,16 +47,16 @@ def mjcf(arm: PlanarArm | SpatialArm) -> str:
     )
 
 
-def bodies(arm: PlanarArm | SpatialArm) -> Iterator[tuple[int, str]]:
+def bodies(arm: wb.arms.mechanics.PlanarArm | wb.arms.mechanics.SpatialArm) -> Iterator[tuple[int, str]]:
     """Each body with the number of its carrier; the plane is x to the right, z upward, and hinges turn from x to z."""
-    if isinstance(arm, SpatialArm):
+    if isinstance(arm, wb.arms.mechanics.SpatialArm):
         for link in arm.links:
             xx, xy, xz, yy, yz, zz = link.inertia
             joint = "slide" if link.joint == "prismatic" else "hinge"
             pose = (link.position, np.asarray(link.rotation), joint, link.axis)
             yield link.parent, body(*pose, link.mass, link.com, (xx, yy, zz), (xy, xz, yz))
         return
-    right, up = DIRECTIONS[arm.zero]
+    right, up = wb.arms.mechanics.DIRECTIONS[arm.zero]
     along, left, place = np.array([right, 0.0, up]), np.array([-up, 0.0, right]), np.zeros(3)
     for i, rod in enumerate(arm.links):
         com = rod.com * along + rod.offset * left
@@ -64,7 +64,9 @@ def bodies(arm: PlanarArm | SpatialArm) -> Iterator[tuple[int, str]]:
         place = rod.length * along
 
 
-def body(place: Any, rotation: Array, joint: str, axis: Any, mass: float, com: Any, moments: Any, products: Any) -> str:
+def body(
+    place: Any, rotation: wb.Array, joint: str, axis: Any, mass: float, com: Any, moments: Any, products: Any
+) -> str:
     """One body with its joint, not yet closed."""
 
     def row(*vectors: Any) -> str:

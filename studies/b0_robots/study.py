@@ -5,35 +5,30 @@ Runs in about two minutes on two cores. It measures time: the page is not the sa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from statistics import median
 
 import numpy as np
 
+import workbench as wb
 from studies.b0_robots.measurements import LINKS, PATIENCE, SEED, STATES, Chain, Robot, chain, robot
-from workbench.arms.mechanics import CATALOGUE
-from workbench.study import Finding, Page, Variation
-from workbench.study.document.document import Column, Figure, Panel, Paragraph, Section, Series, Table
-from workbench.study.study import Results, Study
-from workbench.study.writeup import testbed
 
 METHODS = ("Kane", "Lagrange")
 SEVEN_JOINTS, LONGEST, FASTER = "panda", 0.3, 50.0
 ROUNDING = 1e-13  # of the largest term, some hundred operations
-robots = cache(lambda: tuple(map(robot, CATALOGUE)))
+robots = cache(lambda: tuple(map(robot, wb.arms.mechanics.CATALOGUE)))
 chains = cache(lambda: tuple(map(chain, LINKS)))
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The findings, the picture and SymPy, then the catalogue."""
     del results
-    return Page(
+    return wb.Page(
         answer=answer(),
         findings=findings(),
         sections=(
-            Section("Beside SymPy", (times(), peers(), Paragraph(fairness()), Paragraph(testbed()))),
-            Section("The catalogue", (counts(), oracles())),
+            wb.Section("Beside SymPy", (times(), peers(), wb.Paragraph(fairness()), wb.Paragraph(wb.study.testbed()))),
+            wb.Section("The catalogue", (counts(), oracles())),
         ),
     )
 
@@ -50,7 +45,7 @@ def seven() -> Robot:
 
 def answer() -> str:
     """The page in one line."""
-    beside = span([ratio for _, ratio in ratios()])
+    beside = times_as_fast()
     faster = f"; those of planar chains are derived {beside} times as fast as by SymPy" if beside else ""
     engine = max((one.by_mujoco for one in robots() if one.by_mujoco is not None), default=None)
     agree = "" if engine is None else f"; all {len(robots())} arms agree with MuJoCo to {engine:.0e}"
@@ -65,23 +60,15 @@ def ratios() -> list[tuple[Chain, float]]:
     return [(one, one.ratio) for one in chains() if one.ratio is not None]
 
 
-def span(values: Sequence[float]) -> str:
-    """The least and the largest of some values; empty where there is none."""
-    if not values:
-        return ""
-    low, high = f"{min(values):.3g}", f"{max(values):.3g}"
-    return low if low == high else f"{low} to {high}"
-
-
 MACHINE = "One machine, named below, and one run of the page."
 
 
-def findings() -> tuple[Finding, ...]:
+def findings() -> tuple[wb.Finding, ...]:
     """The largest errors, and the two bars."""
     return error_finding(), time_finding(), *sympy_findings()
 
 
-def time_finding() -> Finding:
+def time_finding() -> wb.Finding:
     """The time to an arm of seven joints, in each repetition."""
     spent, without = seven().differentiated, median(seven().derived)
     middle = median(spent)
@@ -89,7 +76,7 @@ def time_finding() -> Finding:
     scatter = (
         "" if steady else f" Without derivatives it took {without:.3g} s, so that times scatter by more than this."
     )
-    return Finding(
+    return wb.Finding(
         name="seven_joints",
         statement=f"Seven joints ({SEVEN_JOINTS}) with all first derivatives take {middle:.3g} s of one core; the bar "
         f"is {LONGEST:g} s.",
@@ -101,20 +88,21 @@ def time_finding() -> Finding:
         chosen="The bar.",
         answer=word(middle <= LONGEST),
         variations=tuple(
-            Variation(f"repetition {i}", word(one <= LONGEST), f"{one:.3g} s") for i, one in enumerate(spent, start=1)
+            wb.Variation(f"repetition {i}", word(one <= LONGEST), f"{one:.3g} s")
+            for i, one in enumerate(spent, start=1)
         ),
         untried="another machine, and one that others use too",
         settled=steady,
     )
 
 
-def sympy_findings() -> tuple[Finding, ...]:
+def sympy_findings() -> tuple[wb.Finding, ...]:
     """The ratio to SymPy, for each chain and each of its methods; none where it is not installed."""
     first, longest = chains()[0], chains()[-1]
     if longest.ratio is None:
         return ()
     made = [
-        Variation(f"{one.links} links", word(one.ratio >= FASTER), f"{one.ratio:.3g} times")
+        wb.Variation(f"{one.links} links", word(one.ratio >= FASTER), f"{one.ratio:.3g} times")
         for one in chains()[:-1]
         if one.ratio is not None
     ]
@@ -122,13 +110,15 @@ def sympy_findings() -> tuple[Finding, ...]:
         for name, one in zip(METHODS, spent, strict=True):
             if one is not None:
                 made.append(
-                    Variation(f"{name}, {what}", word(one >= FASTER * longest.ours), f"{one / longest.ours:.3g} times")
+                    wb.Variation(
+                        f"{name}, {what}", word(one >= FASTER * longest.ours), f"{one / longest.ours:.3g} times"
+                    )
                 )
     return (
-        Finding(
+        wb.Finding(
             name="beside_sympy",
             statement=f"M, C and G of planar chains of {first.links} to {longest.links} links are derived "
-            f"{span([ratio for _, ratio in ratios()])} times as fast as by the faster method of SymPy; the bar of "
+            f"{times_as_fast()} times as fast as by the faster method of SymPy; the bar of "
             f"{FASTER:g} times is for {longest.links} links, where it is {longest.ratio:.3g}.",
             evidence="Ours ends in a function that can be called, SymPy's in expressions; compiling is not counted. "
             "SymPy gives M and the whole bias; C and G are made of them by this study, which is part of its time.",
@@ -143,7 +133,7 @@ def sympy_findings() -> tuple[Finding, ...]:
     )
 
 
-def error_finding() -> Finding:
+def error_finding() -> wb.Finding:
     """The largest errors of all arms: against MuJoCo where it is installed, and against their own energies."""
     energies = max(one.by_energies for one in robots())
     by_engine = {one.name: one.by_mujoco for one in robots() if one.by_mujoco is not None}
@@ -152,7 +142,7 @@ def error_finding() -> Finding:
     both = own if engine is None else f"against MuJoCo {engine:.1g}, {own}"
     ends = [(f"{name}, MuJoCo", one) for name, one in by_engine.items()]
     ends += [(f"{one.name}, energies", one.by_energies) for one in robots()]
-    return Finding(
+    return wb.Finding(
         name="errors_of_equations",
         statement=f"The largest error of any arm, relative to the largest term, is {both}.",
         evidence="MuJoCo shares nothing with us but the numbers of the arm; there a point mass has a moment of 2e-15 "
@@ -163,8 +153,13 @@ def error_finding() -> Finding:
         given="The same numbers of each arm.",
         chosen="Ranges of the states.",
         answer=size(energies if engine is None else engine),
-        variations=tuple(Variation(words, size(one), f"{one:.1g}") for words, one in ends),
+        variations=tuple(wb.Variation(words, size(one), f"{one:.1g}") for words, one in ends),
     )
+
+
+def times_as_fast() -> str:
+    """The ratios of our speed to that of SymPy, in words."""
+    return wb.document.span([ratio for _, ratio in ratios()], "{:.3g}".format)
 
 
 def size(error: float) -> str:
@@ -172,10 +167,12 @@ def size(error: float) -> str:
     return f"below {ROUNDING:g}" if error < ROUNDING else f"not below {ROUNDING:g}"
 
 
-def counts() -> Table:
+def counts() -> wb.document.Table:
     """Operations of the equations."""
     heads = ("robot", "joints", "symbols", "M", "C", "G", "M, C, G", "with numbers", "torque")
-    rows = tuple((r.name, r.joints, r.letters, *r.operations) for r in robots())
+    rows: tuple[tuple[wb.document.Cell, ...], ...] = tuple(
+        (r.name, r.joints, r.letters, *r.operations) for r in robots()
+    )
     notes = (
         "Symbols: the numbers of the arm, each kept as a symbol. M, C, G: all three together. With numbers: the same "
         "with the arm's numbers in place of symbols. Torque: inverse dynamics, which spatial arms have by recursion.",
@@ -183,16 +180,16 @@ def counts() -> Table:
     caption = (
         "The number of operations in the equations of each arm: additions, products, sines; equal ones count once."
     )
-    return Table("operations", caption, tuple(map(Column, heads)), rows, notes)
+    return wb.document.Table("operations", caption, tuple(map(wb.document.Column, heads)), rows, notes)
 
 
-def oracles() -> Table:
+def oracles() -> wb.document.Table:
     """Times and errors."""
     columns = (
-        Column("robot"),
-        Column("arm made", unit="ms", digits=2),
-        *(Column(head, unit="ms", digits=3) for head in ("equations derived", "with derivatives")),
-        *(Column(head, digits=2) for head in ("error by MuJoCo", "error by energies")),
+        wb.document.Column("robot"),
+        wb.document.Column("arm made", unit="ms", digits=2),
+        *(wb.document.Column(head, unit="ms", digits=3) for head in ("equations derived", "with derivatives")),
+        *(wb.document.Column(head, digits=2) for head in ("error by MuJoCo", "error by energies")),
     )
     rows = tuple(
         (r.name, *(1e3 * median(one) for one in (r.made, r.derived, r.differentiated)), r.by_mujoco, r.by_energies)
@@ -204,37 +201,41 @@ def oracles() -> Table:
         "their five first derivatives. Each is timed by itself, so that two times that differ by less than they "
         "scatter may stand in the wrong order. A dash: not installed here.",
     )
-    return Table("oracles", "Times of one core to each arm, and its largest errors.", columns, rows, notes)
+    return wb.document.Table("oracles", "Times of one core to each arm, and its largest errors.", columns, rows, notes)
 
 
-def peers() -> Table:
+def peers() -> wb.document.Table:
     """SymPy beside us."""
     times = [f"{name}: {what}" for what in ("M, C qd + G", "M, C, G") for name in METHODS]
     columns = (
-        Column("links"),
-        *(Column(head, unit="s", digits=3) for head in ("ours: M, C, G", *times)),
-        Column("times as fast", digits=3),
-        Column("difference", digits=2),
+        wb.document.Column("links"),
+        *(wb.document.Column(head, unit="s", digits=3) for head in ("ours: M, C, G", *times)),
+        wb.document.Column("times as fast", digits=3),
+        wb.document.Column("difference", digits=2),
     )
     rows = tuple((one.links, one.ours, *one.bias, *one.matrices, one.ratio, one.error) for one in chains())
     note = (
         f"A dash: SymPy is not installed, or had no answer in {PATIENCE:g} s. Times as fast: beside its faster method. "
         "Difference: of the numbers of both at one state, relative to the largest entry."
     )
-    return Table("sympy", "Seconds of a core to the equations of a planar chain.", columns, rows, (note,))
+    return wb.document.Table("sympy", "Seconds of a core to the equations of a planar chain.", columns, rows, (note,))
 
 
-def times() -> Figure:
+def times() -> wb.document.Figure:
     """The seconds over the links."""
-    curves = {"workbench": [one.ours for one in chains()]}
+    curves: dict[str, list[float | None]] = {"workbench": [one.ours for one in chains()]}
     curves |= {f"SymPy, {name}": [one.matrices[i] for one in chains()] for i, name in enumerate(METHODS)}
     series = []
     for style, (label, spent) in enumerate(curves.items()):
         points = [(links, one) for links, one in zip(LINKS, spent, strict=True) if one is not None]
         if points:
-            series += [Series(label, *np.array(points, dtype=float).T, style, look) for look in ("line", "marks")]
-    panel = Panel("time to M, C and G [s]", tuple(series), xlabel="links", yscale="log")
-    return Figure("chains", "Seconds of a core to M, C and G of a planar chain, over its links.", (panel,))
+            x, y = np.array(points, dtype=float).T
+            series += [
+                wb.document.Series(label, x, y, style, "line"),
+                wb.document.Series(label, x, y, style, "marks"),
+            ]
+    panel = wb.document.Panel("time to M, C and G [s]", tuple(series), xlabel="links", yscale="log")
+    return wb.document.Figure("chains", "Seconds of a core to M, C and G of a planar chain, over its links.", (panel,))
 
 
 def fairness() -> str:
@@ -251,7 +252,7 @@ def fairness() -> str:
     )
 
 
-study = Study(
+study = wb.Study(
     name="b0_robots",
     title="The catalogue of arms: what deriving them costs, and how right they are",
     question=(

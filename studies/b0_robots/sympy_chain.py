@@ -101,8 +101,8 @@ def measure(name: str, joints: int) -> dict[str, Any]:
     parts = {"M": M.tolist(), "C": C, "G": [G], "bias": [list(bias)]}
     known = numbers(made)
     at = {letter: [[float(x.subs(known)) for x in row] for row in rows] for letter, rows in parts.items()}
-    at |= {letter: at[letter][0] for letter in ("G", "bias")}
-    return {"bias": middle - begin, "matrices": end - begin, "at": at}
+    rows = {letter: at[letter][0] for letter in ("G", "bias")}
+    return {"bias": middle - begin, "matrices": end - begin, "at": {**at, **rows}}
 
 
 def values(joints: int) -> tuple[list[float], list[float]]:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+import workbench as wb
 from studies.b1_chattering.loops import LAGS, LATE, NEARLY, PERIODS, PHI, STARTS, K, Row
-from workbench.study import Finding, Variation
 
 
 def errors_of(rows: Sequence[Row]) -> np.ndarray:
@@ -25,20 +25,20 @@ def met(rows: Sequence[Row], near: float = NEARLY) -> str:
 
 def varied(
     every: Sequence[Sequence[Row]], word: Callable[[Sequence[Row]], str], detail: Callable[[Sequence[Row]], str]
-) -> tuple[Variation, ...]:
+) -> tuple[wb.Variation, ...]:
     """The answer from each other start, and without each lag and each period by turns."""
     made = [
-        Variation(f"a start at {push[0]:g} and {push[1]:g} rad/s", word(rows), detail(rows))
+        wb.Variation(f"a start at {push[0]:g} and {push[1]:g} rad/s", word(rows), detail(rows))
         for push, rows in zip(STARTS, every[1:], strict=True)
     ]
     for name, values in (("lag", LAGS), ("period", PERIODS)):
         for value in values:
             rest = [r for r in every[0] if getattr(r, name) != value]
-            made.append(Variation(f"leaving out the {name} of {1e3 * value:g} ms", word(rest), detail(rest)))
+            made.append(wb.Variation(f"leaving out the {name} of {1e3 * value:g} ms", word(rest), detail(rest)))
     return tuple(made)
 
 
-def findings(every: Sequence[Sequence[Row]]) -> tuple[Finding, Finding, Finding]:
+def findings(every: Sequence[Sequence[Row]]) -> tuple[wb.Finding, wb.Finding, wb.Finding]:
     """The least width of the layer, and the balance and the exact cycle of a relay."""
     return layer_finding(every), balance_finding(every), cycle_finding(every)
 
@@ -89,12 +89,12 @@ def all_or(part: str) -> str:
     return f"all {total}" if count == total else part
 
 
-def layer_finding(every: Sequence[Sequence[Row]]) -> Finding:
+def layer_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
     """Rest or oscillation in the layer."""
     rows = every[0]
     agreed, thin = sum(r.agreed for r in rows), sum(r.layer[0].least_phi >= PHI for r in rows)
     nearest = 100 * min(abs(r.layer[0].least_phi / PHI - 1) for r in rows)
-    return Finding(
+    return wb.Finding(
         name="layer_ends_chattering",
         statement=f"Harmonic balance predicts in {all_or(f'{agreed} of {len(rows)}')} pairs of lag and period "
         f"whether the layer of {PHI:g} rad/s ends the chattering of joint 1.",
@@ -111,13 +111,13 @@ def layer_finding(every: Sequence[Sequence[Row]]) -> Finding:
     )
 
 
-def balance_finding(every: Sequence[Sequence[Row]]) -> Finding:
+def balance_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
     """The errors of harmonic balance for a relay."""
     rows, (frequency, amplitude) = every[0], spans(every)
     worst = np.max([errors_of(some).max(axis=1) for some in every], axis=0)
     pairs = [(r.relay[1], o.relay[1]) for others in every[1:] for r, o in zip(rows, others, strict=True)]
     moved = sum(abs((one.frequency or 0) / (other.frequency or np.inf) - 1) > NEARLY - 1 for one, other in pairs)
-    return Finding(
+    return wb.Finding(
         name="balance_of_a_relay",
         statement=f"For a relay, harmonic balance is off by {frequency} % in frequency and by {amplitude} % in "
         f"amplitude, by the medians from {len(every)} starts; at worst by {worst[0]:.0f} % and {worst[1]:.0f} %.",
@@ -134,11 +134,11 @@ def balance_finding(every: Sequence[Sequence[Row]]) -> Finding:
     )
 
 
-def cycle_finding(every: Sequence[Sequence[Row]]) -> Finding:
+def cycle_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
     """The exact cycles of a relay beside its runs."""
     rows = every[0]
     regular = sum(r.cycle is not None for r in rows)
-    return Finding(
+    return wb.Finding(
         name="exact_cycle",
         statement=f"Of {len(rows)} pairs {regular} oscillate regularly; in {all_or(met(rows))} of these half the "
         "swing of s is that of the exact cycle at the simulated switching period.",

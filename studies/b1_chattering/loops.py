@@ -6,28 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, RIVALS
-from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Manipulator
-from workbench.arms.observers import FullState
-from workbench.blocks.loop import ClosedLoop, DigitalLoop
-from workbench.blocks.signals import Hold
-from workbench.design.chattering import (
-    Balance,
-    BoundaryLayer,
-    Cycle,
-    LinearPart,
-    Oscillation,
-    RecordedOscillation,
-    Relay,
-    cut,
-    harmonic_balance,
-    record_oscillation,
-    relay_cycles,
-)
-from workbench.engine import simulate
-from workbench.study import Case, Results, Run
-from workbench.study.study import Outcome
 
 LAGS, PERIODS = (0.0, 2e-3, 1e-2, 2e-2), (1e-3, 2e-3, 5e-3)  # s
 PAIRS = tuple((lag, period) for lag in LAGS for period in PERIODS)
@@ -49,9 +30,9 @@ class Prediction:
     layer.
     """
 
-    relay: Oscillation
-    cycles: tuple[Cycle, ...]
-    layer: Balance
+    relay: wb.chattering.Oscillation
+    cycles: tuple[wb.chattering.Cycle, ...]
+    layer: wb.chattering.Balance
 
 
 @dataclass(frozen=True)
@@ -63,13 +44,16 @@ class Row:
 
     lag: float
     period: float
-    relay: tuple[Oscillation, RecordedOscillation]
-    cycle: Cycle | None
-    layer: tuple[Balance, RecordedOscillation]
+    relay: tuple[wb.chattering.Oscillation, wb.chattering.RecordedOscillation]
+    cycle: wb.chattering.Cycle | None
+    layer: tuple[wb.chattering.Balance, wb.chattering.RecordedOscillation]
 
     @staticmethod
     def of(
-        pair: tuple[float, float], foreseen: Prediction, relay: RecordedOscillation, layer: RecordedOscillation
+        pair: tuple[float, float],
+        foreseen: Prediction,
+        relay: wb.chattering.RecordedOscillation,
+        layer: wb.chattering.RecordedOscillation,
     ) -> Row:
         """The predictions of a lag and a period beside both runs."""
         lag, period = pair
@@ -85,12 +69,12 @@ class Row:
         return (balance.least_phi < PHI) is (run.amplitude <= QUIET)
 
 
-def loop(lag: float, period: float, switch: str) -> DigitalLoop:
+def loop(lag: float, period: float, switch: str) -> wb.DigitalLoop:
     """The first joint's loop: SMC of the card, pushed off the folded rest point."""
-    actuator = FirstOrderLag(lag) if lag else DirectDrive()
-    plant = Manipulator(ARM, q=FOLDED, qd=PUSH, actuator=actuator)
+    actuator = wb.arms.FirstOrderLag(lag) if lag else wb.arms.DirectDrive()
+    plant = wb.Manipulator(ARM, q=FOLDED, qd=PUSH, actuator=actuator)
     law = replace(RIVALS["SMC"], saturation=SWITCHES[switch])
-    return DigitalLoop(ClosedLoop(plant, FullState(2), law, Hold(FOLDED)), period)
+    return wb.DigitalLoop(wb.ClosedLoop(plant, wb.FullState(2), law, wb.Hold(FOLDED)), period)
 
 
 def substeps(lag: float, period: float) -> int:
@@ -98,25 +82,29 @@ def substeps(lag: float, period: float) -> int:
     return int(np.ceil(2 * period / lag)) if lag else 1
 
 
-def linear_part(lag: float, period: float) -> LinearPart:
+def linear_part(lag: float, period: float) -> wb.chattering.LinearPart:
     """From the switched torque of the first joint to its s, where the second joint switches nothing."""
     step = loop(lag, period, "layer").ode().step(substeps(lag, period))
     p = step.parameters.default.copy()
     p[step.parameters.labels.index("controller.K[1]")] = 0.0
-    return cut(step, step.states.pack({"plant.qd": np.zeros(2)}), p)
+    return wb.chattering.cut(step, step.states.pack({"plant.qd": np.zeros(2)}), p)
 
 
 def predict(pair: tuple[float, float]) -> Prediction:
     """The predictions of a lag and a period, in s."""
     W = linear_part(*pair)
-    balance = next(o for o in harmonic_balance(W, Relay(K)).oscillations if o.stable)
-    return Prediction(balance, relay_cycles(W, K), harmonic_balance(W, BoundaryLayer(K, PHI)))
+    balance = next(o for o in wb.chattering.harmonic_balance(W, wb.chattering.Relay(K)).oscillations if o.stable)
+    return Prediction(
+        balance,
+        wb.chattering.relay_cycles(W, K),
+        wb.chattering.harmonic_balance(W, wb.chattering.BoundaryLayer(K, PHI)),
+    )
 
 
-def case(lag: float, period: float, switch: str) -> Case:
+def case(lag: float, period: float, switch: str) -> wb.Case:
     """A run with a switch, whose s is kept at each instant of the computer."""
-    run = Run(loop(lag, period, switch), (), UNTIL, period, period / substeps(lag, period))
-    return Case(words(lag, period), switch, run)
+    run = wb.Run(loop(lag, period, switch), (), UNTIL, period, period / substeps(lag, period))
+    return wb.Case(words(lag, period), switch, run)
 
 
 def words(lag: float, period: float) -> str:
@@ -124,25 +112,27 @@ def words(lag: float, period: float) -> str:
     return f"lag of {1e3 * lag:g} ms, period of {1e3 * period:g} ms"
 
 
-def recorded(outcome: Outcome) -> RecordedOscillation:
+def recorded(outcome: wb.study.Outcome) -> wb.chattering.RecordedOscillation:
     """The oscillation of s of the first joint in a run."""
     late = outcome.t >= LATE
-    return record_oscillation(outcome.t[late], outcome.signal("s", 0)[late])
+    return wb.chattering.record_oscillation(outcome.t[late], outcome.signal("s", 0)[late])
 
 
-def other_starts(pair: tuple[float, float]) -> tuple[tuple[RecordedOscillation, RecordedOscillation], ...]:
+def other_starts(
+    pair: tuple[float, float],
+) -> tuple[tuple[wb.chattering.RecordedOscillation, wb.chattering.RecordedOscillation], ...]:
     """The oscillations of s of the first joint under relay and layer, from each of the other starts."""
     by_switch = []
     for switch in SWITCHES:
         step = loop(*pair, switch).ode().step(substeps(*pair))
         starts = np.vstack([step.states.pack({"plant.qd": np.array(push)}) for push in STARTS])
-        out = simulate(step, None, starts, until=UNTIL, every=pair[1])
+        out = wb.simulate(step, None, starts, until=UNTIL, every=pair[1])
         late = out.t >= LATE
-        by_switch.append([record_oscillation(out.t[late], s[late, 0]) for s in out["s"]])
+        by_switch.append([wb.chattering.record_oscillation(out.t[late], s[late, 0]) for s in out["s"]])
     return tuple(zip(*by_switch, strict=True))
 
 
-def rows_of(results: Results) -> list[list[Row]]:
+def rows_of(results: wb.Results) -> list[list[Row]]:
     """A row for each lag and period: from the start of the cases, then from each of the others."""
     first, others = [], []
     for pair, foreseen in zip(PAIRS, results.work("predictions"), strict=True):

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+import workbench as wb
 from studies.b1_chattering.findings import findings, spans
 from studies.b1_chattering.loops import (
     PAIRS,
@@ -24,48 +25,48 @@ from studies.b1_chattering.loops import (
     predict,
     rows_of,
 )
-from workbench.design.chattering import Oscillation, RecordedOscillation
-from workbench.study import Page, Results, Study, Work
-from workbench.study.document.document import Cell, Column, Figure, Missing, Panel, Section, Series, Table
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The findings, the picture, and both tables."""
     every = rows_of(results)
     rest, relay, cycle = findings(every)
     frequency, amplitude = spans(every)
     agreed = rest.answer.replace("all", f"all {len(every[0])}")
-    return Page(
+    return wb.Page(
         answer=f"Harmonic balance predicts in {agreed} pairs of lag and period whether a layer "
         f"of {PHI:g} rad/s ends chattering. For a relay it is {frequency} % off in frequency and {amplitude} % in "
         f"amplitude (medians, {len(every)} starts).",
         findings=(rest, relay, cycle),
         sections=(
-            Section("Predicted and simulated amplitude", (picture(every[0]),)),
-            Section("Predicted and simulated numbers", (relay_table(every[0]), layer_table(every[0]))),
+            wb.Section("Predicted and simulated amplitude", (picture(every[0]),)),
+            wb.Section("Predicted and simulated numbers", (relay_table(every[0]), layer_table(every[0]))),
         ),
     )
 
 
-def picture(rows: Sequence[Row]) -> Figure:
+def picture(rows: Sequence[Row]) -> wb.document.Figure:
     """Amplitude of the relay by the balance and in the simulation, over the lag."""
     series = []
     for style, period in enumerate(PERIODS):
         some = [r for r in rows if r.period == period]
-        lags, name = [1e3 * r.lag for r in some], f"{1e3 * period:g} ms"
+        lags, name = np.array([1e3 * r.lag for r in some]), f"{1e3 * period:g} ms"
+        balance, run = (np.array([r.relay[i].amplitude for r in some]) for i in (0, 1))
         series += [
-            Series(f"balance, {name}", lags, [r.relay[0].amplitude for r in some], style=style),
-            Series(f"simulated, {name}", lags, [r.relay[1].amplitude for r in some], style, "marks"),
+            wb.document.Series(f"balance, {name}", lags, balance, style=style),
+            wb.document.Series(f"simulated, {name}", lags, run, style, "marks"),
         ]
-    panel = Panel("amplitude of s [rad/s]", tuple(series), xlabel="lag of the drive [ms]")
+    panel = wb.document.Panel("amplitude of s [rad/s]", tuple(series), xlabel="lag of the drive [ms]")
     caption = "Chattering of joint 1 under a relay, predicted by harmonic balance and simulated, by sampling period."
-    return Figure("relay", caption, (panel,))
+    return wb.document.Figure("relay", caption, (panel,))
 
 
-def relay_table(rows: Sequence[Row]) -> Table:
+def relay_table(rows: Sequence[Row]) -> wb.document.Table:
     """Frequency and amplitude of each pair under a relay."""
-    heads = (("lag", "ms"), ("period", "ms"), ("balance", "Hz"), ("balance", "rad/s"), ("exact, least", "rad/s"))
-    heads += (("exact, largest", "rad/s"), ("simulated", "Hz"), ("simulated", "rad/s"))
+    heads = (
+        *(("lag", "ms"), ("period", "ms"), ("balance", "Hz"), ("balance", "rad/s"), ("exact, least", "rad/s")),
+        *(("exact, largest", "rad/s"), ("simulated", "Hz"), ("simulated", "rad/s")),
+    )
     cells = []
     for r in rows:
         balance, run = r.relay
@@ -76,15 +77,21 @@ def relay_table(rows: Sequence[Row]) -> Table:
         "simulated switching period, and simulated."
     )
     note = "No exact amplitude: the simulated oscillation is not symmetric, or its periods differ."
-    return Table(
-        "relay_numbers", caption, tuple(Column(*head, "right", digits=3) for head in heads), tuple(cells), (note,)
+    return wb.document.Table(
+        "relay_numbers",
+        caption,
+        tuple(wb.document.Column(*head, "right", digits=3) for head in heads),
+        tuple(cells),
+        (note,),
     )
 
 
-def layer_table(rows: Sequence[Row]) -> Table:
+def layer_table(rows: Sequence[Row]) -> wb.document.Table:
     """The least width of the layer, and the oscillation within it."""
-    heads = (("lag", "ms"), ("period", "ms"), ("least width", "rad/s"), ("balance", "Hz"), ("balance", "rad/s"))
-    heads += (("simulated", "Hz"), ("simulated", "rad/s"))
+    heads = (
+        *(("lag", "ms"), ("period", "ms"), ("least width", "rad/s"), ("balance", "Hz"), ("balance", "rad/s")),
+        *(("simulated", "Hz"), ("simulated", "rad/s")),
+    )
     cells = []
     for r in rows:
         layer, run = r.layer
@@ -95,22 +102,26 @@ def layer_table(rows: Sequence[Row]) -> Table:
         f"Frequency and amplitude of s of joint 1 under a boundary layer of {PHI:g} rad/s. Least width: from that "
         "width on the balance has no oscillation."
     )
-    return Table("layer_numbers", caption, tuple(Column(*head, "right", digits=3) for head in heads), tuple(cells))
+    return wb.document.Table(
+        "layer_numbers", caption, tuple(wb.document.Column(*head, "right", digits=3) for head in heads), tuple(cells)
+    )
 
 
-def place(row: Row) -> tuple[Cell, Cell]:
+def place(row: Row) -> tuple[wb.document.Cell, wb.document.Cell]:
     """Lag and period in ms."""
     return round(1e3 * row.lag), round(1e3 * row.period)
 
 
-def numbers(one: Oscillation | RecordedOscillation | None) -> tuple[Cell, Cell]:
+def numbers(
+    one: wb.chattering.Oscillation | wb.chattering.RecordedOscillation | None,
+) -> tuple[wb.document.Cell, wb.document.Cell]:
     """Frequency in Hz and amplitude in rad/s; rest where there is no oscillation."""
     if one is None:
-        return Missing(REST), Missing(REST)
+        return wb.document.Missing(REST), wb.document.Missing(REST)
     return (one.frequency or 0.0) / (2 * np.pi), one.amplitude
 
 
-study = Study(
+study = wb.Study(
     name="b1_chattering",
     title="Chattering, predicted and simulated",
     question=(
@@ -123,7 +134,7 @@ study = Study(
         "runs of the whole arm, over the lag of the drives and the sampling period."
     ),
     cases=tuple(case(*pair, switch) for pair in PAIRS for switch in SWITCHES),
-    works=(Work("predictions", predict, PAIRS, seconds=0.5), Work("starts", other_starts, PAIRS, seconds=1.0)),
+    works=(wb.Work("predictions", predict, PAIRS, seconds=0.5), wb.Work("starts", other_starts, PAIRS, seconds=1.0)),
     sections=sections,
     live=None,
 )

@@ -9,7 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -17,18 +17,10 @@ from time import process_time
 
 import numpy as np
 
-from studies.b2_sobol_cost.workload import sweep
-from studies.performance.cores import one_core
-from workbench.engine import simulate
-from workbench.study import Finding, Page, Variation
-from workbench.study.compiled import CompiledSweep, compile_sweep
-from workbench.study.document.document import Column, Paragraph, Section, Table
-from workbench.study.executors import on_threads
-from workbench.study.ledger.store import complete, opened
-from workbench.study.sample import Sample
-from workbench.study.study import Results, Study
-from workbench.study.sweep_runs import tasks_of
-from workbench.study.writeup import testbed
+import workbench as wb
+from studies.b2_sobol_cost.inner_parts import CompiledSweep, compile_sweep, complete, on_threads, opened, tasks_of
+from studies.b2_sobol_cost.workload import SEED, sweep
+from studies.paper.workload import loop
 
 WALL, MEMORY, SHARE = 10.0, 1.0, 0.05  # s, GB, of the processor time: the bars
 TURNS, COMMANDS = 5, 3
@@ -89,13 +81,20 @@ def cost() -> Cost:
     commands = tuple(command() for _ in range(COMMANDS))
     turns = tuple((timed(lambda: march(one)), timed(lambda: record(one))) for _ in range(TURNS))
     size = one.sweep.design.size
-    again = len(range(0, size, one.sweep.halved))
+    again = len(range(0, size, halved(one)))
     return Cost(size, again, commands, turns, others)
+
+
+def halved(one: CompiledSweep) -> int:
+    """The sweep runs one row in this many again, at half of the step."""
+    if one.sweep.halved is None:
+        raise ValueError("The sweep of workload W must run some rows again at half of the step.")
+    return one.sweep.halved
 
 
 def timed(work: Callable[[], object]) -> float:
     """Seconds of one core, to which the work is held: two threads on one core would slow each other."""
-    with one_core():
+    with wb.study.one_core():
         start = process_time()
         work()
         return process_time() - start
@@ -106,13 +105,13 @@ def march(one: CompiledSweep) -> None:
     for first, last in one.chunks:
         p, x0 = one.rows(first, last)
         runs = np.arange(first, last)
-        again = runs % one.sweep.halved == 0
+        again = runs % halved(one) == 0
         for step, some in ((one.run.half, again), (one.run.step, runs >= 0)):
             start = one.run.start(x0[some])
-            simulate(step, p[some], start, until=one.run.until, every=one.run.every, runs=runs[some])
+            wb.simulate(step, p[some], start, until=one.run.until, every=one.run.every, runs=runs[some])
 
 
-def record(one: CompiledSweep) -> Sample:
+def record(one: CompiledSweep) -> wb.study.Sample:
     """The same through plan, executor, ledger and sample, in a folder of its own."""
     with TemporaryDirectory(prefix="workbench-b2-") as folder, opened(Path(folder), False) as ledger:
         tasks = tasks_of([one])
@@ -131,7 +130,7 @@ def command() -> Command:
     return Command(**json.loads(done.stdout))
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The findings, and how they were measured."""
     del results
     one = cost()
@@ -141,10 +140,10 @@ def sections(results: Results) -> Page:
         "from its start to HTML, PDF and CSV, with the kernel compiled afresh. The share of ledger and orchestration "
         "compares the same rows run through the ledger and run by the engine alone, which writes nothing."
     )
-    return Page(
+    return wb.Page(
         answer=answer(one),
         findings=findings(one),
-        sections=(Section("The cost", (cost_table(one), Paragraph(how), Paragraph(testbed()))),),
+        sections=(wb.Section("The cost", (cost_table(one), wb.Paragraph(how), wb.Paragraph(wb.study.testbed()))),),
     )
 
 
@@ -153,9 +152,7 @@ def word(reached: bool) -> str:
     return "reached" if reached else "missed"
 
 
-def percent(share: float) -> str:
-    """A share in percent."""
-    return f"{100 * share:.1f} %"
+percent = partial(wb.document.percent, decimals=1)
 
 
 def answer(cost: Cost) -> str:
@@ -173,12 +170,12 @@ def decided(cost: Cost) -> bool:
     return len({share <= SHARE for share in cost.shares}) == 1
 
 
-def findings(cost: Cost) -> tuple[Finding, Finding, Finding]:
+def findings(cost: Cost) -> tuple[wb.Finding, wb.Finding, wb.Finding]:
     """The bars, and the figures that reach or miss them."""
     return wall_finding(cost), memory_finding(cost), share_finding(cost)
 
 
-HOW = {"given": "One machine, named below.", "chosen": "The bar, and workload W."}
+GIVEN, CHOSEN = "One machine, named below.", "The bar, and workload W."
 ELSEWHERE = "another machine, and one that others use too"
 
 
@@ -187,11 +184,11 @@ def sample(cost: Cost) -> str:
     return f"{len(cost.commands)} runs of the command, each in a process of its own, on an empty folder."
 
 
-def wall_finding(cost: Cost) -> Finding:
+def wall_finding(cost: Cost) -> wb.Finding:
     """The time by the clock."""
     spent = median(one.cpu for one in cost.commands)
     quick, idle = cost.wall <= WALL, cost.others < BUSY
-    return Finding(
+    return wb.Finding(
         name="wall_time",
         statement=f"The whole command takes {cost.wall:.1f} s; the bar is {WALL:g} s.",
         evidence=f"It uses {spent:.1f} s of processor time on {os.cpu_count()} processors. {cost.others:.1f} other "
@@ -200,18 +197,19 @@ def wall_finding(cost: Cost) -> Finding:
         sample=sample(cost),
         answer=word(quick),
         variations=tuple(
-            Variation(f"run {i} of the command", word(one.wall <= WALL), f"{one.wall:.1f} s")
+            wb.Variation(f"run {i} of the command", word(one.wall <= WALL), f"{one.wall:.1f} s")
             for i, one in enumerate(cost.commands, start=1)
         ),
         settled=quick or idle,
         untried=ELSEWHERE,
-        **HOW,
+        given=GIVEN,
+        chosen=CHOSEN,
     )
 
 
-def memory_finding(cost: Cost) -> Finding:
+def memory_finding(cost: Cost) -> wb.Finding:
     """The most memory."""
-    return Finding(
+    return wb.Finding(
         name="memory",
         statement=f"It holds at most {cost.memory:.2f} GB; the bar is {MEMORY:g} GB.",
         evidence="The system counts the most that the process held at any time.",
@@ -219,19 +217,20 @@ def memory_finding(cost: Cost) -> Finding:
         sample=sample(cost),
         answer=word(cost.memory <= MEMORY),
         variations=tuple(
-            Variation(f"run {i} of the command", word(one.memory <= MEMORY), f"{one.memory:.2f} GB")
+            wb.Variation(f"run {i} of the command", word(one.memory <= MEMORY), f"{one.memory:.2f} GB")
             for i, one in enumerate(cost.commands, start=1)
         ),
         untried=ELSEWHERE,
-        **HOW,
+        given=GIVEN,
+        chosen=CHOSEN,
     )
 
 
-def share_finding(cost: Cost) -> Finding:
+def share_finding(cost: Cost) -> wb.Finding:
     """The part of ledger and orchestration in the processor time."""
     middle, low, high = (percent(of(cost.shares)) for of in (median, min, max))
     noise = "" if decided(cost) else " The turns lie on both sides of the bar."
-    return Finding(
+    return wb.Finding(
         name="ledger_share",
         statement=f"Ledger and orchestration have {middle} of the processor time; the bar is {100 * SHARE:.0f} %.",
         evidence=f"The median of {len(cost.shares)} turns, from {low} to {high}; a part below zero is noise.{noise}",
@@ -239,29 +238,31 @@ def share_finding(cost: Cost) -> Finding:
         sample=f"{len(cost.shares)} turns in one process.",
         answer=word(median(cost.shares) <= SHARE),
         variations=tuple(
-            Variation(f"turn {i}", word(share <= SHARE), percent(share)) for i, share in enumerate(cost.shares, start=1)
+            wb.Variation(f"turn {i}", word(share <= SHARE), percent(share))
+            for i, share in enumerate(cost.shares, start=1)
         ),
         settled=decided(cost),
         untried=f"{ELSEWHERE}, and more turns",
-        **HOW,
+        given=GIVEN,
+        chosen=CHOSEN,
     )
 
 
-def cost_table(cost: Cost) -> Table:
+def cost_table(cost: Cost) -> wb.document.Table:
     """The processor time of each turn."""
     rows = [
         (i, *turn, 100 * share) for i, (turn, share) in enumerate(zip(cost.turns, cost.shares, strict=True), start=1)
     ]
     columns = (
-        Column("turn", align="right"),
-        Column("engine alone", "s", "right", digits=3),
-        Column("through the ledger", "s", "right", digits=3),
-        Column("share of the ledger", "%", "right", digits=2),
+        wb.document.Column("turn", align="right"),
+        wb.document.Column("engine alone", "s", "right", digits=3),
+        wb.document.Column("through the ledger", "s", "right", digits=3),
+        wb.document.Column("share of the ledger", "%", "right", digits=2),
     )
-    return Table("turns", "Processor time of the same rows, in turns.", columns, tuple(rows))
+    return wb.document.Table("turns", "Processor time of the same rows, in turns.", columns, tuple(rows))
 
 
-study = Study(
+study = wb.Study(
     name="b2_sobol_cost",
     title="A Sobol study of 12,288 runs: what it takes",
     question=(
@@ -274,7 +275,7 @@ study = Study(
         "processor time of ledger and orchestration. All times are of one machine."
     ),
     sections=sections,
-    fingerprints={"W": sweep().run.loop.fingerprint[:16]},
-    seed=sweep().design.seed,
+    fingerprints={"W": loop().fingerprint[:16]},
+    seed=SEED,
     measures_time=True,
 )

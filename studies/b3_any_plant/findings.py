@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+import workbench as wb
 from studies.b3_any_plant.loops import (
     COMPUTER,
     LAWS,
@@ -19,13 +20,12 @@ from studies.b3_any_plant.loops import (
 from studies.b3_any_plant.orders import ORIGIN, leader, orders, standing, variations_of
 from studies.b3_any_plant.settings import REGULATOR, SETTINGS
 from studies.b3_any_plant.tank_findings import tank_finding
-from workbench.study import Finding, Results, Variation, Verdict
 
 COUNT = len(SETTINGS)
 LAST = "Gains, weights, starts, horizons and noise are ours, except the gains of the tanks' PI, which are published."
 
 
-def findings(results: Results) -> tuple[Finding, ...]:
+def findings(results: wb.Results) -> tuple[wb.Finding, ...]:
     """All findings, those of the runs first."""
     made = (rest_finding, error_finding, tank_finding, margin_finding, parameter_finding)
     return tuple(one(results) for one in made)
@@ -36,7 +36,7 @@ def given() -> str:
     return f"Both laws: the same outputs. LQG: the linear model with the plant's true numbers. PID: {ORIGIN}."
 
 
-def rest_finding(results: Results) -> Finding:
+def rest_finding(results: wb.Results) -> wb.Finding:
     """The loops that settle, and what the computer does to their errors."""
     pairs = [(setting, law) for setting in SETTINGS for law in LAWS]
     growth, ends = {}, {}
@@ -48,7 +48,7 @@ def rest_finding(results: Results) -> Finding:
     settled = [sum(np.isfinite(one[i]) for one in ends.values()) for i in (0, 1)]
     delays = {(s.name, law): all_margins(results)[s.name, law].delay / s.period for s, law in pairs}
     name, law = min(delays, key=delays.__getitem__)
-    return Finding(
+    return wb.Finding(
         name="rest_in_a_computer",
         statement=f"In a computer {settled[1]} of {len(pairs)} loops settle, with {min(growth.values()):.2f} to "
         f"{max(growth.values()):.2f} times the RMSE that they have in continuous time.",
@@ -61,13 +61,13 @@ def rest_finding(results: Results) -> Finding:
         given=given(),
         chosen=LAST,
         answer=f"{settled[1]} of {len(pairs)}",
-        variations=(Variation("in continuous time", f"{settled[0]} of {len(pairs)}"),),
+        variations=(wb.Variation("in continuous time", f"{settled[0]} of {len(pairs)}"),),
         untried="other starts, other draws of the noise, and longer periods; the least delay margin is "
         f"{delays[name, law]:.1f} periods ({name}, {law}), where the computer itself uses 1.5",
     )
 
 
-def error_finding(results: Results) -> Finding:
+def error_finding(results: wb.Results) -> wb.Finding:
     """The law with the smaller error, and every other statistic of which law is better."""
     every = orders(results)
     first, *_ = every
@@ -76,7 +76,7 @@ def error_finding(results: Results) -> Finding:
     ratio = {name: other / one for name, (one, other) in busy.items()}
     most, least = max(ratio, key=ratio.__getitem__), min(ratio, key=ratio.__getitem__)
     own = [setting.name for setting in SETTINGS if setting.pid.origin == REGULATOR]
-    return Finding(
+    return wb.Finding(
         name="smaller_error",
         statement=f"LQG has the smaller RMSE in {less} of {COUNT} settings and PID in {more}, which makes neither the "
         "better law: other statistics give other counts.",
@@ -94,7 +94,7 @@ def error_finding(results: Results) -> Finding:
     )
 
 
-def margin_finding(results: Results) -> Finding:
+def margin_finding(results: wb.Results) -> wb.Finding:
     """The disk margin with all states read, and behind a filter."""
     by, pushed = all_margins(results), dict(zip(PUSHED, results.work("recovery"), strict=True))
     disks = {s.name: [by[s.name, law].disk for law in (LQR, LQG, PID)] for s in SETTINGS}
@@ -105,13 +105,13 @@ def margin_finding(results: Results) -> Finding:
     left = ", ".join(s.name for s in SETTINGS if s.name not in grown)
     delays = [by[s.name, LQG].delay < by[s.name, LQR].delay for s in SETTINGS]
     varied = [
-        Variation(
+        wb.Variation(
             f"a push {factor:,.0f} times as large",
             f"smaller in {sum(pushed[s.name, factor] < disks[s.name][0] for s in SETTINGS)} of {COUNT}",
         )
         for factor in PUSHES
     ]
-    return Finding(
+    return wb.Finding(
         name="margin_behind_a_filter",
         statement=f"Behind its Kalman filter the regulator has a smaller disk margin in {fewer} of {COUNT} settings, "
         f"most for the {worst}: {disks[worst][1]:.2f} in place of {disks[worst][0]:.2f}.",
@@ -124,7 +124,7 @@ def margin_finding(results: Results) -> Finding:
         chosen=LAST,
         answer=f"smaller in {fewer} of {COUNT}",
         variations=(
-            Variation("the delay margin of the worst input", f"smaller in {sum(delays)} of {COUNT}"),
+            wb.Variation("the delay margin of the worst input", f"smaller in {sum(delays)} of {COUNT}"),
             *varied,
         ),
         untried="other weights of the regulator",
@@ -141,7 +141,7 @@ def scatter(values: np.ndarray) -> dict[str, float]:
     }
 
 
-def parameter_finding(results: Results) -> Finding:
+def parameter_finding(results: wb.Results) -> wb.Finding:
     """The scatter of the error where the plant is another than was believed, and the parameter that decides it."""
     spread = {s.name: [scatter(errors(results, s, law)) for law in LAWS] for s in SETTINGS}
     every = {
@@ -156,7 +156,7 @@ def parameter_finding(results: Results) -> Finding:
     deciding = indices(next(s for s in SETTINGS if s.name == worst), results)[LQG]
     top = int(np.argmax(deciding.ST.value))
     more = sum(one == "above" for one in every[first].values())
-    return Finding(
+    return wb.Finding(
         name="scatter_over_parameters",
         statement=f"Where the plant's numbers are not those believed, the RMSE scatters more under LQG than under PID "
         f"in {more} of {COUNT} settings; for the {worst} by {100 * spread[worst][0][first]:.0f} % against "
@@ -175,10 +175,10 @@ def parameter_finding(results: Results) -> Finding:
     )
 
 
-def mass_claim(results: Results) -> Verdict:
+def mass_claim(results: wb.Results) -> wb.document.Verdict:
     """The two masses, which no PID with a simple filter makes stable."""
     pd, filtered = (all_margins(results)["two masses", law].disk for law in (PID, LQG))
-    return Verdict(
+    return wb.document.Verdict(
         "holds",
         "No PID of x_2 whose derivative has a filter of first order makes the two masses asymptotically stable.",
         "The characteristic polynomial begins with a, a N, b, b N, whatever the gains: N is the filter's bandwidth, "
@@ -188,7 +188,7 @@ def mass_claim(results: Results) -> Verdict:
     )
 
 
-def answer(results: Results) -> str:
+def answer(results: wb.Results) -> str:
     """The page in one line."""
     rest, _, tanks, *_ = findings(results)
     less, _ = standing(next(iter(orders(results).values())))

@@ -8,15 +8,9 @@ from typing import Any
 
 import numpy as np
 
+import workbench as wb
 from studies.b3_any_plant.loops import SUBSTEPS, laws_of, loop, run
 from studies.b3_any_plant.settings import SETTINGS, Setting
-from workbench.blocks.laws import Cascade
-from workbench.blocks.loop import DigitalLoop
-from workbench.core.validation.refusals import Array
-from workbench.design.frequency import StabilityMargins
-from workbench.design.linear_loop import LinearLoop, linear_loop
-from workbench.design.matrices import Refused
-from workbench.study import Results
 
 POINTS = 301
 BEYOND = 30.0  # times the fastest pole, and below the slowest one: the ends of a picture
@@ -33,9 +27,9 @@ class LinearAnswer:
 
     inputs: tuple[str, ...]
     computer: bool
-    margins: tuple[StabilityMargins, ...]
+    margins: tuple[wb.frequency.StabilityMargins, ...]
     alpha: float
-    poles: Array
+    poles: wb.Array
 
     @property
     def largest(self) -> complex:
@@ -52,8 +46,8 @@ class FrequencyAnswer:
 
     continuous: LinearAnswer | None
     computer: LinearAnswer | None
-    omega: Array
-    gains: Array
+    omega: wb.Array
+    gains: wb.Array
     reasons: tuple[str, ...]
 
 
@@ -67,7 +61,7 @@ def frequency_answer(item: tuple[str, str]) -> FrequencyAnswer:
         try:
             linear = linear_at_rest(setting, law, computer=computer)
             found.append(answer_of(linear))
-        except (Refused, ValueError) as refused:
+        except (wb.linear.Refused, ValueError) as refused:
             reasons.append(str(refused))
             found.append(None)
             continue
@@ -78,21 +72,23 @@ def frequency_answer(item: tuple[str, str]) -> FrequencyAnswer:
     return FrequencyAnswer(found[0], found[1], omega, gains, tuple(reasons))
 
 
-def linear_at_rest(setting: Setting, law: str, at: str | None = None, *, computer: bool = False) -> LinearLoop:
+def linear_at_rest(
+    setting: Setting, law: str, at: str | None = None, *, computer: bool = False
+) -> wb.linear_loops.LinearLoop:
     """The linear loop where the plant rests at its operating point, cut at its inputs or at one of them."""
     closed: Any = loop(setting, law)
-    still = STILL if isinstance(closed.controller, Cascade) else ()
+    still = STILL if isinstance(closed.controller, wb.Cascade) else ()
     rest = setting.open.states.unpack(setting.point.x)
     values = {f"plant.{name}": np.reshape(part, setting.open.states[name].shape) for name, part in rest.items()}
     if not computer:
-        return linear_loop(closed, at, values, freeze=still)
+        return wb.linear_loop(closed, at, values, freeze=still)
     # a computer holds what it last computed, so that its plant rests where that is, to rounding: all states are sought
     inside = run(setting, law, computer=True).loop
-    assert isinstance(inside, DigitalLoop)
-    return linear_loop(inside, at, freeze=still, substeps=SUBSTEPS)
+    assert isinstance(inside, wb.DigitalLoop)
+    return wb.linear_loop(inside, at, freeze=still, substeps=SUBSTEPS)
 
 
-def answer_of(linear: LinearLoop) -> LinearAnswer:
+def answer_of(linear: wb.linear_loops.LinearLoop) -> LinearAnswer:
     """Margins and poles of a linear loop."""
     found = linear.margins()
     alpha = linear.disk_margin.alpha if linear.stable else 0.0
@@ -101,13 +97,13 @@ def answer_of(linear: LinearLoop) -> LinearAnswer:
     return LinearAnswer(linear.channels, linear.period is not None, each, alpha, poles)
 
 
-def frequencies(loops: Sequence[LinearLoop]) -> Array:
+def frequencies(loops: Sequence[wb.linear_loops.LinearLoop]) -> wb.Array:
     """The frequencies of a picture of loops in rad/s, from below their slowest pole to beyond their fastest."""
     sizes = np.array([abs(pole.value) for linear in loops for pole in linear.poles])
     sizes = sizes[sizes > 1e-9 * sizes.max()]
     return np.geomspace(sizes.min() / BEYOND, sizes.max() * BEYOND, POINTS)
 
 
-def answers(results: Results) -> Mapping[tuple[str, str], FrequencyAnswer]:
+def answers(results: wb.Results) -> Mapping[tuple[str, str], FrequencyAnswer]:
     """The linear answers of each plant under each law."""
     return dict(zip(ITEMS, results.work("frequency"), strict=True))

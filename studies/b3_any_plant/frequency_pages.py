@@ -4,28 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
+import workbench as wb
 from studies.b3_any_plant.frequency import ITEMS, FrequencyAnswer, LinearAnswer, answers
 from studies.b3_any_plant.loops import COMPUTER, LQG, called, laws_of
 from studies.b3_any_plant.settings import Setting
-from workbench.design.frequency import StabilityMargins
-from workbench.report.loop_pictures import bode_figure, nyquist_figure
-from workbench.report.loop_pictures.margin_words import ROUNDED
-from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
-from workbench.study import Results, Table
-from workbench.study.document.document import Block, Cell, Column, Missing, Paragraph
-from workbench.study.document.frequency_curves import FrequencyCurve
 
-UNSTABLE = Missing("not stable")
+UNSTABLE = wb.document.Missing("not stable")
 TURNED = {"cart-pole": f"{LQG} {COMPUTER}", "two masses": LQG}  # of each the loop whose pictures a reader can turn
 UNDAMPED = {"two masses": " The plant swings undamped: there L is infinite, and its phase jumps."}
 
 
-def frequency_blocks(setting: Setting, results: Results) -> tuple[Block, ...]:
+def frequency_blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
     """The Bode and the Nyquist plot of a plant under its laws, and a sentence for each loop that has none."""
     held = {law: answers(results)[setting.name, law] for law in laws_of(setting)}
     curves = [curve for law, own in held.items() for curve in curves_of(law, own)]
     missing = tuple(
-        Paragraph(f"{setting.name}, {law}: no linear answer. {reason}")
+        wb.Paragraph(f"{setting.name}, {law}: no linear answer. {reason}")
         for law, own in held.items()
         for reason in own.reasons
     )
@@ -38,31 +32,31 @@ def frequency_blocks(setting: Setting, results: Results) -> tuple[Block, ...]:
         f"plot of the loop gain of the {setting.name} at {where}, in continuous time.{UNDAMPED.get(setting.name, '')}"
     )
     figures = (
-        bode_figure(f"bode_{stem}", f"Bode {words}", curves),
-        nyquist_figure(f"nyquist_{stem}", f"Nyquist {words}", curves),
+        wb.loop_pictures.bode_figure(f"bode_{stem}", f"Bode {words}", curves),
+        wb.loop_pictures.nyquist_figure(f"nyquist_{stem}", f"Nyquist {words}", curves),
     )
     return (*figures, *missing, *turned(setting, results))
 
 
-def turned(setting: Setting, results: Results) -> tuple[Block, ...]:
+def turned(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
     """The linear pictures of one loop of a plant, which move with its numbers; none for most plants."""
     law = TURNED.get(setting.name)
     if law is None:
         return ()
     stem = called(setting, "").strip("_")
-    head = Paragraph(
+    head = wb.Paragraph(
         f"The next pictures are those of {law}. On the page they move with the knobs, which turn numbers of the plant."
     )
-    return (head, *loop_gain_pictures(results[setting.name, law], f"turned_{stem}", width=0.75))
+    return (head, *wb.loop_gain_pictures(results[setting.name, law], f"turned_{stem}", width=0.75))
 
 
-def curves_of(law: str, own: FrequencyAnswer) -> list[FrequencyCurve]:
+def curves_of(law: str, own: FrequencyAnswer) -> list[wb.FrequencyCurve]:
     """The loop gain of a law at each input of its plant, with its margins."""
     if own.continuous is None:
         return []
     inputs, several = own.continuous.inputs, len(own.continuous.inputs) > 1
     return [
-        FrequencyCurve(
+        wb.FrequencyCurve(
             f"{law}, {name}" if several else law,
             own.omega,
             own.gains[:, place],
@@ -73,9 +67,9 @@ def curves_of(law: str, own: FrequencyAnswer) -> list[FrequencyCurve]:
     ]
 
 
-def frequency_table(results: Results) -> Table:
+def frequency_table(results: wb.Results) -> wb.document.Table:
     """Margins and poles of each loop, in continuous time and in the computer of its plant."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     last = ""
     for name, law in ITEMS:
         own = answers(results)[name, law]
@@ -84,25 +78,27 @@ def frequency_table(results: Results) -> Table:
             plant = name if name != last else ""
             last = name
             if found is None:
-                rows.append((plant, law, place, Missing("no linear answer"), *(8 * (None,))))
+                rows.append((plant, law, place, wb.document.Missing("no linear answer"), *(8 * (None,))))
                 continue
             for k, margins in enumerate(found.margins):
                 head = (plant if not k else "", law if not k else "", place if not k else "", found.inputs[k])
-                common: tuple[Cell, ...] = (found.alpha or UNSTABLE, pole_words(found)) if not k else ("", "")
+                common: tuple[wb.document.Cell, ...] = (
+                    (found.alpha or UNSTABLE, pole_words(found)) if not k else ("", "")
+                )
                 rows.append((*head, *margin_cells(margins), *common))
     columns = (
-        Column("plant"),
-        Column("law"),
-        Column("time"),
-        Column("input"),
-        Column("least gain", align="right"),
-        Column("largest gain", align="right"),
-        Column("phase margin", "deg", "right"),
-        Column("delay margin", "s", "right"),
-        Column("Ms", "", "right", digits=3),
-        Column("disk margin", "", "right", digits=3),
-        Column("disk margin of all inputs", "", "right", digits=3),
-        Column("slowest pole"),
+        wb.document.Column("plant"),
+        wb.document.Column("law"),
+        wb.document.Column("time"),
+        wb.document.Column("input"),
+        wb.document.Column("least gain", align="right"),
+        wb.document.Column("largest gain", align="right"),
+        wb.document.Column("phase margin", "deg", "right"),
+        wb.document.Column("delay margin", "s", "right"),
+        wb.document.Column("Ms", "", "right", digits=3),
+        wb.document.Column("disk margin", "", "right", digits=3),
+        wb.document.Column("disk margin of all inputs", "", "right", digits=3),
+        wb.document.Column("slowest pole"),
     )
     notes = (
         "At rest at the operating point, each input cut with the others closed. Computer: that of the plant, whose "
@@ -110,7 +106,7 @@ def frequency_table(results: Results) -> Table:
         "factors at the input the loop stays stable. No limit: no such change makes it unstable. Slowest pole: in 1/s; "
         "in a computer its absolute value.",
     )
-    return Table(
+    return wb.document.Table(
         "frequency",
         "Margins and poles of the linear loops, in continuous time and in a computer.",
         columns,
@@ -119,7 +115,7 @@ def frequency_table(results: Results) -> Table:
     )
 
 
-def margin_cells(found: StabilityMargins) -> tuple[Cell, ...]:
+def margin_cells(found: wb.frequency.StabilityMargins) -> tuple[wb.document.Cell, ...]:
     """Gain, phase and delay margins, Ms and the disk margin of one input."""
     held = found.margins
     if held is None:
@@ -127,7 +123,7 @@ def margin_cells(found: StabilityMargins) -> tuple[Cell, ...]:
     high, delay = held.gain_high.value, held.delay_margin.value
     phase = held.phase_margin.value
     return (
-        digits(held.gain_low.value if held.gain_low.value > ROUNDED else 0.0),
+        digits(held.gain_low.value if held.gain_low.value > wb.loop_pictures.ROUNDED else 0.0),
         digits(high),
         digits(phase),
         digits(delay),

@@ -6,10 +6,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+import workbench as wb
 from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, PID, all_margins, errors
-from studies.b3_any_plant.settings import HAND, PUBLISHED, REGULATOR, SETTINGS
-from workbench.study import Results, Variation
-from workbench.study.evidence.law_tables import order
+from studies.b3_any_plant.settings import HAND, PUBLISHED, REGULATOR, SETTINGS, Setting
 
 Orders = Mapping[str, str]  # by setting: LQG 'below' or 'above' PID, or neither
 BY_ORIGIN = {origin: sum(s.pid.origin == origin for s in SETTINGS) for origin in (HAND, PUBLISHED, REGULATOR)}
@@ -19,21 +18,24 @@ ORIGIN = (
 )
 
 
-def orders(results: Results) -> dict[str, Orders]:
+def _pair(results: wb.Results, setting: Setting, law: str, name: str) -> tuple[float, float]:
+    """A statistic of a law in a setting, with its error."""
+    return results[setting.name, law].score(name if name == "TV" else f"{name} of {setting.main}").pair
+
+
+def _order(results: wb.Results, setting: Setting, where: str, name: str) -> str:
+    """The side on which the first law lies of the second, by a statistic in a setting."""
+    first, second = (_pair(results, setting, f"{law}{where}", name) for law in LAWS)
+    return wb.evidence.order(first, second)
+
+
+def orders(results: wb.Results) -> dict[str, Orders]:
     """By statistic, the RMSE in continuous time first: the order of both laws in each setting, less being better."""
     made: dict[str, Orders] = {}
     for name in ("RMSE", "settling time", "TV"):
         for where in ("", f" {COMPUTER}"):
             words = f"{'total variation of the command' if name == 'TV' else name}{where or ' in continuous time'}"
-            made[words] = {
-                s.name: order(
-                    *(
-                        results[s.name, f"{law}{where}"].score(name if name == "TV" else f"{name} of {s.main}").pair
-                        for law in LAWS
-                    )
-                )
-                for s in SETTINGS
-            }
+            made[words] = {s.name: _order(results, s, where, name) for s in SETTINGS}
     made["mean RMSE over the parameters"] = {
         s.name: compared(*(float(np.nanmean(one)) for one in both(results, s))) for s in SETTINGS
     }
@@ -45,7 +47,7 @@ def orders(results: Results) -> dict[str, Orders]:
     return made
 
 
-def both(results: Results, setting: object) -> Iterable[np.ndarray]:
+def both(results: wb.Results, setting: object) -> Iterable[np.ndarray]:
     """The errors of the runs over the parameters, under LQG and under PID."""
     return (errors(results, setting, law) for law in LAWS)  # type: ignore[arg-type]
 
@@ -67,21 +69,21 @@ def leader(one: Orders, *, larger: bool = False) -> str:
     return "neither" if less == more else LQG if (more > less) is larger else PID
 
 
-def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple[Variation, ...]:
+def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple[wb.Variation, ...]:
     """Each statistic with all settings, without each setting by turns, and without those where both gains are one."""
     made = []
     for i, (words, one) in enumerate(every.items()):
         whole = leader(one, larger=larger)
         if i:
-            made.append(Variation(f"{words}", whole, counted(one)))
+            made.append(wb.Variation(f"{words}", whole, counted(one)))
         without = {name: {k: v for k, v in one.items() if k != name} for name in one}
         other = {name: leader(rest, larger=larger) for name, rest in without.items()}
         changed = {name: word for name, word in other.items() if word != whole}
         answer = next(iter(changed.values()), whole)
-        made.append(Variation(f"{words}, leaving out one setting", answer, ", ".join(changed)))
+        made.append(wb.Variation(f"{words}, leaving out one setting", answer, ", ".join(changed)))
         some = {s.name: one[s.name] for s in SETTINGS if s.pid.origin != REGULATOR}
         made.append(
-            Variation(
+            wb.Variation(
                 f"{words}, in settings where PID has gains of its own", leader(some, larger=larger), counted(some)
             )
         )

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+import workbench as wb
 from studies.b3_any_plant.choices import choice_tables
 from studies.b3_any_plant.findings import answer, findings, mass_claim
 from studies.b3_any_plant.frequency_pages import frequency_blocks, frequency_table
@@ -14,33 +15,30 @@ from studies.b3_any_plant.loops import COMPUTER, LAWS, all_margins, called, indi
 from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from studies.b3_any_plant.tank_findings import tanks_table
 from studies.b3_any_plant.tanks import SIDES
-from workbench.blocks.loop import roles
-from workbench.report.pictures import sobol_bars
-from workbench.report.pictures.traces import Window, curve
-from workbench.study import Figure, Page, Results, Section, Table
-from workbench.study.document.document import Block, Cell, Column, Panel, Series
-from workbench.study.marks import cell
 
 SHORT = 0.1  # s: shorter runs are shown in ms
 LATER = 1.25  # of the longest settling time, where a picture ends
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The whole page."""
-    pictures = [Section(capital(setting.name), blocks(setting, results)) for setting in SETTINGS]
+    pictures = [wb.Section(capital(setting.name), blocks(setting, results)) for setting in SETTINGS]
     first = [one for one, setting in zip(pictures, SETTINGS, strict=True) if setting.name == HARD]
     rest = [one for one in pictures if one not in first]
     tables = (summary_table(results), laws_table(), computers_table(results), plants_table(), frequency_table(results))
-    return Page(
+    return wb.Page(
         answer=answer(results),
         findings=findings(results),
-        sections=(*first, Section("All plants", tables), *rest, Section("What was chosen", choice_tables())),
+        sections=(*first, wb.Section("All plants", tables), *rest, wb.Section("What was chosen", choice_tables())),
     )
 
 
-def blocks(setting: Setting, results: Results) -> tuple[Block, ...]:
+def blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
     """The runs of a plant, what else is known of it, its Sobol bars, and its loops over frequency."""
-    more: dict[str, tuple[Block, ...]] = {HARD: (tanks_table(results),), "two masses": (mass_claim(results),)}
+    more: dict[str, tuple[wb.document.Block, ...]] = {
+        HARD: (tanks_table(results),),
+        "two masses": (mass_claim(results),),
+    }
     known = (picture(setting, results), *more.get(setting.name, ()), bars(setting, results))
     return (*known, *frequency_blocks(setting, results))
 
@@ -55,7 +53,7 @@ def scale_of(setting: Setting) -> tuple[float, str]:
     return (1e3, "ms") if setting.until < SHORT else (1.0, "s")
 
 
-def summary_table(results: Results) -> Table:
+def summary_table(results: wb.Results) -> wb.document.Table:
     """Margins, errors and settling times, two rows a plant."""
     rows = []
     for setting in SETTINGS:
@@ -63,20 +61,20 @@ def summary_table(results: Results) -> Table:
         units = f"{setting.main} [{setting.plant.outputs[setting.main].unit}], [{second}]"
         for name, law in zip((setting.name, units), LAWS, strict=True):
             own, both = all_margins(results)[setting.name, law], (law, f"{law} {COMPUTER}")
-            periods: Cell = own.delay / setting.period if np.isfinite(own.delay) else "any"
+            periods: wb.document.Cell = own.delay / setting.period if np.isfinite(own.delay) else "any"
             runs = [results[setting.name, each] for each in both]
-            errors = (cell(run, f"RMSE of {setting.main}") for run in runs)
-            settling = (cell(run, f"settling time of {setting.main}", 0, scale, second) for run in runs)
+            errors = (wb.study.cell(run, f"RMSE of {setting.main}") for run in runs)
+            settling = (wb.study.cell(run, f"settling time of {setting.main}", 0, scale, second) for run in runs)
             rows.append((name, law, own.disk, periods, *errors, *settling))
     columns = (
-        Column("plant"),
-        Column("law"),
-        Column("disk margin", align="right", digits=3),
-        Column("delay margin", "periods", "right", digits=2),
-        Column("RMSE", align="right"),
-        Column("RMSE in a computer", align="right"),
-        Column("settling time", align="right"),
-        Column("settling time in a computer", align="right"),
+        wb.document.Column("plant"),
+        wb.document.Column("law"),
+        wb.document.Column("disk margin", align="right", digits=3),
+        wb.document.Column("delay margin", "periods", "right", digits=2),
+        wb.document.Column("RMSE", align="right"),
+        wb.document.Column("RMSE in a computer", align="right"),
+        wb.document.Column("settling time", align="right"),
+        wb.document.Column("settling time in a computer", align="right"),
     )
     notes = (
         "Below a plant's name stand the output with the unit of its RMSE, and the unit of the settling time. RMSE: "
@@ -85,14 +83,14 @@ def summary_table(results: Results) -> Table:
         "Margins at the inputs of the plant: the disk margin of all inputs at once, and the delay margin of the worst "
         "input, in periods of the computer; the computer itself uses 1.5. Any: the loop gain is always below one.",
     )
-    return Table("summary", "Two laws on each plant.", columns, tuple(rows), notes)
+    return wb.document.Table("summary", "Two laws on each plant.", columns, tuple(rows), notes)
 
 
-def laws_table() -> Table:
+def laws_table() -> wb.document.Table:
     """The information of either law on each plant, as its equations say."""
     rows = []
     for setting in SETTINGS:
-        given = [roles(loop(setting, law)) for law in LAWS]
+        given = [wb.loop.roles(loop(setting, law)) for law in LAWS]
         ways = (" and ".join(dict.fromkeys(way for held in one.readings.values() for way in held)) for one in given)
         models = ("".join(part for parts in one.models.values() for part in parts) or "none" for one in given)
         states = (f"{one.law_states + one.observer_states}" for one in given)
@@ -114,12 +112,14 @@ def laws_table() -> Table:
         "derivatives in the place of velocities. Both laws begin with the outputs at the start; the filter believes "
         "the other states at the operating point.",
     )
-    return Table("laws", "What the two laws are given.", tuple(map(Column, heads)), tuple(rows), notes)
+    return wb.document.Table(
+        "laws", "What the two laws are given.", tuple(map(wb.document.Column, heads)), tuple(rows), notes
+    )
 
 
-def computers_table(results: Results) -> Table:
+def computers_table(results: wb.Results) -> wb.document.Table:
     """The computer of each plant, and how much the commands move in it."""
-    rows = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for setting in SETTINGS:
         plant, (low, high), port = setting.plant, setting.limit, setting.plant.inputs.entries[0]
         noise = dict.fromkeys(f"{value:g} {plant.outputs[name].unit}" for name, value in setting.noise.items())
@@ -127,16 +127,23 @@ def computers_table(results: Results) -> Table:
         limits = f"{port.name} {low:g} to {high:g} {port.unit}".strip().replace("-", "\N{MINUS SIGN}")
         moves = (results[setting.name, f"{law} {COMPUTER}"].score("TV").pair[0] for law in LAWS)
         rows.append((setting.name, period, ", ".join(noise), limits, *moves))
-    plain = (Column("plant"), Column("period", align="right"), Column("noise"), Column("limits"))
-    columns = (*plain, *(Column(f"TV of {law}", "1/s", "right", digits=3) for law in LAWS))
+    plain = (
+        wb.document.Column("plant"),
+        wb.document.Column("period", align="right"),
+        wb.document.Column("noise"),
+        wb.document.Column("limits"),
+    )
+    columns = (*plain, *(wb.document.Column(f"TV of {law}", "1/s", "right", digits=3) for law in LAWS))
     notes = (
         "Noise: the standard deviation of each reading. TV: total variation of the first input per second, in the unit "
         "of its limits, at the instants of the computer, with one draw of the noise.",
     )
-    return Table("computers", "The computer of each plant, and how its commands move.", columns, tuple(rows), notes)
+    return wb.document.Table(
+        "computers", "The computer of each plant, and how its commands move.", columns, tuple(rows), notes
+    )
 
 
-def plants_table() -> Table:
+def plants_table() -> wb.document.Table:
     """The operating point of each plant, its poles and zeros there, and the certificate of its gains."""
     rows = []
     for setting in SETTINGS:
@@ -148,17 +155,17 @@ def plants_table() -> Table:
         condition = setting.design.certificate.condition
         rows.append((setting.name, ", ".join(named) or "zero", spots(model.poles()), zeros, slowest, condition))
     columns = (
-        Column("plant"),
-        Column("operating point"),
-        *(Column(head, "1/s") for head in ("poles", "zeros", "slowest pole with LQG")),
-        Column("condition of the Riccati equations", align="right", digits=1),
+        wb.document.Column("plant"),
+        wb.document.Column("operating point"),
+        *(wb.document.Column(head, "1/s") for head in ("poles", "zeros", "slowest pole with LQG")),
+        wb.document.Column("condition of the Riccati equations", align="right", digits=1),
     )
     notes = (
         "States that are not named are zero there. Equal poles or zeros are named once; zeros are those of plants with "
         "as many outputs as inputs. The published zeros of P\N{MINUS SIGN}, "
         "\N{MINUS SIGN}0.0172 and \N{MINUS SIGN}0.0580 1/s, are those at levels that are rounded.",
     )
-    return Table("plants", "The plants where they are linearised.", columns, tuple(rows), notes)
+    return wb.document.Table("plants", "The plants where they are linearised.", columns, tuple(rows), notes)
 
 
 def spots(values: Iterable[complex]) -> str | None:
@@ -171,7 +178,7 @@ def spots(values: Iterable[complex]) -> str | None:
     return ", ".join(dict.fromkeys(words)) or None
 
 
-def ending(setting: Setting, results: Results) -> float:
+def ending(setting: Setting, results: wb.Results) -> float:
     """The time in s at which the picture of a plant ends: some time after the last of its runs has settled."""
     runs = [results[setting.name, f"{law}{where}"] for law in laws_of(setting) for where in ("", f" {COMPUTER}")]
     times = [run.score(f"settling time of {setting.main}").pair[0] for run in runs]
@@ -179,10 +186,10 @@ def ending(setting: Setting, results: Results) -> float:
     return float(min(float(f"{longest:.1g}") if longest < setting.until else np.inf, setting.until))
 
 
-def picture(setting: Setting, results: Results) -> Figure:
+def picture(setting: Setting, results: wb.Results) -> wb.document.Figure:
     """The main output and the first input of each law, in continuous time and in a computer."""
     (scale, second), port, end = scale_of(setting), setting.plant.inputs.entries[0], ending(setting, results)
-    window, panels = Window(0.0, end), []
+    window, panels = wb.pictures.Window(0.0, end), []
     outputs = setting.plant.outputs.names if setting.name in SIDES else (setting.main,)
     shown = [(name, setting.plant.outputs[name].unit) for name in outputs]
     for name, unit in (*shown, (port.name, port.unit)):
@@ -190,21 +197,24 @@ def picture(setting: Setting, results: Results) -> Figure:
             runs = [(law, results[setting.name, f"{law}{where}"]) for law in laws_of(setting)]
             look: Literal["line", "steps"] = "steps" if where and name == port.name else "line"
             seconds = (scale, second)
-            series = [curve(run, name, 0, window, law, run.case.style, look=look, seconds=seconds) for law, run in runs]
+            series = [
+                wb.pictures.curve(run, name, 0, window, law, run.case.style, look=look, seconds=seconds)
+                for law, run in runs
+            ]
             if name in outputs:
                 wanted = np.full(2, setting.wanted[name])
-                series.append(Series("reference", np.array([0.0, scale * end]), wanted, "reference"))
+                series.append(wb.document.Series("reference", np.array([0.0, scale * end]), wanted, "reference"))
             label, title = f"{name} [{unit}]" if unit else name, where.strip() or "in continuous time"
-            panels.append(Panel(label, tuple(series), f"time [{second}]", (0.0, scale * end), title=title))
+            panels.append(wb.document.Panel(label, tuple(series), f"time [{second}]", (0.0, scale * end), title=title))
     cut = f" The runs last {scale * setting.until:,g} {second}; the figure ends after {scale * end:,g} {second}."
     caption = (
         f"{capital(setting.name)}: {' and '.join(outputs)}, and the first input, from a start off the operating point. "
         f"PID: {setting.pid.words}, gains {setting.pid.origin}.{cut if end < setting.until else ''}"
     )
-    return Figure(f"runs_{called(setting, '').strip('_')}", caption, tuple(panels), columns=2)
+    return wb.document.Figure(f"runs_{called(setting, '').strip('_')}", caption, tuple(panels), columns=2)
 
 
-def bars(setting: Setting, results: Results) -> Figure:
+def bars(setting: Setting, results: wb.Results) -> wb.document.Figure:
     """Sobol indices of the error under both laws."""
     samples = {law: results.sample(called(setting, law)) for law in LAWS}
     sources = tuple(sample.source(f"RMSE of {setting.main}", 0, law) for law, sample in samples.items())
@@ -213,4 +223,4 @@ def bars(setting: Setting, results: Results) -> Figure:
         f"{capital(setting.name)}: which parameter decides the RMSE of {setting.main} in continuous time, as parts of "
         f"its variance; each parameter is within {', '.join(sorted(ranges))} of its own value."
     )
-    return sobol_bars(f"sobol_{called(setting, '').strip('_')}", caption, indices(setting, results), sources)
+    return wb.sobol_bars(f"sobol_{called(setting, '').strip('_')}", caption, indices(setting, results), sources)

@@ -4,28 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
+import workbench as wb
 from studies.b3_any_plant.loops import COMPUTER, LQG, OBSERVER, PID, PLACED, REGULATOR, all_margins
 from studies.b3_any_plant.settings import HARD, digits
 from studies.b3_any_plant.tanks import SIDES, TANKS, Levels, least_swing, predicted_integral, tank, zero_of
-from workbench.study import Finding, Results, Table, Variation
-from workbench.study.document.document import Cell, Column, Missing
 
 PUBLICATION = "about ten"  # Johansson (2000) of the settling times under the PI controllers at P+ and at P-
 
 
-def all_levels(results: Results) -> dict[tuple[str, str, float], Levels]:
+def all_levels(results: wb.Results) -> dict[tuple[str, str, float], Levels]:
     """The runs of the tanks by setting, law and factor of the placed poles."""
     return dict(zip(TANKS, results.work("tanks"), strict=True))
 
 
-def tank_finding(results: Results) -> Finding:
+def tank_finding(results: wb.Results) -> wb.Finding:
     """The settling times of the tanks, and the witness that the zero does not force them."""
     by, hard = all_levels(results), tank(HARD)
     witness, optimal = by[HARD, PLACED, 1.0], by[HARD, LQG, 1.0]
     easy, slow = (by[name, PID, 1.0].settling for name in SIDES)
     z, _ = zero_of(hard)
     low, high = witness.voltages
-    return Finding(
+    return wb.Finding(
         name="settling_of_the_tanks",
         statement=f"Under the published PI controllers h_1 settles {slow[0] / easy[0]:.1f} times as slowly at P+ as at "
         f"P\N{MINUS SIGN}, which the zero does not force: a placed design settles both levels in "
@@ -44,7 +43,7 @@ def tank_finding(results: Results) -> Finding:
     )
 
 
-def ratios(results: Results) -> tuple[Variation, ...]:
+def ratios(results: wb.Results) -> tuple[wb.Variation, ...]:
     """The ratio of P+ to P- by every other statistic of slowness, and under the other law."""
     by, margins = all_levels(results), all_margins(results)
     made = []
@@ -64,32 +63,32 @@ def ratios(results: Results) -> tuple[Variation, ...]:
     return tuple(made)
 
 
-def ratio(words: str, pair: list[float], unit: str = "s") -> Variation:
+def ratio(words: str, pair: list[float], unit: str = "s") -> wb.Variation:
     """The ratio of P+ to P-, with both numbers."""
     ends = [f"{end:.3g} {unit}" if np.isfinite(end) else f"not within {tank(HARD).until:,.0f} s" for end in pair]
     known = f"{pair[1] / pair[0]:.1f}" if np.isfinite(pair[1]) else f"above {tank(HARD).until / pair[0]:.0f}"
-    return Variation(words, known, f"{ends[1]} against {ends[0]}")
+    return wb.Variation(words, known, f"{ends[1]} against {ends[0]}")
 
 
-def tanks_table(results: Results) -> Table:
+def tanks_table(results: wb.Results) -> wb.document.Table:
     """Settling, swing, voltages, slowest mode, disk margin and the weighted integral of each run of the tanks."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for (name, law, factor), one in all_levels(results).items():
         law_name = law if law != PLACED or factor == 1.0 else f"{law}, poles times {factor:g}"
-        times = (float(t) if np.isfinite(t) else Missing("never") for t in one.settling)
+        times = (float(t) if np.isfinite(t) else wb.document.Missing("never") for t in one.settling)
         volts = (f"{volt:.1f}".replace("-", "\N{MINUS SIGN}") for volt in one.voltages)
         fixed = one.fixed if name == HARD else None
         side = name.removeprefix("quadruple tank ")
         rows.append((f"{side}, {law_name}", *times, one.farthest, " to ".join(volts), one.decay, one.disk, fixed))
     columns = (
-        Column("setting, law"),
-        Column("h_1 settles", "s", "right", digits=3),
-        Column("h_2 settles", "s", "right", digits=3),
-        Column("farthest h_2", "cm", "right", digits=2),
-        Column("voltages", "V"),
-        Column("slowest mode", "1/s", "right", digits=3),
-        Column("disk margin", "", "right", digits=2),
-        Column("weighted integral", "cm s", "right", digits=3),
+        wb.document.Column("setting, law"),
+        wb.document.Column("h_1 settles", "s", "right", digits=3),
+        wb.document.Column("h_2 settles", "s", "right", digits=3),
+        wb.document.Column("farthest h_2", "cm", "right", digits=2),
+        wb.document.Column("voltages", "V"),
+        wb.document.Column("slowest mode", "1/s", "right", digits=3),
+        wb.document.Column("disk margin", "", "right", digits=2),
+        wb.document.Column("weighted integral", "cm s", "right", digits=3),
     )
     (z, psi), predicted = zero_of(tank(HARD)), predicted_integral(tank(HARD))
     notes = (
@@ -107,7 +106,7 @@ def tanks_table(results: Results) -> Table:
         "The four tanks: how fast both levels settle, and what that costs. Faster placed poles need more voltage, let "
         "h_2 swing farther, and leave less margin."
     )
-    return Table("tanks", caption, columns, tuple(rows), notes)
+    return wb.document.Table("tanks", caption, columns, tuple(rows), notes)
 
 
 def poles_text(poles: tuple[float, ...]) -> str:

@@ -7,15 +7,9 @@ from typing import Any
 
 import numpy as np
 
+import workbench as wb
 from studies.b3_any_plant.loops import BAND, LAWS, PID, PLACED, SUBSTEPS, loop, placed
 from studies.b3_any_plant.settings import EASY, HARD, SETTINGS, Setting
-from workbench.blocks.laws import Regulator
-from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Step, Together
-from workbench.core import rk4
-from workbench.core.validation.refusals import Array
-from workbench.design.linear import broken_loop, disk_margin, operating_point, sensitivity
-from workbench.engine import simulate
 
 FACTORS = (0.4, 1.0, 2.0, 4.0)  # of the poles of the placed design
 SIDES = (EASY, HARD)
@@ -47,13 +41,13 @@ def tank(name: str) -> Setting:
     return next(setting for setting in SETTINGS if setting.name == name)
 
 
-def designed(setting: Setting, law: str, factor: float) -> ClosedLoop:
+def designed(setting: Setting, law: str, factor: float) -> wb.ClosedLoop:
     """The loop of the tanks under a law; of the placed design with poles `factor` times as far."""
     closed = loop(setting, law)
     if law != PLACED or factor == 1.0:
         return closed
     K, L = placed(setting, factor)
-    regulator = Regulator.of(setting.plant, K, setting.point.x, setting.point.u, follow=setting.plant.outputs.names)
+    regulator = wb.Regulator.of(setting.plant, K, setting.point.x, setting.point.u, follow=setting.plant.outputs.names)
     observer: Any = closed.observer
     return replace(closed, observer=replace(observer, L=L), controller=regulator)
 
@@ -69,8 +63,8 @@ def levels(item: tuple[str, str, float]) -> Levels:
         settled(t, off, BAND * np.abs(off[0]).max()),
         float(np.abs(off[:, 1]).max()),
         (float(volts.min()), float(volts.max())),
-        float(-sensitivity(opened).poles().real.max()),
-        disk_margin(opened).alpha,
+        float(-wb.linear.sensitivity(opened).poles().real.max()),
+        wb.linear.disk_margin(opened).alpha,
         fixed_integral(setting, t, off),
     )
 
@@ -82,22 +76,22 @@ def step_settling(name: str) -> tuple[float, float]:
     plant: Any = setting.plant
     setting = replace(setting, plant=replace(plant, **rest))
     wanted = setting.wanted
-    step = Step("h_1", "cm", wanted["h_1"] + STEP, start=wanted["h_1"])
-    closed = replace(loop(setting, PID), reference=Together((step, Hold([wanted["h_2"]], "h_2", "cm"))))
+    step = wb.Step("h_1", "cm", wanted["h_1"] + STEP, start=wanted["h_1"])
+    closed = replace(loop(setting, PID), reference=wb.Together((step, wb.Hold([wanted["h_2"]], "h_2", "cm"))))
     t, off, _ = course(setting, closed)
     return settled(t, off - np.array([STEP, 0.0]), BAND * STEP)
 
 
-def course(setting: Setting, closed: ClosedLoop) -> tuple[Array, Array, Array]:
+def course(setting: Setting, closed: wb.ClosedLoop) -> tuple[wb.Array, wb.Array, wb.Array]:
     """The times, both levels minus those at rest, and both voltages of a run."""
-    out = simulate(rk4(closed.ode(), setting.period / SUBSTEPS), until=setting.until, every=EVERY)
+    out = wb.simulate(wb.rk4(closed.ode(), setting.period / SUBSTEPS), until=setting.until, every=EVERY)
     rest = [setting.wanted[name] for name in setting.plant.outputs.names]
     both = np.stack([out[name][0].ravel() for name in setting.plant.outputs.names], axis=1)
     volts = np.stack([out[name][0].ravel() for name in setting.plant.inputs.names], axis=1)
     return np.asarray(out.t), both - rest, volts
 
 
-def settled(t: Array, off: Array, band: float) -> tuple[float, float]:
+def settled(t: wb.Array, off: wb.Array, band: float) -> tuple[float, float]:
     """The time from which on each column stays within the band; infinite where it does not."""
     outside = (np.flatnonzero(np.abs(column) > band) for column in off.T)
     ends = (0 if not rows.size else rows[-1] + 1 for rows in outside)
@@ -105,22 +99,22 @@ def settled(t: Array, off: Array, band: float) -> tuple[float, float]:
     return first, second
 
 
-def opened_at_rest(setting: Setting, closed: ClosedLoop) -> object:
+def opened_at_rest(setting: Setting, closed: wb.ClosedLoop) -> object:
     """The loop gain at the voltages about the rest, a `StateSpace` of python-control."""
     ode, whole = closed.broken(setting.name), closed.ode()
     wanted = {f"plant.{name}": part for name, part in setting.open.states.unpack(setting.point.x).items()}
-    at_rest = whole.states.unpack(operating_point(whole, wanted).x)
-    return broken_loop(ode, 0.0, np.concatenate([np.ravel(at_rest[name]) for name in ode.states.names]))
+    at_rest = whole.states.unpack(wb.linear.operating_point(whole, wanted).x)
+    return wb.linear.broken_loop(ode, 0.0, np.concatenate([np.ravel(at_rest[name]) for name in ode.states.names]))
 
 
-def zero_of(setting: Setting) -> tuple[float, Array]:
+def zero_of(setting: Setting) -> tuple[float, wb.Array]:
     """The rightmost zero z in 1/s, and the unit vector psi with psi' G(z) = 0."""
     z, model = float(setting.model.zeros().real.max()), setting.model
     psi = np.linalg.svd(model.C @ np.linalg.solve(z * np.eye(len(model.A)) - model.A, model.B))[0][:, -1]
     return z, np.asarray(psi * np.sign(psi[1]))
 
 
-def fixed_integral(setting: Setting, t: Array, off: Array) -> float:
+def fixed_integral(setting: Setting, t: wb.Array, off: wb.Array) -> float:
     """psi' times the integral of both levels weighted by exp(-z t): for z > 0 no law changes it in the linear model."""
     z, psi = zero_of(setting)
     return float(np.trapezoid(off @ psi * np.exp(-z * t), t)) if z > 0 else 0.0

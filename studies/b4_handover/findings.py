@@ -3,23 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
-from studies.a9_sampling.period_rules import HALF, MATRIX
-from studies.a9_sampling.quiet_periods import (
-    COMMANDED,
-    FACTORS,
-    HANDED_OVER,
-    ON_REFERENCE,
-    PAPERS,
-    at_hand_over,
-    bracket_words,
-    conditions,
-    ends,
-    in_ms,
-)
-from studies.a9_sampling.words import listed
+import workbench as wb
 from studies.b4_handover.loops import (
     ERROR,
     FAR_START,
@@ -37,7 +25,6 @@ from studies.b4_handover.margins import (
     MISSED,
     NEAR,
     OVER_DRAWS,
-    QUIET,
     Loss,
     Losses,
     losses,
@@ -46,9 +33,20 @@ from studies.b4_handover.margins import (
     scans,
 )
 from studies.paper.card import PROPOSED
-from workbench.study import Results
-from workbench.study.document.finding import Finding, Variation
-from workbench.study.evidence.computer_margins import KEPT
+from studies.paper.period_rules import HALF, MATRIX
+from studies.paper.quiet_periods import (
+    COMMANDED,
+    FACTORS,
+    HANDED_OVER,
+    ON_REFERENCE,
+    PAPERS,
+    QUIET,
+    at_hand_over,
+    bracket_words,
+    conditions,
+    ends,
+    in_ms,
+)
 
 GIVEN = (
     "AOSMC-RGS, SMC, super-twisting: positions, velocities and the exact model. PID: positions and velocities. LQG: "
@@ -64,7 +62,7 @@ PARTS = {"single": "single precision alone", "jitter": "jitter alone", "missed":
 PARTS |= {"readings": "the steps of the readings alone, over exact readings"}
 
 
-def percent(loss: Loss) -> str:
+def loss_words(loss: Loss) -> str:
     """A loss in per cent, with two digits."""
     return f"{100 * loss.value:.2g} %".replace("-", "\N{MINUS SIGN}") if np.isfinite(loss.value) else "a whole run"
 
@@ -77,7 +75,11 @@ def amount(value: float, unit: str) -> str:
 # The longest period
 
 
-def allowed(results: Results, one: Handed, start: str = NEAR_START) -> float:
+def _allowed_from(results: wb.Results, start: str, one: Handed) -> float:
+    return allowed(results, one, start)
+
+
+def allowed(results: wb.Results, one: Handed, start: str = NEAR_START) -> float:
     """The longest period allowed in s, of a loop from a start."""
     scan = scans(results).periods.get((one.key, start))
     return scan.threshold.largest if scan else ends(quiet_periods(results)[one.name, PATHS[start]])[0]
@@ -88,13 +90,13 @@ def declared_too_long(longest: Callable[[Handed], float]) -> list[str]:
     return [one.name for one in handed() if longest(one) < one.period]
 
 
-def longest_period(results: Results) -> Finding:
+def longest_period(results: wb.Results) -> wb.Finding:
     """The longest period beside the declared one, by start."""
     quiet = quiet_periods(results)
     near, far = (quiet[PROPOSED, start] for start in (ON_REFERENCE, PAPERS))
-    variations = [Variation(conditions(near.search), at_hand_over(near), f"{bracket_words(ends(near))} ms")]
+    variations = [wb.Variation(conditions(near.search), at_hand_over(near), f"{bracket_words(ends(near))} ms")]
     variations += [
-        Variation(
+        wb.Variation(
             f"{conditions(one.search)}, at most {factor:g} times the total variation",
             at_hand_over(one, factor),
             f"{bracket_words(ends(one, factor))} ms",
@@ -103,12 +105,12 @@ def longest_period(results: Results) -> Finding:
         for factor in FACTORS
     ]
     variations += [
-        Variation(conditions(one.search), at_hand_over(one), f"{bracket_words(ends(one))} ms")
+        wb.Variation(conditions(one.search), at_hand_over(one), f"{bracket_words(ends(one))} ms")
         for one in results.work("quiet")
         if one.search.law == PROPOSED and (one.search.limit is not None or one.search.counts_on == COMMANDED)
     ]
-    too_long = [listed(declared_too_long(lambda one, start=start: allowed(results, one, start))) for start in BOTH]
-    return Finding(
+    too_long = [wb.document.join_names(declared_too_long(partial(_allowed_from, results, start))) for start in BOTH]
+    return wb.Finding(
         "longest_period",
         f"With commands a period late, {PROPOSED} is quiet up to {in_ms(ends(near))} ms from a start on the reference "
         f"but up to {in_ms(ends(far))} ms from the paper's start; its declared period is {1e3 * HANDED_OVER:g} ms.",
@@ -123,7 +125,7 @@ def longest_period(results: Results) -> Finding:
         ),
         statistic="The longest period allowed, with commands a period late and exact readings. Laws of the paper's "
         f"arm: the search of a9, total variation at most {QUIET:g} times its value in continuous time. "
-        f"LQG, and EKF and LQR, designed anew for each period: error at most {KEPT:g} and total "
+        f"LQG, and EKF and LQR, designed anew for each period: error at most {wb.evidence.KEPT:g} and total "
         f"variation at most {QUIET:g} times their values at a quarter of the declared period.",
         sample="One run a period, exact readings, the first scenario for the laws of the paper.",
         given=GIVEN,
@@ -141,7 +143,7 @@ def longest_period(results: Results) -> Finding:
 
 
 def all_losses(
-    results: Results, metric: str = ERROR, start: str = NEAR_START, joint: int | None = None, over: str = MEAN
+    results: wb.Results, metric: str = ERROR, start: str = NEAR_START, joint: int | None = None, over: str = MEAN
 ) -> dict[str, Losses]:
     """The losses by the name of the loop."""
     return {one.name: losses(results, one, metric, start, joint, over) for one in handed()}
@@ -152,7 +154,7 @@ def worst_loop(by: dict[str, Losses], part: str = "together") -> str:
     return max(by, key=lambda name: getattr(by[name], part).value)
 
 
-def error_of(results: Results, name: str, metric: str = ERROR, start: str = NEAR_START) -> tuple[float, float, str]:
+def error_of(results: wb.Results, name: str, metric: str = ERROR, start: str = NEAR_START) -> tuple[float, float, str]:
     """The error of a loop with a perfect clock, the step of the reading that it is of, and their unit."""
     one = next(one for one in handed() if one.name == name)
     unit = one.made(one.period).plant.outputs[one.follows].unit
@@ -160,7 +162,7 @@ def error_of(results: Results, name: str, metric: str = ERROR, start: str = NEAR
     return float(base.max()), one.quantum[one.follows], unit
 
 
-def loss_variations(results: Results) -> Iterator[Variation]:
+def loss_variations(results: wb.Results) -> Iterator[wb.Variation]:
     """The loop that loses most, by other starts, statistics, joints, means over the draws, and effects."""
     for start in BOTH:
         for metric in STATISTICS:
@@ -175,13 +177,13 @@ def loss_variations(results: Results) -> Iterator[Variation]:
         yield told(words, all_losses(results), part)
 
 
-def told(words: str, by: dict[str, Losses], part: str = "together") -> Variation:
+def told(words: str, by: dict[str, Losses], part: str = "together") -> wb.Variation:
     """A variation of the loop that loses most."""
     worst = worst_loop(by, part)
-    return Variation(words, worst, percent(getattr(by[worst], part)))
+    return wb.Variation(words, worst, loss_words(getattr(by[worst], part)))
 
 
-def loss_finding(results: Results) -> Finding:
+def loss_finding(results: wb.Results) -> wb.Finding:
     """The growth of the error by single precision and an imperfect clock."""
     by = all_losses(results)
     worst = worst_loop(by)
@@ -190,16 +192,16 @@ def loss_finding(results: Results) -> Finding:
     grown = error * (1 + by[worst].together.value)
     far = all_losses(results, start=FAR_START)[worst].together
     chattering = declared_too_long(lambda one: allowed(results, one, FAR_START))
-    return Finding(
+    return wb.Finding(
         "error_growth",
-        f"Single precision, {CLOCK} together raise the error of {worst} most: by {percent(by[worst].together)}, from "
-        f"{amount(error, unit)} to {amount(grown, unit)}; of the other loops by at most {percent(others)}.",
+        f"Single precision, {CLOCK} together raise the error of {worst} most: by {loss_words(by[worst].together)}, "
+        f"from {amount(error, unit)} to {amount(grown, unit)}; of the other loops by at most {loss_words(others)}.",
         f"The step of its readings is {amount(step, unit)}, {step / error:.2g} times that error. From a farther start "
         f"{'it chatters at its declared period: ' * (worst in chattering)}its error is "
-        f"{amount(error_of(results, worst, start=FAR_START)[0], unit)}, and changes by {percent(far)}.",
+        f"{amount(error_of(results, worst, start=FAR_START)[0], unit)}, and changes by {loss_words(far)}.",
         statistic=f"{ERROR}: the root of the mean square from {100 * SETTLED:.0f} % of the run on, the worst joint, as "
         "a ratio to the run of the same start in double precision with a perfect clock; the mean over the draws. That "
-        f"run chatters from farther starts, and is no sound base there: {listed(chattering)}.",
+        f"run chatters from farther starts, and is no sound base there: {wb.document.join_names(chattering)}.",
         sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, each with its own jitter.",
         given=GIVEN,
         chosen=f"{CHOSEN}; the statistic; the starts; {CLOCK}.",

@@ -10,27 +10,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from studies.a9_sampling.quiet_periods import HANDED_OVER, momentum_loop, on_reference
+import workbench as wb
 from studies.paper.card import PROPOSED
 from studies.paper.laws import ARM, plant, rival
-from workbench.arms.manipulator import Manipulator
-from workbench.arms.observers import FullState
-from workbench.blocks.laws import LinearLaw, Regulator
-from workbench.blocks.loop import ClosedLoop, DigitalLoop, Instruments, open_loop
-from workbench.blocks.observers import ExtendedKalmanFilter
-from workbench.blocks.plants import CartPole
-from workbench.blocks.signals import Hold, Sines
-from workbench.core import LinearSystem, Sampled
-from workbench.design.linear import linearize, operating_point
-from workbench.design.riccati import lqg, lqr
-from workbench.engine.metrics import AbstractMetric, total_variation
-from workbench.engine.metrics.contract import Integral
-from workbench.engine.metrics.signal_choice import Choice
-from workbench.study.provenance import Card, assumed
+from studies.paper.quiet_periods import HANDED_OVER, momentum_loop, on_reference
 
-CARD = Card(
+CARD = wb.provenance.Card(
     (
-        assumed(
+        wb.provenance.assumed(
             "period of sliding laws",
             HANDED_OVER,
             "s",
@@ -38,14 +25,22 @@ CARD = Card(
             1e-4,
             1e-3,
         ),
-        assumed("period of the arm", 1e-3, "s", "1 kHz, a usual rate of robot controllers, as in a9", 2.5e-4, 4e-3),
-        assumed("period of the cart", 1e-2, "s", "100 Hz, as in the README", 2e-3, 2e-2),
-        assumed("steps of q", 2 * np.pi / 2**16, "rad", "an encoder of 16 bits on each joint, as in a9", 1e-6, 1e-3),
-        assumed("steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point, as in a9", 0.0, 1e-2),
-        assumed("steps of x", 1e-4, "m", "an encoder of 0.1 mm", 1e-6, 1e-3),
-        assumed("steps of phi", 2 * np.pi / 2**14, "rad", "an encoder of 14 bits", 1e-6, 1e-2),
-        assumed("limit of tau", 150.0, "N m", "above what any law asks for after the first instants", 50.0, 500.0),
-        assumed("limit of F", 10.0, "N", "as in the README", 5.0, 50.0),
+        wb.provenance.assumed(
+            "period of the arm", 1e-3, "s", "1 kHz, a usual rate of robot controllers, as in a9", 2.5e-4, 4e-3
+        ),
+        wb.provenance.assumed("period of the cart", 1e-2, "s", "100 Hz, as in the README", 2e-3, 2e-2),
+        wb.provenance.assumed(
+            "steps of q", 2 * np.pi / 2**16, "rad", "an encoder of 16 bits on each joint, as in a9", 1e-6, 1e-3
+        ),
+        wb.provenance.assumed(
+            "steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point, as in a9", 0.0, 1e-2
+        ),
+        wb.provenance.assumed("steps of x", 1e-4, "m", "an encoder of 0.1 mm", 1e-6, 1e-3),
+        wb.provenance.assumed("steps of phi", 2 * np.pi / 2**14, "rad", "an encoder of 14 bits", 1e-6, 1e-2),
+        wb.provenance.assumed(
+            "limit of tau", 150.0, "N m", "above what any law asks for after the first instants", 50.0, 500.0
+        ),
+        wb.provenance.assumed("limit of F", 10.0, "N", "as in the README", 5.0, 50.0),
     )
 )
 PERIODS = 10_000  # of a replay; set it to a million for the figures that a release states
@@ -59,7 +54,7 @@ FAR_POSE, FAR_ANGLE = 0.5, 0.2  # rad, of the starts that are farther off
 SEED = 29
 
 
-def settled_rmse(signal: str | None, start: float, name: str = ERROR) -> Integral:
+def settled_rmse(signal: str | None, start: float, name: str = ERROR) -> wb.metrics.Integral:
     """sqrt(1 / (T - start) integral of e^2 dt), from `start` in s to the horizon T."""
 
     def g(t: ca.SX, e: ca.SX) -> ca.SX:
@@ -69,10 +64,10 @@ def settled_rmse(signal: str | None, start: float, name: str = ERROR) -> Integra
         return np.sqrt(np.maximum(integral, 0) / (horizon - start))
 
     about = f"the root of the mean square from {start:g} s on"
-    return Integral(name, "", about, g, root, signal=Choice("error", signal), measure=str)
+    return wb.metrics.Integral(name, "", about, g, root, signal=wb.metrics.Choice("error", signal), measure=str)
 
 
-def settled_size(signal: str | None, start: float) -> Integral:
+def settled_size(signal: str | None, start: float) -> wb.metrics.Integral:
     """1 / (T - start) integral of |e| dt, from `start` in s to the horizon T."""
 
     def g(t: ca.SX, e: ca.SX) -> ca.SX:
@@ -82,7 +77,7 @@ def settled_size(signal: str | None, start: float) -> Integral:
         return integral / (horizon - start)
 
     about = f"the mean size from {start:g} s on"
-    return Integral(SIZE, "", about, g, mean, signal=Choice("error", signal), measure=str)
+    return wb.metrics.Integral(SIZE, "", about, g, mean, signal=wb.metrics.Choice("error", signal), measure=str)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +88,8 @@ class Handed:
     """
 
     name: str
-    made: Callable[[float], ClosedLoop]
-    farther: Callable[[float], ClosedLoop]
+    made: Callable[[float], wb.ClosedLoop]
+    farther: Callable[[float], wb.ClosedLoop]
     starts: tuple[str, str]
     period: float
     until: float  # s
@@ -109,27 +104,27 @@ class Handed:
         return "".join(c if c.isalnum() else "_" for c in self.name.lower())
 
     @property
-    def metrics(self) -> tuple[AbstractMetric, ...]:
+    def metrics(self) -> tuple[wb.metrics.AbstractMetric, ...]:
         """The error by three statistics, and the total variation of the commands at the instants of the computer."""
         late = SETTLED * self.until
         errors = (settled_rmse(self.follows, late), settled_size(self.follows, late))
-        return (*errors, settled_rmse(self.follows, 0.0, WHOLE), total_variation(self.period))
+        return (*errors, settled_rmse(self.follows, 0.0, WHOLE), wb.total_variation(self.period))
 
     def computed(
         self, period: float | None = None, delay: float = 1, *, exact: bool = False, start: str = NEAR_START
-    ) -> DigitalLoop:
+    ) -> wb.DigitalLoop:
         """The loop in its computer, or in one with another period and delay, with exact readings, or another start."""
         length = self.period if period is None else period
         loop = (self.made if start == NEAR_START else self.farther)(length)
-        instruments = Instruments.of(loop.plant, quantum={} if exact else self.quantum, limit=self.limit)
-        return DigitalLoop(loop, length, instruments, delay)
+        instruments = wb.Instruments.of(loop.plant, quantum={} if exact else self.quantum, limit=self.limit)
+        return wb.DigitalLoop(loop, length, instruments, delay)
 
-    def digital(self, *, exact: bool = False, start: str = NEAR_START) -> Sampled:
+    def digital(self, *, exact: bool = False, start: str = NEAR_START) -> wb.Sampled:
         """The loop as its computer runs it, or one with exact readings or another start."""
         return self.computed(exact=exact, start=start).ode(self.name)
 
 
-Made = Callable[[float], ClosedLoop]
+Made = Callable[[float], wb.ClosedLoop]
 
 
 def arm(name: str, made: tuple[Made, Made], given: str, starts: tuple[str, str], period: str) -> Handed:
@@ -149,33 +144,35 @@ def proposed() -> tuple[Made, Made]:
     return (lambda period: on_reference(momentum_loop()), lambda period: momentum_loop())
 
 
-def arm_lqg(period: float, off: float = 0.1) -> ClosedLoop:
+def arm_lqg(period: float, off: float = 0.1) -> wb.ClosedLoop:
     """LQG that holds the arm at a pose under the disturbance of the first scenario, designed for the period.
 
     Both joints start `off` rad from the pose.
     """
-    opened = open_loop(Manipulator(ARM, q=POSE))
-    point = operating_point(opened, {"q": POSE, "qd": (0.0, 0.0)})
-    model = linearize(opened, 0.0, point.x, u=point.u, at_rest=True).sample(period)
+    opened = wb.open_loop(wb.Manipulator(ARM, q=POSE))
+    point = wb.linear.operating_point(opened, {"q": POSE, "qd": (0.0, 0.0)})
+    model = wb.linearize(opened, 0.0, point.x, u=point.u, at_rest=True).sample(period)
     costs = np.diag([1 / 0.05**2] * 2 + [0.0] * 2), np.diag([1 / 20.0**2] * 2)
     driven, heard = 0.5**2 * np.eye(2), np.diag([1e-4**2] * 2 + [1e-3**2] * 2)
-    design = lqg(model, *costs, driven, heard, G=model.B)
+    design = wb.lqg(model, *costs, driven, heard, G=model.B)
     names = {"inputs": model.output_labels, "outputs": model.input_labels}
-    turned = LinearSystem.of(-design.controller, **names)  # it is given the error, and has its own sign for y inside
-    law = LinearLaw(turned, error=True, u0=point.u)
-    body = Manipulator(ARM, q=np.add(POSE, off), qd=(0.0, 0.0), disturbance=plant("FS").disturbance)
-    return ClosedLoop(body, FullState(2), law, Hold(POSE))
+    turned = wb.core.LinearSystem.of(
+        -design.controller, **names
+    )  # it is given the error, and has its own sign for y inside
+    law = wb.LinearLaw(turned, error=True, u0=point.u)
+    body = wb.Manipulator(ARM, q=np.add(POSE, off), qd=(0.0, 0.0), disturbance=plant("FS").disturbance)
+    return wb.ClosedLoop(body, wb.FullState(2), law, wb.Hold(POSE))
 
 
-def cart_pole(period: float, phi: float = 0.1) -> ClosedLoop:
+def cart_pole(period: float, phi: float = 0.1) -> wb.ClosedLoop:
     """The cart-pole of the README behind its extended Kalman filter; the cart follows a sine from a pole at `phi`."""
-    body = CartPole(phi=phi)
-    upright = linearize(open_loop(body), 0.0, np.zeros(4), at_rest=True)
-    gain = lqr(upright, np.diag([5000.0, 0.0, 100.0, 0.0]), [[1.0]]).K
+    body = wb.CartPole(phi=phi)
+    upright = wb.linearize(wb.open_loop(body), 0.0, np.zeros(4), at_rest=True)
+    gain = wb.lqr(upright, np.diag([5000.0, 0.0, 100.0, 0.0]), [[1.0]]).K
     W, V = np.diag([0.0, 1e-2, 0.0, 1e-2]), 1e-6 * np.eye(2)
-    kalman = ExtendedKalmanFilter(body, W, V, P=1e-2 * np.eye(4), period=period)
-    sine = Sines([0.2], [1.0], signal="x", unit="m")
-    return ClosedLoop(body, kalman, Regulator.of(body, gain, follow=("x",)), sine)
+    kalman = wb.ExtendedKalmanFilter(body, W, V, P=1e-2 * np.eye(4), period=period)
+    sine = wb.Sines([0.2], [1.0], signal="x", unit="m")
+    return wb.ClosedLoop(body, kalman, wb.Regulator.of(body, gain, follow=("x",)), sine)
 
 
 def by_key(key: str) -> Handed:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+import workbench as wb
 from studies.b4_handover.loops import FAR_START, NEAR_START, handed
-from studies.b4_handover.machines import BOARDS, FEW, SINGLY, by_target, fit_of, replays, short
+from studies.b4_handover.machines import BOARDS, FEW, SINGLY, by_target, fit_of, replays, without_compiler
 from studies.b4_handover.operations import operations_table
-from workbench.handover.targets import TARGETS
-from workbench.study import Itemize, Paragraph, Results, Section, Table
-from workbench.study.document.document import Cell, Column
 
 SHOWN = ("gcc-O0", "gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m4f-libgcc", "cortex-m7")
 STACK = 4096  # bytes, at most
 
 
-def machines_section(results: Results) -> Section:
+def machines_section(results: wb.Results) -> wb.Section:
     """The tables of the targets."""
     words = (
         "Each law's C is compiled unchanged for each machine, with a small program that reads the recorded inputs and "
@@ -29,91 +27,106 @@ def machines_section(results: Results) -> Section:
     missing = [
         f"{name}: {r.reason}" for name, laws in by_target(results).items() if (r := next(iter(laws.values()))).reason
     ]
-    absent = (Paragraph("Not run here:"), Itemize(tuple(missing))) if missing else ()
-    return Section(
+    absent = (wb.Paragraph("Not run here:"), wb.document.Itemize(tuple(missing))) if missing else ()
+    return wb.Section(
         "The same bits on every machine",
         (
-            Paragraph(words),
+            wb.Paragraph(words),
             *absent,
             *(make(results) for make in (bits_table, operations_table, counts_table, sizes_table, single_table)),
         ),
     )
 
 
-def bits_table(results: Results) -> Table:
+def bits_table(results: wb.Results) -> wb.document.Table:
     """A row for each target, over all laws."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for name, laws in by_target(results).items():
         ran = [result for result in laws.values() if result.ran]
         parts = ("periods", "bits", "differing", "memories", "flags")
         sums = (sum(getattr(result, part) for result in ran) for part in parts)
         first = "; ".join(f"{law}: {result.first}" for law, result in laws.items() if result.first)
-        rows.append((short(name), *sums, first or "none") if ran else (short(name), *(None,) * 5, "not run"))
+        rows.append(
+            (without_compiler(name), *sums, first or "none")
+            if ran
+            else (without_compiler(name), *(None,) * 5, "not run")
+        )
     heads = ("periods", "bits compared", "bits of commands that differ", "periods with another memory", "flags")
-    columns = (Column("target"), *(Column(head, align="right") for head in heads), Column("first difference"))
+    columns = (
+        wb.document.Column("target"),
+        *(wb.document.Column(head, align="right") for head in heads),
+        wb.document.Column("first difference"),
+    )
     notes = (
         f"All {len(handed())} laws together. A flag is raised where a number is not finite. 64-bit ARM and the Cortex "
         "processors run under QEMU, by gcc -O2; V8, Chrome's engine, in Node.",
     )
     caption = "Bits of commands and memories on each target, compared with the portable arithmetic."
-    return Table("bits", caption, columns, tuple(rows), notes)
+    return wb.document.Table("bits", caption, columns, tuple(rows), notes)
 
 
-def counts_table(results: Results) -> Table:
+def counts_table(results: wb.Results) -> wb.document.Table:
     """Instructions a period, by law and target."""
-    names = [TARGETS[key].name for key in SHOWN]
+    names = [wb.handover.TARGETS[key].name for key in SHOWN]
     by = by_target(results)
     rows = [(one.name, *(rounded(by[name][one.name].figures.instructions) for name in names)) for one in handed()]
-    columns = (Column("law"), *(Column(short(name), align="right") for name in names))
+    columns = (
+        wb.document.Column("law"),
+        *(wb.document.Column(without_compiler(name), align="right") for name in names),
+    )
     notes = (
         "The mean, by Callgrind for this machine's compilers and by QEMU for the others, with gcc -O2. A Cortex-M4F "
         "calls a routine for each operation in double precision.",
     )
-    return Table("counts", "Instructions a period.", columns, tuple(rows), notes)
+    return wb.document.Table("counts", "Instructions a period.", columns, tuple(rows), notes)
 
 
-def single_table(results: Results) -> Table:
+def single_table(results: wb.Results) -> wb.document.Table:
     """The laws in single precision: bits compared with NumPy's floats, and instructions."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for law, each in replays(results, "single_replays").items():
         ran = [result for result in each if result.ran]
         differing = sum(result.differing + result.memories for result in ran)
         counts = [rounded(result.figures.instructions) for result in each]
         rows.append((law, sum(result.bits for result in ran), differing, *counts))
-    heads = [short(TARGETS[key].name) for key in SINGLY]
-    columns = (Column("law"), Column("bits compared", align="right"), Column("differing", align="right"))
+    heads = [without_compiler(wb.handover.TARGETS[key].name) for key in SINGLY]
+    columns = (
+        wb.document.Column("law"),
+        wb.document.Column("bits compared", align="right"),
+        wb.document.Column("differing", align="right"),
+    )
     notes = (
         f"{FEW:,} periods of each law on the readings of the loop in double precision, compared with NumPy's numbers "
         "of 32 bits. The columns of targets have instructions a period. A Cortex-M4F computes these numbers in "
         "hardware.",
     )
-    all_columns = (*columns, *(Column(head, align="right") for head in heads))
-    return Table("single", "The laws in single precision.", all_columns, tuple(rows), notes)
+    all_columns = (*columns, *(wb.document.Column(head, align="right") for head in heads))
+    return wb.document.Table("single", "The laws in single precision.", all_columns, tuple(rows), notes)
 
 
-def sizes_table(results: Results) -> Table:
+def sizes_table(results: wb.Results) -> wb.document.Table:
     """Stack, code and data, the time of a period, and its share of the longest period allowed, by microcontroller."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for one in handed():
         for key, clock in BOARDS.items():
-            figures = by_target(results)[TARGETS[key].name][one.name].figures
-            time: Cell = 1e6 * figures.instructions / clock if figures.instructions else None
-            shares: list[Cell] = []
+            figures = by_target(results)[wb.handover.TARGETS[key].name][one.name].figures
+            time: wb.document.Cell = 1e6 * figures.instructions / clock if figures.instructions else None
+            shares: list[wb.document.Cell] = []
             for precision in ("double", "single"):
                 fitted = (fit_of(results, one, key, start, precision) for start in (NEAR_START, FAR_START))
                 shares += [100 * fit.share if fit else None for fit in fitted]
-            name = short(TARGETS[key].name)
+            name = without_compiler(wb.handover.TARGETS[key].name)
             rows.append((one.name, name, figures.stack, figures.code, figures.data, time, *shares))
     shared = (f"{precision}, {start}" for precision in ("doubles", "singles") for start in ("near", "far"))
     columns = (
-        Column("law"),
-        Column("machine"),
-        *(Column(head, "bytes", "right") for head in ("stack", "code", "data")),
-        Column("doubles", "\N{MICRO SIGN}s", "right", digits=3),
-        *(Column(head, "%", "right", digits=2) for head in shared),
+        wb.document.Column("law"),
+        wb.document.Column("machine"),
+        *(wb.document.Column(head, "bytes", "right") for head in ("stack", "code", "data")),
+        wb.document.Column("doubles", "\N{MICRO SIGN}s", "right", digits=3),
+        *(wb.document.Column(head, "%", "right", digits=2) for head in shared),
     )
     clocks = " and ".join(
-        f"{short(TARGETS[key].name)} at {clock / 1e6:g} MHz"
+        f"{without_compiler(wb.handover.TARGETS[key].name)} at {clock / 1e6:g} MHz"
         for key, clock in BOARDS.items()
         if key != "cortex-m4f-libgcc"
     )
@@ -123,9 +136,11 @@ def sizes_table(results: Results) -> Table:
         f"deepest chain of calls from the step, by the compiler's account; at most {STACK:,} bytes are wanted. Code: "
         "with constants, at -O2. Data: what changes, without the state.",
     )
-    return Table("sizes", "What each law takes of a microcontroller in a period.", columns, tuple(rows), notes)
+    return wb.document.Table(
+        "sizes", "What each law takes of a microcontroller in a period.", columns, tuple(rows), notes
+    )
 
 
-def rounded(value: float | None) -> Cell:
+def rounded(value: float | None) -> wb.document.Cell:
     """A count as a whole number."""
     return None if value is None else int(np.round(value))

@@ -4,110 +4,113 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from studies.a9_sampling.words import listed
+import workbench as wb
 from studies.b4_handover.findings import FITTED, START_WORDS, allowed
 from studies.b4_handover.loops import FAR_START, NEAR_START, PERIODS, Handed, by_key, handed
 from studies.b4_handover.margins import BOTH
 from studies.b4_handover.operations import operations_by_target
 from studies.paper.card import PROPOSED
-from workbench.handover.replays import CLOCKS, Fit, TargetResult, fits, replay
-from workbench.handover.targets import TARGETS
-from workbench.study import Results, Work
-from workbench.study.document.finding import Finding, Variation
 
 M4F = "cortex-m4f"
 SINGLY = ("gcc-O2", "clang-O2", "arm64", M4F, "cortex-m7")  # in single precision
 FEW = 1000  # periods of a replay in single precision, whose reference goes period by period
-BOARDS = CLOCKS  # Hz, of the microcontrollers
+BOARDS = wb.handover.CLOCKS  # Hz, of the microcontrollers
 SINGLE_BOARDS = (M4F, "cortex-m7")
 CYCLES = (2, 4)  # an instruction, in place of one
 
-TargetResults = tuple[TargetResult, ...]
+TargetResults = tuple[wb.handover.TargetResult, ...]
 
 
-def replay_works() -> tuple[Work, Work]:
+def replay_works() -> tuple[wb.Work, wb.Work]:
     """The replays of all loops, in double and in single precision."""
     keys = tuple(one.key for one in handed())
-    return Work("replays", in_doubles, keys, seconds=30.0), Work("single_replays", in_singles, keys, seconds=10.0)
+    return wb.Work("replays", in_doubles, keys, seconds=30.0), wb.Work("single_replays", in_singles, keys, seconds=10.0)
 
 
 def in_doubles(key: str) -> TargetResults:
     """The replay of a loop on all targets, the library with a known fault among them."""
-    return replay(by_key(key).digital(), name=key, periods=PERIODS, targets=tuple(TARGETS)).results
+    return wb.replay(by_key(key).digital(), name=key, periods=PERIODS, targets=tuple(wb.handover.TARGETS)).results
 
 
 def in_singles(key: str) -> TargetResults:
     """The replay of a loop's law in single precision, which reads what the loop in doubles has read."""
-    return replay(by_key(key).digital(), name=key, periods=FEW, targets=SINGLY, precision="single").results
+    return wb.replay(by_key(key).digital(), name=key, periods=FEW, targets=SINGLY, precision="single").results
 
 
-def replays(results: Results, work: str = "replays") -> Mapping[str, TargetResults]:
+def replays(results: wb.Results, work: str = "replays") -> Mapping[str, TargetResults]:
     """The results of all targets by the name of the loop."""
     return dict(zip((one.name for one in handed()), results.work(work), strict=True))
 
 
-def by_target(results: Results) -> dict[str, dict[str, TargetResult]]:
+def by_target(results: wb.Results) -> dict[str, dict[str, wb.handover.TargetResult]]:
     """The results of each target, by target and law."""
     by_law = replays(results)
     names = [one.target for one in next(iter(by_law.values()))]
     return {name: {law: next(r for r in each if r.target == name) for law, each in by_law.items()} for name in names}
 
 
-def fit_of(results: Results, one: Handed, key: str, start: str = NEAR_START, precision: str = "double") -> Fit | None:
+def fit_of(
+    results: wb.Results, one: Handed, key: str, start: str = NEAR_START, precision: str = "double"
+) -> wb.handover.Fit | None:
     """The count of a law at the clock of a microcontroller, on the longest period allowed from a start."""
     work = "replays" if precision == "double" else "single_replays"
     each = replays(results, work)[one.name]
-    count = next((r.figures.instructions for r in each if r.target == TARGETS[key].name), None)
-    return fits(count, allowed(results, one, start), CLOCKS[key]) if count else None
+    count = next((r.figures.instructions for r in each if r.target == wb.handover.TARGETS[key].name), None)
+    return wb.handover.fits(count, allowed(results, one, start), wb.handover.CLOCKS[key]) if count else None
 
 
-def machine_findings(results: Results) -> tuple[Finding, ...]:
+def machine_findings(results: wb.Results) -> tuple[wb.Finding, ...]:
     """The findings of the replays."""
     law = next(one for one in handed() if one.name == PROPOSED)
     near, far = (fit_of(results, law, M4F, start) for start in BOTH)
     return (bits_finding(results), *((fit_finding(results, near, far),) if near and far else ()))
 
 
-def differing(results: Results, work: str = "replays", laws: tuple[str, ...] = ()) -> dict[str, list[str]]:
+def differing(results: wb.Results, work: str = "replays", laws: tuple[str, ...] = ()) -> dict[str, list[str]]:
     """The targets that ran, each with the laws of which a bit differs there."""
     targets: dict[str, list[str]] = {}
     for law, each in replays(results, work).items():
         for result in each:
             if result.ran and (not laws or law in laws):
-                targets.setdefault(short(result.target), []).extend([law] * (not result.equal))
+                targets.setdefault(without_compiler(result.target), []).extend([law] * (not result.equal))
     return targets
 
 
 def differing_words(targets: Mapping[str, Sequence[str]]) -> str:
     """The targets on which a bit differs."""
-    return listed(name for name, laws in targets.items() if laws)
+    return wb.document.join_names(name for name, laws in targets.items() if laws)
 
 
-def bits_finding(results: Results) -> Finding:
+def bits_finding(results: wb.Results) -> wb.Finding:
     """The targets on which each law has the bits of the portable arithmetic."""
     by_law = replays(results)
     targets = differing(results)
     other = {name: laws for name, laws in targets.items() if laws}
     equal = len(targets) - len(other)
     each = [result for of_law in by_law.values() for result in of_law]
-    missing = sorted({short(one.target) for one in each} - set(targets))
+    missing = sorted({without_compiler(one.target) for one in each} - set(targets))
     bits = sum(one.bits for one in each if one.ran)
     unlike = "; ".join(
-        f"on {name} {len(laws)} of {len(by_law)} laws {'differs' if len(laws) == 1 else 'differ'} ({listed(laws)})"
+        f"on {name} {len(laws)} of {len(by_law)} laws {'differs' if len(laws) == 1 else 'differ'} "
+        f"({wb.document.join_names(laws)})"
         for name, laws in other.items()
     )
     alone = operations_by_target(results)
-    variations = [Variation(f"{law} alone", differing_words(differing(results, laws=(law,)))) for law in by_law]
-    variations.append(Variation("laws in single precision", differing_words(differing(results, "single_replays"))))
+    variations = [wb.Variation(f"{law} alone", differing_words(differing(results, laws=(law,)))) for law in by_law]
+    variations.append(wb.Variation("laws in single precision", differing_words(differing(results, "single_replays"))))
     variations.append(
-        Variation("single operations in place of laws", listed(short(name) for name, bad in alone.items() if bad))
+        wb.Variation(
+            "single operations in place of laws",
+            wb.document.join_names(without_compiler(name) for name, bad in alone.items() if bad),
+        )
     )
-    return Finding(
+    return wb.Finding(
         "same_bits",
         f"All {len(by_law)} laws have the same bits as the portable arithmetic on {equal} of {len(targets)} targets"
         f"{'; ' + unlike if unlike else ''}.",
-        f"{bits:,} bits of commands and memories were compared. Not run: {listed(missing)}. Sines, cosines, "
-        "exponentials and powers are functions of our own in each law's C. On the Cortex-M4F with mended sums a rare "
+        f"{bits:,} bits of commands and memories were compared. Not run: {wb.document.join_names(missing)}. "
+        "Sines, cosines, exponentials and powers are "
+        "functions of our own in each law's C. On the Cortex-M4F with mended sums a rare "
         "case of the sum is ours, too, as GCC's library rounds it wrongly.",
         statistic="Bits of commands and of the memory behind each period. As all commands agree, a replay equals the "
         "closed loop with that machine.",
@@ -122,23 +125,23 @@ def bits_finding(results: Results) -> Finding:
     )
 
 
-def unfit(results: Results, key: str, start: str, precision: str = "double", cycles: float = 1.0) -> tuple[str, str]:
+def unfit(results: wb.Results, key: str, start: str, precision: str = "double", cycles: float = 1.0) -> tuple[str, str]:
     """The laws that do not fit a microcontroller at a number of cycles an instruction, and the largest share."""
     fitted = {one.name: fit for one in handed() if (fit := fit_of(results, one, key, start, precision))}
     most = max(fitted, key=lambda name: fitted[name].share)
     return (
-        listed(name for name, fit in fitted.items() if cycles * fit.share > 1),
-        f"{most} {in_percent(cycles * fitted[most].share)}",
+        wb.document.join_names(name for name, fit in fitted.items() if cycles * fit.share > 1),
+        f"{most} {wb.document.percent(cycles * fitted[most].share)}",
     )
 
 
-def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
+def fit_finding(results: wb.Results, near: wb.handover.Fit, far: wb.handover.Fit) -> wb.Finding:
     """The count of instructions beside the longest period, by start; `near` and `far` are of AOSMC-RGS in doubles."""
     law = next(one for one in handed() if one.name == PROPOSED)
     single = fit_of(results, law, M4F, FAR_START, "single")
     variations = [
-        Variation(
-            f"{short(TARGETS[key].name)}, {precision} precision, {START_WORDS[start]}",
+        wb.Variation(
+            f"{without_compiler(wb.handover.TARGETS[key].name)}, {precision} precision, {START_WORDS[start]}",
             *unfit(results, key, start, precision),
         )
         for precision, keys in (("double", BOARDS), ("single", SINGLE_BOARDS))
@@ -147,13 +150,15 @@ def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
         if (key, precision, start) != (M4F, "double", FAR_START) and fit_of(results, law, key, start, precision)
     ]
     variations += [
-        Variation(f"{cycles} cycles an instruction, {START_WORDS[start]}", *unfit(results, M4F, start, cycles=cycles))
+        wb.Variation(
+            f"{cycles} cycles an instruction, {START_WORDS[start]}", *unfit(results, M4F, start, cycles=cycles)
+        )
         for cycles in CYCLES
         for start in BOTH
     ]
     stacks = [r.figures.stack for each in replays(results).values() for r in each if r.figures.stack]
     other = f"; in single precision {percent_of(single)}" if single else ""
-    return Finding(
+    return wb.Finding(
         "period_used",
         f"In double precision {PROPOSED} takes {1e3 * far.count / far.clock:.2g} ms a period on a Cortex-M4F: "
         f"{percent_of(near)} of the longest period allowed from a start on the reference, {percent_of(far)} from the "
@@ -162,7 +167,7 @@ def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
         f"fit from the farther starts: {unfit(results, M4F, FAR_START)[0]}. The deepest stack takes {max(stacks):,} "
         "bytes.",
         statistic=f"Mean count of instructions a period under QEMU, at one instruction a cycle and "
-        f"{CLOCKS[M4F] / 1e6:g} MHz, over the longest period allowed (the finding longest_period).",
+        f"{wb.handover.CLOCKS[M4F] / 1e6:g} MHz, over the longest period allowed (the finding longest_period).",
         sample="Six laws by gcc -O2; the processors Cortex-M4F and Cortex-M7; two starts.",
         given="Double precision, which the Cortex-M4F has in software alone.",
         chosen="The clocks, 168 and 480 MHz, and one cycle an instruction: waits for memory and divisions take more.",
@@ -173,16 +178,11 @@ def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
     )
 
 
-def percent_of(fit: Fit) -> str:
+def percent_of(fit: wb.handover.Fit) -> str:
     """The share of a period in per cent."""
-    return in_percent(fit.share)
+    return wb.document.percent(fit.share)
 
 
-def in_percent(share: float) -> str:
-    """A share in per cent, with two digits or as a whole number."""
-    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
-
-
-def short(name: str) -> str:
+def without_compiler(name: str) -> str:
     """The name of a target without its compiler, where it has but one."""
     return name.split(",")[0]

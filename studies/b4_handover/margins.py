@@ -8,16 +8,7 @@ from functools import cache, partial
 
 import numpy as np
 
-from studies.a9_sampling.quiet_periods import (
-    ACTING,
-    MOMENTUM,
-    QUIET,
-    TRUTH,
-    QuietPeriod,
-    QuietSearch,
-    paper_searches,
-    quiet_period,
-)
+import workbench as wb
 from studies.b4_handover.loops import (
     CARD,
     EKF,
@@ -35,21 +26,15 @@ from studies.b4_handover.loops import (
     handed,
 )
 from studies.paper.card import PROPOSED
-from workbench.blocks.loop import DigitalLoop
-from workbench.core import Sampled
-from workbench.core.validation.refusals import Array
-from workbench.engine.metrics import AbstractMetric, total_variation
-from workbench.handover.single.single_precision_loop import in_single_precision
-from workbench.study import Factor, Results, Run, Sweep, Uniform, Work
-from workbench.study.evidence import LargestSetting, LoopLimits, Threshold, largest_setting
-from workbench.study.evidence.computer_margins import (
-    KEPT,
-    ComputerEffect,
-    ComputerMargins,
-    computer_effects,
-    computer_margins,
-    computer_sweep,
-    worst_ratio,
+from studies.paper.quiet_periods import (
+    ACTING,
+    MOMENTUM,
+    QUIET,
+    TRUTH,
+    QuietPeriod,
+    QuietSearch,
+    paper_searches,
+    quiet_period,
 )
 
 DRAWS = 16
@@ -62,18 +47,18 @@ NEAR = 0.01  # rad or m: starts differ by so much either way
 WAYS = ("double", "single", "exact")  # the computers that are swept
 BOTH = (NEAR_START, FAR_START)
 MEAN = "mean"
-OVER_DRAWS: Mapping[str, Callable[[Array], float]] = {MEAN: np.mean, "median": np.median, "largest": np.max}
+OVER_DRAWS: Mapping[str, Callable[[wb.Array], float]] = {MEAN: np.mean, "median": np.median, "largest": np.max}
 
 
-def loop_of(one: Handed, way: str, start: str = NEAR_START) -> Sampled:
+def loop_of(one: Handed, way: str, start: str = NEAR_START) -> wb.Sampled:
     """A loop with a computer that may be late: as declared, in single precision, or with exact readings."""
     if way == "single":
         plain = one.digital(start=start)
-        return in_single_precision(plain, plain.law()).disturbed()
+        return wb.handover.in_single_precision(plain, plain.law()).disturbed()
     return one.digital(exact=way == "exact", start=start).disturbed()
 
 
-def effects(one: Handed, way: str) -> tuple[ComputerEffect, ...]:
+def effects(one: Handed, way: str) -> tuple[wb.evidence.ComputerEffect, ...]:
     """All effects with all levels in double precision, and those of the clock at their declared levels elsewhere."""
     own = effects_of(one)
     if way == "double":
@@ -82,29 +67,31 @@ def effects(one: Handed, way: str) -> tuple[ComputerEffect, ...]:
 
 
 @cache
-def effects_of(one: Handed) -> tuple[ComputerEffect, ...]:
+def effects_of(one: Handed) -> tuple[wb.evidence.ComputerEffect, ...]:
     """The effects on a loop."""
-    return computer_effects(one.digital().disturbed(), JITTER * one.period, MISSED)
+    return wb.evidence.computer_effects(one.digital().disturbed(), JITTER * one.period, MISSED)
 
 
-def starts(one: Handed, start: str = NEAR_START) -> tuple[Factor, ...]:
+def starts(one: Handed, start: str = NEAR_START) -> tuple[wb.Factor, ...]:
     """The initial positions, near those of the loop from one of its two starts."""
     states = one.computed(start=start).loop.plant.states
     port = states.entries[0]  # of an arm q, of a cart x
     near = [(label, value) for label, value in zip(port.labels(), np.ravel(port.default), strict=True)]
-    spread = ((label, Uniform(value - NEAR, value + NEAR)) for label, value in near)
-    return tuple(Factor(label, (f"plant.{label}",), values) for label, values in spread)
+    spread = ((label, wb.Uniform(value - NEAR, value + NEAR)) for label, value in near)
+    return tuple(wb.Factor(label, (f"plant.{label}",), values) for label, values in spread)
 
 
-def sweeps() -> tuple[Sweep, ...]:
+def sweeps() -> tuple[wb.Sweep, ...]:
     """Each loop under each computer from each of its two starts, with the same draws about it."""
     made = []
     for one in handed():
         for start in BOTH:
             near = starts(one, start)
             for way in WAYS:
-                run = Run(loop_of(one, way, start), one.metrics, one.until, h=one.period, seed=SEED)
-                made.append(computer_sweep(sample_name(one, way, start), run, effects(one, way), near, DRAWS))
+                run = wb.Run(loop_of(one, way, start), one.metrics, one.until, h=one.period, seed=SEED)
+                made.append(
+                    wb.evidence.computer_sweep(sample_name(one, way, start), run, effects(one, way), near, DRAWS)
+                )
     return tuple(made)
 
 
@@ -114,10 +101,10 @@ def sample_name(one: Handed, way: str, start: str) -> str:
 
 
 def margins(
-    results: Results, one: Handed, way: str = "double", metric: str = ERROR, start: str = NEAR_START
-) -> ComputerMargins:
+    results: wb.Results, one: Handed, way: str = "double", metric: str = ERROR, start: str = NEAR_START
+) -> wb.evidence.ComputerMargins:
     """The margins of a loop, by the samples of its sweeps."""
-    return computer_margins(results.sample(sample_name(one, way, start)), effects(one, way), metric)
+    return wb.evidence.computer_margins(results.sample(sample_name(one, way, start)), effects(one, way), metric)
 
 
 @dataclass(frozen=True)
@@ -128,9 +115,9 @@ class Loss:
     error: float
 
     @staticmethod
-    def of(values: Array, base: Array, over: str = MEAN) -> Loss:
+    def of(values: wb.Array, base: wb.Array, over: str = MEAN) -> Loss:
         """Of (draws, numbers) over those of the same draws without it, the worst of the numbers in each draw."""
-        ratios = worst_ratio(values, base)
+        ratios = wb.evidence.worst_ratio(values, base)
         if np.isinf(ratios).any():
             return Loss(np.inf, 0.0)
         return Loss(float(OVER_DRAWS[over](ratios) - 1), float(2 * ratios.std(ddof=1) / np.sqrt(ratios.size)))
@@ -154,7 +141,7 @@ class Losses:
 
 
 def losses(
-    results: Results,
+    results: wb.Results,
     one: Handed,
     metric: str = ERROR,
     start: str = NEAR_START,
@@ -166,7 +153,7 @@ def losses(
     clock = {each.effect.name: each.values[each.effect.levels.index(each.effect.declared)] for each in double.each[1:]}
     busy = [margins(results, one, way, TV, start) for way in ("double", "single")]
 
-    def loss(values: Array, base: Array) -> Loss:
+    def loss(values: wb.Array, base: wb.Array) -> Loss:
         kept = slice(None) if joint is None else slice(min(joint, values.shape[1] - 1), None)
         kept = kept if joint is None else slice(kept.start, kept.start + 1)
         return Loss.of(values[:, kept], base[:, kept], over)
@@ -187,15 +174,15 @@ class Scan:
     the first.
     """
 
-    threshold: Threshold
-    error: Array
-    TV: Array | None = None  # where it has a limit
+    threshold: wb.evidence.Threshold
+    error: wb.Array
+    TV: wb.Array | None = None  # where it has a limit
 
     @staticmethod
-    def of(found: LargestSetting) -> Scan:
+    def of(found: wb.evidence.LargestSetting) -> Scan:
         """The scan of a search."""
         busy = QUIET * found.worst(TV) if TV in found.trials[0][0].shares else None
-        return Scan(found.threshold, KEPT * found.worst(ERROR), busy)
+        return Scan(found.threshold, wb.evidence.KEPT * found.worst(ERROR), busy)
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,14 +193,14 @@ class Scans:
     delays: dict[str, Scan]
 
 
-def scans(results: Results) -> Scans:
+def scans(results: wb.Results) -> Scans:
     """All scans."""
     periods, delays = (map(Scan.of, results.work(name)) for name in ("periods", "delays"))
     keys = [one.key for one in handed()]
     return Scans(dict(zip(designed(), periods, strict=True)), dict(zip(keys, delays, strict=True)))
 
 
-def quiet_periods(results: Results) -> dict[tuple[str, str], QuietPeriod]:
+def quiet_periods(results: wb.Results) -> dict[tuple[str, str], QuietPeriod]:
     """The longest quiet periods of the laws of the paper's arm, a period late, by their names and starts."""
     found = results.work("quiet")
     handed_over = (each for each in found if each.search.limit is None and each.search.counts_on == ACTING)
@@ -234,56 +221,56 @@ def designed() -> tuple[tuple[str, str], ...]:
     return tuple((one.key, start) for one in handed() if one.name in DESIGNED for start in BOTH)
 
 
-def scan_works() -> tuple[Work, ...]:
+def scan_works() -> tuple[wb.Work, ...]:
     """The searches over the period, and the scans over the period and the delay."""
     keys = tuple(one.key for one in handed())
     return (
-        Work("quiet", quiet_period, searches(), seconds=10.0),
-        Work("periods", over_periods, designed(), seconds=8.0),
-        Work("delays", over_delays, keys, seconds=8.0),
+        wb.Work("quiet", quiet_period, searches(), seconds=10.0),
+        wb.Work("periods", over_periods, designed(), seconds=8.0),
+        wb.Work("delays", over_delays, keys, seconds=8.0),
     )
 
 
-def over_periods(item: tuple[str, str]) -> LargestSetting:
+def over_periods(item: tuple[str, str]) -> wb.evidence.LargestSetting:
     """Longer and longer periods, from a quarter of the declared one on; commands are a period late in each."""
     one = by_key(item[0])
     count = int(np.log(LONGEST / SHORTEST) / np.log(RATIO))
     periods = [one.period * SHORTEST * RATIO**i for i in range(count + 1)]
-    return growth(periods_of(*item), periods, {ERROR: KEPT, TV: QUIET})
+    return growth(periods_of(*item), periods, {ERROR: wb.evidence.KEPT, TV: QUIET})
 
 
-def periods_of(key: str, start: str = NEAR_START) -> LoopLimits:
+def periods_of(key: str, start: str = NEAR_START) -> wb.LoopLimits:
     """The runs of a loop with other periods."""
     limits = {ERROR: 1.0, TV: 1.0}  # until those of the first run are known
     loop = partial(with_period, key, start)
-    return LoopLimits(loop, partial(metrics_of, key), limits, by_key(key).until, SUBSTEP, SEED)
+    return wb.LoopLimits(loop, partial(metrics_of, key), limits, by_key(key).until, SUBSTEP, SEED)
 
 
-def over_delays(key: str) -> LargestSetting:
+def over_delays(key: str) -> wb.evidence.LargestSetting:
     """More and more periods between reading and command, from one on; the period is the declared one."""
     one = by_key(key)
     late = [float(count) for count in range(1, MOST_LATE + 1)]
-    looked_at = LoopLimits(partial(with_delay, key), lambda _: one.metrics, {ERROR: 1.0}, one.until, SUBSTEP, SEED)
-    return growth(looked_at, late, {ERROR: KEPT})
+    looked_at = wb.LoopLimits(partial(with_delay, key), lambda _: one.metrics, {ERROR: 1.0}, one.until, SUBSTEP, SEED)
+    return growth(looked_at, late, {ERROR: wb.evidence.KEPT})
 
 
-def growth(looked_at: LoopLimits, settings: list[float], most: dict[str, float]) -> LargestSetting:
+def growth(looked_at: wb.LoopLimits, settings: list[float], most: dict[str, float]) -> wb.evidence.LargestSetting:
     """From the first setting on until two in a row have a metric more than `most` times as large as the first."""
     first = looked_at.at(settings[0]).shares
     limits = {metric: times * first[metric] for metric, times in most.items()}
-    return largest_setting(replace(looked_at, limits=limits), settings, ratio=None, patience=2)
+    return wb.largest_setting(replace(looked_at, limits=limits), settings, ratio=None, patience=2)
 
 
-def with_period(key: str, start: str, period: float) -> DigitalLoop:
+def with_period(key: str, start: str, period: float) -> wb.DigitalLoop:
     """A loop with exact readings and another period."""
     return by_key(key).computed(period, exact=True, start=start)
 
 
-def with_delay(key: str, delay: float) -> DigitalLoop:
+def with_delay(key: str, delay: float) -> wb.DigitalLoop:
     """A loop with another delay, in periods."""
     return by_key(key).computed(delay=delay)
 
 
-def metrics_of(key: str, period: float) -> tuple[AbstractMetric, ...]:
+def metrics_of(key: str, period: float) -> tuple[wb.metrics.AbstractMetric, ...]:
     """The settled error of a loop, and the total variation of its commands at the instants of a period."""
-    return by_key(key).metrics[0], total_variation(period)
+    return by_key(key).metrics[0], wb.total_variation(period)

@@ -8,8 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from studies.a9_sampling.quiet_periods import momentum_loop, on_reference
-from studies.a9_sampling.words import listed
+import workbench as wb
 from studies.b4_handover.findings import CHOSEN, FITTED, GIVEN, START_WORDS, amount
 from studies.b4_handover.loops import (
     CARD,
@@ -26,21 +25,10 @@ from studies.b4_handover.loops import (
 )
 from studies.b4_handover.margins import BOTH, DRAWS, NEAR, effects_of, loop_of, margins, starts
 from studies.paper.card import PROPOSED
-from studies.paper.laws import RIVALS
-from workbench.arms.laws import WithCompensation
-from workbench.blocks.loop import ClosedLoop
-from workbench.study import Results, Run, Sweep
-from workbench.study.document.document import Cell, Column, Table
-from workbench.study.document.finding import Finding, Variation
-from workbench.study.evidence.computer_margins import (
-    KEPT,
-    STANDS,
-    ComputerEffect,
-    ComputerMargin,
-    computer_margins,
-    computer_sweep,
-)
+from studies.paper.laws import arm_law
+from studies.paper.quiet_periods import momentum_loop, on_reference
 
+KEPT = wb.evidence.KEPT
 EFFECT = "missed periods"
 SHARED = float(CARD["period of sliding laws"])  # s, of AOSMC-RGS and SMC, at which the other laws of the arm run, too
 MS = f"{1e3 * SHARED:g} ms"
@@ -48,9 +36,9 @@ OBSERVED = f"SMC with the observer of {PROPOSED}"
 PART = 0.1  # of a step of the readings, by which an error may grow in place of a part of itself
 
 
-def observed_smc() -> ClosedLoop:
+def observed_smc() -> wb.ClosedLoop:
     """SMC with the disturbance that the observer of AOSMC-RGS estimates added to its torque."""
-    return replace(momentum_loop(), controller=WithCompensation(RIVALS[SMC]))
+    return replace(momentum_loop(), controller=wb.arms.laws.WithCompensation(arm_law(SMC)))
 
 
 @cache
@@ -68,17 +56,17 @@ def shared_period() -> tuple[Handed, ...]:
     return (*moved, observed)
 
 
-def missed(one: Handed) -> ComputerEffect:
+def missed(one: Handed) -> wb.evidence.ComputerEffect:
     """The effect of missed periods on a loop."""
     return next(effect for effect in effects_of(one) if effect.name == EFFECT)
 
 
-def shared_sweeps() -> tuple[Sweep, ...]:
+def shared_sweeps() -> tuple[wb.Sweep, ...]:
     """The loops of `shared_period` with missed periods, from the same starts as those that are handed over."""
     made = []
     for one in shared_period():
-        run = Run(loop_of(one, "double"), one.metrics, one.until, h=one.period, seed=SEED)
-        made.append(computer_sweep(name_of(one), run, (missed(one),), starts(one), DRAWS))
+        run = wb.Run(loop_of(one, "double"), one.metrics, one.until, h=one.period, seed=SEED)
+        made.append(wb.evidence.computer_sweep(name_of(one), run, (missed(one),), starts(one), DRAWS))
     return tuple(made)
 
 
@@ -87,7 +75,7 @@ def name_of(one: Handed) -> str:
     return f"{one.key}_shared_period"
 
 
-def at_shared_period(results: Results, metric: str = ERROR) -> dict[str, tuple[ComputerMargin, float]]:
+def at_shared_period(results: wb.Results, metric: str = ERROR) -> dict[str, tuple[wb.evidence.ComputerMargin, float]]:
     """By loop of the arm at the shared period, its margin for missed periods, and its error without them."""
     found = {}
     for one in handed():
@@ -95,25 +83,25 @@ def at_shared_period(results: Results, metric: str = ERROR) -> dict[str, tuple[C
             error = margins(results, one, metric=metric).without.mean(axis=0).max()
             found[one.name] = effect_margin(results, one, EFFECT, metric), float(error)
     for one in shared_period():
-        own = computer_margins(results.sample(name_of(one)), (missed(one),), metric)
+        own = wb.evidence.computer_margins(results.sample(name_of(one)), (missed(one),), metric)
         found[one.name] = own.each[0], float(own.without.mean(axis=0).max())
     return found
 
 
-def shared_reach(results: Results, left_out: str) -> dict[str, float]:
+def shared_reach(results: wb.Results, left_out: str) -> dict[str, float]:
     """By loop at the shared period but for one, the largest share of missed periods that keeps its error."""
     each = at_shared_period(results)
-    return {name: margin.largest(KEPT) for name, (margin, _) in each.items() if name != left_out}
+    return {name: margin.largest(wb.evidence.KEPT) for name, (margin, _) in each.items() if name != left_out}
 
 
 def frailest(reach: Mapping[str, float]) -> str:
     """The loops with the least level that keeps their error."""
     least = min(reach.values())
-    return listed(name for name, level in reach.items() if level == least)
+    return wb.document.join_names(name for name, level in reach.items() if level == least)
 
 
 def reach_of(
-    results: Results, effect: str, most: float = KEPT, metric: str = ERROR, start: str = NEAR_START
+    results: wb.Results, effect: str, most: float = wb.evidence.KEPT, metric: str = ERROR, start: str = NEAR_START
 ) -> dict[str, float]:
     """By loop, the largest level of an effect up to which no run has more than `most` times its error."""
     return {
@@ -123,43 +111,43 @@ def reach_of(
     }
 
 
-def reach_in_steps(results: Results) -> dict[str, float]:
+def reach_in_steps(results: wb.Results) -> dict[str, float]:
     """By loop, the largest share of missed periods up to which no error grows by more than `PART` of a step."""
     reach = {}
     for one in handed():
         without, effect = margins(results, one).without, effect_margin(results, one, EFFECT)
-        kept = (effect.values - without <= PART * one.quantum[one.follows]).all(axis=(1, 2))
+        kept = np.asarray((effect.values - without <= PART * one.quantum[one.follows]).all(axis=(1, 2)))
         reach[one.name] = (0.0, *effect.effect.levels)[len(kept) if kept.all() else int(np.argmin(kept))]
     return reach
 
 
 def effect_margin(
-    results: Results, one: Handed, effect: str, metric: str = ERROR, start: str = NEAR_START
-) -> ComputerMargin:
+    results: wb.Results, one: Handed, effect: str, metric: str = ERROR, start: str = NEAR_START
+) -> wb.evidence.ComputerMargin:
     """The margin of a loop for one effect."""
     own = margins(results, one, metric=metric, start=start)
     return next(each for each in own.each if each.effect.name == effect)
 
 
-def clock_finding(results: Results) -> Finding:
+def clock_finding(results: wb.Results) -> wb.Finding:
     """The missed periods that each loop stands."""
     reach = reach_of(results, EFFECT)
     frail = frailest(reach)
     shared = shared_reach(results, OBSERVED)
     (first, level), *rest = ((name, level) for name, level in shared.items() if name != frail)
     each = at_shared_period(results)
-    observed, error = each[OBSERVED][0].largest(KEPT), each[OBSERVED][1]
+    observed, error = each[OBSERVED][0].largest(wb.evidence.KEPT), each[OBSERVED][1]
     own = amount(each[PROPOSED][1], "rad")
     alike = f", as {PROPOSED} its own of {own}: the observer decides, not the law" * (observed == shared[PROPOSED])
     levels = ", ".join(f"{100 * level:.3g}" for level in missed_levels())
-    return Finding(
+    return wb.Finding(
         "missed_periods",
-        f"With missed periods {frail} keeps its settled error within {100 * (KEPT - 1):.0f} % "
+        f"With missed periods {frail} keeps its settled error within {100 * (wb.evidence.KEPT - 1):.0f} % "
         f"{level_words(min(reach.values()))}. At the period of {PROPOSED}, {MS}, {first} keeps it up to "
-        f"{listed([f'{100 * level:.3g} %', *levels_of(rest)])}.",
+        f"{wb.document.join_names([f'{100 * level:.3g} %', *levels_of(rest)])}.",
         f"{OBSERVED}, at {MS}, keeps its error of {amount(error, 'rad')} {level_words(observed)}{alike}. "
         "At each loop's own period the largest levels tried that keep the error are: "
-        f"{listed(levels_of(reach.items()))}. Between two neighbours of the levels nothing was run.",
+        f"{wb.document.join_names(levels_of(reach.items()))}. Between two neighbours of the levels nothing was run.",
         statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
         "worst joint; each effect by itself, in double precision.",
         sample=f"Six loops at their own periods, and those of the arm at {MS}; {DRAWS} starts within {NEAR:g} rad or m "
@@ -173,25 +161,28 @@ def clock_finding(results: Results) -> Finding:
     )
 
 
-def clock_variations(results: Results) -> tuple[Variation, ...]:
+def clock_variations(results: wb.Results) -> tuple[wb.Variation, ...]:
     """The frailest loops by other statistics, starts, limits, periods and effects."""
     asked = [
-        (f"{metric}, {START_WORDS[start]}", reach_of(results, EFFECT, KEPT, metric, start))
+        (f"{metric}, {START_WORDS[start]}", reach_of(results, EFFECT, wb.evidence.KEPT, metric, start))
         for start in BOTH
         for metric in STATISTICS
         if (start, metric) != (NEAR_START, ERROR)
     ]
     asked += [
-        (f"error at most {STANDS:g} times", reach_of(results, EFFECT, STANDS)),
-        (f"error at most {PART:g} steps of the reading larger, in place of {KEPT:g} times", reach_in_steps(results)),
+        (f"error at most {wb.evidence.STANDS:g} times", reach_of(results, EFFECT, wb.evidence.STANDS)),
+        (
+            f"error at most {PART:g} steps of the reading larger, in place of {KEPT:g} times",
+            reach_in_steps(results),
+        ),
         (f"the laws of the arm alone, all at {MS}", shared_reach(results, OBSERVED)),
         (f"these with {OBSERVED} in place of {PROPOSED}", shared_reach(results, PROPOSED)),
     ]
     others = (
-        Variation(f"{effect} in place of missed periods", frailest(reach_of(results, effect)))
+        wb.Variation(f"{effect} in place of missed periods", frailest(reach_of(results, effect)))
         for effect in ("jitter", "coarser readings")
     )
-    return (*(Variation(words, frailest(each), level_words(min(each.values()))) for words, each in asked), *others)
+    return (*(wb.Variation(words, frailest(each), level_words(min(each.values()))) for words, each in asked), *others)
 
 
 def levels_of(reach: Iterable[tuple[str, float]]) -> list[str]:
@@ -214,22 +205,22 @@ def level_words(level: float) -> str:
     return f"up to {100 * level:.3g} % but not at {100 * later[0]:.3g} %"
 
 
-def shared_table(results: Results) -> Table:
+def shared_table(results: wb.Results) -> wb.document.Table:
     """The loops of the arm with missed periods, all at the period of AOSMC-RGS."""
     shown = missed_levels()[:3]
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for name, (margin, error) in at_shared_period(results).items():
-        kept = margin.largest(KEPT)
+        kept = margin.largest(wb.evidence.KEPT)
         later = [level for level in margin.effect.levels if level > kept]
         grown = (100 * float(margin.ratios[margin.effect.levels.index(level)].max() - 1) for level in shown)
         limits = 100 * kept, 100 * later[0] if later else "none tried"
         rows.append((name, amount(error, "rad"), *limits, *("lost" if np.isinf(g) else g for g in grown)))
     columns = (
-        Column("law"),
-        Column(ERROR, align="right"),
-        Column("kept up to", "%", "right", digits=3),
-        Column("not kept at", "%", "right", digits=3),
-        *(Column(f"growth at {100 * level:.3g} %", "%", "right", digits=2) for level in shown),
+        wb.document.Column("law"),
+        wb.document.Column(ERROR, align="right"),
+        wb.document.Column("kept up to", "%", "right", digits=3),
+        wb.document.Column("not kept at", "%", "right", digits=3),
+        *(wb.document.Column(f"growth at {100 * level:.3g} %", "%", "right", digits=2) for level in shown),
     )
     caption = f"Missed periods at the period of {PROPOSED}, {MS}: the laws of the arm, and {OBSERVED}."
     notes = (
@@ -237,4 +228,4 @@ def shared_table(results: Results) -> Table:
         f"{DRAWS} runs near the start on the reference, LQG near its pose. {OBSERVED} adds the estimate of the "
         "disturbance to its torque. LQG is designed for this period.",
     )
-    return Table("missed_shared", caption, columns, tuple(rows), notes)
+    return wb.document.Table("missed_shared", caption, columns, tuple(rows), notes)

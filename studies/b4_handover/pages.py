@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from studies.a9_sampling.quiet_periods import ends
+import workbench as wb
 from studies.b4_handover.findings import (
     CLOCK,
     PATHS,
@@ -18,18 +18,17 @@ from studies.b4_handover.findings import (
 from studies.b4_handover.loops import CARD, ERROR, NEAR_START, SETTLED, TV, handed
 from studies.b4_handover.machine_tables import machines_section
 from studies.b4_handover.machines import M4F, differing, fit_of, machine_findings, percent_of
-from studies.b4_handover.margins import BOTH, DRAWS, NEAR, QUIET, Loss, margins, quiet_periods, scans
+from studies.b4_handover.margins import BOTH, DRAWS, NEAR, Loss, margins, quiet_periods, scans
 from studies.b4_handover.missed_periods import clock_finding, shared_table
 from studies.paper.card import PROPOSED
-from workbench.study import Figure, Paragraph, Results, Section, Table
-from workbench.study.document.document import Cell, Code, Column, Measured, Page, Panel, Series
-from workbench.study.evidence import Threshold
-from workbench.study.evidence.computer_margins import KEPT, STANDS, computer_table
+from studies.paper.quiet_periods import QUIET, ends
+
+KEPT, STANDS = wb.evidence.KEPT, wb.evidence.STANDS
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The whole page."""
-    return Page(
+    return wb.Page(
         answer(results),
         (
             *machine_findings(results),
@@ -38,7 +37,7 @@ def sections(results: Results) -> Page:
             clock_finding(results),
         ),
         (
-            Section("Chattering over the period, from two starts", (periods_figure(results),)),
+            wb.Section("Chattering over the period, from two starts", (periods_figure(results),)),
             periods_section(results),
             machines_section(results),
             losses_section(results),
@@ -48,7 +47,7 @@ def sections(results: Results) -> Page:
     )
 
 
-def answer(results: Results) -> str:
+def answer(results: wb.Results) -> str:
     """The answer of the page in one line."""
     targets = differing(results)
     equal = sum(not laws for laws in targets.values())
@@ -63,7 +62,7 @@ def answer(results: Results) -> str:
     )
 
 
-def handed_section() -> Section:
+def handed_section() -> wb.Section:
     """The laws, their computers, and their fingerprints."""
     rows = []
     for one in handed():
@@ -71,15 +70,17 @@ def handed_section() -> Section:
         limits = ", ".join(f"±{high:g} {law.commands[name].unit}" for name, (_, high) in one.limit.items())
         late = max(law.delay.values(), default=0)
         steps = ", ".join(f"{value:.2g} {law.readings[name].unit}" for name, value in one.quantum.items())
-        rows.append((one.name, 1e3 * one.period, late, limits, steps, law.memory.size, Code(law.fingerprint[:12])))
+        rows.append(
+            (one.name, 1e3 * one.period, late, limits, steps, law.memory.size, wb.document.Code(law.fingerprint[:12]))
+        )
     columns = (
-        Column("law"),
-        Column("period", "ms", "right"),
-        Column("delay", "periods", "right"),
-        Column("limits"),
-        Column("steps of the readings"),
-        Column("numbers kept", align="right"),
-        Column("fingerprint"),
+        wb.document.Column("law"),
+        wb.document.Column("period", "ms", "right"),
+        wb.document.Column("delay", "periods", "right"),
+        wb.document.Column("limits"),
+        wb.document.Column("steps of the readings"),
+        wb.document.Column("numbers kept", align="right"),
+        wb.document.Column("fingerprint"),
     )
     words = (
         "Each law leaves with its observer, limits, memory and the queue of a command that is a period late, for the "
@@ -91,22 +92,22 @@ def handed_section() -> Section:
     given = "; ".join(f"{one.name}: {one.given}" for one in handed())
     starts = "; ".join(f"{one.name}: {one.starts[0]}, and {one.starts[1]}" for one in handed())
     caption = "What is handed over, and to which computer."
-    handed_table = Table(
+    handed_table = wb.document.Table(
         "handed", caption, columns, tuple(rows), (f"Given: {given}.", f"Starts, near and far: {starts}.")
     )
-    return Section(
-        "What is handed over", (Paragraph(words), handed_table, CARD.table("assumed", "card", "What is assumed."))
+    return wb.Section(
+        "What is handed over", (wb.Paragraph(words), handed_table, CARD.table("assumed", "card", "What is assumed."))
     )
 
 
-def margins_section(results: Results) -> Section:
+def margins_section(results: wb.Results) -> wb.Section:
     """Each effect by itself."""
     caption = (
         "Each effect of the computer by itself, from {}: the growth of the error at the declared level, and the "
         f"largest level up to which no run has more than {KEPT:g} and {STANDS:g} times its error."
     )
     tables = [
-        computer_table(
+        wb.evidence.computer_table(
             f"margins{'' if start == NEAR_START else '_far'}",
             caption.format(START_WORDS[start]),
             [(one.name, margins(results, one, start=start)) for one in handed()],
@@ -114,10 +115,14 @@ def margins_section(results: Results) -> Section:
         for start in BOTH
     ]
     late = {key: scan.threshold for key, scan in scans(results).delays.items()}
-    delays = Table(
+    delays = wb.document.Table(
         "delays",
         "The longest delay from reading to command, from starts near each loop's own; one period is declared.",
-        (Column("loop"), Column("error kept up to", "periods", "right"), Column("not kept at", "periods", "right")),
+        (
+            wb.document.Column("loop"),
+            wb.document.Column("error kept up to", "periods", "right"),
+            wb.document.Column("not kept at", "periods", "right"),
+        ),
         tuple((one.name, int(late[one.key].largest), finite(late[one.key].next)) for one in handed()),
         (f"Kept: at most {KEPT:g} times the error with one period. One run each; no period is shortened for a delay.",),
     )
@@ -127,16 +132,22 @@ def margins_section(results: Results) -> Section:
         f"become coarser in multiples of the declared steps. Each level has {DRAWS} runs from starts within {NEAR:g} "
         "rad or m of the near or the far start. Each run is compared with the run of the same start without the effect."
     )
-    blocks = (Paragraph(words), ladders(results), *tables, shared_table(results), delays)
-    return Section("How much of each effect the laws stand", blocks)
+    blocks: tuple[wb.document.Block, ...] = (
+        wb.Paragraph(words),
+        ladders(results),
+        *tables,
+        shared_table(results),
+        delays,
+    )
+    return wb.Section("How much of each effect the laws stand", blocks)
 
 
-def finite(value: float) -> Cell:
+def finite(value: float) -> wb.document.Cell:
     """A whole number, or that there is none."""
     return int(value) if np.isfinite(value) else "not met"
 
 
-def ladders(results: Results) -> Figure:
+def ladders(results: wb.Results) -> wb.document.Figure:
     """The error over each effect, of all loops."""
     panels = []
     for name, label in (
@@ -150,16 +161,16 @@ def ladders(results: Results) -> Figure:
             scale = {"jitter": 100 / one.period, "missed periods": 100.0}.get(name, 1.0)
             worst = held.ratios.max(axis=1)
             y = np.where(np.isinf(worst), np.nan, worst)
-            series.append(Series(one.name, scale * np.array(held.effect.levels), y, style))
-        panels.append(Panel("error, times", tuple(series), label, xscale="log", yscale="log"))
+            series.append(wb.document.Series(one.name, scale * np.array(held.effect.levels), y, style))
+        panels.append(wb.document.Panel("error, times", tuple(series), label, xscale="log", yscale="log"))
     caption = (
         f"The settled error over its value without the effect, the worst of {DRAWS} runs near each loop's own start "
         "and of the joints. A line ends where a run diverges."
     )
-    return Figure("ladders", caption, tuple(panels), columns=3)
+    return wb.document.Figure("ladders", caption, tuple(panels), columns=3)
 
 
-def periods_figure(results: Results) -> Figure:
+def periods_figure(results: wb.Results) -> wb.document.Figure:
     """Total variation over the period, from both starts."""
     panels = []
     for start in BOTH:
@@ -172,39 +183,39 @@ def periods_figure(results: Results) -> Figure:
             else:
                 scan = scans(results).periods[one.key, start]
                 x, y = 1e3 * np.array(scan.threshold.values), np.asarray(scan.TV)
-            series.append(Series(one.name, x, np.where(np.isinf(y), np.nan, y), style))
-        series.append(Series("allowed", np.array([0.025, 30.0]), np.full(2, QUIET), "bound"))
+            series.append(wb.document.Series(one.name, x, np.where(np.isinf(y), np.nan, y), style))
+        series.append(wb.document.Series("allowed", np.array([0.025, 30.0]), np.full(2, QUIET), "bound"))
         axes = "total variation, times", tuple(series), "period [ms]"
-        panels.append(Panel(*axes, xscale="log", yscale="log", title=START_WORDS[start]))
+        panels.append(wb.document.Panel(*axes, xscale="log", yscale="log", title=START_WORDS[start]))
     caption = (
         "Total variation of the commands over the period, with exact readings and commands a period late. It is shown "
         "as a multiple of its value in continuous time; for LQG, and for EKF and LQR, of its value at a quarter of the "
         "declared period."
     )
-    return Figure("periods", caption, tuple(panels), columns=2)
+    return wb.document.Figure("periods", caption, tuple(panels), columns=2)
 
 
-def periods_section(results: Results) -> Section:
+def periods_section(results: wb.Results) -> wb.Section:
     """The longest period allowed, by start."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for one in handed():
-        cells: list[Cell] = []
+        cells: list[wb.document.Cell] = []
         for start in BOTH:
             found = quiet_periods(results).get((one.name, PATHS[start]))
             low, high = ends(found) if found else bracket(scans(results).periods[one.key, start].threshold)
-            rule: Cell = 1e3 * found.rule if found and found.rule is not None else None
+            rule: wb.document.Cell = 1e3 * found.rule if found and found.rule is not None else None
             cells += [rule, 1e3 * low, 1e3 * high if np.isfinite(high) else "none tried"]
         rows.append((one.name, 1e3 * one.period, *cells))
     columns = (
-        Column("law"),
-        Column("declared", "ms", "right", digits=3),
+        wb.document.Column("law"),
+        wb.document.Column("declared", "ms", "right", digits=3),
         *(
             column
             for start in ("near", "far")
             for column in (
-                Column(f"rule, {start}", "ms", "right", digits=3),
-                Column(f"allowed up to, {start}", "ms", "right", digits=3),
-                Column(f"not allowed at, {start}", "ms", "right", digits=3),
+                wb.document.Column(f"rule, {start}", "ms", "right", digits=3),
+                wb.document.Column(f"allowed up to, {start}", "ms", "right", digits=3),
+                wb.document.Column(f"not allowed at, {start}", "ms", "right", digits=3),
             )
         ),
     )
@@ -216,29 +227,29 @@ def periods_section(results: Results) -> Section:
         "eigenvalue of M^-1 K along the run in continuous time (a9); a dash where there is no gain K.",
     )
     caption = "The longest period allowed from the near and from the far start."
-    table = Table("periods_table", caption, columns, tuple(rows), notes)
-    return Section("The longest period allowed", (table,))
+    table = wb.document.Table("periods_table", caption, columns, tuple(rows), notes)
+    return wb.Section("The longest period allowed", (table,))
 
 
-def bracket(threshold: Threshold) -> tuple[float, float]:
+def bracket(threshold: wb.evidence.Threshold) -> tuple[float, float]:
     """The two ends of a search."""
     return threshold.largest, threshold.next
 
 
-def shown(loss: Loss) -> Cell:
+def shown(loss: Loss) -> wb.document.Cell:
     """A loss in per cent, as a cell."""
-    return Measured(100 * loss.value, 100 * loss.error) if np.isfinite(loss.value) else "lost"
+    return wb.document.Measured(100 * loss.value, 100 * loss.error) if np.isfinite(loss.value) else "lost"
 
 
-def losses_section(results: Results) -> Section:
+def losses_section(results: wb.Results) -> wb.Section:
     """The growth of the error without double precision and a perfect clock, from both starts."""
     tables = [losses_table(results, start) for start in BOTH]
-    return Section("What single precision and an imperfect clock cost", tuple(tables))
+    return wb.Section("What single precision and an imperfect clock cost", tuple(tables))
 
 
-def losses_table(results: Results, start: str) -> Table:
+def losses_table(results: wb.Results, start: str) -> wb.document.Table:
     """The growth of the error of each loop from a start."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for one in handed():
         own = all_losses(results, start=start)[one.name]
         error, _, unit = error_of(results, one.name, start=start)
@@ -248,10 +259,10 @@ def losses_table(results: Results, start: str) -> Table:
         rows.append((one.name, amount(error, unit), growth, *map(shown, parts)))
     heads = ("readings", "single", "jitter", "missed", "all three", "TV, all three")
     columns = (
-        Column("law"),
-        Column(ERROR, align="right"),
-        Column("growth, all three", align="right"),
-        *(Column(head, "%", "right") for head in heads),
+        wb.document.Column("law"),
+        wb.document.Column(ERROR, align="right"),
+        wb.document.Column("growth, all three", align="right"),
+        *(wb.document.Column(head, "%", "right") for head in heads),
     )
     notes = (
         f"Growth of the error from {100 * SETTLED:.0f} % of the run on, at the worst joint: the mean over {DRAWS} "
@@ -260,4 +271,6 @@ def losses_table(results: Results, start: str) -> Table:
         "together. TV: the total variation of the commands.",
     )
     name = "losses" if start == NEAR_START else f"losses_{start}"
-    return Table(name, f"The growth of the settled error, from {START_WORDS[start]}.", columns, tuple(rows), notes)
+    return wb.document.Table(
+        name, f"The growth of the settled error, from {START_WORDS[start]}.", columns, tuple(rows), notes
+    )

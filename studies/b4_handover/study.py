@@ -3,15 +3,15 @@
 Runs in about five minutes on two idle cores.
 """
 
+import workbench as wb
 from studies.b4_handover.loops import SEED
 from studies.b4_handover.machines import replay_works
 from studies.b4_handover.margins import scan_works, sweeps
 from studies.b4_handover.missed_periods import shared_sweeps
 from studies.b4_handover.operations import operations_work
 from studies.b4_handover.pages import sections
-from workbench.study import Study
 
-study = Study(
+study = wb.Study(
     name="b4_handover",
     title="From the report to the machine: six laws handed over",
     question=(

@@ -7,16 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.a7_sensitivity.sweeps import SEED, factors
+import workbench as wb
 from studies.d0_frequency.loops import AtPose, linear
 from studies.d0_frequency.rest_answers import JOINTS, Complex
 from studies.paper.card import PROPOSED
+from studies.paper.factors import SEED, factors
 from studies.paper.linearization import LEVEL
-from workbench.core.validation.refusals import Array
-from workbench.design.linear import disk_margin
-from workbench.design.linear_loop import LinearLoop
-from workbench.engine.factors import Factor, Space
-from workbench.study import MonteCarlo, Results
 
 COUNT = 100
 OMEGA = np.geomspace(0.1, 1e4, 81)  # rad/s
@@ -35,7 +31,7 @@ class DrawnLoops:
     """
 
     own: float
-    alpha: Array
+    alpha: wb.Array
     single: Complex
     reason: str
 
@@ -50,15 +46,15 @@ class DrawnLoops:
         return int(np.nanargmin(self.alpha))
 
 
-def moved(law: str) -> tuple[Factor, ...]:
+def moved(law: str) -> tuple[wb.Factor, ...]:
     """The factors of a7 that a loop at rest has."""
     return tuple(factor for factor in factors(law) if factor.name not in UNMOVED)
 
 
-def values(loop: LinearLoop, law: str) -> dict[str, Array]:
+def values(loop: wb.linear_loops.LinearLoop, law: str) -> dict[str, wb.Array]:
     """The draws by the names of parameters, (N, *shape) each."""
-    space = Space(moved(law), loop.parameters, loop.states)
-    p, x = space.rows(MonteCarlo(len(space.factors), COUNT, seed=SEED).points())
+    space = wb.uncertainty.Space(moved(law), loop.parameters, loop.states)
+    p, x = space.rows(wb.study.MonteCarlo(len(space.factors), COUNT, seed=SEED).points())
     del x  # the start of a loop that rests
     names = [
         entry.name for entry in loop.parameters.entries if np.ptp(p[:, loop.parameters.slice(entry.name)], 0).any()
@@ -73,7 +69,7 @@ def drawn_loops(one: AtPose) -> DrawnLoops:
     model, alpha = rows.models.kind("drawn_loops", "L"), np.full(COUNT, np.nan)
     for i in np.flatnonzero(~rows.flagged):
         try:
-            alpha[i] = disk_margin(model.row(int(i)).system()).alpha
+            alpha[i] = wb.linear.disk_margin(model.row(int(i)).system()).alpha
         except ValueError:
             alpha[i] = 0.0
     answers = single.rows(values(single, one.law)).response(OMEGA).values[:, :, 0, 0]
@@ -81,6 +77,6 @@ def drawn_loops(one: AtPose) -> DrawnLoops:
     return DrawnLoops(both.disk_margin.alpha, alpha, answers, reason)
 
 
-def drawn(results: Results) -> Mapping[AtPose, DrawnLoops]:
+def drawn(results: wb.Results) -> Mapping[AtPose, DrawnLoops]:
     """The draws of each law at each pose."""
     return dict(zip(ITEMS, results.work("draws"), strict=True))

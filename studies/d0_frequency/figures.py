@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+import workbench as wb
 from studies.d0_frequency.draws import OMEGA as OF_DRAWS
 from studies.d0_frequency.draws import drawn
 from studies.d0_frequency.limit_cycles import PERIODS, PHI, K, LimitCycle, linear_part
@@ -13,24 +14,6 @@ from studies.d0_frequency.rest_answers import Curves, all_curves, rests
 from studies.d0_frequency.step_sizes import SIZES, settlings
 from studies.paper.card import LAWS, PROPOSED
 from studies.paper.linearization import LEVEL
-from workbench.design.chattering import BoundaryLayer
-from workbench.report.loop_pictures import (
-    Envelope,
-    FrequencyMatrix,
-    PoleZeroSet,
-    bode_envelope,
-    bode_figure,
-    characteristic_loci_figure,
-    describing_function_figure,
-    determinant_figure,
-    nyquist_figure,
-    pole_zero_map,
-    singular_value_figure,
-)
-from workbench.study import Figure, Results
-from workbench.study.document.document import Panel, Points, Series
-from workbench.study.document.figure import Mark
-from workbench.study.document.frequency_curves import FrequencyCurve
 
 STYLES = {law: i for i, law in enumerate(LAWS)}
 WHERE = "at rest at the level of SS"
@@ -47,11 +30,11 @@ SIX = {
 }
 
 
-def curve_of(results: Results, law: str, joint: int, late: bool = False) -> FrequencyCurve:
+def curve_of(results: wb.Results, law: str, joint: int, late: bool = False) -> wb.FrequencyCurve:
     """The loop gain of a joint with the other closed, with its margins."""
     own: Curves = all_curves(results)[law][int(late)]
     rest = rests(results)[AtPose(law, LEVEL)][f"{1e3 * SHORT:g} ms" if late else CONTINUOUS]
-    return FrequencyCurve(
+    return wb.FrequencyCurve(
         law,
         own.omega,
         own.single[:, joint],
@@ -62,80 +45,84 @@ def curve_of(results: Results, law: str, joint: int, late: bool = False) -> Freq
     )
 
 
-def matrix_of(results: Results, law: str, late: bool = False) -> FrequencyMatrix:
+def matrix_of(results: wb.Results, law: str, late: bool = False) -> wb.loop_pictures.FrequencyMatrix:
     """The loop gain at both torques."""
     own: Curves = all_curves(results)[law][int(late)]
     rest = rests(results)[AtPose(law, LEVEL)][CONTINUOUS]
     names = ("torque 1", "torque 2")
-    return FrequencyMatrix(law, own.omega, own.L, names, names, own.period or None, None if late else rest.alpha)
+    return wb.loop_pictures.FrequencyMatrix(
+        law, own.omega, own.L, names, names, own.period or None, None if late else rest.alpha
+    )
 
 
-def bode(results: Results, joint: int, late: bool = False) -> Figure:
+def bode(results: wb.Results, joint: int, late: bool = False) -> wb.document.Figure:
     """The Bode plot of a joint with the other one closed."""
     curves = [curve_of(results, law, joint, late) for law in DRAWN]
     time = f"in a computer with a period of {1e3 * SHORT:g} ms, a period late" if late else "in continuous time"
     caption = f"Bode plot of the loop gain of joint {joint + 1}, the other joint closed, {WHERE}, {time}. {SAME}"
-    return bode_figure(f"bode_{joint + 1}{'_late' * late}", caption, curves)
+    return wb.loop_pictures.bode_figure(f"bode_{joint + 1}{'_late' * late}", caption, curves)
 
 
-def nyquist(results: Results, joint: int) -> Figure:
+def nyquist(results: wb.Results, joint: int) -> wb.document.Figure:
     """The Nyquist plot of a joint with the other one closed."""
     curves = [curve_of(results, law, joint) for law in DRAWN]
     loop = f"the loop gain of joint {joint + 1}, the other joint closed"
     caption = f"Nyquist plot of {loop}, {WHERE}, in continuous time. {SAME}"
-    return nyquist_figure(f"nyquist_{joint + 1}", caption, curves, reach=3.0)
+    return wb.loop_pictures.nyquist_figure(f"nyquist_{joint + 1}", caption, curves, reach=3.0)
 
 
-def several_channels(results: Results) -> tuple[Figure, ...]:
+def several_channels(results: wb.Results) -> tuple[wb.document.Figure, ...]:
     """Singular values, det(I + L) and characteristic loci of both torques at once."""
     every = [matrix_of(results, law) for law in DRAWN]
     caption = f"The singular values of the loop gain L at both torques, {WHERE}, in continuous time. {SAME}"
-    found = [singular_value_figure("singular_values", caption, every)]
+    found = [wb.loop_pictures.singular_value_figure("singular_values", caption, every)]
     caption = (
         f"det(I + L) at both torques, {WHERE}, in continuous time. {SAME} The arm alone swings "
         "undamped: at its two natural frequencies L is infinite, and the curve jumps."
     )
-    found.append(determinant_figure("determinant", caption, every, reach=3.0))
+    found.append(wb.loop_pictures.determinant_figure("determinant", caption, every, reach=3.0))
     for law in (PROPOSED, "PID"):
         caption = f"The characteristic loci of {law}, the eigenvalues of L over frequency, {WHERE}, in continuous time."
         name = f"loci_{law.lower().replace('-', '_')}"
-        found.append(characteristic_loci_figure(name, caption, matrix_of(results, law), reach=3.0))
+        found.append(wb.loop_pictures.characteristic_loci_figure(name, caption, matrix_of(results, law), reach=3.0))
     return tuple(found)
 
 
-def poles(results: Results) -> Figure:
+def poles(results: wb.Results) -> wb.document.Figure:
     """The slow poles of each loop that is drawn."""
     sets = []
     for law in DRAWN:
         held = rests(results)[AtPose(law, LEVEL)][CONTINUOUS].poles
-        sets.append(PoleZeroSet(law, held[np.abs(held) < SLOW], style=STYLES[law]))
+        sets.append(wb.loop_pictures.PoleZeroSet(law, held[np.abs(held) < SLOW], style=STYLES[law]))
     caption = (
         f"The poles of the closed loops nearer to zero than {SLOW:g} 1/s, {WHERE}, in continuous time. The laws with a "
         "boundary layer have two faster ones, of which the table of margins over six poses has the fastest."
     )
-    return pole_zero_map("poles", caption, sets)
+    return wb.loop_pictures.pole_zero_map("poles", caption, sets)
 
 
-def gang_of_six(results: Results) -> Figure:
+def gang_of_six(results: wb.Results) -> wb.document.Figure:
     """The largest singular values of the gang of six."""
     every, panels = all_curves(results), []
     for name, words in SIX.items():
         series = [
-            Series(law, own.omega, own.gang[name], STYLES[law])
+            wb.document.Series(law, own.omega, own.gang[name], STYLES[law])
             for law, (own, _) in every.items()
             if (own.gang[name] > 0).all()
         ]
         label = f"gain, {words}"
-        panels.append(Panel(label, tuple(series), "frequency [rad/s]", xscale="log", yscale="log", title=name))
+        panels.append(
+            wb.document.Panel(label, tuple(series), "frequency [rad/s]", xscale="log", yscale="log", title=name)
+        )
     caption = (
         f"The gang of six, {WHERE}, in continuous time: the largest gain from one kind of signal to another over all "
         "directions, in rad, rad/s, s and N m. Position, speed and acceleration of the reference each move by "
         "themselves. AOSMC-RGS has noise on positions alone, as it reads no speed."
     )
-    return Figure("gang_of_six", caption, tuple(panels), columns=2)
+    return wb.document.Figure("gang_of_six", caption, tuple(panels), columns=2)
 
 
-def envelopes(results: Results) -> tuple[Figure, ...]:
+def envelopes(results: wb.Results) -> tuple[wb.document.Figure, ...]:
     """The loop gain of joint 1 over the draws, a figure a law."""
     found = []
     for law in (PROPOSED, "SMC", "PID"):
@@ -143,27 +130,27 @@ def envelopes(results: Results) -> tuple[Figure, ...]:
         worst = own.worst
         name = f"draw {worst}, disk margin {own.alpha[worst]:.3g}"
         caption = f"{law}: the loop gain of joint 1, joint 2 closed, {WHERE}, with numbers drawn at random."
-        draws = Envelope(OF_DRAWS, own.single, worst, name)
-        found.append(bode_envelope(f"draws_{law.lower().replace('-', '_')}", caption, draws))
+        draws = wb.loop_pictures.Envelope(OF_DRAWS, own.single, worst, name)
+        found.append(wb.loop_pictures.bode_envelope(f"draws_{law.lower().replace('-', '_')}", caption, draws))
     return tuple(found)
 
 
-def limit_figure(results: Results) -> Figure:
+def limit_figure(results: wb.Results) -> wb.document.Figure:
     """The longest period of the runs over the one that the linear map predicts."""
     every, panels = limits(results), []
     for start, size in STARTS.items():
-        marks: list[Mark] = []
+        marks: list[wb.document.Mark] = []
         for law in LAWS:
             own = [every[one] for one in RUNS if one.law == law]
             x = np.array([1e3 * one.limit for one in own])
             ends = np.array([one.ends(start) for one in own])
             low, high = x * np.maximum(ends[:, 0], 0.05), x * ends[:, 1]
             middle = np.sqrt(low * np.where(np.isfinite(high), high, low))
-            marks.append(Points(law, x, middle, style=STYLES[law], ylow=low, yhigh=high))
+            marks.append(wb.document.Points(law, x, middle, style=STYLES[law], ylow=low, yhigh=high))
         line = np.array([0.2, 50.0])
-        marks.append(Series("as predicted", line, line, "reference"))
+        marks.append(wb.document.Series("as predicted", line, line, "reference"))
         panels.append(
-            Panel(
+            wb.document.Panel(
                 "longest period of the runs [ms]",
                 tuple(marks),
                 "period predicted by the linear loop [ms]",
@@ -177,22 +164,22 @@ def limit_figure(results: Results) -> Figure:
         "unstable, for each law at three poses, with the torque one period late. A bar goes from the longest period at "
         "which a run rests to the next one tried. The boundary layer ends 1.7 mrad off rest."
     )
-    return Figure("period_limits", caption, tuple(panels), columns=2)
+    return wb.document.Figure("period_limits", caption, tuple(panels), columns=2)
 
 
-def size_figure(results: Results) -> Figure:
+def size_figure(results: wb.Results) -> wb.document.Figure:
     """The settling times of runs over the size of the start, as shares of the linear prediction."""
     every = settlings(results)
     series = []
     for law in LAWS:
         own = every[AtPose(law, LEVEL)]
         share = np.where(np.isfinite(own.runs), own.runs / own.predicted, np.nan)
-        series.append(Series(law, np.array(SIZES), share, STYLES[law]))
+        series.append(wb.document.Series(law, np.array(SIZES), share, STYLES[law]))
     caption = (
         "The settling time of runs over that of the linear loop, by how far off rest both joints start, at the level "
         "of SS. The vertical line, at 1.7 mrad, is the end of the boundary layer."
     )
-    panel = Panel(
+    panel = wb.document.Panel(
         "settling time over the predicted one",
         tuple(series),
         "start of both joints off rest [rad]",
@@ -201,10 +188,10 @@ def size_figure(results: Results) -> Figure:
         hlines=(1.0,),
         vlines=(1.7e-3,),
     )
-    return Figure("step_sizes", caption, (panel,))
+    return wb.document.Figure("step_sizes", caption, (panel,))
 
 
-def cycle_figures(results: Results) -> tuple[Figure, ...]:
+def cycle_figures(results: wb.Results) -> tuple[wb.document.Figure, ...]:
     """The describing function at one period, and amplitude and frequency over the period."""
     held: dict[float, LimitCycle] = dict(zip(PERIODS, results.work("limit_cycles"), strict=True))
     W, shown = linear_part(SHOWN_CYCLE), held[SHOWN_CYCLE]
@@ -214,9 +201,11 @@ def cycle_figures(results: Results) -> tuple[Figure, ...]:
         "part W from the switched torque of joint 1 to its s, and the describing function of the boundary layer. They "
         "meet where an oscillation is predicted."
     )
-    curve = FrequencyCurve("W", omega, W.response(omega)[0], SHOWN_CYCLE, unit="rad/s per N m")
-    layer = BoundaryLayer(K, PHI)
-    first = describing_function_figure("describing_function", caption, curve, layer, shown.balance, "rad/s")
+    curve = wb.FrequencyCurve("W", omega, W.response(omega)[0], SHOWN_CYCLE, unit="rad/s per N m")
+    layer = wb.chattering.BoundaryLayer(K, PHI)
+    first = wb.loop_pictures.describing_function_figure(
+        "describing_function", caption, curve, layer, shown.balance, "rad/s"
+    )
     panels = []
     for place, label in ((1, "amplitude of s of joint 1 [rad/s]"), (0, "frequency of s of joint 1 [rad/s]")):
         moving = [(T, one) for T, one in held.items() if one.predicted is not None and not one.rest]
@@ -224,12 +213,12 @@ def cycle_figures(results: Results) -> tuple[Figure, ...]:
         balance = np.array([(one.predicted or (0.0, 0.0))[place] for _, one in moving])
         seen = np.array([[(run.frequency or np.nan, run.amplitude)[place] for run in one.runs] for _, one in moving])
         series = (
-            Series("balance", x, balance, 0),
-            *(Series(f"run {k + 1}", x, column, k + 1, "marks") for k, column in enumerate(seen.T)),
+            wb.document.Series("balance", x, balance, 0),
+            *(wb.document.Series(f"run {k + 1}", x, column, k + 1, "marks") for k, column in enumerate(seen.T)),
         )
-        panels.append(Panel(label, series, "sampling period [ms]"))
+        panels.append(wb.document.Panel(label, series, "sampling period [ms]"))
     caption = (
         "The oscillation of SMC in its boundary layer by the sampling period, by harmonic balance and in runs from "
         f"{len(held[SHOWN_CYCLE].runs)} starts. At shorter periods than those shown balance and runs are at rest."
     )
-    return first, Figure("limit_cycles", caption, tuple(panels), columns=2)
+    return first, wb.document.Figure("limit_cycles", caption, tuple(panels), columns=2)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+import workbench as wb
 from studies.d0_frequency.limit_cycles import PERIODS, PUSHES, QUIET, LimitCycle
 from studies.d0_frequency.loops import CONTINUOUS, LAYERED, RUN_POSES, RUNS, AtPose
 from studies.d0_frequency.margin_findings import one_channel
@@ -15,7 +16,6 @@ from studies.d0_frequency.step_sizes import SIZE_POSES, settlings
 from studies.d0_frequency.tables import MINUS, number, span
 from studies.paper.card import LAWS, PROPOSED
 from studies.paper.linearization import LEVEL
-from workbench.study import Finding, Results, Variation
 
 GIVEN = "AOSMC-RGS: positions alone. Other laws: exact positions and velocities. All laws but PID: the exact model."
 CHOSEN = "The numbers of the laws as in a1; gains that adapt are held at K(0) in the linear loop; starts and poses."
@@ -27,12 +27,12 @@ HOLD = 1.5  # periods of delay that a computer adds whose torque comes a period 
 CLOSE = 0.1  # of the settling time
 
 
-def findings(results: Results) -> tuple[Finding, ...]:
+def findings(results: wb.Results) -> tuple[wb.Finding, ...]:
     """All findings, those on periods first."""
     return tuple(one(results) for one in (period_limit, delay_rule, step_size, one_channel, limit_cycle))
 
 
-def answer(results: Results) -> str:
+def answer(results: wb.Results) -> str:
     """The answer of the page in one line."""
     every = limits(results)
     small = agreed(every, RUNS, "small")
@@ -62,23 +62,26 @@ def learned(every: Mapping[AtPose, PeriodLimit], start: str) -> str:
     return f"{sum(held)} of {len(held)}"
 
 
-def period_limit(results: Results) -> Finding:
+def period_limit(results: wb.Results) -> wb.Finding:
     """The linear map of the period beside runs from rest."""
     every = limits(results)
     small, large = (agreed(every, RUNS, start) for start in STARTS)
     earlier = [one for one in RUNS if every[one].ends("large")[1] < 1]
     later = [one for one in RUNS if every[one].ends("large")[0] > 1]
     variations = [
-        Variation(FAR, large, f"a shorter period in {len(earlier)}, a longer one in {len(later)}"),
-        Variation(f"{FAR}, linear with the learned gain, the loops that learn one", learned(every, "large")),
-        *(Variation(f"{law} alone", agreed(every, [one for one in RUNS if one.law == law], "small")) for law in LAWS),
-        Variation(
+        wb.Variation(FAR, large, f"a shorter period in {len(earlier)}, a longer one in {len(later)}"),
+        wb.Variation(f"{FAR}, linear with the learned gain, the loops that learn one", learned(every, "large")),
+        *(
+            wb.Variation(f"{law} alone", agreed(every, [one for one in RUNS if one.law == law], "small"))
+            for law in LAWS
+        ),
+        wb.Variation(
             f"{FAR}, between {WIDER[0]:g} and {WIDER[1]:g} times the predicted period",
             agreed(every, RUNS, "large", WIDER),
         ),
     ]
     whole = small.split(" of ")
-    return Finding(
+    return wb.Finding(
         name="longest_period",
         statement=f"In {small} loops a run that starts 10 µrad off rest comes to rest up to {INSIDE[0]:g} times the "
         f"sampling period at which the linear loop becomes unstable, and no longer at {INSIDE[1]:g} times. The same "
@@ -95,14 +98,14 @@ def period_limit(results: Results) -> Finding:
         fitted=FITTED,
         answer="all" if whole[0] == whole[1] else small,
         variations=tuple(
-            Variation(v.words, "all" if len(set(v.answer.split(" of "))) == 1 else v.answer, v.detail)
+            wb.Variation(v.words, "all" if len(set(v.answer.split(" of "))) == 1 else v.answer, v.detail)
             for v in variations
         ),
         untried="noise in the readings, which keeps a loop near its limit from rest",
     )
 
 
-def over_rule(results: Results) -> dict[str, list[float]]:
+def over_rule(results: wb.Results) -> dict[str, list[float]]:
     """By law and pose the period that the delay margin promises, over the one that the linear map has."""
     held, every = rests(results), limits(results)
     return {
@@ -111,13 +114,13 @@ def over_rule(results: Results) -> dict[str, list[float]]:
     }
 
 
-def delay_rule(results: Results) -> Finding:
+def delay_rule(results: wb.Results) -> wb.Finding:
     """The delay margin as a rule for the period of a computer."""
     ratio = over_rule(results)
     worst = max(ratio, key=lambda law: max(ratio[law]))
     others = {law: ratio[law] for law in LAWS if law != worst}
     variations = [
-        Variation(
+        wb.Variation(
             f"the pose {pose}",
             max(LAWS, key=lambda law: ratio[law][place]),
             f"{number(max(ratio[law][place] for law in LAWS))} times",
@@ -125,8 +128,8 @@ def delay_rule(results: Results) -> Finding:
         for place, pose in enumerate(RUN_POSES)
     ]
     second = max(others, key=lambda law: max(others[law]))
-    variations.append(Variation(f"leaving out {worst}", second, f"{number(max(others[second]))} times"))
-    return Finding(
+    variations.append(wb.Variation(f"leaving out {worst}", second, f"{number(max(others[second]))} times"))
+    return wb.Finding(
         name="delay_margin_as_a_rule",
         statement=f"The delay margin of continuous time, divided by {HOLD:g}, is {span(ratio[worst])} times the "
         f"longest stable sampling period for {worst}, and {span(r for law in others for r in others[law])} times for "
@@ -146,13 +149,13 @@ def delay_rule(results: Results) -> Finding:
     )
 
 
-def valid_size(results: Results, tolerance: float = CLOSE, laws: Iterable[str] = LAYERED) -> float:
+def valid_size(results: wb.Results, tolerance: float = CLOSE, laws: Iterable[str] = LAYERED) -> float:
     """The largest size in rad up to which the settling times of all these laws at all poses are as predicted."""
     every = settlings(results)
     return min(every[AtPose(law, pose)].valid(tolerance) for law in laws for pose in SIZE_POSES)
 
 
-def step_size(results: Results) -> Finding:
+def step_size(results: wb.Results) -> wb.Finding:
     """The sizes for which the linear settling time holds."""
     every, size = settlings(results), valid_size(results)
 
@@ -164,12 +167,12 @@ def step_size(results: Results) -> Finding:
     slow = max(LAYERED, key=lambda law: largest[law])
     variations = [
         *(
-            Variation(f"a tolerance of {100 * share:g} %", words(valid_size(results, share)))
+            wb.Variation(f"a tolerance of {100 * share:g} %", words(valid_size(results, share)))
             for share in (0.05, 0.2, 0.5)
         ),
-        *(Variation(f"{law} alone", words(valid_size(results, laws=(law,)))) for law in LAWS),
+        *(wb.Variation(f"{law} alone", words(valid_size(results, laws=(law,)))) for law in LAWS),
     ]
-    return Finding(
+    return wb.Finding(
         name="size_of_linear_motion",
         statement=f"Settling takes as long as the linear loop predicts, within {100 * CLOSE:g} %, from starts up to "
         f"{words(size)} off rest under all {len(LAYERED)} laws with a boundary layer, and up to "
@@ -202,7 +205,7 @@ def cycle_errors(held: Mapping[float, LimitCycle], run: int) -> np.ndarray:
     return 100 * np.array(rows)
 
 
-def limit_cycle(results: Results) -> Finding:
+def limit_cycle(results: wb.Results) -> wb.Finding:
     """Harmonic balance for the layer, with a delay."""
     held: dict[float, LimitCycle] = dict(zip(PERIODS, results.work("limit_cycles"), strict=True))
     runs = range(len(next(iter(held.values())).runs))
@@ -215,7 +218,7 @@ def limit_cycle(results: Results) -> Finding:
         return "all" if count == len(held) else f"{count} of {len(held)}"
 
     right = f"all {len(held)}" if counts[0] == len(held) else verdict(counts[0])
-    return Finding(
+    return wb.Finding(
         name="limit_cycle_in_the_layer",
         statement=f"At {right} sampling periods harmonic balance is right on whether SMC "
         f"oscillates in its boundary layer. Its frequency is off by {number(middle[0][0], 2)} % and its amplitude by "
@@ -230,7 +233,7 @@ def limit_cycle(results: Results) -> Finding:
         chosen=CHOSEN,
         answer=verdict(counts[0]),
         variations=tuple(
-            Variation(
+            wb.Variation(
                 f"start with joint velocities of {PUSHES[run][0]:g} and {PUSHES[run][1]:g} rad/s".replace("-", MINUS),
                 verdict(counts[run]),
                 f"{number(middle[run][0], 2)} % and {number(middle[run][1], 2)} %",

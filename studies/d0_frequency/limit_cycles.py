@@ -6,21 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import workbench as wb
 from studies.d0_frequency.loops import substeps
 from studies.paper.card import CARD as PAPER
 from studies.paper.linearization import POSES, holding, still
-from workbench.blocks.loop import DigitalLoop
-from workbench.core import Step
-from workbench.design.chattering import (
-    Balance,
-    BoundaryLayer,
-    LinearPart,
-    RecordedOscillation,
-    cut,
-    harmonic_balance,
-    record_oscillation,
-)
-from workbench.engine import simulate
 
 POSE = POSES["folded down"]  # there M is diagonal: each joint is a loop by itself
 PERIODS = (5e-4, 1e-3, 1.5e-3, 1.8e-3, 2.2e-3, 2.5e-3, 3e-3, 4e-3, 5e-3, 7.5e-3, 1e-2)  # s
@@ -34,8 +23,8 @@ K, PHI = float(PAPER["SMC: K"][0]), float(PAPER["phi"])
 class LimitCycle:
     """The balance at a period, and the oscillations of s of joint 1 from each push."""
 
-    balance: Balance
-    runs: tuple[RecordedOscillation, ...]
+    balance: wb.chattering.Balance
+    runs: tuple[wb.chattering.RecordedOscillation, ...]
 
     @property
     def predicted(self) -> tuple[float, float] | None:
@@ -53,18 +42,18 @@ class LimitCycle:
         return self.rest is (self.runs[run].amplitude <= QUIET)
 
 
-def late_step(period: float) -> Step:
+def late_step(period: float) -> wb.core.Step:
     """The step of the arm under SMC in a computer whose torque acts a period late."""
     waiting = {"tau": holding(POSE)}
-    return DigitalLoop(still("SMC", POSE), period, delay=True, waiting=waiting).ode().step(substeps(period))
+    return wb.DigitalLoop(still("SMC", POSE), period, delay=True, waiting=waiting).ode().step(substeps(period))
 
 
-def linear_part(period: float) -> LinearPart:
+def linear_part(period: float) -> wb.chattering.LinearPart:
     """From the switched torque of joint 1 to its s, where joint 2 switches nothing."""
     step = late_step(period)
     p = step.parameters.default.copy()
     p[step.parameters.labels.index("controller.K[1]")] = 0.0
-    return cut(step, step.states.default, p)
+    return wb.chattering.cut(step, step.states.default, p)
 
 
 def limit_cycle(period: float) -> LimitCycle:
@@ -72,7 +61,7 @@ def limit_cycle(period: float) -> LimitCycle:
     W = linear_part(period)
     step = late_step(period)
     starts = np.vstack([step.states.pack({"plant.qd": np.array(push)}) for push in PUSHES])
-    out = simulate(step, None, starts, until=period * round(UNTIL / period), every=period)
+    out = wb.simulate(step, None, starts, until=period * round(UNTIL / period), every=period)
     late = out.t >= LATE
-    runs = tuple(record_oscillation(out.t[late], s[late, 0]) for s in out["s"])
-    return LimitCycle(harmonic_balance(W, BoundaryLayer(K, PHI)), runs)
+    runs = tuple(wb.chattering.record_oscillation(out.t[late], s[late, 0]) for s in out["s"])
+    return LimitCycle(wb.chattering.harmonic_balance(W, wb.chattering.BoundaryLayer(K, PHI)), runs)

@@ -7,22 +7,22 @@ from typing import Any
 
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import CARD as PAPER
 from studies.paper.card import LAWS, PROPOSED
 from studies.paper.linearization import HELD, LEVEL, POSES, holding, still
-from workbench.blocks.loop import ClosedLoop, DigitalLoop
-from workbench.core import Ode, Sampled
-from workbench.core.validation.refusals import Array
-from workbench.design.linear_loop import LinearLoop, linear_loop
-from workbench.study.provenance import Card, assumed
 
-CARD = Card(
+CARD = wb.provenance.Card(
     (
-        assumed("short period", 2.5e-4, "s", "the period at which b4 hands the law over", 1e-4, 5e-4),
-        assumed("long period", 1e-3, "s", "a usual rate of robot controllers, 1 kHz, as in a9", 5e-4, 4e-3),
-        assumed("delay", "one period", "", "the torque is computed while the one before acts, as in a9"),
-        assumed("small start", 1e-5, "rad", "s = 60 µrad/s, far within the layer of 0.01 rad/s", 1e-7, 1e-3),
-        assumed("large start", 0.3, "rad", "s = 1.8 rad/s, far outside of the layer", 0.01, 1.0),
+        wb.provenance.assumed("short period", 2.5e-4, "s", "the period at which b4 hands the law over", 1e-4, 5e-4),
+        wb.provenance.assumed(
+            "long period", 1e-3, "s", "a usual rate of robot controllers, 1 kHz, as in a9", 5e-4, 4e-3
+        ),
+        wb.provenance.assumed("delay", "one period", "", "the torque is computed while the one before acts, as in a9"),
+        wb.provenance.assumed(
+            "small start", 1e-5, "rad", "s = 60 µrad/s, far within the layer of 0.01 rad/s", 1e-7, 1e-3
+        ),
+        wb.provenance.assumed("large start", 0.3, "rad", "s = 1.8 rad/s, far outside of the layer", 0.01, 1.0),
     )
 )
 ARM_POSES: dict[str, tuple[float, ...]] = {
@@ -60,25 +60,27 @@ def substeps(period: float) -> int:
     return int(np.ceil(period / SUBSTEP - 1e-9))
 
 
-def resting(one: AtPose) -> ClosedLoop:
+def resting(one: AtPose) -> wb.ClosedLoop:
     """The loop of a law that holds a pose, undisturbed, started where it rests."""
     return still(one.law, ARM_POSES[one.pose])
 
 
-def digital(one: AtPose, period: float) -> DigitalLoop:
+def digital(one: AtPose, period: float) -> wb.DigitalLoop:
     """The same in a computer whose torque acts one period late; the torque that rest needs waits already."""
-    return DigitalLoop(resting(one), period, delay=True, waiting={"tau": holding(ARM_POSES[one.pose])})
+    return wb.DigitalLoop(resting(one), period, delay=True, waiting={"tau": holding(ARM_POSES[one.pose])})
 
 
-def linear(one: AtPose, period: float | None = None, at: str | None = None, K: Array | None = None) -> LinearLoop:
+def linear(
+    one: AtPose, period: float | None = None, at: str | None = None, K: wb.Array | None = None
+) -> wb.linear_loops.LinearLoop:
     """The linear loop at rest, its adapting gains held: at K(0), or at K; in continuous time or in a computer."""
     loop: Any = resting(one) if period is None else digital(one, period)
     values = None if K is None else {"controller.K": K}
     steps = None if period is None else substeps(period)
-    return linear_loop(loop, at, values, freeze=HELD.get(one.law, ()), substeps=steps)
+    return wb.linear_loop(loop, at, values, freeze=HELD.get(one.law, ()), substeps=steps)
 
 
-def started(equation: Ode | Sampled, one: AtPose, offsets: Array) -> Array:
+def started(equation: wb.Ode | wb.Sampled, one: AtPose, offsets: wb.Array) -> wb.Array:
     """States (N, nx) at rest, but for the positions of both joints, which are off by each of `offsets` (N,) in rad.
 
     An observer starts with the true positions. The integral of PID holds the arm.
@@ -93,7 +95,7 @@ def started(equation: Ode | Sampled, one: AtPose, offsets: Array) -> Array:
     return x
 
 
-def step_of_reference(law: str, size: float) -> ClosedLoop:
+def step_of_reference(law: str, size: float) -> wb.ClosedLoop:
     """The loop of a law that hangs at rest and is to hold both joints at `size` rad from t = 0 on."""
     loop = still(law, (size, size))
     plant: Any = loop.plant

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+import workbench as wb
 from studies.d0_frequency.draws import COUNT, DRAWN_POSES, drawn
 from studies.d0_frequency.loops import ARM_POSES, CONTINUOUS, SHORT, AtPose
 from studies.d0_frequency.rest_answers import over_poses, rests
 from studies.d0_frequency.tables import number
 from studies.paper.card import LAWS
 from studies.paper.linearization import LEVEL
-from workbench.study import Finding, Results, Variation
 
 LATE = f"{1e3 * SHORT:g} ms"
 
 
-def shares(results: Results) -> dict[str, dict[str, float]]:
+def shares(results: wb.Results) -> dict[str, dict[str, float]]:
     """By law and pose the disk margin of both joints at once over the least of a joint, where the loop is stable."""
     held = rests(results)
     return {
@@ -29,7 +29,7 @@ def least(held: dict[str, dict[str, float]]) -> tuple[str, str]:
     return min(places, key=lambda place: held[place[0]][place[1]])
 
 
-def one_channel(results: Results) -> Finding:
+def one_channel(results: wb.Results) -> wb.Finding:
     """The margins of one joint beside that of both at once."""
     held = shares(results)
     law, pose = least(held)
@@ -38,15 +38,15 @@ def one_channel(results: Results) -> Finding:
     for place in ARM_POSES:
         some = {name: {place: poses[place]} for name, poses in held.items()}
         worst, _ = least(some)
-        variations.append(Variation(f"the pose {place}", worst, f"{number(some[worst][place])}"))
+        variations.append(wb.Variation(f"the pose {place}", worst, f"{number(some[worst][place])}"))
     late = {one: rests(results)[AtPose(one, LEVEL)][LATE] for one in LAWS}
     parts = {one: found.alpha / found.single for one, found in late.items() if found.stable}
     worst = min(parts, key=lambda one: parts[one])
-    variations.append(Variation(f"a period of {LATE}, a period late, {LEVEL}", worst, number(parts[worst])))
+    variations.append(wb.Variation(f"a period of {LATE}, a period late, {LEVEL}", worst, number(parts[worst])))
     others = {name: poses for name, poses in held.items() if name != law}
     worst, at = least(others)
-    variations.append(Variation(f"leaving out {law}", worst, f"{number(others[worst][at])}, {at}"))
-    return Finding(
+    variations.append(wb.Variation(f"leaving out {law}", worst, f"{number(others[worst][at])}, {at}"))
+    return wb.Finding(
         name="one_joint_or_both",
         statement=f"{law} ({pose}) has a disk margin of {number(answer.single)} if the torque of one joint is changed, "
         f"and of {number(answer.alpha)} if both are changed at once. That is {number(100 * held[law][pose], 2)} % of "
@@ -66,7 +66,7 @@ def one_channel(results: Results) -> Finding:
     )
 
 
-def drawn_words(results: Results) -> str:
+def drawn_words(results: wb.Results) -> str:
     """A sentence on the draws: those without rest, and the loss of margin of the worst."""
     every = drawn(results)
     lost = {one: COUNT - own.resting for one, own in every.items()}

@@ -2,58 +2,58 @@
 
 from __future__ import annotations
 
-from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS
+import workbench as wb
 from studies.d0_frequency import figures, tables
 from studies.d0_frequency.findings import answer, findings
 from studies.d0_frequency.loops import CARD, DRAWN, step_of_reference
-from workbench.engine.metrics import rmse, settling_time, total_variation
-from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
-from workbench.report.pictures.traces import Window, traces
-from workbench.study import Case, Page, Results, Run, Section
-from workbench.study.document.document import Paragraph
-from workbench.study.knob import Knob
+from studies.paper.comparison import PROPOSED_STEP, STEPS
 
 STEP = 0.1  # rad, of the reference of both joints
 JUMP = f"a step of {STEP:g} rad"
 UNTIL, KEPT = 3.0, 0.01  # s
 GAINS = ("Kp", "Ki", "Kd")
-METRICS = (settling_time("q", 0.05), rmse(), total_variation(1e-3))
+METRICS = (wb.settling_time("q", 0.05), wb.rmse(), wb.total_variation(1e-3))
 LIVE = (
-    Knob("phi", "controller.phi", 0.001, 0.5, log=True, origin="stated"),
-    Knob("Lambda", "controller.Lambda", 1.0, 20.0, origin="stated"),
-    Knob("first gain K", "controller.K", 0.2, 10.0, log=True, share=True),
-    Knob("mass of link 2", "plant.arm.links[1].mass", 0.5, 2.0, origin="stated"),
-    Knob("observer (10)", ("observer.state.L1", "observer.state.L2"), 0.2, 2.0, log=True, origin="stated", share=True),
-    *(Knob(f"{gain} of PID", f"controller.{gain}", 0.2, 5.0, log=True, origin="derived", share=True) for gain in GAINS),
+    wb.Knob("phi", "controller.phi", 0.001, 0.5, log=True, origin="stated"),
+    wb.Knob("Lambda", "controller.Lambda", 1.0, 20.0, origin="stated"),
+    wb.Knob("first gain K", "controller.K", 0.2, 10.0, log=True, share=True),
+    wb.Knob("mass of link 2", "plant.arm.links[1].mass", 0.5, 2.0, origin="stated"),
+    wb.Knob(
+        "observer (10)", ("observer.state.L1", "observer.state.L2"), 0.2, 2.0, log=True, origin="stated", share=True
+    ),
+    *(
+        wb.Knob(f"{gain} of PID", f"controller.{gain}", 0.2, 5.0, log=True, origin="derived", share=True)
+        for gain in GAINS
+    ),
 )
 
 
-def cases() -> tuple[Case, ...]:
+def cases() -> tuple[wb.Case, ...]:
     """A step of the reference of both joints, from the hanging arm at rest."""
     made = []
     for law in DRAWN:
         h = STEPS.get(law, PROPOSED_STEP) / 2
-        run = Run(step_of_reference(law, STEP), METRICS, UNTIL, KEPT, h)
-        made.append(Case(JUMP, law, run, figures.STYLES[law]))
+        run = wb.Run(step_of_reference(law, STEP), METRICS, UNTIL, KEPT, h)
+        made.append(wb.Case(JUMP, law, run, figures.STYLES[law]))
     return tuple(made)
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The whole page."""
-    return Page(
+    return wb.Page(
         answer=answer(results),
         findings=findings(results),
         sections=(
             period_section(results),
             size_section(results),
-            Section(
+            wb.Section(
                 "The oscillation in the boundary layer", (*figures.cycle_figures(results), tables.cycles_table(results))
             ),
             frequency_section(results),
             turned_section(results),
             several_section(results),
-            Section("With numbers drawn at random", (*figures.envelopes(results), tables.draws_table(results))),
-            Section(
+            wb.Section("With numbers drawn at random", (*figures.envelopes(results), tables.draws_table(results))),
+            wb.Section(
                 "What was chosen",
                 (CARD.table("assumed", "chosen", "Numbers that this study adds to those of a1."),),
             ),
@@ -61,28 +61,28 @@ def sections(results: Results) -> Page:
     )
 
 
-def period_section(results: Results) -> Section:
+def period_section(results: wb.Results) -> wb.Section:
     """The longest period, predicted and in runs."""
     about = (
         "The computer reads without noise, and its torque acts one period late. At the period at which a pole of the "
         "linear loop leaves the unit circle, a run that starts close to rest begins to chatter. The observer of "
         "AOSMC-RGS is told the torque that acts."
     )
-    blocks = (figures.limit_figure(results), Paragraph(about), tables.limits_table(results))
-    return Section("The longest sampling period", blocks)
+    blocks = (figures.limit_figure(results), wb.Paragraph(about), tables.limits_table(results))
+    return wb.Section("The longest sampling period", blocks)
 
 
-def size_section(results: Results) -> Section:
+def size_section(results: wb.Results) -> wb.Section:
     """Settling times by size, and a step to turn."""
     runs = [results[JUMP, law] for law in DRAWN]
     caption = f"Position of joint 1 after a step of its reference by {STEP:g} rad, from the hanging arm at rest."
-    step = traces("step", caption, runs, "q", 0, "q1 [rad]", (Window(0.0, UNTIL),), "q_ref")
-    return Section(
+    step = wb.pictures.traces("step", caption, runs, "q", 0, "q1 [rad]", (wb.pictures.Window(0.0, UNTIL),), "q_ref")
+    return wb.Section(
         "How far off rest a motion starts", (figures.size_figure(results), tables.sizes_table(results), step)
     )
 
 
-def frequency_section(results: Results) -> Section:
+def frequency_section(results: wb.Results) -> wb.Section:
     """The loops of one joint over frequency."""
     about = (
         "The loop gain L goes from the torque that moves a joint to minus the torque that its law commands. The other "
@@ -94,20 +94,20 @@ def frequency_section(results: Results) -> Section:
         *(figures.nyquist(results, joint) for joint in (0, 1)),
         figures.bode(results, 1, late=True),
     )
-    return Section(
+    return wb.Section(
         "One joint over frequency",
-        (Paragraph(about), *plots, tables.margins_table(results), tables.ranges_table(results)),
+        (wb.Paragraph(about), *plots, tables.margins_table(results), tables.ranges_table(results)),
     )
 
 
-def turned_section(results: Results) -> Section:
+def turned_section(results: wb.Results) -> wb.Section:
     """The linear pictures of PID, which move with its gains and with the mass of link 2."""
-    return Section("The loop of PID, to turn", loop_gain_pictures(results[JUMP, "PID"], "pid", width=0.75))
+    return wb.Section("The loop of PID, to turn", wb.loop_gain_pictures(results[JUMP, "PID"], "pid", width=0.75))
 
 
-def several_section(results: Results) -> Section:
+def several_section(results: wb.Results) -> wb.Section:
     """Both joints at once."""
-    return Section(
+    return wb.Section(
         "Both joints at once",
         (*figures.several_channels(results), figures.poles(results), figures.gang_of_six(results)),
     )

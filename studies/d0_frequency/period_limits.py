@@ -7,12 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import workbench as wb
 from studies.d0_frequency.loops import CARD, RUNS, AtPose, digital, linear, started, substeps
 from studies.paper.linearization import HELD
-from workbench.core.validation.refusals import Array
-from workbench.engine.metrics import measure, total_variation
-from workbench.study import Results
-from workbench.study.evidence import find_largest
 
 SCAN = tuple(1.5e-4 * 3.0**k for k in range(6))  # s, of the linear prediction, which a bisection then narrows
 RATIO = 1.02  # of the ends of its bracket
@@ -34,7 +31,7 @@ class PeriodLimit:
 
     stable: float
     unstable: float
-    late: Array
+    late: wb.Array
     learned: tuple[bool | None, bool | None]
 
     @property
@@ -54,14 +51,14 @@ class PeriodLimit:
         return (0.0, *SHARES)[count], (*SHARES, float("inf"))[count]
 
 
-def radius(one: AtPose, period: float, K: Array | None = None) -> float:
+def radius(one: AtPose, period: float, K: wb.Array | None = None) -> float:
     """The largest absolute value of a pole of the map over a period in s."""
     return max(abs(pole.value) for pole in linear(one, period, K=K).poles)
 
 
 def period_limit(one: AtPose) -> PeriodLimit:
     """The predicted limit of a law at a pose, and the runs about it."""
-    found = find_largest(lambda T: radius(one, T) < 1, SCAN, ratio=RATIO, patience=1)
+    found = wb.evidence.find_largest(lambda T: radius(one, T) < 1, SCAN, ratio=RATIO, patience=1)
     limit = float(np.sqrt(found.largest * found.next))
     runs = [_run(one, share * limit) for share in SHARES]
     late = np.array([values for values, _ in runs]).T
@@ -73,20 +70,20 @@ def period_limit(one: AtPose) -> PeriodLimit:
     return PeriodLimit(found.largest, found.next, late, (first, second))
 
 
-def _run(one: AtPose, period: float) -> tuple[Array, Array]:
+def _run(one: AtPose, period: float) -> tuple[wb.Array, wb.Array]:
     """The late total variation (2,) from both starts, and the adapting gains with which these runs end."""
     equation = digital(one, period).ode()
     until = period * round(UNTIL / period)
-    metric = total_variation(period, after=LATE)
+    metric = wb.total_variation(period, after=LATE)
     x = started(equation, one, np.array(list(STARTS.values())))
-    found = measure(equation, [metric], x0=x, until=until, h=period / substeps(period), every=until)
+    found = wb.measure(equation, [metric], x0=x, until=until, h=period / substeps(period), every=until)
     worst = np.max([score.value for score in found.scores_of("late TV")], axis=0)
     path = found.trajectories
     gains = path["controller.K"][:, -1] if "controller.K" in HELD.get(one.law, ()) else np.zeros((2, 0))
     return worst, gains
 
 
-def _learned(one: AtPose, made: PeriodLimit, start: str, gains: list[Array]) -> bool | None:
+def _learned(one: AtPose, made: PeriodLimit, start: str, gains: list[wb.Array]) -> bool | None:
     """The verdict of the linear map at the gain that a run from a start has learned."""
     low, high = made.ends(start)
     if not low or np.isinf(high):
@@ -95,6 +92,6 @@ def _learned(one: AtPose, made: PeriodLimit, start: str, gains: list[Array]) -> 
     return radius(one, low * made.limit, K) < 1 <= radius(one, high * made.limit, K)
 
 
-def limits(results: Results) -> Mapping[AtPose, PeriodLimit]:
+def limits(results: wb.Results) -> Mapping[AtPose, PeriodLimit]:
     """The limits of each law at each pose."""
     return dict(zip(RUNS, results.work("period_limits"), strict=True))

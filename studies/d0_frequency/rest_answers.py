@@ -8,12 +8,9 @@ from typing import Any
 
 import numpy as np
 
+import workbench as wb
 from studies.d0_frequency.loops import ARM_POSES, COMPUTERS, CONTINUOUS, DRAWN, EVERY, SHORT, AtPose, linear
 from studies.paper.linearization import LEVEL
-from workbench.core.validation.refusals import Array
-from workbench.design.frequency import StabilityMargins
-from workbench.design.linear_loop import LinearLoop
-from workbench.study import Results
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 JOINTS = ("tau[0]", "tau[1]")
@@ -30,9 +27,9 @@ class RestAnswer:
     """
 
     stable: bool
-    joints: tuple[StabilityMargins, StabilityMargins]
+    joints: tuple[wb.frequency.StabilityMargins, wb.frequency.StabilityMargins]
     alpha: float
-    poles: Array
+    poles: wb.Array
 
     @property
     def delay(self) -> float:
@@ -55,7 +52,7 @@ class RestAnswer:
         return max((m.margins.Ms.gain.value if m.margins else float("inf")) for m in self.joints)
 
 
-def answer_of(loop: LinearLoop) -> RestAnswer:
+def answer_of(loop: wb.linear_loops.LinearLoop) -> RestAnswer:
     """Margins and poles of a linear loop."""
     found = loop.margins()
     stable = loop.stable
@@ -82,10 +79,10 @@ class Curves:
     """
 
     period: float
-    omega: Array
+    omega: wb.Array
     L: Complex
     single: Complex
-    gang: dict[str, Array]
+    gang: dict[str, wb.Array]
 
 
 def curves(law: str) -> tuple[Curves, Curves]:
@@ -95,7 +92,7 @@ def curves(law: str) -> tuple[Curves, Curves]:
     return _curves(one, None, OMEGA), _curves(one, SHORT, fast)
 
 
-def _curves(one: AtPose, period: float | None, omega: Array) -> Curves:
+def _curves(one: AtPose, period: float | None, omega: wb.Array) -> Curves:
     both, cuts = linear(one, period), [linear(one, period, joint) for joint in JOINTS]
     omega = closer(omega, np.concatenate([rates(cut) for cut in cuts]))
     singles = [cut.response(omega).values[:, 0, 0] for cut in cuts]
@@ -104,13 +101,13 @@ def _curves(one: AtPose, period: float | None, omega: Array) -> Curves:
     return Curves(period or 0.0, omega, both.response(omega).values, np.stack(singles, axis=1), gang)
 
 
-def rates(cut: LinearLoop) -> Complex:
+def rates(cut: wb.linear_loops.LinearLoop) -> Complex:
     """The poles (n,) of a loop gain in 1/s; in a computer the logarithms of those of its map over the period."""
     poles = np.asarray(cut.L.poles(), dtype=complex)
     return poles if cut.period is None else np.log(poles[poles != 0]) / cut.period
 
 
-def closer(omega: Array, poles: Complex) -> Array:
+def closer(omega: wb.Array, poles: Complex) -> wb.Array:
     """The frequencies (m,) in rad/s with more of them about each lightly damped pole in 1/s, where the phase turns."""
     added = [omega]
     for pole in poles[poles.imag > 0]:
@@ -121,7 +118,7 @@ def closer(omega: Array, poles: Complex) -> Array:
     return np.asarray(every[(every >= omega[0]) & (every <= omega[-1])])
 
 
-def rests(results: Results) -> Mapping[AtPose, Mapping[str, RestAnswer]]:
+def rests(results: wb.Results) -> Mapping[AtPose, Mapping[str, RestAnswer]]:
     """The answers of each law at each pose."""
     return dict(zip(EVERY, results.work("rests"), strict=True))
 
@@ -131,6 +128,6 @@ def over_poses(held: Mapping[AtPose, Mapping[str, RestAnswer]], law: str) -> dic
     return {pose: held[AtPose(law, pose)][CONTINUOUS] for pose in ARM_POSES}
 
 
-def all_curves(results: Results) -> Mapping[str, tuple[Curves, Curves]]:
+def all_curves(results: wb.Results) -> Mapping[str, tuple[Curves, Curves]]:
     """The curves of each law that is drawn, in continuous time and at the short period."""
     return dict(zip(DRAWN, results.work("curves"), strict=True))

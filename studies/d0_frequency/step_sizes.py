@@ -8,13 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS
+import workbench as wb
 from studies.d0_frequency.loops import AtPose, linear, resting, started
 from studies.paper.card import LAWS
+from studies.paper.comparison import PROPOSED_STEP, STEPS
 from studies.paper.linearization import LEVEL
-from workbench.core.validation.refusals import Array
-from workbench.engine.metrics import measure, settling_time
-from workbench.study import Results
 
 SIZES = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0)  # rad, by which both joints start off
 BAND = 0.05  # of the size
@@ -33,8 +31,8 @@ class Settling:
     """
 
     predicted: float
-    runs: Array
-    error: Array
+    runs: wb.Array
+    error: wb.Array
 
     def valid(self, tolerance: float) -> float:
         """The largest size in rad up to which all runs are within a share of the prediction; 0 if none is."""
@@ -48,7 +46,7 @@ def settling(one: AtPose) -> Settling:
     equation = resting(one).ode()
     h = HALF * STEPS.get(one.law, PROPOSED_STEP)
     x = started(equation, one, np.array(SIZES))
-    found = measure(equation, [settling_time("q", BAND)], x0=x, until=h * round(UNTIL / h), h=h, every=UNTIL)
+    found = wb.measure(equation, [wb.settling_time("q", BAND)], x0=x, until=h * round(UNTIL / h), h=h, every=UNTIL)
     pairs = [(score.value, score.error) for score in found.scores_of("settling time of q")]
     values, errors = (np.array([pair[i] for pair in pairs]) for i in (0, 1))
     slower = np.argmax(values, axis=0)
@@ -73,6 +71,6 @@ def predicted(one: AtPose) -> float:
     return outside if outside < UNTIL else float("inf")
 
 
-def settlings(results: Results) -> Mapping[AtPose, Settling]:
+def settlings(results: wb.Results) -> Mapping[AtPose, Settling]:
     """The settling times of each law at each pose."""
     return dict(zip(ITEMS, results.work("step_sizes"), strict=True))

@@ -5,6 +5,7 @@ Runs in about two and a half minutes on two cores.
 
 from __future__ import annotations
 
+import workbench as wb
 from studies.d0_frequency.draws import ITEMS, drawn_loops
 from studies.d0_frequency.limit_cycles import PERIODS, limit_cycle
 from studies.d0_frequency.loops import DRAWN, EVERY, RUNS
@@ -13,9 +14,8 @@ from studies.d0_frequency.period_limits import period_limit
 from studies.d0_frequency.rest_answers import curves, rest_answers
 from studies.d0_frequency.step_sizes import ITEMS as SIZES
 from studies.d0_frequency.step_sizes import settling
-from workbench.study import Study, Work
 
-study = Study(
+study = wb.Study(
     name="d0_frequency",
     title="Six laws for a robot arm over frequency: where linear answers hold, and where they mislead",
     question=(
@@ -32,12 +32,12 @@ study = Study(
     ),
     cases=cases(),
     works=(
-        Work("curves", curves, DRAWN, seconds=3.0),
-        Work("rests", rest_answers, EVERY, seconds=1.0),
-        Work("limit_cycles", limit_cycle, PERIODS, seconds=0.5),
-        Work("period_limits", period_limit, RUNS, seconds=5.0),
-        Work("step_sizes", settling, SIZES, seconds=2.0),
-        Work("draws", drawn_loops, ITEMS, seconds=4.0),
+        wb.Work("curves", curves, DRAWN, seconds=3.0),
+        wb.Work("rests", rest_answers, EVERY, seconds=1.0),
+        wb.Work("limit_cycles", limit_cycle, PERIODS, seconds=0.5),
+        wb.Work("period_limits", period_limit, RUNS, seconds=5.0),
+        wb.Work("step_sizes", settling, SIZES, seconds=2.0),
+        wb.Work("draws", drawn_loops, ITEMS, seconds=4.0),
     ),
     sections=sections,
     live=LIVE,

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 
+import workbench as wb
 from studies.d0_frequency.draws import COUNT, ITEMS, drawn
 from studies.d0_frequency.limit_cycles import PERIODS, QUIET, LimitCycle
 from studies.d0_frequency.loops import ARM_POSES, COMPUTERS, CONTINUOUS, RUN_POSES, AtPose
@@ -14,19 +16,15 @@ from studies.d0_frequency.rest_answers import over_poses, rests
 from studies.d0_frequency.step_sizes import SIZE_POSES, SIZES, settlings
 from studies.paper.card import LAWS
 from studies.paper.linearization import LEVEL
-from workbench.study import Results, Table
-from workbench.study.document.document import Cell, Column, Missing
 
 MINUS = "\N{MINUS SIGN}"
-UNSTABLE = Missing("unstable")
+UNSTABLE = wb.document.Missing("unstable")
 PLACES = (CONTINUOUS, *COMPUTERS)
 
 
 def span(values: Iterable[float], digits: int = 3, scale: float = 1.0) -> str:
     """The least and the largest of numbers in words: '0.34 to 2.0', or one number if both look alike."""
-    held = [scale * value for value in values]
-    ends = [number(end, digits) for end in (min(held), max(held))]
-    return ends[0] if ends[0] == ends[1] else " to ".join(ends)
+    return wb.document.span((scale * value for value in values), partial(number, digits=digits))
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -37,9 +35,9 @@ def number(value: float, digits: int = 3) -> str:
     return text.replace("-", MINUS)
 
 
-def margins_table(results: Results) -> Table:
+def margins_table(results: wb.Results) -> wb.document.Table:
     """The margins of each joint beside the disk margin of both, at the level of the second scenario."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for law in LAWS:
         for where in PLACES:
             answer = rests(results)[AtPose(law, LEVEL)][where]
@@ -55,16 +53,16 @@ def margins_table(results: Results) -> Table:
                 times = number(1e3 * held.delay_margin.value), held.Ms.gain.value
                 rows.append((*head, *parts, *times, held.disk_margin.value, answer.alpha if not joint else ""))
     columns = (
-        Column("law"),
-        Column("period"),
-        Column("joint"),
-        Column("least gain", align="right"),
-        Column("largest gain", align="right"),
-        Column("phase margin", "deg", "right"),
-        Column("delay margin", "ms", "right"),
-        Column("Ms", "", "right", digits=3),
-        Column("disk margin of the joint", "", "right", digits=3),
-        Column("disk margin of both", "", "right", digits=3),
+        wb.document.Column("law"),
+        wb.document.Column("period"),
+        wb.document.Column("joint"),
+        wb.document.Column("least gain", align="right"),
+        wb.document.Column("largest gain", align="right"),
+        wb.document.Column("phase margin", "deg", "right"),
+        wb.document.Column("delay margin", "ms", "right"),
+        wb.document.Column("Ms", "", "right", digits=3),
+        wb.document.Column("disk margin of the joint", "", "right", digits=3),
+        wb.document.Column("disk margin of both", "", "right", digits=3),
     )
     notes = (
         "Margins of a joint: with the other joint closed. Least and largest gain: between these factors at the torque "
@@ -73,12 +71,12 @@ def margins_table(results: Results) -> Table:
         "leaves. A delay at the torque is none between AOSMC-RGS and its observer.",
     )
     caption = "Stability margins at the torques, at rest at the level of SS."
-    return Table("margins", caption, columns, tuple(rows), notes)
+    return wb.document.Table("margins", caption, columns, tuple(rows), notes)
 
 
-def ranges_table(results: Results) -> Table:
+def ranges_table(results: wb.Results) -> wb.document.Table:
     """The ranges over the poses."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for law in LAWS:
         every = list(over_poses(rests(results), law).values())
         stable = [one for one in every if one.stable]
@@ -89,23 +87,23 @@ def ranges_table(results: Results) -> Table:
         slow = span(sorted(float(one.poles.real.max()) for one in stable))
         rows.append((law, f"{len(stable)} of {len(every)}", *margins, delays, peaks, slow, fastest))
     columns = (
-        Column("law"),
-        Column("stable poses"),
-        Column("disk margin of both"),
-        Column("disk margin of the worse joint"),
-        Column("delay margin of the worse joint", "ms"),
-        Column("Ms of the worse joint"),
-        Column("slowest pole", "1/s"),
-        Column("fastest pole", "1/s", "right"),
+        wb.document.Column("law"),
+        wb.document.Column("stable poses"),
+        wb.document.Column("disk margin of both"),
+        wb.document.Column("disk margin of the worse joint"),
+        wb.document.Column("delay margin of the worse joint", "ms"),
+        wb.document.Column("Ms of the worse joint"),
+        wb.document.Column("slowest pole", "1/s"),
+        wb.document.Column("fastest pole", "1/s", "right"),
     )
     notes = (f"Poses: {', '.join(ARM_POSES)}. Of the slowest and the fastest pole the real part is printed.",)
     caption = "Margins and poles in continuous time over six poses: the least and the largest of each."
-    return Table("ranges", caption, columns, tuple(rows), notes)
+    return wb.document.Table("ranges", caption, columns, tuple(rows), notes)
 
 
-def limits_table(results: Results) -> Table:
+def limits_table(results: wb.Results) -> wb.document.Table:
     """The longest periods, predicted and in runs."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for law in LAWS:
         for pose in RUN_POSES:
             one = AtPose(law, pose)
@@ -117,13 +115,13 @@ def limits_table(results: Results) -> Table:
             first = law if pose == RUN_POSES[0] else ""
             rows.append((first, pose, number(1e3 * rule), 1e3 * own.limit, *brackets, verdict))
     columns = (
-        Column("law"),
-        Column("pose"),
-        Column("delay margin / 1.5", "ms", "right"),
-        Column("linear loop", "ms", "right", digits=3),
-        Column("run from 10 µrad: rests, chatters", "ms"),
-        Column("run from 0.3 rad: rests, chatters", "ms"),
-        Column("linear with the learned gain: right"),
+        wb.document.Column("law"),
+        wb.document.Column("pose"),
+        wb.document.Column("delay margin / 1.5", "ms", "right"),
+        wb.document.Column("linear loop", "ms", "right", digits=3),
+        wb.document.Column("run from 10 µrad: rests, chatters", "ms"),
+        wb.document.Column("run from 0.3 rad: rests, chatters", "ms"),
+        wb.document.Column("linear with the learned gain: right"),
     )
     notes = (
         "Delay margin / 1.5: the period at which a delay of one period, and half a period for the hold, use up the "
@@ -133,7 +131,7 @@ def limits_table(results: Results) -> Table:
         "one period and unstable at the other. A dash: the law learns no gain, or one of the two was not tried.",
     )
     caption = "The longest sampling period, predicted and in runs, with the torque one period late."
-    return Table("period_limits_table", caption, columns, tuple(rows), notes)
+    return wb.document.Table("period_limits_table", caption, columns, tuple(rows), notes)
 
 
 def bracket(ends: tuple[float, float], limit: float) -> str:
@@ -143,19 +141,19 @@ def bracket(ends: tuple[float, float], limit: float) -> str:
     return f"{number(low)}, {last}" if low else f"none tried, {last}"
 
 
-def sizes_table(results: Results) -> Table:
+def sizes_table(results: wb.Results) -> wb.document.Table:
     """Settling times by size at the level, and the range of the prediction over the poses."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for law in LAWS:
         own = settlings(results)[AtPose(law, LEVEL)]
-        cells = (value if np.isfinite(value) else Missing("never") for value in map(float, own.runs))
+        cells = (value if np.isfinite(value) else wb.document.Missing("never") for value in map(float, own.runs))
         over = span(settlings(results)[AtPose(law, pose)].predicted for pose in SIZE_POSES)
         rows.append((law, over, own.predicted, *cells))
     columns = (
-        Column("law"),
-        Column("linear, both poses", "s"),
-        Column("linear", "s", "right", digits=3),
-        *(Column(f"{1e3 * size:,g} mrad", "s", "right", digits=3) for size in SIZES),
+        wb.document.Column("law"),
+        wb.document.Column("linear, both poses", "s"),
+        wb.document.Column("linear", "s", "right", digits=3),
+        *(wb.document.Column(f"{1e3 * size:,g} mrad", "s", "right", digits=3) for size in SIZES),
     )
     notes = (
         "Settling time: until the slower joint stays within 5 % of the start. Linear: of the linear loop, the same for "
@@ -164,12 +162,12 @@ def sizes_table(results: Results) -> Table:
     caption = (
         "Settling times of the linear loop, and of runs that start with both joints off rest by 0.1 to 1,000 mrad."
     )
-    return Table("settling", caption, columns, tuple(rows), notes)
+    return wb.document.Table("settling", caption, columns, tuple(rows), notes)
 
 
-def draws_table(results: Results) -> Table:
+def draws_table(results: wb.Results) -> wb.document.Table:
     """The disk margins over the draws."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     for one in ITEMS:
         own = drawn(results)[one]
         low, middle, high = np.nanquantile(own.alpha, (0.05, 0.5, 0.95))
@@ -177,23 +175,23 @@ def draws_table(results: Results) -> Table:
         cells = (float(low), float(middle), float(high), float(np.nanmin(own.alpha)), own.worst)
         rows.append((one.law, one.pose, own.resting, unstable, own.own, *cells))
     columns = (
-        Column("law"),
-        Column("pose"),
-        Column(f"draws at rest, of {COUNT}"),
-        Column("of these unstable"),
-        Column("without draws", "", "right", digits=3),
-        Column("5 % quantile", "", "right", digits=3),
-        Column("median", "", "right", digits=3),
-        Column("95 % quantile", "", "right", digits=3),
-        Column("least", "", "right", digits=3),
-        Column("draw with the least"),
+        wb.document.Column("law"),
+        wb.document.Column("pose"),
+        wb.document.Column(f"draws at rest, of {COUNT}"),
+        wb.document.Column("of these unstable"),
+        wb.document.Column("without draws", "", "right", digits=3),
+        wb.document.Column("5 % quantile", "", "right", digits=3),
+        wb.document.Column("median", "", "right", digits=3),
+        wb.document.Column("95 % quantile", "", "right", digits=3),
+        wb.document.Column("least", "", "right", digits=3),
+        wb.document.Column("draw with the least"),
     )
     notes = (
         "Drawn: the numbers that a7 varies, over its ranges; those of the arm apart from those of the model that the "
         "law believes. The margin of an unstable loop is 0. A draw without rest has no linear answer: to hold what the "
         "model misses, s must leave the layer.",
     )
-    return Table(
+    return wb.document.Table(
         "draws",
         "The disk margin of both torques at once, with numbers of arm, model and law drawn at random.",
         columns,
@@ -202,30 +200,32 @@ def draws_table(results: Results) -> Table:
     )
 
 
-def cycles_table(results: Results) -> Table:
+def cycles_table(results: wb.Results) -> wb.document.Table:
     """Harmonic balance and runs by period."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[wb.document.Cell, ...]] = []
     held: dict[float, LimitCycle] = dict(zip(PERIODS, results.work("limit_cycles"), strict=True))
     for T, one in held.items():
-        still = Missing("rest")
-        balance: tuple[Cell, Cell] = (still, still) if one.rest or one.predicted is None else one.predicted
+        still = wb.document.Missing("rest")
+        balance: tuple[wb.document.Cell, wb.document.Cell] = (
+            (still, still) if one.rest or one.predicted is None else one.predicted
+        )
         moving = [run for run in one.runs if run.amplitude > QUIET]
-        runs: tuple[Cell, Cell] = (still, still)
+        runs: tuple[wb.document.Cell, wb.document.Cell] = (still, still)
         if moving:
             runs = span(run.frequency or 0.0 for run in moving), span(run.amplitude for run in moving)
         rows.append((1e3 * T, one.balance.least_phi, *balance, *runs, f"{len(moving)} of {len(one.runs)}"))
     columns = (
-        Column("period", "ms", "right"),
-        Column("narrowest layer at rest", "rad/s", "right", digits=3),
-        Column("frequency by balance", "rad/s", "right", digits=3),
-        Column("amplitude by balance", "rad/s", "right", digits=3),
-        Column("frequency in runs", "rad/s", "right"),
-        Column("amplitude in runs", "rad/s", "right"),
-        Column("runs that oscillate"),
+        wb.document.Column("period", "ms", "right"),
+        wb.document.Column("narrowest layer at rest", "rad/s", "right", digits=3),
+        wb.document.Column("frequency by balance", "rad/s", "right", digits=3),
+        wb.document.Column("amplitude by balance", "rad/s", "right", digits=3),
+        wb.document.Column("frequency in runs", "rad/s", "right"),
+        wb.document.Column("amplitude in runs", "rad/s", "right"),
+        wb.document.Column("runs that oscillate"),
     )
     notes = (
         "Amplitude: of s of joint 1. Narrowest layer: by the balance a narrower one oscillates. Four runs start with "
         "different velocities; where they differ, the least and the largest are printed.",
     )
     caption = "The oscillation of SMC on the folded arm, its torque one period late, in a boundary layer of 0.01 rad/s."
-    return Table("cycles", caption, columns, tuple(rows), notes)
+    return wb.document.Table("cycles", caption, columns, tuple(rows), notes)

@@ -7,21 +7,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import CARD, LAWS, PROPOSED
 from studies.paper.laws import ARM, proposed_repaired, rival
-from workbench.arms.manipulator import Manipulator
-from workbench.arms.observers import Luenberger
-from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold
-from workbench.core import Ode
-from workbench.core.validation.refusals import Array
-from workbench.design import linear
-from workbench.design.linear import DiskMargin, LoopMargins, Pole, disk_margin
-from workbench.study.study import Outcome
 
 SEVEN = (*LAWS, "super-twisting")
-HELD = dict.fromkeys(("ASMC", "Fuzzy-ASMC", "RBF-ASMC"), ("controller.K",))
-HELD[PROPOSED] = ("controller.K", "controller.P")
+HELD: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("ASMC", "Fuzzy-ASMC", "RBF-ASMC"), ("controller.K",)),
+    PROPOSED: ("controller.K", "controller.P"),
+}
 POSES = {
     "hanging": (0.0, 0.0),
     "folded down": (0.0, np.pi),
@@ -41,13 +35,13 @@ class AtRest:
     `slow_gain` is the largest singular value of S at the frequency `SLOW`.
     """
 
-    A: Array
-    B: Array
-    Cy: Array
-    poles: tuple[Pole, ...]
+    A: wb.Array
+    B: wb.Array
+    Cy: wb.Array
+    poles: tuple[wb.linear.Pole, ...]
     slow_gain: float
-    channels: tuple[LoopMargins, ...] = ()
-    disk: DiskMargin | None = None
+    channels: tuple[wb.linear.LoopMargins, ...] = ()
+    disk: wb.linear.DiskMargin | None = None
     why: str = ""
 
     @property
@@ -62,25 +56,25 @@ class AtRest:
 
 
 @cache
-def loop_of(law: str, scenario: str = "FS") -> ClosedLoop:
+def loop_of(law: str, scenario: str = "FS") -> wb.ClosedLoop:
     """The loop of a law as in a1."""
     return proposed_repaired(scenario) if law == PROPOSED else rival(scenario, law)
 
 
-def still(law: str, pose: tuple[float, ...]) -> ClosedLoop:
+def still(law: str, pose: tuple[float, ...]) -> wb.ClosedLoop:
     """The same loop at rest at a pose that it holds, undisturbed."""
     loop, q = loop_of(law), np.array(pose)
-    loop = replace(loop, plant=Manipulator(ARM, q=q, qd=np.zeros(2)), reference=Hold(q))
+    loop = replace(loop, plant=wb.Manipulator(ARM, q=q, qd=np.zeros(2)), reference=wb.Hold(q))
     if law == PROPOSED:
-        state = Luenberger(ARM, CARD["L1"], CARD["L2"], q, np.zeros(2))
+        state = wb.arms.observers.Luenberger(ARM, CARD["L1"], CARD["L2"], q, np.zeros(2))
         loop = replace(loop, observer=replace(loop.observer, state=state))
     return loop
 
 
-def cut(loop: ClosedLoop, law: str) -> Ode:
+def cut(loop: wb.ClosedLoop, law: str) -> wb.Ode:
     """The loop cut at the torque, with the gains that adapt held."""
     ode = loop.broken(law)
-    return linear.freeze(ode, HELD[law]) if law in HELD else ode
+    return wb.linear.freeze(ode, HELD[law]) if law in HELD else ode
 
 
 def loop_at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, stiffer: float = 1.0) -> Any:
@@ -94,22 +88,22 @@ def loop_at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None
     x = ode.states.default.copy()
     if law == "PID":  # its integral holds the arm
         x[ode.states.slice("controller.integral")] = -values["drive"] / CARD["PID: Ki"]
-    return linear.broken_loop(ode, 0.0, x, ode.parameters.pack(values)[0])
+    return wb.linear.broken_loop(ode, 0.0, x, ode.parameters.pack(values)[0])
 
 
 def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, stiffer: float = 1.0) -> AtRest:
     """The poles and margins of `loop_at_rest`."""
     loop = loop_at_rest(law, pose, K, stiffer)
-    S = linear.sensitivity(loop)
+    S = wb.linear.sensitivity(loop)
     slow_gain = float(np.linalg.norm(np.asarray(S(1j * SLOW)), 2))
-    found = AtRest(loop.A, loop.B, loop.C, linear.poles(S), slow_gain)
+    found = AtRest(loop.A, loop.B, loop.C, wb.linear.poles(S), slow_gain)
     try:
-        return replace(found, channels=linear.loop_margins(loop), disk=disk_margin(loop))
+        return replace(found, channels=wb.linear.loop_margins(loop), disk=wb.linear.disk_margin(loop))
     except ValueError as none:
         return replace(found, why=str(none))
 
 
-def holding(pose: tuple[float, ...]) -> Array:
+def holding(pose: tuple[float, ...]) -> wb.Array:
     """The torque that holds the arm at a pose, (n,), in N m."""
     return np.array(ca.DM(ARM.gravity_vector(ca.SX(ca.DM(pose))))).ravel()
 
@@ -122,17 +116,20 @@ class Motion:
     """
 
     law: str
-    t: Array
-    x: Array
-    tau: Array
-    inside: Array
+    t: wb.Array
+    x: wb.Array
+    tau: wb.Array
+    inside: wb.Array
 
 
-def motion(outcome: Outcome) -> Motion:
+def motion(outcome: wb.study.Outcome) -> Motion:
     """The run of an outcome."""
     law, run = outcome.case.law, outcome.measurement.trajectories
     inside = np.ones(len(run.t), dtype=bool) if law == "PID" else (np.abs(run["s"][0]) < CARD["phi"]).all(axis=1)
-    return Motion(law, run.t, states(outcome, outcome.ode), run["tau"][0], inside)
+    ode = outcome.ode
+    if not isinstance(ode, wb.Ode):
+        raise TypeError("The motion of a law is that of its loop in continuous time.")
+    return Motion(law, run.t, states(outcome, ode), run["tau"][0], inside)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,11 +140,11 @@ class OnPath:
     times `share` is the part within the layer, and `within` the largest real part of a pole there.
     """
 
-    t: Array
-    largest: Array
-    least: Array
-    sparse: Array
-    alpha: Array
+    t: wb.Array
+    largest: wb.Array
+    least: wb.Array
+    sparse: wb.Array
+    alpha: wb.Array
     share: float
     within: float
 
@@ -161,7 +158,7 @@ def on_path(run: Motion) -> OnPath:
     chosen = np.flatnonzero(inside & (np.arange(len(t)) % COARSE == 0))
     alpha = np.full(len(t), np.nan)
     alpha[chosen] = _margins(cut(loop_of(run.law), run.law), ode, t[chosen], run.x[chosen], run.tau[chosen])
-    real = linear.along(ode, t[::FINE], run.x[::FINE]).eigenvalues().real
+    real = wb.linear.along(ode, t[::FINE], run.x[::FINE]).eigenvalues().real
     largest = real.max(axis=1)
     return OnPath(
         *(t[::FINE], largest, real.min(axis=1), t[::COARSE], alpha[::COARSE]),
@@ -169,22 +166,22 @@ def on_path(run: Motion) -> OnPath:
     )
 
 
-def _margins(broken: Ode, ode: Ode, t: Array, x: Array, tau: Array) -> Array:
+def _margins(broken: wb.Ode, ode: wb.Ode, t: wb.Array, x: wb.Array, tau: wb.Array) -> wb.Array:
     """The disk margins of the loop frozen at each time; NaN where it is unstable."""
     values = ode.states.unpack(x) | {"drive": tau}
     rows = broken.parameters.pack({name: value for name, value in values.items() if name in broken.parameters})
     left = [ode.states.slice(entry.name) for entry in broken.states.entries]
-    path = linear.along(broken, t, np.concatenate([x[:, place] for place in left], axis=1), rows)
+    path = wb.linear.along(broken, t, np.concatenate([x[:, place] for place in left], axis=1), rows)
     alphas = []
-    for loop in linear.broken_loops(path):
+    for loop in wb.linear.broken_loops(path):
         try:
-            alphas.append(disk_margin(loop).alpha)
+            alphas.append(wb.linear.disk_margin(loop).alpha)
         except ValueError:
             alphas.append(np.nan)
     return np.array(alphas)
 
 
-def states(outcome: Outcome, ode: Ode) -> Array:
+def states(outcome: wb.study.Outcome, ode: wb.Ode) -> wb.Array:
     """The states (N, nx) of a run, as its equation orders them."""
     run = outcome.measurement.trajectories
     parts = (run[entry.name][0] for entry in ode.states.entries)

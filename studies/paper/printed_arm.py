@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import casadi as ca
 
-from workbench.arms.dynamics import AbstractArm
-from workbench.arms.mechanics.planar_arm import PointMass
-from workbench.core import block, option, parameter
-from workbench.core.block import Scalar
+import workbench as wb
 
 
-@block
-class PrintedArm(AbstractArm):
+def _matrix(rows: list[list[wb.core.Scalar]]) -> ca.SX:
+    return ca.SX(ca.blockcat(rows))
+
+
+@wb.block
+class PrintedArm(wb.arms.AbstractArm):
     r"""Two point masses on massless links, angles from the downward vertical:
 
         M = [ m1 l1^2 + m2 (l1^2 + l2^2 + 2 l1 l2 cos q2)    m2 (l2^2 + l1 l2 cos q2) ]
@@ -29,9 +30,12 @@ class PrintedArm(AbstractArm):
     where (3) prints for C12 the entry (1,2) of (2), which has no velocity in it.
     """
 
-    links: tuple[PointMass, ...] = (PointMass(1.0, 1.0), PointMass(1.0, 1.0))
-    gravity: Scalar = parameter(default=9.81, unit="m/s^2", low=0, symbol="g")
-    coriolis: str = option(
+    links: tuple[wb.arms.mechanics.PointMass, ...] = (
+        wb.arms.mechanics.PointMass(1.0, 1.0),
+        wb.arms.mechanics.PointMass(1.0, 1.0),
+    )
+    gravity: wb.core.Scalar = wb.parameter(default=9.81, unit="m/s^2", low=0, symbol="g")
+    coriolis: str = wb.option(
         {
             "printed": "C12 = m2 (l2^2 + l1 l2 cos q2), as equation (3) has it",
             "repaired": "C12 = -m2 l1 l2 sin q2 (q1' + q2'), the smallest repair of equation (3)",
@@ -50,7 +54,7 @@ class PrintedArm(AbstractArm):
     def mass_matrix(self, q: ca.SX) -> ca.SX:
         m1, m2, l1, l2 = self._letters
         M12 = m2 * (l2**2 + l1 * l2 * ca.cos(q[1]))
-        return ca.blockcat([[m1 * l1**2 + m2 * (l1**2 + l2**2 + 2 * l1 * l2 * ca.cos(q[1])), M12], [M12, m2 * l2**2]])
+        return _matrix([[m1 * l1**2 + m2 * (l1**2 + l2**2 + 2 * l1 * l2 * ca.cos(q[1])), M12], [M12, m2 * l2**2]])
 
     def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
         _, m2, l1, l2 = self._letters
@@ -58,15 +62,15 @@ class PrintedArm(AbstractArm):
             C12 = m2 * (l2**2 + l1 * l2 * ca.cos(q[1]))
         else:
             C12 = -m2 * l1 * l2 * ca.sin(q[1]) * (qd[0] + qd[1])
-        return ca.blockcat([[-m2 * l1 * l2 * ca.sin(q[1]) * qd[1], C12], [m2 * l1 * l2 * ca.sin(q[1]) * qd[0], 0]])
+        return _matrix([[-m2 * l1 * l2 * ca.sin(q[1]) * qd[1], C12], [m2 * l1 * l2 * ca.sin(q[1]) * qd[0], 0]])
 
     def gravity_vector(self, q: ca.SX) -> ca.SX:
         m1, m2, l1, l2 = self._letters
         g = self.gravity
         G2 = m2 * g * l2 * ca.sin(q[0] + q[1])
-        return ca.vertcat((m1 + m2) * g * l1 * ca.sin(q[0]) + G2, G2)
+        return _matrix([[(m1 + m2) * g * l1 * ca.sin(q[0]) + G2], [G2]])
 
     @property
-    def _letters(self) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    def _letters(self) -> tuple[wb.core.Scalar, wb.core.Scalar, wb.core.Scalar, wb.core.Scalar]:
         first, second = self.links
         return first.mass, second.mass, first.length, second.length

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
+import workbench as wb
 from studies.paper.card import CARD, PROPOSED
 from studies.paper.linearization import still
-from workbench.engine.metrics import rmse
-from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
-from workbench.study import Case, Run, Section
-from workbench.study.document.document import Paragraph
-from workbench.study.study import Outcome
 
 REST = "at rest"  # the scenario of this case: no table, count or ranking of a study has it
 POSE = tuple(map(float, CARD["FS: q(0)"]))  # both links stand upright or hang, so that no mass moves the rest
@@ -20,22 +16,22 @@ WHY = (
 ELSEWHERE = "Report d0 has the loop gains of six laws at several poses."
 
 
-def rest_case(h: float, remark: str = "") -> Case:
+def rest_case(h: float, remark: str = "") -> wb.Case:
     """The repaired law at the start of the first scenario, at rest, with steps of h in s."""
-    return Case(REST, PROPOSED, Run(still(PROPOSED, POSE), (rmse(),), UNTIL, SHOWN, h), remark=remark)
+    return wb.Case(REST, PROPOSED, wb.Run(still(PROPOSED, POSE), (wb.rmse(),), UNTIL, SHOWN, h), remark=remark)
 
 
-def rest_section(outcome: Outcome, moving: Outcome, law: str, knobs: str) -> Section:
+def rest_section(outcome: wb.study.Outcome, moving: wb.study.Outcome, law: str, knobs: str) -> wb.Section:
     """The linear pictures of the law at rest, and how far its gain K grows in a `moving` run of it.
 
     A sentence says which numbers the `law` has, and another which `knobs` of the page move the pictures.
     """
     text = f"{WHY} {law} {growth(moving)} {knobs} {ELSEWHERE}"
-    pictures = loop_gain_pictures(outcome, "rest", width=0.75)
-    return Section(f"The loop gain of {PROPOSED} at rest", (Paragraph(text), *pictures))
+    pictures = wb.loop_gain_pictures(outcome, "rest", width=0.75)
+    return wb.Section(f"The loop gain of {PROPOSED} at rest", (wb.Paragraph(text), *pictures))
 
 
-def growth(moving: Outcome) -> str:
+def growth(moving: wb.study.Outcome) -> str:
     """The diagonal of K at the start and at the end of a run."""
     K = moving.measurement.trajectories["controller.K"][0]
     first, last = (" and ".join(f"{entry:.3g}" for entry in k.diagonal()) for k in (K[0], K[-1]))

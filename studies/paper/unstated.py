@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import workbench as wb
 from studies.paper.card import CARD, FIT, LAWS, PROPOSED, SCENARIOS
 from studies.paper.readings import OF_EXPERIMENT, OF_LAW, OF_RIVALS, RIVAL, Choice
-from workbench.arms.laws.aosmc_rgs import SHAPES
-from workbench.study.document.phrases import Column, Table
-from workbench.study.provenance import Given, written
 
 # Where a number of the card is missing, and what the paper states there; of a rival it states the name alone.
 PLACES = {
@@ -38,18 +36,18 @@ FITTED = ("SS: a1, a2", "SS: horizon")  # beside those whose source on the card 
 REPAIRED = {"Q": "Q as printed", "R": "R as printed"}  # a second number on the card for the law as printed
 
 
-def _name(given: Given) -> str:
+def _name(given: wb.provenance.Given) -> str:
     return given.shown if isinstance(given.shown, str) and given.shown else given.name
 
 
-def _number(given: Given) -> Choice:
+def _number(given: wb.provenance.Given) -> Choice:
     name = _name(given)
     head, colon, tail = name.partition(": ")
     law = head if head in LAWS else "" if colon or name == "sample time of (43)" else PROPOSED
-    assumed = written(given.value)
+    assumed = wb.provenance.written(given.value)
     if name in REPAIRED:
-        assumed += f" with four repairs, {written(CARD[REPAIRED[name]])} as printed"
-    readings = tuple(SHAPES) if name == "shape of (33)" else ()
+        assumed += f" with four repairs, {wb.provenance.written(CARD[REPAIRED[name]])} as printed"
+    readings = tuple(wb.arms.laws.SHAPES) if name == "shape of (33)" else ()
     options = ", ".join(readings)
     if given.low is not None and given.high is not None:
         options = f"{given.low:g} to {given.high:g}"
@@ -108,8 +106,8 @@ def names(choices: Iterable[Choice]) -> str:
     return ", ".join(choice.name for choice in choices) or "nothing"
 
 
-def table(name: str, caption: str, choices: Iterable[Choice] = CHOICES) -> Table:
+def table(name: str, caption: str, choices: Iterable[Choice] = CHOICES) -> wb.document.Table:
     """The choices as a report prints them, a row a choice."""
     heads = ("left open", "where", "the paper states", "could be", "assumed here", "why")
     rows = tuple((c.name, c.where, c.states, c.options, c.assumed, c.why) for c in choices)
-    return Table(name, caption, tuple(map(Column, heads)), rows)
+    return wb.document.Table(name, caption, tuple(map(wb.document.Column, heads)), rows)

@@ -9,11 +9,8 @@ from time import process_time
 
 import numpy as np
 
-from workbench.core import Step
-from workbench.core.validation.refusals import Array
-from workbench.engine.kernel import llvm
-from workbench.engine.kernel.lowering import lower
-from workbench.engine.kernel.plan import Plan
+import workbench as wb
+from studies.performance.inner_parts import Plan, llvm, lower
 
 COSTS = {"@llvm.fma": 2, "@llvm.sqrt": 1, "fadd": 1, "fsub": 1, "fmul": 1, "fdiv": 1}
 OPERATION = re.compile(r" = (?:call [^@]*)?(@llvm\.[a-z]+|f[a-z]+)\b")
@@ -43,12 +40,12 @@ end:
 }}"""
 
 
-def time_loop(step: Step, varied: Sequence[int]) -> str:
+def time_loop(step: wb.core.Step, varied: Sequence[int]) -> str:
     """The time loop as LLVM IR for this processor, some of its parameters being those of each run."""
     return lower(Plan.of_step(step, tuple(varied)), llvm.lanes())
 
 
-def flops(step: Step, varied: Sequence[int]) -> int:
+def flops(step: wb.core.Step, varied: Sequence[int]) -> int:
     """Floating-point operations of one step of one run inside the loop: two for fma, one for + - * / and sqrt."""
     body = time_loop(step, varied).split("\nstep:\n")[1].split("\nkeep:\n")[0]
     found = (OPERATION.search(line) for line in body.splitlines())
@@ -73,7 +70,7 @@ def peak_kernel(width: int) -> str:
     )
 
 
-def peak_sum(rounds: int) -> Array:
+def peak_sum(rounds: int) -> wb.Array:
     """The sum of all chains in each lane (width,), each of which has added 1 `rounds` times `UNROLLED`."""
     width = llvm.lanes()
     function = llvm.compiled(peak_kernel(width)).function("workbench_peak", ctypes.c_int64, ctypes.c_void_p)

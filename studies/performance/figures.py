@@ -7,11 +7,11 @@ from functools import partial
 
 import numpy as np
 
+import workbench as wb
+from studies.paper.workload import rows_of
 from studies.performance.measurements import Effort, Row, compilation, error, rate, rates, reference
-from studies.performance.peers import casadi_cvodes
+from studies.performance.peers import Runner, casadi_cvodes
 from studies.performance.steps_of_workload import through
-from studies.performance.workload import rows_of
-from workbench.study.document.document import Figure, Panel, Series
 
 STEPS = {  # s
     "rk4": (2.5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4),
@@ -23,29 +23,33 @@ SLOWEST = 0.05  # runs/s, where the bars begin
 RATE = "runs/s of one core"
 
 
-def speed_figure(rows: Sequence[Row]) -> Figure:
+def speed_figure(rows: Sequence[Row]) -> wb.document.Figure:
     """Runs a second of each peer, with that of the engine above, and the most that its bar leaves to each."""
     peers = [row for row in rows if row.error is not None]
-    places, speeds = np.arange(1.0, 1 + len(peers)), np.array([row.runs_per_s for row in peers])
-    mine = speeds * [row.value for row in peers]
+    places, speeds = np.arange(1.0, 1 + len(peers)), np.array([row.runs_per_s for row in peers], dtype=float)
+    mine = speeds * np.array([row.value for row in peers], dtype=float)
     bars = [
-        Series(row.name, (place, place), (SLOWEST, row.runs_per_s), style=style)
-        for style, (row, place) in enumerate(zip(peers, places, strict=True), start=1)
+        wb.document.Series(row.name, np.array([place, place]), np.array([SLOWEST, speed]), style=style)
+        for style, (row, place, speed) in enumerate(zip(peers, places, speeds, strict=True), start=1)
     ]
     marks = (
-        Series("what its bar leaves to a peer", places, mine / [row.bar for row in peers], "bound", "marks"),
-        Series("workbench, beside that peer", places, mine, look="marks"),
+        wb.document.Series(
+            "what its bar leaves to a peer", places, mine / [row.bar for row in peers], "bound", "marks"
+        ),
+        wb.document.Series("workbench, beside that peer", places, mine, look="marks"),
     )
     xlim = (0.5, len(peers) + 0.5)
-    panel = Panel(RATE, (*marks, *bars), xlabel="line of the table", xlim=xlim, yscale="log")
-    return Figure("speed", "Runs of W in a second of CPU time of one core; 10 s of simulated time each.", (panel,))
+    panel = wb.document.Panel(RATE, (*marks, *bars), xlabel="line of the table", xlim=xlim, yscale="log")
+    return wb.document.Figure(
+        "speed", "Runs of W in a second of CPU time of one core; 10 s of simulated time each.", (panel,)
+    )
 
 
-def precision_figure(rows: Sequence[Row], effort: Effort) -> Figure:
+def precision_figure(rows: Sequence[Row], effort: Effort) -> wb.document.Figure:
     """Error beside speed: the methods whose accuracy can be chosen as curves, the others as marks."""
     wanted = reference(effort)
     p, series = rows_of(effort.samples), []
-    curves = {
+    curves: dict[str, list[Runner]] = {
         **{
             f"workbench, {method}, {1e3 * steps[0]:g} to {1e3 * steps[-1]:g} ms": [
                 partial(through, horizon=effort.horizon, h=h, method=method) for h in steps
@@ -57,28 +61,44 @@ def precision_figure(rows: Sequence[Row], effort: Effort) -> Figure:
     for style, (name, runners) in enumerate(curves.items()):
         wrong = [(runner, error(runner(p), wanted)) for runner in runners]
         points = [(off, rate(runner, p, effort)) for runner, off in wrong if np.isfinite(off)]
-        series += [Series(name, *np.array(points).T, style, look) for look in ("line", "marks")]
+        x, y = np.array(points).T
+        series += [wb.document.Series(name, x, y, style, "line"), wb.document.Series(name, x, y, style, "marks")]
     marks = [
-        Series(row.name, [row.error], [row.runs_per_s], style, "marks")
+        wb.document.Series(row.name, _one(row.error), _one(row.runs_per_s), style, "marks")
         for style, row in enumerate((r for r in rows if r.error and "CVODES" not in r.name), start=4)
     ]
-    panel = Panel(RATE, (*series, *marks), xlabel="relative error of the RMSE", xscale="log", yscale="log")
-    return Figure("precision", "Error and speed of each at its settings: better is up and to the left.", (panel,))
+    panel = wb.document.Panel(RATE, (*series, *marks), xlabel="relative error of the RMSE", xscale="log", yscale="log")
+    return wb.document.Figure(
+        "precision", "Error and speed of each at its settings: better is up and to the left.", (panel,)
+    )
 
 
-def flat_figure(effort: Effort) -> Figure:
+def _one(value: float | None) -> wb.Array:
+    """A single number as the array of a mark."""
+    return np.array([value], dtype=float)
+
+
+def flat_figure(effort: Effort) -> wb.document.Figure:
     """The rate over the number of runs in a call."""
     found = rates(effort)
-    series = tuple(Series("workbench", list(found), list(found.values()), look=look) for look in ("line", "marks"))
-    panel = Panel(RATE, series, xlabel="runs in a call", xscale="log", ylim=(0.0, 1.15 * max(found.values())))
-    return Figure("flat", "The rate over the number of runs that are asked for at once.", (panel,))
+    runs, rate_of = np.array(list(found), dtype=float), np.array(list(found.values()))
+    series = (
+        wb.document.Series("workbench", runs, rate_of, look="line"),
+        wb.document.Series("workbench", runs, rate_of, look="marks"),
+    )
+    panel = wb.document.Panel(
+        RATE, series, xlabel="runs in a call", xscale="log", ylim=(0.0, 1.15 * max(found.values()))
+    )
+    return wb.document.Figure("flat", "The rate over the number of runs that are asked for at once.", (panel,))
 
 
-def compile_figure(effort: Effort) -> Figure:
+def compile_figure(effort: Effort) -> wb.document.Figure:
     """Compile time over the operations of a step, with a straight line through it."""
     size, seconds = np.array([row[1:] for row in compilation(effort)]).T
     slope, start = np.polyfit(size, seconds, 1)
-    line = Series(f"{1e6 * slope:.0f} µs an operation", size, start + slope * size, style="bound")
-    marks = Series("arms of 2 to 7 links", size, seconds, look="marks")
-    panel = Panel("time to compile [s]", (marks, line), xlabel="floating-point operations of a step")
-    return Figure("compile", "From the step to machine code, in seconds of CPU time, without the cache.", (panel,))
+    line = wb.document.Series(f"{1e6 * slope:.0f} µs an operation", size, start + slope * size, style="bound")
+    marks = wb.document.Series("arms of 2 to 7 links", size, seconds, look="marks")
+    panel = wb.document.Panel("time to compile [s]", (marks, line), xlabel="floating-point operations of a step")
+    return wb.document.Figure(
+        "compile", "From the step to machine code, in seconds of CPU time, without the cache.", (panel,)
+    )

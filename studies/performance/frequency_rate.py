@@ -6,14 +6,12 @@ from functools import cache
 
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import PROPOSED
 from studies.paper.linearization import HELD, LEVEL, POSES, still
-from studies.performance.cores import one_core
+from studies.paper.workload import SEED
 from studies.performance.measurements import Effort, Row, alternated, cpu_seconds
 from studies.performance.peers import control_responses
-from studies.performance.workload import SEED
-from workbench.core.validation.refusals import Array
-from workbench.design.linear_loop import LinearLoop, linear_loop
 
 FREQUENCIES = np.geomspace(0.1, 1e3, 200)  # rad/s
 DRAWN = ("controller.K", "observer.state.L1", "observer.state.L2")
@@ -22,12 +20,12 @@ RATE, ERROR = "frequency answers of 1,000 draws, beside python-control", "larges
 
 
 @cache
-def loop_at_rest() -> LinearLoop:
+def loop_at_rest() -> wb.linear_loops.LinearLoop:
     """The repaired AOSMC-RGS loop of the paper at rest, cut at the torques, its adapting gains frozen."""
-    return linear_loop(still(PROPOSED, POSES[LEVEL]), freeze=HELD[PROPOSED])
+    return wb.linear_loop(still(PROPOSED, POSES[LEVEL]), freeze=HELD[PROPOSED])
 
 
-def draws(count: int) -> dict[str, Array]:
+def draws(count: int) -> dict[str, wb.Array]:
     """The gains of the law and of the observer, each number drawn evenly about its own."""
     linear, even = loop_at_rest(), np.random.default_rng(SEED)
     own = linear.parameters.unpack(linear.p0[np.newaxis])
@@ -45,7 +43,7 @@ def frequency_rows(effort: Effort) -> tuple[Row, ...]:
     def rate(seconds: float, count: int) -> float:
         return count / seconds
 
-    with one_core():
+    with wb.study.one_core():
         mine, theirs = alternated(
             effort,
             lambda: rate(cpu_seconds(lambda: rows.response(FREQUENCIES)), effort.draws),

@@ -13,27 +13,14 @@ from time import perf_counter
 
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import PROPOSED
 from studies.paper.laws import RIVALS, proposed_repaired, rival
 from studies.paper.linearization import LEVEL, POSES, still
+from studies.paper.workload import HORIZON, H, loop
 from studies.performance.chromium import Page, open_page, program
+from studies.performance.inner_parts import Job, html, live_data, loop_study, native
 from studies.performance.measurements import Effort, Row
-from studies.performance.workload import HORIZON, H, loop
-from workbench.blocks.loop import ClosedLoop
-from workbench.core.validation.refusals import Array
-from workbench.engine.job import Job
-from workbench.engine.kernel import native
-from workbench.engine.metrics import effort as torque
-from workbench.engine.metrics import rmse
-from workbench.report.html_page import html
-from workbench.report.live.live_data import live_data
-from workbench.report.live.loop_study import loop_study
-from workbench.report.pictures.traces import loops_section
-from workbench.study import case_runs, writeup
-from workbench.study.contract import Run
-from workbench.study.document.document import Section
-from workbench.study.knob import Knob
-from workbench.study.study import Case, Results, Study
 
 EVERY = 0.01  # s, between two points of a curve
 LINEAR = "AOSMC-RGS with its linear answers"
@@ -93,26 +80,26 @@ def median_and_95th(spans: list[float]) -> tuple[float, float]:
 
 def page_of_w() -> str:
     """W alone, at first shown at its step."""
-    case = Case("W", "W", Run(loop(), (torque("tau"),), HORIZON, EVERY, H))
-    return page_of((case,), Knob("phi", "phi", 0.002, 0.1, log=True), "tau")
+    case = wb.Case("W", "W", wb.Run(loop(), (wb.effort("tau"),), HORIZON, EVERY, H))
+    return page_of((case,), wb.Knob("phi", "phi", 0.002, 0.1, log=True), "tau")
 
 
 def page_of_laws() -> str:
     """The laws of a1 in the first scenario, over the horizon of W and at its step."""
-    loops: dict[str, ClosedLoop] = {"AOSMC-RGS": proposed_repaired("FS")} | {law: rival("FS", law) for law in RIVALS}
+    loops: dict[str, wb.ClosedLoop] = {"AOSMC-RGS": proposed_repaired("FS")} | {law: rival("FS", law) for law in RIVALS}
     cases = tuple(
-        Case("FS", law, Run(closed, (rmse(),), HORIZON, EVERY, H), style=i)
+        wb.Case("FS", law, wb.Run(closed, (wb.rmse(),), HORIZON, EVERY, H), style=i)
         for i, (law, closed) in enumerate(loops.items())
     )
-    return page_of(cases, Knob("mass", "plant.arm.links[1].mass", 0.5, 2.0), "e")
+    return page_of(cases, wb.Knob("mass", "plant.arm.links[1].mass", 0.5, 2.0), "e")
 
 
 def page_at_rest(linear: bool = True) -> str:
     """The bench of the repaired law of the paper at rest, cut at the torques, with or without its linear pictures."""
-    knob = Knob("phi", "controller.phi", 0.002, 0.1, log=True)
-    bench = loop_study(still(PROPOSED, POSES[LEVEL]), HORIZON, H, (rmse(),), (knob,))
+    knob = wb.Knob("phi", "controller.phi", 0.002, 0.1, log=True)
+    bench = loop_study(still(PROPOSED, POSES[LEVEL]), HORIZON, H, (wb.rmse(),), (knob,))
 
-    def without(results: Results) -> list[Section]:
+    def without(results: wb.Results) -> list[wb.Section]:
         sections = bench.sections(results)
         assert isinstance(sections, tuple)
         return [sections[0]]
@@ -120,24 +107,24 @@ def page_at_rest(linear: bool = True) -> str:
     return page_of_study(bench if linear else replace(bench, sections=without), bench=True)
 
 
-def page_of(cases: tuple[Case, ...], knob: Knob, signal: str) -> str:
+def page_of(cases: tuple[wb.Case, ...], knob: wb.Knob, signal: str) -> str:
     """A page of loops, each with its curves and its scores."""
-    study = Study(
+    study = wb.Study(
         "live",
         "A live page",
         "How fast is it?",
         "A knob is turned.",
-        lambda results: [loops_section("Loops", "All of them.", results.outcomes, signal)],
+        lambda results: [wb.pictures.loops_section("Loops", "All of them.", results.outcomes, signal)],
         cases=cases,
         live=(knob,),
     )
     return page_of_study(study)
 
 
-def page_of_study(study: Study, bench: bool = False) -> str:
+def page_of_study(study: wb.Study, bench: bool = False) -> str:
     """The page of a study with its data, of a single loop as a bench."""
-    results = case_runs.run(study)
-    document = writeup.document(study, results, "")
+    results = wb.study.case_runs.run(study)
+    document = wb.study.writeup.document(study, results, "")
     return html(document, live=live_data(study, results, document), bench=bench)
 
 
@@ -162,13 +149,11 @@ def turned(page: Page, knob: str, low: float, high: float, turns: int) -> list[f
 
 def kernels(page: Page, effort: Effort) -> tuple[float, float]:
     """The median times in ms of a run of W by the kernel in a page and by the native one, of one run each, by turns."""
-    from workbench.core import rk4
-
-    step = rk4(loop(), H)
+    step = wb.rk4(loop(), H)
     job = Job(
         step, step.parameters.default[np.newaxis], round(EVERY / H), 0, np.zeros(1, dtype=np.int64), 0, "portable"
     )
-    x: Array = np.empty((1, round(HORIZON / EVERY) + 1, step.states.size))
+    x: wb.Array = np.empty((1, round(HORIZON / EVERY) + 1, step.states.size))
     x[:, 0] = step.states.default
 
     def alone() -> float:

@@ -12,17 +12,14 @@ from time import perf_counter, process_time
 
 import numpy as np
 
+import workbench as wb
+from studies.paper.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
 from studies.performance import processes
 from studies.performance.arithmetic import flops, peak
-from studies.performance.cores import one_core
+from studies.performance.inner_parts import METHODS, Choice
 from studies.performance.peers import PEERS, Peer, Runner, casadi_cvodes
 from studies.performance.processes import in_a_process
 from studies.performance.steps_of_workload import by_choice, chosen
-from studies.performance.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
-from workbench.core.methods import METHODS
-from workbench.core.validation.refusals import Array
-from workbench.engine import simulate
-from workbench.engine.step_choice import Choice
 
 EQUAL = ((1e-3, 20.0), (3e-5, 12.0))  # the error of the RMSE, and how many times as fast we must be
 TOLERANCES, OURS = (1e-9, 1e-2), (1e-6, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
@@ -97,10 +94,10 @@ def cpu_seconds(work: Callable[[], object]) -> float:
     return process_time() - begin
 
 
-def rate(runner: Callable[[Array], object], p: Array, effort: Effort) -> float:
+def rate(runner: Callable[[wb.Array], object], p: wb.Array, effort: Effort) -> float:
     """Runs of W in a second of one core, to which they are held; shorter ones are scaled by their steps."""
     calls, spent = 0, 0.0
-    with one_core():
+    with wb.study.one_core():
         while spent < effort.seconds:
             calls, spent = calls + 1, spent + cpu_seconds(lambda: runner(p))
     return calls * len(p) * effort.horizon / HORIZON / spent
@@ -118,12 +115,12 @@ def alternated(effort: Effort, mine: Callable[[], float], theirs: Callable[[], f
 
 
 @lru_cache(maxsize=4)
-def reference(effort: Effort) -> Array:
+def reference(effort: Effort) -> wb.Array:
     """The RMSE (B, 2) of the first runs at a step so fine that its own error does not count."""
     return run(rows_of(effort.samples), effort.horizon, effort.fine)
 
 
-def error(found: Array, wanted: Array) -> float:
+def error(found: wb.Array, wanted: wb.Array) -> float:
     """The median over runs of the relative error of the RMSE, of the worse joint of each; infinite if one is NaN."""
     both = min(len(found), len(wanted))
     worse = np.abs(found[:both] / wanted[:both] - 1).max(axis=1)
@@ -139,7 +136,7 @@ def peer_row(peer: Peer, effort: Effort) -> Row:
     found = [runner(batches[0])]  # whatever is compiled at the first call is compiled
 
     def theirs() -> float:
-        results: list[Array] = []
+        results: list[wb.Array] = []
         speed = rate(lambda p: results.append(runner(p)), batches[len(found)], effort)
         found.append(results[-1])
         return speed
@@ -194,7 +191,7 @@ def cvodes_row(target: float, bar: float, effort: Effort) -> Row:
 def share(effort: Effort) -> Row:
     """The floating-point operations of W in a second, of all that one core can do."""
     step = flops(workload(), VARIED_COLUMNS)
-    with one_core():
+    with wb.study.one_core():
         ours, most = alternated(effort, lambda: our_rate(effort), peak)
     done = ours * step * HORIZON / H
     note = f"{done / 1e9:.3g} of {most / 1e9:.3g} Gflop/s, {step:,} flop a step"
@@ -289,7 +286,7 @@ def fallback(effort: Effort) -> Row:
     p, until = rows_of(effort.fallback), 100 * H
 
     def work() -> object:
-        return simulate(workload(), p, until=until, every=until, arithmetic="portable", engine="numpy")
+        return wb.simulate(workload(), p, until=until, every=until, arithmetic="portable", engine="numpy")
 
     speed = len(p) * until / HORIZON / median(cpu_seconds(work) for _ in range(effort.repetitions))
     note = "100 steps, scaled; with the compiled code's bits, unlike NumPy's functions"

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+import workbench as wb
 from studies.performance.measurements import Row
-from workbench.study.document.document import Column, Table
 
 FILE = Path(__file__).parent / "machines" / "avx512.csv"  # the table of bars, as the page of that day holds it
 WHERE = "the page of 25 November 2026, on an AMD EPYC with AVX-512"
@@ -37,12 +37,15 @@ def count() -> str:
     return f"{measured.count('reached')} of {len(measured)}"
 
 
-def machines(here: Sequence[tuple[Row, str]]) -> Table:
+def machines(here: Sequence[tuple[Row, str]]) -> wb.document.Table:
     """Each row as measured here, in words, beside what was measured there."""
     rows = tuple((row.name, words or None, there.value) for row, words in here if (there := printed().get(row.name)))
-    columns = (Column("against, or what"), *(Column(head, align="right") for head in ("this machine", "AVX-512")))
+    columns = (
+        wb.document.Column("against, or what"),
+        *(wb.document.Column(head, align="right") for head in ("this machine", "AVX-512")),
+    )
     note = (
         f"AVX-512: {WHERE}, by an earlier version of this code. Its vectors hold eight numbers; the last lines of this "
         "section name the machine of this page."
     )
-    return Table("machines", "The same rows on two machines.", columns, rows, (note,))
+    return wb.document.Table("machines", "The same rows on two machines.", columns, rows, (note,))

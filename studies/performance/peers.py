@@ -12,12 +12,12 @@ from unittest.mock import patch
 import casadi as ca
 import numpy as np
 
+import workbench as wb
+from studies.paper.workload import PARAMETERS, STATES, H, loop, rmse, workload
 from studies.performance.right_hand_sides import in_matrices, in_scalars
-from studies.performance.workload import PARAMETERS, STATES, H, loop, rmse, workload
-from workbench.core.validation.refusals import Array
 
 # Parameters (B, 40) of B runs to the RMSE (B, 2) of their joints at the horizon.
-Runner = Callable[[Array], Array]
+Runner = Callable[[wb.Array], wb.Array]
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def python_control(horizon: float) -> Runner:
 
     times = np.linspace(0.0, horizon, round(horizon / H) + 1)
 
-    def run(p: Array) -> Array:
+    def run(p: wb.Array) -> wb.Array:
         rate = in_matrices(p)
         system = control.nlsys(
             lambda t, x, u, params: rate(t, x)[0],
@@ -60,7 +60,7 @@ def python_control(horizon: float) -> Runner:
     return lambda rows: np.array([run(p) for p in rows])
 
 
-def control_responses(systems: Sequence[Any], frequencies: Array) -> Any:
+def control_responses(systems: Sequence[Any], frequencies: wb.Array) -> Any:
     """The answers (N, m, ny, nu) of python-control to one system after the other, at frequencies in rad/s."""
     import control
 
@@ -72,7 +72,7 @@ def scipy_lsoda(horizon: float, tolerance: float = 1e-6) -> Runner:
     """One run after the other by `solve_ivp`."""
     from scipy.integrate import solve_ivp
 
-    def run(p: Array) -> Array:
+    def run(p: wb.Array) -> wb.Array:
         rate, span = in_matrices(p), (0.0, horizon)
         options: dict[str, Any] = {"t_eval": [horizon], "rtol": tolerance, "atol": tolerance}
         return rmse(solve_ivp(lambda t, x: rate(t, x)[0], span, STATES.default, "LSODA", **options).y[:, -1], horizon)
@@ -132,7 +132,7 @@ def jax_scan(horizon: float) -> Runner:
 
     compiled = jax.jit(jax.vmap(march))
 
-    def run(rows: Array) -> Array:
+    def run(rows: wb.Array) -> wb.Array:
         with jax.default_device(device):
             return rmse(np.asarray(compiled(rows)[0]), horizon)
 
@@ -154,13 +154,13 @@ def _numba_march() -> Any:
     nx, rate = STATES.size, in_scalars(np, jit)
 
     @jit
-    def put(to: Array, t: float, x: Array, p: Array) -> None:
+    def put(to: wb.Array, t: float, x: wb.Array, p: wb.Array) -> None:
         # a tuple of unlike parts has no loop in numba, and an array made of it would be an allocation
         (to[0], to[1], to[2], to[3], to[4], to[5], to[6], to[7], to[8], to[9], to[10], to[11], to[12], to[13],
          to[14], to[15], to[16], to[17], to[18], to[19], to[20], to[21], to[22]) = rate(t, x, p)  # fmt: skip
 
     @jit
-    def march(rows: Array, start: Array, steps: int, h: float) -> tuple[Array, Array]:
+    def march(rows: wb.Array, start: wb.Array, steps: int, h: float) -> tuple[wb.Array, wb.Array]:
         states, variation = np.empty((len(rows), nx)), np.zeros(len(rows))
         k1, k2, k3, k4, y = np.empty(nx + 2), np.empty(nx + 2), np.empty(nx + 2), np.empty(nx + 2), np.empty(nx)
         for run in range(len(rows)):

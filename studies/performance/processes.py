@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.performance.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
-from workbench.core import Step, rk4
+import workbench as wb
+from studies.paper.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
 
 
 def first_result() -> dict[str, Any]:
@@ -25,7 +25,8 @@ def first_result() -> dict[str, Any]:
 
 def kernel_load() -> dict[str, Any]:
     """The seconds to have the kernel of W, once its IR is there."""
-    from studies.performance.arithmetic import llvm, time_loop
+    from studies.performance.arithmetic import time_loop
+    from studies.performance.inner_parts import llvm
 
     text = time_loop(workload(), VARIED_COLUMNS)
     begin = process_time()
@@ -33,20 +34,20 @@ def kernel_load() -> dict[str, Any]:
     return {"load": process_time() - begin}
 
 
-def chain(n: int) -> Step:
+def chain(n: int) -> wb.core.Step:
     """A planar arm of n links under proportional and derivative action, by RK4 at the step of W."""
     import workbench as wb
-    from workbench.arms.mechanics.arm_catalogue import planar
 
     ones, rest = np.ones(n), np.zeros(n)
-    arm = wb.Manipulator(planar(n), q=rest)
+    arm = wb.Manipulator(wb.arms.mechanics.planar(n), q=rest)
     law = wb.PID(Kp=400 * ones, Ki=rest, Kd=80 * ones)
-    return rk4(wb.ClosedLoop(arm, wb.FullState(n), law, wb.Hold(rest)).ode(), H)
+    return wb.rk4(wb.ClosedLoop(arm, wb.FullState(n), law, wb.Hold(rest)).ode(), H)
 
 
 def compilation(*links: int) -> dict[str, Any]:
     """For arms of so many links the operations of a step, and the seconds from the step to machine code."""
-    from studies.performance.arithmetic import flops, llvm, time_loop
+    from studies.performance.arithmetic import flops, time_loop
+    from studies.performance.inner_parts import llvm
 
     found: dict[str, list[float]] = {"flops": [], "cpu": []}
     llvm.compiled(time_loop(chain(1), (0,)))  # LLVM's own beginnings

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from studies.performance.workload import PARAMETERS
-from workbench.core.validation.refusals import Array
+import workbench as wb
+from studies.paper.workload import PARAMETERS
 
 
-def _arm(q: Array, qd: Array, mass: Array, length: Array, gravity: float) -> tuple[Array, Array, Array]:
+def _arm(
+    q: wb.Array, qd: wb.Array, mass: wb.Array, length: wb.Array, gravity: float
+) -> tuple[wb.Array, wb.Array, wb.Array]:
     """M, C and G."""
     m1, m2 = mass
     l1, l2 = length
@@ -23,13 +25,13 @@ def _arm(q: Array, qd: Array, mass: Array, length: Array, gravity: float) -> tup
     return M, C, gravity * np.array([(m1 + m2) * l1 * np.sin(q[0]) + low, low])
 
 
-def in_matrices(p: Array) -> Callable[[float, Array], tuple[Array, Array]]:
+def in_matrices(p: wb.Array) -> Callable[[float, wb.Array], tuple[wb.Array, wb.Array]]:
     """(t, x) to x' (21,) and the torque (2,) in NumPy, for one run's parameters (40,)."""
     c: dict[str, Any] = PARAMETERS.unpack(p)
     Lambda, L1, L2, Q, w = c["Lambda"], c["L1"], c["L2"], np.diag(c["Q"]), c["reference.frequency"]
     weight = np.diag(Lambda**2 / c["R"])
 
-    def rate(t: float, x: Array) -> tuple[Array, Array]:
+    def rate(t: float, x: wb.Array) -> tuple[wb.Array, wb.Array]:
         q, qd, q_hat, qd_hat, d_hat = x[0:2], x[2:4], x[4:6], x[6:8], x[8:10]
         P, K = x[10:14].reshape(2, 2), x[14:16]  # P is symmetric: its rows are its columns
         angle = w * t + c["reference.phase"]

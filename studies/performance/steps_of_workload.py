@@ -6,31 +6,28 @@ from functools import cache
 
 import numpy as np
 
-from studies.performance.workload import STATES, loop, rmse
-from workbench.core import Step, runge_kutta_step
-from workbench.core.validation.refusals import Array
-from workbench.engine import Trajectories, simulate
-from workbench.engine.pilots import pilot_runs
-from workbench.engine.step_choice import Choice, Pilots, search_step
+import workbench as wb
+from studies.paper.workload import STATES, loop, rmse
+from studies.performance.inner_parts import Choice, Pilots, Trajectories, pilot_runs, search_step
 
 
 @cache
-def stepped(h: float, method: str = "rk4") -> Step:
+def stepped(h: float, method: str = "rk4") -> wb.core.Step:
     """A step of W, with the integrals that score it, as CVODES has them, and no sum over steps."""
-    return runge_kutta_step(loop(), h, method)
+    return wb.runge_kutta_step(loop(), h, method)
 
 
-def through(p: Array, horizon: float, h: float, method: str = "rk4") -> Array:
+def through(p: wb.Array, horizon: float, h: float, method: str = "rk4") -> wb.Array:
     """The RMSE (B, 2) of runs at the step h [s] of a method."""
-    return rmse(simulate(stepped(h, method), p, until=horizon, every=horizon).x[:, -1], horizon)
+    return rmse(wb.simulate(stepped(h, method), p, until=horizon, every=horizon).x[:, -1], horizon)
 
 
-def by_choice(choice: Choice, p: Array, horizon: float) -> Array:
+def by_choice(choice: Choice, p: wb.Array, horizon: float) -> wb.Array:
     """The RMSE (B, 2) of runs at a chosen step."""
     return through(p, horizon, choice.h, choice.method)
 
 
-def chosen(p: Array, tolerance: float, horizon: float) -> Choice:
+def chosen(p: wb.Array, tolerance: float, horizon: float) -> Choice:
     """The step that pilots among the runs choose for a tolerance of their RMSE."""
     few = pilot_runs(p, x0 := np.broadcast_to(STATES.default, (len(p), STATES.size)))
 

@@ -8,36 +8,35 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 
+import workbench as wb
+from studies.paper.workload import SEED, VARIED, loop
 from studies.performance.figures import compile_figure, flat_figure, precision_figure, speed_figure
 from studies.performance.frequency_rate import frequency_rows
 from studies.performance.live_page import live_rows
 from studies.performance.measurements import AT_ERROR, Effort, Row, table_rows
 from studies.performance.other_machine import WHERE, count, machines
 from studies.performance.peers import IN_MATRICES, PEERS
-from studies.performance.workload import SEED, VARIED, loop
-from workbench.study import Finding, Page, Variation
-from workbench.study.document.document import Column, Paragraph, Section, Strong, Table
-from workbench.study.study import Results, Study
-from workbench.study.writeup import testbed
 
 EFFORT = Effort()
 rows = cache(lambda: (*table_rows(EFFORT), *frequency_rows(EFFORT), *live_rows(EFFORT)))
 
 
-def sections(results: Results) -> Page:
+def sections(results: wb.Results) -> wb.Page:
     """The findings, the pictures, the bars, and the workload."""
     del results
     every = rows()
-    return Page(
+    return wb.Page(
         answer=answer(every),
         findings=findings(every),
         sections=(
-            Section("Speed", (speed_figure(every), Paragraph(speed_words()))),
-            Section("Speed at equal error", (precision_figure(every, EFFORT), Paragraph(PRECISION))),
-            Section("The bars", (bars(every), notes(every), machines(there(every)), Paragraph(testbed()))),
-            Section("Few runs and many", (flat_figure(EFFORT),)),
-            Section("Compile time", (compile_figure(EFFORT),)),
-            Section("The workload", (Paragraph(WORKLOAD), ranges())),
+            wb.Section("Speed", (speed_figure(every), wb.Paragraph(speed_words()))),
+            wb.Section("Speed at equal error", (precision_figure(every, EFFORT), wb.Paragraph(PRECISION))),
+            wb.Section(
+                "The bars", (bars(every), notes(every), machines(there(every)), wb.Paragraph(wb.study.testbed()))
+            ),
+            wb.Section("Few runs and many", (flat_figure(EFFORT),)),
+            wb.Section("Compile time", (compile_figure(EFFORT),)),
+            wb.Section("The workload", (wb.Paragraph(WORKLOAD), ranges())),
         ),
     )
 
@@ -65,22 +64,30 @@ def speed_words() -> str:
     )
 
 
-def ranges() -> Table:
+def ranges() -> wb.document.Table:
     """The parameters that differ from run to run."""
-    columns = (Column("parameter"), Column("from", align="right"), Column("to", align="right"))
+    columns = (
+        wb.document.Column("parameter"),
+        wb.document.Column("from", align="right"),
+        wb.document.Column("to", align="right"),
+    )
     rows = tuple((name, low, high) for name, (low, high) in VARIED.items())
-    return Table("ranges", "Multiples of the nominal value, between which each parameter is drawn.", columns, rows)
+    return wb.document.Table(
+        "ranges", "Multiples of the nominal value, between which each parameter is drawn.", columns, rows
+    )
 
 
-def notes(every: Sequence[Row]) -> Table:
+def notes(every: Sequence[Row]) -> wb.document.Table:
     """The way in which each row was measured, and what else came out of it."""
     rows = tuple((row.name, row.note) for row in every if row.note)
-    return Table("notes", "How each was measured.", (Column("against, or what"), Column("how")), rows)
+    return wb.document.Table(
+        "notes", "How each was measured.", (wb.document.Column("against, or what"), wb.document.Column("how")), rows
+    )
 
 
 def there(every: Sequence[Row]) -> list[tuple[Row, str]]:
     """Each row with its figure in words; empty where it was not measured."""
-    return [(row, "" if row.value is None else f"{short(row.value)} {row.unit}") for row in every]
+    return [(row, "" if row.value is None else f"{three_digits(row.value)} {row.unit}") for row in every]
 
 
 def peers_of(every: Sequence[Row]) -> list[Row]:
@@ -105,21 +112,21 @@ def first_of(words: Sequence[str], most: int) -> str:
     return "; ".join([*words[:most], *([f"{rest} more"] if rest > 0 else [])])
 
 
-def findings(every: Sequence[Row]) -> tuple[Finding, ...]:
+def findings(every: Sequence[Row]) -> tuple[wb.Finding, ...]:
     """The speed beside the peers, and the bars."""
     return (*peer_findings(peers_of(every)), bars_finding([row for row in every if row.reached is not None]))
 
 
 def missed_words(row: Row) -> str:
     """A bar that was missed, with what was measured."""
-    return f"{row.name} ({short(row.value or 0.0)} {row.unit}, bar {bar(row)})"
+    return f"{row.name} ({three_digits(row.value or 0.0)} {row.unit}, bar {bar(row)})"
 
 
 MACHINE = "One machine, named below, and one run of the page."
 NEAR = 0.2  # of its bar: a figure that another run may put on the other side
 
 
-def peer_findings(peers: Sequence[Row]) -> tuple[Finding, ...]:
+def peer_findings(peers: Sequence[Row]) -> tuple[wb.Finding, ...]:
     """The ratio to each peer; none where no peer is installed."""
     if not peers:
         return ()
@@ -128,7 +135,7 @@ def peer_findings(peers: Sequence[Row]) -> tuple[Finding, ...]:
     equal = [ratio for name, ratio in ratios.items() if AT_ERROR in name]
     at_error = f"; at equal error it is {span(equal)} times as fast as CVODES" if equal else ""
     return (
-        Finding(
+        wb.Finding(
             name="faster_than_peers",
             statement=f"The engine runs the workload {span(list(ratios.values()))} times as fast as its peers, and is "
             f"nearest to {slowest}{at_error}.",
@@ -140,10 +147,15 @@ def peer_findings(peers: Sequence[Row]) -> tuple[Finding, ...]:
             chosen="The workload, its step, and the settings of the peers.",
             answer="the engine is faster",
             variations=(
-                *(Variation(f"beside {name}", faster(one), f"{short(one)} times") for name, one in ratios.items()),
                 *(
-                    Variation(
-                        f"beside {name}, three times as fast in scalars", faster(one / 3), f"{short(one / 3)} times"
+                    wb.Variation(f"beside {name}", faster(one), f"{three_digits(one)} times")
+                    for name, one in ratios.items()
+                ),
+                *(
+                    wb.Variation(
+                        f"beside {name}, three times as fast in scalars",
+                        faster(one / 3),
+                        f"{three_digits(one / 3)} times",
                     )
                     for name, one in ratios.items()
                     if name in IN_MATRICES
@@ -161,16 +173,16 @@ def faster(ratio: float) -> str:
 
 def span(ratios: Sequence[float]) -> str:
     """The least and the largest ratio."""
-    return f"{short(min(ratios))} to {short(max(ratios))}"
+    return wb.document.span(ratios, three_digits)
 
 
-def bars_finding(measured: Sequence[Row]) -> Finding:
+def bars_finding(measured: Sequence[Row]) -> wb.Finding:
     """The bars that are reached and missed, and those so near to their figure that another run may turn them."""
     missed = [row for row in measured if not row.reached]
     near = [row for row in measured if abs((row.value or 0.0) / row.bar - 1) < NEAR]
     named = first_of([missed_words(row) for row in missed], 3)
     turning = f" {len(near)} lie within {100 * NEAR:.0f} % of their figure: {first_of([row.name for row in near], 3)}."
-    return Finding(
+    return wb.Finding(
         name="bars_reached",
         statement=f"{len(measured) - len(missed)} of {len(measured)} bars that were measured are reached"
         f"{f', and {len(missed)} missed: {named}' if missed else ''}.",
@@ -182,9 +194,9 @@ def bars_finding(measured: Sequence[Row]) -> Finding:
         chosen="The bars.",
         answer=reached(measured),
         variations=(
-            Variation(WHERE, count()),
+            wb.Variation(WHERE, count()),
             *(
-                Variation(f"{row.name} on the other side of its bar", reached(measured, but=row), missed_words(row))
+                wb.Variation(f"{row.name} on the other side of its bar", reached(measured, but=row), missed_words(row))
                 for row in near
             ),
         ),
@@ -198,16 +210,24 @@ def reached(measured: Sequence[Row], but: Row | None = None) -> str:
     return f"{sum(bool(row.reached) != (row is but) for row in measured)} of {len(measured)}"
 
 
-def bars(every: Sequence[Row]) -> Table:
+def bars(every: Sequence[Row]) -> wb.document.Table:
     """Every row with its bar and its verdict."""
     heads = ("runs/s of one core", "measured", "bar", "error of RMSE")
-    columns = (Column("against, or what"), *(Column(head, align="right") for head in heads), Column("verdict"))
-    verdicts = {True: "reached", False: Strong("MISSED"), None: "not measured"}
-    cells = tuple(
+    columns = (
+        wb.document.Column("against, or what"),
+        *(wb.document.Column(head, align="right") for head in heads),
+        wb.document.Column("verdict"),
+    )
+    verdicts: dict[bool | None, wb.document.Phrase] = {
+        True: "reached",
+        False: wb.document.Strong("MISSED"),
+        None: "not measured",
+    }
+    cells: tuple[tuple[wb.document.Cell, ...], ...] = tuple(
         (
             row.name,
-            row.runs_per_s and short(row.runs_per_s),
-            None if row.value is None else f"{short(row.value)} {row.unit}",
+            row.runs_per_s and three_digits(row.runs_per_s),
+            None if row.value is None else f"{three_digits(row.value)} {row.unit}",
             bar(row),
             row.error and f"{row.error:.1e}",
             verdicts[row.reached],
@@ -215,21 +235,21 @@ def bars(every: Sequence[Row]) -> Table:
         for row in every
     )
     caption = "What was asked of the engine, and what was measured; a rate beside a ratio is that of the peer."
-    return Table("bars", caption, columns, cells, ("x: how many times as fast the engine is.",))
+    return wb.document.Table("bars", caption, columns, cells, ("x: how many times as fast the engine is.",))
 
 
 def bar(row: Row) -> str:
     """The bar with its sign and unit."""
     sign = "\N{LESS-THAN OR EQUAL TO}" if row.at_most else "\N{GREATER-THAN OR EQUAL TO}"
-    return f"{sign} {short(row.bar)} {row.unit}"
+    return f"{sign} {three_digits(row.bar)} {row.unit}"
 
 
-def short(value: float) -> str:
+def three_digits(value: float) -> str:
     """Three digits, or all of a larger whole part."""
     return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
-study = Study(
+study = wb.Study(
     name="p0_performance",
     title="The batch engine: how fast, and at what error",
     question=(

@@ -11,7 +11,7 @@ from workbench.arms.laws import PID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import FullState
-from workbench.arms.peak_torque import peak_torque
+from workbench.arms.torque_metrics import peak_torque
 from workbench.blocks.loop import ClosedLoop, open_loop
 from workbench.blocks.signals import Hold, Ramp, Sines, SquareWave
 from workbench.core import Entry, Layout

@@ -9,7 +9,7 @@ from workbench.arms.laws import PID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import FullState
-from workbench.arms.peak_torque import peak_torque
+from workbench.arms.torque_metrics import peak_torque
 from workbench.blocks.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, open_loop
 from workbench.blocks.signals import Hold
 from workbench.core import block, initial, layout, parameter

@@ -12,7 +12,7 @@ from workbench.arms.manipulator import Friction, Manipulator
 from workbench.arms.mechanics import PlanarArm
 from workbench.arms.mechanics.planar_arm import PointMass
 from workbench.arms.observers import FullState
-from workbench.arms.peak_torque import peak_torque
+from workbench.arms.torque_metrics import peak_torque
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold
 from workbench.core import Entry, Layout, Ode, Sampled

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from studies.a1_paper_tables.study import comparison
+from studies.paper.comparison import comparison
 from tests.support.wasm_runs import Kernel, unpacked
 from workbench.core import runge_kutta_step
 from workbench.core.equations import equations_of

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import graphlib
 import re
+import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -36,6 +37,17 @@ DOORS = {
 
 # The bench measures python-control as its users call it, and not what the door makes of it; so does a reader's own law.
 BESIDE_THE_DOOR = {("control", "studies/performance/peers.py"), ("control", "studies/own_law.py")}
+
+# A study has the workbench by its face alone; but these measure the time of its inner parts, each by itself.
+INNER_PARTS = {"studies/performance/inner_parts.py", "studies/b2_sobol_cost/inner_parts.py"}
+BESIDE_STUDIES = {"studies", "workbench", "numpy", "casadi", "scipy"}
+# Peers against which a study holds the workbench; those of `studies/performance` are many.
+PEERS = {
+    "studies/own_law.py": {"control"},
+    "studies/b0_robots/sympy_chain.py": {"sympy"},
+    "studies/b0_robots/mujoco_arm.py": {"mujoco"},
+}
+OF_ANOTHER_STUDY = "`{}` is of another study; what two share is the workbench's, or the paper's in studies/paper."
 
 BANNED_CALLS = {
     "super": "write a final class, and share by calling a function",
@@ -111,6 +123,7 @@ DOORS_WITH_ANY = {
     "study/ledger/chunk.py": "json",
     "study/user_values.py": "values of a study's author",
 }
+CONTRACTS = {"wb.Controller", "wb.Observer", "wb.Plant", "wb.Reference"}  # abstract, by short names of the face
 
 Sources = Mapping[str, str]
 
@@ -259,6 +272,29 @@ def pools_in_studies(held: Sources) -> list[str]:
         for line, module, _ in _imports(path, text)
         if module.partition(".")[0] in POOLS
     ]
+
+
+def imports_of_studies(held: Sources) -> list[str]:
+    """Imports of a study beyond `wb`, its own folder, `studies.paper`, Python's own library and three more."""
+    breaches = []
+    for path, text in held.items():
+        if not path.startswith("studies/"):
+            continue
+        own = ".".join(path.removesuffix(".py").split("/")[:2])
+        for line, module, name in _imports(path, text):
+            top, home = module.partition(".")[0], ".".join(f"{module}.{name}".split(".")[:2])
+            if top == "studies" and home not in (own, "studies.paper"):
+                breaches.append(f"{path}:{line}: {OF_ANOTHER_STUDY.format(module)}")
+            elif top == "workbench" and (module != "workbench" or name) and path not in INNER_PARTS:
+                breaches.append(
+                    f"{path}:{line}: a study writes `import workbench as wb`, and has nothing from `{module}`."
+                )
+            elif (
+                top not in BESIDE_STUDIES | sys.stdlib_module_names | PEERS.get(path, set())
+                and "studies/performance/" not in path
+            ):
+                breaches.append(f"{path}:{line}: {module} is no library of a study; ask the workbench for it.")
+    return breaches
 
 
 def cached_results(held: Sources) -> list[str]:
@@ -433,8 +469,8 @@ def foreign_text(held: Sources) -> list[str]:
 
 
 def _bases(node: ast.ClassDef) -> list[str]:
-    plain = (base.value if isinstance(base, ast.Subscript) else base for base in node.bases)
-    return [_dotted(base).rpartition(".")[2] for base in plain]
+    plain = (_dotted(base.value if isinstance(base, ast.Subscript) else base) for base in node.bases)
+    return [f"Abstract{base[3:]}" if base in CONTRACTS else base.rpartition(".")[2] for base in plain]
 
 
 def mutable_dataclasses(held: Sources) -> list[str]:

@@ -22,6 +22,7 @@ LAWS = [
     rules.import_cycles,
     rules.banned_calls,
     rules.global_seeds,
+    rules.imports_of_studies,
     rules.pools_in_studies,
     rules.cached_results,
     rules.inherited_final_classes,
@@ -79,6 +80,10 @@ def test_no_random_number_comes_from_a_hidden_state():
 
 def test_no_study_has_a_pool_of_threads_or_processes():
     holds(rules.pools_in_studies(HOUSE))
+
+
+def test_a_study_can_be_copied_with_its_folder_and_that_of_the_paper():
+    holds(rules.imports_of_studies(HOUSE))
 
 
 def test_no_study_keeps_in_a_cache_what_it_computes_from_its_results():
@@ -177,6 +182,11 @@ BAD = [
     (rules.global_seeds, "workbench/a.py", "import numpy as np\nnp.random.rand(3)", "hidden"),
     (rules.global_seeds, "workbench/a.py", "import numpy\nnumpy.random.normal()", "hidden"),
     (rules.global_seeds, "workbench/a.py", "rng = np.random.default_rng()", "cannot be repeated"),
+    (rules.imports_of_studies, "studies/a1/b.py", "from workbench.study import Case", "import workbench as wb"),
+    (rules.imports_of_studies, "studies/a1/b.py", "from workbench import Case", "import workbench as wb"),
+    (rules.imports_of_studies, "studies/a1/b.py", "from studies.a2.c import d", "another study"),
+    (rules.imports_of_studies, "studies/a1/b.py", "from studies import a2", "another study"),
+    (rules.imports_of_studies, "studies/a1/b.py", "import jax", "no library of a study"),
     (rules.pools_in_studies, "studies/a.py", "from concurrent.futures import ThreadPoolExecutor", "works"),
     (rules.pools_in_studies, "studies/a.py", "def f():\n    import threading", "a.py:2:"),
     (rules.cached_results, "studies/a.py", "@cache\ndef f(results: Results): ...", "works"),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from studies.a1_paper_tables.study import comparison
+from studies.paper.comparison import comparison
 from tests.support.wasm_runs import Kernel, unpacked
 from workbench.core.equations import equations_of
 from workbench.engine.metrics.contract import Integral

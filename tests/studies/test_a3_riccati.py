@@ -10,6 +10,8 @@ from scipy.linalg import solve_continuous_are
 from studies.a3_riccati_gains import findings, path
 from studies.a3_riccati_gains.settings import ASSUMED, FORWARD, OTHERS, SETTINGS, WEIGHTS
 from studies.a3_riccati_gains.study import cases, choices_of, figure
+from studies.paper.laws import mass_matrices
+from workbench.design.riccati_flow import rde
 from workbench.engine.metrics import rmse
 from workbench.study.case_runs import run
 from workbench.study.study import Study
@@ -30,7 +32,7 @@ def test_no_choice_of_p_costs_less_than_the_backward_solution():
     def A(time):
         return np.array([[-2.0 - time, 1.0], [-0.5, -3.0 + np.sin(3 * time)]])
 
-    least = path.rde(A, path.B, path.Q, path.R, path.ZERO, t, rtol=path.RTOL).P[0]
+    least = rde(A, path.B, path.Q, path.R, path.ZERO, t, rtol=path.RTOL).P[0]
     for P in (np.zeros((2, 2)), 10 * np.eye(2), np.array([[8.0, 2.0], [2.0, 5.0]])):
         Y = path.cost(A, lambda time, P=P: P, t)
         assert np.linalg.eigvalsh(Y - least).min() > 0
@@ -49,7 +51,7 @@ def test_the_inertia_of_the_model_is_that_of_two_point_masses():
     q = np.array([[0.3, -0.7], [1.0, 2.0]])
     c = np.cos(q[:, 1])
     expected = np.array([[3 + 2 * c, 1 + c], [1 + c, np.ones(2)]]).transpose(2, 0, 1)
-    np.testing.assert_allclose(path.inertia(q), expected, rtol=1e-14)
+    np.testing.assert_allclose(mass_matrices(q), expected, rtol=1e-14)
 
 
 def test_the_median_in_time_does_not_count_an_instant_more_often_for_having_neighbours():

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from studies.a4_observer_gains.candidates import COLUMNS, definitions_table
+from studies.a4_observer_gains.candidates import COLUMNS
+from studies.a4_observer_gains.pages import definitions_table
 from studies.a4_observer_gains.settled_error import settled_error
 from studies.paper.laws import rival
 from workbench.engine.metrics import late_error, measure

@@ -11,8 +11,10 @@ from studies.a7_sensitivity.gradients import foretold, gap
 from studies.a7_sensitivity.results import Derivatives, LawResults, leaders, numbers_of
 from studies.a7_sensitivity.second_looks import Later, Numbers
 from studies.a7_sensitivity.study import acting_pairs, left_table
-from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, SPAN, TOLERANCE, factors, free, group_of, loop, metrics
+from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, free, loop, metrics
 from studies.a7_sensitivity.torque_variation import first_second, torque_variation
+from studies.paper import factors as drawn
+from studies.paper.factors import SPAN, TOLERANCE, factors, group_of
 from tests.support.samples import made_sample, with_measurement
 from workbench.engine.factors import Space
 from workbench.engine.metrics import late_error, measure
@@ -88,7 +90,7 @@ def test_every_factor_moves_numbers_of_its_loop_within_the_stated_shares(law):
     ode = loop(law).ode()
     p, _ = Space(factors(law), ode.parameters, ode.states).rows(np.array([np.zeros(len(factors(law)))]))
     ratio = p[0][ode.parameters.default != 0] / ode.parameters.default[ode.parameters.default != 0]
-    assert f"within a factor of {SPAN:g} of" in sweeps.__doc__
+    assert f"within a factor of {SPAN:g} of" in drawn.__doc__
     least = {"stated": 1 - TOLERANCE, "derived": 1 - TOLERANCE, "assumed": 1 / SPAN}
     for factor in factors(law):
         assert factor.distribution.reach()[0] >= least[factor.origin] - 1e-12

@@ -5,43 +5,37 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies.a9_sampling import findings, pages, period_findings
+from studies.a9_sampling import findings, pages, period_findings, trust
 from studies.a9_sampling.evidence import PERIODS, Curve, Evidence, curve, plan, printed
-from studies.a9_sampling.loops import (
-    HORIZON,
-    NOISY,
-    RMSE,
-    SCENARIOS,
-    TV,
-    Audit,
-    Computer,
-    digital,
-    first_torque,
-    metrics,
-    sweep,
-)
-from studies.a9_sampling.period_rules import GAINLESS, PeriodRules, gains, masses
-from studies.a9_sampling.quiet_periods import (
+from studies.a9_sampling.loops import NOISY, Audit, Computer, digital, first_torque, sweep
+from studies.paper.card import LAWS, PUBLISHED
+from studies.paper.laws import mass_matrices as masses
+from studies.paper.linearization import SEVEN
+from studies.paper.period_rules import GAINLESS, PeriodRules, gains
+from studies.paper.quiet_periods import (
     ACTING,
     CLOSE,
     COMMANDED,
     GRID,
+    HORIZON,
     MOMENTUM,
     ON_REFERENCE,
     PARTS,
     QUIET,
+    RMSE,
+    SCENARIOS,
+    TV,
     QuietPeriod,
     QuietSearch,
     bracket_words,
     computed,
     ends,
     in_ms,
+    metrics,
     middle,
     paper_searches,
     quiet_period,
 )
-from studies.paper.card import LAWS, PUBLISHED
-from studies.paper.linearization import SEVEN
 from workbench.core import rk4
 from workbench.engine import simulate
 from workbench.engine.metrics import measure
@@ -406,5 +400,5 @@ def test_a_law_that_diverges_falls_behind_all_that_do_not():
 def test_the_change_with_the_step_is_the_largest_total_variation_over_the_smallest(later, ratio):
     TVs = np.tile(np.array([100.0, *later])[:, np.newaxis], (1, 2))
     steps = Curve("SMC", "clip", True, np.array([1e-3, 5e-4, 2e-4]), TVs)
-    (row,) = pages.steps_table([steps]).rows
+    (row,) = trust.steps_table([steps]).rows
     assert row[-1] == pytest.approx(ratio)

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import workbench as wb
 from studies.a9_sampling import period_findings
 from studies.a9_sampling.evidence import Evidence
-from studies.a9_sampling.period_rules import PeriodRules
-from studies.a9_sampling.quiet_periods import ON_REFERENCE, PAPERS, TRUTH, QuietPeriod, quiet_period
 from studies.b4_handover import findings, machine_tables, machines, margins, missed_periods, operations
 from studies.b4_handover.loops import (
     EKF,
@@ -29,6 +28,8 @@ from studies.b4_handover.loops import (
 )
 from studies.b4_handover.margins import BOTH, Loss, Losses, Scan, effects, growth, periods_of, searches, starts
 from studies.paper.card import PROPOSED
+from studies.paper.period_rules import PeriodRules
+from studies.paper.quiet_periods import ON_REFERENCE, PAPERS, TRUTH, QuietPeriod, quiet_period
 from workbench.engine import simulate
 from workbench.engine.metrics import measure
 from workbench.handover.replays import TargetResult
@@ -319,7 +320,7 @@ def test_the_targets_with_other_bits_are_counted_and_named(changes, answer, word
 
 def test_every_target_is_replayed_also_the_library_with_a_fault(monkeypatch):
     asked = {}
-    monkeypatch.setattr(machines, "replay", lambda sampled, **how: asked.update(how) or replace_results())
+    monkeypatch.setattr(wb, "replay", lambda sampled, **how: asked.update(how) or replace_results())
     machines.in_doubles(BY_NAME[PID].key)
     assert asked["targets"] == tuple(TARGETS)
     assert "cortex-m4f-libgcc" in asked["targets"]

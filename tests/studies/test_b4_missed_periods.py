@@ -6,13 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from studies.a9_sampling.quiet_periods import momentum_loop
+import workbench as wb
 from studies.b4_handover import missed_periods
 from studies.b4_handover.loops import EKF, LQG, PID, SMC, TWISTING, handed
 from studies.b4_handover.margins import effects_of
 from studies.b4_handover.missed_periods import EFFECT, OBSERVED, SHARED, observed_smc, shared_period
 from studies.paper.card import PROPOSED
 from studies.paper.laws import RIVALS
+from studies.paper.quiet_periods import momentum_loop
 from workbench.study.evidence.computer_margins import ComputerMargin, ComputerMargins
 
 ERRORS = 1e-4  # rad or m, without missed periods
@@ -56,7 +57,7 @@ def given(monkeypatch):
         return ComputerMargins((margin_of(effects[0], shared.get(sample, 1.0)),), base, base)
 
     monkeypatch.setattr(missed_periods, "margins", margins)
-    monkeypatch.setattr(missed_periods, "computer_margins", computer_margins)
+    monkeypatch.setattr(wb.evidence, "computer_margins", computer_margins)
     return own, shared
 
 

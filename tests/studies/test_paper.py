@@ -7,8 +7,9 @@ import pytest
 
 from studies.a1_paper_tables.repairs import with_small_q, with_two_repairs
 from studies.a1_paper_tables.six_laws import firm, reaching_time
-from studies.a1_paper_tables.study import comparison, study
+from studies.a1_paper_tables.study import study
 from studies.paper.card import CARD, PUBLISHED
+from studies.paper.comparison import comparison
 from studies.paper.laws import ARM, proposed_as_printed, proposed_repaired
 from workbench.arms.laws import AosmcRgs
 from workbench.arms.mechanics import paper_arm

@@ -13,12 +13,12 @@ from tests.support.browsers import needs_chromium
 
 pytest.importorskip("llvmlite", reason="the study of speed is that of the compiled march")
 
+from studies.paper.workload import rows_of, run
 from studies.performance import frequency_rate, live_page, measurements, study
 from studies.performance.arithmetic import CHAINS, UNROLLED, flops, peak_sum
 from studies.performance.figures import speed_figure
 from studies.performance.measurements import Effort, Row
 from studies.performance.peers import IN_MATRICES, PEERS, Peer, casadi_cvodes
-from studies.performance.workload import rows_of, run
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.study import Results
 from workbench.study.document.document import Figure, Panel, Series, Strong

@@ -9,9 +9,9 @@ import pytest
 from studies.a1_paper_tables import row
 from studies.a1_paper_tables.repairs import with_other_pair, with_two_repairs
 from studies.a1_paper_tables.row import FITTED, ROW
-from studies.a1_paper_tables.study import PRINTED
 from studies.a6_unstated_choices import loops
 from studies.paper.card import CARD, PUBLISHED
+from studies.paper.comparison import PRINTED
 from studies.paper.unstated import CHOICES
 from tests.support.c_runs import COMPILERS, needs_compiler
 from workbench.engine import simulate

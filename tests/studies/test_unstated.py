@@ -4,7 +4,8 @@ import pytest
 
 from studies.a6_unstated_choices import draws, loops
 from studies.paper.card import CARD, LAWS
-from studies.paper.unstated import CHOICES, Choice, concerning, left_out, varied
+from studies.paper.readings import Choice
+from studies.paper.unstated import CHOICES, concerning, left_out, varied
 
 
 def test_each_number_that_the_card_assumes_for_a_law_of_the_paper_is_in_the_list_once():

@@ -7,10 +7,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from studies.paper.workload import PARAMETERS, STATES, VARIED, H, arm, loop, rmse, rows_of, run, workload
 from studies.performance.peers import PEERS
 from studies.performance.processes import chain
 from studies.performance.right_hand_sides import in_matrices, in_scalars
-from studies.performance.workload import PARAMETERS, STATES, VARIED, H, arm, loop, rmse, rows_of, run, workload
 from tests.house import rules
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import paper_arm

@@ -89,3 +89,12 @@ def test_samples_of_one_equation_with_other_numbers_have_other_digests_and_with_
     ]
     assert len({one.digest, *(other.digest for other in others)}) == 4
     assert replace(one, name="other").digest == one.digest
+
+
+def test_the_design_of_a_sample_is_of_the_kind_that_a_method_asks_for_or_refused_by_name():
+    held = replace(sample([1e-6, 1e-6, 1e-6]), design=MonteCarlo(1, 2))
+    assert held.design_of(MonteCarlo) is held.design
+    with pytest.raises(TypeError, match="`MonteCarlo`; got `OneAtATime`"):
+        held.design_of(OneAtATime)
+    with pytest.raises(TypeError, match="NoneType"):
+        sample([1e-6, 1e-6, 1e-6]).design_of(MonteCarlo)

@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 
-from workbench.arms.peak_torque import peak_torque
+from workbench.arms.torque_metrics import peak_torque
 from workbench.core import Entry, Layout, Ode
 from workbench.engine import simulate
 from workbench.engine.metrics import (

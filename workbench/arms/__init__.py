@@ -3,4 +3,20 @@
 The joints of an arm are named here and in no room for any plant; only `cli`, the studies and the face of the package
 import it. Read `mechanics` first, then `manipulator.py` and `laws`; `printed` compares the equations of a paper with
 an arm.
+
+Examples
+--------
+>>> wb.arms.Dynamics.of(wb.paper_arm()).matrices((0.0, 0.0), (0.0, 0.0))[0].shape
+(2, 2)
 """
+
+from workbench.core.lazy_names import lazy_names
+
+_FILES = {
+    "": "laws mechanics observer_gains observers printed properties",
+    "arm_ports": "AbstractArmController AbstractArmObserver",
+    "dynamics": "AbstractArm Dynamics solve_definite",
+    "manipulator": "DirectDrive FirstOrderLag Friction Manipulator",
+    "torque_metrics": "peak_torque",
+}
+__all__, __getattr__ = lazy_names(__name__, _FILES)

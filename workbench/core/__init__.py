@@ -2,10 +2,15 @@
 
 They know names, units, expressions of CasADi and their numbers, but no robot, no law and no plot; `drawers` has the
 functions that draw objects, which `report` enters. Read `layout` first, then `block` and `lift`, then `ode` and `step`.
+
+Examples
+--------
+>>> wb.core.Layout((wb.core.Entry("x", 1.0, "m"),)).labels
+('x',)
 """
 
-from workbench.core.block import block, initial, option, parameter
-from workbench.core.claim import Claim
+from workbench.core.block import Column, Matrix, Scalar, Vector, block, initial, option, parameter
+from workbench.core.claim import Claim, Declared
 from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
 from workbench.core.linear import LinearSystem
@@ -15,24 +20,31 @@ from workbench.core.sampled import Sampled
 from workbench.core.sampled_law import SampledLaw, Stage
 from workbench.core.shapes import Circle, Drawing, Line, Word
 from workbench.core.step import Rule, Step, rk4, runge_kutta_step
+from workbench.core.validation.refusals import Integers
 
 __all__ = [
     "Circle",
     "Claim",
+    "Column",
+    "Declared",
     "Drawing",
     "Entry",
+    "Integers",
     "Layout",
     "Lifted",
     "Line",
     "LinearSystem",
+    "Matrix",
     "Ode",
     "Roles",
     "Rule",
     "Sampled",
     "SampledLaw",
+    "Scalar",
     "Signals",
     "Stage",
     "Step",
+    "Vector",
     "Word",
     "block",
     "grouped",

@@ -38,8 +38,16 @@ class Claim:
 
 
 @dataclass(frozen=True)
+@door
 class Declared:
-    """A claim of a block, with the `path` of the block (`controller.`) and the name of its class, `kind`."""
+    """A claim of a block, with the `path` of the block (`controller.`) and the name of its class, `kind`.
+
+    Examples
+    --------
+    >>> claim = wb.core.Claim("it stays", "x stays below 2.", "a book", (), lambda signals: 2 - signals["x"])
+    >>> wb.core.Declared(claim, "controller.").path
+    'controller.'
+    """
 
     claim: Claim
     path: str = ""

@@ -37,7 +37,7 @@ class Line:
 
     Examples
     --------
-    >>> rod = Line([(0.0, 0.0), (1.0, 2.0)], width=0.05)
+    >>> rod = wb.core.Line([(0.0, 0.0), (1.0, 2.0)], width=0.05)
     >>> rod.points.shape, rod.tone
     ((2, 2), 'link')
     """
@@ -71,7 +71,7 @@ class Circle:
 
     Examples
     --------
-    >>> Circle((0.0, 1.0), 0.2).centre.shape
+    >>> wb.core.Circle((0.0, 1.0), 0.2).centre.shape
     (2, 1)
     """
 
@@ -92,7 +92,7 @@ class Word:
 
     Examples
     --------
-    >>> Word((0.0, 0.1), "T").letters
+    >>> wb.core.Word((0.0, 0.1), "T").letters
     'T'
     """
 

@@ -22,7 +22,16 @@ LARGEST, SMALLEST = 1e100, 1e-100
 
 
 class Refused(ValueError):  # noqa: N818
-    """The error of a design without a trustworthy answer; the message has the reason and a remedy."""
+    """The error of a design without a trustworthy answer; the message has the reason and a remedy.
+
+    Examples
+    --------
+    >>> try:
+    ...     wb.riccati.care(np.eye(1), np.zeros((1, 1)), np.eye(1), np.eye(1))
+    ... except wb.linear.Refused as refused:
+    ...     print("no gain")
+    no gain
+    """
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,13 @@ LEAST_SHARE = 1e-9  # of a bell between its cuts
 
 
 class AbstractDistribution(ABC):
-    """A number between `low` and `high`, by its quantiles; `WORDS` is the template of its `words`."""
+    """A number between `low` and `high`, by its quantiles; `WORDS` is the template of its `words`.
+
+    Examples
+    --------
+    >>> isinstance(wb.Uniform(0.0, 1.0), wb.uncertainty.AbstractDistribution)
+    True
+    """
 
     WORDS: ClassVar[str]
     low: float
@@ -123,6 +129,11 @@ class Triangular(AbstractDistribution):
     ------
     ValueError
         If the range is reversed, empty or not finite, or if the mode is not within it.
+
+    Examples
+    --------
+    >>> wb.uncertainty.Triangular(0.0, 1.0, 2.0).quantile(0.5).round(6)
+    np.float64(1.0)
     """
 
     WORDS = "triangular, {low:g} to {high:g}, mode {mode:g}"
@@ -152,6 +163,11 @@ class Normal(AbstractDistribution):
     ValueError
         If a number is not finite, the deviation is not positive, the range is reversed or empty, or lies so far out
         in a tail that less than 1e-9 of the numbers are within it.
+
+    Examples
+    --------
+    >>> wb.uncertainty.Normal(2.0, 0.1).quantile(0.5).round(6)
+    np.float64(2.0)
     """
 
     WORDS = "normal, mean {mean:g}, deviation {deviation:g}{cuts}"
@@ -183,6 +199,11 @@ class LogNormal(AbstractDistribution):
     ValueError
         If median, sigma or a cut is not positive, a number is not finite, the range is reversed or empty, or lies so
         far out in a tail that less than 1e-9 of the numbers are within it.
+
+    Examples
+    --------
+    >>> wb.uncertainty.LogNormal(2.0, 0.1).quantile(0.5).round(6)
+    np.float64(2.0)
     """
 
     WORDS = "lognormal, median {median:g}, sigma {sigma:g}{cuts}"

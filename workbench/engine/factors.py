@@ -63,6 +63,13 @@ class Space:
         number, a share is one of zero, or a matrix is given one value for all its places.
     LookupError
         If a path is neither a parameter's nor a state's; the message names the nearest.
+
+    Examples
+    --------
+    >>> loop = wb.open_loop(wb.DCMotor())
+    >>> factor = wb.Factor("R", ("R",), wb.Uniform(1.0, 2.0))
+    >>> len(wb.uncertainty.Space((factor,), loop.parameters).factors)
+    1
     """
 
     factors: tuple[Factor, ...]

@@ -3,4 +3,23 @@
 Interval and rational arithmetic bound expressions and eigenvalues over boxes; a claim is searched within stated bounds
 for a run that breaks it. The room knows equations, and nothing of arms or papers. Read `interval.py` first, then
 `bounds.py` and `falsify.py`.
+
+Examples
+--------
+>>> wb.proofs.shown(1.23456, 1)
+'1.23456'
 """
+
+from workbench.core.lazy_names import lazy_names
+
+_FILES = {
+    "bounds": "disturbance_bounds shown",
+    "claim_ledger": "BROKEN WITNESSED Check Kind Ledger Line Quantifier Ruling",
+    "claim_margins": "SignalsOf derivative violation watching",
+    "counterexample": "CounterExample Pair hypotheses_kept in_reference_mode",
+    "equality": "judge_equal",
+    "falsify": "Budget Found Hunt",
+    "interval": "guarantee",
+    "rest_points": "RestPoint growing_modes rest_point",
+}
+__all__, __getattr__ = lazy_names(__name__, _FILES)

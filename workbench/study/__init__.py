@@ -2,31 +2,31 @@
 
 The room knows loops only as equations, and their authors not at all; it prints and draws nothing.
 Read `study` first, then `execution`, where a study's sweeps become chunks, a ledger and samples.
+
+Examples
+--------
+>>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, h=1e-2)
+>>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
+>>> wb.study.run(study).outcomes[0].case.law
+'no law'
 """
 
-from __future__ import annotations
-
-from importlib import import_module
-from typing import Any
+from workbench.core.lazy_names import lazy_names
 
 _FILES = {
+    "case_runs": "run",
     "contract": "Run Sweep",
     "document.document": "Column Figure Finding Itemize Page Panel Paragraph Section Table Variation Verdict",
     "evidence.law_tables": "side_by_side",
     "knob": "Knob",
     "marks": "bars cell points",
-    "study": "Case Results Study",
+    "single_core": "one_core",
+    "sample": "Sample",
+    "study": "Case Outcome Results Study",
     "tuning": "Trial Tuning",
     "uncertainty": "Factor LatinHypercube LogNormal LogUniform MonteCarlo MorrisDesign Normal OneAtATime SobolDesign "
     "Triangular Uniform least_base morris quantiles sobol tornado",
     "work": "Work",
+    "writeup": "testbed",
 }
-_HOMES = {name: file for file, names in _FILES.items() for name in names.split()}
-__all__ = sorted(_HOMES)
-
-
-def __getattr__(name: str) -> Any:
-    """A name of the room, loaded from its file when it is first asked for."""
-    if name not in _HOMES:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+__all__, __getattr__ = lazy_names(__name__, _FILES)

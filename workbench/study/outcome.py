@@ -154,7 +154,16 @@ class Outcome:
 @dataclass(frozen=True, eq=False)
 @door
 class Results:
-    """The outcomes of a study's cases, the samples of its sweeps, its tunings' findings, and its works' answers."""
+    """The outcomes of a study's cases, the samples of its sweeps, its tunings' findings, and its works' answers.
+
+    Examples
+    --------
+    >>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, h=1e-2)
+    >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
+    >>> results = wb.study.run(study)
+    >>> results["speed", "no law"].score("effort of omega").unit
+    'rad/s'
+    """
 
     outcomes: tuple[Outcome, ...] = ()
     samples: tuple[Sample, ...] = ()

@@ -1,4 +1,10 @@
-"""The origin of each number: stated by a paper, derived from it, or assumed by us."""
+"""The origin of each number: stated by a paper, derived from it, or assumed by us.
+
+Examples
+--------
+>>> wb.provenance.stated("mass", 1.0, "kg", "section 5").mark
+'stated'
+"""
 
 from __future__ import annotations
 
@@ -14,6 +20,8 @@ from workbench.engine.factors import Factor, Mark
 from workbench.study.document.document import Column, Phrase, Table
 from workbench.study.document.phrases import raised
 from workbench.study.user_values import UserValue
+
+__all__ = ["Card", "Given", "assumed", "derived", "stated", "written"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +102,14 @@ def assumed(
 @dataclass(frozen=True, eq=False)
 @door
 class Card:
-    """All numbers of a paper, each once: `card["phi"]` is the value."""
+    """All numbers of a paper, each once: `card["phi"]` is the value.
+
+    Examples
+    --------
+    >>> card = wb.provenance.Card((wb.provenance.stated("mass", 1.0, "kg", "section 5"),))
+    >>> card["mass"]
+    1.0
+    """
 
     entries: tuple[Given, ...]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from workbench.engine.metrics import Measurement, Score
 from workbench.study.document.phrases import raised
 from workbench.study.document.source import Source
 from workbench.study.uncertainty.designs import AbstractDesign
+
+Design = TypeVar("Design", bound=AbstractDesign)
 
 ARRAYS = (
     "t",
@@ -41,6 +44,21 @@ class Sample:
 
     def __len__(self) -> int:
         return len(self.drawn)
+
+    def design_of(self, kind: type[Design]) -> Design:
+        """The design of the runs, of the kind that a method needs: `sample.design_of(wb.SobolDesign)` for indices.
+
+        Raises
+        ------
+        TypeError
+            If the runs have another design, or were read without one.
+        """
+        if not isinstance(self.design, kind):
+            raise TypeError(
+                f"`Sample.design_of(kind)` must be the kind of the sample's own design, a "
+                f"`{type(self.design).__name__}`; got `{kind.__name__}`. Draw the sweep by that design."
+            )
+        return self.design
 
     @property
     def digest(self) -> str:

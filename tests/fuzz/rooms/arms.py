@@ -34,6 +34,7 @@ def calls() -> dict[str, Any]:
     body = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
     return {
         "CATALOGUE": robots.CATALOGUE,
+        "planar": partial(robots.planar, 2),
         "Dynamics": partial(
             Dynamics,
             "arm",

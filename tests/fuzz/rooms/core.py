@@ -48,6 +48,7 @@ def calls() -> dict[str, Any]:
     flow = core.rk4(ODE, 0.1)
     return {
         "Claim": partial(core.Claim, "it holds", "x stays.", "a book", (core.Claim("a", "b", "c"),), lambda s: s["x"]),
+        "Declared": partial(core.Declared, core.Claim("a", "b", "c"), "controller.", "PID"),
         "Circle": partial(core.Circle, (X, 1.0), 0.1, "link"),
         "Drawing": partial(core.Drawing, X, ({"kind": "word", "tone": "body", "letters": "a", "points": [0, 0]},)),
         "Entry": partial(core.Entry, "x", [1.0, 2.0], "m", Bounds(low=0), "x"),

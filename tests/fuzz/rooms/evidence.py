@@ -47,13 +47,32 @@ def mean_of(values: evidence.Paired) -> evidence.Judgement:
     return evidence.judge(values, evidence.Mean(), resamples=100)
 
 
+def of_computers() -> dict[str, Any]:
+    """Calls of the margins of a loop for the imperfections of its computer."""
+    loop = motor_law(10.0).digital(0.01).disturbed()
+    effects = evidence.computer_effects(loop, 1e-3, 0.1)
+    run = wb.Run(loop, (wb.rmse(),), until=0.1)
+    return {
+        "ComputerEffect": partial(evidence.ComputerEffect, "jitter", ("computer.jitter",), (1e-3,), 1e-3, "s", 0.0),
+        "ComputerMargin": evidence.ComputerMargin,
+        "ComputerMargins": evidence.ComputerMargins,
+        "computer_effects": partial(evidence.computer_effects, loop, 1e-3, 0.1),
+        "computer_margins": evidence.computer_margins,
+        "computer_sweep": partial(evidence.computer_sweep, "motor", run, effects, (), 2),
+        "computer_table": evidence.computer_table,
+        "worst_ratio": partial(evidence.worst_ratio, np.ones((2, 2)), np.ones((2, 2))),
+        "Causes": partial(evidence.Causes, {"fine": np.array([0, 1])}),
+        "causes_in_sweep": evidence.causes_in_sweep,
+        "order": partial(evidence.order, (1.0, 0.1), (2.0, 0.1), 0.02),
+    }
+
+
 def calls() -> dict[str, Any]:
     two, flat = np.ones(2), np.ones((2, 2))
     level, square = evidence.Intervals(two, two, two), evidence.Intervals(flat, flat, flat)
     part = sensitivity.Estimate(flat, flat)
     told = {"a": outputs(RANDOM)[:, 0], "b": outputs(RANDOM)[:, 1]}
     return {
-        "AbstractDistribution": sensitivity.Uniform(0.5, 4.0),
         "Factor": partial(sensitivity.Factor, "k", ("k",), sensitivity.Uniform(0.5, 4.0), "stated", True),
         "LogNormal": partial(sensitivity.LogNormal, 1.0, 0.5, 0.1, 4.0),
         "LogUniform": partial(sensitivity.LogUniform, 0.5, 4.0),
@@ -64,7 +83,10 @@ def calls() -> dict[str, Any]:
         "factor_table": partial(
             sensitivity.factor_table, sensitivity.Space((), layout(k="1/s"), layout(x="m")), "drawn", "What is drawn."
         ),
+        **of_computers(),
         "AbstractDesign": RANDOM,
+        "AbstractDistribution": sensitivity.AbstractDistribution,
+        "local_sensitivities": sensitivity.local_sensitivities,
         "LatinHypercube": partial(LatinHypercube, 2, 24, 3),
         "Listed": partial(Listed, [[0.5, 0.25], [0.0, 1.0]]),
         "MonteCarlo": partial(MonteCarlo, 2, 24, 3),

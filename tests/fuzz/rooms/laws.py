@@ -25,6 +25,7 @@ def calls() -> dict[str, Any]:
     outer, inner = laws.PID2(angle, rate, two), laws.PID2(rate, torque, two, two)
     learns = arm_laws.Leakage(0.1, two)
     return {
+        "AbstractSlidingMode": arm_laws.AbstractSlidingMode,
         "Cascade": partial(laws.Cascade, outer, inner, 3),
         "PID2": partial(
             laws.PID2, angle, torque, two, two, two, two, two, two, [-1.0, -1.0], two, "back-calculation", 0.1

@@ -80,6 +80,8 @@ def calls() -> dict[str, Any]:
     ode = LOOP.ode()
     return {
         "AbstractMetric": rms,
+        "AbstractSignalMetric": room.AbstractSignalMetric,
+        "Choice": partial(room.Choice, "error", "e"),
         "Measurement": partial(
             room.Measurement,
             **{name: getattr(measurement, name)

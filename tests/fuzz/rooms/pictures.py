@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+import workbench.report.pictures as traces
 from workbench.report import pictures
-from workbench.report.pictures import loop_gain_pictures, traces
+from workbench.report.pictures import loop_gain_pictures
 from workbench.study.document import figure as marks
 from workbench.study.uncertainty import sobol
 
@@ -25,6 +26,7 @@ def calls() -> dict[str, Any]:
     window = traces.Window(0.0, 1.0)
     over_time = sobol(PAIRS, outputs(PAIRS), NAMES)
     return {
+        "loops_section": partial(traces.loops_section, "h", "about", outcomes(), "e", caption="c"),
         "Band": partial(marks.Band, "a", T, T, T, 1),
         "Bars": partial(
             marks.Bars, "a", [0.0, 1.0], [1.0, 2.0], [0.0, 0.0], 1, 0.5, 0.7, [0.5, 1.0], [2.0, 3.0], ("x", "y")

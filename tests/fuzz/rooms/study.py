@@ -106,6 +106,8 @@ def calls() -> dict[str, Any]:
         **{name: getattr(study, name) for name in IMPORTED},
         **{name: getattr(study, name) for name in ("Figure", "Itemize", "Paragraph", "Section", "Table", "Verdict")},
         "AbstractDesign": MonteCarlo(1, 24),
+        "one_core": study.one_core,
+        "testbed": study.testbed,
         "Column": partial(study.Column, "RMSE", "rad", "right", 3),
         "Case": partial(Case, "S", "law", RUN, 0, ""),
         "Factor": partial(Factor, "k", ("k",), Uniform(0.5, 4.0), "stated", True),

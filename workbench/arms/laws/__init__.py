@@ -12,7 +12,7 @@ from workbench.arms.laws.adaptive_sliding_mode import (
     Leakage,
     Plain,
 )
-from workbench.arms.laws.aosmc_rgs import AosmcRgs
+from workbench.arms.laws.aosmc_rgs import K_STAYS_DEFINITE, SHAPES, AosmcRgs
 from workbench.arms.laws.compensation import WithCompensation
 from workbench.arms.laws.computed_torque import ComputedTorque
 from workbench.arms.laws.fuzzy_asmc import FuzzyAsmc, RuleBase
@@ -22,29 +22,33 @@ from workbench.arms.laws.rise import Rise
 from workbench.arms.laws.scheduled_feedback import ScheduledFeedback
 from workbench.arms.laws.sdre import Sdre
 from workbench.arms.laws.sliding_mode import SlidingMode
+from workbench.arms.laws.sliding_surface import AbstractSlidingMode
 from workbench.arms.laws.state_feedback import StateFeedback
 from workbench.arms.laws.super_twisting import SuperTwisting
 from workbench.arms.laws.terminal_sliding_mode import NonsingularTerminalSlidingMode
 
 __all__ = [
     "AbstractAdaptation",
+    "AbstractSlidingMode",
     "AdaptiveSlidingMode",
+    "AosmcRgs",
+    "ComputedTorque",
     "DeadZone",
     "Frozen",
-    "Leakage",
-    "Plain",
-    "AosmcRgs",
-    "WithCompensation",
-    "ComputedTorque",
     "FuzzyAsmc",
-    "RuleBase",
+    "K_STAYS_DEFINITE",
+    "Leakage",
+    "NonsingularTerminalSlidingMode",
     "PID",
+    "Plain",
     "RbfAsmc",
     "Rise",
+    "RuleBase",
+    "SHAPES",
     "ScheduledFeedback",
     "Sdre",
     "SlidingMode",
     "StateFeedback",
     "SuperTwisting",
-    "NonsingularTerminalSlidingMode",
+    "WithCompensation",
 ]

@@ -58,7 +58,13 @@ class Surface(NamedTuple):
 
 
 class AbstractSlidingMode(AbstractArmController):
-    """A law with the sliding variable s = ed + Lambda e and a boundary layer of the width phi."""
+    """A law with the sliding variable s = ed + Lambda e and a boundary layer of the width phi.
+
+    Examples
+    --------
+    >>> issubclass(wb.SlidingMode, wb.arms.laws.AbstractSlidingMode)
+    True
+    """
 
     claims: ClassVar[tuple[Claim, ...]] = (SURFACE_PULLS_THE_ERROR,)
 

@@ -5,24 +5,28 @@ torque is linear in; it knows no loop, no law and no disturbance. Read `planar_a
 become matrices, then `spatial.py`.
 """
 
-from workbench.arms.mechanics import urdf
-from workbench.arms.mechanics.arm_catalogue import CATALOGUE, named, paper_arm
+from workbench.arms.mechanics import lagrange, urdf
+from workbench.arms.mechanics.arm_catalogue import CATALOGUE, named, paper_arm, planar
 from workbench.arms.mechanics.inertial_regressor import Regressor, regressor
 from workbench.arms.mechanics.parameter_reduction import BaseParameters, base_parameters
-from workbench.arms.mechanics.planar_arm import Link, PlanarArm
+from workbench.arms.mechanics.planar_arm import DIRECTIONS, Link, PlanarArm, PointMass
 from workbench.arms.mechanics.spatial import SpatialArm, SpatialLink
 
 __all__ = [
-    "CATALOGUE",
     "BaseParameters",
+    "CATALOGUE",
+    "DIRECTIONS",
     "Link",
     "PlanarArm",
+    "PointMass",
     "Regressor",
     "SpatialArm",
     "SpatialLink",
     "base_parameters",
+    "lagrange",
     "named",
     "paper_arm",
+    "planar",
     "regressor",
     "urdf",
 ]

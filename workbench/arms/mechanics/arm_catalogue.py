@@ -26,7 +26,13 @@ def paper_arm() -> PlanarArm:
 
 
 def planar(joints: int) -> PlanarArm:
-    """A hanging chain of `joints` equal slender rods of 1 kg and 1 m (inertia m l^2 / 12)."""
+    """A hanging chain of `joints` equal slender rods of 1 kg and 1 m (inertia m l^2 / 12).
+
+    Examples
+    --------
+    >>> wb.arms.mechanics.planar(3).dof
+    3
+    """
     count = whole("planar(joints=...)", joints, most=1_000)
     return PlanarArm(tuple(Link(1.0, 1.0, 0.5, 0.0, 1 / 12) for _ in range(count)))
 

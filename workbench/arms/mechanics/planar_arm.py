@@ -37,7 +37,14 @@ class Link:
 
 @block
 class PointMass:
-    """A massless link of given length with all its mass at the far end (equations (2) to (4) of the paper)."""
+    """A massless link of given length with all its mass at the far end (equations (2) to (4) of the paper).
+
+    Examples
+    --------
+    >>> links = wb.arms.mechanics.PointMass(1.0, 0.5), wb.arms.mechanics.PointMass(1.0, 0.5)
+    >>> wb.arms.mechanics.PlanarArm(links).dof
+    2
+    """
 
     offset = 0.0
     inertia = 0.0

@@ -14,18 +14,19 @@ from workbench.arms.observers.disturbance_observers import (
 )
 from workbench.arms.observers.extended_state_observer import ExtendedStateObserver
 from workbench.arms.observers.full_state import DirtyDerivative, FullState, VelocityFilter
-from workbench.arms.observers.luenberger import Luenberger
+from workbench.arms.observers.luenberger import THEOREM_1, Luenberger
 
 __all__ = [
     "AbstractDisturbanceObserver",
+    "DirtyDerivative",
+    "ExtendedStateObserver",
+    "FullState",
+    "Luenberger",
     "MomentumObserver",
     "NonlinearDisturbanceObserver",
     "OracleFilter",
     "PrintedFilter",
-    "WithDisturbance",
-    "ExtendedStateObserver",
-    "DirtyDerivative",
-    "FullState",
+    "THEOREM_1",
     "VelocityFilter",
-    "Luenberger",
+    "WithDisturbance",
 ]

@@ -2,6 +2,11 @@
 
 The room knows plants, observers, laws and references by their contracts alone; it knows no
 simulation and no design. Read `closed_loop.py` first, then `contracts.py`.
+
+Examples
+--------
+>>> wb.loop.ClosedLoop is wb.ClosedLoop
+True
 """
 
 from workbench.blocks.loop.closed_loop import ClosedLoop, open_loop

@@ -10,7 +10,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy
-from typing import Annotated, Any, Self
+from dataclasses import Field
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import casadi as ca
 
@@ -44,6 +45,8 @@ class AbstractPlant(ABC):
     array([[0.5]])
     """
 
+    if TYPE_CHECKING:  # each block is a dataclass, so `dataclasses.replace` takes it
+        __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
     update: Callable[..., Parts]
     counts: str = ""  # the thing that the numbers of its vectors count, as 'tank'
     power: tuple[str, ...] = ()  # an input and an output whose product is a power, as ("v", "i")
@@ -128,6 +131,8 @@ class AbstractPlant(ABC):
 class AbstractMember(ABC):
     """A block that a computer can run: an observer or a law."""
 
+    if TYPE_CHECKING:  # each block is a dataclass, so `dataclasses.replace` takes it
+        __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
     update: Callable[..., Parts]
     period: float | None = None  # s, at which a computer runs it, if it is not that of the loop's computer
     hint_on_reads: str = ""  # a sentence of advice for who makes it read what is not there

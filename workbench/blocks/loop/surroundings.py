@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import Field
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import casadi as ca
 
@@ -26,6 +28,9 @@ class AbstractReference(ABC):
     >>> Parabola().at(2.0)
     {'x': 1.0}
     """
+
+    if TYPE_CHECKING:  # each block is a dataclass, so `dataclasses.replace` takes it
+        __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     @property
     @abstractmethod

@@ -2,13 +2,18 @@
 
 The room knows a plant's equations, its actuators, sensors and disturbances; it knows no law, no observer and no
 simulation. Read `dc_motor.py` first; `ode_plant.py` makes a plant of functions.
+
+Examples
+--------
+>>> wb.plants.DCMotor is wb.DCMotor
+True
 """
 
 from workbench.blocks.loop.linear_blocks import LinearPlant
 from workbench.blocks.plants.buck_converter import BuckConverter
 from workbench.blocks.plants.dc_motor import DCMotor
 from workbench.blocks.plants.disturbed import Disturbed
-from workbench.blocks.plants.elements import AbstractElement, FirstOrder, PadeDelay, RateLimit, Saturation
+from workbench.blocks.plants.elements import AbstractElement, FirstOrder, Memory, PadeDelay, RateLimit, Saturation
 from workbench.blocks.plants.equipped import Equipped
 from workbench.blocks.plants.mechanisms import CartPole, FurutaPendulum, TwoMasses
 from workbench.blocks.plants.nonlinear_elements import Backlash, DeadZone, Quantiser
@@ -28,6 +33,7 @@ __all__ = [
     "FirstOrder",
     "FurutaPendulum",
     "LinearPlant",
+    "Memory",
     "OdePlant",
     "PadeDelay",
     "PlanarQuadrotor",

@@ -148,6 +148,12 @@ class SquareWave(AbstractSignal):
 
     square(x) has the sign of sin(x) and is 1 at x = 0. A jump has no derivative; the derivatives are
     taken to be zero at all times, as if the jumps were not there.
+
+    Examples
+    --------
+    >>> wave = wb.SquareWave([1.0], 0.25)
+    >>> wave.signal, wave.frequency
+    ('q', 0.25)
     """
 
     amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
@@ -197,7 +203,13 @@ class PulseTrain(AbstractSignal):
 
 @block
 class SineTorque(AbstractDisturbance):
-    """D_i(t) = amplitude_i sin(frequency_i t + phase_i)."""
+    """D_i(t) = amplitude_i sin(frequency_i t + phase_i).
+
+    Examples
+    --------
+    >>> wb.SineTorque([0.5], [3.0]).at(0.0)
+    SX(0)
+    """
 
     amplitude: Vector = parameter(unit="N m", shape=("n",), symbol="delta")
     frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega_d")

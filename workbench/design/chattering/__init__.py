@@ -2,6 +2,11 @@
 
 The room knows a loop that is cut at its switch, as a linear part W, and no law. Read `linear_part.py` first, then
 `harmonic_balance.py`, which is approximate, and `relay_cycles.py`, which is exact.
+
+Examples
+--------
+>>> wb.chattering.Relay(1.0)
+Relay(K=1)
 """
 
 from workbench.design.chattering.harmonic_balance import Balance, BoundaryLayer, Oscillation, Relay, harmonic_balance

@@ -2,6 +2,12 @@
 
 The room knows arrays and systems of python-control, and no robot, law or loop by name. Read `stability_margins.py`
 first for one loop, `hinf_norm.py` for norms, and `hold_loop.py` for a loop in a computer.
+
+Examples
+--------
+>>> plant = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
+>>> wb.frequency.bandwidth is wb.bandwidth
+True
 """
 
 from workbench.design.frequency.bandwidth import Bandwidth, LevelCrossing, bandwidth, sensitivity_bandwidth

@@ -105,7 +105,8 @@ def common_period(periods: Sequence[Any]) -> tuple[float, tuple[int, ...]]:
 
     Examples
     --------
-    >>> common_period([0.1, Fraction(1, 4)])
+    >>> from fractions import Fraction
+    >>> wb.frequency.common_period([0.1, Fraction(1, 4)])
     (0.5, (5, 2))
     """
     if not periods:

@@ -2,6 +2,12 @@
 
 The room knows equations and systems of python-control, and no robot, law or loop by name. Read `linearization.py`
 first, then `linear_modes.py` for poles, `loop_cuts.py` and `loop_margins.py` for loops that are cut.
+
+Examples
+--------
+>>> motor = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
+>>> len(wb.linear.poles(motor))
+2
 """
 
 from workbench.design.linear.compensators import Placement, lead_lag, place
@@ -13,6 +19,7 @@ from workbench.design.linear.linearization import linearize, to_control
 from workbench.design.linear.loop_cuts import broken_loop, broken_loops
 from workbench.design.linear.loop_margins import DiskMargin, LoopMargins, disk_margin, loop_margins
 from workbench.design.linear.operating_point import OperatingPoint, operating_point
+from workbench.design.matrices import Refused
 
 __all__ = [
     "DiskMargin",
@@ -26,6 +33,7 @@ __all__ = [
     "OperatingPoint",
     "Placement",
     "Pole",
+    "Refused",
     "along",
     "broken_loop",
     "broken_loops",

@@ -2,6 +2,14 @@
 
 The room knows equations that can be closed and cut, and no robot, law or plant by name. Read `linear_loops.py` first,
 then `linear_loop.py` for the answers, `loop_rows.py` for many rows, and `point_model.py` for the Jacobians.
+
+Examples
+--------
+>>> motor = wb.DCMotor()
+>>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+>>> linear = wb.linear_loop(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
+>>> isinstance(linear, wb.linear_loops.LinearLoop), linear.bent
+(True, ())
 """
 
 from workbench.design.linear_loop.frequency_answers import BodeData, FrequencyResponse

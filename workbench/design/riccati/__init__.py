@@ -2,6 +2,11 @@
 
 The room knows matrices and linear systems, and no plant. Read `regulators.py` and `kalman_gains.py` first, then
 `stabilising_solution.py` (CARE and DARE): first answers, refined by Newton's method and then judged.
+
+Examples
+--------
+>>> wb.riccati.care(np.zeros((1, 1)), np.eye(1), np.eye(1), np.eye(1)).X
+array([[1.]])
 """
 
 from workbench.design.riccati.kalman_gains import lqe, steady_kalman

@@ -2,6 +2,12 @@
 
 The room knows matrices and functions of time or state that give them, and no plant. Read `differential.py` first; it
 takes `moebius.py` where coefficients are constant, and `time_varying.py` where they are not.
+
+Examples
+--------
+>>> one = np.eye(1)
+>>> wb.riccati_flow.rde(0 * one, one, one, one, 0 * one, np.array([0.0, 1.0])).P.shape
+(2, 1, 1)
 """
 
 from workbench.design.riccati_flow.differential import RiccatiFlow, StateDependent, fpre, rde, sdre

@@ -2,10 +2,15 @@
 
 The room knows equations, their outputs and steps; it does not know plants or laws. Read `metric_catalogue.py` first,
 then `contract.py` for a metric of your own.
+
+Examples
+--------
+>>> wb.metrics.late_error(2.0).name
+'late error'
 """
 
-from workbench.engine.metrics.accumulators import measured
-from workbench.engine.metrics.contract import AbstractMetric
+from workbench.engine.metrics.accumulators import final_values, measured
+from workbench.engine.metrics.contract import AbstractMetric, AbstractSignalMetric, Integral, Parts
 from workbench.engine.metrics.measure import measure
 from workbench.engine.metrics.measurement import Measurement
 from workbench.engine.metrics.metric_catalogue import (
@@ -26,13 +31,23 @@ from workbench.engine.metrics.metric_catalogue import (
     violation,
 )
 from workbench.engine.metrics.score import Score
+from workbench.engine.metrics.signal_choice import Choice, Signal
+from workbench.engine.metrics.step_metrics import Peak, TotalVariation
 
 __all__ = [
     "AbstractMetric",
+    "AbstractSignalMetric",
+    "Choice",
+    "Integral",
     "Measurement",
+    "Parts",
+    "Peak",
     "Score",
+    "Signal",
+    "TotalVariation",
     "effort",
     "energy",
+    "final_values",
     "iae",
     "ise",
     "itae",

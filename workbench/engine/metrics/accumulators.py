@@ -33,7 +33,15 @@ def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: floa
 
 @door
 def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
-    """Each metric of each run, (B, k), until a kept time, the last unless given; NaN for a run that has diverged."""
+    """Each metric of each run, (B, k), until a kept time, the last unless given; NaN for a run that has diverged.
+
+    Examples
+    --------
+    >>> motor, area = wb.open_loop(wb.DCMotor()), wb.effort("omega")
+    >>> runs = wb.simulate(wb.metrics.measured(motor, [area], 1e-2), until=1.0, every=1.0)
+    >>> wb.metrics.final_values(runs, [area])["effort of omega"].shape
+    (1, 1)
+    """
     row = whole("final_values(row=...)", row, -len(runs.t), len(runs.t) - 1)
     horizon, held = float(runs.t[row]), accumulators_in(runs.step, metrics)
     lost = (runs.diverged_at <= horizon)[:, np.newaxis]

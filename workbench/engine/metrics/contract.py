@@ -14,7 +14,6 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.core.units import declared, joined, unit_of_each
-from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, described, several
 from workbench.core.validation.signatures import answer, door
 from workbench.core.validation.type_hints import KindError, fit_of
@@ -185,7 +184,13 @@ def as_written(method: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class AbstractSignalMetric(AbstractMetric):
-    """A metric of one signal, in its unit or in one made of it, with names for what it remembers beside the states."""
+    """A metric of one signal, in its unit or in one made of it, with names for what it remembers beside the states.
+
+    Examples
+    --------
+    >>> isinstance(wb.peak_error(), wb.metrics.AbstractSignalMetric), wb.peak_error().watches
+    (True, ())
+    """
 
     signal: Signal
     remembers: ClassVar[tuple[str, ...]] = ()
@@ -201,6 +206,10 @@ class AbstractSignalMetric(AbstractMetric):
         seen = choose(self.name, self.signal, ode)
         return bound(self, seen, ode, self.measured_in, signal=seen)
 
+    def column_of(self, y: Mapping[str, ca.SX]) -> ca.SX:
+        """The column of the signal, (k, 1), from the outputs y by name; of an error, less its reference."""
+        return column(self.signal, y)
+
     @door
     def measured_in(self, unit: str) -> str:
         """The unit of the metric of a signal in a unit."""
@@ -212,7 +221,7 @@ class AbstractSignalMetric(AbstractMetric):
 
 
 @dataclass(frozen=True)
-@show
+@door
 class Integral(AbstractMetric):
     """finish(integral of g(t, y) dt, horizon).
 
@@ -224,6 +233,14 @@ class Integral(AbstractMetric):
         The outputs that g looks at, where no `signal` is told.
     measure
         The unit of the metric from those of its signals; without it, `unit` says it.
+
+    Examples
+    --------
+    >>> area = wb.metrics.Integral(
+    ...     "area", "rad", "integral of omega", lambda t, y: y["omega"], lambda sum, until: sum, signals=("omega",)
+    ... )
+    >>> round(wb.measure(wb.open_loop(wb.DCMotor()), [area], until=1.0, h=1e-2).scores[0].pair[0], 3)
+    0.0
     """
 
     g: Callable[[ca.SX, Any], ca.SX]

@@ -26,6 +26,11 @@ class Choice:
 
     An "error" is that of the outputs that follow a reference, a "level" such outputs with their references, an "input"
     the signals that act on the plant where it is driven.
+
+    Examples
+    --------
+    >>> wb.metrics.Choice("error", "omega").of
+    'error'
     """
 
     of: Literal["error", "level", "input"]

@@ -35,7 +35,13 @@ def _absolute(e: ca.SX) -> ca.SX:
 @dataclass(frozen=True)
 @door
 class Peak(AbstractSignalMetric):
-    """The largest absolute value of a signal over all steps, from `after` seconds on."""
+    """The largest absolute value of a signal over all steps, from `after` seconds on.
+
+    Examples
+    --------
+    >>> wb.metrics.Peak("peak", "rad/s", "largest speed", "omega", 0.5).after
+    0.5
+    """
 
     remembers: ClassVar = ("peak",)
     signal: Signal
@@ -83,7 +89,13 @@ class AbstractSampledMetric(AbstractSignalMetric):
 @dataclass(frozen=True)
 @door
 class TotalVariation(AbstractSampledMetric):
-    """The sum of |u(t_j) - u(t_(j-1))| over the grid from `after` seconds on, per second: a measure of chattering."""
+    """The sum of |u(t_j) - u(t_(j-1))| over the grid from `after` seconds on, per second: a measure of chattering.
+
+    Examples
+    --------
+    >>> wb.metrics.TotalVariation("TV", "V/s", "total variation of v", "v", 1e-3).name
+    'TV'
+    """
 
     remembers: ClassVar = ("sum", "last")
     after: float = 0.0

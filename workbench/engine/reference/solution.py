@@ -90,6 +90,12 @@ def reference(
     ----------
     Filippov (1988), Differential Equations with Discontinuous Righthand Sides, section 4; Utkin (1992), Sliding Modes
     in Control and Optimization, chapter 2; Hairer, Norsett and Wanner (1993), section II.10.
+
+    Examples
+    --------
+    >>> drop = wb.open_loop(wb.StirredTank())
+    >>> wb.reference_run(drop, times=[1.0]).x.shape
+    (1, 2)
     """
     start, when = _values("x0", x0, ode.states), _times("reference", times)
     ode.refuse_beyond("reference(times=...)", float(when[-1]))

@@ -2,6 +2,11 @@
 
 The room knows plain data (frequencies, complex answers, periods, certified margins, poles, responses) and makes figures
 of them; it knows no robot, law or loop. Read `frequency_curves` first, then `bode_pictures`.
+
+Examples
+--------
+>>> wb.loop_pictures.FrequencyCurve is wb.FrequencyCurve
+True
 """
 
 from workbench.report.loop_pictures.bode_pictures import bode_figure
@@ -15,6 +20,7 @@ from workbench.report.loop_pictures.curve_turns import CurveTurns, curve_turns
 from workbench.report.loop_pictures.describing_pictures import describing_function_figure
 from workbench.report.loop_pictures.envelopes import Envelope, bode_envelope, envelope_figure
 from workbench.report.loop_pictures.frequency_matrices import FrequencyMatrix
+from workbench.report.loop_pictures.margin_words import ROUNDED
 from workbench.report.loop_pictures.nichols_pictures import nichols_figure
 from workbench.report.loop_pictures.nyquist_pictures import nyquist_figure
 from workbench.report.loop_pictures.phase_planes import PhaseCurve, Rest, VectorField, phase_figure
@@ -40,6 +46,7 @@ __all__ = [
     "GainBound",
     "PhaseCurve",
     "PoleZeroSet",
+    "ROUNDED",
     "Rest",
     "SampledStepInfo",
     "TimeResponse",
@@ -58,7 +65,7 @@ __all__ = [
     "pole_zero_map",
     "relative_gain_figure",
     "root_locus_figure",
+    "sampled_step_info",
     "singular_value_figure",
     "step_figure",
-    "sampled_step_info",
 ]

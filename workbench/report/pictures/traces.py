@@ -21,7 +21,13 @@ from workbench.study.study import Outcome
 @dataclass(frozen=True)
 @door
 class Window:
-    """A stretch of time in s, and the limits of the ordinate; None fits them to the curves."""
+    """A stretch of time in s, and the limits of the ordinate; None fits them to the curves.
+
+    Examples
+    --------
+    >>> wb.pictures.Window(0.0, 2.0, ylim=(-1.0, 1.0)).end
+    2.0
+    """
 
     start: float
     end: float
@@ -49,6 +55,15 @@ def traces(
     ------
     ValueError
         If there are more laws than styles.
+
+    Examples
+    --------
+    >>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, every=0.1, h=1e-2)
+    >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
+    >>> outcome = wb.study.run(study)["speed", "no law"]
+    >>> window = wb.pictures.Window(0.0, 1.0)
+    >>> wb.pictures.traces("speed", "Speed of the motor.", [outcome], "omega", 0, "speed [rad/s]", [window]).name
+    'speed'
     """
     panels, styles = [], _styles(name, outcomes)
     if len(outcomes) > TOGETHER:
@@ -194,6 +209,14 @@ def curve(
         If there is no such signal, or it has no such number.
     ValueError
         If no kept time lies in the window.
+
+    Examples
+    --------
+    >>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, every=0.1, h=1e-2)
+    >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
+    >>> outcome = wb.study.run(study)["speed", "no law"]
+    >>> wb.pictures.curve(outcome, "omega").x.shape
+    (11,)
     """
     first, last = _rows(outcome, window)
     x, of_x = outcome.t, time_source(outcome, (first, last)).times(*seconds)

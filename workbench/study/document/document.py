@@ -98,7 +98,13 @@ class Paragraph:
 @dataclass(frozen=True)
 @door
 class Itemize:
-    """A list of points."""
+    """A list of points.
+
+    Examples
+    --------
+    >>> len(wb.document.Itemize(("One thing.", "Another.")).items)
+    2
+    """
 
     items: tuple[Phrase, ...]
 
@@ -106,7 +112,13 @@ class Itemize:
 @dataclass(frozen=True)
 @door
 class Equation:
-    """Formulas on lines of their own below one number, with a `note` of their source."""
+    """Formulas on lines of their own below one number, with a `note` of their source.
+
+    Examples
+    --------
+    >>> wb.document.Equation(wb.notation.symbol("tau"), name="torque").name
+    'torque'
+    """
 
     formulas: Formula | tuple[Formula, ...]
     name: str = ""
@@ -130,6 +142,11 @@ class Verdict:
     """A claim that `holds`, `fails` or is `open`, with its evidence, as a bound, a residual or a witness, in one box.
 
     A conclusion from runs is a `Finding`.
+
+    Examples
+    --------
+    >>> wb.document.Verdict("holds", "The loop is stable.", "All poles decay.").kind
+    'holds'
     """
 
     kind: Literal["holds", "fails", "open"]

@@ -21,7 +21,13 @@ WIDE = 0.25  # of a value: an interval that reaches farther is printed by its en
 @dataclass(frozen=True)
 @door
 class Code:
-    """Text that is typed as it stands: a command, a name, a fingerprint."""
+    """Text that is typed as it stands: a command, a name, a fingerprint.
+
+    Examples
+    --------
+    >>> wb.document.Code("make paper").text
+    'make paper'
+    """
 
     text: str
 
@@ -29,7 +35,13 @@ class Code:
 @dataclass(frozen=True)
 @door
 class Strong:
-    """Text that is stressed."""
+    """Text that is stressed.
+
+    Examples
+    --------
+    >>> wb.document.Strong("fails").text
+    'fails'
+    """
 
     text: str
 
@@ -37,7 +49,13 @@ class Strong:
 @dataclass(frozen=True)
 @door
 class Reference:
-    """'Table 2', 'Figure 3' or 'Equation (4)': the number of the block of that name, found when it is printed."""
+    """'Table 2', 'Figure 3' or 'Equation (4)': the number of the block of that name, found when it is printed.
+
+    Examples
+    --------
+    >>> wb.document.Reference("speed").name
+    'speed'
+    """
 
     name: str
 
@@ -58,6 +76,11 @@ class Measured:
 
     Its `source` is the result that it shows, None for a number of another origin. Its `ends` are those of an interval
     that is not symmetric about the value, infinite where it has no bound; a wide one is printed in place of the error.
+
+    Examples
+    --------
+    >>> wb.document.Measured(1.25, 0.03).error
+    0.03
     """
 
     value: float
@@ -127,6 +150,11 @@ class Column:
 
     A `Measured` cell has those that its error supports, whatever `digits` says. Where a page is too narrow for whole
     lines of its texts, these break, but not before `width` letters.
+
+    Examples
+    --------
+    >>> wb.document.Column("error", "rad", align="right", digits=3).unit
+    'rad'
     """
 
     header: Phrase
@@ -154,6 +182,12 @@ class Table:
     ------
     ValueError
         If the name is no file's, a row does not fit the columns, or a cell is NaN or none of the above.
+
+    Examples
+    --------
+    >>> columns = wb.document.Column("law"), wb.document.Column("error", "rad", "right")
+    >>> wb.document.Table("errors", "The error of each law.", columns, (("PID", 0.1), ("SMC", 0.05))).rows[1]
+    ('SMC', 0.05)
     """
 
     name: str
@@ -229,7 +263,13 @@ def check_name(kind: str, name: str) -> None:
 
 
 def raised(unit: str) -> str:
-    """A unit as it is printed, with its whole powers raised: m/s^2 as m/s\N{SUPERSCRIPT TWO}; a root stays as typed."""
+    """A unit as it is printed, with its whole powers raised: m/s^2 as m/s\N{SUPERSCRIPT TWO}; a root stays as typed.
+
+    Examples
+    --------
+    >>> wb.document.raised("kg m^2")
+    'kg m²'
+    """
     powers = r"\^(?:\((-?\d+)\)|(-?\d+)(?![\d.]))"
     return re.sub(powers, lambda m: (m[1] or m[2]).translate(_RAISED), unit).replace("*", "·")
 

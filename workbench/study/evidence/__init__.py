@@ -3,28 +3,63 @@
 Beside them are searches for the largest value that meets a criterion. The room knows values by law and draw, estimands
 such as a mean or a tail, and tables of them; of loops it knows the equations alone. Read `judgement.py` first, then
 `pooling.py`, `estimands.py` and `threshold.py`.
+
+Examples
+--------
+>>> wb.evidence.order((1.0, 0.1), (2.0, 0.1))  # two values with their errors
+'below'
 """
 
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.common_draws import Paired, paired, same_draws
 from workbench.study.evidence.comparison_tables import (
+    BOLD,
+    HALF,
     ablation_table,
     change_without,
     comparison_table,
     level_of,
     statistics_table,
 )
+from workbench.study.evidence.computer_margins import (
+    KEPT,
+    STANDS,
+    ComputerEffect,
+    ComputerMargin,
+    ComputerMargins,
+    computer_effects,
+    computer_margins,
+    computer_sweep,
+    computer_table,
+    worst_ratio,
+)
+from workbench.study.evidence.divergence_causes import Causes, causes_in_sweep
 from workbench.study.evidence.estimands import Mean, Median, Quantile, Success, Tail, least_draws
 from workbench.study.evidence.judgement import Judgement, Standings, judge
 from workbench.study.evidence.largest_setting import LargestSetting, LoopLimits, LoopTrial, largest_setting
+from workbench.study.evidence.law_tables import (
+    Published,
+    against_published,
+    information_table,
+    order,
+    ranking,
+    side_by_side,
+)
 from workbench.study.evidence.pairwise_comparison import Comparison, Ranks, compare, ranks
-from workbench.study.evidence.pooling import Pooled, leave_one_out, pool
+from workbench.study.evidence.pooling import WAYS, Pooled, Way, leave_one_out, pool
 from workbench.study.evidence.threshold import Threshold, bisect, find_largest
 
 __all__ = [
+    "BOLD",
+    "Causes",
     "Comparison",
+    "ComputerEffect",
+    "ComputerMargin",
+    "ComputerMargins",
+    "HALF",
     "Intervals",
     "Judgement",
+    "KEPT",
     "LargestSetting",
     "LoopLimits",
     "LoopTrial",
@@ -32,26 +67,41 @@ __all__ = [
     "Median",
     "Paired",
     "Pooled",
+    "Published",
     "Quantile",
     "Ranks",
+    "STANDS",
     "Standings",
     "Success",
     "Tail",
     "Threshold",
+    "WAYS",
+    "Way",
     "ablation_table",
+    "against_published",
     "bisect",
+    "causes_in_sweep",
     "change_without",
     "compare",
     "comparison_table",
+    "computer_effects",
+    "computer_margins",
+    "computer_sweep",
+    "computer_table",
     "find_largest",
+    "information_table",
     "judge",
     "largest_setting",
     "least_draws",
     "leave_one_out",
     "level_of",
+    "order",
     "paired",
     "pool",
+    "ranking",
     "ranks",
     "same_draws",
+    "side_by_side",
     "statistics_table",
+    "worst_ratio",
 ]

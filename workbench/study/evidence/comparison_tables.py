@@ -9,8 +9,9 @@ import numpy as np
 from workbench.core.validation.signatures import door
 from workbench.study.document.document import Cell, Column, Emphasis, Measured, Missing, Phrase, Table, Value
 from workbench.study.document.source import Source
+from workbench.study.document.words import join_names
 from workbench.study.evidence.estimands import Success, unit_of_estimand, words_of
-from workbench.study.evidence.judgement import Judgement, listed
+from workbench.study.evidence.judgement import Judgement
 from workbench.study.evidence.pairwise_comparison import Comparison
 
 BOLD = "Bold: significantly better than each other law."
@@ -135,7 +136,7 @@ def _reversed(judgement: Judgement) -> Iterator[str]:
     for words in judgement.by:
         pairs = [f"{a} is below {b}" for a, b, _, other in judgement.reversals if other == words]
         if pairs:
-            yield f"By {judgement.asked.words} {listed(pairs)}, and by {words} significantly above."
+            yield f"By {judgement.asked.words} {join_names(pairs)}, and by {words} significantly above."
 
 
 @door

@@ -36,6 +36,11 @@ class ComputerEffect:
     ------
     ValueError
         If the levels do not rise from above `least`, or the declared one is none of them, nor the least.
+
+    Examples
+    --------
+    >>> wb.evidence.ComputerEffect("jitter", ("computer.jitter",), (1e-3, 2e-3), 1e-3, "s").levels
+    (0.001, 0.002)
     """
 
     name: str
@@ -84,6 +89,16 @@ def computer_effects(sampled: Sampled, jitter: float, missed: float) -> tuple[Co
         If the loop is not disturbed.
     ValueError
         If a declared level is beyond half of the period, or of all periods.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
+    >>> sampled = loop.disturbed()
+    >>> effects = wb.evidence.computer_effects(sampled, jitter=1e-3, missed=0.1)
+    >>> [effect.name for effect in effects]
+    ['jitter', 'missed periods']
     """
     half = sampled.period / 2
     rows = sampled.parameters
@@ -121,6 +136,17 @@ def computer_sweep(
     ------
     ValueError
         If there is no effect, or no draw.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
+    >>> sampled = loop.disturbed()
+    >>> effects = wb.evidence.computer_effects(sampled, jitter=1e-3, missed=0.1)
+    >>> run = wb.Run(sampled, (wb.rmse(),), until=1.0)
+    >>> wb.evidence.computer_sweep("motor", run, effects, draws=2).name
+    'motor'
     """
     whole("computer_sweep(draws=...)", draws)
     if not effects:
@@ -223,7 +249,13 @@ def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: 
 
 @door
 def worst_ratio(values: Array, base: Array) -> Array:
-    """The largest ratio over the numbers of a metric, the last axis; infinite where a run diverged."""
+    """The largest ratio over the numbers of a metric, the last axis; infinite where a run diverged.
+
+    Examples
+    --------
+    >>> wb.evidence.worst_ratio(np.array([[2.0, 3.0]]), np.array([[1.0, 2.0]]))
+    array([2.])
+    """
     with np.errstate(invalid="ignore"):
         ratios = values / base
     return np.asarray(np.max(np.where(np.isnan(ratios), np.inf, ratios), axis=-1))

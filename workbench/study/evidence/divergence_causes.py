@@ -27,6 +27,11 @@ class Causes:
     """The repetitions of B lost runs, from the same rows and noise, with other ways to step the computer's memories.
 
     `lost` has (B,) for each way: 1 for a run that diverges by this way, too. The way "fine" is near the exact flow.
+
+    Examples
+    --------
+    >>> len(wb.evidence.Causes({"fine": np.array([0, 1])}).lost)
+    1
     """
 
     lost: Mapping[str, Integers]

@@ -138,11 +138,6 @@ def _grouped(places: Mapping[str, str]) -> str:
     return "; ".join(f"{', '.join(words)} -> {law}" for law, words in laws.items())
 
 
-def listed(names: Sequence[str]) -> str:
-    """Names in a row, with "and" before the last."""
-    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
-
-
 @dataclass(frozen=True, eq=False)
 @door
 class Standings:

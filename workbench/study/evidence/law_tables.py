@@ -11,7 +11,7 @@ from workbench.core import Roles, grouped
 from workbench.core.validation.refusals import described, finite, known, nearest, refusal, whole
 from workbench.core.validation.signatures import door
 from workbench.study.document.document import Cell, Column, Emphasis, Measured, Phrase, Table
-from workbench.study.evidence.judgement import listed
+from workbench.study.document.words import join_names
 from workbench.study.marks import cell, metric_source
 from workbench.study.study import Outcome
 
@@ -104,6 +104,11 @@ def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -
     """The side of value b on which value a lies, "below" or "above", or "undecided".
 
     It is undecided where the gap is within the sum of both errors, or within `margin` of the smaller value.
+
+    Examples
+    --------
+    >>> wb.evidence.order((1.0, 0.1), (2.0, 0.1)), wb.evidence.order((1.0, 0.6), (2.0, 0.6))
+    ('below', 'undecided')
     """
     gap, error = b[0] - a[0], a[1] + b[1]
     if not abs(gap) > max(error, margin * min(abs(a[0]), abs(b[0]))):
@@ -114,7 +119,13 @@ def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -
 @dataclass(frozen=True)
 @door
 class Published:
-    """One column of a published table: a law's name to its printed value, for a metric of one signal."""
+    """One column of a published table: a law's name to its printed value, for a metric of one signal.
+
+    Examples
+    --------
+    >>> wb.evidence.Published("Table 1", "effort of omega", 0, {"no law": 0.0}, 2).digits
+    2
+    """
 
     where: str
     metric: str
@@ -125,7 +136,17 @@ class Published:
 
 @door
 def against_published(name: str, caption: str, published: Published, outcomes: Mapping[str, Outcome]) -> Table:
-    """Printed / ours / difference, one row a law; a printed zero has no percent, and each law needs an outcome."""
+    """Printed / ours / difference, one row a law; a printed zero has no percent, and each law needs an outcome.
+
+    Examples
+    --------
+    >>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, h=1e-2)
+    >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
+    >>> printed = wb.evidence.Published("Table 1", "effort of omega", 0, {"no law": 0.0}, 2)
+    >>> ours = {"no law": wb.study.run(study)["speed", "no law"]}
+    >>> wb.evidence.against_published("table_1", "Printed and ours.", printed, ours).rows[0][0]
+    'no law'
+    """
     ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
     unit = _unit(ours.values(), published.metric, published.signal)
     rows: list[tuple[Cell, ...]] = []
@@ -165,7 +186,7 @@ class Ranking:
         pairs = len(self.holds) + len(self.fails) + len(self.undecided)
         lost = [b for a, b in self.fails if a == winner]
         against = (
-            f" {winner} is printed below {listed(lost)}, and is above here."
+            f" {winner} is printed below {join_names(lost)}, and is above here."
             if lost
             else f" All printed advantages of {winner} hold here or are too close to call."
         )
@@ -177,7 +198,16 @@ class Ranking:
 
 @door
 def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float = 0.0) -> Ranking:
-    """Each pair of laws in its printed order, judged by our values; see `order` for when it stays open."""
+    """Each pair of laws in its printed order, judged by our values; see `order` for when it stays open.
+
+    Examples
+    --------
+    >>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, h=1e-2)
+    >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
+    >>> printed = wb.evidence.Published("Table 1", "effort of omega", 0, {"no law": 0.0}, 2)
+    >>> wb.evidence.ranking(printed, {"no law": wb.study.run(study)["speed", "no law"]}).holds
+    ()
+    """
     scores = {}
     for law in published.values:
         outcome = outcomes[known(law, outcomes, f"outcomes beside {published.where}")]
@@ -202,6 +232,14 @@ def information_table(
     ------
     ValueError
         If there is no law, a loop cannot say its roles, or `tuned` has other laws.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.evidence.information_table("laws", "The measurements of each law.", {"PI": loop}).rows[0][0]
+    'PI'
     """
     if not loops:
         raise ValueError("`information_table(loops)` must map each law to its loop, at least one; got none.")

@@ -2,6 +2,11 @@
 
 The room knows sweeps and samples, and nothing of files: who computes its runs is handed in.
 Read `contract` first, then `search`; `optimum` says what was found and how far it may be trusted.
+
+Examples
+--------
+>>> wb.tuning.Tuning.__name__
+'Tuning'
 """
 
 from workbench.study.tuning.contract import Objective, Trial, Tuning, equal_budget

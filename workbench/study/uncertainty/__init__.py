@@ -2,6 +2,11 @@
 
 The room knows factors and samples of runs, and nothing of the loops behind them but their numbers; `local` alone
 simulates, to differentiate. Read `engine/factors` first, then `designs` and `indices`.
+
+Examples
+--------
+>>> wb.uncertainty.MonteCarlo(2, 100, seed=1).points().shape
+(100, 2)
 """
 
 from workbench.engine.distributions import (
@@ -24,7 +29,8 @@ from workbench.study.uncertainty.designs import (
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado, morris, tornado
 from workbench.study.uncertainty.factor_table import factor_table
 from workbench.study.uncertainty.indices import SobolIndices, least_base, sobol
-from workbench.study.uncertainty.outputs import Estimate
+from workbench.study.uncertainty.local import LocalSensitivities, local_sensitivities
+from workbench.study.uncertainty.outputs import Estimate, Flags
 from workbench.study.uncertainty.quantiles import Quantiles, Share, quantiles, share
 from workbench.study.uncertainty.sobol_design import SobolDesign
 
@@ -33,8 +39,10 @@ __all__ = [
     "AbstractDistribution",
     "Estimate",
     "Factor",
+    "Flags",
     "LatinHypercube",
     "Listed",
+    "LocalSensitivities",
     "LogNormal",
     "LogUniform",
     "MonteCarlo",
@@ -52,6 +60,7 @@ __all__ = [
     "Uniform",
     "factor_table",
     "least_base",
+    "local_sensitivities",
     "morris",
     "quantiles",
     "share",

@@ -137,7 +137,7 @@ def least_base(dimensions: int, second_order: bool = False) -> int:
 
     Examples
     --------
-    >>> least_base(dimensions=12)
+    >>> wb.uncertainty.least_base(dimensions=12)
     32
     """
     needed, base = EACH * (terms(dimensions) + 1), 2 * SCRAMBLES

@@ -134,6 +134,13 @@ def local_sensitivities(
         If no name is given, the run diverges, a number cannot be moved by itself, or `measured` or `simulate` refuses.
     LookupError
         If a name is neither a parameter's nor a state's; the message names the nearest.
+
+    Examples
+    --------
+    >>> motor = wb.open_loop(wb.DCMotor())
+    >>> found = wb.uncertainty.local_sensitivities(motor, [wb.effort("omega")], ["R"], until=1.0, h=1e-2)
+    >>> found.labels
+    ('R',)
     """
     seconds("local_sensitivities(until=...)", until)
     whole = MeasuredEquation.of(equation, metrics, until)

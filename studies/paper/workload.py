@@ -8,52 +8,50 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Ode, Step, rk4
-from workbench.core.validation.refusals import Array
-from workbench.engine import simulate
+import workbench as wb
 
 H, HORIZON = 1e-3, 10.0  # s
 SEED = 20  # of all parameters that are drawn
 
-STATES = Layout(
+STATES = wb.Layout(
     (
-        Entry("q", np.array([np.pi, -np.pi]), "rad"),
-        Entry("qd", np.zeros(2), "rad/s"),
-        Entry("q_hat", np.zeros(2), "rad"),
-        Entry("qd_hat", np.zeros(2), "rad/s"),
-        Entry("d_hat", np.zeros(2), "N m"),
-        Entry("P", 10 * np.eye(2), "N m/rad"),
-        Entry("K", np.full(2, 5.0), "N m"),
-        Entry("ise", np.zeros(2), "rad^2 s"),
-        Entry("iae", np.zeros(2), "rad s"),
-        Entry("energy", np.zeros(()), "N^2 m^2 s"),
+        wb.core.Entry("q", np.array([np.pi, -np.pi]), "rad"),
+        wb.core.Entry("qd", np.zeros(2), "rad/s"),
+        wb.core.Entry("q_hat", np.zeros(2), "rad"),
+        wb.core.Entry("qd_hat", np.zeros(2), "rad/s"),
+        wb.core.Entry("d_hat", np.zeros(2), "N m"),
+        wb.core.Entry("P", 10 * np.eye(2), "N m/rad"),
+        wb.core.Entry("K", np.full(2, 5.0), "N m"),
+        wb.core.Entry("ise", np.zeros(2), "rad^2 s"),
+        wb.core.Entry("iae", np.zeros(2), "rad s"),
+        wb.core.Entry("energy", np.zeros(()), "N^2 m^2 s"),
     )
 )
-PARAMETERS = Layout(
+PARAMETERS = wb.Layout(
     (
-        Entry("arm.mass", np.ones(2), "kg"),
-        Entry("arm.length", np.ones(2), "m"),
-        Entry("arm.gravity", np.array(9.81), "m/s^2"),
-        Entry("arm.friction", np.full(2, 0.01), "N m s/rad"),
-        Entry("model.mass", np.ones(2), "kg"),
-        Entry("model.length", np.ones(2), "m"),
-        Entry("model.gravity", np.array(9.81), "m/s^2"),
-        Entry("Lambda", np.full(2, 6.0), "1/s"),
-        Entry("phi", np.array(0.01), "rad/s"),
-        Entry("gamma", np.array(1.0), "1/s"),
-        Entry("sigma", np.array(0.5), "1/s"),
-        Entry("K0", np.full(2, 5.0), "N m"),
-        Entry("Q", np.ones(2), "N m/(rad s)"),
-        Entry("R", np.ones(2), "N m/(rad s)"),
-        Entry("L1", np.full(2, 30.0), "1/s"),
-        Entry("L2", np.full(2, 50.0), "1/s^2"),
-        Entry("l", np.array(50.0), "1/s"),
-        Entry("reference.amplitude", np.array([1.0, 0.5]), "rad"),
-        Entry("reference.frequency", np.array([2.0, 3.0]), "rad/s"),
-        Entry("reference.phase", np.zeros(2), "rad"),
-        Entry("disturbance.amplitude", np.array([0.5, 0.4]), "N m"),
-        Entry("disturbance.frequency", np.array([3.0, 4.0]), "rad/s"),
-        Entry("disturbance.phase", np.array([0.0, np.pi / 2]), "rad"),
+        wb.core.Entry("arm.mass", np.ones(2), "kg"),
+        wb.core.Entry("arm.length", np.ones(2), "m"),
+        wb.core.Entry("arm.gravity", np.array(9.81), "m/s^2"),
+        wb.core.Entry("arm.friction", np.full(2, 0.01), "N m s/rad"),
+        wb.core.Entry("model.mass", np.ones(2), "kg"),
+        wb.core.Entry("model.length", np.ones(2), "m"),
+        wb.core.Entry("model.gravity", np.array(9.81), "m/s^2"),
+        wb.core.Entry("Lambda", np.full(2, 6.0), "1/s"),
+        wb.core.Entry("phi", np.array(0.01), "rad/s"),
+        wb.core.Entry("gamma", np.array(1.0), "1/s"),
+        wb.core.Entry("sigma", np.array(0.5), "1/s"),
+        wb.core.Entry("K0", np.full(2, 5.0), "N m"),
+        wb.core.Entry("Q", np.ones(2), "N m/(rad s)"),
+        wb.core.Entry("R", np.ones(2), "N m/(rad s)"),
+        wb.core.Entry("L1", np.full(2, 30.0), "1/s"),
+        wb.core.Entry("L2", np.full(2, 50.0), "1/s^2"),
+        wb.core.Entry("l", np.array(50.0), "1/s"),
+        wb.core.Entry("reference.amplitude", np.array([1.0, 0.5]), "rad"),
+        wb.core.Entry("reference.frequency", np.array([2.0, 3.0]), "rad/s"),
+        wb.core.Entry("reference.phase", np.zeros(2), "rad"),
+        wb.core.Entry("disturbance.amplitude", np.array([0.5, 0.4]), "N m"),
+        wb.core.Entry("disturbance.frequency", np.array([3.0, 4.0]), "rad/s"),
+        wb.core.Entry("disturbance.phase", np.array([0.0, np.pi / 2]), "rad"),
     )
 )
 # The ten numbers that differ from run to run, each drawn evenly between these multiples of its default.
@@ -66,7 +64,7 @@ VARIED: Mapping[str, tuple[float, float]] = {
     "sigma": (0.5, 1.5),
 }
 VARIED_COLUMNS = tuple(i for name in VARIED for i in range(PARAMETERS.size)[PARAMETERS.slice(name)])
-MEMORY = Layout((Entry("tau_before", np.zeros(2), "N m"), Entry("variation", np.zeros(()), "N m")))
+MEMORY = wb.Layout((wb.core.Entry("tau_before", np.zeros(2), "N m"), wb.core.Entry("variation", np.zeros(()), "N m")))
 
 
 def arm(q: ca.SX, qd: ca.SX, mass: ca.SX, length: ca.SX, gravity: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -87,7 +85,7 @@ def inverse(M: ca.SX) -> ca.SX:
 
 
 @cache
-def loop() -> Ode:
+def loop() -> wb.Ode:
     """The loop of the AOSMC-RGS paper with a repaired gain law, and five integrals that score it.
 
         arm       M q'' + C q' + G + b q' + D = tau                                         (1)
@@ -133,20 +131,22 @@ def loop() -> Ode:
         "iae": ca.fabs(e),
         "energy": ca.sumsqr(tau),
     }
-    return Ode.of("workload W", STATES, PARAMETERS, (t, x, p), rates, {"e": e, "tau": tau}, {"e": "rad", "tau": "N m"})
+    return wb.Ode.of(
+        "workload W", STATES, PARAMETERS, (t, x, p), rates, {"e": e, "tau": tau}, {"e": "rad", "tau": "N m"}
+    )
 
 
 @cache
-def workload(h: float = H) -> Step:
+def workload(h: float = H) -> wb.core.Step:
     """W by RK4 at the step h [s], with the total variation of the torque summed over the steps beside it."""
-    step = rk4(loop(), h)
+    step = wb.rk4(loop(), h)
     symbols = MEMORY.symbols()
     tau, z = step.outputs.view(step.rule.output)["tau"], MEMORY.view(symbols)
     change = ca.if_else(step.rule.k > 0, ca.sum1(ca.fabs(tau - z["tau_before"])), 0)
     return step.extended(MEMORY, symbols, MEMORY.flatten({"tau_before": tau, "variation": z["variation"] + change}))
 
 
-def rows_of(runs: int) -> Array:
+def rows_of(runs: int) -> wb.Array:
     """Parameters (B, 40) of the first so many runs, the same ones in every measurement."""
     rows, column = np.tile(PARAMETERS.default, (runs, 1)), 0
     # drawn row by row, so that more runs begin with the same ones
@@ -158,11 +158,11 @@ def rows_of(runs: int) -> Array:
     return rows
 
 
-def rmse(x: Array, horizon: float) -> Array:
+def rmse(x: wb.Array, horizon: float) -> wb.Array:
     """The root of the mean square error of each joint (..., 2) from states (..., >= 21) at the horizon [s]."""
     return np.asarray(np.sqrt(x[..., STATES.slice("ise")] / horizon))
 
 
-def run(p: Array, horizon: float, h: float = H) -> Array:
+def run(p: wb.Array, horizon: float, h: float = H) -> wb.Array:
     """The RMSE (B, 2) by the engine at the step h [s], with nothing kept but the end."""
-    return rmse(simulate(workload(h), p, until=horizon, every=horizon).x[:, -1], horizon)
+    return rmse(wb.simulate(workload(h), p, until=horizon, every=horizon).x[:, -1], horizon)

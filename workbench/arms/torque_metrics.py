@@ -10,7 +10,7 @@ def peak_torque() -> Peak:
 
     Examples
     --------
-    >>> from workbench.arms.peak_torque import peak_torque
+    >>> from workbench.arms.torque_metrics import peak_torque
     >>> arm = wb.paper_arm()
     >>> law = wb.PID(Kp=[60.0, 40.0], Ki=[0.0, 0.0], Kd=[12.0, 8.0])
     >>> loop = wb.ClosedLoop(wb.Manipulator(arm, q=[0.2, 0.1]), wb.FullState(2), law, wb.Hold([0.0, 0.0]))

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 
 import casadi as ca
 
-from workbench.blocks.plants.elements import AbstractElement, Memory
-from workbench.core import block, initial
-from workbench.core.block import Column, Vector
+import workbench as wb
 
 
-@block
-class LateDrive(AbstractElement):
+@wb.block
+class LateDrive(wb.plants.AbstractElement):
     """The command of the instant before, held from one instant of the computer to the next:
 
         acts+ = waits,      waits+ = v,      y = acts.
@@ -21,15 +19,15 @@ class LateDrive(AbstractElement):
     plant, so that the observer counts on the torque that is commanded.
     """
 
-    acts: Vector = initial(0.0, unit="{unit}", shape=("*",))
-    waits: Vector = initial(0.0, unit="{unit}", shape=("*",))
+    acts: wb.core.Vector = wb.initial(default=0.0, unit="{unit}", shape=("*",))
+    waits: wb.core.Vector = wb.initial(default=0.0, unit="{unit}", shape=("*",))
 
     @property
     def recursion(self) -> bool:
         return True
 
-    def output(self, z: Memory, v: Column) -> ca.SX:
+    def output(self, z: wb.plants.Memory, v: wb.core.Column) -> ca.SX:
         return z["acts"]
 
-    def update(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
+    def update(self, z: wb.plants.Memory, v: wb.core.Column) -> Mapping[str, ca.SX]:
         return {"acts": z["waits"], "waits": v}

@@ -5,20 +5,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-import casadi as ca
 import numpy as np
 
+import workbench as wb
 from studies.paper.card import CARD as PAPER
-from studies.paper.laws import ARM
-from workbench.core.notation.formula import Number, Power, Product, Quotient, symbol
-from workbench.engine.metrics import Measurement
+from studies.paper.laws import mass_matrices
 
 GAINLESS = ("PID", "super-twisting")  # these have no gain K, so no rule
-MATRIX = Product((Power(symbol("M"), Number(Fraction(-1))), symbol("K")))  # whose largest eigenvalue is rho
-TWO_PHI = (Number(Fraction(2)), symbol("phi"))
-BOUND = Quotient(Product((*TWO_PHI, symbol("lambda_min"))), symbol("K"))  # in s
-RULE = Quotient(Product(TWO_PHI), symbol("rho"))  # in s
-HALF = Quotient(symbol("phi"), symbol("rho"))  # in s, with a torque that is a period late
+MATRIX = wb.notation.Product(
+    (wb.notation.Power(wb.notation.symbol("M"), wb.notation.Number(Fraction(-1))), wb.notation.symbol("K"))
+)  # whose largest eigenvalue is rho
+TWO_PHI = (wb.notation.Number(Fraction(2)), wb.notation.symbol("phi"))
+BOUND = wb.notation.Quotient(
+    wb.notation.Product((*TWO_PHI, wb.notation.symbol("lambda_min"))), wb.notation.symbol("K")
+)  # in s
+RULE = wb.notation.Quotient(wb.notation.Product(TWO_PHI), wb.notation.symbol("rho"))  # in s
+HALF = wb.notation.Quotient(
+    wb.notation.symbol("phi"), wb.notation.symbol("rho")
+)  # in s, with a torque that is a period late
 
 
 @dataclass(frozen=True)
@@ -34,26 +38,19 @@ class PeriodRules:
     bound: float
 
 
-def period_rules(law: str, still: Measurement) -> PeriodRules | None:
+def period_rules(law: str, still: wb.metrics.Measurement) -> PeriodRules | None:
     """The rules of a law from its run in continuous time, at each kept state; None for a law without a gain K."""
     if law in GAINLESS:
         return None
     run = still.trajectories
     inside = (np.abs(run["s"][0]) < PAPER["phi"]).all(axis=1)
-    M = masses(run["q"][0][inside])
+    M = mass_matrices(run["q"][0][inside])
     K = gains(law, run["controller.K"][0][inside] if law != "SMC" else np.full((len(M), 2), PAPER["SMC: K"]))
     sizes = np.linalg.norm(K, 2, axis=(1, 2))
     rho = np.abs(np.linalg.eigvals(np.linalg.solve(M, K))).max(axis=1)
     phi = PAPER["phi"]
     bounds = 2 * phi * np.linalg.eigvalsh(M)[:, 0] / sizes
     return PeriodRules(float(sizes.max()), float((2 * phi / rho).min()), float(bounds.min()))
-
-
-def masses(q: np.ndarray) -> np.ndarray:
-    """The mass matrices (N, 2, 2) of the arm at the positions q (N, 2)."""
-    pose = ca.SX.sym("q", 2)
-    M = ca.Function("M", [pose], [ARM.mass_matrix(pose)]).map(len(q))
-    return np.array(M(q.T)).T.reshape(len(q), 2, 2)
 
 
 def gains(law: str, K: np.ndarray) -> np.ndarray:

@@ -9,21 +9,19 @@ from functools import partial
 import casadi as ca
 import numpy as np
 
-from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS
-from studies.a9_sampling.late_drive import LateDrive
-from studies.a9_sampling.loops import HORIZON, SUBSTEP, TV, metrics
-from studies.a9_sampling.period_rules import PeriodRules, period_rules
+import workbench as wb
 from studies.paper.card import CARD as PAPER
 from studies.paper.card import PROPOSED
+from studies.paper.comparison import PROPOSED_STEP, STEPS
+from studies.paper.late_drive import LateDrive
 from studies.paper.laws import ARM, proposed_repaired
 from studies.paper.linearization import SEVEN, loop_of
-from workbench.arms.observers import FullState, MomentumObserver, WithDisturbance
-from workbench.blocks.loop import ClosedLoop, DigitalLoop, Instruments
-from workbench.blocks.plants import Equipped
-from workbench.core.validation.refusals import Array
-from workbench.engine.metrics import AbstractMetric, measure, total_variation
-from workbench.study.evidence import LargestSetting, LoopLimits, largest_setting
+from studies.paper.period_rules import PeriodRules, period_rules
 
+RMSE, TV = "RMSE (43)", "TV"
+SCENARIOS = ("FS", "SS")
+HORIZON = {scenario: float(PAPER[f"{scenario}: horizon"]) for scenario in SCENARIOS}  # s
+SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth
 QUIET = 2.0  # times the total variation of the loop in continuous time, at most
 FACTORS = (1.5, 3.0, 10.0)  # in its place, as variations
 GRID = 1e-2  # s, the sample time of (43), which every period divides
@@ -59,7 +57,7 @@ class QuietSearch:
     counts_on: str = ACTING
 
     @property
-    def loop(self) -> ClosedLoop:
+    def loop(self) -> wb.ClosedLoop:
         """The loop in continuous time."""
         own = momentum_loop(self.scenario) if self.observer == MOMENTUM else loop_of(self.law, self.scenario)
         return own if self.start == PAPERS else on_reference(own)
@@ -74,8 +72,8 @@ class QuietPeriod:
     """
 
     search: QuietSearch
-    found: LargestSetting
-    TV: Array
+    found: wb.evidence.LargestSetting
+    TV: wb.Array
     rules: PeriodRules | None
 
     @property
@@ -162,26 +160,37 @@ def paper_searches() -> tuple[QuietSearch, ...]:
     return (*made, *(replace(one, counts_on=COMMANDED) for one in late))
 
 
-def on_reference(loop: ClosedLoop) -> ClosedLoop:
+def on_reference(loop: wb.ClosedLoop) -> wb.ClosedLoop:
     """The loop whose arm and observers start where and as fast as is wanted, as a machine is driven there before.
 
     An observer of the momentum starts with the momentum of that motion: with 0 it would take it for a disturbance.
     """
-    q, qd = (np.array(ca.DM(part)).ravel() for part in loop.reference.motion(0.0)[:2])
+    wanted = loop.reference
+    if not isinstance(wanted, wb.Sines | wb.SquareWave):
+        raise TypeError("The loop must follow one of the paper's references.")
+    q, qd = (np.array(ca.DM(part)).ravel() for part in wanted.motion(ca.SX(0.0))[:2])
     loop = replace(loop, plant=replace(loop.plant, q=q, qd=qd))
-    if not isinstance(loop.observer, WithDisturbance):
+    if not isinstance(loop.observer, wb.arms.observers.WithDisturbance):
         return loop
     state, disturbance = loop.observer.state, loop.observer.disturbance
-    if not isinstance(state, FullState):
+    if not isinstance(state, wb.FullState):
         state = replace(state, q_hat=q, qd_hat=qd)
-    if isinstance(disturbance, MomentumObserver):
-        disturbance = replace(disturbance, p_hat=np.array(ca.DM(ARM.mass_matrix(q))) @ qd)
+    if isinstance(disturbance, wb.arms.observers.MomentumObserver):
+        disturbance = replace(disturbance, p_hat=np.array(ca.DM(ARM.mass_matrix(ca.SX(q)))) @ qd)
     return replace(loop, observer=replace(loop.observer, state=state, disturbance=disturbance))
 
 
-def momentum_loop(scenario: str = "FS") -> ClosedLoop:
+def momentum_loop(scenario: str = "FS") -> wb.ClosedLoop:
     """AOSMC-RGS, repaired, on readings of q and qd; an observer of the momentum stands for the true disturbance."""
-    return proposed_repaired(scenario, WithDisturbance(FullState(2), MomentumObserver(ARM, PAPER["l"])))
+    return proposed_repaired(
+        scenario,
+        wb.arms.observers.WithDisturbance(wb.FullState(2), wb.arms.observers.MomentumObserver(ARM, PAPER["l"])),
+    )
+
+
+def metrics(period: float) -> tuple[wb.metrics.AbstractMetric, ...]:
+    """(43) and the total variation of the torque that is held, period by period."""
+    return wb.metrics.sampled_rmse(PAPER["sample time of (43)"]), wb.total_variation(period)
 
 
 def quiet_period(search: QuietSearch) -> QuietPeriod:
@@ -190,23 +199,23 @@ def quiet_period(search: QuietSearch) -> QuietPeriod:
     All readings are exact, and all memories step by explicit Euler.
     """
     h = STEPS.get(search.law, PROPOSED_STEP) / 2
-    still = measure(search.loop.ode(), metrics(1e-3), until=HORIZON[search.scenario], h=h, every=GRID)
+    still = wb.measure(search.loop.ode(), metrics(1e-3), until=HORIZON[search.scenario], h=h, every=GRID)
     most = np.array([still.score(TV, joint).pair[0] for joint in (0, 1)])
-    limits = LoopLimits(partial(computed, search), variation, {TV: QUIET * most}, HORIZON[search.scenario], SUBSTEP)
-    found = largest_setting(limits, [GRID / part for part in PARTS], ratio=CLOSE, between=middle)
+    limits = wb.LoopLimits(partial(computed, search), variation, {TV: QUIET * most}, HORIZON[search.scenario], SUBSTEP)
+    found = wb.largest_setting(limits, [GRID / part for part in PARTS], ratio=CLOSE, between=middle)
     return QuietPeriod(search, found, most, period_rules(search.law, still))
 
 
-def variation(period: float) -> tuple[AbstractMetric, ...]:
+def variation(period: float) -> tuple[wb.metrics.AbstractMetric, ...]:
     """The total variation alone: it needs no period that divides the sample time of (43)."""
-    return (total_variation(period),)
+    return (wb.total_variation(period),)
 
 
-def computed(search: QuietSearch, period: float) -> DigitalLoop:
+def computed(search: QuietSearch, period: float) -> wb.DigitalLoop:
     """The loop of a search in a computer with exact readings and a period in s."""
     loop = search.loop
     bounds: Mapping[str, tuple[float, float]] = {"tau": (-search.limit, search.limit)} if search.limit else {}
-    instruments = Instruments.of(loop.plant, limit=bounds) if bounds else None
+    instruments = wb.Instruments.of(loop.plant, limit=bounds) if bounds else None
     waiting = None
     if search.delay:  # the torque of the first instant waits already
         ode = loop.ode()
@@ -214,8 +223,8 @@ def computed(search: QuietSearch, period: float) -> DigitalLoop:
         waiting = {"tau": first if search.limit is None else np.clip(first, -search.limit, search.limit)}
         if search.counts_on == COMMANDED:
             drive = LateDrive("tau", waits=waiting["tau"])
-            return DigitalLoop(replace(loop, plant=Equipped(loop.plant, (drive,))), period, instruments)
-    return DigitalLoop(loop, period, instruments, search.delay, waiting)
+            return wb.DigitalLoop(replace(loop, plant=wb.Equipped(loop.plant, (drive,))), period, instruments)
+    return wb.DigitalLoop(loop, period, instruments, search.delay, waiting)
 
 
 def middle(low: float, high: float) -> float | None:
@@ -227,5 +236,5 @@ def middle(low: float, high: float) -> float | None:
         most, least = grid / low, grid / high
         part = round(np.sqrt(most * least))
         if least + CLOSER < part < most - CLOSER:
-            return grid / part
+            return float(grid / part)
     return None

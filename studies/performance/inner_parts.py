@@ -1,0 +1,36 @@
+"""The inner parts of the workbench that this bench times, each by itself.
+
+No engineer needs them, and the other files of the bench have them from here. The kernel is timed from its operations
+(`Plan`, `lower`) to machine code (`llvm`) and to a call of it (`native`, `Job`).
+The choice of a step (`search_step`, `pilot_runs`, `METHODS`) is held against the precision of peers. The page that a
+reader turns is timed from its data (`live_data`, `loop_study`) to its text (`html`).
+"""
+
+from workbench.core.methods import METHODS
+from workbench.engine import Trajectories
+from workbench.engine.job import Job
+from workbench.engine.kernel import llvm, native
+from workbench.engine.kernel.lowering import lower
+from workbench.engine.kernel.plan import Plan
+from workbench.engine.pilots import pilot_runs
+from workbench.engine.step_choice import Choice, Pilots, search_step
+from workbench.report.html_page import html
+from workbench.report.live.live_data import live_data
+from workbench.report.live.loop_study import loop_study
+
+__all__ = [
+    "METHODS",
+    "Choice",
+    "Job",
+    "Pilots",
+    "Plan",
+    "Trajectories",
+    "html",
+    "live_data",
+    "llvm",
+    "loop_study",
+    "lower",
+    "native",
+    "pilot_runs",
+    "search_step",
+]

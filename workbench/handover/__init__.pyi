@@ -1,0 +1,17 @@
+"""The room for editors and mypy: each of its names, and the file that it comes from."""
+
+from workbench.handover.memory_digest import BASIS
+from workbench.handover.replays import CLOCKS, Fit, TargetResult, compare, fits
+from workbench.handover.single.single_precision_loop import in_single_precision
+from workbench.handover.targets import TARGETS
+
+__all__ = [
+    "BASIS",
+    "CLOCKS",
+    "Fit",
+    "TARGETS",
+    "TargetResult",
+    "compare",
+    "fits",
+    "in_single_precision",
+]

@@ -1,0 +1,88 @@
+"""The room for editors and mypy: each of its names, and the file that it comes from."""
+
+from workbench.study.case_runs import run
+from workbench.study.contract import Run, Sweep
+from workbench.study.document.document import (
+    Column,
+    Figure,
+    Finding,
+    Itemize,
+    Page,
+    Panel,
+    Paragraph,
+    Section,
+    Table,
+    Variation,
+    Verdict,
+)
+from workbench.study.evidence.law_tables import side_by_side
+from workbench.study.knob import Knob
+from workbench.study.marks import bars, cell, points
+from workbench.study.sample import Sample
+from workbench.study.single_core import one_core
+from workbench.study.study import Case, Outcome, Results, Study
+from workbench.study.tuning import Trial, Tuning
+from workbench.study.uncertainty import (
+    LatinHypercube,
+    MonteCarlo,
+    MorrisDesign,
+    OneAtATime,
+    SobolDesign,
+    least_base,
+    morris,
+    quantiles,
+    sobol,
+    tornado,
+)
+from workbench.study.uncertainty.distributions import LogNormal, LogUniform, Normal, Triangular, Uniform
+from workbench.study.uncertainty.factors import Factor
+from workbench.study.work import Work
+from workbench.study.writeup import testbed
+
+__all__ = [
+    "Case",
+    "Column",
+    "Factor",
+    "Figure",
+    "Finding",
+    "Itemize",
+    "Knob",
+    "LatinHypercube",
+    "LogNormal",
+    "LogUniform",
+    "MonteCarlo",
+    "MorrisDesign",
+    "Normal",
+    "OneAtATime",
+    "Outcome",
+    "Page",
+    "Panel",
+    "Paragraph",
+    "Results",
+    "Run",
+    "Sample",
+    "Section",
+    "SobolDesign",
+    "Study",
+    "Sweep",
+    "Table",
+    "Trial",
+    "Triangular",
+    "Tuning",
+    "Uniform",
+    "Variation",
+    "Verdict",
+    "Work",
+    "bars",
+    "cell",
+    "least_base",
+    "morris",
+    "one_core",
+    "points",
+    "quantiles",
+    "run",
+    "side_by_side",
+    "sobol",
+    "testbed",
+    "tornado",
+]

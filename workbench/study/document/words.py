@@ -1,0 +1,50 @@
+"""Words for the sentences of a report: names in a row, shares in percent, and the ends of a range."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from workbench.core.validation.signatures import door
+
+FEW = 0.1  # a share below which a percentage has two digits, and from which on it is a whole number
+
+
+@door
+def join_names(names: Iterable[str], empty: str = "none") -> str:
+    """Names in a row, with commas and with "and" before the last; `empty` where there is no name.
+
+    Examples
+    --------
+    >>> wb.document.join_names(["PID", "SMC", "RISE"])
+    'PID, SMC and RISE'
+    """
+    *others, last = list(names) or [empty]
+    return f"{', '.join(others)} and {last}" if others else last
+
+
+@door
+def percent(share: float, decimals: int | None = None) -> str:
+    """A share in percent: with that many decimals, or else with two digits below 10 % and whole from there on.
+
+    Examples
+    --------
+    >>> wb.document.percent(0.0125), wb.document.percent(0.4567), wb.document.percent(0.4567, decimals=1)
+    ('1.2 %', '46 %', '45.7 %')
+    """
+    if decimals is None and share < FEW:
+        return f"{100 * share:.2g} %"
+    return f"{100 * share:.{decimals or 0}f} %"
+
+
+@door
+def span(values: Iterable[float], write: Callable[[float], str]) -> str:
+    """The least and the largest of some values in words, or one number if both read alike; empty if there is none.
+
+    Examples
+    --------
+    >>> wb.document.span([0.5, 2.0, 1.0], lambda value: f"{value:.2g}")
+    '0.5 to 2'
+    """
+    numbers = list(values)
+    ends = [write(end) for end in (min(numbers), max(numbers))] if numbers else [""]
+    return ends[0] if ends[0] == ends[-1] else " to ".join(ends)
