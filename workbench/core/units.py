@@ -236,11 +236,13 @@ def unit_of_each(text: str, count: int) -> tuple[str, ...]:
     return several if len(several) == count else (text,) * count
 
 
+@lru_cache(maxsize=4096)
 def per_second(text: str, order: int = 1) -> str:
     """The unit of a derivative: of 'rad' 'rad/s', of 'm/s' with order 2 'm/s^3', of 'm, rad' 'm/s, rad/s'."""
     return ", ".join(str(read(each) / SECOND**order) for each in text.split(", "))
 
 
+@lru_cache(maxsize=4096)
 def gain(out: str, of: str, seconds: int = 0) -> str:
     """The unit of a gain from signals in `of` to signals in `out`, times a power of s: 'V' of 'rad/s' is 'V s/rad'."""
     outs, ofs = out.split(", "), of.split(", ")
