@@ -80,7 +80,17 @@ FORWARD_IN_PYTHON = '''def forward_dynamics(q, qd, tau, p=NOMINAL):
 
 @door
 def as_python(dynamics: Dynamics) -> str:
-    """A module with the functions `dynamics`, `inverse_dynamics` and `forward_dynamics`."""
+    """A module with the functions `dynamics`, `inverse_dynamics` and `forward_dynamics`.
+
+    Examples
+    --------
+    >>> from workbench.arms.code import as_c, as_casadi, as_python, in_numbers
+    >>> arm = in_numbers(wb.named("planar-1r"), "planar-1r")
+    >>> as_python(arm).count("def ")
+    3
+    >>> "workbench_dynamics" in as_c(arm), "import casadi" in as_casadi(arm)
+    (True, True)
+    """
     matrices, torque = _routines(dynamics, PYTHON)
     called = sorted({*matrices.program.functions, *torque.program.functions} - BUILT_IN)
     lines = ['"""' + "\n".join(_about(dynamics)), '"""', ""]

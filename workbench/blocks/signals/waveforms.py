@@ -148,6 +148,12 @@ class SquareWave(AbstractSignal):
 
     square(x) has the sign of sin(x) and is 1 at x = 0. A jump has no derivative; the derivatives are
     taken to be zero at all times, as if the jumps were not there.
+
+    Examples
+    --------
+    >>> from workbench.blocks.signals import SquareWave
+    >>> SquareWave([1.0, 2.0], 1.0).at(0.6)
+    <Signals q, qd, qdd>
     """
 
     amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
@@ -197,7 +203,14 @@ class PulseTrain(AbstractSignal):
 
 @block
 class SineTorque(AbstractDisturbance):
-    """D_i(t) = amplitude_i sin(frequency_i t + phase_i)."""
+    """D_i(t) = amplitude_i sin(frequency_i t + phase_i).
+
+    Examples
+    --------
+    >>> from workbench.blocks.signals import SineTorque
+    >>> SineTorque([1.0, 0.5], [2.0, 3.0], [0.0, 0.0]).at(0.5)
+    SX([0.841471, 0.498747])
+    """
 
     amplitude: Vector = parameter(unit="N m", shape=("n",), symbol="delta")
     frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega_d")

@@ -145,6 +145,12 @@ def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.Nonl
     ------
     ValueError
         If p does not hold np finite numbers within their bounds.
+
+    Examples
+    --------
+    >>> from workbench.design.linear import to_control
+    >>> to_control(wb.open_loop(wb.DCMotor())).nstates
+    2
     """
     import control
 
@@ -167,7 +173,16 @@ def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.Nonl
 
 @door
 def forward_differences(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> control.StateSpace:
-    """The linear model that python-control's own `linearize` gives, by forward differences: to be held beside ours."""
+    """The linear model that python-control's own `linearize` gives, by forward differences: to be held beside ours.
+
+    Examples
+    --------
+    >>> from workbench.design.linear import forward_differences
+    >>> plant = wb.open_loop(wb.DCMotor())
+    >>> forward_differences(plant, 0.0, plant.states.default).A.round(2)
+    array([[-10.  ,   1.  ],
+           [ -0.02,  -2.  ]])
+    """
     import control
 
     row = row_of(ode, p, u)

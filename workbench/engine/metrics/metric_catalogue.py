@@ -77,7 +77,17 @@ def sampled_rmse(sample: float, signal: str | None = None, name: str | None = No
 
 @door
 def iae(signal: str | None = None) -> Integral:
-    """Integral of |e| dt."""
+    """Integral of |e| dt.
+
+    Examples
+    --------
+    >>> from workbench.engine.metrics import iae, ise, itae, late_error, peak, sampled_rmse
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> metrics = [iae(), ise(), itae(), peak("omega"), late_error(0.5), sampled_rmse(0.1)]
+    >>> wb.measure(loop.ode(), metrics, until=1.0, h=1e-3).values.round(3)
+    array([[[0.147, 0.075, 0.026, 1.305, 0.088, 0.338]]])
+    """
     size = _over_time(1, 1)
     return _error(_named("IAE", signal), signal, "integral of |{}|", lambda t, e: ca.fabs(e), _whole, size)
 
@@ -115,6 +125,15 @@ def energy(power: tuple[str, str] = ("tau_applied", "qd")) -> Integral:
     """Integral of |u v| dt of an effort u and a flow v: the energy moved either way, none of it recovered.
 
     The product of the two signals is a power: torque and velocity of an arm, voltage and current of a motor.
+
+    Examples
+    --------
+    >>> from workbench.engine.metrics import energy
+    >>> law = wb.SlidingMode(wb.paper_arm(), [6.0, 6.0], [40.0, 20.0], 0.1)
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> loop = wb.ClosedLoop(plant, controller=law, reference=wanted)
+    >>> wb.measure(loop.ode(), [energy()], until=0.5, h=1e-3).columns[0].unit
+    'J'
     """
     u, v = power
     about = f"integral of |{u} {v}|, nothing recovered"
@@ -124,7 +143,14 @@ def energy(power: tuple[str, str] = ("tau_applied", "qd")) -> Integral:
 
 @door
 def observer_error(signal: str) -> Integral:
-    """Root mean square of the error of an observer: `x_error` = x - x_hat of a signal x that it estimates."""
+    """Root mean square of the error of an observer: `x_error` = x - x_hat of a signal x that it estimates.
+
+    Examples
+    --------
+    >>> from workbench.engine.metrics import observer_error
+    >>> observer_error("q").name
+    'RMS q'
+    """
     return rmse(signal, f"RMS {signal}")
 
 
@@ -156,7 +182,14 @@ def peak(signal: str | None = None) -> Peak:
 
 
 def peak_torque() -> Peak:
-    """Largest |tau| that acts on an arm."""
+    """Largest |tau| that acts on an arm.
+
+    Examples
+    --------
+    >>> from workbench.engine.metrics import peak_torque
+    >>> peak_torque().name
+    'peak torque'
+    """
     return Peak("peak torque", "", "largest |tau| applied", "tau_applied")
 
 
@@ -165,6 +198,14 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
     """Two metrics: the largest distance of a signal beyond its limits, and the seconds for which it is beyond.
 
     A limit is for all numbers of the signal, or there is one for each; one at least, and numbers lie between them.
+
+    Examples
+    --------
+    >>> from workbench.engine.metrics import violation
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), violation("omega", high=0.9), until=1.0, h=1e-3).values.round(3)
+    array([[[0.405, 0.868]]])
     """
     least, most = _limit("low", low, -np.inf), _limit("high", high, np.inf)
     sizes = {limit.size for limit in (least, most)} - {1}

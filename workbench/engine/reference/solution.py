@@ -90,6 +90,13 @@ def reference(
     ----------
     Filippov (1988), Differential Equations with Discontinuous Righthand Sides, section 4; Utkin (1992), Sliding Modes
     in Control and Optimization, chapter 2; Hairer, Norsett and Wanner (1993), section II.10.
+
+    Examples
+    --------
+    >>> from workbench.engine.reference import reference
+    >>> plant = wb.open_loop(wb.DCMotor())
+    >>> reference(plant, plant.parameters.default, plant.states.default, times=[0.0, 0.5]).x.shape
+    (2, 2)
     """
     start, when = _values("x0", x0, ode.states), _times("reference", times)
     ode.refuse_beyond("reference(times=...)", float(when[-1]))
@@ -133,6 +140,12 @@ def reference_of_function(
     ------
     ValueError
         If an argument is not as it must be, f raises, or the solution escapes, is not finite, or needs too many steps.
+
+    Examples
+    --------
+    >>> from workbench.engine.reference import reference_of_function
+    >>> reference_of_function(lambda t, x: -x, [1.0, 2.0], times=[0.0, 1.0]).x[-1].round(6)
+    array([0.367879, 0.735759])
     """
     name, call = "reference_of_function", "reference_of_function(f=...)"
     start = vector(f"{name}(x0=...)", x0, max(np.size(x0), 1), "states")

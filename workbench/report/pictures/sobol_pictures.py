@@ -122,6 +122,15 @@ def indices_over_time(
     ------
     ValueError
         If the note is empty, or there is not one time for each output.
+
+    Examples
+    --------
+    >>> from workbench.report.pictures import indices_over_time
+    >>> design = wb.SobolDesign(dimensions=2, base=16)
+    >>> u = design.points(0, design.size)
+    >>> indices = wb.sobol(design, np.stack([u[:, 0] + u[:, 1], u[:, 0] * u[:, 1]], axis=1), ("1 s", "2 s"))
+    >>> indices_over_time("time", "Who decides when", [1.0, 2.0], indices, "16 points").name
+    'time'
     """
     times = times_of("indices_over_time", t, len(indices.names))
     largest = np.fmax.reduce(indices.ST.value, axis=0)

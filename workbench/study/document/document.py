@@ -98,7 +98,13 @@ class Paragraph:
 @dataclass(frozen=True)
 @door
 class Itemize:
-    """A list of points."""
+    """A list of points.
+
+    Examples
+    --------
+    >>> wb.study.document.document.Itemize(["PID leads.", "SMC is second."])
+    Itemize(items=('PID leads.', 'SMC is second.'))
+    """
 
     items: tuple[Phrase, ...]
 

@@ -83,7 +83,17 @@ class Shape:
 def shapes(
     paired: Paired, drawn: Array, factors: Sequence[str], *, confidence: float = 0.95, seed: int = 0
 ) -> tuple[Shape, ...]:
-    """The shape of each law's values over draws of factors (N, d), all with the confidence at once by Bonferroni."""
+    """The shape of each law's values over draws of factors (N, d), all with the confidence at once by Bonferroni.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import paired, shapes
+    >>> from workbench.study.uncertainty import MonteCarlo
+    >>> points = MonteCarlo(2, 40).points()
+    >>> errors = paired({"PID": points[:, 0], "SMC": points[:, 1]}, metric="error", unit="rad")
+    >>> shapes(errors, points, ("k", "m"), confidence=0.9, seed=1)[0]
+    Shape(law='PID', metric='error', unit='rad', kind='one group', upper=[], runs=40, limit=inf, ...)
+    """
     t_quantile("shapes", confidence, 1)  # refuses what is no confidence
     as_seed("shapes(seed=...)", seed)
     if drawn.shape != (len(paired), len(factors)) or not np.isfinite(drawn).all():

@@ -169,7 +169,7 @@ def bisect(
     --------
     >>> from workbench.study.evidence import bisect
     >>> bisect(lambda x: x < 100, 1.0, 1000.0, ratio=1.001).sentence[:52]
-    '99.9855 meets the criterion and 100.042 does not; lo'
+    '99.9719 meets the criterion and 100.056 does not; 15'
     """
     _refuse_ratio("bisect", ratio)
     if not 0 < positive("bisect(low=...)", low) < finite("bisect(high=...)", high):

@@ -121,6 +121,12 @@ class Triangular(AbstractDistribution):
     ------
     ValueError
         If the range is reversed, empty or not finite, or if the mode is not within it.
+
+    Examples
+    --------
+    >>> from workbench.study import Triangular
+    >>> Triangular(0.0, 0.5, 2.0).quantile(np.array([0.0, 0.5, 1.0])).round(3)
+    array([0.   , 0.775, 2.   ])
     """
 
     WORDS = "triangular, {low:g} to {high:g}, mode {mode:g}"
@@ -150,6 +156,12 @@ class Normal(AbstractDistribution):
     ValueError
         If a number is not finite, the deviation is not positive, the range is reversed or empty, or lies so far out
         in a tail that less than 1e-9 of the numbers are within it.
+
+    Examples
+    --------
+    >>> from workbench.study import Normal
+    >>> Normal(1.0, 0.5, 0.0, 2.0).quantile(np.array([0.25, 0.5, 0.75])).round(3)
+    array([0.68, 1.  , 1.32])
     """
 
     WORDS = "normal, mean {mean:g}, deviation {deviation:g}{cuts}"
@@ -181,6 +193,12 @@ class LogNormal(AbstractDistribution):
     ValueError
         If median, sigma or a cut is not positive, a number is not finite, the range is reversed or empty, or lies so
         far out in a tail that less than 1e-9 of the numbers are within it.
+
+    Examples
+    --------
+    >>> from workbench.study import LogNormal
+    >>> LogNormal(1.0, 0.5, 0.1, 9.0).quantile(np.array([0.25, 0.5, 0.75])).round(3)
+    array([0.714, 1.   , 1.401])
     """
 
     WORDS = "lognormal, median {median:g}, sigma {sigma:g}{cuts}"

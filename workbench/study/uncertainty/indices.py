@@ -211,6 +211,14 @@ def sobol_by_salib(
     ------
     ValueError
         As `sobol` does, if there are less than two resamples, or if SALib is not installed.
+
+    Examples
+    --------
+    >>> from workbench.study.uncertainty import sobol_by_salib
+    >>> design = wb.SobolDesign(2, 16, True)
+    >>> values = design.points() @ [1.0, 2.0]
+    >>> sobol_by_salib(design, values, ("error",), factors=("k", "m"), resamples=4, seed=1).S1.value.shape
+    (1, 2)
     """
     try:
         from SALib.analyze import sobol as analysis  # costs a second, and only those who ask for it
