@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 import functools
+import importlib
 import inspect
+import pkgutil
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from . import examples
+from workbench.core.validation import signatures
+
+from . import examples, rooms
 from .examples import Learned
 from .oddities import ODD, PLAIN
 from .ports import guess
+
+Arguments = dict[str, Callable[[Any], Any]]
+# Records that mostly a function makes, and that check what they are made of all the same.
+CHECKED = {
+    *("FrequencyResponse", "LinearSystem", "Link", "OdePlant", "PlanarArm", "Placement", "Readings", "Regulator"),
+    *("Riccati", "SampledStepInfo", "ScheduledFeedback", "SpatialArm", "SpatialLink", "StateFeedback"),
+}
+NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 
 
 @dataclass(frozen=True)
@@ -29,11 +42,27 @@ class Target:
 
 @dataclass(frozen=True)
 class Aims:
-    """All targets, the objects of the workbench among their arguments, and the examples that answer otherwise."""
+    """All targets with arguments, and the objects that are odd where another kind is wanted.
+
+    Beside them all objects that examples and rooms made, and the examples whose answer is another than they show.
+    """
 
     targets: list[Target]
     objects: dict[str, Any]
+    things: list[Any] = field(default_factory=list)
     misfits: list[str] = field(default_factory=list)
+
+    @property
+    def arguments(self) -> int:
+        """The number of arguments of all targets."""
+        return sum(len(target.given) + len(target.optional) for target in self.targets)
+
+    def of_rooms(self, rooms: Sequence[str]) -> Aims:
+        """The targets of these rooms alone, as in "design", or of all where none is named."""
+        chosen = [one for one in self.targets if not rooms or _module(one.function).split(".")[1] in rooms]
+        if not chosen:
+            raise SystemExit(f"no room of {', '.join(rooms)} has a public name")
+        return replace(self, targets=chosen)
 
 
 @dataclass(frozen=True)
@@ -56,17 +85,21 @@ def aims() -> Aims:
     names = examples.public_names()
     learned = examples.learn(names)
     found = [target for name, thing in names.items() if (target := _target(name, thing, learned))]
-    arguments: dict[str, Callable[[Any], Any]] = {}
-    things = _instances(learned)
+    places: Arguments = {}  # of methods by class
+    things = {kind: (thing, places) for kind, thing in _instances(names, learned).items()}
     for file in room_files():
-        arguments |= file.arguments()
-        for call in file.calls():
-            found.append(_of_room(call, learned))
-            things.setdefault(type(made := call()), made)
-    for kind, thing in things.items():
-        if kind.__module__.startswith(("workbench", rooms.__name__)):
-            found += _of_object(kind, thing, learned, arguments)
-    return Aims(sorted(found, key=lambda target: target.name), _objects(found), learned.misfits)
+        arguments = file.arguments()
+        places |= {name: make for name, make in arguments.items() if "." in name}
+        for name, call in file.calls().items():
+            found.append(_of_room(name, call))
+            made = call()
+            if type(made).__module__.startswith(("workbench", rooms.__name__)):
+                things.setdefault(type(made), (made, arguments))
+    for kind, (thing, arguments) in things.items():
+        found += _of_object(kind, thing, learned, arguments)
+    found = [target for target in found if target.given or target.optional]  # `use` asks for all properties
+    made = [thing for thing, _ in things.values()]
+    return Aims(sorted(found, key=lambda target: target.name), _objects(found), made, learned.misfits)
 
 
 def call_of(held: Aims, seed: int, number: int) -> Call:
@@ -89,10 +122,10 @@ def call_of(held: Aims, seed: int, number: int) -> Call:
         given[name], shown[name] = value, word
     text = f"{target.name}({', '.join(f'{name}={word}' for name, word in shown.items())})"
     places = [given.pop(name) for name in list(given) if name.startswith("*")]
-    return Call(target.name, text, len(odd), lambda: _use(target.function(*places, **given)))
+    return Call(target.name, text, len(odd), lambda: use(target.function(*places, **given)))
 
 
-def _use(result: Any) -> None:
+def use(result: Any) -> None:
     """Take the first of what an iterator gives, as only then it is called, and all properties of an object.
 
     Those of python-control, from which some classes come, are its own.
@@ -106,53 +139,89 @@ def _use(result: Any) -> None:
                 getattr(result, name)
 
 
+def _of_room(name: str, call: functools.partial[Any]) -> Target:
+    """A call that a room's file makes."""
+    function, taken = call.func, [p for p in parameters_of(call.func) if p.kind is p.VAR_POSITIONAL]
+    if taken or not parameters_of(function):
+        return Target(name, function, {f"*{i}": value for i, value in enumerate(call.args)} | call.keywords)
+    given = dict(zip((p.name for p in parameters_of(function)), call.args, strict=False)) | call.keywords
+    left = (p.name for p in parameters_of(function) if p.kind in NAMED and p.name not in given)
+    return Target(name, function, given, tuple(left))
+
+
+def _has_door(kind: type) -> bool:
+    check = examples.code_of(getattr(kind, "__post_init__", None))
+    return check is not None and check.co_filename == signatures.__file__
+
+
+def _module(function: Any) -> str:
+    plain = getattr(function, "func", function)
+    return str(getattr(plain, "__module__", "")) + "."
+
+
 def _target(name: str, thing: Any, learned: Learned) -> Target | None:
     seen = learned.best(thing)
-    if seen is None:
-        return None
+    if seen is None or (
+        isinstance(thing, type) and not (seen.written or _has_door(thing) or thing.__name__ in CHECKED)
+    ):
+        return None  # a record that only a function makes
     given, optional = _varied(thing, seen.given)
     return Target(name, thing, given, optional)
 
 
 def _varied(function: Any, given: dict[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
     """The arguments of a call that are not the defaults, and the names of those that are."""
-    try:
-        held = inspect.signature(function).parameters.values()
-    except ValueError:
-        return given, ()
+    held = parameters_of(function)
     defaults = {p.name: p.default for p in held if p.default is not p.empty}
     own = {name: value for name, value in given.items() if name not in defaults or value is not defaults[name]}
-    named = [p.name for p in held if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
+    named = [p.name for p in held if p.kind in NAMED]
     placed = any(name.startswith("*") for name in own) or any(p.kind is p.POSITIONAL_ONLY for p in held)
     return own, () if placed else tuple(name for name in named if name not in own)
 
 
-def _instances(learned: Learned) -> dict[type, Any]:
-    """One object of each class of the workbench that an example made."""
+def _instances(names: dict[str, Any], learned: Learned) -> dict[type, Any]:
+    """One object of each class of the workbench that a public name made."""
     found: dict[type, Any] = {}
-    for seen in (one for calls in learned.calls.values() for one in calls):
-        for thing in (seen.result, seen.owner):
+    for name in names.values():
+        for thing in (seen.result for seen in learned.of(name)):
             if type(thing).__module__.startswith("workbench") and not isinstance(thing, type):
                 found.setdefault(type(thing), thing)
     return found
 
 
-def _of_object(kind: type, thing: Any, learned: Learned) -> list[Target]:
+def _of_object(kind: type, thing: Any, learned: Learned, arguments: Arguments) -> list[Target]:
     """Methods and properties of a class; not those of Python, of python-control, nor functions that a field holds."""
     found, own, elsewhere = [], getattr(kind, "__dataclass_fields__", {}), _of_control(kind)
     for attribute in (a for a in dir(kind) if not a.startswith("_") and a not in own and a not in elsewhere):
         how, label = inspect.getattr_static(kind, attribute), f"{kind.__module__}.{kind.__qualname__}.{attribute}"
-        if isinstance(how, property | functools.cached_property):
-            found.append(Target(label, functools.partial(getattr, thing, attribute), {}))
-        elif inspect.isfunction(how) or isinstance(how, staticmethod | classmethod):
+        if inspect.isfunction(how) or isinstance(how, staticmethod | classmethod):
             seen = learned.best(how)
             here = seen.owner if seen and type(seen.owner) is kind else thing
             method = getattr(here, attribute)
             given, optional = _varied(method, seen.given if seen else {})
-            missing = [p for p in inspect.signature(method).parameters.values() if p.name in optional]
-            guessed = {p.name: guess(here, p.name) for p in missing if p.default is p.empty}
-            found.append(Target(label, method, given | guessed, tuple(name for name in optional if name not in guessed)))
+            guessed = {
+                p.name: _guess(kind, attribute, p.name, here, arguments)
+                for p in parameters_of(method)
+                if p.name in optional and p.default is p.empty
+            }
+            found.append(
+                Target(label, method, given | guessed, tuple(name for name in optional if name not in guessed))
+            )
     return found
+
+
+def _guess(kind: type, attribute: str, name: str, thing: Any, arguments: Arguments) -> Any:
+    """The argument of a method that no example calls."""
+    maker = arguments.get(f"{kind.__name__}.{attribute}.{name}") or arguments.get(name)
+    return maker(thing) if maker else guess(thing, name)
+
+
+def parameters_of(function: Any) -> list[inspect.Parameter]:
+    """The parameters of a function; none of what is written in C."""
+    try:
+        return list(inspect.signature(function).parameters.values())
+    except ValueError:
+        return []
 
 
 def _of_control(kind: type) -> set[str]:

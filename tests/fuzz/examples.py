@@ -24,6 +24,7 @@ from workbench.core.validation import signatures
 LONG = 0.5  # s of the processor: a call that takes longer is taken only where no other is seen
 OWNERS = ("self", "cls", "_cls")
 RETURNS = {dis.opmap[name] for name in ("RETURN_VALUE", "RETURN_CONST", "YIELD_VALUE") if name in dis.opmap}
+WITHIN = ("workbench.design.loop_boxes",)  # rooms whose callers have checked what they hand on
 MOST = 12  # calls that are kept of one function
 
 # The files that examples read.
@@ -39,12 +40,16 @@ FILES = {
 
 @dataclass(frozen=True)
 class Seen:
-    """A call that an example made: its arguments by name, those by place as "*0", its object, result and time."""
+    """A call that an example made: its arguments by name, those by place as "*0", its object, result and time.
+
+    It is `own` in the example of its own docstring, and `written` where the example itself makes it.
+    """
 
     given: dict[str, Any]
     owner: Any
     result: Any
     own: bool
+    written: bool
     seconds: float
 
 
@@ -55,16 +60,23 @@ class Learned:
     calls: dict[int, list[Seen]] = field(default_factory=dict)
     misfits: list[str] = field(default_factory=list)
 
+    def of(self, function: Any) -> list[Seen]:
+        """All calls of a function or class."""
+        return self.calls.get(id(code_of(function)), [])
+
     def best(self, function: Any) -> Seen | None:
         """The call of a function or class in its own example, and of several that with the most arguments."""
-        code = code_of(function)
-        seen = self.calls.get(id(code), []) if code else []
-        return min(seen, key=lambda one: (one.seconds > LONG, not one.own, -len(one.given)), default=None)
+        return min(
+            self.of(function),
+            key=lambda one: (one.seconds > LONG, not one.own, not one.written, -len(one.given)),
+            default=None,
+        )
 
 
 def modules() -> list[str]:
     """The face, and each folder of the workbench with an `__all__`."""
     names = [name for _, name, folder in pkgutil.walk_packages(wb.__path__, "workbench.") if folder]
+    names = [name for name in names if name not in WITHIN]
     return ["workbench", *(name for name in sorted(names) if hasattr(importlib.import_module(name), "__all__"))]
 
 
@@ -95,7 +107,8 @@ def learn(names: dict[str, Any]) -> Learned:
         Path(name).write_text(text, encoding="utf-8")
     learned = Learned({id(code): [] for code in _codes(names)})
     for name, thing in names.items():
-        shown = {"wb": wb, "np": np, "__name__": "example"}
+        shown = {name: held for name, held in vars(sys.modules[thing.__module__]).items() if name != "annotations"}
+        shown |= {"wb": wb, "np": np, "__name__": "example"}
         example = doctest.DocTestParser().get_doctest(inspect.getdoc(thing) or "", shown, name, None, None)
         own, before = code_of(thing), sys.gettrace()
         sys.settrace(functools.partial(_watch, learned, own))
@@ -122,18 +135,20 @@ def _watch(learned: Learned, own: CodeType | None, frame: FrameType, event: str,
     """Keep a call of a known function when it returns, with its arguments as they were before a door converts them."""
     code = frame.f_code
     seen = learned.calls.get(id(code))
-    if seen is None or len(seen) >= MOST and code is not own:
+    if seen is None or (len(seen) >= MOST and code is not own):
         return None
     outer, start = frame.f_back, time.process_time()
     doored = outer is not None and outer.f_code.co_name == "opened" and outer.f_globals is vars(signatures)
     given = _at_the_door(code, outer.f_locals) if outer is not None and doored else _given(code, frame.f_locals)
     owner = given.pop(code.co_varnames[0], None) if code.co_varnames[:1] and code.co_varnames[0] in OWNERS else None
+    caller = outer.f_back if outer is not None and doored else outer
+    written = caller is not None and caller.f_code.co_filename.startswith("<doctest")
     frame.f_trace_lines = False
 
     def leave(frame: FrameType, event: str, result: Any) -> Any:
         if event == "return" and code.co_code[frame.f_lasti] in RETURNS:
             made = owner if code.co_name == "__init__" else result
-            seen.append(Seen(given, owner, made, code is own, time.process_time() - start))
+            seen.append(Seen(given, owner, made, code is own, written, time.process_time() - start))
         return leave
 
     return leave
