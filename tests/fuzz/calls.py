@@ -6,35 +6,63 @@ import functools
 import importlib
 import inspect
 import pkgutil
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from . import rooms
+from workbench.core.validation import signatures
+
+from . import examples, rooms
+from .examples import Learned
 from .oddities import ODD, PLAIN
+from .ports import guess
+
+Arguments = dict[str, Callable[[Any], Any]]
+# Records that mostly a function makes, and that check what they are made of all the same.
+CHECKED = {
+    *("FrequencyResponse", "LinearSystem", "Link", "OdePlant", "PlanarArm", "Placement", "Readings", "Regulator"),
+    *("Riccati", "SampledStepInfo", "ScheduledFeedback", "SpatialArm", "SpatialLink", "StateFeedback"),
+}
+NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 
 
 @dataclass(frozen=True)
 class Target:
-    """A call of a public name, or of what one made: `function(*fixed, **given)`, of which only `given` is replaced."""
+    """A call of a public name, or of what one made: `function(**given)`."""
 
     name: str
     function: Callable[..., Any]
     given: dict[str, Any]
     optional: tuple[str, ...] = ()
-    fixed: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True)
 class Aims:
-    """All targets, and the objects of the workbench among their arguments."""
+    """All targets with arguments, and the objects that are odd where another kind is wanted.
+
+    Beside them all objects that examples and rooms made, and the examples whose answer is another than they show.
+    """
 
     targets: list[Target]
     objects: dict[str, Any]
+    things: list[Any] = field(default_factory=list)
+    misfits: list[str] = field(default_factory=list)
+
+    @property
+    def arguments(self) -> int:
+        """The number of arguments of all targets."""
+        return sum(len(target.given) + len(target.optional) for target in self.targets)
+
+    def of_rooms(self, rooms: Sequence[str]) -> Aims:
+        """The targets of these rooms alone, as in "design", or of all where none is named."""
+        chosen = [one for one in self.targets if not rooms or _module(one.function).split(".")[1] in rooms]
+        if not chosen:
+            raise SystemExit(f"no room of {', '.join(rooms)} has a public name")
+        return replace(self, targets=chosen)
 
 
 @dataclass(frozen=True)
@@ -48,29 +76,30 @@ class Call:
 
 
 def room_files() -> list[ModuleType]:
-    """The files of all rooms, each with `MODULES`, `calls()` and `arguments()`."""
+    """The files of calls that no example shows, each with `calls()` and `arguments()`."""
     return [importlib.import_module(f"{rooms.__name__}.{file.name}") for file in pkgutil.iter_modules(rooms.__path__)]
 
 
-def public_names(module: str) -> list[str]:
-    """The names in `__all__`, or else those that a module defines itself, without what begins with an underscore."""
-    held = importlib.import_module(module)
-    if hasattr(held, "__all__"):
-        return list(held.__all__)
-    own = {name: value for name, value in vars(held).items() if getattr(value, "__module__", None) == module}
-    return [name for name, value in own.items() if not name.startswith("_") and callable(value)]
-
-
-def aims(files: list[ModuleType]) -> Aims:
-    """Each public name, and each public method and property of what it makes."""
-    found: list[Target] = []
-    for file in files:
+def aims() -> Aims:
+    """Each public name that an example calls, the calls that no example shows, and what those objects can do."""
+    names = examples.public_names()
+    learned = examples.learn(names)
+    found = [target for name, thing in names.items() if (target := _target(name, thing, learned))]
+    places: Arguments = {}  # of methods by class
+    things = {kind: (thing, places) for kind, thing in _instances(names, learned).items()}
+    for file in room_files():
         arguments = file.arguments()
+        places |= {name: make for name, make in arguments.items() if "." in name}
         for name, call in file.calls().items():
-            if isinstance(call, functools.partial):
-                found.append(_target(name, call))
-                found += _of_object(name, call(), arguments)
-    return Aims(sorted(found, key=lambda target: target.name), _objects(found))
+            found.append(_of_room(name, call))
+            made = call()
+            if type(made).__module__.startswith(("workbench", rooms.__name__)):
+                things.setdefault(type(made), (made, arguments))
+    for kind, (thing, arguments) in things.items():
+        found += _of_object(kind, thing, learned, arguments)
+    found = [target for target in found if target.given or target.optional]  # `use` asks for all properties
+    made = [thing for thing, _ in things.values()]
+    return Aims(sorted(found, key=lambda target: target.name), _objects(found), made, learned.misfits)
 
 
 def call_of(held: Aims, seed: int, number: int) -> Call:
@@ -93,10 +122,10 @@ def call_of(held: Aims, seed: int, number: int) -> Call:
         given[name], shown[name] = value, word
     text = f"{target.name}({', '.join(f'{name}={word}' for name, word in shown.items())})"
     places = [given.pop(name) for name in list(given) if name.startswith("*")]
-    return Call(target.name, text, len(odd), lambda: _use(target.function(*target.fixed, *places, **given)))
+    return Call(target.name, text, len(odd), lambda: use(target.function(*places, **given)))
 
 
-def _use(result: Any) -> None:
+def use(result: Any) -> None:
     """Take the first of what an iterator gives, as only then it is called, and all properties of an object.
 
     Those of python-control, from which some classes come, are its own.
@@ -110,51 +139,89 @@ def _use(result: Any) -> None:
                 getattr(result, name)
 
 
-def _target(name: str, call: functools.partial[Any]) -> Target:
-    given, optional = _named(call.func, call.args, call.keywords)
-    return Target(name, call.func, given, optional)
+def _of_room(name: str, call: functools.partial[Any]) -> Target:
+    """A call that a room's file makes."""
+    function, taken = call.func, [p for p in parameters_of(call.func) if p.kind is p.VAR_POSITIONAL]
+    if taken or not parameters_of(function):
+        return Target(name, function, {f"*{i}": value for i, value in enumerate(call.args)} | call.keywords)
+    given = dict(zip((p.name for p in parameters_of(function)), call.args, strict=False)) | call.keywords
+    left = (p.name for p in parameters_of(function) if p.kind in NAMED and p.name not in given)
+    return Target(name, function, given, tuple(left))
 
 
-def _named(function: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Arguments by name, those that have no name by place ("*0"), and the names that are left."""
-    try:
-        signature = inspect.signature(function)
-    except ValueError:
-        return {f"*{i}": value for i, value in enumerate(args)} | kwargs, ()
-    kinds = [p for p in signature.parameters.values() if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
-    named = [p.name for p in kinds if p.kind is p.POSITIONAL_OR_KEYWORD]
-    if any(p.kind in (p.VAR_POSITIONAL, p.POSITIONAL_ONLY) for p in signature.parameters.values()):
-        return {f"*{i}": value for i, value in enumerate(args)} | kwargs, ()
-    given = dict(zip(named, args, strict=False)) | kwargs
-    return given, tuple(p.name for p in kinds if p.name not in given)
+def _has_door(kind: type) -> bool:
+    check = examples.code_of(getattr(kind, "__post_init__", None))
+    return check is not None and check.co_filename == signatures.__file__
 
 
-def _of_object(name: str, thing: Any, arguments: dict[str, Callable[[Any], Any]]) -> list[Target]:
-    """Methods and properties of a thing that a room made; not of a module, of Python, of python-control."""
-    kind, found = type(thing), []
-    if not kind.__module__.startswith(("workbench", rooms.__name__)):
-        return []
-    own = getattr(kind, "__dataclass_fields__", {})  # a field that holds a function is no method
-    elsewhere = _of_control(kind)
-    for attribute in (a for a in dir(kind) if not a.startswith("_") and a not in own and a not in elsewhere):
-        how = inspect.getattr_static(kind, attribute)
-        label = f"{name}(...).{attribute}"
-        if isinstance(how, property | functools.cached_property):
-            found.append(Target(label, functools.partial(getattr, thing, attribute), {}))
-        elif inspect.isfunction(how) or isinstance(how, staticmethod | classmethod):
-            method = getattr(thing, attribute)
-            guess = {}
-            for p in inspect.signature(method).parameters.values():
-                maker = arguments.get(f"{kind.__name__}.{attribute}.{p.name}") or arguments.get(p.name)
-                if p.default is p.empty and p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY):
-                    guess[p.name] = maker(thing) if maker else [0.1, 0.2]
-            optional = tuple(p for p in inspect.signature(method).parameters if p not in guess)
-            plain = all(
-                p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)
-                for p in inspect.signature(method).parameters.values()
-            )
-            found.append(Target(label, method, guess, optional if plain else ()))
+def _module(function: Any) -> str:
+    plain = getattr(function, "func", function)
+    return str(getattr(plain, "__module__", "")) + "."
+
+
+def _target(name: str, thing: Any, learned: Learned) -> Target | None:
+    seen = learned.best(thing)
+    if seen is None or (
+        isinstance(thing, type) and not (seen.written or _has_door(thing) or thing.__name__ in CHECKED)
+    ):
+        return None  # a record that only a function makes
+    given, optional = _varied(thing, seen.given)
+    return Target(name, thing, given, optional)
+
+
+def _varied(function: Any, given: dict[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """The arguments of a call that are not the defaults, and the names of those that are."""
+    held = parameters_of(function)
+    defaults = {p.name: p.default for p in held if p.default is not p.empty}
+    own = {name: value for name, value in given.items() if name not in defaults or value is not defaults[name]}
+    named = [p.name for p in held if p.kind in NAMED]
+    placed = any(name.startswith("*") for name in own) or any(p.kind is p.POSITIONAL_ONLY for p in held)
+    return own, () if placed else tuple(name for name in named if name not in own)
+
+
+def _instances(names: dict[str, Any], learned: Learned) -> dict[type, Any]:
+    """One object of each class of the workbench that a public name made."""
+    found: dict[type, Any] = {}
+    for name in names.values():
+        for thing in (seen.result for seen in learned.of(name)):
+            if type(thing).__module__.startswith("workbench") and not isinstance(thing, type):
+                found.setdefault(type(thing), thing)
     return found
+
+
+def _of_object(kind: type, thing: Any, learned: Learned, arguments: Arguments) -> list[Target]:
+    """Methods and properties of a class; not those of Python, of python-control, nor functions that a field holds."""
+    found, own, elsewhere = [], getattr(kind, "__dataclass_fields__", {}), _of_control(kind)
+    for attribute in (a for a in dir(kind) if not a.startswith("_") and a not in own and a not in elsewhere):
+        how, label = inspect.getattr_static(kind, attribute), f"{kind.__module__}.{kind.__qualname__}.{attribute}"
+        if inspect.isfunction(how) or isinstance(how, staticmethod | classmethod):
+            seen = learned.best(how)
+            here = seen.owner if seen and type(seen.owner) is kind else thing
+            method = getattr(here, attribute)
+            given, optional = _varied(method, seen.given if seen else {})
+            guessed = {
+                p.name: _guess(kind, attribute, p.name, here, arguments)
+                for p in parameters_of(method)
+                if p.name in optional and p.default is p.empty
+            }
+            found.append(
+                Target(label, method, given | guessed, tuple(name for name in optional if name not in guessed))
+            )
+    return found
+
+
+def _guess(kind: type, attribute: str, name: str, thing: Any, arguments: Arguments) -> Any:
+    """The argument of a method that no example calls."""
+    maker = arguments.get(f"{kind.__name__}.{attribute}.{name}") or arguments.get(name)
+    return maker(thing) if maker else guess(thing, name)
+
+
+def parameters_of(function: Any) -> list[inspect.Parameter]:
+    """The parameters of a function; none of what is written in C."""
+    try:
+        return list(inspect.signature(function).parameters.values())
+    except ValueError:
+        return []
 
 
 def _of_control(kind: type) -> set[str]:

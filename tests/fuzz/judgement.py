@@ -20,7 +20,11 @@ def raw(error: BaseException) -> str | None:
     frame = _innermost(error)
     place = frame.tb_frame.f_code.co_filename
     inside = place.startswith(HOUSE)
-    if isinstance(error, TypeError) and COUNT.search(str(error)) and (not inside or place.endswith("core/doors.py")):
+    if (
+        isinstance(error, TypeError)
+        and COUNT.search(str(error))
+        and (not inside or place.endswith("core/validation/signatures.py"))
+    ):
         return None
     raised = inside and frame.tb_frame.f_code.co_code[frame.tb_lasti] == RAISE
     if raised and isinstance(error, ValueError | LookupError) and _one_line(error):

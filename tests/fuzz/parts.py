@@ -9,7 +9,6 @@ import casadi as ca
 from workbench.arms.laws import PID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.mechanics.arm_catalogue import cart_pole
 from workbench.arms.observers import FullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.plants import AbstractElement
@@ -17,7 +16,6 @@ from workbench.blocks.signals import Sines
 from workbench.core import Entry, Layout, Ode, Signals
 
 ARM = paper_arm()
-TREE = cart_pole()
 PLANT = Manipulator(ARM, q=[0.1, 0.2])
 OBSERVER = FullState(2)
 LAW = PID([1.0, 1.0], [0.1, 0.1], [1.0, 1.0], ARM)

@@ -1,48 +1,91 @@
 """Odd arguments for every public name, in a small run; `python -m tests.fuzz` makes many more by hand."""
 
-import functools
-import importlib
-import os
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
-from tests.fuzz.calls import Aims, Target, call_of, public_names, room_files
+from tests.fuzz.__main__ import report
+from tests.fuzz.calls import Aims, Target, aims, call_of, parameters_of, room_files, use
+from tests.fuzz.examples import public_names
 from tests.fuzz.judgement import raw
 from workbench.core import Layout, rk4
 
 ROOT = Path(__file__).parents[2]
 
 
-HINTS = {"Flags", "Integers", "Memory", "Scalar", "Vector", "Way"}  # callable, but no calls of an engineer
+# What one has from another public name alone, or inherits from.
+UNSHOWN = {"CalledTarget", "PeriodPoles", "Verdict"}
+# Objects that show their whole text.
+LONG = {"BodeData", "DefinitenessVerdict", "LimitVerdict", "PropertyVerdict", "Sheet"}
+# Formulas and verdicts have texts of their own.
+OTHERS = ("tests", "workbench.core.notation", "workbench.proofs", "workbench.engine.reference")
 
 
-@functools.cache
-def called():
-    """The names with a call in any room: a name has one home, and may be shown in several rooms."""
-    return HINTS.union(*(room.calls() for room in room_files()))
+def _parsed(html):
+    """The text of markup, which must be well formed."""
+    return "".join(ElementTree.fromstring(f"<div>{html}</div>").itertext())
 
 
-@pytest.mark.parametrize("room", room_files(), ids=lambda room: room.__name__.rpartition(".")[2])
-def test_every_public_name_of_a_room_has_a_valid_call(room, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # where a call may write a file
-    calls = room.calls()
-    for module in room.MODULES:
-        held = importlib.import_module(module)
-        assert not {name for name in public_names(module) if callable(getattr(held, name))} - called(), module
-    for call in calls.values():
-        if isinstance(call, functools.partial):
-            call()
+@pytest.fixture(scope="module")
+def held(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("examples"))  # where an example may write a file
+        yield aims()
 
 
-def test_no_error_is_raw(tmp_path):  # where an odd path may be written to
-    words = [sys.executable, "-m", "tests.fuzz", "--calls", "1000", "--seed", "14"]
-    there = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(words, cwd=tmp_path, env=there, capture_output=True, text=True, check=False, timeout=600)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert " 0 raw" in done.stdout
+def test_the_examples_of_all_docstrings_answer_as_they_show(held):
+    assert not held.misfits, "".join(held.misfits)
+
+
+def test_an_example_or_a_room_calls_every_public_name(held):
+    called = {target.function for target in held.targets} | {type(thing) for thing in held.things}
+    silent = {thing for thing in public_names().values() if not isinstance(thing, type) and not parameters_of(thing)}
+    left = {name for name, thing in public_names().items() if thing not in called | silent}
+    left = {last for name in left if not (last := name.rpartition(".")[2]).startswith("Abstract")}
+    assert left <= UNSHOWN, "write an example in the docstring"
+
+
+def test_no_room_repeats_what_an_example_shows(held):
+    shown = {id(target.function) for target in held.targets if "." in target.name} & set(
+        map(id, public_names().values())
+    )
+    for file in room_files():
+        for name, call in file.calls().items():
+            assert id(call.func) not in shown or " " in name, f"{file.__name__}: {name} has an example"
+
+
+def test_the_properties_of_what_examples_make_can_be_read(held):
+    for thing in held.things:
+        use(thing)
+
+
+def test_every_object_that_an_example_makes_has_one_short_line_and_a_view(held):
+    ours = [
+        thing
+        for thing in held.things
+        if not type(thing).__module__.startswith(OTHERS) and type(thing).__name__ not in LONG
+    ]
+    assert len(ours) > 200
+    for thing in ours:
+        line = repr(thing)
+        assert "\n" not in line
+        assert 2 < len(line) < 160, line
+        assert " at 0x" not in line
+        if hasattr(thing, "_repr_html_"):
+            assert _parsed(thing._repr_html_()) or "<iframe" in thing._repr_html_()
+
+
+def test_the_fuzz_varies_no_fewer_arguments_than_ever(held):
+    assert len(held.targets) >= 1100
+    assert held.arguments >= 3700
+
+
+def test_no_error_is_raw(held):
+    text = report(held, seed=14, calls=1000)
+    assert " 0 raw" in text, text
 
 
 def test_a_call_follows_from_seed_and_number_alone():
@@ -70,6 +113,7 @@ def test_what_a_library_says_is_raw_and_what_the_workbench_says_is_not():
 FAULTS = """
 import functools, os, sys, time, warnings
 from tests.fuzz import workers
+from tests.fuzz.__main__ import report
 from tests.fuzz.calls import Aims, Target
 workers.SECONDS = 1
 faults = {"crash": os.abort, "hang": lambda: time.sleep(60), "warning": lambda: warnings.warn("odd"),

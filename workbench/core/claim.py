@@ -24,6 +24,12 @@ class Claim:
     holds; it is None where no instant can tell. The claim of a block sees its own parameters and memory by their own
     names, all others by path, the outputs of the loop and `t`; a signal with a prime (`K'`) is its derivative along the
     run.
+
+    Examples
+    --------
+    >>> from workbench.core import Claim
+    >>> Claim("it stays", "x stays below 2.", "a book", (), lambda signals: 2 - signals["x"]).margin({"x": 0.5})
+    1.5
     """
 
     name: str

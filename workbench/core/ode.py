@@ -245,6 +245,12 @@ def with_sensitivity(ode: Ode, names: Sequence[str]) -> Ode:
         If no name is given.
     LookupError
         If a name is neither a parameter's nor a state's; the message names the nearest.
+
+    Examples
+    --------
+    >>> from workbench.core import with_sensitivity
+    >>> with_sensitivity(wb.open_loop(wb.DCMotor()), ["J"]).states.labels
+    ('omega', 'i', 'S[0,0]', 'S[1,0]')
     """
     if not names:
         raise ValueError("`with_sensitivity(names=...)` needs at least one parameter or state; got none.")

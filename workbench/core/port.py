@@ -222,7 +222,17 @@ class Roles:
 
 @door
 def grouped(roles: Mapping[str, Roles]) -> tuple[tuple[str, ...], ...]:
-    """The laws in classes of equal information, within which a comparison is fair."""
+    """The laws in classes of equal information, within which a comparison is fair.
+
+    Examples
+    --------
+    >>> from workbench.blocks.loop import roles
+    >>> from workbench.core import grouped
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=10.0, Ki=20.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> grouped({"PID": roles(loop), "the same": roles(loop)})
+    (('PID', 'the same'),)
+    """
     classes: dict[Information, list[str]] = {}
     for law, held in roles.items():
         classes.setdefault(held.information, []).append(law)

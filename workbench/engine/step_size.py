@@ -22,6 +22,15 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -
     A mode lambda with Re lambda < 0 is kept decaying while |R(h lambda)| <= 1, where R is the method's amplification;
     modes that grow by themselves set no limit. A state whose Jacobian is not finite is not counted; if none is left the
     limit, its time and its mode are NaN, and it does not hold.
+
+    Examples
+    --------
+    >>> from workbench.core import rk4
+    >>> from workbench.engine import simulate, step_limit
+    >>> plant = wb.open_loop(wb.DCMotor())
+    >>> runs = simulate(rk4(plant, 1e-3), plant.parameters.default[None], plant.states.default[None], until=0.1)
+    >>> step_limit(runs).h
+    0.001
     """
     points = whole("step_limit(points=...)", points)
     run = whole("step_limit(run=...)", run, 0, len(trajectories) - 1)

@@ -8,15 +8,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.arms import mechanics as robots
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import Link, SpatialLink, urdf
+from workbench.arms.mechanics import urdf
 from workbench.arms.mechanics.planar_arm import PointMass
 from workbench.arms.mechanics.tree import Joint, Solid, arm_of
 
-from ..parts import ARM, TREE, signals
-
-MODULES = ("workbench.arms.mechanics", "workbench.arms.mechanics.urdf")
+from ..parts import ARM, signals
 
 TEXT = """<robot name="r"><link name="base"/><link name="arm"><inertial><origin xyz="0 0 0.5"/><mass value="1"/>
 <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
@@ -33,8 +30,6 @@ def calls() -> dict[str, Any]:
     dynamics = Dynamics.of(ARM)
     body = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
     return {
-        "CATALOGUE": robots.CATALOGUE,
-        "planar": partial(robots.planar, 2),
         "Dynamics": partial(
             Dynamics,
             "arm",
@@ -47,21 +42,7 @@ def calls() -> dict[str, Any]:
             dynamics.symbols,
         ),
         "Dynamics.of": partial(Dynamics.of, ARM, "arm", True),
-        "Link": partial(Link, 1.0, 1.0, 0.5, 0.0, 0.1),
         "PointMass": partial(PointMass, 1.0, 1.0),
-        "PlanarArm": partial(robots.PlanarArm, (Link(1.0, 1.0, 0.5), PointMass(1.0, 1.0)), 9.81, "up"),
-        "SpatialArm": partial(robots.SpatialArm, TREE.links, 9.81),
-        "SpatialLink": partial(
-            SpatialLink, "hinge", 1.0, zero, body, zero, (0.0, 0.0, 1.0), eye, -1, "revolute", 0.1, 0.1, 0.1, 2.0
-        ),
-        "BaseParameters": robots.base_parameters(TREE),
-        "Regressor": robots.regressor(TREE),
-        "base_parameters": partial(robots.base_parameters, robots.paper_arm(), 1),
-        "regressor": partial(robots.regressor, robots.paper_arm()),
-        "named": partial(robots.named, "pelican"),
-        "paper_arm": partial(robots.paper_arm),
-        "urdf": urdf,
-        "read": partial(urdf.read, str(FILE), 9.81, friction_speed=0.01),
         "parse": partial(urdf.parse, TEXT, 9.81, friction_speed=0.01),
         "Solid": partial(Solid, "arm", 1.0, zero, np.array(body)),
         "Joint": partial(Joint, "hinge", "base", "arm", "revolute", zero, eye, np.array([0.0, 0.0, 1.0]), 0.1, 0.1),

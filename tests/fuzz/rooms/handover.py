@@ -8,20 +8,14 @@ import numpy as np
 import workbench as wb
 from workbench.handover.bit_comparison import fits
 from workbench.handover.c99.c_code import c_code
-from workbench.handover.fmi.archive import fmu
-from workbench.handover.law_export import export
 from workbench.handover.programs.casadi_law import casadi_law
 from workbench.handover.programs.linear_law import as_control, linear_law, mat_of
 from workbench.handover.programs.python_law import python_law
-from workbench.handover.recording import record
-from workbench.handover.replays import replay
 from workbench.handover.single.rounding_bounds import rounding_bound
 from workbench.handover.single.rounding_statement import stated_bound
 from workbench.handover.single.single_precision import single_precision
 from workbench.handover.wrappers.ros2 import ros2
 from workbench.handover.wrappers.simulink import simulink
-
-MODULES = ()  # each form of a law has a file of its own
 
 
 def sampled() -> Any:
@@ -35,12 +29,7 @@ def calls() -> dict[str, Any]:
     loop = sampled()
     law, rows = loop.law(), (np.zeros((2, 2)), np.zeros((2, 1)), np.ones((2, 1)))
     code, size = c_code(law, "law"), law.memory.size + 2
-    options = {"precision": "double", "parameters": "constant", "safe": {"v": 0.0}, "warnings": ("a",), "command": "b"}
     return {
-        "law": partial(loop.law, "input", ()),
-        "c_code": partial(c_code, law, "law", **options),
-        "export": partial(export, law, "c", "out", name="law", safe={"v": 0.0}),
-        "fmu": partial(fmu, law, "2.0", "law", h=None, compiler=""),
         "python_law": partial(python_law, law, "law", safe={"v": 0.0}),
         "casadi_law": partial(casadi_law, law, "law"),
         "linear_law": partial(linear_law, law, constants="refused"),
@@ -48,8 +37,6 @@ def calls() -> dict[str, Any]:
         "mat_of": partial(mat_of, law),
         "simulink": partial(simulink, code),
         "ros2": partial(ros2, code, "law_controller", {"omega": "wheel/velocity"}),
-        "record": partial(record, loop, law, 3, substeps=1, p=None, seed=0),
-        "replay": partial(replay, loop, name="law", periods=3, targets=["numpy"], substeps=1, seed=0),
         "fits": partial(fits, 1000.0, 1e-3, 1e8),
         "single_precision": partial(single_precision, law, np.arange(2.0), *rows),
         "rounding_bound": partial(rounding_bound, law, np.arange(2.0), *rows),

@@ -8,7 +8,6 @@ import numpy as np
 import workbench as wb
 from workbench.design import linear_loop
 
-MODULES = ("workbench.design.linear_loop",)
 MOTOR = wb.DCMotor()
 LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
 LOOP = wb.ClosedLoop(MOTOR, controller=LAW, reference=wb.Step("omega", "rad/s", 1.0))
@@ -17,21 +16,10 @@ OMEGA = np.array([1.0, 10.0])
 
 def calls() -> dict[str, Any]:
     linear = linear_loop.linear_loop(LOOP)
-    answer = linear.response(OMEGA)
-    options: dict[str, Any] = {"t": 0.0, "freeze": (), "delays": None, "at_rest": True, "side": None, "substeps": None}
     rows = linear.rows({"plant.J": [0.01, 0.02]})
     return {
-        **{name: getattr(linear_loop, name) for name in linear_loop.__all__},  # what a call makes, and no call
-        "linear_loop": partial(linear_loop.linear_loop, LOOP, "v", {"plant.J": 0.01}, **options),
-        "FrequencyResponse": partial(
-            linear_loop.FrequencyResponse,
-            *(answer.frequencies, answer.values, answer.inputs, answer.outputs, answer.flagged),
-            *(answer.errors, answer.sensitivities),
-        ),
-        "LinearLoop.response": partial(linear.response, OMEGA, "closed", "v_load", "omega"),
         "LinearLoop.gang_of_six": partial(linear.gang_of_six, OMEGA),
         "LinearLoop.rows": partial(linear.rows, {"plant.J": [0.01, 0.02]}),
-        "LinearLoop.system": partial(linear.system, "closed", "v_load", "omega"),
         "LinearLoop.bandwidth": partial(linear.bandwidth, "T"),
         "LinearLoop.step_info": partial(linear.step_info, "omega_ref", "omega", "closed"),
         "LinearLoop.hinf_norm": partial(linear.hinf_norm, "closed", "v_load", "omega"),

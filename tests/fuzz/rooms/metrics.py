@@ -15,9 +15,7 @@ from workbench.engine.metrics.contract import Integral
 from workbench.engine.metrics.measured_equation import common_grid
 from workbench.engine.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 
-from ..parts import LOOP, ODE
-
-MODULES = ("workbench.engine.metrics",)
+from ..parts import ODE
 
 
 @dataclass(frozen=True)
@@ -74,46 +72,17 @@ def calls() -> dict[str, Any]:
     rms = room.rmse("y")
     step = room.measured(ODE, [rms], 0.1)
     runs = simulate(step, until=1.0)
-    measurement = room.measure(ODE, [rms], until=1.0, h=0.1, tolerance=1e-2)
     g, finish = (lambda t, y: y["y"]), (lambda integral, horizon: integral)
-    how = {"h": 0.1, "every": 0.5, "tolerance": 1e-2, "progress": lambda share: None, "arithmetic": None}
-    ode = LOOP.ode()
     return {
-        "AbstractMetric": rms,
-        "AbstractSignalMetric": room.AbstractSignalMetric,
-        "Choice": partial(room.Choice, "error", "e"),
-        "Measurement": partial(
-            room.Measurement,
-            **{name: getattr(measurement, name)
-               for name in ("columns", "t", "h", "values", "diverged_at", "looked_at", "errors", "half_diverged_at",
-                            "limits", "limited_at", "tolerance", "choice", "metrics", "unseen", "kept")},
-        ),
-        "Score": partial(room.Score, "own", "y", "m", np.ones(1), np.zeros(1)),
         "Integral": partial(Integral, "own", "m", "about", g, finish, ("y",)),
         "Peak": partial(Peak, "own", "m", "about", "y", 0.5),
         "TotalVariation": partial(TotalVariation, "own", "m", "about", "y", 0.1, 0.5),
         "SampledRms": partial(SampledRms, "own", "m", "about", "y", 0.1),
         "Overshoot": partial(Overshoot, "own", "m", "about"),
         "SettlingTime": partial(SettlingTime, "own", "m", "about", 0.1),
-        **{name: partial(getattr(room, name), "y")
-           for name in ("effort", "iae", "ise", "itae", "overshoot", "peak", "peak_error")},
-        "energy": partial(room.energy, ("y", "y")),
-        "violation": partial(room.violation, "y", -1.0, 1.0),
-        "late_error": partial(room.late_error, 0.5, "y"),
-        "observer_error": partial(room.observer_error, "q_error"),
-        "rmse": partial(room.rmse, "y", "RMSE"),
-        "sampled_rmse": partial(room.sampled_rmse, 0.1, "y", "RMSE"),
-        "settling_time": partial(room.settling_time, "y", 0.1),
-        "total_variation": partial(room.total_variation, 0.1, "y", 0.5),
-        "measure": partial(room.measure, ODE, [rms], [2.0], [1.0], until=1.0, seed=1, **how),
-        "measure by a pilot": partial(room.measure, ODE, [rms], [2.0], [1.0], until=1.0, tolerance=1e-2, every=0.5),
-        "measure a loop": partial(
-            room.measure, ode, [room.rmse(), room.total_variation(0.1), room.late_error(0.1)], until=0.2, h=0.1
-        ),
         "measure_own": partial(measure_own, watched=("y",), sampled=None, checked=None, integrated=None,
                                remembered=Layout(), updated=None, valued=None),
         "measure_integral": partial(measure_integral, g, finish, ("y",)),
-        "measured": partial(room.measured, ODE, [rms], 0.1),
         "common_grid": partial(common_grid, [room.total_variation(0.1)], 1.0),
         "final_values": partial(final_values, runs, [rms], -1),
     }  # fmt: skip

@@ -9,8 +9,6 @@ import casadi as ca
 from workbench.core.notation import formula, latex, mathml, normal_form, program, reader, text, typst_math
 from workbench.core.notation.formula import Matrix, Number, Relation, Sum, Symbol
 
-MODULES = ()  # the room has no `__all__`: what follows is what other rooms and studies use
-
 
 def calls() -> dict[str, Any]:
     q = ca.SX.sym("q")

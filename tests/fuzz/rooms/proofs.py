@@ -9,7 +9,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.arms import code as derivation
 from workbench.arms import identity, properties
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import named
@@ -38,7 +37,6 @@ from workbench.proofs import claim_ledger as claims
 
 from ..parts import ODE
 
-MODULES = ()  # no room here has `__all__`: these are the names that studies, tests and the command use
 ARM = Dynamics.of(named("planar-1r"), "planar-1r")
 X = ca.SX.sym("x", 2)
 WAVE = ca.sin(X[0]) * X[1]
@@ -64,8 +62,6 @@ def calls() -> dict[str, Any]:
     ruling = claims.Ruling("refuted", "it fails", "here")
     row = np.array([[2.0]]), np.array([[1.0]])
     return {
-        **{f"derivation.{form}": partial(write, ARM) for form, write in derivation.READABLE.items()},
-        "derivation.functions_of": partial(derivation.functions_of, ARM),
         "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
         "slope_of": partial(claim_margins.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
         "disturbance_bounds": partial(bounds.disturbance_bounds, ca.sin(X[0]), X[0], 1.0),

@@ -5,11 +5,11 @@ from functools import cache, partial
 from typing import Any
 
 import casadi as ca
+from workbench.study.uncertainty.distributions import LogUniform
+from workbench.study.uncertainty.factors import Factor
 
 from workbench import study
 from workbench.core import Entry, Layout, Ode
-from workbench.engine.distributions import LogUniform, Uniform
-from workbench.engine.factors import Factor, Space
 from workbench.engine.metrics import iae, ise
 from workbench.study import case_runs, provenance, tuning, writeup
 from workbench.study.compiled import compile_sweep
@@ -17,12 +17,10 @@ from workbench.study.contract import Run, Sweep
 from workbench.study.document import document
 from workbench.study.evidence import law_tables
 from workbench.study.study import Case, Results, Study
-from workbench.study.uncertainty import Listed, MonteCarlo, factor_table, local
+from workbench.study.uncertainty import MonteCarlo, factors, local
 from workbench.study.work import Work
 
-MODULES = ("workbench.study", "workbench.study.tuning")
 # of these the other rooms hold a call
-IMPORTED = ("Panel", "least_base", "morris", "quantiles", "sobol", "tornado")
 
 
 class Decay:
@@ -99,69 +97,17 @@ def outcomes() -> Any:
 
 
 def calls() -> dict[str, Any]:
-    space = partial(Space, (FACTOR,), Layout((Entry("k", 2.0),)), Layout((Entry("x", 1.0),)))
+    space = partial(factors.Space, (FACTOR,), Layout((Entry("k", 2.0),)), Layout((Entry("x", 1.0),)))
     given = provenance.assumed("k", 1.0, "1/s", "nobody says", 0.5, 2.0)
     published = law_tables.Published("table 1", "IAE", 0, {"law": 0.4}, 2)
     return {
-        **{name: getattr(study, name) for name in IMPORTED},
-        **{name: getattr(study, name) for name in ("Figure", "Itemize", "Paragraph", "Section", "Table", "Verdict")},
-        "AbstractDesign": MonteCarlo(1, 24),
-        "one_core": study.one_core,
-        "testbed": study.testbed,
-        "Column": partial(study.Column, "RMSE", "rad", "right", 3),
-        "Case": partial(Case, "S", "law", RUN, 0, ""),
-        "Factor": partial(Factor, "k", ("k",), Uniform(0.5, 4.0), "stated", True),
-        "Finding": partial(
-            study.Finding,
-            "best",
-            "PID has the least mean cost, 1.2.",
-            "SMC has 1.4.",
-            answer="PID",
-            variations=(study.Variation("the median in place of the mean", "SMC", "1.2 against 1.4"),),
-            cites=("a8_fair_comparison/best",),
-        ),
-        "Given.factor": partial(given.factor, ("k",), True),
-        "factor_table": partial(factor_table, space(), "drawn", "What is drawn."),
+        "Factor.of": partial(Factor.of, given, ("k",), True),
         "Given": partial(provenance.Given, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
         "Card": partial(provenance.Card, (given,)),
-        "Knob": partial(study.Knob, "k", ("k",), 0.5, 4.0, True, "stated", False),
-        "LatinHypercube": partial(study.LatinHypercube, 2, 24, 3),
-        "Listed": partial(Listed, [[0.5, 0.25], [0.0, 1.0]]),
         "LocalSensitivities": partial(local.local_sensitivities, LOOP.ode(), METRICS, ["k"], until=1.0, h=0.1),
-        "LogNormal": partial(study.LogNormal, 1.0, 0.5, 0.1, 9.0),
-        "LogUniform": partial(study.LogUniform, 0.1, 1.0),
-        "MonteCarlo": partial(study.MonteCarlo, 2, 24, 3),
-        "MorrisDesign": partial(study.MorrisDesign, 2, 8, 4, 3),
-        "Normal": partial(study.Normal, 1.0, 0.5, 0.0, 2.0),
-        "Objective": tuning.Objective,
-        "OneAtATime": partial(study.OneAtATime, 2, (0.05, 0.95), 0.5),
-        "Page": partial(study.Page, "PID leads.", (study.Finding("best", "PID leads."),), sections(None)),
         "Published": partial(law_tables.Published, "table 1", "IAE", 0, {"law": 0.4}, 2),
-        "Results": partial(Results, outcomes(), (sample(),), (tuned(),), {"doubled": (2, 4.0)}),
-        "SobolDesign": partial(study.SobolDesign, 2, 16, True, 3),
         "Space": space,
-        "Study": partial(
-            Study,
-            "small",
-            "T",
-            "Q?",
-            "M.",
-            sections,
-            lambda results: ["It runs."],
-            (CASE,),
-            {"arm": "1"},
-            True,
-            1,
-            (SWEEP,),
-            (TUNING,),
-            (study.Knob("k", "k", 0.5, 4.0),),
-            (WORK,),
-        ),
-        "Run": partial(Run, LOOP, METRICS, 1.0, 0.5, 0.05, 0.1, 1),
-        "Work": partial(Work, "doubled", doubled, (1, 2.0), float, 1.0),
-        "Sweep": partial(Sweep, "decay", RUN, (FACTOR,), MonteCarlo(1, 24), True, 8, 16),
         "Trial": partial(tuning.Trial, "step", RUN),
-        "Triangular": partial(study.Triangular, 0.0, 0.5, 2.0),
         "Tuned": partial(tuned),
         "Tuning": partial(
             tuning.Tuning,
@@ -176,8 +122,6 @@ def calls() -> dict[str, Any]:
             {("k", "low"): "stop"},
             0.5,
         ),
-        "Uniform": partial(study.Uniform, 0.0, 2.0),
-        "Variation": partial(study.Variation, "the median", "SMC", "1.2 against 1.4"),
         "against_published": partial(law_tables.against_published, "t", "c", published, {"law": outcomes()[0]}),
         "equal_budget": partial(
             tuning.equal_budget, {"pd": ((TRIAL,), (FACTOR,))}, objective, evaluations=16, population=8, seeds=(0,)
@@ -196,9 +140,7 @@ def calls() -> dict[str, Any]:
         "run": partial(case_runs.run, STUDY, workers=1),
         "Sample": partial(sample),
         "bars": partial(study.bars, "ours", outcomes(), "IAE", 0, [0.5], 1, 0.35),
-        "cell": partial(study.cell, outcomes()[0], "IAE", "e", 1e3, "ms"),
         "points": partial(study.points, "", outcomes(), "IAE", "ISE", 0, ("law",), 1),
-        "side_by_side": partial(study.side_by_side, "t", "c", outcomes(), ["IAE"], 0, ["a note"], 0.02),
         "tune": partial(tuning.tune, TUNING),
         **functions(),
     }

@@ -28,7 +28,18 @@ from workbench.core.validation.signatures import door
 
 @door
 def as_text(dynamics: Dynamics) -> str:
-    """Plain text, for a terminal; the letters as comments above, so that `workbench verify` reads it."""
+    """Plain text, for a terminal; the letters as comments above, so that `workbench verify` reads it.
+
+    Examples
+    --------
+    >>> from workbench.arms.code import as_latex, as_mathml, as_text, as_typst
+    >>> from workbench.arms.dynamics import Dynamics
+    >>> arm = Dynamics.of(wb.named("planar-1r"), "planar-1r")
+    >>> as_text(arm).splitlines()[-1]
+    'G_1 = m_1*g*d_1*cos(q_1) + m_1*g*c_1*sin(q_1)'
+    >>> [len(write(arm)) > 100 for write in (as_latex, as_mathml, as_typst)]
+    [True, True, True]
+    """
     head = (f"# {line}" if line else "" for line in _head(dynamics))
     return "\n".join([*head, *("\n" + text.emit(block) for block in _blocks(dynamics))])
 

@@ -41,7 +41,14 @@ class AbstractAdaptation(ABC):
 
 @block
 class Plain(AbstractAdaptation):
-    """K_i' = gamma |s_i|: the gain never falls, and grows without end inside a boundary layer."""
+    """K_i' = gamma |s_i|: the gain never falls, and grows without end inside a boundary layer.
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import Plain
+    >>> Plain().rate([0.05, 0.3], [1.0, 1.0], [2.0, 2.0])
+    SX([0.05, 0.3])
+    """
 
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         return growth
@@ -49,7 +56,14 @@ class Plain(AbstractAdaptation):
 
 @block
 class Frozen(AbstractAdaptation):
-    """K_i' = 0: the gain stays constant, for comparison with a law that adapts."""
+    """K_i' = 0: the gain stays constant, for comparison with a law that adapts.
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import Frozen
+    >>> Frozen().rate([0.05, 0.3], [1.0, 1.0], [2.0, 2.0])
+    SX(@1=0, [@1, @1])
+    """
 
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         return ca.SX.zeros(K.shape)
@@ -57,7 +71,14 @@ class Frozen(AbstractAdaptation):
 
 @block
 class DeadZone(AbstractAdaptation):
-    """K_i' = gamma |s_i| where |s_i| > width, best no smaller than the boundary layer, and 0 elsewhere."""
+    """K_i' = gamma |s_i| where |s_i| > width, best no smaller than the boundary layer, and 0 elsewhere.
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import DeadZone
+    >>> DeadZone(0.1).rate([0.05, 0.3], [1.0, 1.0], [2.0, 2.0])
+    SX([0.05, 0.3])
+    """
 
     width: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="epsilon")
 
@@ -143,6 +164,14 @@ class AdaptiveSlidingMode(AbstractAdaptiveSlidingMode):
     ----------
     Slotine and Li (1991), Applied Nonlinear Control, chapter 9 (s and qd_r for manipulators).
     Plestan et al. (2010), New methodologies for adaptive sliding mode control, Int. J. Control 83(9).
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import AdaptiveSlidingMode, Leakage
+    >>> law = AdaptiveSlidingMode(wb.paper_arm(), [6.0, 6.0], 0.1, 2.0, [20.0, 10.0], Leakage(0.1, [1.0, 1.0]), "tanh")
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
+    6
     """
 
     model: AbstractArm

@@ -39,6 +39,16 @@ class ComputedTorque(AbstractArmController):
     ----------
     Siciliano et al. (2009), Robotics: Modelling, Planning and Control, section 8.5.2 (inverse dynamics control).
     Chen et al. (2000), A nonlinear disturbance observer for robotic manipulators, IEEE TIE 47(4).
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import ComputedTorque
+    >>> from workbench.arms.observers import MomentumObserver, WithDisturbance
+    >>> law = ComputedTorque(wb.paper_arm(), Kp=[100.0, 100.0], Kd=[20.0, 20.0])
+    >>> observer = WithDisturbance(wb.FullState(2), MomentumObserver(wb.paper_arm(), 20.0, [0.0, 0.0]))
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, observer, law, wanted).ode().states.size
+    6
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (ERROR_IS_LINEAR,)

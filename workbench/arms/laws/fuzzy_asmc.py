@@ -29,6 +29,12 @@ class RuleBase:
 
     Rule (a, b) reads: if x is about x_a and v is about v_b, then r is scale_ab. The sets of one input share one width,
     so that beyond the last centre the last rule wins.
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import RuleBase
+    >>> RuleBase([0.0, 1.0], 0.1, [0.0, 1.0], 0.1, np.eye(2)).strength(0.5, 0.5)
+    SX(0.5)
     """
 
     sizes: Vector = parameter(default=(0.0, 0.5, 1.0), unit="rad/s", shape=("a",), symbol="x")
@@ -81,6 +87,14 @@ class FuzzyAsmc(AbstractAdaptiveSlidingMode):
     References
     ----------
     Wang (1997), A Course in Fuzzy Systems and Control (product inference, centre-average defuzzifier).
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import FuzzyAsmc
+    >>> law = FuzzyAsmc(wb.paper_arm(), [6.0, 6.0], 0.1, 1.0, 0.1, [1.0, 1.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
+    8
     """
 
     model: AbstractArm

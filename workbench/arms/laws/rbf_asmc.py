@@ -37,6 +37,14 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
     References
     ----------
     Lewis et al. (1999), Neural Network Control of Robot Manipulators and Nonlinear Systems.
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import RbfAsmc
+    >>> law = RbfAsmc(wb.paper_arm(), [6.0, 6.0], 0.1, 1.0, 1.0, 0.1, np.ones((3, 4)), np.ones(4), [1.0, 1.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
+    12
     """
 
     model: AbstractArm

@@ -30,6 +30,14 @@ class Rise(AbstractSlidingMode):
     ----------
     Xian et al. (2004), A ... asymptotic tracking control strategy for uncertain nonlinear systems, IEEE TAC 49(7).
     Patre et al. (2008), Asymptotic tracking for ... structured and unstructured uncertainties, IEEE TCST 16(2).
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import Rise
+    >>> law = Rise([20.0, 20.0], [10.0, 10.0], [5.0, 5.0], [1.0, 1.0], 0.1, [0.0, 0.0], wb.paper_arm(), "clip")
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
+    6
     """
 
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")

@@ -29,6 +29,14 @@ class Sdre(AbstractArmController):
     References
     ----------
     Cimen (2008), State-dependent Riccati equation (SDRE) control: a survey, IFAC World Congress.
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import Sdre
+    >>> law = Sdre(wb.paper_arm(), Qp=np.eye(2), Qd=np.eye(2), R=np.eye(2))
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
+    4
     """
 
     model: AbstractArm

@@ -47,6 +47,14 @@ class SuperTwisting(AbstractSlidingMode):
     Levant (1993), Sliding order and sliding accuracy in sliding mode control, International Journal of Control 58(6).
     Moreno and Osorio (2012), Strict Lyapunov functions for the super-twisting algorithm, IEEE TAC 57(4).
     Brogliato et al. (2020), The implicit discretization of the supertwisting ... algorithm, IEEE TAC 65(8).
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import SuperTwisting
+    >>> law = SuperTwisting(wb.paper_arm(), [6.0, 6.0], [8.0, 8.0], [4.0, 4.0], 0.1, "sign")
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
+    6
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (SWITCHED_RATE_IS_BOUNDED,)

@@ -58,6 +58,14 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
     ----------
     Feng, Yu and Man (2002), Non-singular terminal sliding mode control of rigid manipulators, Automatica 38(12).
     Yu et al. (2005), Continuous finite-time control ... with terminal sliding mode, Automatica 41(11).
+
+    Examples
+    --------
+    >>> from workbench.arms.laws import NonsingularTerminalSlidingMode
+    >>> law = NonsingularTerminalSlidingMode(wb.paper_arm(), [1.0, 1.0], 1.5, [5.0, 5.0], [5.0, 5.0], 0.5, 0.1, "tanh")
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
+    4
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (TERMINAL_SURFACE_MOVES_THE_ERROR,)

@@ -132,6 +132,14 @@ def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     ------
     Refused
         If there are none, the proof fails, or the extra is not installed.
+
+    Examples
+    --------
+    >>> from workbench.arms.dynamics import Dynamics
+    >>> from workbench.arms.observer_gains import Region, by_lmi
+    >>> arm = Dynamics.of(wb.named("planar-1r"))
+    >>> by_lmi(arm, Region([3.0], [7.0]), 1.0).gains.L1.shape
+    (1, 1)
     """
     positive("by_lmi(rate=...)", rate, " of 1/s")
     mismatch = Mismatch.of(dynamics)
@@ -147,6 +155,14 @@ def least_double_pole(dynamics: Dynamics, region: Region, rate: float) -> RateCe
     ------
     Refused
         If no p up to a thousand times the rate is, or the extra is not installed.
+
+    Examples
+    --------
+    >>> from workbench.arms.dynamics import Dynamics
+    >>> from workbench.arms.observer_gains import Region, least_double_pole
+    >>> arm = Dynamics.of(wb.named("planar-1r"))
+    >>> least_double_pole(arm, Region([3.0], [7.0]), 1.0)
+    RateCertificate(gains=Gains(...), region=Region(speed=[3], torque=[7]), P=<2 x 2>, rate=1, boxes=15)
     """
     solvers("least_double_pole")
     mismatch, low = Mismatch.of(dynamics), positive("least_double_pole(rate=...)", rate, " of 1/s")
@@ -181,7 +197,16 @@ def _bounded(p: float, rate: float) -> float:
 
 @door
 def certify(dynamics: Dynamics, gains: Gains, region: Region, rate: float) -> RateCertificate:
-    """A certificate that the error of given gains decays at a rate in a region; refusals are those of `by_lmi`."""
+    """A certificate that the error of given gains decays at a rate in a region; refusals are those of `by_lmi`.
+
+    Examples
+    --------
+    >>> from workbench.arms.dynamics import Dynamics
+    >>> from workbench.arms.observer_gains import Gains, Region, certify
+    >>> arm = Dynamics.of(wb.named("planar-1r"))
+    >>> certify(arm, Gains(np.array([[80.0]]), np.array([[1600.0]])), Region([3.0], [7.0]), 1.0).rate
+    1.0
+    """
     require("certify(region=...)", region, Region)
     positive("certify(rate=...)", rate, " of 1/s")
     mismatch = Mismatch.of(dynamics)

@@ -244,6 +244,14 @@ def audit(
         If sizes differ, a number is out of its range, or `known` is the certificate of something else.
     Refused
         If the P of `known` is not proved here.
+
+    Examples
+    --------
+    >>> from workbench.arms.dynamics import Dynamics
+    >>> from workbench.arms.observer_gains import Region, audit, by_poles
+    >>> arm, region = Dynamics.of(wb.named("planar-1r")), Region([3.0], [7.0])
+    >>> audit(arm, by_poles(1, -40.0, -40.0), region, 0.5, 1.0).gains
+    Gains(L1=[[80]], L2=[[1600]])
     """
     positive("audit(rate=...)", rate, " of 1/s")
     if not 0 < positive("audit(inner=...)", inner) < 1:

@@ -140,6 +140,13 @@ def by_poles(joints: int, first: float | complex, second: float | complex) -> Ga
     ------
     ValueError
         If the poles do not decay, or are no pair of a real polynomial, or `joints` is no positive whole number.
+
+    Examples
+    --------
+    >>> from workbench.arms.observer_gains import by_poles
+    >>> by_poles(2, -40.0, -40.0).L2
+    array([[1600.,    0.],
+           [   0., 1600.]])
     """
     identity = _identity("by_poles", joints)
     total, product = complex(first + second), complex(first * second)
@@ -160,6 +167,17 @@ def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
     References
     ----------
     Khalil (2017), High-Gain Observers in Nonlinear Feedback Control, section 2.2.
+
+    Examples
+    --------
+    >>> from workbench.arms.dynamics import Dynamics
+    >>> from workbench.arms.observer_gains import high_gain, kalman
+    >>> arm = Dynamics.of(wb.named("planar-1r"))
+    >>> kalman(arm, [0.1], [0.0], [0.0], np.eye(1), np.eye(1)).L1.round(3)
+    array([[0.261]])
+    >>> high_gain(2, 2.0, 1.0, 0.1).L1
+    array([[20.,  0.],
+           [ 0., 20.]])
     """
     for name, value, unit in (("a1", a1, ""), ("a2", a2, ""), ("epsilon", epsilon, " of seconds")):
         positive(f"high_gain({name}=...)", value, unit)

@@ -185,6 +185,14 @@ def lipschitz(mismatch: Mismatch, region: Region) -> Lipschitz:
         If the region is that of another arm, or any position is allowed to equations that do not repeat.
     Refused
         If no bound within 30 % of what is seen was proved.
+
+    Examples
+    --------
+    >>> from workbench.arms.dynamics import Dynamics
+    >>> from workbench.arms.observer_gains import Mismatch, Region, lipschitz
+    >>> arm = Dynamics.of(wb.named("planar-1r"))
+    >>> lipschitz(Mismatch.of(arm), Region([3.0], [7.0]))
+    Lipschitz(position=Bound(seen=14.715, proved=14.8621), velocity=Bound(seen=0, proved=1e-09))
     """
     refuse_unfit("lipschitz", mismatch, None, region)
     n = mismatch.joints

@@ -74,6 +74,14 @@ class VelocityFilter(AbstractJointCounter, AbstractArmObserver):
     With exact readings the error E = qd - qd_hat obeys E' = qdd - omega E: it falls to |qdd| / omega. A computer steps
     it exactly, by exp(-omega h) over a period h in which the reading is held; noise of independent readings passes
     with the share tanh(omega h / 2) of its variance.
+
+    Examples
+    --------
+    >>> from workbench.arms.observers import VelocityFilter
+    >>> law = wb.SlidingMode(wb.paper_arm(), [6.0, 6.0], [40.0, 20.0], 0.1)
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, VelocityFilter(2, 100.0, [0.0, 0.0]), law, wanted).ode().states.size
+    6
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
@@ -115,6 +123,14 @@ class DirtyDerivative(AbstractJointCounter, AbstractArmObserver):
     References
     ----------
     Loria (2016), Observers are unnecessary for output-feedback control of Lagrangian systems, IEEE TAC 61(4).
+
+    Examples
+    --------
+    >>> from workbench.arms.observers import DirtyDerivative
+    >>> law = wb.SlidingMode(wb.paper_arm(), [6.0, 6.0], [40.0, 20.0], 0.1)
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, DirtyDerivative(2, 100.0, [0.5, 0.0]), law, wanted).ode().states.size
+    6
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)

@@ -43,6 +43,15 @@ class Luenberger(AbstractArmObserver):
     References
     ----------
     The paper of `AosmcRgs`, section 3.1.
+
+    Examples
+    --------
+    >>> from workbench.arms.observers import Luenberger
+    >>> law = wb.SlidingMode(wb.paper_arm(), [6.0, 6.0], [40.0, 20.0], 0.1)
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> observer = Luenberger(wb.paper_arm(), 80.0 * np.eye(2), 1600.0 * np.eye(2), [0.5, 0.0], [0.0, 0.0])
+    >>> wb.ClosedLoop(plant, observer, law, wanted).ode().states.size
+    8
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (THEOREM_1,)

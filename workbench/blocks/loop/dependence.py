@@ -35,6 +35,13 @@ def roles(loop: Any) -> Roles:
     ------
     ValueError
         If `loop` is neither.
+
+    Examples
+    --------
+    >>> from workbench.blocks.loop import roles
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=10.0, Ki=20.0)
+    >>> roles(wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
+    Roles(law='PID2', readings={'omega'}, reference=('omega_ref',), law_states=2, observer_states=0)
     """
     closed = getattr(loop, "loop", loop)
     if not is_block(closed) or any(not hasattr(closed, socket) for socket in SOCKETS):

@@ -30,6 +30,13 @@ class LinearFilter(AbstractLinear, AbstractObserver):
         the command of the same instant.
     LookupError
         If a command is no input of the system.
+
+    Examples
+    --------
+    >>> import control
+    >>> from workbench.blocks.loop import LinearFilter
+    >>> LinearFilter(control.ss(-1.0, 1.0, 2.0, 0.0, inputs="v", outputs="omega"), ("v",)).memory.names
+    ('x',)
     """
 
     system: LinearSystem = socket(LinearSystem.of)

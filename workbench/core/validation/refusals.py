@@ -97,7 +97,8 @@ def known(name: object, names: Iterable[str], of: str) -> str:
         return str(name)
     if not isinstance(name, str):
         raise LookupError(f"The {of} go by names, which are text; got {described(name)}.")
-    near = nearest(name, held) or f" They are: {', '.join(held[:12]) or 'none'}{', ...' if len(held) > 12 else ''}."
+    shown = (one if isinstance(one, str) else described(one) for one in held[:12])
+    near = nearest(name, held) or f" They are: {', '.join(shown) or 'none'}{', ...' if len(held) > 12 else ''}."
     raise LookupError(f"There is no {described(name)} among the {len(held)} {of}.{near}")
 
 

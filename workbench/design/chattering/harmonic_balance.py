@@ -179,6 +179,13 @@ def harmonic_balance(system: Any, switch: AbstractSwitch) -> Balance:
     ----------
     Gelb and Vander Velde (1968), Multiple-Input Describing Functions, chapter 3 (limit cycles and their stability).
     Utkin, Guldner and Shi (2009), Sliding Mode Control in Electro-Mechanical Systems, chapter 8 (chattering).
+
+    Examples
+    --------
+    >>> import control
+    >>> from workbench.design.chattering import BoundaryLayer, harmonic_balance
+    >>> harmonic_balance(control.tf([81.0], [1.0, 18.0, 81.0, 0.0]), BoundaryLayer(8.0, 0.3)).oscillations
+    (Oscillation(amplitude=0.534593, frequency=9, growth=-1.57706, third=0.0133385, residual=2.32894e-16),)
     """
     W = LinearPart.of(system)
     require("harmonic_balance(switch=...)", switch, AbstractSwitch)

@@ -58,6 +58,12 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     ----------
     Tsypkin (1984), Relay Control Systems. Astrom (1995), Oscillations in systems with relay feedback, IMA Volumes in
     Mathematics 74.
+
+    Examples
+    --------
+    >>> from workbench.design.chattering import LinearPart, relay_cycles
+    >>> relay_cycles(LinearPart([[1.0]], [0.01], [1.0], 0.01), 5.0, 40)[0]
+    Cycle(amplitude=0.025, highest=0.05, frequency=314.159, contraction=1, samples=1, residual=0)
     """
     whole("relay_cycles(most=...)", most, most=MOST_INSTANTS, of=" of instants")
     K, W = positive("relay_cycles(K=...)", K), LinearPart.of(system)
@@ -113,6 +119,13 @@ def record_oscillation(t: Array, s: Array) -> RecordedOscillation:
         If s is not finite: a run that was lost has no amplitude.
     ValueError
         If t and s are not two vectors of one length, or t does not rise.
+
+    Examples
+    --------
+    >>> from workbench.design.chattering import record_oscillation
+    >>> t = np.linspace(0.0, 9.0, 400)
+    >>> record_oscillation(t, np.sin(7.0 * t)).frequency > 6.9
+    True
     """
     if t.ndim != 1 or t.shape != s.shape or len(t) < 2 or not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
         raise ValueError(

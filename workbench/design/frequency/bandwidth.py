@@ -92,6 +92,13 @@ def sensitivity_bandwidth(system: control.TransferFunction | control.StateSpace,
     References
     ----------
     Skogestad and Postlethwaite (2005), Multivariable Feedback Control, 2nd edition, section 2.4.5.
+
+    Examples
+    --------
+    >>> import control
+    >>> from workbench.design.frequency import sensitivity_bandwidth
+    >>> sensitivity_bandwidth(control.ss([[0.0, 1.0], [-2.0, -0.3]], [[0.0], [1.0]], [[1.0, 0.0]], 0.0), 3.0)
+    Bandwidth(frequency=CertifiedValue(...), level=CertifiedValue(...), ...)
     """
     ratio = stable_ratio("sensitivity_bandwidth", system, NO_STATE)
     low, high = _shares(positive("sensitivity_bandwidth(drop=...)", drop, " of dB"))

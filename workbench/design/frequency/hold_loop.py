@@ -172,6 +172,15 @@ def hold_loop(plant: control.StateSpace, law: control.StateSpace, delay: float =
     References
     ----------
     Åström and Wittenmark (1997), Computer-Controlled Systems, sections 2.3 and 7.7.
+
+    Examples
+    --------
+    >>> import control
+    >>> from workbench.design.frequency import hold_loop
+    >>> law = control.ss([[0.5]], [[1.0]], [[0.2]], [[0.1]], 0.1)
+    >>> plant = control.ss([[0.0, 1.0], [0.0, -1.0]], [[0.0], [1.0]], [[1.0, 0.0]], 0.0)
+    >>> hold_loop(plant, law, 0.03).response([1.0, 2.0]).frequencies
+    array([1., 2.])
     """
     A, B, Cy = continuous_plant("hold_loop(plant=...)", plant)
     matrices, period = sampled_law("hold_loop(law=...)", law)

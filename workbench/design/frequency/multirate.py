@@ -68,6 +68,15 @@ def lift_rates(plant: control.StateSpace, laws: Sequence[Any], periods: Sequence
     References
     ----------
     Kranc (1957), Input-output analysis of multirate feedback systems, IRE Trans. Autom. Control 3.
+
+    Examples
+    --------
+    >>> import control
+    >>> from workbench.design.frequency import lift_rates
+    >>> law = control.ss([[0.5]], [[1.0]], [[0.2]], [[0.1]], 0.1)
+    >>> plant = control.ss([[0.0, 1.0], [0.0, -1.0]], [[0.0], [1.0]], [[1.0, 0.0]], 0.0)
+    >>> lift_rates(plant, [law]).period
+    0.1
     """
     A, B, Cy = continuous_plant("lift_rates(plant=...)", plant)
     if not laws:

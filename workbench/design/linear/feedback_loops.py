@@ -88,7 +88,15 @@ def complementary_sensitivity(loop: control.StateSpace | control.TransferFunctio
 
 @door
 def frequency_response(system: control.StateSpace, frequencies: Array) -> Complex:
-    """The response of a system at frequencies (N,) in rad/s, by python-control: (N, ny, nu)."""
+    """The response of a system at frequencies (N,) in rad/s, by python-control: (N, ny, nu).
+
+    Examples
+    --------
+    >>> import control
+    >>> from workbench.design.linear import frequency_response
+    >>> frequency_response(control.ss(-1.0, 1.0, 1.0, 0.0), [1.0, 2.0]).ravel().round(3)
+    array([0.5-0.5j, 0.2-0.4j])
+    """
     import control
 
     state_space("frequency_response", system)

@@ -146,6 +146,13 @@ def observability(system: control.StateSpace, tolerance: float = TOLERANCE) -> H
     """The test that rank [lambda I - A; Cy] = nx at every eigenvalue lambda of A: outputs show every mode.
 
     Margins, tolerance and refusals are those of `controllability`.
+
+    Examples
+    --------
+    >>> import control
+    >>> from workbench.design.linear import observability
+    >>> observability(control.ss([[0.0, 1.0], [-2.0, -0.3]], [[0.0], [1.0]], [[1.0, 0.0]], 0.0)).kind
+    'observable'
     """
     A, _, Cy, _ = state_space("observability", system)
     return _hautus("observable", A.T, Cy.T, system.state_labels, tolerance)  # controllable of the transpose

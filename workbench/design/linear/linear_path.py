@@ -73,6 +73,14 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None) -> LinearPath:
     ------
     ValueError
         If times and states do not fit or are not finite, a Jacobian is not finite, or the motion stays on a corner.
+
+    Examples
+    --------
+    >>> from workbench.design.linear import along
+    >>> plant = wb.open_loop(wb.DCMotor())
+    >>> along(plant, [0.0, 1.0], np.zeros((2, plant.states.size))).eigenvalues().round(2)
+    array([[ -2.+0.j, -10.+0.j],
+           [ -2.+0.j, -10.+0.j]])
     """
     times, states = numbers("along(t=...)", t), numbers("along(x=...)", x)
     if times.ndim != 1 or states.shape != (len(times), ode.states.size) or not len(times):
@@ -120,6 +128,12 @@ def freeze(ode: Ode, names: Sequence[str]) -> Ode:
         If no name is given, or no state would be left.
     LookupError
         If a name is no state's; the message names the nearest.
+
+    Examples
+    --------
+    >>> from workbench.design.linear import freeze
+    >>> freeze(wb.open_loop(wb.DCMotor()), ("omega",)).states.names
+    ('i',)
     """
     if not names:
         raise ValueError("`freeze(names=...)` must be names of states, at least one; got none.")
@@ -179,6 +193,12 @@ def lyapunov_exponents(
     ----------
     Benettin, Galgani, Giorgilli and Strelcyn (1980), Meccanica 15; Dieci and Van Vleck (1995), Applied Numerical
     Mathematics 17.
+
+    Examples
+    --------
+    >>> from workbench.design.linear import lyapunov_exponents
+    >>> lyapunov_exponents(wb.open_loop(wb.DCMotor()), 2.0, 0.01, skip=0.0).values.round(1)
+    array([-5., -7.])
     """
     call = "lyapunov_exponents"
     seconds(f"{call}(h=...)", h)

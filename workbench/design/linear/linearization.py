@@ -145,6 +145,12 @@ def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.Nonl
     ------
     ValueError
         If p does not hold np finite numbers within their bounds.
+
+    Examples
+    --------
+    >>> from workbench.design.linear import to_control
+    >>> to_control(wb.open_loop(wb.DCMotor())).nstates
+    2
     """
     import control
 

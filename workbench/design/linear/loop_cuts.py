@@ -58,6 +58,17 @@ def broken_loop(
     ValueError
         As `linearize`; if there are not as many outputs as inputs; if an input that is cut reaches its own output at
         once; or if the loop does not rest there and is not `frozen`.
+
+    Examples
+    --------
+    >>> from workbench.design.linear import along, broken_loop, broken_loops
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=10.0, Ki=20.0)
+    >>> cut = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0)).broken()
+    >>> p = cut.parameters.pack({"drive": [10.0]})[0]  # the voltage that arrives at the cut
+    >>> broken_loop(cut, 0.0, cut.states.default, p).nstates
+    4
+    >>> len(broken_loops(along(cut, [0.0], [cut.states.default], p)))
+    1
     """
     import control
 

@@ -183,6 +183,12 @@ def operating_point(
         If a value is not of its shape, or no input and no state is free.
     Refused
         If no such point is found: the rate that remains is named.
+
+    Examples
+    --------
+    >>> from workbench.design.linear import operating_point
+    >>> operating_point(wb.open_loop(wb.DCMotor()), {"omega": 10.0}).u.round(3)
+    array([100.1])
     """
     row, time = row_of(ode, p, u), time_of(t)
     x, fixed = _wanted(ode, wanted, row)

@@ -72,6 +72,13 @@ def lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
         If a matrix is not real, finite, or of its shape, Q not symmetric, or E singular.
     Refused
         If X is not unique, or cannot be trusted.
+
+    Examples
+    --------
+    >>> from workbench.design.riccati import lyapunov
+    >>> lyapunov(np.diag([-1.0, -2.0]), np.eye(2)).X.round(3)
+    array([[0.5 , 0.  ],
+           [0.  , 0.25]])
     """
     return _solved("lyapunov(A, Q)", A, Q, E, discrete=False)
 
@@ -82,6 +89,13 @@ def discrete_lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
 
     X is unique as long as no two eigenvalues of A (of the pencil A - lambda E) have the product 1. Shapes and refusals
     are those of `lyapunov`.
+
+    Examples
+    --------
+    >>> from workbench.design.riccati import discrete_lyapunov
+    >>> discrete_lyapunov(np.diag([0.5, 0.25]), np.eye(2)).X.round(3)
+    array([[1.333, 0.   ],
+           [0.   , 1.067]])
     """
     return _solved("discrete_lyapunov(A, Q)", A, Q, E, discrete=True)
 

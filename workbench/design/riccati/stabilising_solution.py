@@ -85,6 +85,18 @@ def care(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccat
         If a matrix is not real, finite, or of its shape, Q or R not symmetric, R not positive definite, or E singular.
     Refused
         If there is no stabilising X, or none that can be trusted.
+
+    Examples
+    --------
+    >>> from workbench.design.riccati import care
+    >>> from workbench.design.riccati_flow import fpre, rde
+    >>> one, times = [[1.0]], [0.0, 9.0]
+    >>> care([[0.0]], one, one, one).X, fpre([[0.0]], one, one, one, [[2.0]], times).P[-1].round(3)
+    (array([[1.]]), array([[1.]]))
+    >>> rde([[0.0]], one, one, one, [[2.0]], times).P[0].round(3)
+    array([[1.]])
+    >>> care([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0]], np.eye(2), np.eye(1), np.zeros((2, 1)), np.eye(2)).K.round(3)
+    array([[1.   , 1.732]])
     """
     call = "care(A, B, Q, R)"
     return stabilising(call, checked_data(call, A, B, Q, R, S, E), discrete=False)
@@ -97,6 +109,12 @@ def dare(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccat
     With u = -K x, K = (R + B'XB)^-1 (B'XA + S'), every pole of E x+ = A x + B u lies inside the unit circle. Shapes and
     refusals are those of `care`, but R may be singular or indefinite, as long as R + B'XB has an inverse; where that is
     not positive definite the certificate warns.
+
+    Examples
+    --------
+    >>> from workbench.design.riccati import dare
+    >>> dare([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), np.eye(1), np.zeros((2, 1)), np.eye(2)).K.round(3)
+    array([[0.917, 1.682]])
     """
     call = "dare(A, B, Q, R)"
     return stabilising(call, checked_data(call, A, B, Q, R, S, E, positive=False), discrete=True)

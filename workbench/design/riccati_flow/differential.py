@@ -149,6 +149,12 @@ def sdre(factors: Factors, states: Array, Q: Any, R: Any) -> StateDependent:
     References
     ----------
     Cimen (2008), State-dependent Riccati equation (SDRE) control: a survey, IFAC World Congress.
+
+    Examples
+    --------
+    >>> from workbench.design.riccati_flow import sdre
+    >>> sdre(lambda x: (np.diag(x), np.eye(1)), [[0.0], [1.0]], [[1.0]], [[1.0]]).K.ravel().round(3)
+    array([1.   , 2.414])
     """
     call = "sdre(factors, states, Q, R)"
     x = np.atleast_2d(states)

@@ -79,7 +79,17 @@ def sampled_rmse(sample: float, signal: str | None = None, name: str | None = No
 
 @door
 def iae(signal: str | None = None) -> Integral:
-    """Integral of |e| dt."""
+    """Integral of |e| dt.
+
+    Examples
+    --------
+    >>> from workbench.engine.metrics import iae, ise, itae, late_error, peak, sampled_rmse
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> metrics = [iae(), ise(), itae(), peak("omega"), late_error(0.5), sampled_rmse(0.1)]
+    >>> wb.measure(loop.ode(), metrics, until=1.0, h=1e-3).values.round(3)
+    array([[[0.147, 0.075, 0.026, 1.305, 0.088, 0.338]]])
+    """
     size = _over_time(1, 1)
     return _error(_named("IAE", signal), signal, "integral of |{}|", lambda t, e: ca.fabs(e), _whole, size)
 

@@ -139,6 +139,12 @@ def reference_of_function(
     ------
     ValueError
         If an argument is not as it must be, f raises, or the solution escapes, is not finite, or needs too many steps.
+
+    Examples
+    --------
+    >>> from workbench.engine.reference import reference_of_function
+    >>> reference_of_function(lambda t, x: -x, [1.0, 2.0], times=[0.0, 1.0]).x[-1].round(6)
+    array([0.367879, 0.735759])
     """
     name, call = "reference_of_function", "reference_of_function(f=...)"
     start = vector(f"{name}(x0=...)", x0, max(np.size(x0), 1), "states")

@@ -116,6 +116,13 @@ def relative_gain_figure(name: str, caption: Phrase, plant: FrequencyMatrix) -> 
     References
     ----------
     Skogestad and Postlethwaite (2005), Multivariable Feedback Control, second edition, section 3.4.
+
+    Examples
+    --------
+    >>> from workbench.report.loop_pictures import FrequencyMatrix, relative_gain_figure
+    >>> G = FrequencyMatrix("G", [0.5, 1.0, 2.0], [[[1.0 - 1j, 0.1], [0.2, 1.0 - 2j]]] * 3)
+    >>> relative_gain_figure("rga", "Two loops", G).name
+    'rga'
     """
     square_channels("relative_gain_figure(plant=...)", [plant])
     size = plant.values.shape[1]
@@ -201,6 +208,16 @@ def determinant_figure(
     References
     ----------
     Skogestad and Postlethwaite (2005), Multivariable Feedback Control, second edition, theorem 4.9.
+
+    Examples
+    --------
+    >>> import control
+    >>> from workbench.report.loop_pictures import FrequencyMatrix, determinant_figure
+    >>> G = control.ss([[-1.0, 0.0], [0.0, -2.0]], np.eye(2), [[1.0, 1.0], [0.0, 1.0]], np.zeros((2, 2)))
+    >>> omega = np.array([0.5, 1.0, 2.0, 4.0])
+    >>> L = FrequencyMatrix("L", omega, np.moveaxis(G(1j * omega), -1, 0))
+    >>> determinant_figure("determinant", "Two loops", [L], 0, 2.0).name
+    'determinant'
     """
     square_channels("determinant_figure(loops=...)", loops)
     curves = [determinant_curve(one) for one in loops]
@@ -223,6 +240,13 @@ def characteristic_loci_figure(
     ------
     ValueError
         If the loop is not square, or the reach is not positive.
+
+    Examples
+    --------
+    >>> from workbench.report.loop_pictures import FrequencyMatrix, characteristic_loci_figure
+    >>> L = FrequencyMatrix("L", [0.5, 1.0, 2.0], [[[1.0 - 1j, 0.1], [0.2, 1.0 - 2j]]] * 3)
+    >>> characteristic_loci_figure("loci", "Two loops", L).name
+    'loci'
     """
     square_channels("characteristic_loci_figure(loop=...)", [loop])
     curves = characteristic_curves(loop)

@@ -37,6 +37,16 @@ def describing_function_figure(
     ------
     ValueError
         If the curve has no answer, or the reach is not positive.
+
+    Examples
+    --------
+    >>> import control
+    >>> from workbench.design.chattering import Relay, harmonic_balance
+    >>> from workbench.report.loop_pictures import FrequencyCurve, describing_function_figure
+    >>> L, omega = control.tf([4.0], [1.0, 3.0, 3.0, 1.0]), np.array([0.5, 1.0, 2.0, 4.0])
+    >>> curve, balance = FrequencyCurve("L", omega, L(1j * omega)), harmonic_balance(L, Relay(1.0))
+    >>> describing_function_figure("balance", "A relay in the loop", curve, Relay(1.0), balance, "rad").name
+    'balance'
     """
     check_curves("describing_function_figure", [linear])
     found = balance.oscillations

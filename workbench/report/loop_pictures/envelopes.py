@@ -78,6 +78,13 @@ def bode_envelope(
     ------
     ValueError
         If the frequencies are not positive, or lie above Nyquist's of the period.
+
+    Examples
+    --------
+    >>> from workbench.report.loop_pictures import Envelope, bode_envelope
+    >>> draws = Envelope([0.5, 1.0], [[1 - 1j, 0.5 - 1j], [2 - 1j, 1 - 1j]], 0, "draw 0")
+    >>> bode_envelope("draws", "Two draws", draws).name
+    'draws'
     """
     omega = rising("bode_envelope(draws=...)", draws.x, period)
     if omega[0] <= 0:
@@ -129,6 +136,12 @@ def envelope_figure(
     ------
     ValueError
         If an answer is not real.
+
+    Examples
+    --------
+    >>> from workbench.report.loop_pictures import Envelope, envelope_figure
+    >>> envelope_figure("draws", "Two draws", Envelope([0.0, 1.0], [[0.0, 1.0], [0.0, 2.0]]), "t [s]", "y", "m").name
+    'draws'
     """
     if np.abs(draws.rows[draws.sound].imag).max() > 0:
         raise refusal("envelope_figure(draws=...)", "real answers; `bode_envelope` takes complex ones", draws)

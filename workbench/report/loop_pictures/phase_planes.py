@@ -86,6 +86,15 @@ def phase_figure(
     ------
     ValueError
         If a rate at every point of the grid is not known.
+
+    Examples
+    --------
+    >>> from workbench.report.loop_pictures import PhaseCurve, Rest, VectorField, phase_figure
+    >>> grid = np.array([-1.0, 0.0, 1.0])
+    >>> field = VectorField(grid, grid, *np.meshgrid(grid, grid))
+    >>> rests, runs = [Rest(0.0, 0.0, "saddle")], [PhaseCurve("run", grid, grid)]
+    >>> phase_figure("plane", "A saddle", field, "x", "y", rests, runs).name
+    'plane'
     """
     if np.isnan(field.u).all() or np.isnan(field.v).all():
         raise refusal("phase_figure(field=...)", "rates, of which some are known", field)

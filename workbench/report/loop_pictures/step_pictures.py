@@ -81,6 +81,12 @@ def sampled_step_info(t: Array, y: Array, final: float, band: float = SETTLED) -
     ------
     ValueError
         If the step is zero: the response ends where it begins.
+
+    Examples
+    --------
+    >>> from workbench.report.loop_pictures import sampled_step_info
+    >>> sampled_step_info([0.0, 1.0, 2.0, 3.0], [0.0, 0.5, 1.2, 1.0], 1.0, 0.02)
+    SampledStepInfo(rise_time=1.37143, settling_time=2.9, overshoot=20, peak=1.2, peak_time=2, final=1)
     """
     one = TimeResponse("", t, y)
     t, y, start = one.t, one.y, float(one.y[0])
@@ -160,6 +166,12 @@ def impulse_figure(name: str, caption: Phrase, responses: Sequence[TimeResponse]
     ------
     ValueError
         If there is no response.
+
+    Examples
+    --------
+    >>> from workbench.report.loop_pictures import TimeResponse, impulse_figure
+    >>> impulse_figure("pulse", "After a pulse", [TimeResponse("y", [0.0, 1.0, 2.0], [1.0, 0.4, 0.1], 0.0)], "y").name
+    'pulse'
     """
     return _figure(name, caption, responses, _curves("impulse_figure", responses), ylabel)
 

@@ -140,6 +140,13 @@ def pareto_fronts(
     ------
     ValueError
         If the note is empty, or a front is no such table.
+
+    Examples
+    --------
+    >>> from workbench.report.pictures import pareto_fronts
+    >>> fronts = {"PID": [[1.0, 2.0], [2.0, 1.0]]}
+    >>> pareto_fronts("front", "A trade", fronts, "two designs, no run failed", "error", "effort").name
+    'front'
     """
     found, said = {}, []
     for law, points in fronts.items():
@@ -208,6 +215,13 @@ def budget_curves(
     ------
     ValueError
         If the note is empty, or a curve has no such shapes.
+
+    Examples
+    --------
+    >>> from workbench.report.pictures import budget_curves
+    >>> values = {"PID": ([8.0, 16.0], [[2.0, 1.0], [3.0, 1.5]])}
+    >>> budget_curves("budget", "Two seeds", values, "two searches, seeds 0 and 1", "cost").name
+    'budget'
     """
     held = {law: _curve(law, pair) for law, pair in curves.items()}
     finite = np.concatenate([best[np.isfinite(best)] for _, best in held.values()] or [np.empty(0)])

@@ -53,6 +53,15 @@ def morris_plane(
     ------
     ValueError
         If the note is empty.
+
+    Examples
+    --------
+    >>> from workbench.report.pictures import morris_plane
+    >>> from workbench.study.uncertainty import MorrisDesign, morris
+    >>> design = MorrisDesign(2, 8)
+    >>> effects = morris(design, design.points() @ [1.0, 2.0], factors=("k", "m"))
+    >>> morris_plane("morris", "Who decides", effects, "8 paths", labels={"k": "stiffness"}).name
+    'morris'
     """
     single = each(effects)
     names, key = _names(single[0], labels)
@@ -168,6 +177,15 @@ def tornado_figure(
     ------
     ValueError
         If the note is empty.
+
+    Examples
+    --------
+    >>> from workbench.report.pictures import tornado_figure
+    >>> from workbench.study.uncertainty import OneAtATime, tornado
+    >>> design = OneAtATime(2)
+    >>> swings = tornado(design, design.points() @ [1.0, 2.0], factors=("k", "m"))
+    >>> tornado_figure("tornado", "Who decides", swings, "4 runs", labels={"k": "stiffness"}).name
+    'tornado'
     """
     single = each(tornado)
     levels = [Column(_level(level), unit) for level in tornado.levels]

@@ -48,6 +48,15 @@ def standings_figure(
         says who is better.
     LookupError
         If `asked`, or one of `drawn`, is none of the statistics.
+
+    Examples
+    --------
+    >>> from workbench.report.pictures import standings_figure
+    >>> from workbench.study.evidence import compare, paired
+    >>> draws = np.random.default_rng(1).random(40)
+    >>> leads = compare(paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), resamples=100)
+    >>> standings_figure("standings", "Two laws", {"paper": {"mean": leads}}, "mean").name
+    'standings'
     """
     laws, statistics = _common(comparisons)
     known(asked, statistics, "statistics")
@@ -210,6 +219,12 @@ def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: No
     ------
     ValueError
         If the note is empty, or these are no probabilities.
+
+    Examples
+    --------
+    >>> from workbench.report.pictures import rank_figure
+    >>> rank_figure("ranks", "Two laws", {"PID": [0.6, 0.4], "SMC": [0.4, 0.6]}, "100 draws").name
+    'ranks'
     """
     if not ranks:
         raise refusal("rank_figure(ranks=...)", "the probabilities of each law's ranks", ranks)

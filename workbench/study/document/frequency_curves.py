@@ -30,7 +30,14 @@ DOUBTFUL = 120.0  # degrees between two frequencies, beyond which the direction 
 @dataclass(frozen=True, eq=False)
 @door
 class Corners:
-    """The poles (n,) and zeros (m,) of G(s) = gain (s - z1) ... / (s - p1) ..., of which asymptotes are made."""
+    """The poles (n,) and zeros (m,) of G(s) = gain (s - z1) ... / (s - p1) ..., of which asymptotes are made.
+
+    Examples
+    --------
+    >>> from workbench.report.loop_pictures import Corners
+    >>> Corners([-1.0], [-2.0], 1.0)
+    Corners(poles=[-1+0j], zeros=[-2+0j], gain=1)
+    """
 
     poles: Complexes
     zeros: Complexes

@@ -106,6 +106,13 @@ def paired(
         If there are fewer than two laws or 20 draws, laws differ in their number of draws, a value is minus
         infinity, an error is negative or that of no law, or the samples or the errors of runs are of other laws or
         draws.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import paired
+    >>> draws = np.random.default_rng(1).random(40)
+    >>> paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad", errors={"PID": 1e-3, "SMC": 0.0}).laws
+    ('PID', 'SMC')
     """
     if len(values) < 2:
         raise ValueError(f"`paired(values)` must map two laws or more to their values; got {described(values)}.")

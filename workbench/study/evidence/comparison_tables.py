@@ -25,6 +25,14 @@ def comparison_table(
     """One row a law, one column a metric, and the failed runs; the significantly least of a column is bold.
 
     Comparisons of other laws than the first are refused, and none at all.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import compare, comparison_table, paired
+    >>> draws = np.random.default_rng(1).random(40)
+    >>> leads = compare(paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), resamples=100)
+    >>> comparison_table("laws", "Two laws", (leads,)).name
+    'laws'
     """
     _check_laws("comparison_table", comparisons)
     several = len({one.estimand for one in comparisons}) > 1
@@ -35,7 +43,16 @@ def comparison_table(
 
 @door
 def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tuple[Phrase, ...] = ()) -> Table:
-    """One row a law, one column an estimand, the asked one first; the notes have the verdict and its reversals."""
+    """One row a law, one column an estimand, the asked one first; the notes have the verdict and its reversals.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import Mean, judge, paired, statistics_table
+    >>> draws = np.random.default_rng(1).random(40)
+    >>> ruling = judge(paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), Mean(), resamples=100)
+    >>> statistics_table("laws", "Two laws", ruling).name
+    'laws'
+    """
     paired, comparisons = judgement.paired, tuple(judgement.by.values())
     asked, *others = (words_of(one.estimand, paired.metric) for one in comparisons)
     verdict = f"{judgement.sentence[0].upper()}{judgement.sentence[1:]}."
@@ -65,6 +82,16 @@ def ablation_table(
     """One row a part that is taken out of the law `whole`, one column a metric: its change, see `change_without`.
 
     Comparisons of other laws than the first are refused, and of `Success`, a share in points and not percent.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import ablation_table, change_without, compare, level_of, paired
+    >>> draws = np.random.default_rng(1).random(40)
+    >>> parts = compare(paired({"whole": draws, "without D": draws + 0.1}, metric="error", unit="rad"), resamples=100)
+    >>> ablation_table("parts", "What each part is worth", (parts,), "whole").name
+    'parts'
+    >>> change_without(parts, "without D", "whole"), level_of(parts, "whole")
+    (Emphasis(cell=Measured(...)), Emphasis(cell=Measured(...)))
     """
     _check_laws("ablation_table", comparisons)
     paired = comparisons[0].paired

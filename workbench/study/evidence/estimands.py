@@ -41,6 +41,12 @@ class Quantile:
 
     A level lies between order statistics. A difference is that of the quantiles of two laws, in percentile intervals of
     where both may lie together.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import Quantile
+    >>> Quantile(0.6).words
+    '60 % quantile'
     """
 
     share: float
@@ -71,6 +77,12 @@ class Tail:
 
     An interval holds the studentised one of that mean at the sample's q and the percentile one of the resampled minima:
     in 160 draws 94 % for 95 % asked with a lognormal tail, and 92 % where the third moment is infinite.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import Tail
+    >>> Tail(0.5).words
+    'mean of the worst 50 %'
     """
 
     share: float
@@ -96,6 +108,12 @@ class Success:
     ----------
     Bonett, Price, "Adjusted Wald confidence interval for a difference of binomial proportions based on paired data",
     Journal of Educational and Behavioral Statistics 37 (2012).
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import Success
+    >>> Success(2.5).words
+    'success (<= 2.5)'
     """
 
     limit: float
@@ -147,7 +165,14 @@ def _beyond(estimand: Estimand) -> tuple[float, str]:
 
 @door
 def least_draws(estimands: tuple[Estimand, ...]) -> int:
-    """The least number of draws with which `compare` takes some estimands."""
+    """The least number of draws with which `compare` takes some estimands.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import Mean, Tail, least_draws
+    >>> least_draws((Mean(), Tail(0.9)))
+    100
+    """
     runs = max([LEAST, *(round(BEYOND / _beyond(one)[0]) - 1 for one in estimands)])
     while any(flaw(one, runs) for one in estimands):
         runs += 1

@@ -104,6 +104,14 @@ def judge(
     ------
     ValueError
         If two estimands are the same, or `compare` refuses one.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import Mean, Median, judge, paired
+    >>> draws = np.random.default_rng(1).random(40)
+    >>> errors = paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad")
+    >>> judge(errors, Mean(), (Median(),), confidence=0.9, margin=0.02, resamples=100, seed=1).best
+    'PID'
     """
     estimands = (asked, *others)
     words = [one.words for one in estimands]
@@ -141,7 +149,16 @@ def _grouped(places: Mapping[str, str]) -> str:
 @dataclass(frozen=True, eq=False)
 @door
 class Standings:
-    """Judgements of the same laws by the same estimands in several scenarios."""
+    """Judgements of the same laws by the same estimands in several scenarios.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import Mean, Standings, judge, paired
+    >>> draws = np.random.default_rng(1).random(40)
+    >>> ruling = judge(paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), Mean(), resamples=100)
+    >>> Standings({"paper": ruling})
+    Standings(judgements={'paper'})
+    """
 
     judgements: Mapping[str, Judgement]
 

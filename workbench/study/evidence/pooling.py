@@ -92,6 +92,17 @@ def pool(members: Mapping[str, Paired], way: Way = "geometric mean", estimand: E
     ValueError
         If there is no scenario, laws, metrics or numbers of draws differ between scenarios, or a value is not positive
         where ratios are taken.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import Mean, judge, leave_one_out, paired, pool
+    >>> draws = np.random.default_rng(1).random(40)
+    >>> errors = paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad")
+    >>> both = {"step": errors, "ramp": errors}
+    >>> pool(both, "arithmetic mean").laws
+    ('PID', 'SMC')
+    >>> leave_one_out(both, lambda one: judge(one, Mean(), resamples=100), "arithmetic mean").way
+    'arithmetic mean'
     """
     _check_members(members)
     first = next(iter(members.values()))

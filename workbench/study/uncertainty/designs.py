@@ -75,6 +75,13 @@ class Listed(AbstractDesign):
     ------
     ValueError
         If they are no such points, or none.
+
+    Examples
+    --------
+    >>> from workbench.study.uncertainty import Listed
+    >>> Listed([[0.5, 0.25], [0.0, 1.0]]).points()
+    array([[0.5 , 0.25],
+           [0.  , 1.  ]])
     """
 
     given: Array
@@ -106,6 +113,16 @@ class OneAtATime(AbstractDesign):
     ------
     ValueError
         If there is no factor or no level, or if a level or the base is no quantile from 0 to 1, or levels repeat.
+
+    Examples
+    --------
+    >>> from workbench.study.uncertainty import OneAtATime
+    >>> OneAtATime(2, (0.05, 0.95), 0.5).points()
+    array([[0.5 , 0.5 ],
+           [0.05, 0.5 ],
+           [0.95, 0.5 ],
+           [0.5 , 0.05],
+           [0.5 , 0.95]])
     """
 
     dimensions: int
@@ -143,6 +160,12 @@ class MonteCarlo(AbstractDesign):
     ------
     ValueError
         If there is no factor or no run, or if the seed is none.
+
+    Examples
+    --------
+    >>> from workbench.study.uncertainty import MonteCarlo
+    >>> MonteCarlo(2, 24, 3).points().shape
+    (24, 2)
     """
 
     dimensions: int
@@ -174,6 +197,11 @@ class LatinHypercube(AbstractDesign):
     ------
     ValueError
         If there is no factor or no run, or if the seed is none.
+
+    Examples
+    --------
+    >>> wb.study.LatinHypercube(2, 24, 3).points().shape
+    (24, 2)
     """
 
     dimensions: int
@@ -212,6 +240,12 @@ class MorrisDesign(AbstractDesign):
     ------
     ValueError
         If there is no factor, less than two trajectories or an odd number of levels, or if the seed is none.
+
+    Examples
+    --------
+    >>> from workbench.study.uncertainty import MorrisDesign
+    >>> MorrisDesign(2, 8, 4, 3).points().shape
+    (24, 2)
     """
 
     dimensions: int

@@ -72,6 +72,14 @@ def morris(
     ValueError
         If an argument has the wrong kind or shape, or if every output is refused: for failed runs, infinities, or
         no variation beyond rounding.
+
+    Examples
+    --------
+    >>> from workbench.study.uncertainty import MorrisDesign, morris
+    >>> design = MorrisDesign(2, 8)
+    >>> values = design.points() @ [1.0, 2.0]
+    >>> morris(design, values, ("error",), factors=("k", "m"), errors=1e-6 * values, confidence=0.9).mu_star.value
+    array([[1., 2.]])
     """
     held = outputs_of("morris", design, outputs, names, factors, errors)
     t = t_quantile("morris", confidence, design.trajectories - 1)
@@ -165,6 +173,13 @@ def tornado(
     ------
     ValueError
         As `morris`, which takes the same arguments.
+
+    Examples
+    --------
+    >>> from workbench.study.uncertainty import OneAtATime, tornado
+    >>> design = OneAtATime(2)
+    >>> tornado(design, design.points() @ [1.0, 2.0], ("error",), factors=("k", "m")).order
+    array([[1, 0]])
     """
     held = outputs_of("tornado", design, outputs, names, factors)
     values = np.where(held.known, held.columns, np.nan)

@@ -64,6 +64,17 @@ def quantiles(
     ------
     ValueError
         If an argument has the wrong kind or shape, or a level does not lie between 0 and 1.
+
+    Examples
+    --------
+    >>> from workbench.study.uncertainty import MonteCarlo, quantiles
+    >>> design = MonteCarlo(2, 40)
+    >>> found = quantiles(design, design.points(), ("1 s", "2 s"))
+    >>> wb.report.pictures.quantile_bands("bands", "Of 40", [1.0, 2.0], {"PID": found}, "40 runs", "error").name
+    'bands'
+    >>> quantiles(design, design.points(), ("a", "b"), levels=(0.1, 0.9), confidence=0.9).value.round(3)
+    array([[0.15 , 0.846],
+           [0.092, 0.883]])
     """
     held, columns = columns_of("quantiles", design, outputs, names)
     t_quantile("quantiles", confidence, 1)  # refuses what is no confidence
@@ -88,6 +99,12 @@ def share(holds: object, confidence: float = 0.95) -> Share:
     ------
     ValueError
         If there is no run, or an entry is none of these.
+
+    Examples
+    --------
+    >>> from workbench.study.uncertainty import share
+    >>> share([1.0, 0.0, 0.0, 1.0], 0.9)
+    Share(value=0.5, low=0.0976115, high=0.902389, runs=4, failed=0)
     """
     flags = as_outputs(holds)
     if flags is None or flags.ndim != 1 or not flags.size or not (np.isnan(flags) | (flags == 0) | (flags == 1)).all():
