@@ -160,7 +160,11 @@ class Still(AbstractController):
 
 MADE = {name: getattr(plants, name) for name in plants.__all__}
 OF_OTHERS = (Disturbed, Equipped, LinearPlant, Manipulator, OdePlant)  # made of what a user brings
-WHOLE = [kind() for kind in MADE.values() if issubclass(kind, AbstractPlant) and kind not in OF_OTHERS]
+WHOLE = [
+    kind()
+    for kind in MADE.values()
+    if isinstance(kind, type) and issubclass(kind, AbstractPlant) and kind not in OF_OTHERS
+]
 
 
 @pytest.mark.parametrize("plant", WHOLE, ids=lambda plant: type(plant).__name__)

@@ -8,8 +8,8 @@ import pytest
 import workbench as wb
 from tests.support.c_runs import COMPILERS, WARNINGS, compiled, differing, needs_compiler, recorded
 from tests.support.digital_laws import digital, gallery, kalman_law, motor_law
+from workbench.core.templates import template_text
 from workbench.handover.c99.c_code import c_code
-from workbench.handover.c99.c_source import GUARDS
 
 OPTIONS = ("-O0", "-O1", "-O2", "-O3")
 
@@ -240,6 +240,7 @@ def test_a_safe_command_is_finite(value):
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_the_guards_of_a_source_are_c_as_they_stand(compiler, tmp_path):
     (tmp_path / "own.c").write_text('#include "guards.h"\nint own(void);\nint own(void) { return 0; }\n')
-    line = [compiler, *WARNINGS, f"-I{GUARDS.parent}", "-c", "own.c"]
+    (tmp_path / "guards.h").write_text(template_text("workbench.handover", "c99/guards.h"), encoding="utf-8")
+    line = [compiler, *WARNINGS, "-c", "own.c"]
     subprocess.run(line, cwd=tmp_path, check=True, timeout=60)
     assert subprocess.run([*line, "-ffast-math"], cwd=tmp_path, capture_output=True, timeout=60).returncode

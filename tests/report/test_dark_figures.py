@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.core.templates import template_text
 from workbench.report import pdf
 from workbench.report.figures import sheets
 from workbench.report.figures.axes import GRID
 from workbench.report.figures.boxes import ink_on, ink_over, tint, tone
 from workbench.report.figures.dark_colors import GROUND, INK, LEAST, contrast, dark, dark_scheme, with_variables
 from workbench.report.figures.style import LINES
-from workbench.report.html_page import TEMPLATES, html
+from workbench.report.html_page import html
 from workbench.report.live.loop_study import loop_study
 from workbench.study import case_runs, writeup
 from workbench.study.document.figure import STYLES
@@ -31,7 +32,7 @@ def documents():
 def test_white_paper_becomes_the_page_and_black_ink_almost_white():
     assert dark("#ffffff") == GROUND
     assert contrast(dark("#000000"), GROUND) == pytest.approx(INK, rel=BY_EYE)
-    assert f"--page: {GROUND};" in (TEMPLATES / "dark.css").read_text("utf-8")
+    assert f"--page: {GROUND};" in template_text("workbench.report", "dark.css")
 
 
 def test_the_contrast_of_two_colours_is_that_of_the_guidelines():

@@ -5,11 +5,11 @@ from functools import cache, partial
 from typing import Any
 
 import casadi as ca
-from workbench.study.uncertainty.distributions import LogUniform
-from workbench.study.uncertainty.factors import Factor
 
 from workbench import study
 from workbench.core import Entry, Layout, Ode
+from workbench.engine.distributions import LogUniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import iae, ise
 from workbench.study import case_runs, provenance, tuning, writeup
 from workbench.study.compiled import compile_sweep
