@@ -162,6 +162,7 @@ def test_the_lipschitz_constants_of_a_pendulum_are_its_stiffness_and_zero():
     assert found.velocity.proved <= 1e-9
 
 
+@pytest.mark.heavy
 def test_no_state_of_the_box_exceeds_the_proved_constants():
     found = lipschitz(MISMATCH, BOX)
     J = MISMATCH.at(*states(20_000, np.random.default_rng(6)))

@@ -210,6 +210,7 @@ class Nothing(AbstractController):
         return {}
 
 
+@pytest.mark.heavy
 def test_a_falling_body_is_found_better_by_the_unscented_filter():
     """The example of Julier, Uhlmann and Durrant-Whyte: readings each second of variance 1e4 ft^2, fifty runs; once
     the body is in the air, where the equations bend, both errors of the extended filter are larger, 1.7 and 2.4 times

@@ -179,6 +179,7 @@ def test_the_samples_in_a_computer_are_those_of_an_implicit_solver(f):
     np.testing.assert_allclose(got["samples"], at, rtol=1e-6, atol=1e-8)  # the exam's bar
 
 
+@pytest.mark.heavy
 def test_a_plant_too_stiff_for_substeps_keeps_the_time_of_its_instants():
     def f(t, x, u, m):
         return [-1e5 * (x[0] - m.sin(t)), x[0] + u[0]]
