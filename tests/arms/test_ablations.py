@@ -105,7 +105,7 @@ def test_a_loop_less_a_part_is_another_one(law):
         assert said(less) != said(whole), part
 
 
-@pytest.mark.parametrize("law", ["AOSMC-RGS", "PID"])
+@pytest.mark.parametrize("law", [pytest.param("AOSMC-RGS", marks=pytest.mark.heavy), "PID"])
 def test_a_law_runs_less_any_of_its_parts_and_goes_elsewhere(law):
     whole = end(loop(law))
     for less in loop(law).ablations().values():

@@ -26,10 +26,10 @@ def apart(P, X):
 
 @pytest.mark.parametrize("n", [1, 2])
 def test_the_closed_form_is_the_solution_of_the_solver(n):
-    """200 random equations: within the condition of the least squares, which is squared."""
+    """60 random equations: within the condition of the least squares, which is squared."""
     rng, P = np.random.default_rng(21), function(n, closed_form)
     worst = []
-    for _ in range(200):
+    for _ in range(60):
         A, G, Q = cases(n, 1.0, rng)
         root = np.linalg.cholesky(G + 1e-12 * np.trace(G) * np.eye(n))
         G = root @ root.T
@@ -41,7 +41,7 @@ def test_the_closed_form_is_the_solution_of_the_solver(n):
     assert max(worst) < 1e-6
 
 
-@pytest.mark.parametrize("n", [2, 3, 4])
+@pytest.mark.parametrize("n", [2, 4])
 def test_doubling_is_the_solution_of_the_solver_where_the_poles_are_near_its_rate(n):
     rng = np.random.default_rng(22)
     P = function(n, lambda A, G, Q: doubled(A, G, Q, norm(A) + ca.sqrt(norm(G) * norm(Q)), 10))

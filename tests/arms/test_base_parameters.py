@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given as example
+from hypothesis import settings
 
 import workbench as wb
 from tests.support.arms import moving_arms, random_tree
@@ -35,6 +36,7 @@ def test_the_regressor_times_the_parameters_is_the_torque(extras):
         np.testing.assert_allclose(Y.at(*state) @ Y.theta, theirs, rtol=0, atol=ROUNDING * np.abs(theirs).max())
 
 
+@settings(max_examples=12)
 @example(moving_arms())
 def test_the_regressor_of_a_planar_arm_agrees_with_the_equation_of_lagrange(moving):
     arm, q, qd = moving

@@ -117,7 +117,14 @@ def test_the_casadi_functions_agree_with_the_model(model, tmp_path):
     check(model, in_python(model, "casadi", tmp_path))
 
 
+LONG = ("ur5", "panda")  # whose C takes seconds to compile
+
+
 @pytest.mark.skipif(COMPILER is None, reason="there is no C compiler `cc` here")
-@each
+@pytest.mark.parametrize(
+    "model",
+    [pytest.param(each, marks=pytest.mark.heavy) if each.name in LONG else each for each in MODELS],
+    ids=lambda model: model.name,
+)
 def test_the_c_compiles_without_a_warning_and_agrees_with_the_model(model, tmp_path):
     check(model, in_c(model, tmp_path))

@@ -162,9 +162,10 @@ def test_the_lipschitz_constants_of_a_pendulum_are_its_stiffness_and_zero():
     assert found.velocity.proved <= 1e-9
 
 
+@pytest.mark.heavy
 def test_no_state_of_the_box_exceeds_the_proved_constants():
     found = lipschitz(MISMATCH, BOX)
-    J = MISMATCH.at(*states(100_000, np.random.default_rng(6)))
+    J = MISMATCH.at(*states(20_000, np.random.default_rng(6)))
     for bound, part in ((found.position, J[..., :2]), (found.velocity, J[..., 2:])):
         assert np.linalg.norm(part, 2, axis=(1, 2)).max() <= bound.proved <= 1.05 * bound.seen
 
@@ -238,6 +239,7 @@ def test_a_growing_mode_has_no_noise_gain():
         noise(Gains(30 * I, 10 * I), J)
 
 
+@pytest.mark.heavy
 def test_an_audit_says_what_is_proved_of_the_papers_gains():
     found = audit(DYNAMICS, PAPER, BOX, 0.8, 0.1)
     assert found.certificate is not None

@@ -11,7 +11,7 @@ import pytest
 from tests.support.odd_sheets import sheet
 from workbench.cli import command, verify
 
-COUNT, LOTS = int(os.environ.get("ODD_SHEETS", "48")), 4
+COUNT, LOTS = int(os.environ.get("ODD_SHEETS", "24")), 4
 LONGEST, SECONDS = 600, 90  # letters of a refusal; processor time after which a sheet counts as never ending
 
 

@@ -100,7 +100,8 @@ def fixed(M: ca.SX, **numbers: float) -> Dynamics:
     return Dynamics("odd", q, qd, M, ca.SX.zeros(2, 2), ca.SX.zeros(2, 1), layout, layout.symbols())
 
 
-@pytest.mark.parametrize("outside", [0.0, 1.0])  # with a function that has no normal form, intervals do the work
+# with a function that has no normal form, intervals do the work
+@pytest.mark.parametrize("outside", [0.0, pytest.param(1.0, marks=pytest.mark.heavy)])
 def test_nominal_parameters_are_not_rounded_before_the_proof(outside):
     # exactly I - m l^2 = -8e-17 in these doubles, which floating point makes 4e-16
     inertia, mass, length = Fraction(3.1827), Fraction(0.75), Fraction(2.06)
@@ -111,7 +112,7 @@ def test_nominal_parameters_are_not_rounded_before_the_proof(outside):
     assert positive_definite(replace(arm, M=M)).kind != "proved"
 
 
-@pytest.mark.parametrize("outside", [0.0, 1.0])
+@pytest.mark.parametrize("outside", [0.0, pytest.param(1.0, marks=pytest.mark.heavy)])
 def test_numbers_that_cancel_are_not_swallowed_before_the_proof(outside):
     arm = fixed(ca.SX.eye(2), a=1e16, b=1.0)
     a, b = arm.symbols[0], arm.symbols[1]  # (a - b) - a + 0.5 is -0.5, and 0.5 in doubles
@@ -156,12 +157,12 @@ def test_the_bounds_of_longer_arms_are_proved_to_six_digits(joints):
     assert min(verdict.digits) >= 6
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_no_eigenvalue_of_a_random_arm_lies_beyond_what_is_proved(seed):
     d = Dynamics.of(random_arm(3, np.random.default_rng(seed)))
     verdict = positive_definite(d)
     assert verdict.kind == "proved"
-    seen = eigenvalues(d, np.random.default_rng(9).uniform(-np.pi, np.pi, (100_000, 3)))
+    seen = eigenvalues(d, np.random.default_rng(9).uniform(-np.pi, np.pi, (20_000, 3)))
     assert verdict.beyond[0] <= verdict.alpha1 <= seen.min()
     assert verdict.beyond[1] >= verdict.alpha2 >= seen.max()
 

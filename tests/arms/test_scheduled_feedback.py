@@ -1,5 +1,7 @@
 """Gains as series in time, and the law that takes them: the time-varying regulator along a reference."""
 
+from functools import lru_cache
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -75,6 +77,7 @@ def test_beyond_the_horizon_the_gain_stays():
     np.testing.assert_allclose(ends, COEFFICIENTS.sum(axis=0))  # T_k(1) = 1
 
 
+@lru_cache(maxsize=8)  # the equation asks for A and for B at one instant
 def linear_arm(t):
     """A, B of the error about the paper's reference, by central differences of a hand-written arm."""
     p = {"a.links[0].mass": 1.0, "a.links[1].mass": 1.0, "a.links[0].length": 1.0, "a.links[1].length": 1.0}

@@ -57,7 +57,7 @@ A, B = np.array([[0.0, 1.0], [-4.0, -0.3]]), np.array([0.0, 1.0])
 @BOTH
 def test_beside_a_linear_plant_it_is_the_kalman_filter(kind):
     C, R = np.eye(1, 2), np.array([[0.01]])
-    r = run(Oscillator(), kind(Oscillator(p=0.0), Q, R, P, h, ("p",), substeps=8))
+    r = run(Oscillator(), kind(Oscillator(p=0.0), Q, R, P, h, ("p",), substeps=4))
     Phi, Qd = van_loon(A, Q, h)
     gamma = np.linalg.solve(A, (Phi - np.eye(2)) @ B)
     x, S = np.zeros(2), P
@@ -65,24 +65,24 @@ def test_beside_a_linear_plant_it_is_the_kalman_filter(kind):
     for k in range(len(r.t) - 1):
         x, S = kalman(x, S, r["plant.p"][0, k : k + 1], C, R)
         x, S = Phi @ x + gamma * r["hold.a"][0, k + 1], Phi @ S @ Phi.T + Qd
-        # a step of h / 8 of RK4 errs by (2 h / 8)^5 / 120 = 2e-12, forty periods of eight by less than 1e-9
-        np.testing.assert_allclose(states[k + 1], x, rtol=0, atol=1e-9)
-        np.testing.assert_allclose(covariances[k + 1], S, rtol=0, atol=1e-9)
+        # a step of h / 4 of RK4 errs by (2 h / 4)^5 / 120 = 8e-11, forty periods of four by less than 2e-8
+        np.testing.assert_allclose(states[k + 1], x, rtol=0, atol=2e-8)
+        np.testing.assert_allclose(covariances[k + 1], S, rtol=0, atol=2e-8)
 
 
 @BOTH
 def test_its_covariance_settles_at_the_solution_of_the_riccati_equation(kind):
     R = np.array([[0.01]])
-    r = run(Oscillator(), kind(Oscillator(), Q, R, P, h, ("p",), substeps=8), until=20.0, every=20.0)
+    r = run(Oscillator(), kind(Oscillator(), Q, R, P, h, ("p",), substeps=4), until=20.0, every=20.0)
     Phi, Qd = van_loon(A, Q, h)
     X = solve_discrete_are(Phi.T, np.eye(2, 1), Qd, R)
-    np.testing.assert_allclose(r["observer.P"][0, -1], X, rtol=1e-8)  # RK4 and SciPy's own rounding
+    np.testing.assert_allclose(r["observer.P"][0, -1], X, rtol=1e-7)  # RK4 and SciPy's own rounding
 
 
 @BOTH
 def test_an_output_that_is_read_each_tenth_period_counts_then_alone(kind):
     R = np.array([[0.01, 0.004], [0.004, 0.04]])
-    r = run(Oscillator(), kind(Oscillator(p=0.0), Q, R, P, h, ("p", "v"), {"p": 10}, substeps=8))
+    r = run(Oscillator(), kind(Oscillator(p=0.0), Q, R, P, h, ("p", "v"), {"p": 10}, substeps=4))
     Phi, Qd = van_loon(A, Q, h)
     gamma = np.linalg.solve(A, (Phi - np.eye(2)) @ B)
     x, S = np.zeros(2), P
@@ -92,8 +92,8 @@ def test_an_output_that_is_read_each_tenth_period_counts_then_alone(kind):
         y = np.array([r["plant.p"][0, k], r["plant.v"][0, k]])
         x, S = kalman(x, S, y[rows], np.eye(2)[rows], R[np.ix_(rows, rows)])
         x, S = Phi @ x + gamma * r["hold.a"][0, k + 1], Phi @ S @ Phi.T + Qd
-        np.testing.assert_allclose(states[k + 1], x, rtol=0, atol=1e-9)  # RK4, as above
-        np.testing.assert_allclose(covariances[k + 1], S, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(states[k + 1], x, rtol=0, atol=2e-8)  # RK4, as above
+        np.testing.assert_allclose(covariances[k + 1], S, rtol=0, atol=2e-8)
 
 
 def pendulum(x, a):
@@ -210,6 +210,7 @@ class Nothing(AbstractController):
         return {}
 
 
+@pytest.mark.heavy
 def test_a_falling_body_is_found_better_by_the_unscented_filter():
     """The example of Julier, Uhlmann and Durrant-Whyte: readings each second of variance 1e4 ft^2, fifty runs; once
     the body is in the air, where the equations bend, both errors of the extended filter are larger, 1.7 and 2.4 times
@@ -263,7 +264,7 @@ def test_the_unscented_filter_tends_to_the_equations_of_sarkka_as_its_steps_get_
     far, start = 0.4, np.concatenate([[0.5, 0.0], P.ravel()])
     exact = solve_ivp(moments, (0, far), start, rtol=1e-11, atol=1e-12).y[:, -1]
     misses = []
-    for n in (8, 16):
+    for n in (4, 8):
         observer = UnscentedKalmanFilter(Pendulum(), Q, [[1e12]], P, far, ("phi",), substeps=n)  # reads next to nothing
         r = simulate(ClosedLoop(Pendulum(), observer, Swaying()).digital(far).step(1), until=far)
         (x,), (S,) = (part[-1:] for part in memory(r, ["phi", "omega"]))

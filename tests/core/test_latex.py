@@ -4,7 +4,7 @@ import re
 
 import casadi as ca
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.mathtext import MathTextParser
 
@@ -90,6 +90,7 @@ def test_a_starred_symbol_is_raised_to_a_power_in_parentheses():
     assert latex.emit(Power(symbol("q_star"), number(2))) == r"\left( q^{*} \right)^{2}"
 
 
+@settings(max_examples=25)
 @given(
     st.recursive(
         st.sampled_from([x, y, q2, qd, ca.SX(2), ca.SX(0.1), ca.SX(1e-9)]),

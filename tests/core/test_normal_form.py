@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import casadi as ca
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.core.notation import text
@@ -76,6 +76,7 @@ def test_a_normal_form_has_the_value_of_its_expression(expression, state):
     )
 
 
+@settings(max_examples=25)
 @given(expressions, expressions)
 def test_the_normal_form_of_a_sum_difference_product_is_that_of_the_forms(a, b):
     A, B = NormalForm.of(a), NormalForm.of(b)
@@ -98,6 +99,7 @@ def test_the_rebuilt_expression_has_the_same_normal_form(expression):
     assert NormalForm.of(form.to_casadi(SYMBOLS)) == form
 
 
+@settings(max_examples=25)
 @given(angles, angles)
 def test_products_of_sines_and_cosines_become_sums_exactly(a, b):
     assert NormalForm.of(ca.sin(a) ** 2 + ca.cos(a) ** 2 - 1).is_zero
@@ -161,7 +163,7 @@ def test_what_is_not_identical_is_not_called_so(a, b):
         (q1 * ca.inf, "inf"),
         (q1 + ca.SX.sym("q_1"), "q_1"),
         ((q1 + q2 + m + l) ** 64, "too long"),
-        (math.prod([q1 + q2 + m + l] * 60), "terms on the way: too long"),
+        pytest.param(math.prod([q1 + q2 + m + l] * 60), "terms on the way: too long", marks=pytest.mark.heavy),
     ],
 )
 def test_what_is_outside_the_class_is_refused_by_name(expression, word):
@@ -310,7 +312,7 @@ def test_the_order_of_terms_is_the_same_in_every_process():
             text=True,
             check=True,
         ).stdout
-        for seed in ("1", "2", "3")
+        for seed in ("1", "2")
     }
     assert len(outputs) == 1
     assert "sin(m_1 - q_1 + 2*qd_10)" in outputs.pop()

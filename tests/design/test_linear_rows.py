@@ -44,7 +44,7 @@ def test_a_thousand_draws_of_the_gains_have_the_answers_of_python_control(propos
     assert not response.flagged.any()
     assert (response.errors <= 1e-10 * np.abs(response.values)).all()
     model, rounding = rows.models.kind("", "L"), np.finfo(float).eps
-    for i in range(0, N, 20):
+    for i in range(0, N, 100):
         theirs = control.frequency_response(model.row(i).system(), OMEGA, squeeze=False).frdata
         # theirs is off by some roundings of the entries, which count near the undamped poles of the arm
         apart = np.abs(response.values[i] - np.moveaxis(theirs, -1, 0))
@@ -123,7 +123,7 @@ def test_rows_of_a_nonlinear_loop_rest_each_at_its_own_state(proposed):
     rows = proposed.rows({name: masses})
     assert np.ptp(rows.x[:, 0]) > 1e-3
     sensitivities = rows.response(OMEGA, "S").values
-    for i in (0, 500, 999):
+    for i in (0, 999):
         alone = linear_loop(still(PROPOSED, POSES[LEVEL]), values={name: masses[i]}, freeze=HELD[PROPOSED])
         np.testing.assert_allclose(rows.x[i], alone.x0, rtol=1e-9, atol=1e-11)
         np.testing.assert_allclose(sensitivities[i], alone.response(OMEGA, "S").values, rtol=1e-8, atol=1e-10)
@@ -136,11 +136,11 @@ def test_each_row_is_the_loop_of_its_values(computer):
     loop = wb.DigitalLoop(LOOP, 0.01, delay=True) if computer else LOOP
     low = OMEGA[OMEGA < 300]
     rows = linear_loop(loop).rows({"plant.J": INERTIAS})
+    alone = {i: linear_loop(loop, values={"plant.J": INERTIAS[i]}) for i in (0, 8)}
     for of in ("L", "T", "closed", "open"):
         values = rows.response(low, of).values
-        for i in (0, 4, 8):
-            theirs = linear_loop(loop, values={"plant.J": INERTIAS[i]}).response(low, of).values
-            np.testing.assert_allclose(values[i], theirs, rtol=1e-9, atol=1e-13)
+        for i, one in alone.items():
+            np.testing.assert_allclose(values[i], one.response(low, of).values, rtol=1e-9, atol=1e-13)
     assert rows.stable.all()
 
 
@@ -213,6 +213,6 @@ def test_rows_on_a_corner_whose_pieces_agree_take_their_equations_from_the_first
     rows = linear.rows({"plant.J": INERTIAS})
     assert Corners.of.cache_info().misses - before <= 2  # the loop, closed and cut
     answers = rows.response(OMEGA).values
-    for i in (0, 4, 8):
+    for i in (0, 8):
         single = linear_loop(loop, values={"plant.J": INERTIAS[i]}).response(OMEGA).values
         np.testing.assert_allclose(answers[i], single, rtol=1e-10)  # of two evaluations of the same Jacobians

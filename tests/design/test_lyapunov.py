@@ -37,7 +37,7 @@ def test_a_diagonal_matrix_has_its_solution_entry_by_entry(discrete):
 @SOLVERS
 @pytest.mark.parametrize("n", [1, 2, 4, 7])
 def test_x_is_right_to_its_last_digit_stable_or_not(discrete, n):
-    for seed in range(12):
+    for seed in range(5):
         A, Q, E = system(seed, n)
         for descriptor in (None, E):
             found = solver(discrete)(A, Q, descriptor)
@@ -57,7 +57,7 @@ def test_a_defective_matrix_far_from_normal_is_solved_with_its_condition(discret
 @SOLVERS
 def test_the_condition_bounds_what_a_change_of_the_data_does(discrete):
     change = 1e-9
-    for seed in range(12):
+    for seed in range(6):
         A, Q, E = system(seed, 4)
         A = 0.4 * A if discrete else A - 3 * np.eye(4) * (seed % 2)  # on one side of the boundary, and on both
         rng = np.random.default_rng(50 + seed)

@@ -132,7 +132,7 @@ def test_the_value_of_the_time_varying_regulator_falls_along_its_loop():
 
 def test_p_keeps_its_symmetry_and_its_sign():
     rng = np.random.default_rng(5)
-    for _ in range(50):
+    for _ in range(20):
         n = int(rng.integers(1, 6))
         A, B, C = rng.normal(size=(n, n)), rng.normal(size=(n, 1)), rng.normal(size=(1, n))
         flow = fpre(A, B, C.T @ C, 1.0, np.zeros((n, n)), [0.0, 0.1, 1.0, 5.0])
@@ -154,7 +154,7 @@ def test_stiff_and_undamped_modes_take_long_horizons(horizon):
 def test_the_error_is_what_it_is_said_to_be():
     times = np.array([0.0, 1.0, 3.0])
     theirs = by_dop853(paper_A, lambda t: 6 * I2, lambda t: I2, lambda t: I2, 10 * I2, times)
-    for rtol in (1e-3, 1e-5, 1e-7):
+    for rtol in (1e-3, 1e-6):
         flow = fpre(paper_A, 6 * I2, I2, I2, 10 * I2, times, rtol=rtol)
         off = np.linalg.norm(flow.P - theirs, axis=(1, 2)) / np.linalg.norm(theirs, axis=(1, 2))
         assert (off <= flow.error + 1e-11).all()  # that of the other integrator

@@ -82,7 +82,7 @@ def test_an_indefinite_q_without_a_stabilising_solution_names_the_eigenvalue():
 def test_a_closed_loop_on_the_imaginary_axis_is_refused_in_any_coordinates():
     # Laub (1992): X = [2 1; 1 1] solves the equation, and leaves the poles +-i; rounding may move them either way
     a, b, q = np.array([[3.0, 1], [4, 2]]), np.ones((2, 1)), np.array([[-11.0, -5], [-5, -2]])
-    for T in [np.eye(2), *turns(2, 30)]:
+    for T in [np.eye(2), *turns(2, 12)]:
         with pytest.raises(Refused, match="imaginary axis|edge of stability"):
             care(T @ a @ T.T, T @ b, T @ q @ T.T, 1)
 
@@ -91,7 +91,7 @@ def test_a_closed_loop_on_the_imaginary_axis_is_refused_in_any_coordinates():
 def test_an_answer_near_the_end_of_what_can_be_solved_is_right_or_refused(discrete):
     """The input that moves the unstable mode grows weaker until it is lost in the rounding of the turned data."""
     solved = refused = 0
-    for weak, T in zip(10.0 ** -np.linspace(0.0, 15.0, 31), turns(3, 31), strict=True):
+    for weak, T in zip(10.0 ** -np.arange(16.0), turns(3, 16), strict=True):
         a = np.diag([1.3, 0.4, -0.2]) if discrete else np.diag([0.3, -1.0, -2.0])
         b = np.array([[weak], [1.0], [1.0]])
         a, b = T @ a @ T.T, T @ b
@@ -104,8 +104,8 @@ def test_an_answer_near_the_end_of_what_can_be_solved_is_right_or_refused(discre
         assert oracle.away(found.X, X) <= 10 * found.certificate.error
         assert found.certificate.condition * np.finfo(float).eps <= 1e-2
         solved += 1
-    assert solved >= 10
-    assert refused >= 10
+    assert solved >= 5
+    assert refused >= 5
 
 
 def test_the_weights_of_a_regulator_must_make_a_cost():

@@ -49,7 +49,7 @@ def sparse(seed):
 @pytest.mark.parametrize("solve", [care, dare])
 def test_new_units_change_no_digit(solve):
     solved = 0
-    for seed in range(30):
+    for seed in range(12):
         A, B, Q, R = sparse(seed)
         try:
             first = solve(A, B, Q, R)
@@ -64,4 +64,4 @@ def test_new_units_change_no_digit(solve):
         assert second.certificate.residual == first.certificate.residual
         assert second.certificate.margin == first.certificate.margin
         solved += 1
-    assert solved >= 20
+    assert solved >= 8

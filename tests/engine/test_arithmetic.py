@@ -6,6 +6,7 @@ import platform
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import casadi as ca
@@ -49,6 +50,7 @@ STEP = noisy(rk4(zoo(), 2.0**-7))
 SPAN = {"x0": STARTS, "until": 40 * 2.0**-7, "every": 10 * 2.0**-7, "seed": 7}
 
 
+@cache
 def digest(name, engine):
     runs = simulate(STEP, arithmetic=name, engine=engine, **SPAN)
     assert np.isfinite(runs.x).all()

@@ -63,7 +63,7 @@ def changed(value):
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", ["PID2", "SMC", pytest.param("EKF", marks=pytest.mark.heavy)])
 def test_a_number_edited_in_the_text_is_the_loop_with_that_number(name, tmp_path):
     sampled = CASES[name]()
     truths = LOOPS[name]()[1] if name in LOOPS else ()

@@ -74,7 +74,7 @@ def all_functions():
 
 def test_every_function_of_a_law_has_the_bits_of_its_loop_on_every_machine(all_functions):
     """The memory is compared at each instant: a difference names the entry, and so the function."""
-    result = wb.replay(all_functions, periods=800, targets=("numpy", "gcc-O0", "gcc-O2", "clang-O2", "browser"))
+    result = wb.replay(all_functions, periods=200, targets=("numpy", "gcc-O0", "gcc-O2", "clang-O2", "browser"))
     ran = [each for each in result.results if each.ran]  # NumPy is always there
     assert [each.first for each in ran] == [""] * len(ran)
     assert {each.memories for each in ran} == {0}
@@ -89,7 +89,7 @@ def test_every_function_of_a_law_in_python_has_the_bits_too(all_functions, tmp_p
     spec = importlib.util.spec_from_file_location("written_law", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    run, law = record(all_functions, all_functions.law(), 1000), module.Law()
+    run, law = record(all_functions, all_functions.law(), 300), module.Law()
     names = run.law.memory.names
     for k, wanted in enumerate(run.memory(1, run.periods)):
         commands = law.step({"omega": run.y[k, 0]}, {"omega": run.r[k, 0]})

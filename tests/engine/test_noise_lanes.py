@@ -113,7 +113,7 @@ def compiled(llvm, ir, processor):
     return engine
 
 
-KEYS = some_keys(4000)
+KEYS = some_keys(1000)
 
 
 @pytest.fixture(scope="module")

@@ -111,10 +111,10 @@ def test_the_arc_tangent_knows_every_quadrant_axis_and_sign_of_zero(engine):
 def test_the_lots_of_the_march_change_no_bit(monkeypatch):
     step = measured(LOOPS["ASMC"].ode(), METRICS, 1e-3)
     starts = np.tile(step.states.default, (7, 1)) + 0.01 * np.arange(7)[:, np.newaxis]
-    whole = simulate(step, x0=starts, until=0.04, every=0.02, engine="numpy").x
+    whole = simulate(step, x0=starts, until=0.02, every=0.01, engine="numpy").x
     for size in (1, 3, 1000):
         monkeypatch.setattr(numpy_kernel, "RUNS_AT_ONCE", size)
-        again = simulate(step, x0=starts, until=0.04, every=0.02, engine="numpy").x
+        again = simulate(step, x0=starts, until=0.02, every=0.01, engine="numpy").x
         np.testing.assert_array_equal(again, whole, err_msg=f"{size} at once")
 
 

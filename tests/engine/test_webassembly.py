@@ -41,7 +41,14 @@ def turned(step, rng):
     return p * np.where(p > 0, rng.uniform(0.5, 2.0, p.shape), 1.0)
 
 
-@pytest.mark.parametrize("case", comparison("FS"), ids=lambda case: case.law)
+LIGHT = ("SMC", "AOSMC-RGS")  # a law without a memory, and the one with a state observer
+
+
+@pytest.mark.parametrize(
+    "case",
+    [case if case.law in LIGHT else pytest.param(case, marks=pytest.mark.heavy) for case in comparison("FS")],
+    ids=lambda case: case.law,
+)
 def test_a_browser_computes_the_bits_of_the_portable_arithmetic_at_two_hundred_positions_of_all_knobs(case):
     step = MeasuredEquation.of(equations_of(case.run.loop, case.name), case.run.metrics).step(case.run.h)
     kernel = opened(step, STEPS // 2, rows=2)

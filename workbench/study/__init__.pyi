@@ -23,19 +23,23 @@ from workbench.study.single_core import one_core
 from workbench.study.study import Case, Outcome, Results, Study
 from workbench.study.tuning import Trial, Tuning
 from workbench.study.uncertainty import (
+    Factor,
     LatinHypercube,
+    LogNormal,
+    LogUniform,
     MonteCarlo,
     MorrisDesign,
+    Normal,
     OneAtATime,
     SobolDesign,
+    Triangular,
+    Uniform,
     least_base,
     morris,
     quantiles,
     sobol,
     tornado,
 )
-from workbench.study.uncertainty.distributions import LogNormal, LogUniform, Normal, Triangular, Uniform
-from workbench.study.uncertainty.factors import Factor
 from workbench.study.work import Work
 from workbench.study.writeup import testbed
 

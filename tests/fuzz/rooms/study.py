@@ -9,7 +9,7 @@ import casadi as ca
 from workbench import study
 from workbench.core import Entry, Layout, Ode
 from workbench.engine.distributions import LogUniform
-from workbench.engine.factors import Factor
+from workbench.engine.factors import Factor, Space
 from workbench.engine.metrics import iae, ise
 from workbench.study import case_runs, provenance, tuning, writeup
 from workbench.study.compiled import compile_sweep
@@ -17,7 +17,7 @@ from workbench.study.contract import Run, Sweep
 from workbench.study.document import document
 from workbench.study.evidence import law_tables
 from workbench.study.study import Case, Results, Study
-from workbench.study.uncertainty import MonteCarlo, factors, local
+from workbench.study.uncertainty import MonteCarlo, local
 from workbench.study.work import Work
 
 # of these the other rooms hold a call
@@ -97,7 +97,7 @@ def outcomes() -> Any:
 
 
 def calls() -> dict[str, Any]:
-    space = partial(factors.Space, (FACTOR,), Layout((Entry("k", 2.0),)), Layout((Entry("x", 1.0),)))
+    space = partial(Space, (FACTOR,), Layout((Entry("k", 2.0),)), Layout((Entry("x", 1.0),)))
     given = provenance.assumed("k", 1.0, "1/s", "nobody says", 0.5, 2.0)
     published = law_tables.Published("table 1", "IAE", 0, {"law": 0.4}, 2)
     return {

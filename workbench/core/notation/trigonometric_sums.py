@@ -54,8 +54,8 @@ def _add(terms: Terms, key: Key, value: Fraction) -> None:
     before = terms.get(key)
     if before is None:
         terms[key] = value
-    elif before + value:
-        terms[key] = before + value
+    elif total := before + value:
+        terms[key] = total
     else:
         del terms[key]
 
