@@ -10,7 +10,6 @@ from .study import sample
 
 def calls() -> dict[str, Any]:
     return {
-        "Predictor": partial(evidence.Predictor, "k", "above", 1.0, 0.9, 0.01, 20, 3),
         "same_draws": partial(evidence.same_draws, {"a": sample(), "b": sample()}),
     }
 

@@ -101,7 +101,7 @@ def calls() -> dict[str, Any]:
     given = provenance.assumed("k", 1.0, "1/s", "nobody says", 0.5, 2.0)
     published = law_tables.Published("table 1", "IAE", 0, {"law": 0.4}, 2)
     return {
-        "Factor.of": partial(Factor.of, given, ("k",), True),
+        "Given.factor": partial(given.factor, ("k",), True),
         "Given": partial(provenance.Given, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
         "Card": partial(provenance.Card, (given,)),
         "LocalSensitivities": partial(local.local_sensitivities, LOOP.ode(), METRICS, ["k"], until=1.0, h=0.1),
