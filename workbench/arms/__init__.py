@@ -18,4 +18,4 @@ _FILES = {
     "dynamics": "AbstractArm Dynamics solve_definite",
     "manipulator": "DirectDrive FirstOrderLag Friction Manipulator",
 }
-__all__, __getattr__ = lazy_names(__name__, _FILES)
+__all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)
