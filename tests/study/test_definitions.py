@@ -134,8 +134,9 @@ def test_what_changes_nothing_that_is_computed_leaves_the_digest(digest, change)
 
 def test_the_digest_is_the_same_in_processes_with_other_seeds_of_hashes():
     code = (
-        "from studies.a9_sampling import loops; from workbench.study.definitions import Definitions; "
-        "print(Definitions().digest(loops.loop_of, {'a', 'b', 'c'}, frozenset('xyz'), loops.SCENARIOS))"
+        "from studies.a9_sampling import loops; from studies.paper.quiet_periods import SCENARIOS; "
+        "from workbench.study.definitions import Definitions; "
+        "print(Definitions().digest(loops.loop_of, {'a', 'b', 'c'}, frozenset('xyz'), SCENARIOS))"
     )
     words = [sys.executable, "-c", code]
     said = set()

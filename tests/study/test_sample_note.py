@@ -94,7 +94,9 @@ def test_samples_of_one_equation_with_other_numbers_have_other_digests_and_with_
 def test_the_design_of_a_sample_is_of_the_kind_that_a_method_asks_for_or_refused_by_name():
     held = replace(sample([1e-6, 1e-6, 1e-6]), design=MonteCarlo(1, 2))
     assert held.design_of(MonteCarlo) is held.design
-    with pytest.raises(TypeError, match="`MonteCarlo`; got `OneAtATime`"):
+    with pytest.raises(ValueError, match="`MonteCarlo`; got `OneAtATime`"):
         held.design_of(OneAtATime)
-    with pytest.raises(TypeError, match="NoneType"):
+    with pytest.raises(ValueError, match="NoneType"):
         sample([1e-6, 1e-6, 1e-6]).design_of(MonteCarlo)
+    with pytest.raises(ValueError, match="a class of designs"):
+        held.design_of("MonteCarlo")

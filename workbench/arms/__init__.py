@@ -19,4 +19,4 @@ _FILES = {
     "manipulator": "DirectDrive FirstOrderLag Friction Manipulator",
     "torque_metrics": "peak_torque",
 }
-__all__, __getattr__ = lazy_names(__name__, _FILES)
+__all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

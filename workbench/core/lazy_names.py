@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
 
-def lazy_names(package: str, files: Mapping[str, str]) -> tuple[list[str], Callable[[str], Any]]:
-    """The public names of a package, and its `__getattr__`, which loads one from its file when it is first asked for.
+def lazy_names(
+    package: str, files: Mapping[str, str]
+) -> tuple[list[str], Callable[[str], Any], Callable[[], list[str]]]:
+    """The `__all__`, `__getattr__` and `__dir__` of a package that loads a name from its file when it is asked for.
 
     Parameters
     ----------
@@ -21,7 +24,7 @@ def lazy_names(package: str, files: Mapping[str, str]) -> tuple[list[str], Calla
     Examples
     --------
     >>> from workbench.core.lazy_names import lazy_names
-    >>> names, load = lazy_names("workbench.design", {"riccati": "lqr care"})
+    >>> names, load, _ = lazy_names("workbench.design", {"riccati": "lqr care"})
     >>> names, load("lqr") is wb.lqr
     (['care', 'lqr'], True)
     """
@@ -35,4 +38,8 @@ def lazy_names(package: str, files: Mapping[str, str]) -> tuple[list[str], Calla
             return import_module(f"{package}.{name}")
         return getattr(import_module(f"{package}.{homes[name]}"), name)
 
-    return sorted(homes), load
+    def names() -> list[str]:
+        """The names of the room, loaded or not, and what any package has."""
+        return sorted({*vars(sys.modules[package]), *homes})
+
+    return sorted(homes), load, names

@@ -17,4 +17,4 @@ _FILES = {
     "single.single_precision_loop": "in_single_precision",
     "targets": "TARGETS",
 }
-__all__, __getattr__ = lazy_names(__name__, _FILES)
+__all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

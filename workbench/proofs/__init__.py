@@ -22,4 +22,4 @@ _FILES = {
     "interval": "guarantee",
     "rest_points": "RestPoint growing_modes rest_point",
 }
-__all__, __getattr__ = lazy_names(__name__, _FILES)
+__all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

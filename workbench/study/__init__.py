@@ -29,4 +29,4 @@ _FILES = {
     "work": "Work",
     "writeup": "testbed",
 }
-__all__, __getattr__ = lazy_names(__name__, _FILES)
+__all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

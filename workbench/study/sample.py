@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, Integers
+from workbench.core.validation.refusals import Array, Integers, refusal
 from workbench.core.validation.signatures import door
 from workbench.engine.metrics import Measurement, Score
 from workbench.study.document.phrases import raised
@@ -50,11 +50,13 @@ class Sample:
 
         Raises
         ------
-        TypeError
+        ValueError
             If the runs have another design, or were read without one.
         """
+        if not isinstance(kind, type):
+            raise refusal("Sample.design_of(kind)", "a class of designs, as `SobolDesign` is", kind)
         if not isinstance(self.design, kind):
-            raise TypeError(
+            raise ValueError(
                 f"`Sample.design_of(kind)` must be the kind of the sample's own design, a "
                 f"`{type(self.design).__name__}`; got `{kind.__name__}`. Draw the sweep by that design."
             )
