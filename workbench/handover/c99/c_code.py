@@ -39,12 +39,6 @@ class CCode:
     header: str
     source: str
 
-    @staticmethod
-    def of(request: Request) -> CCode:
-        """The code that a request asks for."""
-        source = source_of(request)
-        return CCode(request, source.costs, header_of(request, source.costs), source.text)
-
     @property
     def name(self) -> str:
         """The prefix of all that is visible in C."""
@@ -85,9 +79,10 @@ class CCode:
         """The texts by the names of their files."""
         return {f"{self.name}.h": self.header, f"{self.name}.c": self.source}
 
+    @door
     def with_stack(self, stack: str) -> CCode:
         """The same code, whose comments state the stack of a call as it was measured."""
-        return CCode.of(replace(self.request, stack=stack))
+        return _written(replace(self.request, stack=stack))
 
     @door
     def write(self, folder: str | Path, overwrite: bool = False) -> Path:
@@ -103,6 +98,12 @@ class CCode:
 
     def __repr__(self) -> str:
         return f"<CCode '{self.name}': {self.request.precision}, {len(self.source.splitlines())} lines>"
+
+
+def _written(request: Request) -> CCode:
+    """The code that a request asks for."""
+    source = source_of(request)
+    return CCode(request, source.costs, header_of(request, source.costs), source.text)
 
 
 @door
@@ -161,7 +162,7 @@ def c_code(
         members(layout)
     hardware = _hardware(precision, sqrt, fma)
     request = Request(prefix, law, precision, settable, safe_command(law, safe), tuple(warnings), command, hardware)
-    return CCode.of(request)
+    return _written(request)
 
 
 def _hardware(precision: str, sqrt: str, fma: str) -> tuple[str, ...]:
