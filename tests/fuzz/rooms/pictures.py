@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.report.pictures import traces
+import workbench.report.pictures as traces
 from workbench.study.document import figure as marks
 
 from .study import outcomes
