@@ -92,8 +92,6 @@ class Run:
 
     def __exit__(self, *error):
         self.communicate()
-        for pipe in (self.stdout, self.stderr, self._told):
-            pipe.close()
 
     def send_signal(self, sign):
         """Send a signal to the run, unless it has ended."""
@@ -120,7 +118,8 @@ class Run:
         return self._found["stdout"], self._found["stderr"]
 
     def _read(self, name):
-        self._found[name] = getattr(self, name).read()
+        with getattr(self, name) as pipe:
+            self._found[name] = pipe.read()
 
 
 def start(words, folder, environment=os.environ):
