@@ -24,10 +24,10 @@ def shape(y, drawn=DRAWN, **options):
     "draw",
     [
         lambda rng: 20 + rng.normal(size=RUNS),
-        lambda rng: rng.lognormal(size=RUNS),
-        lambda rng: rng.exponential(size=RUNS),
-        lambda rng: rng.uniform(size=RUNS),
-        lambda rng: rng.pareto(1.5, size=RUNS) + 1,
+        pytest.param(lambda rng: rng.lognormal(size=RUNS), marks=pytest.mark.heavy),
+        pytest.param(lambda rng: rng.exponential(size=RUNS), marks=pytest.mark.heavy),
+        pytest.param(lambda rng: rng.uniform(size=RUNS), marks=pytest.mark.heavy),
+        pytest.param(lambda rng: rng.pareto(1.5, size=RUNS) + 1, marks=pytest.mark.heavy),
         lambda rng: rng.standard_t(2, size=RUNS),
     ],
 )
