@@ -155,7 +155,9 @@ def test_an_unwritable_output_folder_is_refused(command, script, tmp_path):
     refused(command("run", script(), "--out", "locked/report"), tmp_path, "locked")
 
 
-@pytest.mark.parametrize("size", [0, 2000, 20_000])
+@pytest.mark.parametrize(
+    "size", [pytest.param(0, marks=pytest.mark.heavy), 2000, pytest.param(20_000, marks=pytest.mark.heavy)]
+)
 def test_a_full_disk_leaves_no_half_written_report(shell, script, tmp_path, size):
     def small_files():
         import resource

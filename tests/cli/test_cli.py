@@ -7,6 +7,7 @@ import time
 
 import pytest
 
+from tests.support import warm_runs
 from tests.support.compilers import needs_llvmlite
 from tests.support.stops import stopped
 from workbench import __version__, study
@@ -199,15 +200,9 @@ study = Study(
 @pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 def test_ctrl_c_stops_a_simulation_that_runs(tmp_path):
     (tmp_path / "long.py").write_text(LONG, encoding="utf-8")
-    with subprocess.Popen(
-        [sys.executable, "-m", "workbench", "run", "long.py"],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
+    with warm_runs.start(["run", "long.py"], tmp_path) as process:
         assert process.stdout.readline() == "started\n"
-        time.sleep(4)  # well into the run, which takes minutes
+        time.sleep(1)  # well into the run, which takes minutes
         _, said = stopped(process)
     kept = "workbench: stopped; 0 chunks are kept in 'reports/long'. The same command goes on from there."
     assert (process.returncode, said.splitlines()[-1]) == (130, kept)

@@ -171,18 +171,19 @@ def test_an_importer_computes_the_bits_of_the_simulation(tmp_path):
         of_plant("quadruple tank", plants["LQG, quadruple tank P+"]),
         of_computer("cart-pole", plants["PID, cart-pole"]),
     )
-    told = cross_checked([write(case, tmp_path, version) for case in cases for version in VERSIONS], tmp_path)
-    assert len(told) == 8
+    turns = zip(cases, VERSIONS * 2, strict=True)  # the equations in C are the same in both, as is seen below
+    told = cross_checked([write(case, tmp_path, version) for case, version in turns], tmp_path)
+    assert len(told) == 4
     assert all(each == {"equal": True, "findings": [], "rows": 501} for each in told), told
 
 
 @needs_fmpy
 @needs_compiler
 @pytest.mark.heavy
-def test_every_other_example_has_its_bits_in_an_importer(tmp_path):
+def test_every_third_example_has_its_bits_in_an_importer(tmp_path):
     """In 2.0 or 3.0 by turns, as the equations in C are the same in both; every description is checked in both."""
     ran, described = [], []
-    for number, case in enumerate(islice(examples(), 0, None, 2)):
+    for number, case in enumerate(islice(examples(), 0, None, 3)):
         here, there = (VERSIONS[(number + other) % 2] for other in (0, 1))
         units = [fmu(case.what, here, case.name, h=case.h), fmu(case.what, there, case.name, h=case.h, compiler="")]
         ran.append(write(case, tmp_path / "ran", here, units[0]))
@@ -192,8 +193,8 @@ def test_every_other_example_has_its_bits_in_an_importer(tmp_path):
         described[-1].mkdir(parents=True)
         units[1].write(described[-1] / f"{units[1].identifier}.fmu")
     told = cross_checked([*ran, *described], tmp_path)
-    assert told[: len(ran)] == [{"equal": True, "findings": [], "rows": 501}] * 11
-    assert told[len(ran) :] == [{"findings": []}] * 11
+    assert told[: len(ran)] == [{"equal": True, "findings": [], "rows": 501}] * 7
+    assert told[len(ran) :] == [{"findings": []}] * 7
 
 
 @needs_fmpy

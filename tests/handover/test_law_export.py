@@ -2,6 +2,7 @@
 
 import inspect
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -101,12 +102,15 @@ def test_an_unknown_form_is_refused_with_the_nearest():
         wb.export(loop.digital(0.1), "fmi")
 
 
-def test_the_three_lines_of_the_readme_lead_from_a_study_to_a_header(tmp_path):
+def test_the_three_lines_of_the_readme_lead_from_a_study_to_a_header(tmp_path, monkeypatch):
     root = Path(__file__).parents[2]
     text = (root / "README.md").read_text(encoding="utf-8")
     lines = re.search(r"(    import workbench as wb\n    loop = wb\.load.*\n    wb\.export.*\n)", text)[1]
     (tmp_path / "studies").mkdir()
     shutil.copy(root / "studies" / "own_law.py", tmp_path / "studies")
     (tmp_path / "three.py").write_text(inspect.cleandoc(lines))
-    subprocess.run([sys.executable, "three.py"], cwd=tmp_path, check=True, timeout=120)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.delitem(sys.modules, "__study__", raising=False)
+    runpy.run_path("three.py")
     assert "#define PI_LAW_PERIOD 0.01" in (tmp_path / "pi_law" / "pi_law.h").read_text()

@@ -91,7 +91,7 @@ def test_python_and_the_simulation_have_the_same_bits(name, tmp_path):
 def test_every_law_of_a_plant_of_the_gallery_has_its_bits_in_python(tmp_path):
     for name in of_plants():  # and seven of the arm above
         sampled, law = digital(name)
-        run = Record(law, *recorded(sampled, law, 400))
+        run = Record(law, *recorded(sampled, law, 150))
         agree(run, replayed(run, python_law(law), tmp_path))
 
 

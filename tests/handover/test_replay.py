@@ -76,7 +76,7 @@ def test_a_law_of_another_loop_is_refused():
 
 
 @needs_gcc
-@pytest.mark.parametrize("make", [arm_law, kalman_law])
+@pytest.mark.parametrize("make", [arm_law, pytest.param(kalman_law, marks=pytest.mark.heavy)])
 def test_ten_thousand_periods_have_the_same_bits_without_and_with_optimisation(make):
     sampled = make()
     law = sampled.law()
@@ -97,6 +97,7 @@ def test_ten_thousand_periods_have_the_same_bits_on_a_microcontroller():
     assert result.fit.fits
 
 
+@pytest.mark.heavy
 @needs_gcc
 def test_single_precision_has_the_bits_of_numpys_floats():
     here = [key for key in ("gcc-O0", "gcc-O3", "arm64", "cortex-m4f") if not lacking(TARGETS[key].programs)]

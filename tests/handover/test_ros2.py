@@ -96,7 +96,9 @@ def rows_of(run):
 
 
 @needs_gcc
-@pytest.mark.parametrize(("record_of", "interfaces"), [(paper, JOINTS), (motor, ()), (sliding, ())])
+@pytest.mark.parametrize(
+    ("record_of", "interfaces"), [pytest.param(paper, JOINTS, marks=pytest.mark.heavy), (motor, ()), (sliding, ())]
+)
 def test_the_controller_has_the_bits_of_the_simulation(record_of, interfaces, programs):
     run = record_of()
     code, commands, _ = managed(programs(record_of, interfaces), run, rows_of(run))

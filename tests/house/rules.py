@@ -141,7 +141,17 @@ def _tree(text: str) -> ast.Module:
 
 @cache
 def _all_of(text: str) -> tuple[ast.AST, ...]:
-    return tuple(ast.walk(_tree(text)))
+    nodes: list[ast.AST] = [_tree(text)]
+    for node in nodes:  # which grows meanwhile; of whether a name is read or written no law asks
+        for value in map(vars(node).get, node._fields):
+            parts = value if isinstance(value, list) else [value]
+            nodes += [part for part in parts if isinstance(part, ast.AST) and not isinstance(part, ast.expr_context)]
+    return tuple(nodes)
+
+
+@cache
+def _imports_of(text: str) -> tuple[ast.Import | ast.ImportFrom, ...]:
+    return tuple(node for node in _all_of(text) if isinstance(node, ast.Import | ast.ImportFrom))
 
 
 def _nodes(held: Sources) -> Iterator[tuple[str, ast.AST]]:
@@ -157,10 +167,10 @@ def _module(path: str) -> str:
 def _imports(path: str, text: str) -> Iterator[tuple[int, str, str]]:
     """Line, module and, if any, the name taken from it; also inside functions and under TYPE_CHECKING."""
     package = _module(path) if path.endswith("/__init__.py") else _module(path).rpartition(".")[0]
-    for node in _all_of(text):
+    for node in _imports_of(text):
         if isinstance(node, ast.Import):
             yield from ((node.lineno, alias.name, "") for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
+        else:
             parents = package.split(".")[: len(package.split(".")) + 1 - node.level] if node.level else []
             module = ".".join([*parents, *([node.module] if node.module else [])])
             yield from ((node.lineno, module, alias.name) for alias in node.names)

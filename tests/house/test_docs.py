@@ -14,22 +14,29 @@ from tests.support.forks import run_all
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```python\n(.*?)^```$(?:\n```text\n(.*?)^```$)?", re.M | re.S)  # a block, and what it prints
 PAGES = sorted(page for page in (ROOT / "docs").rglob("*.md") if BLOCK.search(page.read_text(encoding="utf-8")))
+LONG = {"digital_loops", "loop_pictures", "specifications"}  # more than a second of a processor each
 ENDS = "-- the block ends --"
 
 
+def marks_of(page):
+    """Long pages run with all tests only."""
+    return [pytest.mark.heavy] if page.stem in LONG else []
+
+
 @pytest.fixture(scope="module")
-def done(tmp_path_factory):
-    """How the blocks of each page ended, and what they printed."""
+def done(request, tmp_path_factory):
+    """How the blocks of each page that is asked for ended, and what they printed."""
+    here = [item for item in request.session.items if item.path == request.path and hasattr(item, "callspec")]
     programs = {
         page: "\n".join(f"{code}\nprint({ENDS!r})" for code, _ in BLOCK.findall(page.read_text(encoding="utf-8")))
-        for page in PAGES
+        for page in (item.callspec.params["page"] for item in here)
     }
     environment = {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error", "PATH": ""}
     environment |= {name: os.environ[name] for name in ("WORKBENCH_CACHE", "OPENBLAS_NUM_THREADS")}
     return run_all(programs, tmp_path_factory.mktemp("pages"), environment)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [pytest.param(page, marks=marks_of(page), id=page.stem) for page in PAGES])
 def test_the_blocks_of_a_page_run_one_after_the_other_and_print_what_stands_below_them(page, done):
     assert done[page].returncode == 0, done[page].stderr
     blocks = BLOCK.findall(page.read_text(encoding="utf-8"))

@@ -187,6 +187,7 @@ def test_a_loop_without_a_crossover_has_no_handle(tmp_path, browser):
         assert page.complaints == []
 
 
+@pytest.mark.heavy
 def test_in_a_computer_the_crossover_is_that_of_its_periods(tmp_path, browser):
     closed = wb.DigitalLoop(loop(), 0.01)
     with open_page(wb.live(closed, until=0.2, h=5e-3).write(tmp_path / "computer.html"), browser=browser) as page:

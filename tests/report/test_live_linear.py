@@ -226,7 +226,7 @@ class Integral(wb.Controller):
         return {"z": est.y}
 
 
-@pytest.mark.parametrize("period", [None, 0.05])
+@pytest.mark.parametrize("period", [None, pytest.param(0.05, marks=pytest.mark.heavy)])
 def test_three_coupled_channels_are_answered_one_by_one_and_at_once(period):
     loop = wb.ClosedLoop(Coupled(), controller=Integral())
     data = LoopData.of(loop if period is None else wb.DigitalLoop(loop, period, delay=True), 0.01, 0.1)
@@ -251,7 +251,7 @@ def test_python_gives_the_linear_loop_of_a_page_with_its_knobs_turned(pendulum):
         wb.turned_linear(study, "s: l", {"push": 9.5})
 
 
-@pytest.mark.parametrize("period", [None, 0.01])
+@pytest.mark.parametrize("period", [None, pytest.param(0.01, marks=pytest.mark.heavy)])
 def test_a_law_that_saturates_where_the_loop_starts_rests_at_its_reference(period):
     law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
     loop = wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0))

@@ -267,6 +267,7 @@ def test_copied_lines_make_the_loop_linear_as_it_is_on_the_page(page):
     )
 
 
+@pytest.mark.heavy
 @needs_chromium
 @needs_llvmlite
 def test_a_loop_of_two_channels_in_a_computer_draws_each_with_the_other_closed(tmp_path, browser):

@@ -309,6 +309,7 @@ def test_two_knobs_that_move_a_pair_the_same_way_place_nothing_and_one_is_follow
         assert page.complaints == []
 
 
+@pytest.mark.heavy
 def test_in_a_computer_a_pair_is_placed_in_the_plane_of_its_periods(tmp_path, browser):
     closed = wb.DigitalLoop(loop(), 0.01)
     start = nearest(poles(closed, substeps=2), 0.95 + 0.1j)

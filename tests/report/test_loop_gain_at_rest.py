@@ -42,6 +42,12 @@ def cases_of_a8():
 
 
 @pytest.fixture(scope="module")
+def outcomes_of_a8(cases_of_a8):
+    """Those of the proposed law."""
+    return outcomes_of(*(case for case in cases_of_a8 if case.law == PROPOSED))
+
+
+@pytest.fixture(scope="module")
 def unturned():
     return wb.turned_linear(a1.study, NAME, {})
 
@@ -98,9 +104,8 @@ def test_a_knob_that_the_page_says_has_no_part_leaves_the_loop_gain(knob, moved,
     assert len(gone) == moved
 
 
-def test_the_sections_say_the_state_in_short_sentences(cases_of_a8):
-    law = [case for case in cases_of_a8 if case.law == PROPOSED]
-    results = Results(outcomes_of(*law))
+def test_the_sections_say_the_state_in_short_sentences(outcomes_of_a8):
+    results = Results(outcomes_of_a8)
     of_a8 = rest_of_a8(results)
     assert baseline_of(results[REST, PROPOSED]).held == ("controller.K", "controller.P")
     short = rest_case(1e-4), wb.Case("FS", PROPOSED, wb.Run(a7.loop(PROPOSED), (wb.rmse(),), 0.05, 0.01, 1e-4))
@@ -122,11 +127,10 @@ def test_the_case_at_rest_is_no_run_beyond_the_limit_of_its_step():
     assert "The step is beyond it in: no run." in a1.trust_section(Results((outcome,))).blocks[0].text
 
 
-def test_the_factors_of_a8_are_knobs_of_the_case_at_rest_and_of_the_others(cases_of_a8):
+def test_the_factors_of_a8_are_knobs_of_the_case_at_rest_and_of_the_others(outcomes_of_a8):
     """They stand at one number in all: the arm is therefore held where the scenario starts, and nothing is zero."""
     factors = uncertain(HELD_OUT[0], PROPOSAL.loop(HELD_OUT[0]))
-    both = [case for case in cases_of_a8 if case.law == PROPOSED]
-    runs = [one.measurement.trajectories for one in outcomes_of(*both)]
+    runs = [one.measurement.trajectories for one in outcomes_of_a8]
     for knob in map(Knob.of, factors):
         numbers = {knob.value(one.step, one.p[0], one.x[0, 0]) for one in runs if knob.places(one.step)}
         assert len(numbers) == 1

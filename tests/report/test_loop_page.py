@@ -114,8 +114,15 @@ def test_a_share_of_a_vector_ends_where_the_first_of_its_numbers_does():
     assert (valves.share, valves.low, valves.high) == (True, 0.2, 2.0)
 
 
-def test_a_long_name_keeps_its_block_and_its_end_where_it_is_still_the_only_one():
-    names = names_of(wb.live(proposed_repaired("FS"), until=0.1))
+@pytest.fixture(scope="module")
+def repaired():
+    """The repaired law of the paper, and its page."""
+    closed = proposed_repaired("FS")
+    return closed, wb.live(closed, until=0.1)
+
+
+def test_a_long_name_keeps_its_block_and_its_end_where_it_is_still_the_only_one(repaired):
+    names = names_of(repaired[1])
     assert {"plant.links[0].mass", "controller.links[0].mass", "observer.links[0].mass"} <= {*names}
     assert len({*names}) == len(names)
 
@@ -130,9 +137,8 @@ def test_signals_of_one_number_have_no_name_in_the_legend():
     assert [figure.title for figure in figures] == ["omega", "v_applied"]
 
 
-def test_a_law_with_a_dagger_has_its_reason_below_the_table():
-    closed = proposed_repaired("FS")
-    page = wb.live(closed, until=0.1)
+def test_a_law_with_a_dagger_has_its_reason_below_the_table(repaired):
+    closed, page = repaired
     notes = closed.ode().notes
     assert notes
     assert ("†" in data_of(page)["loops"][0]["label"], notes[0] in page.text) == (True, True)

@@ -162,7 +162,10 @@ def test_a_formula_that_typst_cannot_read_is_named_as_the_cause(monkeypatch):
         pdf(document())
 
 
-@pytest.mark.parametrize("text", ["x" * 10**6, "word " * 200_000], ids=["a word", "words"])
+@pytest.mark.parametrize(
+    "text",
+    [pytest.param("x" * 10**6, id="a word"), pytest.param("word " * 200_000, id="words", marks=pytest.mark.heavy)],
+)
 def test_a_million_letters_are_set_as_far_as_they_are_printed(text):
     """Without the cut, and where their width was measured, typst took many minutes for each."""
     held = Table("t", text, (Column("a"),), ((text,),), (text,))

@@ -222,7 +222,7 @@ def test_the_stored_run_replays_on_the_equations_of_today():
     assert example.seed == searches.SEED
 
 
-@pytest.mark.parametrize("times", [1, 100])
+@pytest.mark.parametrize("times", [1, pytest.param(100, marks=pytest.mark.heavy)])
 def test_the_false_rest_of_the_observer_is_one_and_larger_gains_keep_it(times):
     point = replay.false_rest(times)
     assert point.radius is not None
@@ -331,7 +331,7 @@ def largest_rate_beyond_40(Q, R):
     return max(excess)
 
 
-@pytest.mark.parametrize("Q", [0.01, 1.0])
+@pytest.mark.parametrize("Q", [0.01, pytest.param(1.0, marks=pytest.mark.heavy)])
 def test_40_fails_along_a_run_of_another_simulator_too(Q):
     # 4 ms between looks at a maximum that is 0.1 s wide
     assert largest_rate_beyond_40(Q, 1.0) == pytest.approx(replay.v2_along(Q, 1.0)[0], rel=3e-3)

@@ -537,6 +537,7 @@ def test_the_steady_gain_solves_34_with_a_derivative_of_zero():
     assert np.linalg.eigvalsh(P).min() > 0
 
 
+@pytest.mark.heavy
 def test_runs_that_are_asked_for_again_are_run_in_both_ways_and_a_run_that_lasts_is_lost_by_nothing():
     found = cause_of(LostRuns(HELD_OUT[0].name, PROPOSAL.key, (0, 3), ()))
     assert {way: lost.tolist() for way, lost in found.lost.items()} == {"declared": [0, 0], "fine": [0, 0]}

@@ -84,6 +84,7 @@ def smc():
     return quiet_period(QuietSearch("SMC", "SS", delay=True))
 
 
+@pytest.mark.heavy
 def test_the_longest_quiet_period_of_smc_is_between_a_quiet_and_a_loud_one(smc):
     low, high = ends(smc)
     for period, quiet in ((low, True), (high, False)):
@@ -92,6 +93,7 @@ def test_the_longest_quiet_period_of_smc_is_between_a_quiet_and_a_loud_one(smc):
     assert smc.found.sure
 
 
+@pytest.mark.heavy
 def test_the_total_variation_of_a_search_is_that_of_the_continuous_torque(smc):
     run = simulate(rk4(QuietSearch("SMC", "SS").loop.ode(), 2.5e-4), until=HORIZON["SS"], every=1e-3)
     # a change each millisecond, summed by NumPy; the step of the search is the same
@@ -146,6 +148,7 @@ def test_smc_moves_the_same_with_a_late_computer_and_a_late_drive():
     np.testing.assert_allclose(one["q"], other["q"], rtol=0, atol=1e-12)
 
 
+@pytest.mark.heavy
 def test_the_rule_is_the_limit_of_the_sampled_error_and_half_of_it_a_period_late(smc):
     M, K, phi = np.array([[5.0, 2.0], [2.0, 1.0]]), 5 * np.eye(2), 0.01  # the arm is stretched
     np.testing.assert_allclose(masses(np.zeros((3, 2))), np.tile(M, (3, 1, 1)), rtol=1e-14)
@@ -165,6 +168,7 @@ def test_the_rule_is_the_limit_of_the_sampled_error_and_half_of_it_a_period_late
     assert smc.rules.bound <= smc.rules.rule
 
 
+@pytest.mark.heavy
 def test_the_rule_of_smc_lies_between_the_ends_of_its_search(smc):
     low, high = ends(smc)
     assert low < smc.rule < high

@@ -170,7 +170,7 @@ def test_the_cart_pole_under_lqg_runs_as_scipy_integrates_it():
 
 def test_no_pid_with_a_plain_filter_makes_the_two_masses_stable():
     rng = np.random.default_rng(3)
-    for _ in range(500):
+    for _ in range(100):
         m_1, m_2, k, N = rng.uniform(0.2, 5.0, 4)
         Kp, Ki, Kd = rng.normal(0.0, 10.0 ** rng.uniform(-3, 1), 3)
         plant = control.tf([k], [m_1 * m_2, 0, k * (m_1 + m_2), 0, 0])
@@ -383,7 +383,9 @@ def test_a_loop_without_a_linear_answer_says_why():
     assert {row[3].words for row in frequency_pages.frequency_table(held).rows} == {"no linear answer"}
 
 
-@pytest.mark.parametrize("name", frequency_pages.TURNED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.heavy] * (name == "cart-pole")) for name in frequency_pages.TURNED]
+)
 def test_the_pictures_that_a_reader_turns_have_the_margins_of_the_table(name):
     law = frequency_pages.TURNED[name]
     (case,) = (one for one in cases() if (one.scenario, one.law) == (name, law))

@@ -89,7 +89,9 @@ ROUND_THE_QUANTILE = (TwoGroups(0.095), Lognormal(0.5), TwoGroups(0.105))  # the
 GROUPS = (TwoGroups(0.16), Lognormal(0.5), TwoGroups(0.08))
 
 
-@pytest.mark.parametrize("laws", [SMOOTH, ROUND_THE_QUANTILE, GROUPS])
+@pytest.mark.parametrize(
+    "laws", [SMOOTH, *(pytest.param(laws, marks=pytest.mark.heavy) for laws in (ROUND_THE_QUANTILE, GROUPS))]
+)
 @pytest.mark.parametrize("estimand", ESTIMANDS, ids=lambda one: one.words)
 def test_all_intervals_hold_the_truth_as_often_as_they_say(estimand, laws):
     # 0.9 less three standard errors of a share over 300 samples; Bonferroni and whole draws make some wider

@@ -35,7 +35,7 @@ class Proportional(wb.Controller):
 
 
 LOOP = wb.ClosedLoop(Integrator(), controller=Proportional(), reference=wb.Hold([0.0], "x", "m"))
-SCAN = tuple(np.geomspace(0.02, 0.8, 25))
+SCAN = tuple(np.geomspace(0.02, 0.8, 13))
 
 
 def integral(period):

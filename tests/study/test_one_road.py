@@ -86,7 +86,14 @@ ROADS = {
 }
 
 
-@pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
+# A computer with noise is a computer, too; the one without it runs with all tests only.
+each_loop = pytest.mark.parametrize(
+    "loop",
+    [pytest.param(loop, id=name, marks=[pytest.mark.heavy] * (name == "computer")) for name, loop in LOOPS.items()],
+)
+
+
+@each_loop
 def test_every_road_gives_one_value_and_one_error_to_the_last_bit(loop):
     found = {road: ask(loop) for road, ask in ROADS.items()}
     assert all(one == found["measure"] for one in found.values()), found
@@ -96,7 +103,7 @@ def test_every_road_gives_one_value_and_one_error_to_the_last_bit(loop):
     assert off >= H or np.isinf(time)
 
 
-@pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
+@each_loop
 def test_a_trial_of_a_tuning_and_its_finalist_have_the_value_of_measure_and_the_finalist_its_error(loop):
     search = Tuning("t", (Trial("one", asked(loop)),), (GAIN,), lambda runs: runs["one"].score("RMSE").value, 8, 8)
     found = tune(search)
@@ -112,7 +119,7 @@ def test_a_trial_of_a_tuning_and_its_finalist_have_the_value_of_measure_and_the_
     assert np.isnan(found.samples["one"].score("RMSE").error).all()  # no trial is looked at
 
 
-@pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS.keys())
+@each_loop
 def test_a_run_has_the_bits_that_it_has_alone_in_a_thousand_and_in_a_sweep_of_them(loop):
     ode, design = equation(loop), MonteCarlo(1, 1536, seed=1)
     made = compile_sweep(Sweep("s", asked(loop), (GAIN,), design, common=True, halved=64))

@@ -100,7 +100,10 @@ def calls_of(function):
     return calls
 
 
-@pytest.mark.parametrize("name", STUDIES)
+LONG = "b4_handover.study"  # eight seconds of a processor until all its loops are built
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.heavy] * (name == LONG)) for name in STUDIES])
 def test_no_page_of_a_study_reaches_the_engine(name):
     study = import_module(f"studies.{name}").study
     assert not study.measures_time

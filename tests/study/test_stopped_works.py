@@ -1,20 +1,17 @@
 """Ctrl-C ends a study within a second, whatever an item of a work is doing, and says what is kept."""
 
-import os
-import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import workbench as wb
+from tests.support import warm_runs
 from tests.support.stops import stopped
 from workbench.engine.job import look_to
 from workbench.study.executors import StoppedError
 
-ROOT = Path(__file__).parents[2]
 BUSY = 2.0  # s more than the second that is promised: other tests may have all processors
 LONG = """
 import numpy as np
@@ -51,17 +48,14 @@ study = wb.Study("long", "T", "Q?", "M.", lambda results: [], works=(
 @pytest.mark.parametrize("name", ["march", "choose", "count", "factorise"])
 def test_ctrl_c_ends_an_item_within_a_second_and_says_what_is_kept(tmp_path, name):
     (tmp_path / "long.py").write_text(LONG.replace("{name}", name), encoding="utf-8")
-    words = [sys.executable, "-m", "workbench", "run", "long.py", "--out", "out", "--workers", "2"]
-    there = {**os.environ, "PYTHONPATH": str(ROOT)}
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    process = subprocess.Popen(words, cwd=tmp_path, env=there, **pipes)
-    for line in process.stdout:
-        if "under way" in line:  # two items that begin at once may share a line
-            break
-    time.sleep(0.3)
-    begin = time.monotonic()
-    _, error = stopped(process)
-    took = time.monotonic() - begin
+    with warm_runs.start(["run", "long.py", "--out", "out", "--workers", "2"], tmp_path) as process:
+        for line in process.stdout:
+            if "under way" in line:  # two items that begin at once may share a line
+                break
+        time.sleep(0.3)
+        begin = time.monotonic()
+        _, error = stopped(process)
+        took = time.monotonic() - begin
     assert process.returncode == 130
     assert error.endswith("chunks are kept in 'out'. The same command goes on from there.\n")
     assert took < 1.0 + BUSY

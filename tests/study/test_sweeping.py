@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from scipy.io import loadmat
 
+from tests.support import warm_runs
 from tests.support.compilers import ARITHMETIC, SLOW
 from tests.support.samples import made_sample
 from tests.support.stops import stopped
@@ -144,8 +145,8 @@ def test_an_option_of_sweeps_is_refused_where_there_are_none(command, tmp_path, 
 @pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path, stop):
-    call = [sys.executable, "-m", "workbench", "run", swept, "--out", "out", "--ack", "--samples", "16000"]
-    with subprocess.Popen(call, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    words = ["run", swept, "--out", "out", "--ack", "--samples", "16000"]
+    with warm_runs.start(words, tmp_path) as process:
         while not (line := process.stdout.readline()).startswith("ACK "):
             assert line
         out, said = stopped(process, stop)
@@ -159,9 +160,8 @@ def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path, st
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
 def test_a_study_that_was_killed_goes_on_and_ends_as_if_it_had_not_been(command, swept, tmp_path, monkeypatch):
     (tmp_path / "killed").mkdir()
-    call = [sys.executable, "-m", "workbench", "run", f"../{swept}", "--out", "out", "--ack"]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
-    with subprocess.Popen(call, cwd=tmp_path / "killed", **pipes) as process:
+    words = ["run", f"../{swept}", "--out", "out", "--ack"]
+    with warm_runs.start(words, tmp_path / "killed") as process:
         lines = [process.stdout.readline() for _ in range(3)]  # "started", and two chunks
         process.send_signal(signal.SIGKILL)
         got = acknowledged("".join(lines) + process.communicate(timeout=60)[0])

@@ -3,14 +3,13 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from tests.support import warm_runs
 from tests.support.stops import stopped
 from tests.support.sweeps import sweep
 from tests.support.tunings import tuning
@@ -162,11 +161,9 @@ def test_too_long_a_search_is_refused_before_it_begins(command, tuned, tmp_path)
 def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_been(command, tuned, tmp_path):
     until_settled = TUNED.replace("EVALUATIONS", "480, seeds=(0, 1), settle=0.4")
     (tmp_path / tuned).write_text(until_settled, encoding="utf-8")
-    call = [sys.executable, "-m", "workbench", "run", tuned, "--out", "out", "--ack"]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     got = {}
     for sign, status in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)):
-        with subprocess.Popen(call, cwd=tmp_path, **pipes) as process:
+        with warm_runs.start(["run", tuned, "--out", "out", "--ack"], tmp_path) as process:
             lines = [process.stdout.readline() for _ in range(4)]  # "started", and three generations
             out, said = stopped(process, sign)
         found = acknowledged("".join(lines) + out)

@@ -12,6 +12,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tests.support import warm_runs
 from workbench.study.ledger.store import about_in, chunks, is_chunk
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -37,12 +38,14 @@ class Tally:
         return "; ".join([said, *self.faults])
 
 
-def start(folder):
-    """A run of the study in a folder, as a process whose pieces are acknowledged."""
+def start(folder, fork=True):
+    """A run of the study in a folder, as a process whose pieces are acknowledged: a fork, or a Python of its own."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "BEGUN": str(folder / "begun"), "PYTHONWARNINGS": "error"}
-    words = [sys.executable, "-m", "workbench", "run", str(STUDY), "--out", "out", "--ack"]
+    words = ["run", str(STUDY), "--out", "out", "--ack"]
+    if fork:
+        return warm_runs.start(words, folder, environment)
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(words, cwd=folder, env=environment, **pipes)
+    return subprocess.Popen([sys.executable, "-m", "workbench", *words], cwd=folder, env=environment, **pipes)
 
 
 def held(folder):
@@ -66,7 +69,7 @@ def acknowledged(lines):
 def undisturbed(folder):
     """A run that nobody disturbs: its pieces in order, and its files."""
     folder.mkdir()
-    process = start(folder)
+    process = start(folder, fork=False)
     out, error = process.communicate(timeout=LONGEST)
     assert process.returncode == 0, error
     return acknowledged(out.splitlines()), files(folder)

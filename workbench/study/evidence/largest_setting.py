@@ -50,7 +50,7 @@ class LoopLimits:
     >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> kept = wb.LoopLimits(lambda T: wb.DigitalLoop(loop, T), lambda T: [wb.rmse()], {"RMSE": 0.25}, 2.0, 5e-3)
-    >>> kept.at(0.01).met, kept.at(0.4).met
+    >>> kept.at(0.05).met, kept.at(0.1).met
     (True, False)
     """
 
@@ -207,8 +207,8 @@ def largest_setting(
     >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> kept = wb.LoopLimits(lambda T: wb.DigitalLoop(loop, T), lambda T: [wb.rmse()], {"RMSE": 0.25}, 2.0, 5e-3)
-    >>> found = wb.largest_setting(kept, (0.01, 0.05, 0.1, 0.2, 0.4))
-    >>> 0.05 < found.threshold.largest < found.threshold.next < 0.06, found.sure
+    >>> found = wb.largest_setting(kept, (0.05, 0.1), ratio=1.2)
+    >>> 0.05 <= found.threshold.largest < found.threshold.next < 0.06, found.sure
     (True, True)
     """
     each = limits if isinstance(limits, tuple) else (limits,)
