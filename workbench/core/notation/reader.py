@@ -97,7 +97,15 @@ def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) 
 
 
 def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
-    """An expression as a formula, in its textbook form if it has one."""
+    """An expression as a formula, in its textbook form if it has one.
+
+    Examples
+    --------
+    >>> import casadi as ca
+    >>> q = ca.SX.sym("q")
+    >>> [type(part).__name__ for part in wb.notation.formula_of(2 * q**2, {"q": "q_1"}).factors]
+    ['Number', 'Power']
+    """
     symbols = {name: symbol(symbols_of) for name, symbols_of in names.items()}
     try:
         return to_formula(expression, symbols)

@@ -65,6 +65,7 @@ class ComputerEffect:
         """The effect as a number that a sweep varies."""
         return Factor(self.name, self.paths, Uniform(self.least, self.levels[-1]), share=self.share)
 
+    @door
     def coordinate(self, level: float) -> float:
         """The coordinate of a level in the unit cube."""
         return (level - self.least) / (self.levels[-1] - self.least)
