@@ -96,6 +96,7 @@ def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) 
     return definitions, _matrix(steps, lambda place: names[place] if place in names else formula(place))
 
 
+@door
 def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
     """An expression as a formula, in its textbook form if it has one.
 
