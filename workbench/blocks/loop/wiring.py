@@ -47,6 +47,8 @@ def memory(loop: Blocks) -> Layout:
 def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
     """The answer of a method of a block for a port, or a refusal that names the class, the method and the port."""
     call = f"{type(block).__name__}.{method}(...)"
+    if not hasattr(block, method):
+        raise LookupError(f"`{call}` is asked for, and this class of blocks has no such method.")
     with _answering(call):
         parts = getattr(block, method)(*arguments)
     return signals_of(call, port, parts)

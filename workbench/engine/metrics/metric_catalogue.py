@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.units import SECOND, read
-from workbench.core.validation.refusals import Array, described, finite, numbers, positive, seconds, vector
+from workbench.core.validation.refusals import Array, described, finite, numbers, positive, refusal, seconds, vector
 from workbench.core.validation.signatures import door
 from workbench.engine.metrics.contract import Integral
 from workbench.engine.metrics.energy import Energy
@@ -225,7 +225,11 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
 
 
 def _limit(side: str, given: Any, none: float) -> Array:
-    return np.atleast_1d(numbers(f"violation({side}=...)", none if given is None else given).squeeze())
+    call = f"violation({side}=...)"
+    limit = np.atleast_1d(numbers(call, none if given is None else given).squeeze())
+    if limit.ndim > 1:
+        raise refusal(call, "a number, or a vector of them", given)
+    return limit
 
 
 @door

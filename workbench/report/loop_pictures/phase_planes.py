@@ -34,7 +34,7 @@ class VectorField:
     def __post_init__(self) -> None:
         for name in ("x", "y"):
             grid = numbers(f"VectorField({name}=...)", getattr(self, name), 1)
-            if len(grid) < 2 or not np.isfinite(grid).all() or (np.diff(grid) <= 0).any():
+            if len(grid) < 2 or not np.isfinite(grid).all() or (grid[1:] <= grid[:-1]).any():
                 raise refusal(f"VectorField({name}=...)", "two or more finite numbers in rising order", grid)
         shape = len(self.y), len(self.x)
         for name in ("u", "v"):

@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.core import Layout, Sampled
 from workbench.core.equations import Loop, equations_of
-from workbench.core.validation.refusals import Array, Integers, require
+from workbench.core.validation.refusals import Array, Integers, refusal, require
 from workbench.core.validation.signatures import door
 from workbench.engine import simulate
 from workbench.study.compiled import compile_sweep
@@ -122,6 +122,9 @@ def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) 
     >>> wb.evidence.causes_in_sweep(sweep, np.array([0, 2]), ways).sentence
     'by the integrator: 2, by the law: 0'
     """
+    runs = sweep.design.size
+    if diverged.ndim != 1 or not diverged.size or diverged.min() < 0 or diverged.max() >= runs:
+        raise refusal("causes_in_sweep(diverged=...)", f"numbers (B,) of the {runs} runs, one at least", diverged)
     made = compile_sweep(sweep)
     equation = require("causes_in_sweep(sweep=...) of a loop", made.equation, Sampled)
     rows = [made.rows(int(run), int(run) + 1) for run in diverged]
