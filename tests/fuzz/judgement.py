@@ -16,7 +16,12 @@ COUNT = re.compile(
 
 
 def raw(error: BaseException) -> str | None:
-    """Kind and place of a raw error; None of a refusal in the workbench's own words, and of Python's own of a call."""
+    """Kind and place of a raw error; None of a refusal in the workbench's own words, and of Python's own of a call.
+
+    Python's word on a script that is no Python, which another call may have written, is passed on as it is.
+    """
+    if isinstance(error, SyntaxError) and Path(error.filename or "").is_file():
+        return None
     frame = _innermost(error)
     place = frame.tb_frame.f_code.co_filename
     inside = place.startswith(HOUSE)

@@ -11,6 +11,7 @@ from tests.fuzz.__main__ import report
 from tests.fuzz.calls import Aims, Target, aims, call_of, parameters_of, room_files, use
 from tests.fuzz.examples import public_names
 from tests.fuzz.judgement import raw
+from workbench.cli.script import load
 from workbench.core import Layout, rk4
 
 ROOT = Path(__file__).parents[2]
@@ -108,6 +109,12 @@ def test_what_a_library_says_is_raw_and_what_the_workbench_says_is_not():
     assert raw(_raised(rk4)) is None  # a wrong count of arguments is Python's to say
     assert raw(_raised(lambda: Layout().entries.x)).startswith("AttributeError")
     assert raw(_raised(lambda: int("x"))).startswith("ValueError")
+    assert raw(_raised(lambda: compile("(", "script", "exec"))).startswith("SyntaxError")
+
+
+def test_a_script_that_is_no_python_is_passed_on_as_python_says_it(tmp_path):
+    (tmp_path / "study.py").write_text("(")
+    assert raw(_raised(lambda: load(tmp_path))) is None
 
 
 FAULTS = """
