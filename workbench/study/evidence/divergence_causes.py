@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.core import Layout, Sampled
 from workbench.core.equations import Loop, equations_of
-from workbench.core.validation.refusals import Array, Integers, refusal, require
+from workbench.core.validation.refusals import Array, Integers, known, refusal, require, vector
 from workbench.core.validation.signatures import door
 from workbench.engine import simulate
 from workbench.study.compiled import compile_sweep
@@ -28,6 +28,13 @@ class Causes:
 
     `lost` has (B,) for each way: 1 for a run that diverges by this way, too. The way "fine" is near the exact flow.
 
+    Raises
+    ------
+    LookupError
+        If no way is called "fine".
+    ValueError
+        If the ways are not of equally many runs.
+
     Examples
     --------
     >>> len(wb.evidence.Causes({"fine": np.array([0, 1])}).lost)
@@ -35,6 +42,11 @@ class Causes:
     """
 
     lost: Mapping[str, Integers]
+
+    def __post_init__(self) -> None:
+        known(FINE, self.lost, "ways to step the computer's memories")
+        for way, lost in self.lost.items():
+            vector(f"Causes(lost={{{way!r}: ...}})", lost, self.lost[FINE].size, "lost runs")
 
     @property
     def by_integrator(self) -> int:
