@@ -1,9 +1,8 @@
-"""Many runs of one `Step`: trajectories, divergence, the limit on the step, and the step for a stated tolerance.
+"""The simulation of many runs of one `Step` at once, and the metrics of these runs.
 
-The room knows steps and numbers; it does not know what a plant or a law is. `kernel` turns a step into a loop of
-machine code; `machines` has the table of operations, spelled for each language; `factors.py` spreads numbers over the
-rows of a batch. Read `batch.py` first, then `arithmetic.py` and `kernel/plan.py`; one run with every switch located is
-`workbench.engine.reference`.
+`kernel` turns a step into a loop of machine code, by the table of operations in `machines`; `metrics` measures runs
+while they go on; `factors.py` gives each run its numbers; `reference` follows one run and locates each of its switches.
+The room knows steps and numbers, and no plant or law. Read `batch.py` first, then `arithmetic.py` and `kernel/plan.py`.
 """
 
 from workbench.engine.simulation import simulate
