@@ -7,7 +7,7 @@ The room knows steps and numbers, and no plant or law. Read `batch.py` first, th
 
 from workbench.engine.simulation import simulate
 from workbench.engine.stability import StepLimit
-from workbench.engine.step_size import step_limit
+from workbench.engine.step_limits import step_limit
 from workbench.engine.trajectories import Trajectories
 
 __all__ = ["StepLimit", "Trajectories", "simulate", "step_limit"]

@@ -19,7 +19,7 @@ _FILES = {
     "document.document": "Column Figure Finding Itemize Page Panel Paragraph Section Table Variation Verdict",
     "evidence.law_tables": "side_by_side",
     "knob": "Knob",
-    "marks": "bars cell points",
+    "result_marks": "bars cell points",
     "single_core": "one_core",
     "sample": "Sample",
     "study": "Case Outcome Results Study",
