@@ -1,8 +1,9 @@
-"""The simulation of many runs of one `Step` at once, and the metrics of these runs.
+"""The simulation of many runs of one equation at once, and the metrics of these runs.
 
-`kernel` turns a step into a loop of machine code, by the table of operations in `machines`; `metrics` measures runs
-while they go on; `factors.py` gives each run its numbers; `reference` follows one run and locates each of its switches.
-The room knows steps and numbers, and no plant or law. Read `batch.py` first, then `arithmetic.py` and `kernel/plan.py`.
+`kernel` compiles the step of an equation; `machines` lists the operations of a step and spells them for each
+language; `metrics` measures runs while they go on; `factors.py` gives each run its numbers; `reference` follows one
+run and locates each of its switches. Plants and laws are not known here. Read `batch.py` first, then `arithmetic.py`
+and `kernel/plan.py`.
 """
 
 from workbench.engine.simulation import simulate
