@@ -13,7 +13,7 @@ from workbench.core.lazy_names import lazy_names
 
 _FILES = {
     "": "laws mechanics observer_gains observers printed properties",
-    "contracts": "AbstractArmController AbstractArmObserver",
+    "arm_contracts": "AbstractArmController AbstractArmObserver",
     "dynamics": "AbstractArm Dynamics solve_definite",
     "manipulator": "DirectDrive FirstOrderLag Friction Manipulator",
     "torque_metrics": "peak_torque",
