@@ -145,8 +145,7 @@ def test_a_study_places_the_pictures_with_one_call(tmp_path):
     def sections(results):
         return [wb.Section("Margins", wb.loop_gain_pictures(results["speed", "PI"], "speed"))]
 
-    study = wb.Study("s", "T", "Q?", "M.", sections, cases=(case,))
-    (section,) = study.sections(case_runs.run(study))
+    (section,) = sections(case_runs.run(wb.Study("s", "T", "Q?", "M.", sections, cases=(case,))))
     names = [block.name for block in section.blocks if isinstance(block, Figure | Table)]
     assert names == ["speed_bode", "speed_nyquist", "speed_sensitivity", "speed_poles", "speed_margins"]
 

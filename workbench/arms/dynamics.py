@@ -84,6 +84,7 @@ class AbstractArm(AbstractModel):
         """The torque at each joint, (n, 1), where the motors' torques are `tau`: none at a joint without a motor."""
         if len(self.motors) == self.dof:
             return tau
+        refuse_misfit("driven", "tau", tau, len(self.motors), 1, "a torque for each motor")
         joints = ca.SX(self.dof, 1)
         for i, joint in enumerate(self.motors):
             joints[joint] = tau[i]
@@ -122,8 +123,11 @@ class _SymbolicArm(AbstractArm):
         return self.mass_matrix(q) @ (tau + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q))
 
 
+@door
 def solve_definite(S: ca.SX, b: ca.SX) -> ca.SX:
     """S^-1 b for a symmetric positive definite S (n, n) and b (n, k), by the LDL' factors of S."""
+    refuse_misfit("solve_definite", "S", S, S.shape[0], S.shape[0], "as it is square")
+    refuse_misfit("solve_definite", "b", b, S.shape[0], b.shape[1], "with as many rows as S")
     D, LT, order = ca.ldl(ca.densify(S), False)
     return ca.densify(ca.ldl_solve(b, D, LT, order))
 

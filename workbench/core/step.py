@@ -99,6 +99,7 @@ class Rule:
         f = held_at(t + self.h / 2, self.m, self.t, self.x[:n], self.p, self.rate)
         return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h, self.method), update)
 
+    @door
     def plain(self, expression: ca.SX) -> ca.SX:
         """An expression with the values of the crossings in the place of their symbols, as for derivatives."""
         return plain(self.crossings, expression)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core.validation import refusals
+from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_code import CCode
@@ -72,6 +73,7 @@ def fits(count: float, period: float, clock: float) -> Fit:
 
 
 @dataclass(frozen=True)
+@show
 class TargetResult:
     """A target against the recording.
 

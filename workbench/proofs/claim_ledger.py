@@ -79,6 +79,11 @@ class Quantifier:
     """A range over which a claim is judged, in words, and who chose it: the `source` of the claim, or its `reader`.
 
     A range of the reader is `within` that of the source if what fails there fails in the source's range as well.
+
+    Examples
+    --------
+    >>> wb.proofs.Quantifier("all gains up to 10", "reader").is_stronger
+    True
     """
 
     words: str

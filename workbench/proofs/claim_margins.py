@@ -100,7 +100,15 @@ def violation(claim: Claim) -> Largest:
 
 @door
 def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
-    """The same equation with one more output for each claim: minus its margin, `violation of ...`."""
+    """The same equation with one more output for each claim: minus its margin, `violation of ...`.
+
+    Examples
+    --------
+    >>> slow = wb.core.Claim("it is slow", "omega < 2 rad/s.", "a book", (), lambda signals: 2 - signals["omega"])
+    >>> motor = wb.open_loop(wb.DCMotor(), "motor")
+    >>> wb.proofs.watching(motor, [wb.core.Declared(slow)]).outputs.names
+    ('omega', 'violation of it is slow')
+    """
     entries, columns = [], [ode.output]
     for said in {said.claim.name: said for said in claims}.values():
         if said.claim.margin is None:

@@ -10,7 +10,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from workbench.core import Layout, Step
-from workbench.core.validation.refusals import Array, nearest
+from workbench.core.validation.refusals import Array, nearest, vector
 from workbench.core.validation.signatures import door
 from workbench.engine.distributions import LogUniform, Uniform
 from workbench.engine.factors import Factor, Mark, Space
@@ -109,6 +109,8 @@ class Knob:
     @door
     def value(self, step: Step, p: Array, x0: Array) -> float:
         """The number of a loop with parameters p and initial states x0 at which it stands, unturned; of a share 1."""
+        p = vector("Knob.value(p=...)", p, step.parameters.size, "parameters")
+        x0 = vector("Knob.value(x0=...)", x0, step.states.size, "states")
         return 1.0 if self.share else float(np.concatenate([p, x0])[self.places(step)[0]])
 
     @door

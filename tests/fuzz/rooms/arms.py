@@ -10,7 +10,6 @@ import numpy as np
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import urdf
-from workbench.arms.mechanics.planar_arm import PointMass
 from workbench.arms.mechanics.tree import Joint, Solid, arm_of
 
 from ..parts import ARM, signals
@@ -27,22 +26,9 @@ FILE.write_text(TEXT)
 
 def calls() -> dict[str, Any]:
     eye, zero = np.eye(3), np.zeros(3)
-    dynamics = Dynamics.of(ARM)
     body = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
     return {
-        "Dynamics": partial(
-            Dynamics,
-            "arm",
-            dynamics.q,
-            dynamics.qd,
-            dynamics.M,
-            dynamics.C,
-            dynamics.G,
-            dynamics.p,
-            dynamics.symbols,
-        ),
         "Dynamics.of": partial(Dynamics.of, ARM, "arm", True),
-        "PointMass": partial(PointMass, 1.0, 1.0),
         "parse": partial(urdf.parse, TEXT, 9.81, friction_speed=0.01),
         "Solid": partial(Solid, "arm", 1.0, zero, np.array(body)),
         "Joint": partial(Joint, "hinge", "base", "arm", "revolute", zero, eye, np.array([0.0, 0.0, 1.0]), 0.1, 0.1),

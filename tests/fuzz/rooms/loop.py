@@ -4,9 +4,8 @@ from functools import partial
 from typing import Any
 
 from workbench.blocks import loop
-from workbench.study.evidence.law_tables import information_table
 
-from ..parts import LOOP, PLANT, signals
+from ..parts import PLANT, signals
 
 
 def calls() -> dict[str, Any]:
@@ -21,7 +20,6 @@ def calls() -> dict[str, Any]:
             {"tau": (8, [-1.0, -2.0], 1.0)},
             (loop.RandomWalk("q", 0.1),),
         ),
-        "information_table": partial(information_table, "t", "c", {"a": LOOP.roles}, {"a": 3}),
     }
 
 

@@ -9,11 +9,9 @@ import numpy as np
 
 from workbench.core import Layout, Ode
 from workbench.engine import metrics as room
-from workbench.engine import simulate
-from workbench.engine.metrics.accumulators import final_values
 from workbench.engine.metrics.contract import Integral
 from workbench.engine.metrics.measured_equation import common_grid
-from workbench.engine.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
+from workbench.engine.metrics.step_metrics import Overshoot, SampledRms, SettlingTime
 
 from ..parts import ODE
 
@@ -69,14 +67,8 @@ def measure_integral(g: Any, finish: Any, signals: Any) -> room.Measurement:
 
 
 def calls() -> dict[str, Any]:
-    rms = room.rmse("y")
-    step = room.measured(ODE, [rms], 0.1)
-    runs = simulate(step, until=1.0)
     g, finish = (lambda t, y: y["y"]), (lambda integral, horizon: integral)
     return {
-        "Integral": partial(Integral, "own", "m", "about", g, finish, ("y",)),
-        "Peak": partial(Peak, "own", "m", "about", "y", 0.5),
-        "TotalVariation": partial(TotalVariation, "own", "m", "about", "y", 0.1, 0.5),
         "SampledRms": partial(SampledRms, "own", "m", "about", "y", 0.1),
         "Overshoot": partial(Overshoot, "own", "m", "about"),
         "SettlingTime": partial(SettlingTime, "own", "m", "about", 0.1),
@@ -84,7 +76,6 @@ def calls() -> dict[str, Any]:
                                remembered=Layout(), updated=None, valued=None),
         "measure_integral": partial(measure_integral, g, finish, ("y",)),
         "common_grid": partial(common_grid, [room.total_variation(0.1)], 1.0),
-        "final_values": partial(final_values, runs, [rms], -1),
     }  # fmt: skip
 
 

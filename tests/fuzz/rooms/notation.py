@@ -20,22 +20,15 @@ def calls() -> dict[str, Any]:
     dialect = program.Dialect({"fabs": "abs"}, frozenset({"while"}), 100)
     markups = {"latex": latex.emit, "text": text.emit, "mathml": mathml.emit, "typst_math": typst_math.emit}
     return {
-        "Number": partial(Number, Fraction(1, 3)),
-        "Symbol": partial(Symbol, "x", "1,2", 1, "hat", "*", True),
         "Sum": partial(Sum, (x, one)),
-        "Product": partial(formula.Product, (one, x)),
         "Quotient": partial(formula.Quotient, x, two),
-        "Power": partial(formula.Power, x, two),
         "Call": partial(formula.Call, "sin", (x,)),
         "Cases": partial(formula.Cases, ((x, Relation(x, "<", two)),), one),
         "Matrix": partial(Matrix, ((x, one), (two, total))),
-        "Relation": partial(Relation, x, "=", total),
         "System": partial(formula.System, (relation, relation)),
-        "symbol": partial(formula.symbol, "q_ref_1"),
         "name_of": partial(formula.name_of, x),
         "symbols_of": partial(formula.symbols_of, ["a", "b"], {"a": x}),
         "equations": partial(formula.equations, x, matrix),
-        "entry_symbol": partial(formula.entry_symbol, x, "12"),
         **{f"{name}.emit": partial(emit, matrix, width=80) for name, emit in markups.items()},
         **{f"{name}.emit a relation": partial(emit, relation, width=80) for name, emit in markups.items()},
         "identifier": partial(program.identifier, x),
@@ -46,7 +39,6 @@ def calls() -> dict[str, Any]:
         "to_formula": partial(normal_form.to_formula, expression, {"q": x}),
         "straight_line": partial(program.straight_line, {"M": expression}, {"q": "q_1"}, dialect),
         "Dialect": partial(program.Dialect, {"fabs": "abs"}, frozenset({"while"}), 100),
-        "walk": partial(program.walk, expression, cse=True),
     }
 
 

@@ -106,9 +106,6 @@ def calls() -> dict[str, Any]:
         "SignalsOf": partial(claim_margins.SignalsOf, ODE, "plant."),
         "derivative": partial(claim_margins.derivative, ODE, ODE.x**2),
         "Largest": partial(claim_margins.Largest, "largest y", "m", "the largest y", "y"),
-        "violation": partial(claim_margins.violation, STAYS),
-        "watching": partial(_watching, ODE, [Declared(STAYS)]),
-        "compare": partial(printed.compare, ARM, ARM),
         "compare_sheet": partial(printed.compare_sheet, read, ARM),
         "judged": partial(printed.judged, {("M", 1, 1): ca.SX(1)}, ARM),
         "symmetric": partial(properties.symmetric, ARM),
@@ -125,11 +122,6 @@ def calls() -> dict[str, Any]:
 
 
     }  # fmt: skip
-
-
-def _watching(ode: Any, claims: Any) -> None:
-    """What it gives is of `core`, where it is called too."""
-    claim_margins.watching(ode, claims)
 
 
 def _narrowed(dynamics: Any, fixed: Any) -> None:

@@ -9,15 +9,14 @@ import casadi as ca
 from workbench import study
 from workbench.core import Entry, Layout, Ode
 from workbench.engine.distributions import LogUniform
-from workbench.engine.factors import Factor, Space
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import iae, ise
 from workbench.study import case_runs, provenance, tuning, writeup
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep
 from workbench.study.document import document
-from workbench.study.evidence import law_tables
 from workbench.study.study import Case, Results, Study
-from workbench.study.uncertainty import MonteCarlo, local
+from workbench.study.uncertainty import MonteCarlo
 from workbench.study.work import Work
 
 # of these the other rooms hold a call
@@ -97,16 +96,11 @@ def outcomes() -> Any:
 
 
 def calls() -> dict[str, Any]:
-    space = partial(Space, (FACTOR,), Layout((Entry("k", 2.0),)), Layout((Entry("x", 1.0),)))
     given = provenance.assumed("k", 1.0, "1/s", "nobody says", 0.5, 2.0)
-    published = law_tables.Published("table 1", "IAE", 0, {"law": 0.4}, 2)
     return {
         "Given.factor": partial(given.factor, ("k",), True),
         "Given": partial(provenance.Given, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
         "Card": partial(provenance.Card, (given,)),
-        "LocalSensitivities": partial(local.local_sensitivities, LOOP.ode(), METRICS, ["k"], until=1.0, h=0.1),
-        "Published": partial(law_tables.Published, "table 1", "IAE", 0, {"law": 0.4}, 2),
-        "Space": space,
         "Trial": partial(tuning.Trial, "step", RUN),
         "Tuned": partial(tuned),
         "Tuning": partial(
@@ -122,7 +116,6 @@ def calls() -> dict[str, Any]:
             {("k", "low"): "stop"},
             0.5,
         ),
-        "against_published": partial(law_tables.against_published, "t", "c", published, {"law": outcomes()[0]}),
         "equal_budget": partial(
             tuning.equal_budget, {"pd": ((TRIAL,), (FACTOR,))}, objective, evaluations=16, population=8, seeds=(0,)
         ),
@@ -136,8 +129,6 @@ def calls() -> dict[str, Any]:
             settle=0.5,
         ),
         "Outcome": partial(lambda: outcomes()[0]),
-        "ranking": partial(law_tables.ranking, published, {"law": outcomes()[0]}, 0.02),
-        "run": partial(case_runs.run, STUDY, workers=1),
         "Sample": partial(sample),
         "bars": partial(study.bars, "ours", outcomes(), "IAE", 0, [0.5], 1, 0.35),
         "points": partial(study.points, "", outcomes(), "IAE", "ISE", 0, ("law",), 1),

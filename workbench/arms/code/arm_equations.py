@@ -137,6 +137,12 @@ def in_numbers(arm: AbstractArm, name: str = "") -> Dynamics:
     Each number is taken for the decimal fraction that it is printed as, and the sums are exact: terms that cancel are
     gone. Rotations and axes are no fractions. A coefficient that moves by a quarter of itself when their last digits
     move is their rounding, and is left out. An arm whose entries are too long for that keeps the arithmetic of doubles.
+
+    Examples
+    --------
+    >>> from workbench.arms.code import in_numbers
+    >>> in_numbers(wb.named("planar-1r")).G
+    SX((4.905*sin(q[0])))
     """
     plain, letters = Dynamics.of(arm, name, symbolic=False), Dynamics.of(arm, name)
     if ca.n_nodes(ca.horzcat(plain.M, plain.C, plain.G)) > MOST_NODES_OF_TEXTBOOKS:

@@ -25,12 +25,22 @@ class ArmFunctions(NamedTuple):
     parameters: tuple[str, ...]
     sizes: Mapping[str, int]
 
+    def __repr__(self) -> str:
+        return f"<ArmFunctions {', '.join(law.name for law in self.laws)}>"
+
 
 @door
 def functions_of(dynamics: Dynamics) -> ArmFunctions:
     """The functions `dynamics`, `inverse_dynamics` and `forward_dynamics` of an arm, each a law without memory.
 
     `forward_dynamics` solves M qdd = tau - C qd - G, less the friction if there is any, by the factors M = L D L'.
+
+    Examples
+    --------
+    >>> from workbench.arms.code import functions_of
+    >>> arm = wb.arms.Dynamics.of(wb.named("planar-1r"), "planar-1r")
+    >>> [law.name for law in functions_of(arm).laws]
+    ['dynamics', 'inverse_dynamics', 'forward_dynamics']
     """
     n = dynamics.dof
     tau = _vector("tau", n).symbols()

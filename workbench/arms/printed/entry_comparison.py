@@ -16,6 +16,7 @@ from workbench.arms.printed.printed_equations import Place, Sheet, is_place
 from workbench.arms.printed.tokens import PI
 from workbench.core.notation.formula import letters, name_of
 from workbench.core.notation.normal_form import NormalForm
+from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import described, known
 from workbench.core.validation.signatures import door
 from workbench.proofs.equality import Kind
@@ -25,6 +26,7 @@ SAMENESS: dict[Kind, Sameness] = {"proved": "same", "refuted": "differs", "not r
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class EntryVerdict:
     """One printed entry beside the derived one, at a place that is counted from 1; a vector has column 1.
 
@@ -58,6 +60,12 @@ def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     """A verdict for each entry of M, C and G, row by row; parameters are matched by name.
 
     `same` holds in all states and for all parameters, not only the nominal ones.
+
+    Examples
+    --------
+    >>> arm = wb.arms.Dynamics.of(wb.named("planar-1r"), "planar-1r")
+    >>> [(entry.label, entry.kind) for entry in wb.arms.printed.compare(arm, arm)]
+    [('M[1,1]', 'same'), ('C[1,1]', 'same'), ('G[1]', 'same')]
     """
     theirs = _matrices_in_symbols_of(derived, printed)
     shapes = {name: matrix.shape for name, matrix in theirs.items()}

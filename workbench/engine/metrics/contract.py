@@ -206,6 +206,7 @@ class AbstractSignalMetric(AbstractMetric):
         seen = choose(self.name, self.signal, ode)
         return bound(self, seen, ode, self.measured_in, signal=seen)
 
+    @door
     def column_of(self, y: Mapping[str, ca.SX]) -> ca.SX:
         """The column of the signal, (k, 1), from the outputs y by name; of an error, less its reference."""
         return column(self.signal, y)

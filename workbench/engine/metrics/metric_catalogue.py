@@ -147,7 +147,13 @@ def energy(power: tuple[str, str] | None = None) -> Energy:
 
 @door
 def observer_error(signal: str) -> Integral:
-    """Root mean square of the error of an observer: `x_error` = x - x_hat of a signal x that it estimates."""
+    """Root mean square of the error of an observer: `x_error` = x - x_hat of a signal x that it estimates.
+
+    Examples
+    --------
+    >>> wb.metrics.observer_error("omega_error").name
+    'RMS omega_error'
+    """
     return Integral(f"RMS {signal}", "", "root mean square of {}", _square, _root_mean, signal=signal)
 
 

@@ -13,7 +13,7 @@ from typing import Literal
 import casadi as ca
 
 from workbench.core import Ode
-from workbench.core.validation.refusals import described, nearest
+from workbench.core.validation.refusals import described, known, nearest
 from workbench.core.validation.signatures import door
 
 BOOK = "e"  # the error of an equation that was made by hand and declares nothing
@@ -80,7 +80,8 @@ def levels(signal: Signal, y: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
     outputs, wanted = names_of(signal), tuple[str, ...]()
     if isinstance(signal, SignalColumn):
         outputs, wanted = signal.outputs, signal.wanted
-    return ca.vertcat(*(y[name] for name in outputs)), ca.vertcat(*(y[name] for name in wanted))
+    parts = {name: y[known(name, y, "outputs")] for name in outputs + wanted}
+    return ca.vertcat(*(parts[name] for name in outputs)), ca.vertcat(*(parts[name] for name in wanted))
 
 
 def choose(metric: str, signal: Signal, ode: Ode) -> SignalColumn:

@@ -41,6 +41,16 @@ def in_single_precision(sampled: Sampled, law: SampledLaw) -> Sampled:
     LookupError
         If the law is of another loop.
 
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
+    >>> single = wb.handover.in_single_precision(loop, loop.law())
+    >>> voltages = [wb.simulate(one.step(1), until=0.1)["hold.v"][0, -1, 0] for one in (loop, single)]
+    >>> bool(0 < abs(voltages[0] - voltages[1]) < 1e-5)
+    True
+
     References
     ----------
     Dekker (1971), A floating-point technique for extending the available precision, Numer. Math. 18, section 5.

@@ -262,6 +262,7 @@ def check_name(kind: str, name: str) -> None:
         )
 
 
+@door
 def raised(unit: str) -> str:
     """A unit as it is printed, with its whole powers raised: m/s^2 as m/s\N{SUPERSCRIPT TWO}; a root stays as typed.
 

@@ -65,6 +65,7 @@ class ComputerEffect:
         """The effect as a number that a sweep varies."""
         return Factor(self.name, self.paths, Uniform(self.least, self.levels[-1]), share=self.share)
 
+    @door
     def coordinate(self, level: float) -> float:
         """The coordinate of a level in the unit cube."""
         return (level - self.least) / (self.levels[-1] - self.least)
@@ -256,7 +257,9 @@ def worst_ratio(values: Array, base: Array) -> Array:
     >>> wb.evidence.worst_ratio(np.array([[2.0, 3.0]]), np.array([[1.0, 2.0]]))
     array([2.])
     """
-    with np.errstate(invalid="ignore"):
+    if not values.size or not base.ndim or base.shape != values.shape[-base.ndim :]:
+        raise refusal("worst_ratio(base=...)", "of the shape of the last axes of the values", base.shape)
+    with np.errstate(all="ignore"):
         ratios = values / base
     return np.asarray(np.max(np.where(np.isnan(ratios), np.inf, ratios), axis=-1))
 

@@ -108,7 +108,20 @@ def causes(
 
 @door
 def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) -> Causes:
-    """The causes of divergence of some runs of a sweep, by their numbers (B,): their own rows and noise in each way."""
+    """The causes of divergence of some runs of a sweep, by their numbers (B,): their own rows and noise in each way.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> run = wb.Run(loop.digital(0.01), (wb.rmse(),), until=0.1, h=0.01)
+    >>> gain = wb.Factor("gain", ("controller.Kp",), wb.Uniform(5.0, 20.0))
+    >>> sweep = wb.Sweep("gain", run, (gain,), wb.uncertainty.MonteCarlo(1, 4))
+    >>> ways = {"fine": loop.digital(0.01, integrator="fine")}
+    >>> wb.evidence.causes_in_sweep(sweep, np.array([0, 2]), ways).sentence
+    'by the integrator: 2, by the law: 0'
+    """
     made = compile_sweep(sweep)
     equation = require("causes_in_sweep(sweep=...) of a loop", made.equation, Sampled)
     rows = [made.rows(int(run), int(run) + 1) for run in diverged]

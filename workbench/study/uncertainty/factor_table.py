@@ -9,7 +9,15 @@ from workbench.study.document.phrases import Cell, Column, Table, raised
 
 @door
 def factor_table(space: Space, name: str, caption: str) -> Table:
-    """The numbers that each factor moves, its distribution, and where that comes from."""
+    """The numbers that each factor moves, its distribution, and where that comes from.
+
+    Examples
+    --------
+    >>> gain = wb.Factor("gain", ("k",), wb.LogUniform(5.0, 20.0))
+    >>> space = wb.uncertainty.Space((gain,), wb.layout(k="1/s"))
+    >>> wb.uncertainty.factor_table(space, "drawn", "What is drawn.").rows
+    (('gain', 'k', 'log-uniform, 5 to 20', '1/s', 'assumed'),)
+    """
     rows: list[tuple[Cell, ...]] = []
     entries = (*space.parameters.entries, *space.states.entries)
     units = [raised(entry.unit) for entry in entries for _ in range(entry.size)]
