@@ -117,7 +117,8 @@ def _conjugate(poles: Any, system: Any) -> Complex:
         raise refusal(call, "a vector of numbers", poles) from None
     if given.dtype.kind not in "iufc":  # symbols of CasADi, say, or a number beyond 1.8e308
         raise refusal(call, "a vector of numbers", poles)
-    wanted = given.astype(complex)
+    with np.errstate(over="ignore"):  # a number beyond 1.8e308 becomes infinite, and is refused
+        wanted = given.astype(complex)
     if wanted.shape != (len(system.A),) or not np.isfinite(wanted).all():
         raise ValueError(
             f"`{call}` must be {len(system.A)} finite numbers, one for each state; got {described(poles)}."
