@@ -31,6 +31,7 @@ from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed
 FINE = 1e-3 / 12  # s, of the law as repaired
 PAIRS = [(Q, R) for Q in (0.01, 1.0, 1000.0) for R in (0.1, 1.0, 1000.0)]  # N m/(rad s), of Q I and R I in (40)
 printed, derived = wb.arms.Dynamics.of(PRINTED_ARM, "as printed"), wb.arms.Dynamics.of(ARM, "derived")
+growing_modes = wb.proofs.growing_modes
 
 
 def mismatch(q_hat: Any, tau: Any) -> float:

@@ -12,7 +12,7 @@ from workbench.engine.job import Job
 from workbench.engine.kernel import llvm, native
 from workbench.engine.kernel.lowering import lower
 from workbench.engine.kernel.plan import Plan
-from workbench.engine.pilots import pilot_runs
+from workbench.engine.pilot_selection import pilot_runs
 from workbench.engine.step_choice import Choice, Pilots, search_step
 from workbench.report.html_page import html
 from workbench.report.live.live_data import live_data

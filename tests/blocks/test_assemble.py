@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.arms.arm_ports import AbstractArmController, AbstractArmObserver
+from workbench.arms.arm_contracts import AbstractArmController, AbstractArmObserver
 from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Manipulator
 from workbench.arms.mechanics import PlanarArm, named, paper_arm
 from workbench.blocks.loop import ClosedLoop, open_loop

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.laws import PID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm

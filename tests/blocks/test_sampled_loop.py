@@ -18,7 +18,7 @@ from tests.support.oracles import (
     wanted,
     with_disturbance,
 )
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.laws import PID, SlidingMode, SuperTwisting
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.engine.pilots import pilot_runs
-from workbench.engine.step_size import Accuracy, accuracy, change
+from workbench.engine.pilot_selection import pilot_runs
+from workbench.engine.step_limits import Accuracy, accuracy, change
 
 
 def test_pilots_are_spread_over_the_numbers_of_a_batch_whatever_its_order():

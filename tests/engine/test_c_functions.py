@@ -9,7 +9,7 @@ import pytest
 from tests.support.c_runs import COMPILERS, differing, needs_compiler
 from workbench.engine.machines.c_functions import Lines, definitions
 from workbench.engine.machines.c_real import DOUBLE
-from workbench.engine.machines.functions import IN_DOUBLE
+from workbench.engine.machines.formula_table import IN_DOUBLE
 from workbench.engine.machines.machine import Number
 from workbench.engine.machines.numpy_spelling import Arrays
 from workbench.engine.machines.operations import OPERATIONS, Role, with_role

@@ -15,7 +15,7 @@ from workbench.engine import simulate
 from workbench.engine.job import Job
 from workbench.engine.kernel.noise import normals
 from workbench.engine.metrics import rmse, total_variation
-from workbench.engine.metrics.measure import measure
+from workbench.engine.metrics.measure_loop import measure
 
 ARM = paper_arm()
 LOOP = ClosedLoop(

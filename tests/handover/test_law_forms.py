@@ -143,7 +143,9 @@ def test_the_module_of_python_gives_what_is_safe_where_a_number_is_not_finite(tm
 def test_text_from_outside_stays_text_in_every_form():
     law = record(pid(), 0.01, 1).law
     bad = 'x"""\nimport os\n*/ // --> \\ $name %s {0}'
-    odd = Layout((Entry('o"mega', np.zeros(1), bad.replace("*/ //", "")),))
+    with pytest.raises(ValueError, match=r"must be a unit, as 'N m/\(rad s\)' is"):
+        Entry('o"mega', np.zeros(1), bad)
+    odd = Layout((Entry('o"mega', np.zeros(1), 'x"""\nimport os\n--> \\ $name %s {0}'),))
     for each in (law.named(bad), replace(law, notes=(bad,)), replace(law, readings=odd)):
         for text in (python_law(each), casadi_law(each), as_control(each)):
             assert not [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.alias) and node.name == "os"]

@@ -11,7 +11,7 @@ import pytest
 from tests.support.recorded_laws import LOOPS, by_hand, recorded
 from workbench.engine.machines.c_functions import definitions
 from workbench.engine.machines.c_real import SINGLE
-from workbench.engine.machines.functions import IN_SINGLE
+from workbench.engine.machines.formula_table import IN_SINGLE
 from workbench.engine.machines.machine import Number
 from workbench.engine.machines.numpy_spelling import Singles
 from workbench.engine.machines.single_functions import LARGEST_ANGLE

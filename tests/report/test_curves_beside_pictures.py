@@ -17,7 +17,7 @@ from workbench.study.case_runs import run
 from workbench.study.contract import Run
 from workbench.study.document.document import Band, Bars, Figure, Panel, Series
 from workbench.study.document.figure import Tiles
-from workbench.study.marks import bars, points
+from workbench.study.result_marks import bars, points
 from workbench.study.study import Case, Study
 
 T = np.array([0.0, 0.1, 0.2])

@@ -25,7 +25,7 @@ from workbench.report.pictures.traces import Window, curve, loops_section
 from workbench.study import case_runs, writeup
 from workbench.study.document.document import Bars, Column, Figure, Panel, Points, Section, Series, Table
 from workbench.study.knob import Knob
-from workbench.study.marks import bars, cell, points
+from workbench.study.result_marks import bars, cell, points
 from workbench.study.study import Case, Study
 
 MOTOR = wb.DCMotor()

@@ -34,7 +34,7 @@ from workbench.study.document.source import Source
 from workbench.study.evidence import compare, paired, same_draws
 from workbench.study.evidence.comparison_tables import comparison_table
 from workbench.study.evidence.law_tables import Published, against_published, side_by_side
-from workbench.study.marks import bars, cell, labels_of, metric_source, points, signal_source
+from workbench.study.result_marks import bars, cell, labels_of, metric_source, points, signal_source
 from workbench.study.study import Case, Results, Study
 from workbench.study.uncertainty.designs import MonteCarlo, MorrisDesign, OneAtATime
 

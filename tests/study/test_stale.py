@@ -7,7 +7,7 @@ import pytest
 
 from workbench.cli import script
 from workbench.study import execution
-from workbench.study.order import Order
+from workbench.study.run_options import Order
 
 STUDY = """
 import casadi as ca

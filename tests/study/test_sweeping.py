@@ -21,7 +21,7 @@ from workbench.engine.arithmetic import signature
 from workbench.study import cost, execution
 from workbench.study.ledger.chunk import chunk_of
 from workbench.study.ledger.store import FOLDER, About, LedgerError, SweepAbout, file_of, opened
-from workbench.study.order import Order
+from workbench.study.run_options import Order
 from workbench.study.run_tables import table_of
 
 

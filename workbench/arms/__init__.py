@@ -1,8 +1,7 @@
-"""The wing of manipulators: from the description of an arm to M, C and G, and to its plant, laws and observers.
+"""All that is about manipulators: from the description of an arm to M, C and G, and to its plant, laws and observers.
 
-The joints of an arm are named here and in no room for any plant; only `cli`, the studies and the face of the package
-import it. Read `mechanics` first, then `manipulator.py` and `laws`; `printed` compares the equations of a paper with
-an arm.
+Joints and torques are named in this package alone, which only `cli`, the studies and `workbench` itself import.
+`printed` compares the equations of a paper with an arm. Read `mechanics` first, then `manipulator.py` and `laws`.
 
 Examples
 --------
@@ -14,7 +13,7 @@ from workbench.core.lazy_names import lazy_names
 
 _FILES = {
     "": "laws mechanics observer_gains observers printed properties",
-    "arm_ports": "AbstractArmController AbstractArmObserver",
+    "arm_contracts": "AbstractArmController AbstractArmObserver",
     "dynamics": "AbstractArm Dynamics solve_definite",
     "manipulator": "DirectDrive FirstOrderLag Friction Manipulator",
     "torque_metrics": "peak_torque",

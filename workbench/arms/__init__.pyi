@@ -1,7 +1,7 @@
 """The room for editors and mypy: each of its names, and the file that it comes from."""
 
 from workbench.arms import laws, mechanics, observer_gains, observers, printed, properties
-from workbench.arms.arm_ports import AbstractArmController, AbstractArmObserver
+from workbench.arms.arm_contracts import AbstractArmController, AbstractArmObserver
 from workbench.arms.dynamics import AbstractArm, Dynamics, solve_definite
 from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Friction, Manipulator
 from workbench.arms.torque_metrics import peak_torque

@@ -7,7 +7,7 @@ from typing import Self
 
 import casadi as ca
 
-from workbench.arms.arm_ports import motion, motors, torques
+from workbench.arms.arm_contracts import motion, motors, torques
 from workbench.arms.dynamics import MOST_JOINTS, AbstractArm
 from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts
 from workbench.blocks.loop.surroundings import AbstractDisturbance

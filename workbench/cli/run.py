@@ -59,7 +59,7 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
         from workbench.report.verdict_lines import verdict_lines
         from workbench.study import run_tables, writeup
         from workbench.study.execution import execute
-        from workbench.study.order import Order
+        from workbench.study.run_options import Order
 
         study = script.load(file)
         target = out or Path("reports") / study.name

@@ -22,7 +22,7 @@ from workbench.study.compilation import compile_sweeps
 from workbench.study.compiled import CompiledSweep
 from workbench.study.executors import ClusterError, Pieces
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.order import ArithmeticOf, Arithmetics, Record
+from workbench.study.run_options import ArithmeticOf, Arithmetics, Record
 from workbench.study.study import Study
 from workbench.study.tuning import tune
 from workbench.study.tuning.search import compile_tuning

@@ -1,7 +1,8 @@
-"""The waist of the hourglass: small frozen objects in which makers and users of equations meet.
+"""The small frozen objects that all rooms share: layouts of signals, units, differential equations and steps.
 
-They know names, units, expressions of CasADi and their numbers, but no robot, no law and no plot; `drawers` has the
-functions that draw objects, which `report` enters. Read `layout` first, then `block` and `lift`, then `ode` and `step`.
+`blocks` and `arms` make these objects from plants and laws; `engine`, `design`, `proofs`, `study` and `handover` take
+them, and know nothing else of a plant or a law. `notation` writes expressions on paper, and `validation` refuses bad
+arguments. Read `layout` first, then `block` and `lift`, then `ode` and `step`.
 
 Examples
 --------

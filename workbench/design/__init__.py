@@ -1,9 +1,9 @@
-"""Design by linear models: the only room that opens python-control.
+"""Analysis and design by linear models, each answer with its certificate.
 
-Its rooms know equations and matrices, and no robot, law or loop by name; every answer comes with a certificate of
-`matrices.py`. Read `linear` first, then `riccati`; `riccati_flow` and `chattering` stand on these.
-`frequency` has figures of linear systems: margins, norms, zeros and sampled answers. `loop_boxes` proves gains, decay
-and damping of a loop over boxes of its parameters.
+`linear` linearises equations and finds their rest points; `frequency` computes margins, norms and zeros; `riccati`
+and `riccati_flow` compute gains; `linear_loop` gives poles, margins and responses of a closed loop; `loop_boxes` proves
+bounds of them over boxes of parameters; `chattering` predicts the oscillations of switching laws. This package knows
+equations and matrices, and it alone imports python-control. Read `linear` first, then `riccati`.
 """
 
 from workbench.design.linear import linearize, to_control

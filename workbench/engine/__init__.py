@@ -1,14 +1,14 @@
-"""Many runs of one `Step`: trajectories, divergence, the limit on the step, and the step for a stated tolerance.
+"""The simulation of many runs of one equation at once, and the metrics of these runs.
 
-The room knows steps and numbers; it does not know what a plant or a law is. `kernel` turns a step into a loop of
-machine code; `machines` has the table of operations, spelled for each language; `factors.py` spreads numbers over the
-rows of a batch. Read `batch.py` first, then `arithmetic.py` and `kernel/plan.py`; one run with every switch located is
-`workbench.engine.reference`.
+`kernel` compiles the step of an equation; `machines` lists the operations of a step and spells them for each
+language; `metrics` measures runs while they go on; `factors.py` gives each run its numbers; `reference` follows one
+run and locates each of its switches. Plants and laws are not known here. Read `batch.py` first, then `arithmetic.py`
+and `kernel/plan.py`.
 """
 
 from workbench.engine.simulation import simulate
 from workbench.engine.stability import StepLimit
-from workbench.engine.step_size import step_limit
+from workbench.engine.step_limits import step_limit
 from workbench.engine.trajectories import Trajectories
 
 __all__ = ["StepLimit", "Trajectories", "simulate", "step_limit"]

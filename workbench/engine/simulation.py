@@ -14,7 +14,7 @@ from workbench.core.validation.refusals import Array, Integers
 from workbench.core.validation.signatures import door
 from workbench.engine.batch import progress_of, rows_of, run_step
 from workbench.engine.job import Progress
-from workbench.engine.pilots import pilot_runs
+from workbench.engine.pilot_selection import pilot_runs
 from workbench.engine.state_changes import state_change
 from workbench.engine.step_choice import Make, Pilots, search_step
 from workbench.engine.trajectories import Trajectories

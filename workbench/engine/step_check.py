@@ -11,7 +11,7 @@ from workbench.core.validation.signatures import door
 from workbench.engine.arithmetic import CASADI, march_of
 from workbench.engine.divergence import Divergence, find_divergence
 from workbench.engine.job import Job
-from workbench.engine.pilots import pilot_runs
+from workbench.engine.pilot_selection import pilot_runs
 from workbench.engine.stability import StepLimit, beyond, limit_along, span, tightest
 
 FEW = 4  # runs of a batch at which the check is made

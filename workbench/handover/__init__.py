@@ -1,7 +1,7 @@
-"""A law as the program that runs on its machine, and the proof that it is the same law.
+"""Export of a law as a program for its machine, and the comparison that shows it to be the same law.
 
-The room knows steps, graphs and their machines: it writes C, FMUs and programs of other languages, records runs, and
-replays them on a target to compare every bit. Read `law_export.py` first, then `recording.py` and `replays.py`.
+This package writes C, FMUs and programs in other languages. It records a run of the loop, replays it on a target, and
+compares every bit. Read `law_export.py` first, then `recording.py` and `replays.py`.
 
 Examples
 --------

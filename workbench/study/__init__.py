@@ -1,7 +1,8 @@
-"""The study: a question, the runs that answer it, and the report of their results, as data.
+"""Studies: a question, the runs that answer it, and the document of their results.
 
-The room knows loops only as equations, and their authors not at all; it prints and draws nothing.
-Read `study` first, then `execution`, where a study's sweeps become chunks, a ledger and samples.
+A study is data: this package executes it and keeps its results, but draws no figure and writes no page. It knows a loop
+by its equations alone. Read `study` first, then `execution`, where the sweeps of a study become chunks in a ledger, and
+these become samples.
 
 Examples
 --------
@@ -19,7 +20,7 @@ _FILES = {
     "document.document": "Column Figure Finding Itemize Page Panel Paragraph Section Table Variation Verdict",
     "evidence.law_tables": "side_by_side",
     "knob": "Knob",
-    "marks": "bars cell points",
+    "result_marks": "bars cell points",
     "single_core": "one_core",
     "sample": "Sample",
     "study": "Case Outcome Results Study",

@@ -17,7 +17,7 @@ from workbench.study.document.document import (
 )
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.knob import Knob
-from workbench.study.marks import bars, cell, points
+from workbench.study.result_marks import bars, cell, points
 from workbench.study.sample import Sample
 from workbench.study.single_core import one_core
 from workbench.study.study import Case, Outcome, Results, Study

@@ -24,7 +24,7 @@ from workbench.study.ledger.about import SweepAbout
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import Task
 from workbench.study.outcome import Case, Outcome, Results
-from workbench.study.part import AbstractPart, Share, Site
+from workbench.study.part_contract import AbstractPart, Share, Site
 from workbench.study.run_tables import case_table_of
 from workbench.study.study import Study
 

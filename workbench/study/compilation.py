@@ -15,9 +15,9 @@ from workbench.study.contract import Sweep, count_of, resized
 from workbench.study.ledger.about import About
 from workbench.study.ledger.ownership import LedgerError
 from workbench.study.ledger.store import Ledger, about_in, steps_in
-from workbench.study.order import ArithmeticOf, Order
 from workbench.study.outcome import Results
-from workbench.study.part import AbstractPart, Description, Site
+from workbench.study.part_contract import AbstractPart, Description, Site
+from workbench.study.run_options import ArithmeticOf, Order
 from workbench.study.study import Study
 from workbench.study.sweep_runs import SweepRuns
 from workbench.study.tuning.search import compile_tuning

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import Counter, Ledger, Task, complete
-from workbench.study.order import Order
+from workbench.study.run_options import Order
 
 Execute = Callable[[Sequence[Task]], Iterator[Chunk]]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from workbench.engine.arithmetic import is_compiled
 from workbench.engine.job import threads
 from workbench.study.compiled import CompiledSweep
-from workbench.study.order import Order
+from workbench.study.run_options import Order
 from workbench.study.work import GUESS, CompiledWork
 
 PATIENCE = 3600.0  # s

@@ -10,9 +10,9 @@ from workbench.study.compilation import CompiledStudy
 from workbench.study.ledger import store
 from workbench.study.ledger.about import About, is_chunk
 from workbench.study.ledger.store import Ledger
-from workbench.study.order import Order, check_options
 from workbench.study.outcome import Results
-from workbench.study.part import Description, Site
+from workbench.study.part_contract import Description, Site
+from workbench.study.run_options import Order, check_options
 from workbench.study.study import Study
 
 

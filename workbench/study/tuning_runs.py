@@ -12,7 +12,7 @@ from workbench.study.executors import on_threads
 from workbench.study.ledger.about import SweepAbout
 from workbench.study.ledger.store import Tell
 from workbench.study.outcome import Results
-from workbench.study.part import AbstractPart, Share, Site
+from workbench.study.part_contract import AbstractPart, Share, Site
 from workbench.study.tuning.checkpoint import about_of_searches, tune_in_ledger
 from workbench.study.tuning.search import Search
 

@@ -13,9 +13,9 @@ from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger.about import WorkAbout
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import Task
-from workbench.study.order import Order
 from workbench.study.outcome import Results
-from workbench.study.part import AbstractPart, Share, Site
+from workbench.study.part_contract import AbstractPart, Share, Site
+from workbench.study.run_options import Order
 from workbench.study.study import Study
 from workbench.study.work import CompiledWork, compile_works
 

@@ -7,7 +7,7 @@ from typing import Any
 from workbench.core import rk4
 from workbench.engine import arithmetic
 from workbench.engine.step_check import StepCheck
-from workbench.engine.step_size import Accuracy, Check
+from workbench.engine.step_limits import Accuracy, Check
 
 from ..parts import ODE
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm
 from workbench.arms.laws.sliding_mode import SlidingMode
 from workbench.arms.laws.sliding_surface import SURFACE_PULLS_THE_ERROR, SWITCHINGS, AbstractSlidingMode, matrices

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm, solve_definite
 from workbench.arms.laws.algebraic_riccati import residual, stabilising, stepped
 from workbench.arms.laws.sliding_surface import SATURATIONS, AbstractSlidingMode, matrices, saturation

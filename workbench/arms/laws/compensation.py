@@ -3,7 +3,7 @@ from typing import Any, ClassVar
 
 import casadi as ca
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.blocks.loop.wiring import above, below
 from workbench.core import Layout, Signals, block

@@ -2,7 +2,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm
 from workbench.arms.laws.sliding_surface import EXACT_ESTIMATES, ROUNDING, matrices
 from workbench.blocks.loop.contracts import Follows, Parts, Reads

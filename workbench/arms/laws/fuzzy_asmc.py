@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm
 from workbench.arms.laws.adaptive_sliding_mode import (
     AbstractAdaptation,

@@ -4,7 +4,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core import Entry, Layout, block, parameter

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import casadi as ca
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm
 from workbench.arms.laws.sliding_surface import SATURATIONS, AbstractSlidingMode, saturation
 from workbench.blocks.loop.contracts import Follows, Parts, Reads

@@ -5,7 +5,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm
 from workbench.arms.laws.state_feedback import halves
 from workbench.blocks.loop.contracts import Follows, Parts, Reads

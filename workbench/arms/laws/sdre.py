@@ -1,6 +1,6 @@
 import casadi as ca
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm, solve_definite
 from workbench.arms.laws.algebraic_riccati import doubled, norm, residual
 from workbench.arms.laws.sliding_surface import matrices

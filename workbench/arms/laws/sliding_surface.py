@@ -5,7 +5,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm, solve_definite
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core.block import Scalar, Vector

@@ -5,7 +5,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.arms.arm_ports import AbstractArmController, motors
+from workbench.arms.arm_contracts import AbstractArmController, motors
 from workbench.arms.dynamics import AbstractArm
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core import Layout, block, parameter

@@ -5,7 +5,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm
 from workbench.arms.laws.sliding_surface import SWITCHINGS, AbstractSlidingMode, clip, matrices, saturation
 from workbench.blocks.loop.contracts import EULER, Follows, Parts, Reads

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.arms.arm_ports import AbstractArmObserver, AbstractJoints, motors, torques
+from workbench.arms.arm_contracts import AbstractArmObserver, AbstractJoints, motors, torques
 from workbench.arms.dynamics import AbstractArm
 from workbench.arms.observers.full_state import AbstractJointCounter
 from workbench.blocks.loop.contracts import EULER, Inputs, Parts, Reads, euler

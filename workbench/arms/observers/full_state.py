@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.arms.arm_ports import AbstractArmObserver, AbstractJoints
+from workbench.arms.arm_contracts import AbstractArmObserver, AbstractJoints
 from workbench.arms.dynamics import MOST_JOINTS
 from workbench.blocks.loop.contracts import Inputs, Parts, Reads
 from workbench.core import Signals, block, initial, parameter

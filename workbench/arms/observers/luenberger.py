@@ -3,7 +3,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.arms.arm_ports import AbstractArmObserver
+from workbench.arms.arm_contracts import AbstractArmObserver
 from workbench.arms.dynamics import AbstractArm
 from workbench.arms.observers.full_state import FullState
 from workbench.blocks.loop.contracts import EULER, Inputs, Parts, Reads, euler

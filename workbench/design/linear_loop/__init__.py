@@ -1,7 +1,8 @@
 """The linear answers of any loop: L, S and T at a cut, and from any signal to any other, of one loop or a thousand.
 
-The room knows equations that can be closed and cut, and no robot, law or plant by name. Read `linear_loops.py` first,
-then `linear_loop.py` for the answers, `loop_rows.py` for many rows, and `point_model.py` for the Jacobians.
+The room knows equations that can be closed and cut, and no robot, law or plant by name. Read
+`loop_linearization.py` first, then `linear_loop.py` for the answers, `loop_rows.py` for many rows, and `point_model.py`
+for the Jacobians.
 
 Examples
 --------
@@ -14,7 +15,7 @@ Examples
 
 from workbench.design.linear_loop.frequency_answers import BodeData, FrequencyResponse
 from workbench.design.linear_loop.linear_loop import LinearLoop
-from workbench.design.linear_loop.linear_loops import linear_loop
+from workbench.design.linear_loop.loop_linearization import linear_loop
 from workbench.design.linear_loop.loop_rows import LinearRows
 
 __all__ = ["BodeData", "FrequencyResponse", "LinearLoop", "LinearRows", "linear_loop"]

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from workbench.engine.machines.elementary_functions import halves
+from workbench.engine.machines.double_functions import halves
 from workbench.engine.machines.llvm_spelling import declarations, instructions, literal
 from workbench.engine.machines.numpy_spelling import SPELLING
 

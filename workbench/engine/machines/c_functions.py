@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from workbench.engine.machines.c_primitives import HARDWARE, NEEDS, PRIMITIVES, primitive
 from workbench.engine.machines.c_real import DOUBLE, SINGLE, Real, word_text
 from workbench.engine.machines.c_spelling import formatted
-from workbench.engine.machines.functions import IN_DOUBLE, IN_SINGLE, QUARTERS, Functions
+from workbench.engine.machines.formula_table import IN_DOUBLE, IN_SINGLE, QUARTERS, Functions
 from workbench.engine.machines.machine import Number
 from workbench.engine.machines.operations import OPERATIONS, Kind
 

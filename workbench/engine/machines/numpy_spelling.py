@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.engine.machines.elementary_functions import halves
+from workbench.engine.machines.double_functions import halves
 from workbench.engine.machines.machine import Value
 
 # Within these sizes no part of a product is lost below the range of a double, and none beyond it.

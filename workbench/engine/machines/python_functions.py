@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
-from workbench.engine.machines.elementary_functions import Angle
-from workbench.engine.machines.functions import IN_DOUBLE
+from workbench.engine.machines.double_functions import Angle
+from workbench.engine.machines.formula_table import IN_DOUBLE
 from workbench.engine.machines.machine import Number, Truth, Word
 from workbench.engine.machines.operations import OPERATIONS
 from workbench.engine.machines.python_spelling import HELPERS, OF_TWO, PythonLines

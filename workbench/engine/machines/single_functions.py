@@ -11,7 +11,7 @@ Dekker (1971), A floating-point technique for extending the available precision,
 
 from __future__ import annotations
 
-from workbench.engine.machines.elementary_functions import (
+from workbench.engine.machines.double_functions import (
     INFINITY,
     NAN,
     Angle,

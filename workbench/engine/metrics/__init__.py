@@ -11,7 +11,7 @@ Examples
 
 from workbench.engine.metrics.accumulators import final_values, measured
 from workbench.engine.metrics.contract import AbstractMetric, AbstractSignalMetric, Integral, Parts
-from workbench.engine.metrics.measure import measure
+from workbench.engine.metrics.measure_loop import measure
 from workbench.engine.metrics.measurement import Measurement
 from workbench.engine.metrics.metric_catalogue import (
     effort,

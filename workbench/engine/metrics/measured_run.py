@@ -18,7 +18,7 @@ from workbench.engine.job import Job, Progress
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.engine.metrics.measurement import Measurement, error_of
 from workbench.engine.metrics.unseen_pulses import unseen_pulses
-from workbench.engine.pilots import pilot_runs
+from workbench.engine.pilot_selection import pilot_runs
 from workbench.engine.stability import longest_steps, modes_at
 
 POINTS = 400  # states of a single run at which its modes are looked at; of several runs, as many in all

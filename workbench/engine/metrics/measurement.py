@@ -17,7 +17,7 @@ from workbench.engine.metrics.contract import AbstractMetric
 from workbench.engine.metrics.score import HEAD, Column, Score
 from workbench.engine.stability import beyond
 from workbench.engine.step_choice import Choice
-from workbench.engine.step_size import Check, accuracy
+from workbench.engine.step_limits import Check, accuracy
 
 
 @dataclass(frozen=True, eq=False)

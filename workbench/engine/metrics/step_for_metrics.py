@@ -16,7 +16,7 @@ from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.engine.metrics.measurement import error_of
 from workbench.engine.state_changes import state_change
 from workbench.engine.step_choice import Choice, Errors, Pilots, search_step
-from workbench.engine.step_size import NOTHING
+from workbench.engine.step_limits import NOTHING
 
 TIMED = 20_000  # steps of a run, up to which the step is shortened for the sake of a time
 

@@ -11,9 +11,9 @@ from workbench.engine.machines.c_functions import definitions
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
 from workbench.handover.c99.c_advance import advance_of
 from workbench.handover.c99.c_assignments import Call
-from workbench.handover.c99.c_calls import init_of, reset_of, step_of
 from workbench.handover.c99.c_costs import Costs, costs_of
 from workbench.handover.c99.c_header import about, block
+from workbench.handover.c99.c_interface import init_of, reset_of, step_of
 from workbench.handover.c99.c_parameters import refuse_numbers_beyond_single
 from workbench.handover.c99.c_request import Request
 from workbench.handover.c99.c_variables import variables_of

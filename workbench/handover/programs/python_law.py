@@ -16,8 +16,8 @@ from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.plan import graph_of
 from workbench.engine.machines.python_functions import definitions
 from workbench.engine.machines.python_spelling import literal
-from workbench.handover.c99.c_calls import queue_places
 from workbench.handover.c99.c_code import safe_command
+from workbench.handover.c99.c_interface import queue_places
 from workbench.handover.export_seal import MARK
 from workbench.handover.law_graph import behind_limits
 from workbench.handover.programs.python_lines import lines_of

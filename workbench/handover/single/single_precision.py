@@ -16,7 +16,7 @@ from workbench.core import SampledLaw
 from workbench.core.validation.refusals import Array, described, numbers
 from workbench.core.validation.signatures import door
 from workbench.engine.kernel.plan import Evaluation
-from workbench.engine.machines.functions import IN_SINGLE
+from workbench.engine.machines.formula_table import IN_SINGLE
 from workbench.engine.machines.machine import Value
 from workbench.engine.machines.numpy_spelling import Arrays, Singles
 from workbench.handover.law_graph import StepGraph, graph_of_law, split

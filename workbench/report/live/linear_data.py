@@ -16,8 +16,8 @@ from workbench.core.validation.refusals import Array
 from workbench.design.linear.linear_period import jump_of
 from workbench.design.linear.loop_cuts import closure
 from workbench.design.linear_loop import LinearLoop, linear_loop
-from workbench.design.linear_loop.linear_loops import about, rest_point
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
+from workbench.design.linear_loop.loop_linearization import about, rest_point
 from workbench.design.linear_loop.rest_state import resting_states
 from workbench.report.live.linear_marches import computer_marches, continuous_marches
 from workbench.report.live.marches import Modules, plain

@@ -16,7 +16,7 @@ from workbench.study.document.figure import Mark
 from workbench.study.document.phrases import Cell, Measured, Missing, bare, raised, source_of
 from workbench.study.document.plane_marks import Arrows
 from workbench.study.document.source import Source
-from workbench.study.marks import flat_places
+from workbench.study.result_marks import flat_places
 from workbench.study.study import Outcome
 
 Signal: TypeAlias = Literal["t"] | tuple[Literal["x", "y"], int]  # the time, or a place among states or outputs

@@ -29,7 +29,7 @@ from workbench.study.document.document import (
 )
 from workbench.study.document.phrases import raised
 from workbench.study.knob import Knob
-from workbench.study.marks import cell
+from workbench.study.result_marks import cell
 from workbench.study.study import Case, Outcome, Results, Study
 
 REACH = 5.0  # a knob goes from a fifth of the loop's own number to five times as much

@@ -14,7 +14,7 @@ from workbench.study.document.figure import STYLES, Band, Figure, Label, Mark, P
 from workbench.study.document.phrases import Phrase, raised
 from workbench.study.document.source import Source
 from workbench.study.evidence.law_tables import side_by_side
-from workbench.study.marks import changes_by_jumps, labels_of, signal_source, time_source
+from workbench.study.result_marks import changes_by_jumps, labels_of, signal_source, time_source
 from workbench.study.study import Outcome
 
 

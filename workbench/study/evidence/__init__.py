@@ -10,10 +10,10 @@ Examples
 'below'
 """
 
+from workbench.study.evidence.bold_cells import BOLD
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.common_draws import Paired, paired, same_draws
 from workbench.study.evidence.comparison_tables import (
-    BOLD,
     HALF,
     ablation_table,
     change_without,
@@ -41,13 +41,13 @@ from workbench.study.evidence.law_tables import (
     Published,
     against_published,
     information_table,
-    order,
     ranking,
     side_by_side,
 )
 from workbench.study.evidence.pairwise_comparison import Comparison, Ranks, compare, ranks
 from workbench.study.evidence.pooling import WAYS, Pooled, Way, leave_one_out, pool
 from workbench.study.evidence.threshold import Threshold, bisect, find_largest
+from workbench.study.evidence.value_order import order
 
 __all__ = [
     "BOLD",

@@ -7,14 +7,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from workbench.core.validation.signatures import door
-from workbench.study.document.document import Cell, Column, Emphasis, Measured, Missing, Phrase, Table, Value
+from workbench.study.document.document import Cell, Column, Measured, Missing, Phrase, Table, Value
 from workbench.study.document.source import Source
 from workbench.study.document.words import join_names
+from workbench.study.evidence.bold_cells import BOLD, bold_if_best, bold_if_decided
 from workbench.study.evidence.estimands import Success, unit_of_estimand, words_of
 from workbench.study.evidence.judgement import Judgement
 from workbench.study.evidence.pairwise_comparison import Comparison
 
-BOLD = "Bold: significantly better than each other law."
 HALF = "in brackets the half-width of its interval in units of the last digits, or its ends where it is wide"
 
 
@@ -135,7 +135,7 @@ def change_without(one: Comparison, law: str, whole: str) -> Cell:
         return Missing("not known")
     value, low, high = (100 * float(part[i, at]) / size + 0.0 for part in (d.value, d.low, d.high))
     shown: Value = float("inf") if np.isinf(value) else _measured(one.paired.source(law), value, low, high)
-    return Emphasis(shown) if one.order(law, whole) != "undecided" else shown
+    return bold_if_decided(shown, one, law, whole)
 
 
 def _check_laws(call: str, comparisons: Sequence[Comparison]) -> None:
@@ -170,7 +170,7 @@ def _reversed(judgement: Judgement) -> Iterator[str]:
 def level_of(one: Comparison, law: str) -> Cell:
     """The level of a law with its interval, in bold if the law is significantly better than every other."""
     shown = _shown(one, one.paired.place(law))
-    return Emphasis(shown) if one.best == law else shown
+    return bold_if_best(shown, one, law)
 
 
 def _shown(one: Comparison, i: int) -> Value:

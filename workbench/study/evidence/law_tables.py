@@ -10,9 +10,11 @@ from string import ascii_uppercase
 from workbench.core import Roles, grouped
 from workbench.core.validation.refusals import described, finite, known, nearest, refusal, whole
 from workbench.core.validation.signatures import door
-from workbench.study.document.document import Cell, Column, Emphasis, Measured, Phrase, Table
+from workbench.study.document.document import Cell, Column, Phrase, Table
 from workbench.study.document.words import join_names
-from workbench.study.marks import cell, metric_source
+from workbench.study.evidence.bold_cells import bold_if, outcome_below_all
+from workbench.study.evidence.value_order import order
+from workbench.study.result_marks import cell, metric_source
 from workbench.study.study import Outcome
 
 HEADS = ("law", "class", "observer", "state", "model", "D", "memory")
@@ -67,9 +69,9 @@ def side_by_side(
                 f"`side_by_side('{name}', ...)` knows no metric {described(m)}.{nearest(m, taken)}{there}"
             )
     metrics = metrics or tuple(taken)
-    best = {m: _best(outcomes, m, signal, margin) for m in metrics}
+    best = {m: outcome_below_all(outcomes, m, signal, margin) for m in metrics}
     about = tuple(f"{m}: {taken[m].about}." for m in metrics)
-    rows = tuple((o.label, *(_cell(o, m, signal, bold=best[m] is o) for m in metrics)) for o in outcomes)
+    rows = tuple((o.label, *(bold_if(best[m] is o, cell(o, m, signal)) for m in metrics)) for o in outcomes)
     columns = (Column("law"), *(Column(m, unit=_unit(outcomes, m, signal), align="right") for m in metrics))
     return Table(name, caption, columns, rows, (" ".join(about), *notes))
 
@@ -80,40 +82,8 @@ def _unit(outcomes: Iterable[Outcome], metric: str, signal: int | str) -> str:
     return next((metric_source(o, metric, signal).unit for o in taken), "")
 
 
-def _cell(outcome: Outcome, metric: str, signal: int | str, *, bold: bool) -> Cell:
-    shown = cell(outcome, metric, signal)
-    return Emphasis(shown) if bold and isinstance(shown, Measured) else shown
-
-
 def _score(outcome: Outcome, metric: str, signal: int | str) -> tuple[float, float]:
     return outcome.score(metric, signal).pair
-
-
-def _best(outcomes: Sequence[Outcome], metric: str, signal: int | str, margin: float) -> Outcome | None:
-    ran = [o for o in outcomes if o.diverged_at is None and metric in o.measurement.names]
-    scores = [(o, _score(o, metric, signal)) for o in ran]
-    finite = [(o, score) for o, score in scores if score[0] < float("inf")]
-    for outcome, a in finite:
-        if all(other is outcome or order(a, b, margin) == "below" for other, b in finite):
-            return outcome
-    return None
-
-
-@door
-def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -> str:
-    """The side of value b on which value a lies, "below" or "above", or "undecided".
-
-    It is undecided where the gap is within the sum of both errors, or within `margin` of the smaller value.
-
-    Examples
-    --------
-    >>> wb.evidence.order((1.0, 0.1), (2.0, 0.1)), wb.evidence.order((1.0, 0.6), (2.0, 0.6))
-    ('below', 'undecided')
-    """
-    gap, error = b[0] - a[0], a[1] + b[1]
-    if not abs(gap) > max(error, margin * min(abs(a[0]), abs(b[0]))):
-        return "undecided"
-    return "below" if gap > 0 else "above"
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.core.validation.refusals import Array
 from workbench.design.linear.corners import Mask
 from workbench.design.linear_loop import LinearLoop, LinearRows
-from workbench.design.linear_loop.linear_loops import about
+from workbench.design.linear_loop.loop_linearization import about
 from workbench.design.loop_boxes import ParameterBox
 from workbench.study.specifications.limits import Limit
 from workbench.study.specifications.loop_systems import LoopSystems

@@ -18,7 +18,7 @@ from workbench.engine.metrics.measured_run import MeasuredRun, arithmetic_for, p
 from workbench.engine.metrics.measurement import Measurement
 from workbench.engine.metrics.score import Score
 from workbench.engine.metrics.step_for_metrics import step_for
-from workbench.engine.pilots import pilot_runs
+from workbench.engine.pilot_selection import pilot_runs
 from workbench.engine.step_choice import Choice
 
 __all__ = ["Measurement", "Score", "measure"]

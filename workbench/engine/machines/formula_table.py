@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.engine.machines import elementary_functions as double
+from workbench.engine.machines import double_functions as double
 from workbench.engine.machines import single_functions as single
 from workbench.engine.machines.further_functions import DOUBLE
 from workbench.engine.machines.machine import Number, Truth, fma, select

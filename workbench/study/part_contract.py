@@ -8,8 +8,8 @@ from typing import TypedDict
 
 from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout
 from workbench.study.ledger.store import Ledger, about_in
-from workbench.study.order import Order
 from workbench.study.outcome import Results
+from workbench.study.run_options import Order
 
 
 class Share(TypedDict, total=False):
