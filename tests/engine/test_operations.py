@@ -14,7 +14,7 @@ from workbench.engine.machines import (
     c_functions,
     c_primitives,
     c_spelling,
-    functions,
+    formula_table,
     llvm_spelling,
     numpy_spelling,
     python_functions,
@@ -41,8 +41,8 @@ LANGUAGES = {
         {*python_spelling.SPELLING, *python_functions.NAMES, *python_functions.TURNS},
     ),
     "a page": (PROGRAM, IN_A_PAGE),
-    "formulas in double": (NODE, {*functions.IN_DOUBLE.formulas, *functions.QUARTERS}),
-    "formulas in single": (NODE, {*functions.IN_SINGLE.formulas, *functions.QUARTERS}),
+    "formulas in double": (NODE, {*formula_table.IN_DOUBLE.formulas, *formula_table.QUARTERS}),
+    "formulas in single": (NODE, {*formula_table.IN_SINGLE.formulas, *formula_table.QUARTERS}),
     "bounds of rounding": (NODE - {"barrier"}, ALL_RULES),  # a law has no barriers
 }
 BESIDE = {"finite", "defined", "turn"}  # of C: checks of results, and the pair of sine and cosine
@@ -88,14 +88,14 @@ def test_numpy_gives_the_kind_of_result_that_the_table_says():
 def test_a_formula_gives_the_kind_of_result_that_the_table_says():
     machine = numpy_spelling.Arrays(fused=False)
     given = {
-        Kind.NUMBER: functions.Number(machine, np.array([0.5, 0.25])),
-        Kind.TRUTH: functions.Truth(machine, np.array([True, False])),
+        Kind.NUMBER: formula_table.Number(machine, np.array([0.5, 0.25])),
+        Kind.TRUTH: formula_table.Truth(machine, np.array([True, False])),
     }
     for name in NODE:
         row = OPERATIONS[name]
         with np.errstate(all="ignore"):
-            made = functions.IN_DOUBLE.of(name, *(given[kind] for kind in row.operands))
-        assert isinstance(made, functions.Truth if row.result is Kind.TRUTH else functions.Number), name
+            made = formula_table.IN_DOUBLE.of(name, *(given[kind] for kind in row.operands))
+        assert isinstance(made, formula_table.Truth if row.result is Kind.TRUTH else formula_table.Number), name
 
 
 def test_a_symmetric_operation_has_one_result_in_both_orders():
