@@ -6,15 +6,14 @@ from workbench.engine.metrics.step_metrics import Peak
 
 @door
 def peak_torque() -> Peak:
-    """Largest |tau| that acts on an arm, joint by joint: behind the limits of its motors.
+    """Largest |tau| that acts on each joint of an arm, behind the limits of its motors.
 
     Examples
     --------
-    >>> from workbench.arms.torque_metrics import peak_torque
     >>> arm = wb.paper_arm()
     >>> law = wb.PID(Kp=[60.0, 40.0], Ki=[0.0, 0.0], Kd=[12.0, 8.0])
     >>> loop = wb.ClosedLoop(wb.Manipulator(arm, q=[0.2, 0.1]), wb.FullState(2), law, wb.Hold([0.0, 0.0]))
-    >>> found = wb.measure(loop.ode(), [peak_torque()], until=0.5, h=1e-3)
+    >>> found = wb.measure(loop.ode(), [wb.arms.peak_torque()], until=0.5, h=1e-3)
     >>> [score.value.round(3) for score in found.scores_of("peak torque")]
     [array([12.]), array([4.212])]
     """

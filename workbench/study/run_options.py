@@ -1,4 +1,4 @@
-"""The order of a study: the options with which it is run, checked against what it declares."""
+"""The options with which a study is run, checked against what the study declares."""
 
 from __future__ import annotations
 
