@@ -288,3 +288,9 @@ def test_a_sweep_needs_an_effect_and_a_loop_that_is_disturbed():
         computer_effects(digital, 0.0, 0.0)
     with pytest.raises(ValueError, match="at least one effect"):
         computer_sweep("own", Run(digital, (rmse(),), 1.0, h=T), ())
+
+
+def test_a_number_that_stays_zero_has_not_grown_and_one_that_leaves_zero_has_grown_without_bound():
+    assert wb.evidence.worst_ratio(np.array([[0.0, 3.0]]), np.array([0.0, 2.0])).tolist() == [1.5]
+    assert wb.evidence.worst_ratio(np.array([[1.0, 3.0]]), np.array([0.0, 2.0])).tolist() == [np.inf]
+    assert wb.evidence.worst_ratio(np.array([[np.nan, 3.0]]), np.array([1.0, 2.0])).tolist() == [np.inf]

@@ -250,7 +250,7 @@ def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: 
 
 @door
 def worst_ratio(values: Array, base: Array) -> Array:
-    """The largest ratio over the numbers of a metric, the last axis; infinite where a run diverged.
+    """The largest ratio over the numbers of a metric, the last axis: infinite where a run diverged, 1 for 0 over 0.
 
     Examples
     --------
@@ -260,7 +260,7 @@ def worst_ratio(values: Array, base: Array) -> Array:
     if not values.size or not base.ndim or base.shape != values.shape[-base.ndim :]:
         raise refusal("worst_ratio(base=...)", "of the shape of the last axes of the values", base.shape)
     with np.errstate(all="ignore"):
-        ratios = values / base
+        ratios = np.where((values == 0) & (base == 0), 1.0, values / base)
     return np.asarray(np.max(np.where(np.isnan(ratios), np.inf, ratios), axis=-1))
 
 
