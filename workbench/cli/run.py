@@ -65,6 +65,8 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
         target = out or Path("reports") / study.name
         folder.check_place(target)
         source = partial(script.Script.of, file, asked["samples"])
+        named, command = script.shown(place), script.command(place, out, asked["samples"])
+        of_headlines, of_sections = (of_the_study(file, part) for part in (study.headlines, study.sections))
 
         # what was imported stays, and little is made that only the collector can free: 0.25 s of looking
         gc.freeze()
@@ -72,13 +74,12 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
         order = Order(file, say=aside, source=source, bar=partial(runs_shown, say=aside), **asked)
         with execute(study, target, order) as (study, results), ThreadPoolExecutor(1) as beside:
             beside.submit(import_module, "workbench.report.figures.figure_sheet")  # 0.3 s, for the end
-            with of_the_study(file, study.headlines):
+            with of_headlines:
                 findings = writeup.headlines(study, results)
-            with of_the_study(file, study.sections):
-                page = writeup.document(study, results, command=script.command(place, out, asked["samples"]))
-                folder.write(
-                    page, target, run_tables.tables(results), live_data(study, results, page, script.shown(place))
-                )
+            with of_sections:
+                page = writeup.document(study, results, command)
+                tables = run_tables.tables(results)
+                folder.write(page, target, tables, live_data(study, results, page, named))
             findings = findings or verdict_lines(page)
         places = f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."
         click.echo("\n".join(map(printable, [*findings, places])))

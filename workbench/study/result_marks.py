@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from workbench.study.document.figure import Bars, Label, Points, Style
 from workbench.study.document.phrases import Cell, Diverged, Measured, Missing
 from workbench.study.document.source import Source
 from workbench.study.study import Outcome
+
+Signal: TypeAlias = Literal["t"] | tuple[Literal["x", "y"], int]  # the time, or a place among states or outputs
 
 
 @door
@@ -39,7 +42,7 @@ def signal_source(outcome: Outcome, name: str, number: int | str = 0, rows: tupl
     """
     case, labels = outcome.case, labels_of(outcome, name)
     place = _place(f"signal '{name}' of '{case.name}'", labels, number)
-    unit = _entry(outcome, name).units[flat_places(_entry(outcome, name))[place]]
+    unit = _entry(outcome, name).units[_flat_places(_entry(outcome, name))[place]]
     return Source(
         case.law, case.scenario, "signal", name, place, labels[place], unit, outcome.digest, rows or (0, len(outcome.t))
     )
@@ -61,13 +64,27 @@ def labels_of(outcome: Outcome, name: str) -> tuple[str, ...]:
     if ode.counts:
         return tuple(f"{ode.counts} {place + 1}" for place in range(entry.size))
     labels = entry.labels()
-    return tuple(labels[place] for place in flat_places(entry))
+    return tuple(labels[place] for place in _flat_places(entry))
+
+
+def place_of_signal(outcome: Outcome, source: Source) -> Signal:
+    """The place of the signal of a source among the states or outputs of its loop; an output that is a state is it."""
+    if source.kind == "time":
+        return "t"
+    step = outcome.measurement.trajectories.step
+    layout = step.states if source.name in step.states else step.outputs
+    place = layout.slice(source.name).start + _flat_places(layout[source.name])[source.place]
+    if layout is step.states:
+        return "x", place
+    states = {step.rule.x[k].element_hash(): k for k in range(step.rule.x.numel())}
+    own = states.get(step.rule.output[place].element_hash())
+    return ("y", place) if own is None else ("x", own)
 
 
 def changes_by_jumps(outcome: Outcome, source: Source) -> bool:
     """True if the signal of a source changes by jumps alone, as a step or the command of a computer."""
     flow = outcome.measurement.trajectories.step.flow
-    return is_held(flow, source.name, flat_places(_entry(outcome, source.name))[source.place])
+    return is_held(flow, source.name, _flat_places(_entry(outcome, source.name))[source.place])
 
 
 def _entry(outcome: Outcome, name: str) -> Entry:
@@ -76,7 +93,7 @@ def _entry(outcome: Outcome, name: str) -> Entry:
     return layout[name]
 
 
-def flat_places(entry: Entry) -> list[int]:
+def _flat_places(entry: Entry) -> list[int]:
     """The places of the numbers of a matrix, row by row, in the flat vector, where it lies column by column."""
     places: list[int] = np.arange(entry.size).reshape(entry.shape, order="F").ravel().tolist()
     return places

@@ -14,13 +14,15 @@ from workbench.core.validation.signatures import door
 from workbench.engine.metrics import AbstractMetric
 from workbench.engine.metrics.value_program import program_of
 from workbench.report.live.linear_data import linear_data
-from workbench.report.live.links import Curve, LinearCell, LinearMark, Links, LiveCell, LiveMark, Signal, links_of
+from workbench.report.live.links import Curve, LinearCell, LinearMark, Links, LiveCell, LiveMark, links_of
 from workbench.report.live.marches import Modules, coarser, march, may_switch, plain, switches, watched, whole_and_half
 from workbench.report.live.page_data import LiveData, Plain
 from workbench.report.live.turned import offered
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
+from workbench.study.document.printed_results import PrintedResults
 from workbench.study.knob import Knob, check
+from workbench.study.result_marks import Signal
 from workbench.study.study import Outcome, Results, Study
 
 FORMAT = 2
@@ -48,7 +50,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     """
     if study.live is None:
         return None
-    links = links_of(document, results.outcomes)
+    links = links_of(PrintedResults.of(document), results.outcomes)
     outcomes = {k: results.outcomes[k] for k in sorted(links.moving_loops | links.linear_loops)}
     steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes.values()}
     knobs = study.live or offered(study, [*steps.values()])
