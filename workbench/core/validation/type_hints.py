@@ -177,10 +177,12 @@ def _path(fit: Fit, value: Any) -> Any:
 
 def _function(count: int, must: str, value: Any) -> Any:
     """A function that is told so many things, as far as it says; for those that answer there is `answer`."""
+    if not callable(value):
+        raise KindError(must, described(value))
     try:
         signature = inspect.signature(value)
-    except (TypeError, ValueError):  # no function, or one in C, which says nothing; a class in C is none of the user's
-        if not callable(value) or isinstance(value, type):
+    except (TypeError, ValueError):  # a function in C says nothing; a class in C is none of the user's
+        if isinstance(value, type):
             raise KindError(must, described(value)) from None
         return value
     try:
