@@ -178,7 +178,8 @@ def _client(distributed: ModuleType, address: str, workers: int | None) -> Itera
     """A client of the cluster, which has at least one worker."""
     from distributed.comm.addressing import resolve_address
 
-    local: dict[str, object] = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
+    page = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # any free port: two clusters may run at once
+    local: dict[str, object] = {"host": "127.0.0.1", "scheduler_kwargs": page, "silence_logs": 50}
     for name in ("distributed", "asyncio", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "asyncio"):  # each has a level of its own
             logging.getLogger(name).setLevel(logging.CRITICAL)  # a connection that ends is said in one sentence
