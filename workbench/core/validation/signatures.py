@@ -32,6 +32,7 @@ PORTS = {  # of a block, each a layout
     "follows": "all that the law follows",
     "inputs": "all inputs",
 }
+SHAPED = ca.SX, np.ndarray
 AXIS = re.compile(r"(\d*)([a-z]*)")
 
 
@@ -198,9 +199,11 @@ def _refuse_misshapen(call: str, owner: object, axes: list[tuple[str, str]], giv
     sizes = _sizes(owner)
     for name, axis in sorted(axes, key=lambda declared: declared[1] in PORTS):
         value = given.get(name)
-        if isinstance(value, Mapping) and axis in PORTS:
-            _refuse_port(f"{call}({name}=...)", axis, getattr(owner, axis, None), value, sizes)
-        if not isinstance(value, ca.SX | np.ndarray) or axis in PORTS:
+        if axis in PORTS:
+            if isinstance(value, Mapping):
+                _refuse_port(f"{call}({name}=...)", axis, getattr(owner, axis, None), value, sizes)
+            continue
+        if not isinstance(value, SHAPED):
             continue
         times, letter = AXIS.fullmatch(axis).groups()  # type: ignore[union-attr]
         size = int(times or 1) * (sizes.setdefault(letter, value.shape[0]) if letter else 1)
