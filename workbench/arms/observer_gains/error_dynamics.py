@@ -8,7 +8,6 @@ with v the noise of the measured positions. Frozen poles may all decay and the e
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.linalg import expm
@@ -177,7 +176,7 @@ def tolerated(gains: Gains) -> tuple[float, Array]:
 
 
 @door
-def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> Gains:
+def kalman(dynamics: Dynamics, q: object, qd: object, tau: object, Qn: object, Rn: object) -> Gains:
     """The steady Kalman gain of the arm linearised at a state, for accelerations and measurements with white noise.
 
     Parameters

@@ -103,7 +103,8 @@ class AbstractMetric(ABC):
 
 
 NAMES = fit_of(tuple[str, ...])
-A_COLUMN, PARTS, A_LAYOUT, ROWS, NOTHING = map(fit_of, (ca.SX, Parts, Layout, Array, type(None)))
+A_COLUMN, A_LAYOUT, NOTHING = fit_of(ca.SX), fit_of(Layout), fit_of(type(None))
+PARTS, ROWS = fit_of(Parts), fit_of(Array)
 
 
 def watches(metric: AbstractMetric) -> tuple[str, ...]:
@@ -291,7 +292,7 @@ class Integral(AbstractMetric):
         """The integrand g."""
         e = y if self.signal is None else column(self.signal, y)
         must = f"be a function of (t, y) that gives an expression (k, 1), for the metric '{self.name}'"
-        return cast(ca.SX, answer("Integral(g=...)", must, lambda: self.g(t, e), expression))
+        return answer("Integral(g=...)", must, lambda: self.g(t, e), expression)
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The integral as `finish` turns it."""
