@@ -113,7 +113,7 @@ ROOMS_WITH_DOORS = {
 }
 
 # Rooms in which explicit `Any` stands only at doors: of a library without types, or of what is read from outside.
-ROOMS_WITHOUT_ANY = ("proofs", "report", "study")
+ROOMS_WITHOUT_ANY = ("design", "proofs", "report", "study")
 DOORS_WITH_ANY = {
     "report/figures/pen.py": "matplotlib",
     "report/figures/style.py": "matplotlib",

@@ -6,11 +6,10 @@ import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.refusals import Array, Integers
 from workbench.design.frequency.dual_answers import Put, Solutions, SparseRows, Systems, answers
 from workbench.design.frequency.response_program import hyman, reduce
 from workbench.design.matrices import EPS, Complex
@@ -22,6 +21,7 @@ SIZES = ("blocks", "n", "nu", "ny", "entries", "m")
 GIVEN = ("A", "AT", "columns", "starts", "columnsT", "startsT", "B", "C", "D", "W", "roundings", "s")
 ROOMS = ("Q", "x", "y", "r", "sizes", "gains", "residuals", "z")
 MADE = ("values", "errors", "sensitivities")
+Rooms = dict[str, Array | Complex | Integers]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ def _in_arrays(A: Array, B: Array, Cy: Array, D: Array, s: Complex, made: Answer
         _solve_points(n, nu, ny, few, s, _rows_of(made, rows))
 
 
-def _solve_points(n: int, nu: int, ny: int, given: dict[str, Array], s: Complex, made: Answers) -> None:
+def _solve_points(n: int, nu: int, ny: int, given: Rooms, s: Complex, made: Answers) -> None:
     """Put the answers of some rows at all points, whose lanes have shape (m, rows)."""
     machine, parts = ArrayLoops(), (s.real[:, np.newaxis], s.imag[:, np.newaxis])
     arrays = _rooms(nu, ny, n, (len(s), given["D"].shape[2]))
@@ -102,7 +102,7 @@ def _solve_points(n: int, nu: int, ny: int, given: dict[str, Array], s: Complex,
     _put_together(_systems(n, nu, ny, given), parts, arrays, made)
 
 
-def _put_together(of: Systems, s: tuple[Array, Array], arrays: dict[str, Array], made: Answers) -> None:
+def _put_together(of: Systems, s: tuple[Array, Array], arrays: Rooms, made: Answers) -> None:
     """Put the answers of NumPy's machine from the solutions, whose lanes have shape (m, N)."""
     values, errors, sensitivities = (
         part.reshape(*part.shape[:2], -1).T for part in (made.values, made.errors, made.sensitivities)
@@ -113,7 +113,9 @@ def _put_together(of: Systems, s: tuple[Array, Array], arrays: dict[str, Array],
         errors[place], sensitivities[place] = error, sensitivity
 
     with np.errstate(all="ignore"):
-        rooms: list[Any] = [arrays[name] for name in ("x", "y", "r", "sizes", "gains", "residuals")]
+        rooms: list[Array | Complex | Integers] = [
+            arrays[name] for name in ("x", "y", "r", "sizes", "gains", "residuals")
+        ]
         at = Solutions(*[*rooms, _roundings(of.n)])
         answers(ArrayLoops(), of, s, at, put)
 
@@ -129,7 +131,7 @@ def _compiled(
     def lanes(M: Array) -> Array:
         return np.ascontiguousarray(M.reshape(N, -1)[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
 
-    arrays: dict[str, Any] = _matrices(A, B, Cy, D, lanes) | _rooms(nu, ny, n, (width,))
+    arrays: Rooms = _matrices(A, B, Cy, D, lanes) | _rooms(nu, ny, n, (width,))
     arrays |= {"Q": np.empty(((nu + ny) * n * n, width)), "s": np.ascontiguousarray(s).view(float)}
     arrays["roundings"] = np.repeat(_roundings(n)[:, np.newaxis], width, axis=1)
     arrays |= {name: getattr(made, name) for name in MADE}
@@ -137,14 +139,14 @@ def _compiled(
     call(*sizes, *(arrays[name].ctypes.data for name in (*GIVEN, *ROOMS, *MADE)))
 
 
-def _matrices(A: Array, B: Array, Cy: Array, D: Array, lanes: Callable[[Array], Array]) -> dict[str, Array]:
+def _matrices(A: Array, B: Array, Cy: Array, D: Array, lanes: Callable[[Array], Array]) -> Rooms:
     """The arrays of the program, with the rows of the systems in the lanes; A without entries that are zero in all."""
     (N, n, nu), ny = B.shape, Cy.shape[1]
     bt, at = B.transpose(0, 2, 1), A.transpose(0, 2, 1)
     right = [bt[:, :, :, np.newaxis], np.broadcast_to(A[:, np.newaxis], (N, nu, n, n))]
     left = [Cy[:, :, :, np.newaxis], np.broadcast_to(at[:, np.newaxis], (N, ny, n, n))]
     W = np.concatenate([np.concatenate(right, axis=3), np.concatenate(left, axis=3)], axis=1)
-    found: dict[str, Any] = {"B": lanes(bt), "C": lanes(Cy), "D": lanes(D), "W": lanes(W)}
+    found: Rooms = {"B": lanes(bt), "C": lanes(Cy), "D": lanes(D), "W": lanes(W)}
     for end, M in (("", A), ("T", at)):
         rows, columns = np.nonzero((M != 0).any(axis=0))
         starts = np.searchsorted(rows, np.arange(n + 1)).astype(np.int64)
@@ -153,12 +155,12 @@ def _matrices(A: Array, B: Array, Cy: Array, D: Array, lanes: Callable[[Array], 
     return found
 
 
-def _systems(n: int, nu: int, ny: int, of: dict[str, Array]) -> Systems:
+def _systems(n: int, nu: int, ny: int, of: Rooms) -> Systems:
     A, AT = (SparseRows(of[f"A{end}"], of[f"columns{end}"], of[f"starts{end}"]) for end in ("", "T"))
     return Systems(n, nu, ny, A, AT, of["B"], of["C"], of["D"])
 
 
-def _rooms(nu: int, ny: int, n: int, lanes: tuple[int, ...]) -> dict[str, Array]:
+def _rooms(nu: int, ny: int, n: int, lanes: tuple[int, ...]) -> Rooms:
     sizes = {"x": nu * 2 * n, "y": ny * 2 * n, "r": nu * 2 * n, "sizes": nu * n, "z": 2 * n}
     sizes |= {"gains": nu + ny, "residuals": nu + ny}
     return {name: np.empty((size, *lanes)) for name, size in sizes.items()}
