@@ -113,8 +113,9 @@ ROOMS_WITH_DOORS = {
 }
 
 # Rooms in which explicit `Any` stands only at doors: of a library without types, or of what is read from outside.
-ROOMS_WITHOUT_ANY = ("design", "proofs", "report", "study")
+ROOMS_WITHOUT_ANY = ("cli", "design", "engine", "handover", "proofs", "report", "study")
 DOORS_WITH_ANY = {
+    "engine/trajectories.py": "the figure of Matplotlib that runs have",
     "report/figures/pen.py": "matplotlib",
     "report/figures/style.py": "matplotlib",
     "report/object_plots.py": "the picture that an object has",

@@ -1,4 +1,4 @@
-"""What the rooms above make of an object that is asked for it: a picture, or a page whose numbers can be turned."""
+"""Views of an object, which the rooms above make when it is asked for one: a picture, or a page to turn numbers on."""
 
 from __future__ import annotations
 
@@ -15,7 +15,22 @@ class Picture(Protocol):
 
     @property
     def caption(self) -> str:
-        """What it says, in words."""
+        """The text below it, which says what is seen."""
 
     def savefig(self, path: str | Path) -> Path:
+        """Write it to a file; its path."""
+
+
+class Page(Protocol):
+    """A page, which a notebook shows."""
+
+    @property
+    def text(self) -> str:
+        """The page as HTML."""
+
+    @property
+    def printed(self) -> str:
+        """Why nothing is turned there; empty where numbers can be."""
+
+    def write(self, path: str | Path) -> Path:
         """Write it to a file; its path."""
