@@ -23,7 +23,7 @@ WAYS = ("portable", "hardware")
 PERIODS = 2000  # of the run that tells whether the loop holds at its period
 
 
-class Asked(TypedDict):
+class ExportOptions(TypedDict):
     """The options of the verb that are no arguments of their own."""
 
     period: float | None
@@ -56,7 +56,9 @@ class Asked(TypedDict):
 @click.option("--truth", "truths", multiple=True, help="A signal that no instrument gives, and the machine is handed.")
 @click.option("--overwrite", is_flag=True, help="Replace files that were edited, or that no export has written.")
 @click.option("--safe", multiple=True, metavar="NAME=VALUE", help="The command where a number is not finite.")
-def export(file: Path, form: str, loop: str | None, case: str | None, out: Path | None, **asked: Unpack[Asked]) -> None:
+def export(
+    file: Path, form: str, loop: str | None, case: str | None, out: Path | None, **asked: Unpack[ExportOptions]
+) -> None:
     """Write the law of a loop in FILE for another machine: observer, law, limits and delay, without the plant."""
     with one_sentence(file):
         safe = _safe(asked["safe"])
@@ -79,7 +81,7 @@ def export(file: Path, form: str, loop: str | None, case: str | None, out: Path 
         click.echo(printable(f"Written: {', '.join(map(str, paths))}."))
 
 
-def _options(asked: Asked, safe: Mapping[str, float], warnings: tuple[str, ...]) -> COptions:
+def _options(asked: ExportOptions, safe: Mapping[str, float], warnings: tuple[str, ...]) -> COptions:
     """The options of the code that differ from its defaults, as not every form takes them."""
     options: COptions = {"warnings": warnings, "command": _command()}
     if safe:

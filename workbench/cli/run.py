@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 PATH = click.Path(path_type=Path)
 
 
-class Asked(TypedDict, total=False):
+class RunOptions(TypedDict, total=False):
     """The options of a run that are no arguments of their own, by the names of `Order`."""
 
     samples: int | None
@@ -44,7 +44,7 @@ class Asked(TypedDict, total=False):
 @click.option("--ack", is_flag=True, help="Print each chunk and its SHA-256 once it is on the disk.")
 @click.option("--yes", is_flag=True, help="Begin, however much time, memory and disk it takes.")
 @click.option("--traceback", is_flag=True, help="Print Python's own after the sentence that says what is wrong.")
-def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Unpack[Asked]) -> None:
+def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Unpack[RunOptions]) -> None:
     """Run STUDY, a Python file or a folder with a `study.py`, and write its report.
 
     Of its sweeps and works nothing is computed twice: what was stopped, the same command goes on with.
@@ -55,7 +55,7 @@ def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Unpa
     run_study(study, out, asked)
 
 
-def run_study(place: Path, out: Path | None, asked: Asked) -> None:
+def run_study(place: Path, out: Path | None, asked: RunOptions) -> None:
     """Run the parts of a study that its ledger lacks, and write its report."""
     from workbench.cli import script
 

@@ -24,7 +24,7 @@ NAMED_TOLERANCE = 1e-2  # against which one that the user names is held
 TIMES = 1000  # that are kept of an `Ode`, unless `every` is given
 
 
-class How(TypedDict):
+class SharedOptions(TypedDict):
     """The options of `run_step` that a run and its pilots have in common."""
 
     until: float
@@ -87,7 +87,7 @@ def simulate(
     >>> wb.simulate(wb.rk4(motor, 1e-3), p, until=5.0)
     <3 runs of 'plant' at 5001 times to 5 s>
     """
-    how = How(until=until, seed=seed, runs=runs, progress=progress, arithmetic=arithmetic, engine=engine)
+    how = SharedOptions(until=until, seed=seed, runs=runs, progress=progress, arithmetic=arithmetic, engine=engine)
     if tolerance is not None:
         tolerance = refusals.positive("simulate(tolerance=...)", tolerance)
     if isinstance(step, Step):
@@ -98,7 +98,12 @@ def simulate(
 
 
 def _at_chosen_step(
-    equation: Ode | Sampled, p: Array | None, x0: Array | None, every: float | None, tolerance: float, how: How
+    equation: Ode | Sampled,
+    p: Array | None,
+    x0: Array | None,
+    every: float | None,
+    tolerance: float,
+    how: SharedOptions,
 ) -> Trajectories:
     until = refusals.seconds("simulate(until=...)", how["until"])
     (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("simulate(until=...)", until)

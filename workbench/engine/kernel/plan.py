@@ -185,7 +185,8 @@ class Evaluation(Generic[Value]):
             made = self.functions.formulas[op](*self._operands(op, operands))
             if isinstance(made, Truth):
                 self.truths[place] = made
-            elif isinstance(made, Number):
+            else:
+                assert isinstance(made, Number)
                 self.numbers[place] = made
 
     def _operands(self, op: str, places: Sequence[int]) -> Iterator[Number[Value] | Truth[Value]]:

@@ -101,14 +101,7 @@ def _choice(
         )
     few = pilot_runs(p, x0)
     return step_for(
-        measured,
-        p[few],
-        x0[few],
-        until=until,
-        every=every,
-        tolerance=tolerance,
-        seed=seed,
-        arithmetic=arithmetic,
+        measured, p[few], x0[few], until=until, every=every, tolerance=tolerance, seed=seed, arithmetic=arithmetic
     )
 
 
