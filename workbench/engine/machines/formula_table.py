@@ -44,12 +44,14 @@ class Functions:
     sine_or_cosine: OfAngle
     formulas: Mapping[str, Formula]
 
-    def of(self, operation: str, *operands: Number[Value]) -> Number[Value]:
-        """The number that an operation of a graph makes of others."""
+    def of(self, operation: str, *operands: Number[Value] | Truth[Value]) -> Number[Value] | Truth[Value]:
+        """The result of an operation of a graph on numbers and truths of a machine."""
         if operation in QUARTERS:
-            return self.sine_or_cosine(self.reduce_angle(*operands), QUARTERS[operation])
+            (x,) = operands
+            assert isinstance(x, Number)
+            return self.sine_or_cosine(self.reduce_angle(x), QUARTERS[operation])
         made = self.formulas[operation](*operands)
-        assert isinstance(made, Number)
+        assert isinstance(made, Number | Truth)
         return made
 
 
