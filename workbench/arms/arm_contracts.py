@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -54,14 +54,19 @@ def _entry(name: str, units: tuple[str, ...]) -> Entry:
     return Entry(name, np.zeros(len(units)), joined(units))
 
 
-class AbstractJoints(ABC):
+class AbstractJoints(ABC):  # noqa: B024 (what is abstract in it is for the type checker)
     """A block with a number of joints, whose units come from its model."""
 
-    model: Any
+    if TYPE_CHECKING:
+
+        @property
+        def model(self) -> AbstractArm | None: ...  # noqa: D102
 
     @property
     def dof(self) -> int:
         """The number of joints n: that of the model, unless the block counts its own."""
+        if self.model is None:
+            raise AttributeError(f"`{type(self).__name__}` has neither a model nor a `dof` of its own.")
         return int(self.model.dof)
 
     @property
@@ -87,6 +92,10 @@ class AbstractArmController(AbstractJoints, AbstractController):
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
     hint_on_reads = "It is made for manipulators: take a law of any plant, as `PID2` or `Regulator` is."
+
+    if TYPE_CHECKING:
+
+        def without(self) -> Mapping[str, AbstractArmController]: ...  # noqa: D102
 
     @property
     def reads(self) -> Layout:
@@ -125,6 +134,10 @@ class AbstractArmObserver(AbstractJoints, AbstractObserver):
     measured: ClassVar[tuple[str, ...]] = ("q", "qd")
     hint_on_reads = "It is made for manipulators."
 
+    if TYPE_CHECKING:
+
+        def without(self) -> Mapping[str, AbstractArmObserver]: ...  # noqa: D102
+
     @property
     def inputs(self) -> Layout:
         """The torques of its model's motors; none where it has no model."""
@@ -142,7 +155,7 @@ class AbstractArmObserver(AbstractJoints, AbstractObserver):
         return _ports(self.units, ("q", "qd", "d"))
 
 
-def units_of(block: Any) -> tuple[str, ...]:
+def units_of(block: AbstractJoints) -> tuple[str, ...]:
     """The units of the joints of a block's model, any where it has none."""
     model = getattr(block, "model", None)
     return (ANY,) * block.dof if model is None else tuple(model.units)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -233,20 +232,20 @@ class Dynamics:
         solved = solve_definite(M, ca.horzcat(-by_q, -by_qd, ca.SX.eye(n)))
         return ca.Function("forward_dynamics", [self.q, self.qd, tau, self.symbols], [qdd, *ca.horzsplit(solved, n)])
 
-    def _at(self, call: str, p: Array | None, **state: Any) -> list[Array]:
+    def _at(self, call: str, p: Array | None, **state: object) -> list[Array]:
         vectors = [vector(f"{call}({name}=...)", value, self.dof, "joints") for name, value in state.items()]
         return [*vectors, self.p.default if p is None else vector(f"{call}(p=...)", p, self.p.size, "parameters")]
 
-    def matrices(self, q: Any, qd: Any, p: Array | None = None) -> tuple[Array, Array, Array]:
+    def matrices(self, q: object, qd: object, p: Array | None = None) -> tuple[Array, Array, Array]:
         """M (n, n), C (n, n) and G (n,) as numbers at a state, at nominal parameters unless p (np,) is given."""
         M, C, G = self._function(*self._at("Dynamics.matrices", p, q=q, qd=qd))
         return np.array(M), np.array(C), np.array(G).ravel()
 
-    def torque(self, q: Any, qd: Any, qdd: Any, p: Array | None = None) -> Array:
+    def torque(self, q: object, qd: object, qdd: object, p: Array | None = None) -> Array:
         """tau (n,) that an acceleration qdd (n,) takes at a state."""
         return np.array(self.inverse_dynamics(*self._at("Dynamics.torque", p, q=q, qd=qd, qdd=qdd))[0]).ravel()
 
-    def acceleration(self, q: Any, qd: Any, tau: Any, p: Array | None = None) -> Array:
+    def acceleration(self, q: object, qd: object, tau: object, p: Array | None = None) -> Array:
         """qdd (n,) that the torque tau (n,) gives at a state."""
         return np.array(self.forward_dynamics(*self._at("Dynamics.acceleration", p, q=q, qd=qd, tau=tau))[0]).ravel()
 

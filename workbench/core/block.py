@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from types import FunctionType
-from typing import Annotated, Any, Literal, TypeVar, dataclass_transform
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol, TypeVar, dataclass_transform
 
 import casadi as ca
 import numpy as np
@@ -17,6 +17,10 @@ from workbench.core.units import ANY, declared, filled
 from workbench.core.validation.notebook_display import cell, show, table_to_html
 from workbench.core.validation.refusals import a, numbers, one_of, refusal
 from workbench.core.validation.signatures import door, fit_field
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+    from typing_extensions import TypeIs
 
 # The user gives a float or an array; in the lifted twin the same field holds an SX.
 Scalar = Any
@@ -33,6 +37,13 @@ MADE_IN_PYTHON = 1 << 9  # of a class's flags: others take no new attributes
 PLACE = re.compile(r"\{(\w+)\}")  # of a text in a unit
 
 
+class Block(Protocol):
+    """An instance of a class made by `block`."""
+
+    __block__: ClassVar[bool]
+    __dataclass_fields__: ClassVar[dict[str, Field[object]]]
+
+
 @dataclass(frozen=True)
 class Quantity:
     """The declaration of a number: its unit, bounds, axes and letter, and whether `lift` makes it a symbol."""
@@ -46,7 +57,7 @@ class Quantity:
 
 @door
 def parameter(
-    default: Any = MISSING,
+    default: object = MISSING,
     *,
     unit: str,
     low: float = -np.inf,
@@ -76,7 +87,7 @@ def parameter(
 
 
 @door
-def initial(default: Any = MISSING, *, unit: str, shape: tuple[str, ...] = (), symbol: str = "") -> Any:
+def initial(default: object = MISSING, *, unit: str, shape: tuple[str, ...] = (), symbol: str = "") -> Any:
     """The start of a block's memory: a default in the layout of states, not a parameter.
 
     Examples
@@ -114,24 +125,24 @@ def parameters(*, init: Literal[False] = False) -> Any:
     return field(init=init, default=Layout(), metadata={"parameters": True})
 
 
-def socket(convert: Callable[[Any], Any], default: Any = MISSING) -> Any:
+def socket(convert: Callable[..., object], default: object = MISSING) -> Any:
     """A part of a block, which `convert` makes of the value given."""
     return field(default=default, metadata={"convert": convert})
 
 
-def _quantity(default: Any, quantity: Quantity) -> Any:
+def _quantity(default: object, quantity: Quantity) -> Any:
     metadata = {"quantity": quantity}
     if isinstance(default, np.ndarray | list | tuple):
         return field(default_factory=lambda: default, metadata=metadata)
     return field(default=default, metadata=metadata)
 
 
-def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
+def quantities(owner: DataclassInstance | type[DataclassInstance]) -> list[tuple[Field[object], Quantity]]:
     """The fields of a block that hold numbers, with their declarations."""
     return [(f, f.metadata["quantity"]) for f in fields(owner) if "quantity" in f.metadata]
 
 
-def unit_of_quantity(owner: Any, quantity: Quantity) -> str:
+def unit_of_quantity(owner: object, quantity: Quantity) -> str:
     """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say."""
     names = PLACE.findall(quantity.unit)
     if missing := [name for name in names if not hasattr(owner, name)]:
@@ -145,7 +156,7 @@ def unit_of_quantity(owner: Any, quantity: Quantity) -> str:
     return ", ".join(units) if quantity.shape else " or ".join(dict.fromkeys(units))
 
 
-def initial_states(block: object) -> Layout:
+def initial_states(block: DataclassInstance) -> Layout:
     """The fields that a block declares by `initial`, as the layout of its states."""
     held = ((f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.lifted)
     return Layout(tuple(Entry(name, x, unit_of_quantity(block, q), symbol=q.symbol) for name, x, q in held))
@@ -175,9 +186,9 @@ def block(cls: type[T]) -> type[T]:
     """
     if not isinstance(cls, type) or not cls.__flags__ & MADE_IN_PYTHON:
         raise refusal("block(cls)", "a class of your own", cls)
-    own: Callable[[T], None] | None = cls.__dict__.get("__post_init__")
+    own: Callable[[DataclassInstance], None] | None = cls.__dict__.get("__post_init__")
 
-    def __post_init__(self: T) -> None:
+    def __post_init__(self: DataclassInstance) -> None:
         _check_fields(self)
         _check_quantities(self)
         if own is not None:
@@ -193,30 +204,30 @@ def block(cls: type[T]) -> type[T]:
     cls._repr_html_ = vars(cls).get("_repr_html_", _repr_html_)  # type: ignore[attr-defined]
     show(cls)
     made = dataclass(frozen=True, eq=False)(cls)
-    for f, quantity in quantities(made):
+    for f, quantity in quantities(made) if is_dataclass(made) else ():
         declared(f"{cls.__name__}.{f.name} = parameter(unit=...)", PLACE.sub("x", quantity.unit))
     return made
 
 
-def _repr_html_(self: Any) -> str:
+def _repr_html_(self: DataclassInstance) -> str:
     units = {f.name: unit_of_quantity(self, quantity) for f, quantity in quantities(self)}
     rows = [(f.name, cell(getattr(self, f.name)), units.get(f.name, "")) for f in fields(self)]
     return table_to_html(type(self).__name__, ("name", "value", "unit"), rows)
 
 
-def _restore(self: Any, state: Mapping[str, Any]) -> None:
+def _restore(self: object, state: Mapping[str, object]) -> None:
     for value in state.values():
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
     self.__dict__.update(state)
 
 
-def is_block(thing: Any) -> bool:
+def is_block(thing: object) -> TypeIs[Block]:
     """True for an instance of a class made by `block`."""
     return getattr(type(thing), "__block__", False)
 
 
-def _check_fields(owner: Any) -> None:
+def _check_fields(owner: DataclassInstance) -> None:
     for f in fields(owner):
         value = getattr(owner, f.name)
         if (choices := f.metadata.get("option")) is not None:
@@ -226,10 +237,10 @@ def _check_fields(owner: Any) -> None:
                 object.__setattr__(owner, f.name, f.metadata["convert"](value))
             object.__setattr__(owner, f.name, fit_field(owner, f))
             if f.name == "unit":
-                object.__setattr__(owner, f.name, declared(f"{type(owner).__name__}(unit=...)", owner.unit))
+                object.__setattr__(owner, f.name, declared(f"{type(owner).__name__}(unit=...)", getattr(owner, f.name)))
 
 
-def _check_quantities(owner: Any) -> None:
+def _check_quantities(owner: DataclassInstance) -> None:
     sizes = _sizes(owner)
     for f, quantity in quantities(owner):
         if f.default is None and getattr(owner, f.name) is None:
@@ -245,8 +256,9 @@ def _check_quantities(owner: Any) -> None:
             raise ValueError(f"`{call}` must be {quantity.bounds}{unit}; got {shown}.")
 
 
-def _sizes(owner: Any) -> dict[str, int]:
+def _sizes(owner: object) -> dict[str, int]:
     try:
-        return {"n": int(owner.dof)}
+        dof = getattr(owner, "dof", None)
+        return {} if dof is None else {"n": int(dof)}
     except Exception:  # a part of a wrong type may raise anything when it is counted
         return {}

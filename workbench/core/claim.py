@@ -63,7 +63,7 @@ class Declared:
 def declared(block: object, path: str = "") -> tuple[Declared, ...]:
     """The claims that `block` and the blocks within it declare in their class attribute `claims`, outermost first."""
     claims = [Declared(claim, path, type(block).__name__) for claim in getattr(type(block), "claims", ())]
-    for field in fields(block) if is_block(block) else ():  # type: ignore[arg-type]
+    for field in fields(block) if is_block(block) else ():
         value = getattr(block, field.name)
         several = isinstance(value, tuple)
         for i, part in enumerate(value if several else (value,)):

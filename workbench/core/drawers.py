@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from typing import Any
 
 from workbench.core.validation.refusals import refusal
 
-DRAWERS: dict[type, Callable[..., Any]] = {}
+DRAWERS: dict[type, Callable[..., object]] = {}
 
 
-def draw(thing: Any, *args: Any, **options: Any) -> Any:
+def draw(thing: object, *args: object, **options: object) -> object:
     """The picture of an object, or of several of one class by their names.
 
     Raises

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Protocol, TypeVar
 
 from workbench.core.ode import Ode
 from workbench.core.sampled import Sampled
 from workbench.core.validation.refusals import described, refusal
 
+T = TypeVar("T")
 LONGEST = 300  # letters of an author's error
 LOOP = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"
 
@@ -20,14 +21,14 @@ class Loop(Protocol):
         """The loop in continuous time, or closed by a computer."""
 
 
-def equations_of(loop: Loop | Ode | Sampled, name: str) -> Any:
+def equations_of(loop: Loop | Ode | Sampled, name: str) -> Ode | Sampled:
     """The equations of a loop under a name; an `Ode` or a `Sampled` is returned as it is."""
     if isinstance(loop, Ode | Sampled):
         return loop
     call = f"{type(loop).__name__}.ode({name!r})"
     if not is_loop(loop):
         raise refusal("loop", LOOP, loop)
-    equations = answer(call, loop.ode, name)
+    equations: object = answer(call, loop.ode, name)
     if not isinstance(equations, Ode | Sampled):
         must = "the equations of a loop, an `Ode` or a `Sampled`, as those of a `ClosedLoop` are"
         raise refusal(call, must, equations)
@@ -40,7 +41,7 @@ def is_loop(given: object) -> bool:
     return isinstance(given, Ode | Sampled) or (one and callable(getattr(given, "ode", None)))
 
 
-def answer(call: str, function: Callable[..., Any], *arguments: object) -> Any:
+def answer(call: str, function: Callable[..., T], *arguments: object) -> T:
     """The result of a function that the study's author wrote; any error but those that say what is wrong is named."""
     try:
         return function(*arguments)

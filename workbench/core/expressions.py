@@ -6,7 +6,7 @@ import contextlib
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -30,8 +30,8 @@ def symbols_are_no_numbers() -> Iterator[None]:
     Else CasADi makes it NaN, in silence, and rounds halves away from zero.
     """
 
-    def guard(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
-        def to_number(symbol: ca.SX) -> Any:
+    def guard(convert: Callable[[ca.SX], T]) -> Callable[[ca.SX], T]:
+        def to_number(symbol: ca.SX) -> T:
             if not symbol.is_constant():
                 raise SymbolError(f"the symbol '{symbol}' is no number")
             return convert(symbol)
@@ -49,7 +49,7 @@ def symbols_are_no_numbers() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _replaced(owner: type, methods: Mapping[str, Any]) -> Iterator[None]:
+def _replaced(owner: type, methods: Mapping[str, object]) -> Iterator[None]:
     """Within this context a class has these methods."""
     plain = {name: vars(owner).get(name) for name in methods}
     try:
@@ -85,10 +85,10 @@ def _numpy_round(a: ca.SX, decimals: int = 0) -> ca.SX:
     return rounded(a * scale) / scale if decimals else rounded(a)
 
 
-def _rounding(plain: Callable[..., Any]) -> Callable[..., Any]:
+def _rounding(plain: Callable[..., object]) -> Callable[..., object]:
     """A method of CasADi that answers NumPy's functions, but for those that round, which CasADi answers otherwise."""
 
-    def answer(symbol: ca.SX, function: Any, *how: Any, **options: Any) -> Any:
+    def answer(symbol: ca.SX, function: object, *how: Any, **options: object) -> object:
         if function is np.rint and how[0] == "__call__" and not options:
             return rounded(how[1])
         if function in (np.round, np.around):
@@ -147,8 +147,7 @@ def rows(function: ca.Function, *arguments: Array) -> Array:
     places = np.minimum(np.arange(-(-n // side) * side), n - 1)
     values = np.zeros((len(places), function.numel_out(0)))
     held = [np.array(np.broadcast_to(a, (n, a.shape[1]))[places], dtype=float, order="C") for a in arguments]
-    buffer: Any
-    buffer, evaluate = function.map(side).buffer()
+    buffer, evaluate = buffer_of(function.map(side))
     for first in range(0, len(places), side):
         for i, part in enumerate(held):
             if part.size:
@@ -158,9 +157,26 @@ def rows(function: ca.Function, *arguments: Array) -> Array:
     return values[:n]
 
 
-def memory(place: Any) -> Any:
+class Buffer(Protocol):
+    """The places that a function of CasADi reads and writes, whose own types ask for a size that nobody gives."""
+
+    def set_arg(self, i: int, place: memoryview) -> None:
+        """Read an argument there."""
+
+    def set_res(self, i: int, place: memoryview) -> None:
+        """Write a result there."""
+
+
+def buffer_of(function: ca.Function) -> tuple[Buffer, Callable[[], None]]:
+    """The buffer of a function, to which the caller must hold a reference, and its evaluation."""
+    buffer: Any
+    buffer, evaluate = function.buffer()
+    return buffer, evaluate
+
+
+def memory(place: Array) -> memoryview:
     """An array as CasADi's buffers take it, to which the caller must hold a reference."""
-    return memoryview(place)
+    return place.data
 
 
 def evaluated(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Any
 
 import casadi as ca
 
@@ -31,9 +30,9 @@ def fingerprint_of(head: bytes, function: ca.Function) -> str:
     return digest.hexdigest()
 
 
-def _instructions(function: ca.Function) -> list[tuple[Any, ...]]:
+def _instructions(function: ca.Function) -> list[tuple[object, ...]]:
     """The operations in order, as plain tuples that print the same everywhere; then the places of sparse results."""
-    lines: list[tuple[Any, ...]] = []
+    lines: list[tuple[object, ...]] = []
     codes = [function.instruction_id(k) for k in range(function.n_instructions())]
     expressions = function.instructions_sx() if ca.OP_CALL in codes else None
     for k, code in enumerate(codes):

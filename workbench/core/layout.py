@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -40,9 +39,9 @@ class Entry:
         unit = declared(f"Entry({self.name}, unit=...)", self.unit)
         self.__setstate__({**self.__dict__, "default": self.default.copy(), "unit": unit})
 
-    def __setstate__(self, state: Mapping[str, Any]) -> None:
-        state["default"].flags.writeable = False  # NumPy's copies of an array can be written to
+    def __setstate__(self, state: Mapping[str, object]) -> None:
         self.__dict__.update(state)
+        self.default.flags.writeable = False  # NumPy's copies of an array can be written to
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -151,7 +150,7 @@ class Layout:
         base = re.sub(r"\[[\d,]*\]$", "", name)
         raise LookupError(f"'{base}' has shape {self[base].shape}: there is no {described(name)}.")
 
-    def pack(self, values: Mapping[str, Any] | None = None) -> Array:
+    def pack(self, values: Mapping[str, object] | None = None) -> Array:
         """Rows (B, size) from values by name; the other quantities take their defaults.
 
         A value has the quantity's shape, or (B, ...) for one value a run. A name such as `K[0,1]` sets a single number.
@@ -175,7 +174,7 @@ class Layout:
         self.check(rows)
         return rows
 
-    def _columns(self, name: str, value: Any) -> Array:
+    def _columns(self, name: str, value: object) -> Array:
         self.indices(name)  # refuses an unknown name
         shape = self[name].shape if name in self._slices else ()
         array = as_array(value)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from typing import Any
 
 
 def lazy_names(
     package: str, files: Mapping[str, str]
-) -> tuple[list[str], Callable[[str], Any], Callable[[], list[str]]]:
+) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:
     """The `__all__`, `__getattr__` and `__dir__` of a package that loads a name from its file when it is asked for.
 
     Parameters
@@ -30,7 +29,7 @@ def lazy_names(
     """
     homes = {name: file for file, names in files.items() for name in names.split()}
 
-    def load(name: str) -> Any:
+    def load(name: str) -> object:
         """A name of the room, loaded from its file."""
         if name not in homes:
             raise AttributeError(f"module '{package}' has no attribute '{name}'")

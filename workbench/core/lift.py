@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from workbench.core.block import Quantity, is_block, unit_of_quantity
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import Signals
-from workbench.core.validation.refusals import refusal
+from workbench.core.validation.refusals import Array, refusal
 from workbench.core.validation.signatures import door
 
 T = TypeVar("T")
@@ -38,13 +38,17 @@ def lift(block: T, prefix: str = "") -> Lifted[T]:
     ValueError
         If `block` is no instance of a class made by `@block`.
     """
-    if not is_block(block):
-        raise refusal("lift(block=...)", "a block, an instance of a class made by `@block`", block)
+    _refuse_other(block)
     found: list[tuple[Entry, ca.SX]] = []
     twin = _twin(block, prefix, "", found)
     symbols = [ca.vec(symbol) for _, symbol in found]
     layout = Layout(tuple(entry for entry, _ in found))
     return Lifted(twin, layout, ca.vertcat(*symbols) if symbols else ca.SX(0, 1))
+
+
+def _refuse_other(block: object) -> None:
+    if not is_block(block):
+        raise refusal("lift(block=...)", "a block, an instance of a class made by `@block`", block)
 
 
 def _twin(block: T, path: str, index: str, found: list[tuple[Entry, ca.SX]]) -> T:
@@ -68,7 +72,7 @@ def _twin(block: T, path: str, index: str, found: list[tuple[Entry, ca.SX]]) -> 
     return twin
 
 
-def _twin_of_field(value: Any, path: str, found: list[tuple[Entry, ca.SX]]) -> Any:
+def _twin_of_field(value: object, path: str, found: list[tuple[Entry, ca.SX]]) -> object:
     if is_block(value):
         return _twin(value, f"{path}.", "", found)
     if isinstance(value, tuple) and any(map(is_block, value)):
@@ -76,7 +80,7 @@ def _twin_of_field(value: Any, path: str, found: list[tuple[Entry, ca.SX]]) -> A
     return value
 
 
-def _entry(name: str, value: Any, quantity: Quantity, unit: str, symbol: str, index: str) -> Entry:
+def _entry(name: str, value: Array | float, quantity: Quantity, unit: str, symbol: str, index: str) -> Entry:
     printed = f"{symbol}_{index}" if index and "_" not in symbol else f"{symbol}{index}"
     return Entry(name, np.asarray(value, dtype=float), unit, quantity.bounds, printed)
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Protocol
 
 import casadi as ca
 import numpy as np
@@ -16,11 +16,51 @@ from workbench.core.layout import Entry, Layout
 from workbench.core.point import Point
 from workbench.core.units import ANY
 from workbench.core.validation.notebook_display import listed
-from workbench.core.validation.refusals import known, refusal, seconds, vector
+from workbench.core.validation.refusals import Array, known, refusal, seconds, vector
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeIs
 
 States = Annotated[ca.SX, "nx"]
 Inputs = Annotated[ca.SX, "nu"]
 MADE_UP = re.compile(r"[uy]\[\d+\]")  # python-control's names of inputs and outputs that were given none
+
+
+class ForeignSystem(Protocol):
+    """A system of python-control: its name, the labels of its inputs and outputs, and its period."""
+
+    name: str
+    dt: float | bool | None
+    input_labels: list[str]
+    output_labels: list[str]
+
+
+class StateSpace(ForeignSystem, Protocol):
+    """A system of python-control by its matrices."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    state_labels: list[str]
+
+    def update_names(self, *, inputs: list[str], outputs: list[str]) -> None:
+        """Rename inputs and outputs."""
+
+
+class TransferFunction(ForeignSystem, Protocol):
+    """A matrix of fractions of python-control, by their coefficients from the highest power on."""
+
+    ninputs: int
+    noutputs: int
+    num_list: list[list[Array]]
+    den_list: list[list[Array]]
+
+    def issiso(self) -> bool:
+        """True if one input and one output are all."""
+
+    def to_ss(self) -> StateSpace:
+        """A realisation by matrices."""
 
 
 @block
@@ -70,7 +110,7 @@ class LinearSystem:
 
     @staticmethod
     def of(
-        system: Any,
+        system: object,
         *,
         inputs: str | Sequence[str] | None = None,
         outputs: str | Sequence[str] | None = None,
@@ -101,10 +141,11 @@ class LinearSystem:
         """
         if isinstance(system, LinearSystem):
             return system
-        space, point = _state_space(system), _resting(system)
+        given = _foreign(system)
+        space, point = _state_space(given), _resting(given)
         labels = {
-            "inputs": _labels("inputs", inputs, space.input_labels, system),
-            "outputs": _labels("outputs", outputs, space.output_labels, system),
+            "inputs": _labels("inputs", inputs, space.input_labels, given),
+            "outputs": _labels("outputs", outputs, space.output_labels, given),
             "states": list(space.state_labels),
         }
         known_units = {port: _units(getattr(point, port)) if point else {} for port in labels}
@@ -112,17 +153,17 @@ class LinearSystem:
         for name in units or {}:
             known(name, [n for port in ports.values() for n in port.names], "states, inputs and outputs")
         matrices = {letter: np.asarray(getattr(space, letter), dtype=float) for letter in "ABCD"}
-        parts: dict[str, Any] = {letter: m for letter, m in matrices.items() if letter == "D" or ports["states"].size}
+        parts = {letter: m for letter, m in matrices.items() if letter == "D" or ports["states"].size}
         own = {name: getattr(point, name) for name in ("x0", "u0", "y0") if point is not None}
         # a point at zero adds no numbers to the equations; states of a transfer function have no point
         offsets = {name: value for name, value in own.items() if np.any(value)}
-        return LinearSystem(**ports, **parts, **offsets, dt=_period(system, dt))
+        states, inner, outer = (ports[port] for port in ("states", "inputs", "outputs"))
+        return LinearSystem(states, inner, outer, **parts, **offsets, dt=_period(given, dt))
 
     @staticmethod
     def recognises(value: object) -> bool:
         """True for a linear system of any kind: this one, or one of python-control."""
-        by_matrices = all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt", "state_labels"))
-        return isinstance(value, LinearSystem) or by_matrices or _is_transfer(value)
+        return isinstance(value, LinearSystem) or _is_foreign(value)
 
     def moved(self, x: States, u: Inputs) -> dict[str, ca.SX]:
         """A x + B u about the point for columns x and u, by the names of the states."""
@@ -139,11 +180,11 @@ class LinearSystem:
         return shown if self.y0 is None else self.y0 + shown
 
 
-def _less(column: ca.SX, at: Any) -> ca.SX:
+def _less(column: ca.SX, at: Array | ca.SX | None) -> ca.SX:
     return column if at is None else column - at
 
 
-def _resting(system: Any) -> Point | None:
+def _resting(system: ForeignSystem) -> Point | None:
     """The point of a system; one at which it does not rest is refused."""
     point = getattr(system, "point", None)
     if not isinstance(point, Point):
@@ -176,15 +217,24 @@ def layout_of(labels: Sequence[str]) -> Layout:
     return Layout(tuple(entries))
 
 
-def _is_transfer(value: object) -> bool:
+def _foreign(system: object) -> StateSpace | TransferFunction:
+    """A system of python-control, or a refusal."""
+    if not _is_foreign(system):
+        raise refusal("LinearSystem.of(system=...)", "a `StateSpace` or a `TransferFunction` of python-control", system)
+    return system
+
+
+def _is_foreign(value: object) -> TypeIs[StateSpace | TransferFunction]:
+    by_matrices = all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt", "state_labels"))
+    return by_matrices or _is_transfer(value)
+
+
+def _is_transfer(value: object) -> TypeIs[TransferFunction]:
     return all(hasattr(value, name) for name in ("num_list", "den_list", "to_ss", "dt"))
 
 
-def _state_space(system: Any) -> Any:
+def _state_space(system: StateSpace | TransferFunction) -> StateSpace:
     """A system by its matrices; a transfer function becomes one by python-control's own realisation."""
-    if not LinearSystem.recognises(system):
-        must = "a `StateSpace` or a `TransferFunction` of python-control"
-        raise refusal("LinearSystem.of(system=...)", must, system)
     if not _is_transfer(system):
         return system
     for i, (row, below) in enumerate(zip(system.num_list, system.den_list, strict=True)):
@@ -202,7 +252,7 @@ def _state_space(system: Any) -> Any:
     return space
 
 
-def _refuse_odd_fraction(entry: str, num: Any, den: Any) -> None:
+def _refuse_odd_fraction(entry: str, num: Array, den: Array) -> None:
     if not (np.isfinite(num).all() and np.isfinite(den).all()):
         raise ValueError(f"`LinearSystem.of(system)` must have finite coefficients; {entry} has not.")
     degrees = [len(np.trim_zeros(np.atleast_1d(part), "f")) - 1 for part in (num, den)]
@@ -213,7 +263,7 @@ def _refuse_odd_fraction(entry: str, num: Any, den: Any) -> None:
         )
 
 
-def _labels(port: str, given: str | Sequence[str] | None, own: Iterable[str], system: Any) -> list[str]:
+def _labels(port: str, given: str | Sequence[str] | None, own: Iterable[str], system: ForeignSystem) -> list[str]:
     """The names that were given, or the system's own; names made up by python-control are refused."""
     names = list(own)
     if given is not None:
@@ -234,7 +284,7 @@ def _in_units(port: Layout, units: Mapping[str, str]) -> Layout:
     return Layout(tuple(replace(entry, unit=units.get(entry.name, ANY)) for entry in port.entries))
 
 
-def _period(system: Any, dt: float | None) -> float | None:
+def _period(system: ForeignSystem, dt: float | None) -> float | None:
     if system.dt is True:
         if dt is None:
             must = f"the period in s of '{system.name}', a discrete system that says none (`dt=True`)"

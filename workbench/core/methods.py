@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import casadi as ca
 
 from workbench.core.validation.refusals import Array
 
+Time = TypeVar("Time", ca.SX, float)
 X = TypeVar("X", ca.SX, Array)
 Held = TypeVar("Held")  # the arguments of an equation that are the same at each stage
 
@@ -68,12 +69,10 @@ RESTARTED = replace(
 METHODS: Mapping[str, Method] = {method.name: method for method in (RK4, STABILISED, RESTARTED)}
 
 
-def runge_kutta(
-    f: Callable[[Any, X, Held], X], t: ca.SX | float, x: X, p: Held, h: ca.SX | float, method: Method = RK4
-) -> X:
+def runge_kutta(f: Callable[[Time, X, Held], X], t: Time, x: X, p: Held, h: Time | float, method: Method = RK4) -> X:
     """x(t + h) from x(t), as expressions or arrays, by a Runge-Kutta method; the classical one by default."""
     stage: X = x
-    total: Any = 0.0
+    total: X | float = 0.0
     for node, ahead, weight in zip(method.nodes, method.ahead, method.weights, strict=True):
         rate = f(t + node * h, stage, p)
         stage, total = x + ahead * h * rate, total + weight * rate

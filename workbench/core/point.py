@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -83,7 +83,7 @@ class PointedGain(np.ndarray):
         gain._point = point
         return gain
 
-    def __array_finalize__(self, source: Any) -> None:
+    def __array_finalize__(self, source: object) -> None:
         self._point = getattr(source, "_point", None)
 
     @property
@@ -96,7 +96,7 @@ class PointedGain(np.ndarray):
         return repr(np.asarray(self))
 
 
-def gain_of(design: Any) -> tuple[Any, Point | None]:
+def gain_of(design: object) -> tuple[object, Point | None]:
     """The gain K of a design or K itself, as a plain matrix, and the point that it is about, if it has one."""
     K = getattr(design, "K", design)
     point = getattr(design, "point", None) or getattr(K, "point", None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NoReturn, TypeAlias
+from typing import Literal, NoReturn, TypeAlias, TypeVar, overload
 
 import casadi as ca
 import numpy as np
@@ -13,11 +13,12 @@ import numpy as np
 from workbench.core.layout import Entry, Layout
 from workbench.core.units import declared, joined, read
 from workbench.core.validation.notebook_display import LINE, table_to_html
-from workbench.core.validation.refusals import as_text, described, known, nearest, numbers, refusal
+from workbench.core.validation.refusals import Array, as_text, described, known, nearest, numbers, refusal
 from workbench.core.validation.signatures import door
 
 Way: TypeAlias = Literal["read", "filtered", "estimated"]
 Information: TypeAlias = tuple[tuple[tuple[str, tuple[Way, ...]], ...], bool, bool, bool]
+T = TypeVar("T")
 AFFIX = re.compile(r"d{1,3}|_\w+|\d+")  # of a name that is derived from another one: `xd`, `x_ref`, `x2`
 NUMBER = re.compile(r"\d+")
 
@@ -54,8 +55,12 @@ class Signals(Mapping[str, ca.SX]):
     def __contains__(self, name: object) -> bool:
         return name in self._parts
 
+    @overload
+    def get(self, name: str, default: None = None) -> ca.SX | None: ...
+    @overload
+    def get(self, name: str, default: ca.SX | T) -> ca.SX | T: ...
     @door
-    def get(self, name: str, default: Any = None) -> Any:
+    def get(self, name: str, default: object = None) -> object:
         """The signal of a name, or a default if there is none."""
         return self._parts.get(name, default)
 
@@ -97,7 +102,7 @@ METHODS = {name for name in dir(Signals) if not name.startswith("_")}  # `y.name
 
 
 @door
-def layout(**signals: Any) -> Layout:
+def layout(**signals: object) -> Layout:
     """A port or a memory: a unit for each name, or a unit and the number or numbers at the start, zero else.
 
     Raises
@@ -114,7 +119,7 @@ def layout(**signals: Any) -> Layout:
     return Layout(tuple(_entry(name, value) for name, value in signals.items()))
 
 
-def _entry(name: str, value: Any) -> Entry:
+def _entry(name: str, value: object) -> Entry:
     call = f"layout({name}=...)"
     if name in METHODS:
         raise ValueError(f"`{call}` must have another name, as `{name}` is a method of the `Signals` that hold it.")
@@ -179,7 +184,7 @@ def signals_of(call: str, port: Layout, parts: object) -> Signals:
     return Signals({entry.name: column(call, entry.name, entry.shape, parts[entry.name]) for entry in port.entries})
 
 
-def column(call: str, name: str, shape: tuple[int, ...], value: Any) -> ca.SX:
+def column(call: str, name: str, shape: tuple[int, ...], value: ca.SX | ca.DM | Array | float) -> ca.SX:
     """The expression that a method returned for a signal, in the signal's shape."""
     want = (shape + (1, 1))[:2]
     try:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 
@@ -14,7 +13,7 @@ import casadi as ca
 class Probe:
     """A block in place of a model: each function of its state is a symbol, by name, plus terms in its arguments."""
 
-    block: Any
+    block: object
     symbols: Mapping[str, ca.SX]
 
 

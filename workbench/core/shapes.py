@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -22,7 +22,7 @@ AS_EXPRESSION = fit_of(ca.SX)  # CasADi itself crashes on numbers of more than 6
 TURNED, RAISED = math.radians(20.0), math.radians(18.0)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 @door
 class Line:
     """A line through `points`, (n, 2) in m to the right and upward; one that is `closed` is filled.
@@ -42,24 +42,26 @@ class Line:
     ((2, 2), 'link')
     """
 
-    points: Any
-    tone: str = "link"
-    width: Any = 0.0
-    closed: bool = False
+    points: ca.SX
+    tone: str
+    width: ca.SX
+    closed: bool
+
+    def __init__(self, points: object, tone: str = "link", width: object = 0.0, closed: bool = False) -> None:
+        call = "Line(points=...)"
+        if isinstance(points, str) or not isinstance(points, Sequence | np.ndarray):
+            raise refusal(call, f"two or more points, each {PAIR}", points)
+        if len(points) < 2:
+            raise ValueError(f"`{call}` must be two or more points; got {len(points)}.")
+        rows = [_pair(call, point, f" at [{i}]") for i, point in enumerate(points)]
+        places, one = ca.vertcat(*(row.T for row in rows)), _one("Line(width=...)", width)
+        _set(self, points=places, tone=tone, width=one, closed=closed)
 
     def __post_init__(self) -> None:
-        call = "Line(points=...)"
-        if isinstance(self.points, str) or not isinstance(self.points, Sequence | np.ndarray):
-            raise refusal(call, f"two or more points, each {PAIR}", self.points)
-        if len(self.points) < 2:
-            raise ValueError(f"`{call}` must be two or more points; got {len(self.points)}.")
-        rows = [_pair(call, point, f" at [{i}]") for i, point in enumerate(self.points)]
-        object.__setattr__(self, "points", ca.vertcat(*(row.T for row in rows)))
-        object.__setattr__(self, "width", _one("Line(width=...)", self.width))
         one_of("Line(tone=...)", self.tone, TONES)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 @door
 class Circle:
     """A circle about `centre`, (2,), of a radius, both in m; that of a 'path' is a point that leaves its track.
@@ -75,17 +77,19 @@ class Circle:
     (2, 1)
     """
 
-    centre: Any
-    radius: Any
-    tone: str = "body"
+    centre: ca.SX
+    radius: ca.SX
+    tone: str
+
+    def __init__(self, centre: object, radius: object, tone: str = "body") -> None:
+        place, one = _pair("Circle(centre=...)", centre), _one("Circle(radius=...)", radius)
+        _set(self, centre=place, radius=one, tone=tone)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", _pair("Circle(centre=...)", self.centre))
-        object.__setattr__(self, "radius", _one("Circle(radius=...)", self.radius))
         one_of("Circle(tone=...)", self.tone, TONES)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 @door
 class Word:
     """A few letters about `place`, (2,) in m, as the number of a tank.
@@ -96,11 +100,13 @@ class Word:
     'T'
     """
 
-    place: Any
+    place: ca.SX
     letters: str
 
+    def __init__(self, place: object, letters: str) -> None:
+        _set(self, place=_pair("Word(place=...)", place), letters=letters)
+
     def __post_init__(self) -> None:
-        object.__setattr__(self, "place", _pair("Word(place=...)", self.place))
         text("Word(letters=...)", self.letters)
 
 
@@ -108,11 +114,18 @@ Shape: TypeAlias = Line | Circle | Word
 SHAPES = "shapes, each a `Line`, a `Circle` or a `Word`, or None where there is no picture"
 
 
-def _pair(call: str, value: Any, where: str = "") -> ca.SX:
+def _set(shape: Shape, **fields: object) -> None:
+    """Give a shape its fields, which its own door then checks."""
+    for name, value in fields.items():
+        object.__setattr__(shape, name, value)
+    shape.__post_init__()
+
+
+def _pair(call: str, value: object, where: str = "") -> ca.SX:
     """Two numbers or expressions as a column (2, 1)."""
     try:
         given = ca.vertsplit(value) if isinstance(value, ca.SX | ca.DM) else value
-        parts: list[ca.SX] = [AS_EXPRESSION(part) for part in given] if len(given) == 2 else []
+        parts = [AS_EXPRESSION(part) for part in given] if isinstance(given, Collection) and len(given) == 2 else []
     except Exception:  # whatever it is that came
         raise refusal(call, f"{PAIR}{where}", value) from None
     if [part.shape for part in parts] != [(1, 1)] * 2:
@@ -120,10 +133,10 @@ def _pair(call: str, value: Any, where: str = "") -> ca.SX:
     return ca.densify(ca.vertcat(*parts))
 
 
-def _one(call: str, value: Any) -> ca.SX:
+def _one(call: str, value: object) -> ca.SX:
     """One number or expression."""
     try:
-        part: ca.SX = AS_EXPRESSION(value)
+        part = AS_EXPRESSION(value)
     except Exception:  # whatever it is that came
         raise refusal(call, "a number or an expression, in m", value) from None
     if part.shape != (1, 1):
@@ -154,13 +167,13 @@ class Drawing:
     """
 
     coordinates: ca.SX  # (n, 1), in t, x and p of the equation; in m
-    shapes: tuple[Mapping[str, Any], ...]
+    shapes: tuple[Mapping[str, object], ...]
 
     def __post_init__(self) -> None:
         refuse_misfit("Drawing", "coordinates", self.coordinates, self.coordinates.numel(), 1, "a column")
 
     @property
-    def data(self) -> dict[str, Any]:
+    def data(self) -> dict[str, object]:
         """The shapes as JSON takes them; the view is fitted to all that is drawn."""
         return {"view": None, "follow": False, "shapes": [dict(shape) for shape in self.shapes]}
 
@@ -204,7 +217,7 @@ def _widths(call: str, widths: list[ca.SX], p: ca.SX, numbers: Array) -> list[fl
     return list(values)
 
 
-def _looks(shape: Shape) -> tuple[ca.SX, dict[str, Any]]:
+def _looks(shape: Shape) -> tuple[ca.SX, dict[str, object]]:
     """The coordinates of a shape in a row, and its kind, tone and letters."""
     if isinstance(shape, Word):
         return shape.place, {"kind": "word", "tone": "body", "letters": shape.letters}
@@ -213,7 +226,7 @@ def _looks(shape: Shape) -> tuple[ca.SX, dict[str, Any]]:
     return ca.vec(shape.points.T), {"kind": "line", "tone": shape.tone, "closed": shape.closed}
 
 
-def _placed(call: str, where: ca.SX, column: list[ca.SX], places: dict[int, int]) -> dict[str, Any]:
+def _placed(call: str, where: ca.SX, column: list[ca.SX], places: dict[int, int]) -> dict[str, object]:
     """The coordinates as numbers where none of them moves, else as places in the column, each expression once."""
     if where.is_constant():
         fixed = np.array(ca.DM(where)).ravel()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, cast
+
+from workbench.core.drawers import draw
 
 
 class Picture(Protocol):
@@ -19,6 +21,11 @@ class Picture(Protocol):
 
     def savefig(self, path: str | Path) -> Path:
         """Write it to a file; its path."""
+
+
+def picture_of(thing: object, *args: object, **options: object) -> Picture:
+    """The picture of an object of a class whose drawer, which `report` has entered, gives one."""
+    return cast(Picture, draw(thing, *args, **options))
 
 
 class Page(Protocol):

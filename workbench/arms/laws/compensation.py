@@ -1,5 +1,5 @@
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import casadi as ca
 
@@ -79,7 +79,7 @@ class WithCompensation(AbstractArmController):
         return above({"law": self._law.advance(t, below("law", z), est, ref, period)})
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        less: Mapping[str, Any] = self.law.without()
+        less = self.law.without()
         return {"disturbance compensation": self.law} | {name: WithCompensation(law) for name, law in less.items()}
 
     @property

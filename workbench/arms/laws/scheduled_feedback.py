@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
@@ -64,7 +62,7 @@ class ScheduledFeedback(AbstractArmController):
             )
 
     @staticmethod
-    def of(model: AbstractArm, coefficients: Any, horizon: float, series: str = "chebyshev") -> ScheduledFeedback:
+    def of(model: AbstractArm, coefficients: object, horizon: float, series: str = "chebyshev") -> ScheduledFeedback:
         """The law u = -K(t) [e; ed], with the coefficients (terms, n, 2n) of K."""
         Kp, Kd = halves("ScheduledFeedback.of(coefficients=...)", coefficients, model.dof, model.dof)
         if Kp.ndim != 3 or not len(Kp):

@@ -1,7 +1,7 @@
 """The base of the sliding laws: the surface, the switching term, and the relay in discrete time."""
 
 from dataclasses import replace
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, Self
 
 import casadi as ca
 
@@ -97,10 +97,9 @@ class AbstractSlidingMode(AbstractArmController):
             )
         return self.period
 
-    def without_layer(self) -> dict[str, Any]:
+    def without_layer(self) -> dict[str, Self]:
         """The law without its boundary layer, if it has one."""
-        law: Any = self
-        return {"boundary layer": replace(law, saturation="sign")} if law.saturation in ("clip", "tanh") else {}
+        return {"boundary layer": replace(self, saturation="sign")} if self.saturation in ("clip", "tanh") else {}
 
 
 def saturation(s: ca.SX, phi: Scalar, kind: str) -> ca.SX:

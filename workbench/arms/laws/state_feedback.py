@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
@@ -62,7 +60,7 @@ class StateFeedback(AbstractArmController):
             )
 
     @staticmethod
-    def of(model: AbstractArm, K: Any) -> StateFeedback:
+    def of(model: AbstractArm, K: object) -> StateFeedback:
         """The law u = tau_ref - K [e; ed] of a regulator's design, or of its K (m, 2n) alone.
 
         The feedforward tau_ref and the error are those of the reference, so the point is wherever that is.
@@ -94,7 +92,7 @@ class StateFeedback(AbstractArmController):
         return tau
 
 
-def halves(call: str, K: Any, dof: int, rows: int) -> tuple[Array, Array]:
+def halves(call: str, K: object, dof: int, rows: int) -> tuple[Array, Array]:
     """The gains of e and of ed from K (..., rows, 2n), or a refusal."""
     gain = as_array(K)
     if gain is None:

@@ -1,7 +1,6 @@
 """The catalogue of arms by name, with the sources of their numbers."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -84,9 +83,11 @@ def scara() -> SpatialArm:
     of 1 kg and 0.3 m, a spindle of 0.5 kg whose load lies 2 cm off its axis.
     """
 
-    def bar(name: str, mass: float, length: float, **seat: Any) -> SpatialLink:
+    def bar(
+        name: str, mass: float, length: float, position: tuple[float, float, float], parent: int = -1
+    ) -> SpatialLink:
         moments = (mass * 0.05**2 / 6, 0.0, 0.0, mass * length**2 / 12, 0.0, mass * length**2 / 12)
-        return SpatialLink(name, mass, (length / 2, 0.0, 0.0), moments, **seat)
+        return SpatialLink(name, mass, (length / 2, 0.0, 0.0), moments, position, parent=parent)
 
     quill = (1.0 * 0.3**2 / 12, 0.0, 0.0, 1.0 * 0.3**2 / 12, 0.0, 1.0 * 0.01**2 / 2)
     links = (

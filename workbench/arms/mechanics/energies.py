@@ -1,13 +1,17 @@
 """Poses and energies of a tree of bodies: a second derivation of the torque, against which recursions are checked."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple, Protocol
 
 import casadi as ca
 import numpy as np
 
 from workbench.arms.mechanics import lagrange, recursions
+from workbench.arms.mechanics.recursions import Body
 from workbench.arms.mechanics.spatial_vectors import sparse, tensor, turn
+from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.validation.refusals import Array
 
 STATES, SEED = 3, 2021
@@ -23,7 +27,43 @@ class Pose(NamedTuple):
     position: ca.SX
 
 
-def across_joint(link: Any, q: ca.SX) -> Pose:
+class TreeLink(Protocol):
+    """A rigid body of a tree: its numbers, its joint, and the place of that on the body that carries it."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def joint(self) -> str: ...
+    @property
+    def parent(self) -> int: ...
+    @property
+    def axis(self) -> Vector: ...
+    @property
+    def rotation(self) -> Matrix: ...
+    @property
+    def position(self) -> Vector: ...
+    @property
+    def mass(self) -> Scalar: ...
+    @property
+    def com(self) -> Vector: ...
+    @property
+    def inertia(self) -> Vector: ...
+
+
+class Tree(Protocol):
+    """An arm of such bodies."""
+
+    @property
+    def dof(self) -> int: ...
+    @property
+    def gravity(self) -> Scalar: ...
+    @property
+    def links(self) -> Sequence[TreeLink]: ...
+    def bodies(self, q: ca.SX) -> list[Body]: ...
+    def drive_inertias(self) -> ca.SX: ...
+
+
+def across_joint(link: TreeLink, q: ca.SX) -> Pose:
     """A body's frame seen from the body that carries it, at the position q of its joint."""
     rotation, position = sparse(link.rotation), sparse(link.position)
     if link.joint == "prismatic":
@@ -31,7 +71,7 @@ def across_joint(link: Any, q: ca.SX) -> Pose:
     return Pose(rotation @ turn(link.axis, q), position)
 
 
-def from_base(links: Sequence[Any], q: ca.SX) -> list[Pose]:
+def from_base(links: Sequence[TreeLink], q: ca.SX) -> list[Pose]:
     """Each body's frame seen from the base."""
     poses: list[Pose] = []
     for i, link in enumerate(links):
@@ -43,7 +83,7 @@ def from_base(links: Sequence[Any], q: ca.SX) -> list[Pose]:
     return poses
 
 
-def potential_energy(links: Sequence[Any], gravity: Any, q: ca.SX) -> ca.SX:
+def potential_energy(links: Sequence[TreeLink], gravity: Scalar, q: ca.SX) -> ca.SX:
     """U(q) = sum of m g z, in J, zero with all masses at the height of the base."""
     energy = ca.SX(1, 1)
     for link, pose in zip(links, from_base(links, q), strict=True):
@@ -51,7 +91,7 @@ def potential_energy(links: Sequence[Any], gravity: Any, q: ca.SX) -> ca.SX:
     return ca.densify(energy)
 
 
-def kinetic_energy(links: Sequence[Any], q: ca.SX, qd: ca.SX) -> ca.SX:
+def kinetic_energy(links: Sequence[TreeLink], q: ca.SX, qd: ca.SX) -> ca.SX:
     """T(q, qd) in J, from the poses alone: velocities are their derivatives along qd; q and qd are symbols."""
     poses = from_base(links, q)
     coms = [p.position + p.rotation @ sparse(link.com) for link, p in zip(links, poses, strict=True)]
@@ -65,7 +105,7 @@ def kinetic_energy(links: Sequence[Any], q: ca.SX, qd: ca.SX) -> ca.SX:
     return ca.densify(energy)
 
 
-def roads(arm: Any) -> ca.Function:
+def roads(arm: Tree) -> ca.Function:
     """(q, qd, qdd) -> the torque of links by the recursion and by the energies, and M of the links."""
     q, qd, qdd = (ca.SX.sym(letter, arm.dof) for letter in ("q", "qd", "qdd"))
     bodies = arm.bodies(q)
@@ -87,7 +127,7 @@ def difference(torques: ca.Function, states: Array) -> Array:
     return np.array(gaps)
 
 
-def check(arm: Any) -> None:
+def check(arm: Tree) -> None:
     """Refuse an arm whose recursion and energies give different torques, or whose M cannot be inverted."""
     states = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STATES, 3, arm.dof))
     torques = roads(arm)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -88,7 +88,7 @@ class Regressor:
         return int(self.q.numel())
 
     @door
-    def at(self, q: Any, qd: Any, qdd: Any) -> Array:
+    def at(self, q: object, qd: object, qdd: object) -> Array:
         """Y at a state, (n, k), from q, qd and qdd (n,); at N states, one below the other, (N n, k), from (N, n)."""
         parts = {"q": q, "qd": qd, "qdd": qdd}
         states = [np.atleast_2d(numbers(f"Regressor.at({name}=...)", each)) for name, each in parts.items()]

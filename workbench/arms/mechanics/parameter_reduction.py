@@ -1,7 +1,6 @@
 """Base parameters of an arm: the smallest set of combinations of its numbers that gives the same torques."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -59,7 +58,7 @@ class BaseParameters:
     regressor: Regressor
 
     @door
-    def at(self, q: Any, qd: Any, qdd: Any) -> Array:
+    def at(self, q: object, qd: object, qdd: object) -> Array:
         """Y_b at a state, (n, b), from q, qd and qdd (n,); at N states, one below the other, (N n, b), from (N, n)."""
         return np.asarray(self.regressor.at(q, qd, qdd)[:, self.kept])
 

@@ -5,7 +5,6 @@ angles, so that the energies come out without squares of sines and cosines that 
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import casadi as ca
 
@@ -175,7 +174,9 @@ def turns(waves: Sequence[tuple[ca.SX, ca.SX]]) -> list[tuple[ca.SX, ca.SX]]:
     return sums
 
 
-def _speed_squared(links: Sequence[Link | PointMass], omegas: Sequence[ca.SX], bends: Sequence[Sequence[Any]]) -> ca.SX:
+def _speed_squared(
+    links: Sequence[Link | PointMass], omegas: Sequence[ca.SX], bends: Sequence[Sequence[tuple[ca.SX, ca.SX]]]
+) -> ca.SX:
     """The squared speed of the last link's centre of mass, in m^2/s^2.
 
     Body j turns at omega_j and adds omega_j (a_j left_j - b_j along_j) to the velocity, where (a, b) is (length, 0) for

@@ -1,7 +1,6 @@
 """Spatial arms: rigid bodies on hinges and slides, each carried by one before it, on a base that stands still."""
 
 import math
-from typing import Any
 
 import casadi as ca
 
@@ -17,7 +16,7 @@ from workbench.arms.mechanics.spatial_vectors import (
     transform,
 )
 from workbench.core import block, option, parameter
-from workbench.core.block import Column, Number, Scalar, Vector
+from workbench.core.block import Column, Matrix, Number, Scalar, Vector
 from workbench.core.shapes import Circle, Line, Shape, projected
 from workbench.core.validation.refusals import Array, described, known, matrix, name, vector
 
@@ -47,8 +46,8 @@ class SpatialLink:
     com: Vector = parameter(unit="m", shape=("3",), symbol="c")
     inertia: Vector = parameter(unit="kg m^2", shape=("6",), symbol="I")
     position: Vector = parameter(default=(0.0, 0.0, 0.0), unit="m", shape=("3",), symbol="r")
-    axis: Any = (0.0, 0.0, 1.0)
-    rotation: Any = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    axis: Vector = (0.0, 0.0, 1.0)
+    rotation: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     parent: int = -1
     joint: str = option(
         {
@@ -106,7 +105,7 @@ class SpatialLink:
         inertia = spatial_inertia(self.mass, self.com, self.inertia)
         return Body(self.parent, transform(*pose), S, inertia)
 
-    def drive_inertia(self) -> Any:
+    def drive_inertia(self) -> Scalar:
         """The inertia that the rotor adds to the diagonal of M, reflected to the joint: gear^2 rotor."""
         if self.rotor is None:
             return 0.0

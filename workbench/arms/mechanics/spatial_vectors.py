@@ -6,7 +6,7 @@ Featherstone (2008), Rigid Body Dynamics Algorithms, chapter 2.
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple, overload
 
 import casadi as ca
 import numpy as np
@@ -46,7 +46,7 @@ def turn(axis: Array, angle: ca.SX) -> ca.SX:
     return ca.sparsify(ca.DM(along)) + across * ca.cos(angle) + skew(sparse(axis)) * ca.sin(angle)
 
 
-def sparse(number: Any) -> ca.SX:
+def sparse(number: Array | ca.SX) -> ca.SX:
     """An array of numbers or symbols with its exact zeros as structural ones, which cost no operation."""
     return number if isinstance(number, ca.SX) else ca.SX(ca.sparsify(ca.DM(np.asarray(number, dtype=float))))
 
@@ -87,7 +87,11 @@ def refuse_skewed(call: str, R: Array) -> None:
         )
 
 
-def tensor(moments: Any) -> Any:
+@overload
+def tensor(moments: Array | Sequence[float]) -> Array: ...
+@overload
+def tensor(moments: ca.SX) -> ca.SX: ...
+def tensor(moments: ca.SX | Array | Sequence[float]) -> ca.SX | Array:
     """The symmetric matrix (3, 3) of six moments in the order xx, xy, xz, yy, yz, zz: of numbers or of symbols."""
     xx, xy, xz, yy, yz, zz = (moments[i] for i in range(6))
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
@@ -99,14 +103,14 @@ def moments(matrix: Array) -> Array:
     return np.asarray(matrix[np.triu_indices(3)])
 
 
-def spatial_inertia(mass: Any, com: Any, moments: Any) -> ca.SX:
+def spatial_inertia(mass: ca.SX | float, com: Array | ca.SX, moments: Array | ca.SX) -> ca.SX:
     """The spatial inertia (6, 6) about the frame's origin, from mass, centre of mass and moments about that."""
     c = sparse(com)
     lever = skew(c)
     return inertia_about_origin(mass, mass * c, sparse(tensor(moments)) - mass * (lever @ lever))
 
 
-def inertia_about_origin(mass: Any, first: ca.SX, second: ca.SX) -> ca.SX:
+def inertia_about_origin(mass: ca.SX | float, first: ca.SX, second: ca.SX) -> ca.SX:
     """The spatial inertia (6, 6) from mass, first moments m c (3, 1) and moments of inertia (3, 3) about the origin."""
     return ca.blockcat([[second, skew(first)], [-skew(first), ca.SX(mass) * ca.SX.eye(3)]])
 

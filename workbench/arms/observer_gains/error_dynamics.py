@@ -8,7 +8,6 @@ with v the noise of the measured positions. Frozen poles may all decay and the e
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.linalg import expm
@@ -20,6 +19,7 @@ from workbench.arms.observer_gains.inequality import bears_mismatch
 from workbench.arms.observer_gains.matrix_inequalities import lyapunov_matrix
 from workbench.arms.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, positive, vector, whole
 from workbench.core.validation.signatures import door
 from workbench.design.linear.feedback_loops import largest_state_gain
@@ -177,7 +177,7 @@ def tolerated(gains: Gains) -> tuple[float, Array]:
 
 
 @door
-def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> Gains:
+def kalman(dynamics: Dynamics, q: Numbers, qd: Numbers, tau: Numbers, Qn: Numbers, Rn: Numbers) -> Gains:
     """The steady Kalman gain of the arm linearised at a state, for accelerations and measurements with white noise.
 
     Parameters

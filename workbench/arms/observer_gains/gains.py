@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -188,5 +187,5 @@ def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
     return Gains(sizes[0] * identity, sizes[1] * identity)
 
 
-def _identity(call: str, joints: Any) -> Array:
+def _identity(call: str, joints: object) -> Array:
     return np.eye(whole(f"{call}(joints=...)", joints, most=MOST_JOINTS, of=" of joints"))

@@ -12,9 +12,10 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.arms.observer_gains.gains import Region
 from workbench.arms.observer_gains.mismatch import Mismatch, refuse_unfit
@@ -26,14 +27,14 @@ from workbench.proofs.branch_and_bound import definite, sequence
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.exact_arithmetic import Matrix, characteristic_polynomial
 
-Mask = np.ndarray[Any, np.dtype[np.bool_]]
+Mask = NDArray[np.bool_]
 # Boxes of positions that a proof may take, and doubles that are held at a time.
 BUDGET, HELD = 40_000, 3_000_000
 # Shares above the largest norm that is known, of which the first that can be proved is taken; samples of states.
 SHARES, SAMPLES = (0.01, 0.03, 0.1, 0.3), 20_000
 
 
-def exactly_definite(S: Array) -> bool:
+def exactly_definite(S: Array | NDArray[np.object_]) -> bool:
     """True if a symmetric matrix is positive definite: all its leading minors are positive, in rational arithmetic."""
     rows: Matrix = exact(S).tolist()
     leading = ([row[:k] for row in rows[:k]] for k in range(1, len(rows) + 1))
@@ -47,9 +48,10 @@ def bears_mismatch(P: Array, A: Array, B: Array, rho: float) -> bool:
     return exactly_definite(p) and exactly_definite(-(pa + pa.T + square + pb @ pb.T))
 
 
-def exact(S: Any) -> Any:
+def exact(S: Array | NDArray[np.object_]) -> NDArray[np.object_]:
     """The matrix as fractions, whose sums and products do not round."""
-    return np.vectorize(Fraction, otypes=[object])(S)
+    fractions: NDArray[np.object_] = np.vectorize(Fraction, otypes=[object])(S)
+    return fractions
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,8 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any, ClassVar
+from dataclasses import Field, replace
+from typing import TYPE_CHECKING, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -65,6 +65,8 @@ CHEN_DISSIPATES = Claim(
 class AbstractDisturbanceObserver(AbstractJoints):
     """An observer of D in M qdd + C qd + G + D = tau, from measurements and an estimated state."""
 
+    if TYPE_CHECKING:  # each block is a dataclass
+        __dataclass_fields__: ClassVar[dict[str, Field[object]]]
     uses_truth: ClassVar[bool] = False  # True of one that needs the true disturbance, which no instrument gives
 
     @property
@@ -272,7 +274,8 @@ class WithDisturbance(AbstractArmObserver):
         return est | {"d": self.disturbance.estimate(t, below("disturbance", z), seen, est)}
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        parts: dict[str, Any] = {"state": self.state, "disturbance": self.disturbance}
+        parts: dict[str, AbstractArmObserver | AbstractDisturbanceObserver]
+        parts = {"state": self.state, "disturbance": self.disturbance}
         return above(
             {name: o.rate(t, below(name, z), y.only(o.reads), est, u.only(o.inputs)) for name, o in parts.items()}
         )
@@ -288,7 +291,7 @@ class WithDisturbance(AbstractArmObserver):
         return moved | above({"state": state})
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        less: Mapping[str, Any] = self.state.without()
+        less = self.state.without()
         return {"disturbance estimate": self.state} | {name: replace(self, state=one) for name, one in less.items()}
 
 

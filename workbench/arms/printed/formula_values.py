@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import Any, Literal, NamedTuple
+from typing import Generic, Literal, Protocol, Self, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -27,21 +28,35 @@ from workbench.core.notation.formula import (
     name_of,
 )
 from workbench.core.notation.normal_form import NormalForm, NotInClass
+from workbench.core.validation.refusals import Array
 
 HIGHEST_POWER = 16
 MOST_LEVELS = 100  # of parts within parts: what goes through a formula nests up to four of its calls a level
 MOST_WAVES = 100  # in a product; doubles count the terms of no more
 
 
-class Arithmetic(NamedTuple):
+class Value(Protocol):
+    """A number of an arithmetic."""
+
+    def __add__(self, other: Self, /) -> Self: ...
+    def __mul__(self, other: Self, /) -> Self: ...
+    def __truediv__(self, other: Self, /) -> Self: ...
+    def __pow__(self, exponent: float, /) -> Self: ...
+
+
+V = TypeVar("V", bound=Value)
+
+
+@dataclass(frozen=True)
+class Arithmetic(Generic[V]):
     """An arithmetic: the maker of its numbers, pi, and its functions by name."""
 
-    number: Callable[[Fraction | float], Any]
-    pi: Any
-    functions: Mapping[str, Callable[[Any], Any]]
+    number: Callable[[Fraction | float], V]
+    pi: V
+    functions: Mapping[str, Callable[[V], V]]
 
 
-def evaluate(formula: Formula, values: Mapping[Symbol, Any], arithmetic: Arithmetic) -> Any:
+def evaluate(formula: Formula, values: Mapping[Symbol, V], arithmetic: Arithmetic[V]) -> V:
     """The value of a formula, given those of its symbols; the symbol pi is the number, where it has no other value.
 
     A rational number p/q before a product multiplies by p and divides by q, so that a third stays exactly one in the
@@ -71,7 +86,7 @@ def evaluate(formula: Formula, values: Mapping[Symbol, Any], arithmetic: Arithme
     raise ValueError(f"`evaluate(formula)` knows sums, products, powers and sin, cos, tan, sqrt; got {formula!r:.80}.")
 
 
-def _product(factors: Any, values: Mapping[Symbol, Any], arithmetic: Arithmetic) -> Any:
+def _product(factors: Sequence[Formula], values: Mapping[Symbol, V], arithmetic: Arithmetic[V]) -> V:
     result = evaluate(factors[0], values, arithmetic)
     for factor in factors[1:]:
         result = result * evaluate(factor, values, arithmetic)
@@ -203,7 +218,7 @@ def _wave(kind: Literal["sin", "cos"], argument: NormalForm) -> NormalForm:
 CASADI = Arithmetic(
     lambda value: ca.SX(_number(value)), ca.SX(math.pi), {"sin": ca.sin, "cos": ca.cos, "tan": ca.tan, "sqrt": ca.sqrt}
 )
-NUMPY = Arithmetic(
+NUMPY: Arithmetic[Array | np.float64] = Arithmetic(
     lambda value: np.float64(_number(value)),
     np.float64(math.pi),
     {"sin": np.sin, "cos": np.cos, "tan": np.tan, "sqrt": np.sqrt},

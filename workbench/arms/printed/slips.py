@@ -90,7 +90,8 @@ class Editor:
             found = []
             for letter in dict.fromkeys(letters(printed)):
                 for other, value in self.meant.items():
-                    if other != letter and _near(evaluate(printed, {**self.values, letter: value}, NUMPY), right):
+                    turned: dict[Symbol, Array | np.float64] = {**self.values, letter: value}
+                    if other != letter and _near(evaluate(printed, turned, NUMPY), right):
                         said = f"{text.emit(letter)} stands throughout where {text.emit(other)} is right"
                         found.append(Slip("throughout", said))
             for part in self._parts(printed, right, is_term=True, is_whole=True):
@@ -211,7 +212,7 @@ def _instead(kind: str, printed: Formula, right: Formula) -> Slip:
     return Slip(kind, f"{text.emit(printed)} stands where {text.emit(right)} is right")
 
 
-def _near(value: Array, wanted: Array | float) -> bool:
+def _near(value: Array | np.float64, wanted: Array | float) -> bool:
     scale = np.maximum(np.abs(value), np.abs(wanted))
     return bool(np.all(np.isfinite(value) & np.isfinite(wanted) & (np.abs(value - wanted) <= CLOSE * scale)))
 

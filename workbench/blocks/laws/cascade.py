@@ -1,6 +1,5 @@
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,7 +11,7 @@ from workbench.core.block import Number
 from workbench.core.port import misfits
 from workbench.core.validation.refusals import whole
 
-Arguments = tuple[Any, Signals, Signals, Signals]  # time, memory, estimates and wanted signals of a law
+Arguments = tuple[ca.SX, Signals, Signals, Signals]  # time, memory, estimates and wanted signals of a law
 
 
 @block

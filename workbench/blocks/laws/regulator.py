@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
@@ -49,7 +47,9 @@ class Regulator(AbstractController):
             known(name, self.states.names, "states that the law reads")
 
     @staticmethod
-    def of(plant: AbstractPlant, K: Any, x0: Any = None, u0: Any = None, follow: tuple[str, ...] = ()) -> Regulator:
+    def of(
+        plant: AbstractPlant, K: object, x0: object = None, u0: object = None, follow: tuple[str, ...] = ()
+    ) -> Regulator:
         """The law for a plant that is held at the point of a design; it needs an estimate of each state.
 
         Parameters

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
 
 import casadi as ca
 
@@ -21,7 +20,7 @@ from workbench.blocks.loop.port_checks import refuse_instants, refuse_misfits, r
 from workbench.blocks.loop.sampled_loop import FINE, INTEGRATORS, digital
 from workbench.blocks.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
 from workbench.core import Ode, Roles, Sampled, Signals, block, lift
-from workbench.core.block import socket
+from workbench.core.block import Vector, socket
 from workbench.core.ode import time_beside
 from workbench.core.validation.refusals import one_of, refusal, seconds
 from workbench.core.validation.signatures import door
@@ -144,7 +143,7 @@ class ClosedLoop:
         instruments: AbstractInstruments | None = None,
         *,
         delay: bool | float | Mapping[str, float] = False,
-        waiting: Mapping[str, Any] | None = None,
+        waiting: Mapping[str, Vector] | None = None,
         integrator: str = "declared",
         name: str = "loop",
         inputs: bool = False,

@@ -10,7 +10,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -220,7 +219,7 @@ def noise_of(field: str, noise: AbstractNoise, port: Layout, of: str) -> Abstrac
     return fitting
 
 
-def _numbers(value: Any, shape: tuple[int, ...]) -> Any:
+def _numbers(value: Array | float, shape: tuple[int, ...]) -> Array | float:
     return np.broadcast_to(value, shape).copy() if shape else value
 
 

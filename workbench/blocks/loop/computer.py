@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import casadi as ca
 
 from workbench.blocks.loop import wiring
 from workbench.blocks.loop.command_queue import Queue
-from workbench.blocks.loop.contracts import Parts, euler, is_recursion
+from workbench.blocks.loop.contracts import AbstractMember, Parts, euler, is_recursion
 from workbench.blocks.loop.injected_signals import Outside
 from workbench.blocks.loop.surroundings import AbstractInstruments
 from workbench.blocks.loop.wiring import Blocks
@@ -20,7 +20,7 @@ from workbench.core.crossing import Crossing
 from workbench.core.validation.refusals import MOST
 
 
-def periods_of(block: Any, period: float) -> int:
+def periods_of(block: AbstractMember, period: float) -> int:
     """The number of the computer's periods in one of a block that has its own."""
     if block.period is None:
         return 1
@@ -192,7 +192,9 @@ class Computer:
         def adapted(own: Signals) -> Mapping[str, ca.SX]:
             return wiring.asked(law, "rate", law.memory, t, own, heard, followed)
 
-        def moved(block: Any, rate: Callable[[Signals], Parts], z: Signals, period: float, *given: Signals) -> Signals:
+        def moved(
+            block: AbstractMember, rate: Callable[[Signals], Parts], z: Signals, period: float, *given: Signals
+        ) -> Signals:
             if self.fine and not is_recursion(block):
                 return _refined(rate, z, period, self.fine)
             return wiring.asked(block, "advance", block.memory, t, z, *given, period)

@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import Field
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import casadi as ca
 
@@ -46,7 +46,7 @@ class AbstractPlant(ABC):
     """
 
     if TYPE_CHECKING:  # each block is a dataclass, so `dataclasses.replace` takes it
-        __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+        __dataclass_fields__: ClassVar[dict[str, Field[object]]]
     update: Callable[..., Parts]
     counts: str = ""  # the thing that the numbers of its vectors count, as 'tank'
     power: tuple[str, ...] = ()  # an input and an output whose product is a power, as ("v", "i")
@@ -132,7 +132,7 @@ class AbstractMember(ABC):
     """A block that a computer can run: an observer or a law."""
 
     if TYPE_CHECKING:  # each block is a dataclass, so `dataclasses.replace` takes it
-        __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+        __dataclass_fields__: ClassVar[dict[str, Field[object]]]
     update: Callable[..., Parts]
     period: float | None = None  # s, at which a computer runs it, if it is not that of the loop's computer
     hint_on_reads: str = ""  # a sentence of advice for who makes it read what is not there
@@ -147,7 +147,7 @@ class AbstractMember(ABC):
         """The name of the method by which `advance` steps the memory, as a page has it."""
         return RECURSION if is_recursion(self) else EULER
 
-    def without(self) -> Mapping[str, Any]:
+    def without(self) -> Mapping[str, AbstractMember]:
         """The block less each of its parts, by the name of the part; none where it has no parts."""
         return {}
 
@@ -165,6 +165,10 @@ class AbstractObserver(AbstractMember):
     >>> Tachometer().gives.names
     ('omega',)
     """
+
+    if TYPE_CHECKING:
+
+        def without(self) -> Mapping[str, AbstractObserver]: ...  # noqa: D102
 
     @property
     def inputs(self) -> Layout:
@@ -218,6 +222,10 @@ class AbstractController(AbstractMember):
     >>> wb.ClosedLoop(wb.DCMotor(), controller=P(50.0), reference=wb.Step("omega", "rad/s", 1.0)).follows
     ('omega',)
     """
+
+    if TYPE_CHECKING:
+
+        def without(self) -> Mapping[str, AbstractController]: ...  # noqa: D102
 
     hint_on_follows: str = ""  # the law, as a noun phrase, that follows what this one reads alone: {names}, {wanted}
 

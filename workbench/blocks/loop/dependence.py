@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, TypeGuard, TypeVar
 
 import casadi as ca
 
@@ -18,13 +18,18 @@ from workbench.core.probe import AbstractModel, Probe
 from workbench.core.validation.refusals import refusal
 from workbench.core.validation.signatures import door
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T")
+Part = TypeVar("Part", bound="DataclassInstance")
 SOCKETS = ("plant", "observer", "controller", "reference")
 PERIOD = 1.0  # s: a law that only a computer can run needs one; which does not matter here
 Edges = dict[str, set[str]]
 
 
 @door
-def roles(loop: Any) -> Roles:
+def roles(loop: object) -> Roles:
     """The inputs that the command of the law of a `ClosedLoop`, or of what has one as its `loop`, depends on.
 
     Dependence, at one instant or by way of a memory, is that of the equations with the numbers of this loop, so that a
@@ -44,7 +49,7 @@ def roles(loop: Any) -> Roles:
     Roles(law='PID2', readings={'omega'}, reference=('omega_ref',), law_states=2, observer_states=0)
     """
     closed = getattr(loop, "loop", loop)
-    if not is_block(closed) or any(not hasattr(closed, socket) for socket in SOCKETS):
+    if not _is_loop(closed):
         raise refusal("roles(loop)", "a `ClosedLoop`, or what has one as its `loop`", loop)
     models = (
         *_held(closed.observer, "observer", AbstractModel),
@@ -85,7 +90,11 @@ def _ways(name: str, edges: Edges, at_once: set[str], ever: set[str]) -> Iterato
         yield "estimated"
 
 
-def _held(block: Any, path: str, kind: type) -> Iterator[tuple[str, Any]]:
+def _is_loop(value: object) -> TypeGuard[Blocks]:
+    return is_block(value) and all(hasattr(value, socket) for socket in SOCKETS)
+
+
+def _held(block: DataclassInstance, path: str, kind: type[T]) -> Iterator[tuple[str, T]]:
     """All parts of a kind that a block holds, by their paths."""
     for field in fields(block):
         part, place = getattr(block, field.name), f"{path}.{field.name}"
@@ -95,7 +104,7 @@ def _held(block: Any, path: str, kind: type) -> Iterator[tuple[str, Any]]:
             yield from _held(part, place, kind)
 
 
-def _probed(block: Any, path: str, probes: Mapping[str, Probe]) -> Any:
+def _probed(block: Part, path: str, probes: Mapping[str, Probe]) -> Part:
     twin = copy(block)
     for field in fields(block):
         part, place = getattr(block, field.name), f"{path}.{field.name}"
@@ -152,7 +161,7 @@ def _reached(edges: Edges, start: set[str], but: str | None = None) -> set[str]:
     return found
 
 
-def _called(block: Any) -> str:
+def _called(block: DataclassInstance) -> str:
     """The name of a block: the `noun` of its class or else its name, with the laws or observers that it holds."""
     own = getattr(block, "noun", type(block).__name__)
     parts = (getattr(block, field.name) for field in fields(block))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 from workbench.blocks.loop.closed_loop import ClosedLoop
 from workbench.blocks.loop.command_queue import Queue
 from workbench.blocks.loop.sampled_loop import INTEGRATORS
 from workbench.blocks.loop.surroundings import AbstractInstruments
 from workbench.core import Sampled
+from workbench.core.block import Vector
 from workbench.core.validation.refusals import one_of, seconds
 from workbench.core.validation.signatures import door
 
@@ -49,7 +49,7 @@ class DigitalLoop:
     period: float
     instruments: AbstractInstruments | None = None
     delay: bool | float | Mapping[str, float] = False
-    waiting: Mapping[str, Any] | None = None
+    waiting: Mapping[str, Vector] | None = None
     integrator: str = "declared"
 
     def __post_init__(self) -> None:
@@ -59,8 +59,16 @@ class DigitalLoop:
 
     def ode(self, name: str = "loop", *, inputs: bool = False, at: str | tuple[str, ...] | None = None) -> Sampled:
         """The loop in its computer, see `ClosedLoop.digital`."""
-        how: dict[str, Any] = {"delay": self.delay, "waiting": self.waiting, "integrator": self.integrator}
-        return self.loop.digital(self.period, self.instruments, **how, name=name, inputs=inputs, at=at)
+        return self.loop.digital(
+            self.period,
+            self.instruments,
+            delay=self.delay,
+            waiting=self.waiting,
+            integrator=self.integrator,
+            name=name,
+            inputs=inputs,
+            at=at,
+        )
 
     def ablations(self) -> dict[str, DigitalLoop]:
         """The loop without one part of its observer or controller, in the same computer, by the name of the part."""

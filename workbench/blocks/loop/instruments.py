@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -15,7 +14,7 @@ from workbench.blocks.loop.surroundings import AbstractInstruments
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Vector
 from workbench.core.expressions import refuse_misfit
-from workbench.core.validation.refusals import known, numbers, refusal
+from workbench.core.validation.refusals import Array, known, numbers, refusal
 
 
 @block
@@ -81,11 +80,11 @@ class Instruments(AbstractInstruments):
     @staticmethod
     def of(
         plant: AbstractPlant,
-        noise: Mapping[str, Any] | None = None,
-        quantum: Mapping[str, Any] | None = None,
-        limit: Mapping[str, Any] | None = None,
-        adc: Mapping[str, Any] | None = None,
-        dac: Mapping[str, Any] | None = None,
+        noise: Mapping[str, Vector] | None = None,
+        quantum: Mapping[str, Vector] | None = None,
+        limit: Mapping[str, object] | None = None,
+        adc: Mapping[str, object] | None = None,
+        dac: Mapping[str, object] | None = None,
         coloured: tuple[AbstractNoise, ...] = (),
     ) -> Instruments:
         """Instruments of a plant, by the names of its outputs and inputs.
@@ -183,7 +182,7 @@ def _ports_of(converters: tuple[Converter, ...]) -> dict[str, Entry]:
     return {each.signal: _port(each.signal, each.unit, each.low) for each in converters}
 
 
-def _converter(key: str, port: Layout, of: str, name: str, given: Any) -> Converter:
+def _converter(key: str, port: Layout, of: str, name: str, given: object) -> Converter:
     entry = port[known(name, port.names, f"{of} of the plant")]
     if not isinstance(given, tuple | list) or len(given) not in (3, 4):
         raise refusal(
@@ -198,7 +197,7 @@ def _port(name: str, unit: str, each: Vector) -> Entry:
     return Entry(name, np.zeros(() if size == 1 else size), unit)
 
 
-def _each(key: str, entry: Entry, value: Any) -> Any:
+def _each(key: str, entry: Entry, value: object) -> Array:
     call = f"Instruments.of({key}=...)"
     each = numbers(call, value)
     if each.shape not in ((), entry.shape):

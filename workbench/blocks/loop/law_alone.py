@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -16,6 +15,7 @@ from workbench.blocks.loop.injected_signals import Outside
 from workbench.blocks.loop.surroundings import AbstractInstruments, Rest
 from workbench.blocks.loop.wiring import SOCKETS, Blocks
 from workbench.core import Layout, Signals, lift
+from workbench.core.block import Vector
 from workbench.core.crossing import plain
 from workbench.core.sampled_law import SampledLaw, Stage
 from workbench.core.validation.refusals import as_text, known, one_of
@@ -76,7 +76,7 @@ def _note_of(truths: tuple[str, ...]) -> tuple[str, ...]:
     return (f"{', '.join(truths)}: an input that no instrument of the plant gives",) if truths else ()
 
 
-def _limits(loop: Blocks, instruments: AbstractInstruments) -> dict[str, tuple[Any, Any]]:
+def _limits(loop: Blocks, instruments: AbstractInstruments) -> dict[str, tuple[Vector, Vector]]:
     """The limits of commands: those of the law itself, of the instruments, and of converters, as these round them."""
     law, own = loop.controller, {}
     low, high = getattr(law, "low", None), getattr(law, "high", None)
@@ -143,5 +143,5 @@ def _stages(loop: Blocks, ref: Signals | None, answer: Answer, handed: Answer) -
     return tuple(stages)
 
 
-def _stage(noun: str, block: Any, values: Mapping[str, ca.SX]) -> Stage:
+def _stage(noun: str, block: object, values: Mapping[str, ca.SX]) -> Stage:
     return Stage(f"{noun}: {type(block).__name__}", dict(values), inspect.cleandoc(type(block).__doc__ or ""))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -210,14 +209,14 @@ class LinearLaw(AbstractLinear, AbstractController):
         return v if self.v0 is None else v - self.v0
 
 
-def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
+def standing_for(block: Callable[..., object]) -> Callable[[object], object]:
     """A function that makes a block of a linear system, and returns any other value unchanged."""
     return lambda value: block(value) if LinearSystem.recognises(value) else value
 
 
-def as_it_stands(system: Any) -> LinearLaw:
+def as_it_stands(system: object) -> LinearLaw:
     """The law of a system that does not say if it is given y or the error: y, for which a loop checks its sign."""
-    law = LinearLaw(system)
+    law = LinearLaw(LinearSystem.of(system))
     object.__setattr__(law, "stands", True)
     return law
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
@@ -30,7 +28,7 @@ def motion_of(plant: AbstractPlant, x: Array, u: Array) -> str:
     return f"the {what} of '{states.labels[worst]}' is {float(value.ravel()[worst]):.3g}"
 
 
-def point_for(call: str, plant: AbstractPlant, design: Any, x0: Any, u0: Any) -> tuple[Any, Array, Array]:
+def point_for(call: str, plant: AbstractPlant, design: object, x0: object, u0: object) -> tuple[object, Array, Array]:
     """The gain of a design, and the state (nx,) and the inputs (nu,) about which it is: given, its own, or zero.
 
     A design without a point is about x = 0, u = 0 unless they are given, and the plant must rest there.

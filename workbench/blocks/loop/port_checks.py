@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant
 from workbench.blocks.loop.surroundings import AbstractInstruments, Readings, Rest
@@ -11,6 +12,9 @@ from workbench.core import Layout
 from workbench.core.block import quantities
 from workbench.core.port import misfits
 from workbench.core.validation.refusals import refusal
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 PORTS = {
     "plant": ("states", "inputs", "outputs", "truths"),
@@ -191,7 +195,7 @@ def _refuse(
         raise ValueError(f"{sentence}.{f' {remedy}' if remedy and lacking else ''}")
 
 
-def _parameters(block: object) -> tuple[str, ...]:
+def _parameters(block: DataclassInstance) -> tuple[str, ...]:
     own = (field.name for field, quantity in quantities(block) if quantity.lifted)
     return tuple(name for name in own if getattr(block, name) is not None)
 

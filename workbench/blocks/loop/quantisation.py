@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
 from workbench.core import block, option, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.core.validation.refusals import Array
 
 LEAST_QUANTUM = 1e-100  # of a smaller one a reading of 1e208 would have more than a double can count
 MOST_BITS = 32  # whose codes exp(bits log 2) gives exactly, once rounded
@@ -27,7 +26,7 @@ def quantised(x: ca.SX, quantum: ca.SX, rounding: str = "nearest") -> ca.SX:
     return ca.if_else(some, _count(x / b, rounding) * b, x)
 
 
-def refuse_quantum(call: str, name: str, quantum: Any) -> None:
+def refuse_quantum(call: str, name: str, quantum: Array | float) -> None:
     """Refuse a quantum so small that a double cannot count it."""
     if np.any((quantum > 0) & (quantum < LEAST_QUANTUM)):
         raise ValueError(
@@ -62,12 +61,12 @@ class Converter:
             )
 
     @property
-    def quantum(self) -> Any:
+    def quantum(self) -> Vector:
         """The step q, in the unit of the signal."""
         return (self.high - self.low) / self._codes
 
     @property
-    def top(self) -> Any:
+    def top(self) -> Vector:
         """The value of the highest code, high - q."""
         return self.low + (self._codes - 1) * self.quantum
 
@@ -77,13 +76,13 @@ class Converter:
         y: ca.SX = self.low + ca.fmin(ca.fmax(code, 0), self._codes - 1) * self.quantum
         return y
 
-    def value(self, x: Any) -> Any:
+    def value(self, x: Array | float) -> Array | float:
         """The converted number for x, or numbers (k,); x has the shape of the ends."""
         y = np.array(ca.evalf(ca.SX(self.output(ca.SX(ca.DM(np.asarray(x, dtype=float))))))).ravel()
         return float(y[0]) if np.ndim(x) == 0 and y.size == 1 else y
 
     @property
-    def _codes(self) -> Any:
+    def _codes(self) -> Scalar:
         lifted = isinstance(self.bits, ca.SX)
         return ca.floor(ca.exp(self.bits * LOG_2) + 0.5) if lifted else float(np.floor(2.0**self.bits + 0.5))
 

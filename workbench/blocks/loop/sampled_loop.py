@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from workbench.blocks.loop import wiring
 from workbench.blocks.loop.command_queue import Queue
 from workbench.blocks.loop.computer import Computer, periods_of, remembered, units_of
-from workbench.blocks.loop.contracts import is_recursion
+from workbench.blocks.loop.contracts import AbstractMember, is_recursion
 from workbench.blocks.loop.injected_signals import Outside, refuse_inputs_of_recursion
 from workbench.blocks.loop.law_alone import law_alone
 from workbench.blocks.loop.port_checks import refuse_instruments
@@ -89,7 +88,7 @@ def _methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:
     """The method by which each memory is stepped where the law runs once in `period` seconds, or `fine` steps."""
     by = f"{fine} Runge-Kutta steps a period" if fine else ""
     # as a computer runs them: a law's method may depend on that
-    blocks: dict[str, Any] = {"observer": loop.observer, "controller": loop.controller.run_every(period)}
+    blocks: dict[str, AbstractMember] = {"observer": loop.observer, "controller": loop.controller.run_every(period)}
     return tuple(
         f"memory of the {socket}: {own.method if is_recursion(own) or not fine else by}"
         for socket, own in blocks.items()

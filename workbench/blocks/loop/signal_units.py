@@ -1,7 +1,8 @@
 """The unit of a signal for the equipment that is in its way, and the sizes of the equipment's numbers."""
 
 from copy import copy
-from typing import Any, TypeVar
+from dataclasses import Field
+from typing import ClassVar, Protocol, TypeVar
 
 import numpy as np
 
@@ -9,7 +10,18 @@ from workbench.core import Layout
 from workbench.core.block import quantities
 from workbench.core.validation.refusals import known
 
-T = TypeVar("T", bound=Any)
+
+class Equipment(Protocol):
+    """A block in the way of a signal."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[object]]]
+
+    @property
+    def signal(self) -> str:
+        """The name of the signal."""
+
+
+T = TypeVar("T", bound=Equipment)
 
 
 def fitted(field: str, element: T, port: Layout, of: str) -> T:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import Field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import casadi as ca
 
@@ -30,7 +30,7 @@ class AbstractReference(ABC):
     """
 
     if TYPE_CHECKING:  # each block is a dataclass, so `dataclasses.replace` takes it
-        __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+        __dataclass_fields__: ClassVar[dict[str, Field[object]]]
 
     @property
     @abstractmethod

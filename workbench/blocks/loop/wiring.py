@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
-from typing import Any, Protocol
+from dataclasses import Field, fields
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts
+from workbench.blocks.loop.contracts import AbstractController, AbstractMember, AbstractObserver, AbstractPlant, Parts
 from workbench.blocks.loop.surroundings import AbstractReference
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
@@ -20,11 +20,16 @@ from workbench.core.port import NoSignalError, signals_of
 from workbench.core.shapes import Drawing, drawing_of
 from workbench.core.validation.refusals import described
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 SOCKETS = ("plant", "observer", "controller")  # those with a memory
 
 
 class Blocks(Protocol):
     """The blocks of a loop; `follows` are the outputs of the plant that are to follow the reference."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[object]]]
 
     @property
     def plant(self) -> AbstractPlant: ...  # noqa: D102
@@ -44,7 +49,7 @@ def memory(loop: Blocks) -> Layout:
     return sum((own[socket].prefixed(f"{socket}.") for socket in SOCKETS), Layout())
 
 
-def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
+def asked(block: object, method: str, port: Layout, *arguments: object) -> Signals:
     """The answer of a method of a block for a port, or a refusal that names the class, the method and the port."""
     call = f"{type(block).__name__}.{method}(...)"
     if not hasattr(block, method):
@@ -208,13 +213,13 @@ def notes(loop: Blocks, *, continuous: bool = False) -> tuple[str, ...]:
     """The remarks that a reader of the loop's equations needs, in continuous time also of the periods of its blocks."""
     truths = ", ".join(loop.plant.truths.names)
     told = (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()
-    blocks: tuple[Any, ...] = (loop.observer, loop.controller)
+    blocks: tuple[AbstractMember, ...] = (loop.observer, loop.controller)
     held = [(type(block).__name__, block.period) for block in blocks if continuous and block.period is not None]
     says = "{} acts at every instant here: its period of {:g} s is that of a computer"
     return (*told, *(says.format(*each) for each in held))
 
 
-def horizon(block: Any) -> float:
+def horizon(block: DataclassInstance) -> float:
     """The last time for which each reference or plant in a block has values, however deep it lies, in s."""
     own: float = getattr(block, "ends", math.inf)  # of a reference, or of a plant of equations
     held = (getattr(block, field.name) for field in fields(block))

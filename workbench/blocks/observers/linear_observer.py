@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 
 from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts, Reads
@@ -82,7 +80,7 @@ class LinearObserver(AbstractModelObserver):
             )
 
     @staticmethod
-    def of(model: AbstractPlant, design: Any, outputs: tuple[str, ...] = ()) -> LinearObserver:
+    def of(model: AbstractPlant, design: object, outputs: tuple[str, ...] = ()) -> LinearObserver:
         """The observer with the gain of a design, which starts at rest at the point of that and is linear about it.
 
         Parameters
@@ -162,7 +160,7 @@ class SteadyKalmanFilter(AbstractModelObserver):
         whole("SteadyKalmanFilter(substeps=...)", self.substeps, most=MOST_SUBSTEPS)
 
     @staticmethod
-    def of(model: AbstractPlant, design: Any, period: float, outputs: tuple[str, ...] = ()) -> SteadyKalmanFilter:
+    def of(model: AbstractPlant, design: object, period: float, outputs: tuple[str, ...] = ()) -> SteadyKalmanFilter:
         """The filter with the gain of `steady_kalman(..., period=period)`, which starts at the point of that.
 
         Raises

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -13,7 +12,7 @@ from workbench.blocks.loop.wiring import asked
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import Number
 from workbench.core.point import Point, gain_of
-from workbench.core.validation.refusals import described, known
+from workbench.core.validation.refusals import Array, described, known
 from workbench.core.validation.signatures import door
 
 MOST_SUBSTEPS = 1000  # of a period; each is written out
@@ -82,13 +81,13 @@ def with_hats(states: Layout) -> Layout:
     return Layout(tuple(Entry(f"{e.name}{HAT}", e.default, e.unit) for e in states.entries))
 
 
-def started(states: Layout, start: Any) -> Layout:
+def started(states: Layout, start: Array | None) -> Layout:
     """The memory of an observer that starts at a state (nx,), or at that of its model."""
     parts = {} if start is None else states.unpack(start)
     return with_hats(Layout(tuple(replace(e, default=parts.get(e.name, e.default)) for e in states.entries)))
 
 
-def point_of_model(call: str, model: AbstractPlant, design: Any) -> tuple[Any, Point]:
+def point_of_model(call: str, model: AbstractPlant, design: object) -> tuple[object, Point]:
     """The gain of a design and the rest point of the model that it is about; anything else is refused."""
     gain, point = gain_of(design)
     if point is None:

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import field, replace
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from workbench.core import Entry, Layout, block, initial, parameter
 from workbench.core.block import Column, Scalar, Vector, initial_states, quantities
 from workbench.core.units import ANY
-from workbench.core.validation.refusals import whole
+from workbench.core.validation.refusals import Array, whole
 
 NOISE = "white noise in continuous time has no step, so give the instruments to `digital(period, instruments)`"
 MOST_ORDER = 50  # of a Pade approximant: each is a state
@@ -183,7 +183,7 @@ class PadeDelay(AbstractElement):
         return {"delayed": (ca.mtimes(ca.DM(A), z["delayed"]) + ca.mtimes(ca.DM(B), v.T)) / self.time}
 
 
-def pade(order: int) -> tuple[Any, Any, Any, float]:
+def pade(order: int) -> tuple[Array, Array, Array, float]:
     r"""The Pade approximant [n/n] of exp(-s) as x' = A x + B v, y = C x + D v: (n, n), (n,), (n,) and a number.
 
     It is (c - 1) / (c + 1), where c is Lambert's continued fraction of coth(s/2) cut after n terms,
@@ -207,7 +207,7 @@ def pade(order: int) -> tuple[Any, Any, Any, float]:
     return A, 2 * r * driven, -2 * sign * r * driven, sign
 
 
-def spread(value: Any, entry: Entry) -> Any:
+def spread(value: Array, entry: Entry) -> Array:
     """One number for each number of a signal."""
     return np.broadcast_to(value, entry.shape)
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import NoReturn, TypeAlias
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts
 from workbench.core import Entry, Layout, Ode, Signals, block
@@ -21,6 +22,8 @@ from workbench.core.units import ANY
 from workbench.core.validation.refusals import Array, described, nearest, raised, text, vector
 
 Port = Layout | tuple[str, ...]
+Given: TypeAlias = Mapping[str, ca.SX | Signals]
+Values: TypeAlias = ca.SX | ca.DM | Array | Iterable[ca.SX | float]  # of a function, a number for each state or output
 PLAIN = """
 sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 sinh cosh tanh arcsinh arccosh arctanh
 sqrt exp log log10 log1p expm1 fabs fmax fmin fmod sign floor ceil hypot power if_else
@@ -30,7 +33,7 @@ sqrt exp log log10 log1p expm1 fabs fmax fmin fmod sign floor ceil hypot power i
 class Functions(SimpleNamespace):
     """The namespace m of a Python function: CasADi's functions, some by NumPy's names too."""
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> NoReturn:
         near = nearest(name, vars(self)).replace(" Did", "; did").rstrip("?")
         raise AttributeError(f"the functions m have no attribute '{name}'{near}", name=name, obj=self)
 
@@ -64,7 +67,7 @@ class OdePlant(AbstractPlant):
     """
 
     ode: Ode
-    own: Layout = parameters()
+    own: Layout | Signals = parameters()  # of the lifted twin the symbols
 
     def __post_init__(self) -> None:
         ode = self.ode
@@ -89,11 +92,11 @@ class OdePlant(AbstractPlant):
 
     @staticmethod
     def of(
-        f: Callable[..., Any],
+        f: Callable[..., Values],
         states: Port,
         inputs: Port,
         outputs: Port | None = None,
-        h: Callable[..., Any] | None = None,
+        h: Callable[..., Values] | None = None,
         *,
         p: Layout | None = None,
         x0: Array | None = None,
@@ -128,7 +131,7 @@ class OdePlant(AbstractPlant):
         t, x, u, theta = time_beside(known, driven, own), known.symbols(), driven.symbols(), own.symbols()
         numbers = {"p": Signals(own.view(theta))} if own.size else {}
         rate = _read("f", f, {"t": t, "x": x, "u": u, **numbers}, known)
-        watched, output = _outputs(h, outputs, {"t": t, "x": x, **numbers}, known)
+        watched, output = _outputs(h, outputs, {"t": t, "x": x, **numbers}, known, x)
         text("OdePlant.of(name=...)", name)
         ode = Ode(name, known, own + driven, watched, t, x, ca.vertcat(theta, u), rate, output, inputs=driven.names)
         return OdePlant(ode)
@@ -160,18 +163,18 @@ class OdePlant(AbstractPlant):
 
     def _p(self, u: Parts) -> ca.SX:
         """All parameters of the equation as one column."""
-        own: Any = self.own  # of the lifted twin the symbols
+        own = self.own
         held = {e.name: ca.SX(e.default) for e in own.entries} if isinstance(own, Layout) else own
         return self.ode.parameters.flatten({**held, **u})
 
 
 def _outputs(
-    h: Callable[..., Any] | None, outputs: Port | None, given: dict[str, Any], states: Layout
+    h: Callable[..., Values] | None, outputs: Port | None, given: Given, states: Layout, x: ca.SX
 ) -> tuple[Layout, ca.SX]:
     """The outputs with their expressions (ny, 1): the values of h or, without it, states."""
     if h is None:
         names = states.names if outputs is None else _port("outputs", outputs).names
-        parts = (given["x"][states.slice(name)] for name in names)
+        parts = (x[states.slice(name)] for name in names)
         return Layout(tuple(states[name] for name in names)), ca.vertcat(*parts)
     if outputs is None:
         raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
@@ -194,12 +197,14 @@ def _port(what: str, given: Port, start: str = "", values: Array | None = None) 
     return Layout(tuple(replace(entry, default=numbers[entry.name]) for entry in given.entries))
 
 
-def _read(letter: str, function: Callable[..., Any], given: dict[str, ca.SX | Signals], of: Layout) -> ca.SX:
+def _read(letter: str, function: Callable[..., Values], given: Given, of: Layout) -> ca.SX:
     """The value of a function for symbols: one expression for each number of a layout, (size, 1)."""
     call = f"OdePlant.of({letter}=...)"
     if isinstance(function, ca.Function):
         return _column(call, _of_casadi(call, function, given), of)
-    arguments = [_vector(part) if name in "xu" else part for name, part in given.items()]
+    arguments: list[object] = [
+        _vector(part) if isinstance(part, ca.SX) and name in "xu" else part for name, part in given.items()
+    ]
     if _takes(call, function, given) > len(arguments):
         arguments.append(FUNCTIONS)
     try:
@@ -213,7 +218,7 @@ def _read(letter: str, function: Callable[..., Any], given: dict[str, ca.SX | Si
     return _column(call, values, of)
 
 
-def _remedy(error: BaseException, function: Callable[..., Any], given: dict[str, Any]) -> str:
+def _remedy(error: BaseException, function: Callable[..., Values], given: Given) -> str:
     """The advice for an error of a user's function: only where its cause is known."""
     if _met_a_symbol(error):
         return (
@@ -227,7 +232,8 @@ def _remedy(error: BaseException, function: Callable[..., Any], given: dict[str,
             "`p=layout(R=('ohm', 1.0))`"
         )
     if isinstance(error, IndexError):
-        sizes = " and ".join(f"{given[name].numel()} in {name}" for name in "xu" if name in given)
+        vectors = {name: part for name, part in given.items() if isinstance(part, ca.SX) and name in "xu"}
+        sizes = " and ".join(f"{part.numel()} in {name}" for name, part in vectors.items())
         return f": there is a number for each name, {sizes}"
     return ""
 
@@ -239,11 +245,9 @@ def _met_a_symbol(error: BaseException) -> bool:
     return isinstance(error, SymbolError) or by_attribute or (by_type and "Functions" not in str(error))
 
 
-def _of_casadi(call: str, function: ca.Function, given: dict[str, ca.SX | Signals]) -> Any:
+def _of_casadi(call: str, function: ca.Function, given: Given) -> ca.SX:
     """The value of a CasADi function for symbols, expanded into scalar operations if it is a graph of matrices."""
-    columns = [
-        ca.vertcat(*map(ca.vec, part.values())) if isinstance(part, Signals) else part for part in given.values()
-    ]
+    columns = [ca.vertcat(*map(ca.vec, p.values())) if isinstance(p, Signals) else p for p in given.values()]
     sizes = [function.size_in(i) for i in range(function.n_in())]
     if sizes != [part.shape for part in columns]:
         wanted = ", ".join(f"{name} {part.shape}" for name, part in zip(given, columns, strict=True))
@@ -258,14 +262,14 @@ def _of_casadi(call: str, function: ca.Function, given: dict[str, ca.SX | Signal
         ) from error
 
 
-def _vector(symbols: Any) -> Any:
+def _vector(symbols: ca.SX) -> NDArray[np.object_]:
     """Symbols as a NumPy vector, which can be indexed, unpacked and multiplied as one of numbers can."""
     entries = np.empty(symbols.numel(), dtype=object)
     entries[:] = [symbols[i] for i in range(symbols.numel())]
     return entries
 
 
-def _takes(call: str, function: Callable[..., Any], given: dict[str, Any]) -> int:
+def _takes(call: str, function: Callable[..., Values], given: Given) -> int:
     """The number of arguments that a Python function requires by its signature: those given, with or without m."""
     letters = ", ".join(given)
     try:
@@ -282,7 +286,7 @@ def _takes(call: str, function: Callable[..., Any], given: dict[str, Any]) -> in
     return len(needed)
 
 
-def _column(call: str, values: Any, of: Layout) -> ca.SX:
+def _column(call: str, values: Values, of: Layout) -> ca.SX:
     """Values as a column, one for each number of a layout."""
     must = f"return {of.size} {'number' if of.size == 1 else 'numbers'}, for {', '.join(of.labels)}"
     try:

@@ -1,7 +1,6 @@
 """Vehicles: a car as a single track, and quadrotors in a vertical plane and in space."""
 
 import math
-from typing import Any
 
 import casadi as ca
 
@@ -58,7 +57,7 @@ class SingleTrackVehicle(AbstractPlant):
         passed = ca.fmod(self.V_x * t, STRIPE)
         front, rear = self.l_f + 0.9, -self.l_r - 0.8
 
-        def outline(corners: list[tuple[Any, float]]) -> list[tuple[ca.SX, ca.SX]]:
+        def outline(corners: list[tuple[Scalar, float]]) -> list[tuple[ca.SX, ca.SX]]:
             return [(a * cos - b * sin, x["Y"] + a * sin + b * cos) for a, b in corners]
 
         edges = [Line([(-1e3, side), (1e3, side)], "ground") for side in (-1.75, 5.25)]
@@ -129,7 +128,7 @@ class PlanarQuadrotor(AbstractPlant):
         """The body with its two propellers, and the track of its centre."""
         cos, sin, r = ca.cos(x["theta"]), ca.sin(x["theta"]), self.r
 
-        def at(along: Any, up: Any) -> tuple[ca.SX, ca.SX]:
+        def at(along: Scalar, up: Scalar) -> tuple[ca.SX, ca.SX]:
             return x["x"] + along * cos - up * sin, x["y"] + along * sin + up * cos
 
         return (

@@ -2,7 +2,6 @@
 
 from abc import abstractmethod
 from collections import Counter
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -11,6 +10,7 @@ from workbench.blocks.loop.surroundings import AbstractReference
 from workbench.core import Entry, Layout, Signals, block
 from workbench.core.block import Number, quantities
 from workbench.core.units import per_second
+from workbench.core.validation.refusals import Array
 
 Motion = tuple[ca.SX, ca.SX, ca.SX]  # a signal, its first and its second derivative, each (n, 1)
 ROUNDING = 2.0**-50  # more than k h may lack of the decimal number that is meant: 30 times 0.03 is less than 0.9
@@ -96,13 +96,13 @@ def clock(t: Number) -> ca.SX:
     return t * (1 + ROUNDING)
 
 
-def count(value: Any) -> int:
+def count(value: ca.SX | Array | float) -> int:
     """The length of a vector; one number is a vector of one."""
     shape = shape_of(value)
     return shape[0] if shape else 1
 
 
-def shape_of(value: Any) -> tuple[int, ...]:
+def shape_of(value: ca.SX | Array | float) -> tuple[int, ...]:
     """The shape of numbers or symbols."""
     shape: tuple[int, ...] = value.shape if isinstance(value, ca.SX) else np.shape(value)
     return shape

@@ -16,13 +16,14 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from workbench.core.notation.build import ONE, call, negative, number, power, product, total
 from workbench.core.notation.formula import GREEK, Formula, Symbol
 from workbench.core.notation.trigonometric_sums import PLAIN, Key, Monomial, Wave
 
 Polynomial: TypeAlias = dict[Monomial, Fraction]
+SortKey: TypeAlias = tuple[object, ...]
 # Factors that come first in mechanics: m g l, m l^2. Greek letters go before Latin ones: omega t.
 FIRST = ("m", "g", "l")
 
@@ -35,7 +36,7 @@ def textbook_form(terms: Mapping[Key, Fraction], symbols: Mapping[str, Symbol]) 
     return page.by_symbol(terms)
 
 
-def _rank(symbol: Symbol) -> tuple[Any, ...]:
+def _rank(symbol: Symbol) -> SortKey:
     """The sort key of a symbol: parameters before velocities, then by letter and index."""
     first = FIRST.index(symbol.letter) if symbol.letter in FIRST else len(FIRST)
     greek = symbol.letter not in GREEK
@@ -46,7 +47,7 @@ def _rank(symbol: Symbol) -> tuple[Any, ...]:
 
 @dataclass(frozen=True)
 class _Page:
-    rank: Mapping[str, tuple[Any, ...]]
+    rank: Mapping[str, SortKey]
     symbols: Mapping[str, Symbol]
 
     def by_wave(self, terms: Mapping[Key, Fraction]) -> Formula:
@@ -82,7 +83,7 @@ class _Page:
         content = _content([terms[key] for key in keys])
         rests = [(tuple(power for power in powers if power[0] not in common), wave) for powers, wave in keys]
         inside = total(self.term(rest, terms[key] / content) for rest, key in zip(rests, keys, strict=True))
-        factors: list[tuple[Any, Formula]] = [(self.rank[name], self.symbols[name]) for name in common]
+        factors: list[tuple[SortKey, Formula]] = [(self.rank[name], self.symbols[name]) for name in common]
         factors = sorted([*factors, (self.lead(rests[0][0]), inside)], key=lambda pair: pair[0])
         return product([number(content), *(formula for _, formula in factors)])
 
@@ -123,7 +124,7 @@ class _Page:
             return [polynomial]
         return [first, scale]
 
-    def lead(self, first: Monomial) -> tuple[Any, ...]:
+    def lead(self, first: Monomial) -> SortKey:
         """The sort key of a sum among factors: that of the first symbol of its first term, else last."""
         return min((self.rank[name] for name, _ in first), default=(math.inf,))
 
@@ -146,18 +147,18 @@ class _Page:
         formula = call(kind, self.sum(coefficients))
         return negative(formula) if minus and kind == "sin" else formula
 
-    def monomial_order(self, powers: Monomial) -> tuple[Any, ...]:
+    def monomial_order(self, powers: Monomial) -> SortKey:
         """The sort key of a monomial: higher degree first, then alphabetically: x^2, x y, y^2, x, y, 1."""
         letters = sorted((self.rank[name], -exponent) for name, exponent in powers)
         return -sum(exponent for _, exponent in powers), tuple(letters)
 
-    def wave_order(self, wave: Wave) -> tuple[Any, ...]:
+    def wave_order(self, wave: Wave) -> SortKey:
         """The sort key of a wave: 1, then angles of few symbols before angles of many, cosine before sine."""
         kind, angle = wave
         terms = sorted((self.monomial_order(powers), coefficient) for powers, coefficient in angle)
         return len(angle), tuple(terms), kind
 
-    def term_order(self, key: Key) -> tuple[Any, ...]:
+    def term_order(self, key: Key) -> SortKey:
         return self.wave_order(key[1]), self.monomial_order(key[0])
 
 

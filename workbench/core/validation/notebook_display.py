@@ -7,9 +7,13 @@ from dataclasses import fields, is_dataclass
 from html import escape
 from itertools import islice
 from numbers import Number
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 T = TypeVar("T")
 
@@ -30,7 +34,7 @@ def show(cls: type[T]) -> type[T]:
     return cls
 
 
-def one_line(thing: Any) -> str:
+def one_line(thing: DataclassInstance) -> str:
     """The class of a dataclass with the fields that are not empty, shortened to one line."""
     full = [(name, value) for name, value in _fields(thing) if value is not None]
     full = [(name, value) for name, value in full if not isinstance(value, str | tuple | Mapping) or len(value)]
@@ -53,7 +57,7 @@ def listed(parts: Sequence[str]) -> str:
     return text if held == len(parts) else f"{text}, ... {len(parts)} in all"
 
 
-def brief(value: Any, most: int = PART) -> str:
+def brief(value: object, most: int = PART) -> str:
     """A value in about `most` letters: of large arrays the shape, of large objects the class."""
     if isinstance(value, str):
         return repr(value) if len(value) <= most else f"{value[: most - 3]!r}..."
@@ -80,7 +84,7 @@ def brief(value: Any, most: int = PART) -> str:
     return text if short else f"{type(value).__name__}({long})"
 
 
-def fields_to_html(thing: Any) -> Markup:
+def fields_to_html(thing: DataclassInstance) -> Markup:
     """A table of the fields of a dataclass: numbers in full, objects in a line."""
     rows = [(name, cell(value)) for name, value in _fields(thing)]
     return table_to_html(type(thing).__name__, ("name", "value"), rows)
@@ -93,11 +97,11 @@ def table_to_html(title: str, head: Sequence[str], rows: Iterable[Sequence[objec
     return Markup(f"<table><caption>{escape(title)}</caption><tr>{top}</tr>{body}</table>")
 
 
-def _fields(thing: Any) -> list[tuple[str, Any]]:
+def _fields(thing: DataclassInstance) -> list[tuple[str, object]]:
     return [(f.name, getattr(thing, f.name)) for f in fields(thing) if f.repr]
 
 
-def _array(array: np.ndarray[Any, Any], most: int) -> str:
+def _array(array: NDArray[np.generic], most: int) -> str:
     """The numbers of an array if they are few and short, else its shape."""
     if array.ndim == 0:
         return brief(array.item())
@@ -105,7 +109,7 @@ def _array(array: np.ndarray[Any, Any], most: int) -> str:
     return text if 0 < len(text) <= most else f"<{' x '.join(map(str, array.shape))}>"
 
 
-def cell(value: Any) -> object:
+def cell(value: object) -> object:
     """A value as a cell of a table, with a line for each of its first parts."""
     if isinstance(value, np.ndarray) and FEW < value.size <= FEW**2:
         return Markup(f"<pre>{escape(np.array2string(value, precision=6))}</pre>")

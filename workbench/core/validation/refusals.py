@@ -11,12 +11,14 @@ import inspect
 import os
 import reprlib
 from collections.abc import Iterable
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
-Integers = np.ndarray[Any, np.dtype[np.signedinteger[Any]]]
+Array = NDArray[np.float64]
+Integers = NDArray[np.signedinteger]
+T = TypeVar("T")
 
 LONGEST = 60  # how much of a value a message shows
 LONGEST_NAME = 200
@@ -30,7 +32,7 @@ def refusal(call: str, must: str, value: object, advice: str = "") -> ValueError
     return ValueError(f"`{call}` must be {must}; got {described(value)}{advice}.")
 
 
-def require(call: str, value: object, kind: type, advice: str = "") -> Any:
+def require(call: str, value: object, kind: type[T], advice: str = "") -> T:
     """An instance of `kind`."""
     if not isinstance(value, kind):
         raise refusal(call, WORDS.get(kind) or a(kind), value, advice or way(kind, value))
@@ -52,7 +54,7 @@ def raised(error: BaseException) -> str:
     return f"{type(error).__name__}{message and f': {message[: 4 * LONGEST]}'}"
 
 
-def several(call: str, value: object, kind: type, least: int = 0) -> tuple[Any, ...]:
+def several(call: str, value: object, kind: type[T], least: int = 0) -> tuple[T, ...]:
     """A tuple or list of one kind, at least so many, as a tuple; one alone is refused."""
     if not isinstance(value, list | tuple):
         alone = ": one alone is written `(...,)`, with its comma" if isinstance(value, kind) else ""
@@ -236,7 +238,7 @@ def as_array(value: object) -> Array | None:
         return None
 
 
-def as_objects(value: object) -> np.ndarray[Any, np.dtype[np.object_]]:
+def as_objects(value: object) -> NDArray[np.object_]:
     """An array of the objects in lists, even of unequal lengths; of None for what refuses to be looked into."""
     try:
         return np.array(value, dtype=object)
@@ -252,7 +254,7 @@ def described(value: object, longest: int = LONGEST) -> str:
         return a(type(value))
 
 
-def _described(value: Any, longest: int) -> str:
+def _described(value: object, longest: int) -> str:
     if isinstance(value, type):
         return f"the class `{value.__name__}` itself: make one with `{value.__name__}(...)`"
     if callable(value) and hasattr(value, "__name__"):
@@ -272,20 +274,20 @@ def _described(value: Any, longest: int) -> str:
 class _Short(reprlib.Repr):
     """A short text of containers: their first items, each as a message describes it."""
 
-    def repr_instance(self, x: Any, level: int) -> str:
+    def repr_instance(self, x: object, level: int) -> str:
         return described(x)
 
 
 _SHORT = _Short()
 
 
-def a(kind: Any) -> str:
+def a(kind: object) -> str:
     """A class with its article, in backticks."""
     name = name_of(kind)
     return f"{'an' if name[1] in 'AEIOaeio' else 'a'} {name}"
 
 
-def name_of(kind: Any) -> str:
+def name_of(kind: object) -> str:
     """The name of a class, in backticks."""
     return f"`{getattr(kind, '__name__', kind)}`"
 

@@ -6,17 +6,23 @@ import functools
 import inspect
 import re
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, fields, is_dataclass
-from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 import casadi as ca
+import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import raised
 from workbench.core.validation.type_hints import Fit, KindError, OutOfSight, fit_of
 
-Door = TypeVar("Door", bound=Callable[..., Any])
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Door = TypeVar("Door", bound=Callable[..., object])
+Given = TypeVar("Given")
+Clean = TypeVar("Clean")
 
 PORTS = {  # of a block, each a layout
     "memory": "the whole memory",
@@ -26,7 +32,22 @@ PORTS = {  # of a block, each a layout
     "follows": "all that the law follows",
     "inputs": "all inputs",
 }
+SHAPED = ca.SX, np.ndarray
 AXIS = re.compile(r"(\d*)([a-z]*)")
+
+
+class _Entry(Protocol):
+    @property
+    def name(self) -> str: ...
+    @property
+    def shape(self) -> tuple[int, ...]: ...
+
+
+class _Port(Protocol):
+    @property
+    def entries(self) -> Sequence[_Entry]: ...
+    @property
+    def names(self) -> Sequence[str]: ...
 
 
 def door(thing: Door) -> Door:
@@ -39,7 +60,7 @@ def door(thing: Door) -> Door:
         return cast(Door, _door_of_class(thing))
 
     @functools.wraps(thing)
-    def opened(*args: Any, **kwargs: Any) -> Any:
+    def opened(*args: object, **kwargs: object) -> object:
         call, signature, fits, axes, plain = _plan(thing)
         if plain is not None:  # as `bind` does it, which takes longer than many a function
             named = dict(zip(plain, args, strict=False)) | kwargs
@@ -63,14 +84,16 @@ def door(thing: Door) -> Door:
     return cast(Door, opened)
 
 
-def fit_field(owner: Any, field: Field[Any]) -> Any:
+def fit_field(owner: DataclassInstance, field: Field[object]) -> object:
     """The value of a field, made to fit the field's type, or a refusal."""
     value = getattr(owner, field.name)
-    default, call, fit = _fits(cast(Any, type(owner)))[field.name]
+    default, call, fit = _fits(type(owner))[field.name]
     return value if value is default else _fit(call, fit, value)
 
 
-def answer(call: str, must: str, ask: Callable[[], Any], fit: Fit, refuses: bool = False) -> Any:
+def answer(
+    call: str, must: str, ask: Callable[[], Given], fit: Callable[[Given], Clean], refuses: bool = False
+) -> Clean:
     """The answer of a function of the user's own, made to fit; its own refusals pass if it `refuses` for itself.
 
     Raises
@@ -90,7 +113,7 @@ def answer(call: str, must: str, ask: Callable[[], Any], fit: Fit, refuses: bool
         raise ValueError(f"`{call}` must {must}; it gave {misfit.got}{_where(misfit)}.") from None
 
 
-def _fit(call: str, fit: Fit, value: Any) -> Any:
+def _fit(call: str, fit: Fit, value: object) -> object:
     try:
         return fit(value)
     except KindError as misfit:
@@ -104,8 +127,8 @@ def _where(misfit: KindError) -> str:
 def _door_of_class(cls: type) -> type:
     own = getattr(cls, "__post_init__", None)
 
-    def __post_init__(self: Any) -> None:
-        for name, (default, call, fit) in _fits(cast(Any, type(self))).items():
+    def __post_init__(self: DataclassInstance) -> None:
+        for name, (default, call, fit) in _fits(type(self)).items():
             value = getattr(self, name)
             clean = value if value is default else _fit(call, fit, value)
             if clean is not value:
@@ -119,15 +142,15 @@ def _door_of_class(cls: type) -> type:
 
 
 @functools.cache
-def _fits(cls: Any) -> dict[str, tuple[Any, str, Fit]]:
+def _fits(cls: type[DataclassInstance]) -> dict[str, tuple[object, str, Fit]]:
     """The default of each field, its name in a message, and the function that makes a value fit."""
     hints, given = _hints(cls), [f for f in fields(cls) if f.init]
-    return {f.name: (f.default, f"{cls.__name__}({f.name}=...)", fit_of(hints.get(f.name, Any))) for f in given}
+    return {f.name: (f.default, f"{cls.__name__}({f.name}=...)", fit_of(hints.get(f.name, object))) for f in given}
 
 
 @functools.cache
 def _plan(
-    function: Any,
+    function: Callable[..., object],
 ) -> tuple[str, inspect.Signature, dict[str, Fit], list[tuple[str, str]], tuple[str, ...] | None]:
     """The name of a function in messages, its signature, the fit of each argument, and the axes that hints declare.
 
@@ -137,12 +160,12 @@ def _plan(
     signature, axes = inspect.signature(function), []
     fits: dict[str, Fit] = {}
     for name, parameter in signature.parameters.items():
-        hint = hints.get(name, Any)
+        hint = hints.get(name, object)
         if parameter.kind is parameter.VAR_POSITIONAL:
             hint = tuple[hint, ...]  # type: ignore[valid-type]
         fits[name] = functools.partial(_fit, f"{call}({name}=...)", fit_of(hint))
         if parameter.kind is parameter.VAR_KEYWORD:
-            fits[name] = fit_of(Any)
+            fits[name] = fit_of(object)
         axes += [(name, axis) for axis in _axes(hint)]
     kinds = {parameter.kind for parameter in signature.parameters.values()}
     by_place = (p.name for p in signature.parameters.values() if p.kind is p.POSITIONAL_OR_KEYWORD)
@@ -151,8 +174,8 @@ def _plan(
 
 
 @functools.cache
-def _hints(thing: Any) -> dict[str, Any]:
-    unseen: dict[str, Any] = {}
+def _hints(thing: Callable[..., object]) -> dict[str, object]:
+    unseen: dict[str, object] = {}
     while True:
         try:
             return get_type_hints(thing, localns=unseen or None, include_extras=True)
@@ -162,13 +185,13 @@ def _hints(thing: Any) -> dict[str, Any]:
             unseen[error.name] = OutOfSight
 
 
-def _axes(hint: Any) -> list[str]:
+def _axes(hint: object) -> list[str]:
     """The axis that an `Annotated` hint declares, or the hint's options do."""
     options = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
-    return [option.__metadata__[0] for option in options if get_origin(option) is Annotated]
+    return [get_args(option)[1] for option in options if get_origin(option) is Annotated]
 
 
-def _refuse_misshapen(call: str, owner: object, axes: list[tuple[str, str]], given: Mapping[str, Any]) -> None:
+def _refuse_misshapen(call: str, owner: object, axes: list[tuple[str, str]], given: Mapping[str, object]) -> None:
     """Refuse arguments that have not as many entries as declared: "1", "n", "2n", or all names of a port of the block.
 
     An axis is named as a `parameter` names it; in one call it has one size, which a block's `dof` or its numbers tell.
@@ -176,10 +199,11 @@ def _refuse_misshapen(call: str, owner: object, axes: list[tuple[str, str]], giv
     sizes = _sizes(owner)
     for name, axis in sorted(axes, key=lambda declared: declared[1] in PORTS):
         value = given.get(name)
-        if value is None:
-            continue
         if axis in PORTS:
-            _refuse_port(f"{call}({name}=...)", axis, getattr(owner, axis, None), value, sizes)
+            if isinstance(value, Mapping):
+                _refuse_port(f"{call}({name}=...)", axis, getattr(owner, axis, None), value, sizes)
+            continue
+        if not isinstance(value, SHAPED):
             continue
         times, letter = AXIS.fullmatch(axis).groups()  # type: ignore[union-attr]
         size = int(times or 1) * (sizes.setdefault(letter, value.shape[0]) if letter else 1)
@@ -188,10 +212,18 @@ def _refuse_misshapen(call: str, owner: object, axes: list[tuple[str, str]], giv
             raise ValueError(f"`{call}({name}=...)` must have shape ({size}, 1){why}; got {value.shape}.")
 
 
-def _refuse_port(call: str, of: str, port: Any, value: Mapping[str, ca.SX], sizes: Mapping[str, int]) -> None:
+def _refuse_port(
+    call: str,
+    of: str,
+    port: _Port | Callable[[int], _Port] | None,
+    value: Mapping[str, ca.SX],
+    sizes: Mapping[str, int],
+) -> None:
     if callable(port):
         port = port(sizes.get("n", 0))
-    for entry in port.entries if port is not None else ():
+    if port is None:
+        return
+    for entry in port.entries:
         if entry.name not in value:
             raise LookupError(f"`{call}` must hold {PORTS[of]}, {', '.join(port.names)}; got no '{entry.name}'.")
         want, got = (entry.shape + (1, 1))[:2], ca.SX(value[entry.name]).shape

@@ -8,7 +8,7 @@ import os
 import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeGuard, TypeVar, Union, get_args, get_origin, overload
 
 import casadi as ca
 import numpy as np
@@ -26,7 +26,8 @@ from workbench.core.validation.refusals import (
     way,
 )
 
-Fit = Callable[[Any], Any]  # from a value to the same value in the type of a hint, or a `KindError`
+Fit = Callable[[object], object]  # from a value to the same value in the type of a hint, or a `KindError`
+T = TypeVar("T")
 FEW = 3  # types that a message names, if there are more than four
 SEVERAL = (Sequence, Collection, Iterable, list, tuple)
 
@@ -47,12 +48,12 @@ class KindError(Exception):
 
 
 class _Sight(type):
-    def __getattr__(cls, name: str) -> Any:
+    def __getattr__(cls, name: str) -> object:
         if name.startswith("_"):
             raise AttributeError(name)
         return Any
 
-    def __getitem__(cls, item: Any) -> Any:
+    def __getitem__(cls, item: object) -> object:
         return Any
 
 
@@ -60,6 +61,10 @@ class OutOfSight(metaclass=_Sight):
     """A stand-in for a name that only the type checker or an inner function knows: it takes any value."""
 
 
+@overload
+def fit_of(hint: type[T]) -> Callable[[object], T]: ...
+@overload
+def fit_of(hint: Any) -> Callable[[object], Any]: ...
 def fit_of(hint: Any) -> Fit:
     """The function that makes a value fit a type hint; a type that `isinstance` does not know takes anything."""
     kind, parts = get_origin(hint) or hint, get_args(hint)
@@ -107,7 +112,7 @@ def words(hint: Any) -> str:
     return "a function" if kind is Callable else WORDS.get(kind) or a(kind)
 
 
-def _kinds(hints: Iterable[Any]) -> str:
+def _kinds(hints: Iterable[object]) -> str:
     bare = (get_args(hint)[0] if get_origin(hint) is Annotated else hint for hint in hints)
     options = [kind for hint in bare for kind in (get_args(hint) if _is_union(hint) else (hint,))]
     return _or(name_of(kind) for kind in options)
@@ -120,33 +125,33 @@ def _or(options: Iterable[str]) -> str:
     return " or ".join(named[:FEW] + rest if rest else named)
 
 
-def _classes(hint: Any) -> tuple[type, ...]:
+def _classes(hint: object) -> tuple[type, ...]:
     """The classes of a hint whose instances need no conversion."""
     options = get_args(hint) if _is_union(hint) else (hint,)
     return tuple(k for k in options if isinstance(k, type) and k not in PLAIN and _can_be_asked(k))
 
 
-def _direct(parts: tuple[Any, ...]) -> dict[type, Fit]:
+def _direct(parts: tuple[object, ...]) -> dict[type, Fit]:
     """The part of a union for a value of exactly this type, where no part before it takes such a value."""
     fits: dict[type, Fit] = {}
     for part in parts:
-        if part not in (bool, int, float, str, type(None)):
+        if not isinstance(part, type) or part not in (bool, int, float, str, type(None)):
             break
         if part is not int or float not in fits:  # as float takes whole numbers too
             fits.setdefault(part, fit_of(part))
     return fits
 
 
-def _is_union(hint: Any) -> bool:
+def _is_union(hint: object) -> bool:
     return get_origin(hint) in (Union, types.UnionType)
 
 
-def _is_whole(parts: tuple[Any, ...]) -> bool:
+def _is_whole(parts: tuple[object, ...]) -> bool:
     scalar = (get_args(parts[-1]) or (float,))[0] if parts else float
     return issubclass(get_origin(scalar) or scalar, np.integer)
 
 
-def _can_be_asked(kind: Any) -> bool:
+def _can_be_asked(kind: Any) -> TypeGuard[type]:
     """True if `isinstance` accepts the type, which it does not for some protocols."""
     try:
         isinstance(None, kind)
@@ -155,27 +160,27 @@ def _can_be_asked(kind: Any) -> bool:
     return kind not in (Any, object, OutOfSight)
 
 
-def _plain(clean: Fit, must: str, value: Any) -> Any:
+def _plain(clean: Fit, must: str, value: object) -> object:
     fit = clean(value)
     if fit is None:
         raise KindError(must, functools.partial(described, value))
     return fit
 
 
-def _instance(kind: Any, must: str, value: Any) -> Any:
+def _instance(kind: type, must: str, value: object) -> object:
     if not isinstance(value, kind):
         raise KindError(must, lambda: described(value) + way(kind, value))
     return value
 
 
-def _path(fit: Fit, value: Any) -> Any:
+def _path(fit: Fit, value: object) -> object:
     """A value that fits; of one that is to be a path, only such as a file can have."""
     if isinstance(value, str | os.PathLike) and as_path(value) is None:
         raise KindError("a path that a file can have", described(value))
     return fit(value)
 
 
-def _function(count: int, must: str, value: Any) -> Any:
+def _function(count: int, must: str, value: Any) -> object:
     """A function that is told so many things, as far as it says; for those that answer there is `answer`."""
     try:
         signature = inspect.signature(value)
@@ -192,11 +197,11 @@ def _function(count: int, must: str, value: Any) -> Any:
     return value
 
 
-def _truth(value: Any) -> bool | None:
+def _truth(value: object) -> bool | None:
     return bool(value) if isinstance(value, bool | np.bool_) else None
 
 
-def _expression(value: Any) -> ca.SX | None:
+def _expression(value: object) -> ca.SX | None:
     """An expression unchanged, numbers as an expression without symbols."""
     if isinstance(value, ca.SX):
         return value
@@ -204,12 +209,12 @@ def _expression(value: Any) -> ca.SX | None:
     return ca.SX(array) if array is not None and array.ndim <= 2 else None
 
 
-def _array(value: Any) -> Any:
+def _array(value: object) -> object:
     """An array of doubles without a copy, as it may be large; any other one as a new array of doubles."""
     return value if type(value) is np.ndarray and value.dtype == np.float64 else as_array(value)
 
 
-def _whole_array(value: Any) -> Any:
+def _whole_array(value: object) -> object:
     """An array of whole numbers that an `int64` holds."""
     array = as_array(value)
     if array is None or not (np.isfinite(array) & (array == np.rint(array))).all():
@@ -219,11 +224,11 @@ def _whole_array(value: Any) -> Any:
     return given.astype(int) if fits else None
 
 
-def _among(value: Any, choices: tuple[Any, ...]) -> bool:
+def _among(value: object, choices: tuple[object, ...]) -> bool:
     return any(type(value) is type(choice) and value == choice for choice in choices)
 
 
-PLAIN: dict[Any, Fit] = {
+PLAIN: dict[object, Fit] = {
     int: as_whole,
     float: as_number,
     str: as_text,
@@ -233,7 +238,7 @@ PLAIN: dict[Any, Fit] = {
 }
 
 
-def _union(asked: tuple[type, ...], direct: dict[type, Fit], fits: tuple[Fit, ...], must: str, value: Any) -> Any:
+def _union(asked: tuple[type, ...], direct: dict[type, Fit], fits: tuple[Fit, ...], must: str, value: object) -> object:
     if isinstance(value, asked):
         return value
     if (fit := direct.get(type(value))) is not None:
@@ -251,7 +256,7 @@ def _union(asked: tuple[type, ...], direct: dict[type, Fit], fits: tuple[Fit, ..
     raise KindError(must, most.got, most.place)
 
 
-def _items(kind: Any, asked: tuple[type, ...], fits: tuple[Fit, ...], several: bool, must: str, value: Any) -> Any:
+def _items(kind: type, asked: tuple[type, ...], fits: tuple[Fit, ...], several: bool, must: str, value: Any) -> object:
     """A tuple, or the list that the hint names, of items that fit; text is refused, though it has letters."""
     if type(value) is tuple and asked and kind is not list and all(isinstance(item, asked) for item in value):
         return value
@@ -272,7 +277,7 @@ def _items(kind: Any, asked: tuple[type, ...], fits: tuple[Fit, ...], several: b
     return fitting if kind is list else tuple(fitting)
 
 
-def _alone(fit: Fit, value: Any) -> str:
+def _alone(fit: Fit, value: object) -> str:
     """The advice for one item that came in place of several."""
     try:
         fit(value)
@@ -281,8 +286,8 @@ def _alone(fit: Fit, value: Any) -> str:
     return ": one alone is written `(...,)`, with its comma"
 
 
-def _mapping(kind: Any, key_fit: Fit, value_fit: Fit, must: str, value: Any) -> Any:
-    if not isinstance(value, kind):
+def _mapping(kind: type, key_fit: Fit, value_fit: Fit, must: str, value: object) -> object:
+    if not isinstance(value, Mapping) or not isinstance(value, kind):
         raise KindError(must, described(value))
     fitting = {}
     for key, item in value.items():

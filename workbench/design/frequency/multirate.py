@@ -93,7 +93,9 @@ def lift_rates(
             f"inputs, each one once; got {ways}, inputs and outputs of each law."
         )
     own = [part[1] for part in parts]
-    spans = own if periods is None else several("lift_rates(periods=...)", periods, Fraction)
+    spans: Sequence[Fraction | float] = (
+        own if periods is None else several("lift_rates(periods=...)", periods, Fraction)
+    )
     if len(spans) != len(own) or any(abs(float(a) - b) > NEAR * b for a, b in zip(spans, own, strict=True)):
         raise ValueError(
             f"`lift_rates(periods=...)` must be the {len(own)} periods of the laws as fractions; got "

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.core import Layout
-from workbench.core.drawers import draw
 from workbench.core.validation.number_types import Values
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
-from workbench.core.views import Picture
+from workbench.core.views import Picture, picture_of
 from workbench.design.frequency import Bandwidth, MeanGain, Peak, StabilityMargins, h2_norm, hinf_norm
 from workbench.design.frequency.certified_values import enclosure
 from workbench.design.frequency.frequency_axis import checked_frequencies
@@ -278,8 +277,7 @@ class LinearLoop:
         ValueError
             If there is no such kind, an option does not fit, or the loop has no such picture, as poles with a delay.
         """
-        picture: Picture = draw(self, kind, **options)
-        return picture
+        return picture_of(self, kind, **options)
 
     def __repr__(self) -> str:
         cut = f" cut at {', '.join(self.channels)}" if self.channels else ""

@@ -9,11 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from workbench.core import Sampled
-from workbench.core.drawers import draw
 from workbench.core.validation.number_types import Numbers, Values
 from workbench.core.validation.refusals import Array, as_array
 from workbench.core.validation.signatures import door
-from workbench.core.views import Picture
+from workbench.core.views import Picture, picture_of
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear_loop.cut_margins import refuse_rates
 from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse
@@ -112,8 +111,7 @@ class LinearRows:
         ValueError
             If there is no such kind, the option does not fit, or the loop has a delay and so no such picture.
         """
-        picture: Picture = draw(self, kind, **options)
-        return picture
+        return picture_of(self, kind, **options)
 
     def __repr__(self) -> str:
         return f"<{len(self)} rows of a LinearLoop, {len(self.reasons)} flagged>"

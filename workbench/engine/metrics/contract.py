@@ -7,7 +7,7 @@ import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, TypeVar, cast
+from typing import ClassVar, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -19,8 +19,7 @@ from workbench.core.validation.signatures import answer, door
 from workbench.core.validation.type_hints import KindError, fit_of
 from workbench.engine.metrics.signal_choice import Signal, choose, column, names_of
 
-# Outputs of a loop, or the memory of a metric, by name.
-Parts = Mapping[str, ca.SX]
+Parts = Mapping[str, ca.SX]  # outputs of a loop, or the memory of a metric, by name
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,8 @@ class AbstractMetric(ABC):
 
 
 NAMES = fit_of(tuple[str, ...])
-A_COLUMN, PARTS, A_LAYOUT, ROWS, NOTHING = map(fit_of, (ca.SX, Parts, Layout, Array, type(None)))
+A_COLUMN, A_LAYOUT, NOTHING = fit_of(ca.SX), fit_of(Layout), fit_of(type(None))
+PARTS, ROWS = fit_of(Parts), fit_of(Array)
 
 
 def watches(metric: AbstractMetric) -> tuple[str, ...]:
@@ -293,7 +293,7 @@ class Integral(AbstractMetric):
         """The integrand g."""
         e = y if self.signal is None else column(self.signal, y)
         must = f"be a function of (t, y) that gives an expression (k, 1), for the metric '{self.name}'"
-        return cast(ca.SX, answer("Integral(g=...)", must, lambda: self.g(t, e), expression))
+        return answer("Integral(g=...)", must, lambda: self.g(t, e), expression)
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The integral as `finish` turns it."""

@@ -142,7 +142,10 @@ def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) 
     rows = [made.rows(int(run), int(run) + 1) for run in diverged]
     p = np.concatenate([row[0] for row in rows])
     x0 = np.concatenate([row[1][:, : equation.states.size] for row in rows])
-    loops = {name: equations_of(loop, name) for name, loop in ways.items()}
+    loops = {
+        name: require(f"causes(ways={{'{name}': ...}})", equations_of(loop, name), Sampled)
+        for name, loop in ways.items()
+    }
     substeps = equation.substeps(made.h)
     keys = np.zeros_like(diverged) if sweep.common else diverged
     return causes(loops, p, x0, until=sweep.run.until, substeps=substeps, seed=sweep.run.seed, runs=keys)
