@@ -140,6 +140,12 @@ def test_the_module_of_python_gives_what_is_safe_where_a_number_is_not_finite(tm
     assert told[0][1] == told[1][1] == told[2][1]  # the memory waits
 
 
+def test_the_module_of_python_takes_a_safe_command_of_several_numbers_as_c_does():
+    law, safe = LOOPS["PID"]().digital(1e-3).law("built in"), {"tau": [0.5, -0.25]}
+    assert '"tau": [0.5, (-0.25)],' in python_law(law, safe=safe)
+    assert c_code(law, "law", safe=safe).safe.tolist() == safe["tau"]
+
+
 def test_text_from_outside_stays_text_in_every_form():
     law = record(pid(), 0.01, 1).law
     bad = 'x"""\nimport os\n*/ // --> \\ $name %s {0}'

@@ -113,12 +113,13 @@ ROOMS_WITH_DOORS = {
 }
 
 # Rooms in which explicit `Any` stands only at doors: of a library without types, or of what is read from outside.
-ROOMS_WITHOUT_ANY = ("arms", "blocks", "core", "proofs", "report", "study")
+ROOMS_WITHOUT_ANY = ("arms", "blocks", "cli", "core", "design", "engine", "handover", "proofs", "report", "study")
 DOORS_WITH_ANY = {
     "arms/observer_gains/matrix_inequalities.py": "CVXPY",
     "core/block.py": "dataclasses: a declared field fits any type, as a number of a user's block does",
     "core/expressions.py": "CasADi's buffers, and the protocols by which NumPy calls its symbols",
     "core/validation/type_hints.py": "typing: a hint of a user's, Any among them",
+    "engine/trajectories.py": "the figure of Matplotlib that runs have",
     "report/figures/pen.py": "matplotlib",
     "report/figures/style.py": "matplotlib",
     "report/object_plots.py": "the picture that an object has",

@@ -117,7 +117,7 @@ def test_explicit_any_stands_at_doors_alone():
 
 def test_an_explicit_any_is_found_in_its_rooms_but_not_at_a_door():
     text = "from typing import Any\ndef f(x: dict[str, Any]) -> None: ..."
-    rooms = {f"workbench/{room}/x.py": text for room in ("proofs", "engine")}
+    rooms = {f"workbench/{room}/x.py": text for room in ("proofs", "elsewhere")}
     (breach,) = rules.explicit_any(rooms | {"workbench/study/executors.py": text})
     assert breach.startswith("workbench/proofs/x.py:2: explicit `Any`")
 

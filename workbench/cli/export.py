@@ -5,8 +5,9 @@ from __future__ import annotations
 import shlex
 import sys
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import click
 
@@ -14,11 +15,28 @@ from workbench.cli.errors import aside, one_sentence, printable
 
 if TYPE_CHECKING:
     from workbench.core import Sampled
+    from workbench.handover.c99.c_code import COptions
 
 PATH = click.Path(path_type=Path)
 FORMS = ("c", "cortex-m4", "python", "casadi", "control", "mat", "simulink", "ros2", "fmi2", "fmi3")
 WAYS = ("portable", "hardware")
 PERIODS = 2000  # of the run that tells whether the loop holds at its period
+
+
+class ExportOptions(TypedDict):
+    """The options of the verb that are no arguments of their own."""
+
+    period: float | None
+    delay: bool
+    name: str | None
+    precision: str
+    sqrt: str
+    fma: str
+    settable: bool
+    built_in: bool
+    truths: tuple[str, ...]
+    overwrite: bool
+    safe: tuple[str, ...]
 
 
 @click.command()
@@ -38,7 +56,9 @@ PERIODS = 2000  # of the run that tells whether the loop holds at its period
 @click.option("--truth", "truths", multiple=True, help="A signal that no instrument gives, and the machine is handed.")
 @click.option("--overwrite", is_flag=True, help="Replace files that were edited, or that no export has written.")
 @click.option("--safe", multiple=True, metavar="NAME=VALUE", help="The command where a number is not finite.")
-def export(file: Path, form: str, loop: str | None, case: str | None, out: Path | None, **asked: Any) -> None:
+def export(
+    file: Path, form: str, loop: str | None, case: str | None, out: Path | None, **asked: Unpack[ExportOptions]
+) -> None:
     """Write the law of a loop in FILE for another machine: observer, law, limits and delay, without the plant."""
     with one_sentence(file):
         safe = _safe(asked["safe"])
@@ -53,15 +73,28 @@ def export(file: Path, form: str, loop: str | None, case: str | None, out: Path 
             aside(f"Warning: {warning}.")
         if asked["precision"] == "single":
             warnings = (*warnings, loss_in_single_precision(sampled, law))
-        options: dict[str, Any] = {"warnings": warnings, "command": _command()} | ({"safe": safe} if safe else {})
-        options |= {"precision": "single"} if asked["precision"] == "single" else {}
-        options |= {name: "hardware" for name in ("sqrt", "fma") if asked[name] == "hardware"}
-        options |= {"parameters": "settable"} if asked["settable"] else {}
+        options = _options(asked, safe, warnings)
         paths = written(law, form, out, name=asked["name"], overwrite=asked["overwrite"], **options)
         if form.startswith("fmi") and not _has_library(paths[0]):
             aside("The FMU has C sources alone, as no compiler was found here: `apt-get install gcc`.")
         aside(f"'{chosen}', every {law.period:g} s.")
         click.echo(printable(f"Written: {', '.join(map(str, paths))}."))
+
+
+def _options(asked: ExportOptions, safe: Mapping[str, float], warnings: tuple[str, ...]) -> COptions:
+    """The options of the code that differ from its defaults, as not every form takes them."""
+    options: COptions = {"warnings": warnings, "command": _command()}
+    if safe:
+        options["safe"] = safe
+    if asked["precision"] == "single":
+        options["precision"] = "single"
+    if asked["sqrt"] == "hardware":
+        options["sqrt"] = "hardware"
+    if asked["fma"] == "hardware":
+        options["fma"] = "hardware"
+    if asked["settable"]:
+        options["parameters"] = "settable"
+    return options
 
 
 def _safe(texts: tuple[str, ...]) -> dict[str, float]:

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
 from workbench.cli.errors import aside, one_sentence, printable
+
+if TYPE_CHECKING:
+    from workbench.blocks.loop import ClosedLoop
+    from workbench.core import Ode, Sampled
 
 PATH = click.Path(path_type=Path)
 USUAL = "loop"
@@ -47,7 +51,7 @@ def live(file: Path, name: str | None, until: float | None, step: float | None, 
         click.echo(printable(f"The page is {place}."))
 
 
-def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:
+def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, ClosedLoop | Ode | Sampled]:
     """A loop among the names of a script, and its name."""
     from workbench.blocks.loop import ClosedLoop
     from workbench.core import Ode, Sampled
@@ -68,7 +72,7 @@ def _times(module: ModuleType) -> tuple[float | None, float]:
     return next(((float(one.t[-1]), one.page_step) for one in runs), (None, USUAL_STEP))
 
 
-def _values(held: Mapping[str, Any]) -> Iterator[Any]:
+def _values(held: Mapping[str, object]) -> Iterator[object]:
     """All values, and those in dictionaries among them, as runs are handed to `plot`."""
     for value in held.values():
         yield value

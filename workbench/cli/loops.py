@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from workbench.core import Sampled
+    from workbench.core import Ode, Sampled
+    from workbench.core.equations import Loop
 
 USUAL = "loop"
 
@@ -45,7 +46,7 @@ def sampled_of(
     return chosen, _sampled(chosen, loop, period, delay)
 
 
-def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:
+def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Loop | Ode | Sampled]:
     """A loop among the names of a file; without any, the one case of its study."""
     from workbench.blocks.loop import ClosedLoop
     from workbench.core import Ode, Sampled
@@ -69,7 +70,7 @@ def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:
     raise LookupError(f"'{file}' has no loop: it must define a `ClosedLoop` or a `Sampled` by a name, or a `study`.")
 
 
-def _case(module: ModuleType, file: Path, case: str) -> tuple[str, Any]:
+def _case(module: ModuleType, file: Path, case: str) -> tuple[str, Loop | Ode | Sampled]:
     from workbench.core.validation.refusals import known
 
     cases = _cases(module)
@@ -78,7 +79,7 @@ def _case(module: ModuleType, file: Path, case: str) -> tuple[str, Any]:
     return known(case, cases, f"cases in '{file}'"), cases[case]
 
 
-def _cases(module: ModuleType) -> dict[str, Any]:
+def _cases(module: ModuleType) -> dict[str, Loop | Ode | Sampled]:
     """The loops of the cases of a file's study; none if they follow from its tunings."""
     from workbench.study import Study
 
@@ -88,7 +89,7 @@ def _cases(module: ModuleType) -> dict[str, Any]:
     return {case.name: case.run.loop for case in study.cases}
 
 
-def _sampled(name: str, loop: Any, period: float | None, delay: bool) -> Sampled:
+def _sampled(name: str, loop: Loop | Ode | Sampled, period: float | None, delay: bool) -> Sampled:
     """A loop in a computer."""
     from workbench.blocks.loop import ClosedLoop
     from workbench.core import Sampled

@@ -3,15 +3,32 @@
 from __future__ import annotations
 
 import gc
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import click
 
 from workbench.cli.errors import aside, of_the_study, one_sentence, printable
 
+if TYPE_CHECKING:
+    from workbench.study.ledger.chunk import Chunk
+
 PATH = click.Path(path_type=Path)
+
+
+class RunOptions(TypedDict, total=False):
+    """The options of a run that are no arguments of their own, by the names of `Order`."""
+
+    samples: int | None
+    workers: int | None
+    cluster: str | None
+    arithmetic: str | None
+    fresh: bool
+    yes: bool
+    only_report: bool
+    acknowledge: Callable[[Chunk], None]
 
 
 @click.command()
@@ -27,17 +44,18 @@ PATH = click.Path(path_type=Path)
 @click.option("--ack", is_flag=True, help="Print each chunk and its SHA-256 once it is on the disk.")
 @click.option("--yes", is_flag=True, help="Begin, however much time, memory and disk it takes.")
 @click.option("--traceback", is_flag=True, help="Print Python's own after the sentence that says what is wrong.")
-def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Any) -> None:
+def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Unpack[RunOptions]) -> None:
     """Run STUDY, a Python file or a folder with a `study.py`, and write its report.
 
     Of its sweeps and works nothing is computed twice: what was stopped, the same command goes on with.
     """
     del traceback  # `leave` looks it up
-    asked |= {"acknowledge": lambda chunk: click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")} if ack else {}
+    if ack:
+        asked["acknowledge"] = lambda chunk: click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")
     run_study(study, out, asked)
 
 
-def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
+def run_study(place: Path, out: Path | None, asked: RunOptions) -> None:
     """Run the parts of a study that its ledger lacks, and write its report."""
     from workbench.cli import script
 

@@ -13,7 +13,7 @@ from importlib.util import module_from_spec, spec_from_file_location, spec_from_
 from pathlib import Path
 from shlex import join
 from types import ModuleType
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from workbench.core.validation.refusals import described, nearest
 from workbench.core.validation.signatures import door
@@ -173,7 +173,7 @@ class Script:
         works = compile_works(() if callable(study.works) else study.works)
         if self.works:
             return works
-        sweeps: Any = study.sweeps
+        sweeps = study.sweeps
         if callable(sweeps):
 
             def replay(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
@@ -188,6 +188,7 @@ class Script:
             except KeyError as error:
                 raise ClusterError(f"A worker asks in a work for {error}, which is not here: it differs.") from None
             sweeps = study.resolved({**tuned, **answers}).sweeps
+            assert not callable(sweeps)
         return compile_sweeps(sweeps, self.samples, arithmetic_of)
 
 

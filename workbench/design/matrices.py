@@ -6,19 +6,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 import scipy.linalg  # noqa: F401  brings a BLAS of its own, which must be here before it is looked for
+from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, as_array, described
 
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
+Complex = NDArray[np.complex128]
 EPS = float(np.finfo(float).eps)
 # Squares and cubes of the entries occur in every equation of this room, and must neither overflow nor vanish.
 LARGEST, SMALLEST = 1e100, 1e-100
+T = TypeVar("T")
 
 
 class Refused(ValueError):  # noqa: N818
@@ -60,7 +62,7 @@ class Certificate:
         return "; ".join([figures, *self.warnings])
 
 
-def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: int | None = None) -> Array:
+def matrix(call: str, name: str, value: object, rows: int | None = None, columns: int | None = None) -> Array:
     """The value as a new real matrix of finite numbers, of the asked shape; a single number is (1, 1)."""
     array = as_array(value)
     if array is None:
@@ -82,7 +84,7 @@ def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: i
     return array
 
 
-def answer(call: str, name: str, function: Callable[..., Any], *given: Any) -> Any:
+def answer(call: str, name: str, function: Callable[..., T], *given: object) -> T:
     """The answer of a function of the caller, or a refusal with the error that it raised."""
     try:
         return function(*given)
@@ -91,7 +93,7 @@ def answer(call: str, name: str, function: Callable[..., Any], *given: Any) -> A
         raise ValueError(f"`{call}`: {name} could not be asked for its answer; it raised {text}.") from error
 
 
-def square(call: str, name: str, value: Any, n: int | None = None) -> Array:
+def square(call: str, name: str, value: object, n: int | None = None) -> Array:
     """A real matrix (n, n)."""
     array = matrix(call, name, value, n, n)
     if array.shape[0] != array.shape[1]:
@@ -99,7 +101,7 @@ def square(call: str, name: str, value: Any, n: int | None = None) -> Array:
     return array
 
 
-def invertible(call: str, name: str, value: Any, n: int | None = None) -> Array:
+def invertible(call: str, name: str, value: object, n: int | None = None) -> Array:
     """A real matrix (n, n) whose inverse can be trusted."""
     array = square(call, name, value, n)
     condition = float(np.linalg.cond(_levelled(array)))
@@ -111,7 +113,7 @@ def invertible(call: str, name: str, value: Any, n: int | None = None) -> Array:
     return array
 
 
-def symmetric(call: str, name: str, value: Any, n: int | None = None) -> Array:
+def symmetric(call: str, name: str, value: object, n: int | None = None) -> Array:
     """A real symmetric matrix (n, n); asymmetry within rounding is averaged away."""
     array = square(call, name, value, n)
     gap = np.abs(array - array.T)
@@ -125,7 +127,7 @@ def symmetric(call: str, name: str, value: Any, n: int | None = None) -> Array:
     return (array + array.T) / 2
 
 
-def definite(call: str, name: str, value: Any, n: int | None = None) -> Array:
+def definite(call: str, name: str, value: object, n: int | None = None) -> Array:
     """A real symmetric positive definite matrix (n, n) whose inverse can be trusted."""
     array = symmetric(call, name, value, n)
     root = np.sqrt(np.maximum(np.diag(array), SMALLEST))
@@ -138,7 +140,7 @@ def definite(call: str, name: str, value: Any, n: int | None = None) -> Array:
     return array
 
 
-def semidefinite(call: str, name: str, value: Any, n: int | None = None) -> Array:
+def semidefinite(call: str, name: str, value: object, n: int | None = None) -> Array:
     """A real symmetric matrix (n, n) without a negative eigenvalue, but for rounding."""
     array = symmetric(call, name, value, n)
     if indefinite(array):

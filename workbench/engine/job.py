@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -140,8 +140,19 @@ def lots(job: Job, width: int) -> list[slice]:
     return [slice(first, first + size) for first in range(0, len(job.p), size)]
 
 
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+class Map(Protocol):
+    """A function as `map` is, which may work side by side."""
+
+    def __call__(self, work: Callable[[T], R], lots: Iterable[T], /) -> Iterable[R]:
+        """The results of the work for each lot, in their order."""
+
+
 @contextmanager
-def crew(blocks: int) -> Iterator[Callable[..., Iterable[Any]]]:
+def crew(blocks: int) -> Iterator[Map]:
     """A `map` over so many blocks: by threads side by side, or the plain one for a single block."""
     if blocks == 1:
         yield map
@@ -153,7 +164,7 @@ def crew(blocks: int) -> Iterator[Callable[..., Iterable[Any]]]:
         pool.shutdown(cancel_futures=True)
 
 
-def ended(futures: Collection[Future[Any]]) -> set[Future[Any]]:
+def ended(futures: Collection[Future[T]]) -> set[Future[T]]:
     """Those that are done when all are, or one has failed; Windows tells of Ctrl-C only between two waits."""
     while True:
         done, rest = wait(futures, LOOK, FIRST_EXCEPTION)

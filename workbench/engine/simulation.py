@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import TypedDict
 
 from workbench.core import Ode, Sampled, Step, rk4
 from workbench.core.equations import LOOP, Loop, equations_of, is_loop
@@ -22,6 +22,17 @@ from workbench.engine.trajectories import Trajectories
 TOLERANCE = 1e-3  # for which a step is chosen
 NAMED_TOLERANCE = 1e-2  # against which one that the user names is held
 TIMES = 1000  # that are kept of an `Ode`, unless `every` is given
+
+
+class SharedOptions(TypedDict):
+    """The options of `run_step` that a run and its pilots have in common."""
+
+    until: float
+    seed: int
+    runs: Integers | None
+    progress: Progress | None
+    arithmetic: str | None
+    engine: str | None
 
 
 @door
@@ -76,8 +87,7 @@ def simulate(
     >>> wb.simulate(wb.rk4(motor, 1e-3), p, until=5.0)
     <3 runs of 'plant' at 5001 times to 5 s>
     """
-    how: Any = {"until": until, "seed": seed, "runs": runs, "progress": progress}
-    how |= {"arithmetic": arithmetic, "engine": engine}
+    how = SharedOptions(until=until, seed=seed, runs=runs, progress=progress, arithmetic=arithmetic, engine=engine)
     if tolerance is not None:
         tolerance = refusals.positive("simulate(tolerance=...)", tolerance)
     if isinstance(step, Step):
@@ -88,7 +98,12 @@ def simulate(
 
 
 def _at_chosen_step(
-    equation: Ode | Sampled, p: Array | None, x0: Array | None, every: float | None, tolerance: float, how: Any
+    equation: Ode | Sampled,
+    p: Array | None,
+    x0: Array | None,
+    every: float | None,
+    tolerance: float,
+    how: SharedOptions,
 ) -> Trajectories:
     until = refusals.seconds("simulate(until=...)", how["until"])
     (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("simulate(until=...)", until)
@@ -98,8 +113,10 @@ def _at_chosen_step(
     progress_of("simulate", how["progress"])  # one that fails costs no pilot
     few = pilot_runs(p_rows, x_rows)
     make: Make = cache(lambda h, method: _step(equation, h))
-    asked: Any = {"seed": how["seed"], "arithmetic": how["arithmetic"], "methods": (RK4.name,)}  # as that of a page
-    pilots = Pilots(equation, make, state_change, p_rows[few], x_rows[few], until, unit, **asked)
+    methods = (RK4.name,)  # as that of a page
+    pilots = Pilots(
+        equation, make, state_change, p_rows[few], x_rows[few], until, unit, how["seed"], how["arithmetic"], methods
+    )
     made = run_step(make(search_step(pilots, tolerance).h, RK4.name), p, x0, every=kept, **how)
     return replace(made, tolerance=tolerance, chosen=True)
 

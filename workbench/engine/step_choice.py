@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from math import ceil, inf, isfinite, isnan, log, nan
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -124,8 +124,10 @@ class Pilots:
     def run(self, count: int, method: str) -> Trajectories:
         """The pilot runs with `count` steps in a unit."""
         step = self.make(self.unit / count, method)
-        how: Any = {"until": self.until, "every": self.unit / self.parts}
-        return run_step(step, self.p, self.x0, seed=self.seed, arithmetic=self.arithmetic, **how)
+        every = self.unit / self.parts
+        return run_step(
+            step, self.p, self.x0, until=self.until, every=every, seed=self.seed, arithmetic=self.arithmetic
+        )
 
 
 class Look(NamedTuple):

@@ -15,6 +15,7 @@ from workbench.core.expressions import rows
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array, described, whole
 from workbench.core.validation.signatures import door
+from workbench.core.views import Page
 from workbench.engine.divergence import Divergence
 from workbench.engine.job import Job
 from workbench.engine.stability import span
@@ -179,7 +180,7 @@ class Trajectories:
         count = step.substeps if step.finer else round(self.t[-1] / step.h)
         return step.h / step.substeps / (2 if self.chosen and count % 2 else 1)
 
-    def live(self, **asked: Any) -> Any:
+    def live(self, **asked: object) -> Page:
         """A page on which the numbers of the loop can be turned, as `workbench.live` makes it with what is `asked`.
 
         Raises
@@ -193,4 +194,5 @@ class Trajectories:
                 "`Trajectories.live()` must have one run of a loop in continuous time, at the loop's own numbers; for "
                 "any other write `workbench.live(loop, until=...)`, which takes a loop that a computer closes too."
             )
-        return import_module("workbench").live(step.flow, until=float(self.t[-1]), h=self.page_step, **asked)
+        page: Page = import_module("workbench").live(step.flow, until=float(self.t[-1]), h=self.page_step, **asked)
+        return page

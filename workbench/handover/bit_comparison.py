@@ -6,16 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
 from workbench.core.validation import refusals
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_code import CCode
-from workbench.handover.memory_digest import Words
+from workbench.handover.memory_digest import Reals, Words
 from workbench.handover.recording import Recording
 from workbench.handover.targets import TARGETS, AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
@@ -153,7 +151,7 @@ def _judged(target: AbstractTarget, recording: Recording, answers: Answers) -> T
     return TargetResult(target.name, n, width * n * (nu + kept), *counts, first)
 
 
-def _differ(answers: Array, wanted: Array) -> Words:
+def _differ(answers: Reals, wanted: Reals) -> Words:
     """The bits in which numbers differ; a NaN is like any other."""
     kind = np.dtype(f"u{wanted.dtype.itemsize}")
     bits = np.ascontiguousarray(answers, dtype=wanted.dtype).view(kind) ^ np.ascontiguousarray(wanted).view(kind)
@@ -170,8 +168,8 @@ def _first(recording: Recording, answers: Answers, other: Words, k: int) -> str:
     return f"period {k} {ANOTHER}"
 
 
-def _words(k: int, signal: str, number: Any, wanted: Any) -> str:
-    def bits(value: Any) -> str:
+def _words(k: int, signal: str, number: np.floating, wanted: np.floating) -> str:
+    def bits(value: np.floating) -> str:
         return f"{value!s} (0x{np.asarray(value).tobytes()[::-1].hex()})"
 
     return f"period {k}, '{signal}': {bits(number)} for {bits(wanted)}"

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 from workbench.core import Sampled, SampledLaw
 from workbench.core.validation.refusals import known, require
 from workbench.core.validation.signatures import door
-from workbench.handover.c99.c_code import CCode, c_code
+from workbench.handover.c99.c_code import CCode, COptions, c_code
 from workbench.handover.c99.c_names import member, prefix_of
 from workbench.handover.export_folder import write_files
 from workbench.handover.targets.size import measured_stack
@@ -26,7 +26,7 @@ class Order:
 
     law: SampledLaw
     name: str
-    options: Mapping[str, Any]
+    options: COptions
     interfaces: Mapping[str, str | Sequence[str]] | None
 
     @property
@@ -119,7 +119,7 @@ def export(
     name: str | None = None,
     interfaces: Mapping[str, str | Sequence[str]] | None = None,
     overwrite: bool = False,
-    **options: Any,
+    **options: Unpack[COptions],
 ) -> list[Path]:
     """Write a law to a folder in a form for another machine; the paths of its files.
 

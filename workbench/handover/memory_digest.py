@@ -8,11 +8,13 @@ import numpy.typing as npt
 from workbench.core.validation.refusals import Array
 
 Words = npt.NDArray[np.uint64]
+Floats = npt.NDArray[np.float32]
+Reals = Array | Floats
 
 BASIS, PRIME = 0xCBF29CE484222325, 0x100000001B3  # of FNV-1a with 64 bits
 
 
-def digest(rows: Array) -> Words:
+def digest(rows: Reals) -> Words:
     """FNV-1a with 64 bits of the bytes of each row, in the order of this processor's memory from its least byte on.
 
     Every NaN counts as the one of the sign 0 and the first bit of the fraction.

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -23,7 +22,7 @@ from workbench.engine.arithmetic import PORTABLE, march_of
 from workbench.engine.batch import table_of
 from workbench.engine.job import Job
 from workbench.handover.export_folder import write_files
-from workbench.handover.memory_digest import Words, digest
+from workbench.handover.memory_digest import Floats, Reals, Words, digest
 from workbench.handover.replay_bounds import afford_periods
 from workbench.handover.vector_files import signals_of, vector_files
 
@@ -50,13 +49,13 @@ class Recording:
     """
 
     law: SampledLaw
-    y: Array
-    r: Array
-    u: Array
+    y: Reals
+    r: Reals
+    u: Reals
     digests: Words
     starts: Array
     job: Job
-    rows: Array | None = None
+    rows: Reals | None = None
 
     def __repr__(self) -> str:
         return f"<Recording of '{self.law.name}': {self.periods:,} periods of {self.law.period:g} s>"
@@ -116,7 +115,7 @@ class Recording:
         return replace(self, **parts)
 
     @door
-    def memory(self, first: int, last: int) -> Array:
+    def memory(self, first: int, last: int) -> Reals:
         """The memory (last - first + 1, nz) before instant `first`, before the next one, ..., before `last`.
 
         Raises
@@ -221,7 +220,7 @@ def single(recording: Recording) -> Recording:
 
     law = recording.law
     y, r = (_floats(part) for part in (recording.y, recording.r))
-    z, u = [_floats(law.memory.default)], list[Any]()
+    z, u = [_floats(law.memory.default)], list[Floats]()
     for k in range(recording.periods):
         new = single_precision(law, k, z[-1:], y[k : k + 1], r[k : k + 1])
         if not (np.isfinite(new.z_next).all() and np.isfinite(new.u).all()):
@@ -248,7 +247,7 @@ def _periods(sampled: Sampled, periods: int | None, until: float | None) -> int:
     )
 
 
-def _floats(numbers: Array) -> Any:
+def _floats(numbers: Reals) -> Floats:
     return numbers.astype(np.float32)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from workbench.core import Sampled, SampledLaw
 from workbench.core.validation.refusals import known, seconds, whole
@@ -18,6 +17,7 @@ from workbench.handover.targets import TARGETS, USUAL, AbstractTarget
 __all__ = ["CLOCKS", "Fit", "Replay", "TargetResult", "compare", "fits", "replay"]
 
 COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason")  # of a row
+Cell = str | float | None  # of a row; None for what is not known
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class Replay:
             f"<Replay of '{self.code.name}' on {len(self.results)} targets: {'equal' if self.equal else 'different'}>"
         )
 
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> list[dict[str, Cell]]:
         """The results as rows of a table, None for what is not known."""
         rows = []
         for result in self.results:
@@ -71,7 +71,7 @@ class Replay:
         return "\n".join(lines)
 
 
-def _cells(row: Mapping[str, Any], heads: Sequence[str]) -> tuple[str, ...]:
+def _cells(row: Mapping[str, Cell], heads: Sequence[str]) -> tuple[str, ...]:
     """The words of a row; '-' for what is not known."""
     values = [row[head] for head in heads]
     return tuple(

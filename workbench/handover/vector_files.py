@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -12,8 +12,12 @@ from workbench.core.templates import fill
 from workbench.core.validation.refusals import known
 from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_names import member, places_of, prefix_of
+from workbench.handover.memory_digest import Reals
 
-Rows = tuple[Any, Any, Any]  # readings, references and commands, a row an instant, as floats or doubles
+if TYPE_CHECKING:
+    Rows: TypeAlias = tuple[Reals, Reals, Reals]  # readings, references and commands, a row an instant
+else:
+    Rows = tuple[object, object, object]  # which a door leaves as they are: it would make doubles of floats
 
 
 @door

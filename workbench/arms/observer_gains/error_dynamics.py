@@ -19,6 +19,7 @@ from workbench.arms.observer_gains.inequality import bears_mismatch
 from workbench.arms.observer_gains.matrix_inequalities import lyapunov_matrix
 from workbench.arms.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, positive, vector, whole
 from workbench.core.validation.signatures import door
 from workbench.design.linear.feedback_loops import largest_state_gain
@@ -176,7 +177,7 @@ def tolerated(gains: Gains) -> tuple[float, Array]:
 
 
 @door
-def kalman(dynamics: Dynamics, q: object, qd: object, tau: object, Qn: object, Rn: object) -> Gains:
+def kalman(dynamics: Dynamics, q: Numbers, qd: Numbers, tau: Numbers, Qn: Numbers, Rn: Numbers) -> Gains:
     """The steady Kalman gain of the arm linearised at a state, for accelerations and measurements with white noise.
 
     Parameters

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -14,6 +13,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite, positive, require
 from workbench.core.validation.signatures import door
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
+from workbench.design.control_system import System
 
 LEAST = 1e-100  # an amplitude
 POINTS, DECADES = 6000, 4  # of the grid of frequencies, beyond the slowest and the fastest pole
@@ -164,7 +164,7 @@ class Balance:
 
 
 @door
-def harmonic_balance(system: Any, switch: AbstractSwitch) -> Balance:
+def harmonic_balance(system: System, switch: AbstractSwitch) -> Balance:
     """The solutions (a, w) of 1 + N(a, j w) W(j w) = 0 for u = -f(s), s = W u, with Loeb's criterion for each.
 
     W, a `LinearPart` or a python-control system from u to s, is exact: a hold and a period in a computer are its own,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,6 +11,7 @@ from scipy.linalg import eig, eigvals
 from scipy.signal import BadCoefficients
 
 from workbench.core import Ode, Step
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import (
     Array,
     described,
@@ -24,11 +24,11 @@ from workbench.core.validation.refusals import (
     vector,
 )
 from workbench.core.validation.signatures import door
-from workbench.design.matrices import Refused, square
+from workbench.design.control_system import System
+from workbench.design.matrices import Complex, Refused, square
 
 FASTEST = 1e100  # a frequency in rad/s
 ROUNDING = 1e-6  # a threefold integrator has computed poles as far from zero as the cube root of rounding
-Complexes = np.ndarray[Any, np.dtype[np.complex128]]
 REST = 1e-8  # how far from rest a state may be, by the rate at which the linear loop would move it
 INSTANTS = (0, 1009)  # at which a rest is asked for; nothing may depend on time
 
@@ -65,7 +65,7 @@ class LinearPart:
 
     @staticmethod
     @door
-    def of(system: Any) -> LinearPart:
+    def of(system: System) -> LinearPart:
         """The linear part from a `StateSpace` or `TransferFunction` of python-control, from u to s.
 
         Raises
@@ -99,7 +99,7 @@ class LinearPart:
         return LinearPart(states.A, states.B[:, 0], states.C[0], float(states.dt or 0.0))
 
     @door
-    def response(self, w: Array | float) -> tuple[Complexes, Complexes]:
+    def response(self, w: Array | float) -> tuple[Complex, Complex]:
         """W and dW/ds at s = j w for w (N,) in rad/s; a `ValueError` for other frequencies, or at a pole of W."""
         w = np.atleast_1d(w)
         if w.ndim != 1 or not (np.abs(w) < FASTEST).all():
@@ -119,12 +119,12 @@ class LinearPart:
         return np.asarray(W, dtype=complex), np.asarray(dW, dtype=complex)
 
     @property
-    def poles(self) -> Complexes:
+    def poles(self) -> Complex:
         """The eigenvalues of A."""
         return np.asarray(np.linalg.eigvals(self.A), dtype=complex)
 
     @property
-    def corners(self) -> Complexes:
+    def corners(self) -> Complex:
         """Poles and zeros, (m,) in 1/s, by the logarithm in a sampled-data loop: where the phase of W turns."""
         nx = len(self.c)
         pencil, mass = np.zeros((nx + 1, nx + 1)), np.diag(np.append(np.ones(nx), 0.0))
@@ -181,8 +181,8 @@ def _moved(A: Array) -> Array:
 @door
 def cut(
     loop: Ode | Step,
-    x: Any,
-    p: Any = None,
+    x: Numbers,
+    p: Numbers | None = None,
     *,
     gain: str = "controller.K[0]",
     variable: str = "s[0]",

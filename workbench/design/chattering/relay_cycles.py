@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, positive, whole
 from workbench.core.validation.signatures import door
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
+from workbench.design.control_system import System
 from workbench.design.matrices import Refused
 
 MOST_INSTANTS = 1_000_000
@@ -41,7 +41,7 @@ class Cycle:
 
 
 @door
-def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
+def relay_cycles(system: System, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     """All symmetric limit cycles of u = -K sign(s), s = W u, with two switches a period, slowest first; exact.
 
     W is a sampled `LinearPart`, or a discrete python-control system from u to s. Half a period of the cycle is a whole

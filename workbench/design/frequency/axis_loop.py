@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.core.validation.refusals import refusal
+from workbench.design.control_system import System
 from workbench.design.frequency.certified_values import CertifiedValue, enclosure, root_of
 from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.integer_polynomials import (
@@ -126,7 +127,7 @@ def _moduli(N: Polynomial, D: Polynomial) -> tuple[Polynomial, Polynomial, Polyn
     return trim(squared_modulus(N)), trim(squared_modulus(D)), trim(P), trim(Q)
 
 
-def whole_coefficients(call: str, loop: Any, name: str = "loop") -> tuple[Polynomial, Polynomial]:
+def whole_coefficients(call: str, loop: System, name: str = "loop") -> tuple[Polynomial, Polynomial]:
     """Numerator and denominator of a system with one channel as whole numbers; `name` is that of the argument."""
     import control
 
@@ -156,7 +157,7 @@ SAMPLED = (
 )
 
 
-def refuse_odd_loop(call: str, loop: Any, name: str = "loop", advice: str = "") -> None:
+def refuse_odd_loop(call: str, loop: System, name: str = "loop", advice: str = "") -> None:
     """Refuse what is no linear system of python-control with one channel; by default one that is a loop gain."""
     import control
 
@@ -169,7 +170,7 @@ def refuse_odd_loop(call: str, loop: Any, name: str = "loop", advice: str = "") 
         )
 
 
-def period_of(call: str, loop: Any, name: str = "loop") -> float | None:
+def period_of(call: str, loop: System, name: str = "loop") -> float | None:
     """The period in s of a discrete loop, None for a continuous one."""
     if not loop.dt:
         return None

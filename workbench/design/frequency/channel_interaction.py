@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import as_array, refusal
 from workbench.core.validation.signatures import door
+from workbench.design.control_system import System
 from workbench.design.matrices import EPS, Complex, Refused
 
 
 @door
-def condition_number(G: Any) -> float:
+def condition_number(G: Numbers | System) -> float:
     """The ratio of the largest to the smallest singular value of a matrix (ny, nu) of gains; inf if it lacks rank.
 
     Raises
@@ -31,7 +31,7 @@ def condition_number(G: Any) -> float:
 
 
 @door
-def relative_gains(G: Any) -> Complex:
+def relative_gains(G: Numbers | System) -> Complex:
     """The relative gain array of a square matrix of gains, G o (G^-1)': rows and columns each add up to one.
 
     Raises
@@ -60,7 +60,7 @@ def relative_gains(G: Any) -> Complex:
     return np.asarray(gains * np.linalg.inv(gains).T)
 
 
-def _gains(call: str, G: Any) -> Complex:
+def _gains(call: str, G: Numbers | System) -> Complex:
     """A matrix of finite numbers, real or complex."""
     must = "a matrix of finite numbers, real or complex"
     try:

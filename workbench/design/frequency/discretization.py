@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, finite, one_of, refusal, seconds
 from workbench.core.validation.signatures import door
+from workbench.design.control_system import System
 from workbench.design.frequency.exponentials import held_map
 from workbench.design.frequency.matched_roots import matched_polynomials, matched_space
 from workbench.design.linear.operating_point import state_space
@@ -24,7 +27,9 @@ Polynomials = tuple[Array, Array]
 
 
 @door
-def c2d(system: Any, period: float, method: str = "zoh", frequency: float | None = None) -> control.InputOutputSystem:
+def c2d(
+    system: System, period: float, method: str = "zoh", frequency: float | None = None
+) -> control.InputOutputSystem:
     """A system sampled at a period h, with the same names and about the same operating point:
 
         zoh        what the samples of the output do behind a zero-order hold, exactly,
@@ -154,7 +159,7 @@ def _refuse_channels(system: control.StateSpace | control.TransferFunction) -> N
         )
 
 
-def _proper(name: str, num: Any, den: Any) -> Polynomials:
+def _proper(name: str, num: Numbers, den: Numbers) -> Polynomials:
     """Numerator and denominator, the latter monic, without leading zeros; an improper one is refused."""
     num, den = (np.trim_zeros(np.asarray(p, dtype=float), "f") for p in (num, den))
     if not np.isfinite(num).all() or not np.isfinite(den).all():
@@ -197,7 +202,7 @@ def _bilinear(num: Array, den: Array, alpha: float) -> Polynomials:
     return mapped(num) / below[0], below / below[0]
 
 
-def _refuse_pole(poles: Any, alpha: float) -> None:
+def _refuse_pole(poles: NDArray[np.number], alpha: float) -> None:
     """Refuse a pole at alpha, which s = alpha (z - 1) / (z + 1) maps to infinity."""
     if len(poles) and np.abs(poles - alpha).min() <= NEAR * alpha:
         raise Refused(

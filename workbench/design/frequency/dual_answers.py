@@ -13,10 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic
 
 from workbench.design.frequency.response_program import Pair, pair, put_pair, size_of, times
 from workbench.design.matrices import EPS
-from workbench.engine.kernel.vector_loops import Index, Machine, Pointer, Vector
+from workbench.engine.kernel.vector_loops import Index, Machine, Place, Pointer, Vector
 
 # Takes the place of an answer among those at a frequency, its two parts, its error and its sensitivity.
 Put = Callable[[Index, Vector, Vector, Vector, Vector], None]
@@ -25,7 +26,7 @@ LOST, BOUNDLESS = 0.1, 1e150  # a residual over its right side, and the gain of 
 
 
 @dataclass(frozen=True, eq=False)
-class SparseRows:
+class SparseRows(Generic[Pointer]):
     """The entries of a matrix row by row, the column of each, and the place where each row starts, (n + 1,)."""
 
     entries: Pointer
@@ -34,7 +35,7 @@ class SparseRows:
 
 
 @dataclass(frozen=True, eq=False)
-class Systems:
+class Systems(Generic[Pointer, Index]):
     """The arrays of some systems with n states, nu inputs and ny outputs.
 
     A and its transpose `AT`; B (nu n), input by input; C (ny n), output by output; D (ny nu).
@@ -43,15 +44,15 @@ class Systems:
     n: Index
     nu: Index
     ny: Index
-    A: SparseRows
-    AT: SparseRows
+    A: SparseRows[Pointer]
+    AT: SparseRows[Pointer]
     B: Pointer
     C: Pointer
     D: Pointer
 
 
 @dataclass(frozen=True, eq=False)
-class Solutions:
+class Solutions(Generic[Pointer]):
     """The arrays of the states x (nu 2 n), input by input, and of y (ny 2 n), output by output, and rooms.
 
     `r` (nu 2 n) is for residuals, `sizes` (nu n) for the sizes of their terms, `gains` and `residuals` (nu + ny) for
@@ -67,7 +68,13 @@ class Solutions:
     roundings: Pointer
 
 
-def answers(m: Machine, of: Systems, s: Pair, at: Solutions, put: Put) -> None:
+def answers(
+    m: Machine[Vector, Pointer, Index],
+    of: Systems[Pointer, Index],
+    s: Pair[Vector],
+    at: Solutions[Pointer],
+    put: Put[Index, Vector],
+) -> None:
     """Put c x + D + y r of each output and input, with its error and its sensitivity.
 
     The error has the rounding of the sums, and the product of the errors of x and y, for which the gains of both stand
@@ -92,7 +99,14 @@ def answers(m: Machine, of: Systems, s: Pair, at: Solutions, put: Put) -> None:
     m.fold(0, of.ny, (), one_row)
 
 
-def cell(m: Machine, of: Systems, at: Solutions, i: Index, j: Index, put: Put) -> tuple[()]:
+def cell(
+    m: Machine[Vector, Pointer, Index],
+    of: Systems[Pointer, Index],
+    at: Solutions[Pointer],
+    i: Place[Index],
+    j: Place[Index],
+    put: Put[Index, Vector],
+) -> tuple[()]:
     """Put the answer of output i to input j."""
     n, zero, two = of.n, m.number(0.0), m.index("mul", of.n, 2)
     x, y, r = m.part(at.x, j, two), m.part(at.y, i, two), m.part(at.r, j, two)
@@ -122,7 +136,13 @@ def cell(m: Machine, of: Systems, at: Solutions, i: Index, j: Index, put: Put) -
     return ()
 
 
-def residual(m: Machine, of: Systems, s: Pair, at: Solutions, j: Index) -> tuple[()]:
+def residual(
+    m: Machine[Vector, Pointer, Index],
+    of: Systems[Pointer, Index],
+    s: Pair[Vector],
+    at: Solutions[Pointer],
+    j: Place[Index],
+) -> tuple[()]:
     """The residual b - (s I - A) x of an input in twice the precision, the sizes of its terms, and the gain of x."""
     n, zero, two = of.n, m.number(0.0), m.index("mul", of.n, 2)
     x, r, sizes, b = m.part(at.x, j, two), m.part(at.r, j, two), m.part(at.sizes, j, n), m.part(of.B, j, n)
@@ -154,7 +174,13 @@ def residual(m: Machine, of: Systems, s: Pair, at: Solutions, j: Index) -> tuple
     return ()
 
 
-def left_residual(m: Machine, of: Systems, s: Pair, at: Solutions, i: Index) -> tuple[()]:
+def left_residual(
+    m: Machine[Vector, Pointer, Index],
+    of: Systems[Pointer, Index],
+    s: Pair[Vector],
+    at: Solutions[Pointer],
+    i: Place[Index],
+) -> tuple[()]:
     """The gain of the solution of an output, and the size of its residual c - (s I - A)^T y."""
     n, zero, two = of.n, m.number(0.0), m.index("mul", of.n, 2)
     y, c = m.part(at.y, i, two), m.part(of.C, i, n)
@@ -162,7 +188,7 @@ def left_residual(m: Machine, of: Systems, s: Pair, at: Solutions, i: Index) -> 
     def equation(k: Index, *sums: Vector) -> tuple[Vector, ...]:
         yk, ck = pair(m, y, k), m.load(c, k)
 
-        def add(e: Index, real: Vector, imaginary: Vector) -> Pair:
+        def add(e: Index, real: Vector, imaginary: Vector) -> Pair[Vector]:
             a, (yr, yi) = m.load(of.AT.entries, e), pair(m, y, m.whole(of.AT.columns, e))
             return m.do("add", real, m.do("mul", a, yr)), m.do("add", imaginary, m.do("mul", a, yi))
 
@@ -179,7 +205,7 @@ def left_residual(m: Machine, of: Systems, s: Pair, at: Solutions, i: Index) -> 
     return ()
 
 
-def gain_of(m: Machine, states: Vector, right: Vector, left: Vector) -> Vector:
+def gain_of(m: Machine[Vector, Pointer, Index], states: Vector, right: Vector, left: Vector) -> Vector:
     """The size of a solution over that of its right side; without bound if its residual is no smaller than that side.
 
     A solution that is lost, as by numbers beyond the range of doubles, would say nothing of the matrix.
@@ -189,12 +215,12 @@ def gain_of(m: Machine, states: Vector, right: Vector, left: Vector) -> Vector:
     return m.do("select", m.do("gt", left, m.do("mul", m.number(LOST), right)), m.number(BOUNDLESS), gain)
 
 
-def span(m: Machine, matrix: SparseRows, k: Index) -> tuple[Index, Index]:
+def span(m: Machine[Vector, Pointer, Index], matrix: SparseRows[Pointer], k: Place[Index]) -> tuple[Index, Index]:
     """The first place of a row, and the one behind its last."""
     return m.whole(matrix.starts, k), m.whole(matrix.starts, m.index("add", k, 1))
 
 
-def plus(m: Machine, high: Vector, low: Vector, value: Vector, lacking: Vector) -> Pair:
+def plus(m: Machine[Vector, Pointer, Index], high: Vector, low: Vector, value: Vector, lacking: Vector) -> Pair[Vector]:
     """The sum of high + low and value + lacking, as a rounded sum and all that it lacks."""
     total = m.do("add", high, value)
     other = m.do("sub", total, high)
@@ -202,11 +228,13 @@ def plus(m: Machine, high: Vector, low: Vector, value: Vector, lacking: Vector) 
     return total, m.do("add", low, m.do("add", error, lacking))
 
 
-def minus(m: Machine, high: Vector, low: Vector, value: Vector, lacking: Vector) -> Pair:
+def minus(
+    m: Machine[Vector, Pointer, Index], high: Vector, low: Vector, value: Vector, lacking: Vector
+) -> Pair[Vector]:
     """The difference of the same."""
     return plus(m, high, low, m.do("neg", value), m.do("neg", lacking))
 
 
-def larger(m: Machine, a: Vector, b: Vector) -> Vector:
+def larger(m: Machine[Vector, Pointer, Index], a: Vector, b: Vector) -> Vector:
     """The larger of two numbers."""
     return m.do("select", m.do("gt", a, b), a, b)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from scipy.linalg import matrix_balance
 
 from workbench.core.validation.refusals import Array
-from workbench.design.matrices import Refused
+from workbench.design.matrices import Complex, Refused
 
-Matrix = np.ndarray[Any, Any]  # real or complex, perhaps a stack of them
+Matrix = TypeVar("Matrix", Array, Complex)  # real or complex, perhaps a stack of them
 TERMS = 16  # of the series, at a norm of one half: what is left out is 0.5^16 / 17! = 4e-20
 DOUBLINGS = 60
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, numbers
 from workbench.design.matrices import Complex
 
@@ -15,7 +15,7 @@ TIE = 10.0  # degrees below 180, from which on a first phase is taken as -180
 ROUNDING = 1e-12  # relative, of the quotient that is Nyquist's frequency
 
 
-def checked_frequencies(call: str, frequencies: Any, period: float | None) -> Array:
+def checked_frequencies(call: str, frequencies: Numbers, period: float | None) -> Array:
     """Frequencies (m,) in rad/s that rise from zero on, up to Nyquist's in a computer."""
     omega = numbers(call, frequencies, 1)
     if not omega.size:

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, lcm
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, refusal, seconds, several
 from workbench.core.validation.signatures import door
+from workbench.design.control_system import System
 from workbench.design.frequency.exponentials import held_map
 from workbench.design.frequency.period_poles import PeriodPoles, period_poles
 from workbench.design.frequency.sampled_parts import Matrices, continuous_plant, sampled_law
@@ -46,7 +47,9 @@ class LiftedLoop:
 
 
 @door
-def lift_rates(plant: control.StateSpace, laws: Sequence[Any], periods: Sequence[Fraction] | None = None) -> LiftedLoop:
+def lift_rates(
+    plant: control.StateSpace, laws: Sequence[System], periods: Sequence[Fraction] | None = None
+) -> LiftedLoop:
     """The loop that laws u_i = -K_i y_i close around a plant, each at its period, all at t = 0, over a common period.
 
     Parameters
@@ -103,7 +106,7 @@ def lift_rates(plant: control.StateSpace, laws: Sequence[Any], periods: Sequence
 
 
 @door
-def common_period(periods: Sequence[Any]) -> tuple[float, tuple[int, ...]]:
+def common_period(periods: Sequence[object]) -> tuple[float, tuple[int, ...]]:
     """The least common multiple of periods in s, numbers or fractions, and how often each fits into it.
 
     Their ratios are taken as the simplest fractions from which they differ by rounding alone, so that 0.3 is three
@@ -128,17 +131,17 @@ def common_period(periods: Sequence[Any]) -> tuple[float, tuple[int, ...]]:
         ratio = one / exact[0]
         near = ratio.limit_denominator(MOST)
         if abs(near - ratio) > SAME * ratio:
-            raise _no_common(periods, 0, i)
+            raise _no_common(exact, 0, i)
         ratios.append(near)
     # the least common multiple of fractions in lowest terms
     times = Fraction(lcm(*(ratio.numerator for ratio in ratios)), gcd(*(ratio.denominator for ratio in ratios)))
     counts = tuple(int(times / ratio) for ratio in ratios)
     if max(counts) > MOST:
-        raise _no_common(periods, counts.index(min(counts)), counts.index(max(counts)))
+        raise _no_common(exact, counts.index(min(counts)), counts.index(max(counts)))
     return float(exact[0] * times), counts
 
 
-def _fraction(call: str, period: Any) -> Fraction:
+def _fraction(call: str, period: object) -> Fraction:
     """A period as the fraction that it exactly is."""
     if isinstance(period, Fraction):
         if period <= 0:
@@ -147,7 +150,7 @@ def _fraction(call: str, period: Any) -> Fraction:
     return Fraction(seconds(call, period))
 
 
-def _no_common(periods: Sequence[Any], first: int, other: int) -> ValueError:
+def _no_common(periods: Sequence[Fraction], first: int, other: int) -> ValueError:
     return ValueError(
         f"`common_period(periods=...)`: {float(periods[first])!r} s and {float(periods[other])!r} s have no common "
         f"period in which each fits {MOST} times at most; choose periods whose ratio is a simple fraction."

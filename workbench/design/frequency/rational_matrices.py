@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array
 from workbench.design.frequency.integer_polynomials import Polynomial
 
 Matrix = list[list[Fraction]]
-Whole = np.ndarray[Any, np.dtype[np.object_]]
+Whole = NDArray[np.object_]
 
 
 def whole(M: Array) -> tuple[Whole, int]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array
 from workbench.design.frequency.integer_polynomials import PRIME, Polynomial
@@ -110,7 +110,7 @@ def _reaches_all_modulo(A: Matrix, B: Matrix) -> bool:
     n = len(A)
     moves = np.array([[_residue(x) for x in row] for row in A], dtype=object).reshape(n, n)
     news = [np.array([_residue(row[j]) for row in B], dtype=object) for j in range(len(B[0]) if B else 0)]
-    basis: dict[int, np.ndarray[Any, np.dtype[np.object_]]] = {}  # by the place of the first entry, which is 1
+    basis: dict[int, NDArray[np.object_]] = {}  # by the place of the first entry, which is 1
     while news:
         vector = news.pop()
         for place in range(n):

@@ -6,7 +6,6 @@ import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,8 @@ from workbench.core.validation.refusals import Array
 from workbench.design.frequency.dual_answers import Put, Solutions, SparseRows, Systems, answers
 from workbench.design.frequency.response_program import hyman, reduce
 from workbench.design.matrices import EPS, Complex
-from workbench.engine.kernel.vector_loops import ArrayLoops, Index, LoopCode, Pointer, Vector
+from workbench.engine.kernel.vector_loops import ArrayLoops, LoopCode, Room
+from workbench.engine.machines.numpy_spelling import Lanes
 
 ROWS, LANES = 512, 4096  # at once: rows of the compiled program, and answers of an array of NumPy's, in the cache
 ROOM = 2**22  # doubles, of the matrices that NumPy reduces at once
@@ -22,6 +22,7 @@ SIZES = ("blocks", "n", "nu", "ny", "entries", "m")
 GIVEN = ("A", "AT", "columns", "starts", "columnsT", "startsT", "B", "C", "D", "W", "roundings", "s")
 ROOMS = ("Q", "x", "y", "r", "sizes", "gains", "residuals", "z")
 MADE = ("values", "errors", "sensitivities")
+Rooms = dict[str, Room]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +91,7 @@ def _in_arrays(A: Array, B: Array, Cy: Array, D: Array, s: Complex, made: Answer
         _solve_points(n, nu, ny, few, s, _rows_of(made, rows))
 
 
-def _solve_points(n: int, nu: int, ny: int, given: dict[str, Array], s: Complex, made: Answers) -> None:
+def _solve_points(n: int, nu: int, ny: int, given: Rooms, s: Complex, made: Answers) -> None:
     """Put the answers of some rows at all points, whose lanes have shape (m, rows)."""
     machine, parts = ArrayLoops(), (s.real[:, np.newaxis], s.imag[:, np.newaxis])
     arrays = _rooms(nu, ny, n, (len(s), given["D"].shape[2]))
@@ -102,18 +103,18 @@ def _solve_points(n: int, nu: int, ny: int, given: dict[str, Array], s: Complex,
     _put_together(_systems(n, nu, ny, given), parts, arrays, made)
 
 
-def _put_together(of: Systems, s: tuple[Array, Array], arrays: dict[str, Array], made: Answers) -> None:
+def _put_together(of: Systems[Room, int], s: tuple[Array, Array], arrays: Rooms, made: Answers) -> None:
     """Put the answers of NumPy's machine from the solutions, whose lanes have shape (m, N)."""
     values, errors, sensitivities = (
         part.reshape(*part.shape[:2], -1).T for part in (made.values, made.errors, made.sensitivities)
     )
 
-    def put(place: Index, real: Vector, imaginary: Vector, error: Vector, sensitivity: Vector) -> None:
+    def put(place: int, real: Lanes, imaginary: Lanes, error: Lanes, sensitivity: Lanes) -> None:
         values.real[place], values.imag[place] = real, imaginary
         errors[place], sensitivities[place] = error, sensitivity
 
     with np.errstate(all="ignore"):
-        rooms: list[Any] = [arrays[name] for name in ("x", "y", "r", "sizes", "gains", "residuals")]
+        rooms = [arrays[name] for name in ("x", "y", "r", "sizes", "gains", "residuals")]
         at = Solutions(*[*rooms, _roundings(of.n)])
         answers(ArrayLoops(), of, s, at, put)
 
@@ -129,7 +130,7 @@ def _compiled(
     def lanes(M: Array) -> Array:
         return np.ascontiguousarray(M.reshape(N, -1)[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
 
-    arrays: dict[str, Any] = _matrices(A, B, Cy, D, lanes) | _rooms(nu, ny, n, (width,))
+    arrays: Rooms = _matrices(A, B, Cy, D, lanes) | _rooms(nu, ny, n, (width,))
     arrays |= {"Q": np.empty(((nu + ny) * n * n, width)), "s": np.ascontiguousarray(s).view(float)}
     arrays["roundings"] = np.repeat(_roundings(n)[:, np.newaxis], width, axis=1)
     arrays |= {name: getattr(made, name) for name in MADE}
@@ -137,14 +138,14 @@ def _compiled(
     call(*sizes, *(arrays[name].ctypes.data for name in (*GIVEN, *ROOMS, *MADE)))
 
 
-def _matrices(A: Array, B: Array, Cy: Array, D: Array, lanes: Callable[[Array], Array]) -> dict[str, Array]:
+def _matrices(A: Array, B: Array, Cy: Array, D: Array, lanes: Callable[[Array], Array]) -> Rooms:
     """The arrays of the program, with the rows of the systems in the lanes; A without entries that are zero in all."""
     (N, n, nu), ny = B.shape, Cy.shape[1]
     bt, at = B.transpose(0, 2, 1), A.transpose(0, 2, 1)
     right = [bt[:, :, :, np.newaxis], np.broadcast_to(A[:, np.newaxis], (N, nu, n, n))]
     left = [Cy[:, :, :, np.newaxis], np.broadcast_to(at[:, np.newaxis], (N, ny, n, n))]
     W = np.concatenate([np.concatenate(right, axis=3), np.concatenate(left, axis=3)], axis=1)
-    found: dict[str, Any] = {"B": lanes(bt), "C": lanes(Cy), "D": lanes(D), "W": lanes(W)}
+    found: Rooms = {"B": lanes(bt), "C": lanes(Cy), "D": lanes(D), "W": lanes(W)}
     for end, M in (("", A), ("T", at)):
         rows, columns = np.nonzero((M != 0).any(axis=0))
         starts = np.searchsorted(rows, np.arange(n + 1)).astype(np.int64)
@@ -153,12 +154,12 @@ def _matrices(A: Array, B: Array, Cy: Array, D: Array, lanes: Callable[[Array], 
     return found
 
 
-def _systems(n: int, nu: int, ny: int, of: dict[str, Array]) -> Systems:
+def _systems(n: int, nu: int, ny: int, of: Rooms) -> Systems[Room, int]:
     A, AT = (SparseRows(of[f"A{end}"], of[f"columns{end}"], of[f"starts{end}"]) for end in ("", "T"))
     return Systems(n, nu, ny, A, AT, of["B"], of["C"], of["D"])
 
 
-def _rooms(nu: int, ny: int, n: int, lanes: tuple[int, ...]) -> dict[str, Array]:
+def _rooms(nu: int, ny: int, n: int, lanes: tuple[int, ...]) -> Rooms:
     sizes = {"x": nu * 2 * n, "y": ny * 2 * n, "r": nu * 2 * n, "sizes": nu * n, "z": 2 * n}
     sizes |= {"gains": nu + ny, "residuals": nu + ny}
     return {name: np.empty((size, *lanes)) for name, size in sizes.items()}
@@ -197,7 +198,7 @@ def program(width: int) -> str:
     }
     answers_of_row = m.index("mul", "%m", cells)
 
-    def block(k: Index) -> tuple[()]:
+    def block(k: str) -> tuple[()]:
         part = {name: m.part(f"%{name}", k, length) for name, length in lengths.items()}
         right_rows, left_rows = (
             SparseRows(m.part(one.entries, k, "%entries"), one.columns, one.starts) for one in (A, AT)
@@ -206,17 +207,17 @@ def program(width: int) -> str:
         at = Solutions(*(f"%{name}" for name in ("x", "y", "r", "sizes", "gains", "residuals", "roundings")))
         first = m.index("mul", k, m.index("mul", answers_of_row, width))
 
-        def sides(c: Index, to: Callable[[Pointer, Pointer], None]) -> tuple[()]:
+        def sides(c: str, to: Callable[[str, str], None]) -> tuple[()]:
             to(m.part(part["W"], c, augmented), m.part("%Q", c, square))
             return ()
 
-        def point(f: Index) -> tuple[()]:
+        def point(f: str) -> tuple[()]:
             s = (m.spread("%s", m.index("mul", f, 2)), m.spread("%s", m.index("add", m.index("mul", f, 2), 1)))
 
-            def right(c: Index) -> tuple[()]:
+            def right(c: str) -> tuple[()]:
                 return sides(c, lambda W, Q: hyman(m, n, W, Q, s, "%z", m.part("%x", c, twice)))
 
-            def left(c: Index) -> tuple[()]:
+            def left(c: str) -> tuple[()]:
                 into = m.part("%y", m.index("sub", c, nu), twice)
                 return sides(c, lambda W, Q: hyman(m, n, W, Q, s, "%z", into))
 
@@ -233,10 +234,10 @@ def program(width: int) -> str:
     return m.function("workbench_responses", SIZES, (*GIVEN, *ROOMS, *MADE))
 
 
-def _scattering(m: LoopCode, first: Index, apart: Index) -> Put:
+def _scattering(m: LoopCode, first: str, apart: str) -> Put[str, str]:
     """The function that puts answers of a row from a place on, and those of the next rows as far `apart`."""
 
-    def put(place: Index, real: Vector, imaginary: Vector, error: Vector, sensitivity: Vector) -> None:
+    def put(place: str, real: str, imaginary: str, error: str, sensitivity: str) -> None:
         index = m.index("add", first, place)
         even, twice = m.index("mul", index, 2), m.index("mul", apart, 2)
         m.scatter("%values", even, twice, real)

@@ -14,13 +14,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from workbench.design.matrices import EPS
-from workbench.engine.kernel.vector_loops import Index, Machine, Pointer, Vector
+from workbench.engine.kernel.vector_loops import Index, Machine, Place, Pointer, Vector
 
 TINY = 1e-200
 Pair = tuple[Vector, Vector]  # the real and the imaginary part
 
 
-def times(m: Machine, a: Pair, b: Pair) -> Pair:
+def times(m: Machine[Vector, Pointer, Index], a: Pair[Vector], b: Pair[Vector]) -> Pair[Vector]:
     """The product of two complex numbers."""
     do = m.do
     return (
@@ -29,28 +29,35 @@ def times(m: Machine, a: Pair, b: Pair) -> Pair:
     )
 
 
-def pair(m: Machine, array: Pointer, index: Index) -> Pair:
+def pair(m: Machine[Vector, Pointer, Index], array: Pointer, index: Place[Index]) -> Pair[Vector]:
     """The complex number at a place."""
     even = m.index("mul", index, 2)
     return m.load(array, even), m.load(array, m.index("add", even, 1))
 
 
-def put_pair(m: Machine, array: Pointer, index: Index, value: Pair) -> None:
+def put_pair(m: Machine[Vector, Pointer, Index], array: Pointer, index: Place[Index], value: Pair[Vector]) -> None:
     """Put a complex number at a place."""
     even = m.index("mul", index, 2)
     m.store(array, even, value[0])
     m.store(array, m.index("add", even, 1), value[1])
 
 
-def size_of(m: Machine, value: Pair) -> Vector:
+def size_of(m: Machine[Vector, Pointer, Index], value: Pair[Vector]) -> Vector:
     """A bound of the modulus, at most 1.5 times as large."""
     return m.do("add", m.do("fabs", value[0]), m.do("fabs", value[1]))
 
 
-def product_with(m: Machine, row: Pointer, column: Index, z: Pointer, start: Index, stop: Index) -> Pair:
+def product_with(
+    m: Machine[Vector, Pointer, Index],
+    row: Pointer,
+    column: Place[Index],
+    z: Pointer,
+    start: Place[Index],
+    stop: Place[Index],
+) -> Pair[Vector]:
     """The sum of real entries of a row, `column` places on, times complex entries of z, from `start` on."""
 
-    def body(j: Index, *total: Vector) -> Pair:
+    def body(j: Index, *total: Vector) -> Pair[Vector]:
         h, (zr, zi) = m.load(row, m.index("add", j, column)), pair(m, z, j)
         return m.do("add", total[0], m.do("mul", h, zr)), m.do("add", total[1], m.do("mul", h, zi))
 
@@ -59,7 +66,7 @@ def product_with(m: Machine, row: Pointer, column: Index, z: Pointer, start: Ind
     return real, imaginary
 
 
-def reduce(m: Machine, n: Index, W: Pointer, Q: Pointer, u: Pointer) -> None:
+def reduce(m: Machine[Vector, Pointer, Index], n: Place[Index], W: Pointer, Q: Pointer, u: Pointer) -> None:
     """Bring [b A] (n, n + 1) to [size e1, H] with x = Q z; the entries below the diagonal of H become their inverses.
 
     Such an entry that is rounding is made as large as that, so that it has an inverse. `u` is room for n numbers.
@@ -98,7 +105,7 @@ def reduce(m: Machine, n: Index, W: Pointer, Q: Pointer, u: Pointer) -> None:
     m.fold(1, n, (), invert)
 
 
-def put_unit(m: Machine, n: Index, row: Pointer, i: Index) -> tuple[()]:
+def put_unit(m: Machine[Vector, Pointer, Index], n: Place[Index], row: Pointer, i: Place[Index]) -> tuple[()]:
     """Put row i of the unit matrix into a row."""
 
     def blank(j: Index) -> tuple[()]:
@@ -110,7 +117,15 @@ def put_unit(m: Machine, n: Index, row: Pointer, i: Index) -> tuple[()]:
     return ()
 
 
-def turn_column(m: Machine, n: Index, W: Pointer, j: Index, u: Pointer, beta: Vector, k: Index) -> tuple[()]:
+def turn_column(
+    m: Machine[Vector, Pointer, Index],
+    n: Place[Index],
+    W: Pointer,
+    j: Place[Index],
+    u: Pointer,
+    beta: Vector,
+    k: Place[Index],
+) -> tuple[()]:
     """Reflect the part of column j of W (n, n + 1) from row k on."""
     wide = m.index("add", n, 1)
 
@@ -129,7 +144,7 @@ def turn_column(m: Machine, n: Index, W: Pointer, j: Index, u: Pointer, beta: Ve
     return ()
 
 
-def reflector(m: Machine, n: Index, W: Pointer, u: Pointer, k: Index) -> Vector:
+def reflector(m: Machine[Vector, Pointer, Index], n: Place[Index], W: Pointer, u: Pointer, k: Place[Index]) -> Vector:
     """Put into u, from k on, the vector that turns column k of W to the axis k, and return 2 over its square."""
     wide, zero = m.index("add", n, 1), m.number(0.0)
 
@@ -146,7 +161,15 @@ def reflector(m: Machine, n: Index, W: Pointer, u: Pointer, k: Index) -> Vector:
     return m.do("select", m.do("gt", square, zero), inverse, zero)
 
 
-def turn(m: Machine, row: Pointer, column: Index, u: Pointer, beta: Vector, k: Index, n: Index) -> tuple[()]:
+def turn(
+    m: Machine[Vector, Pointer, Index],
+    row: Pointer,
+    column: Place[Index],
+    u: Pointer,
+    beta: Vector,
+    k: Place[Index],
+    n: Place[Index],
+) -> tuple[()]:
     """Reflect the part of a row from k on, `column` places further."""
 
     def add(i: Index, total: Vector) -> tuple[Vector]:
@@ -164,12 +187,14 @@ def turn(m: Machine, row: Pointer, column: Index, u: Pointer, beta: Vector, k: I
     return ()
 
 
-def hyman(m: Machine, n: Index, W: Pointer, Q: Pointer, s: Pair, z: Pointer, x: Pointer) -> None:
+def hyman(
+    m: Machine[Vector, Pointer, Index], n: Place[Index], W: Pointer, Q: Pointer, s: Pair[Vector], z: Pointer, x: Pointer
+) -> None:
     """Put into x the solution of (s I - A) x = b from the reduced [b A]; z is room of the same size, 2 n."""
     wide, last = m.index("add", n, 1), m.index("sub", n, 1)
     put_pair(m, z, last, (m.number(1.0), m.number(0.0)))
 
-    def minus(a: Pair, b: Pair) -> Pair:
+    def minus(a: Pair[Vector], b: Pair[Vector]) -> Pair[Vector]:
         return m.do("sub", a[0], b[0]), m.do("sub", a[1], b[1])
 
     def up(i: Index) -> tuple[()]:

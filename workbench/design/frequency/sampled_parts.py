@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, numbers, refusal
+from workbench.design.control_system import System
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS
 
@@ -15,7 +16,7 @@ SAME = 4 * EPS  # relative: what differs by less is the same but for rounding
 Matrices = tuple[Array, Array, Array, Array]
 
 
-def continuous_plant(call: str, plant: Any) -> tuple[Array, Array, Array]:
+def continuous_plant(call: str, plant: System) -> tuple[Array, Array, Array]:
     """A, B and Cy of a plant in continuous time without feedthrough."""
     A, B, Cy, D = state_space(call.partition("(")[0], plant)
     if plant.isdtime(strict=True):
@@ -28,7 +29,7 @@ def continuous_plant(call: str, plant: Any) -> tuple[Array, Array, Array]:
     return A, B, Cy
 
 
-def sampled_law(call: str, law: Any) -> tuple[Matrices, float]:
+def sampled_law(call: str, law: System) -> tuple[Matrices, float]:
     """The matrices of a law in discrete time, and its period in s."""
     matrices = state_space(call.partition("(")[0], law)
     if not law.isdtime(strict=True) or law.dt is True or not 0 < law.dt < math.inf:
@@ -39,7 +40,7 @@ def sampled_law(call: str, law: Any) -> tuple[Matrices, float]:
     return matrices, float(law.dt)
 
 
-def band(call: str, frequencies: Any, nyquist: float = math.inf) -> Array:
+def band(call: str, frequencies: Numbers, nyquist: float = math.inf) -> Array:
     """Frequencies (m,) in rad/s that do not fall, from zero to Nyquist's frequency."""
     omega = numbers(call, frequencies, 1)
     if not omega.size or not np.isfinite(omega).all():

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.design.control_system import System
 from workbench.design.frequency.axis_loop import period_of, refuse_odd_loop, whole_coefficients
 from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.half_planes import is_hurwitz
@@ -47,7 +48,7 @@ class StableRatio:
         return bilinear(padded), bilinear(self.denominator)
 
 
-def stable_ratio(call: str, system: Any, purpose: str) -> StableRatio:
+def stable_ratio(call: str, system: System, purpose: str) -> StableRatio:
     """The ratio of a system of python-control; `purpose` says what an unstable one lacks.
 
     Raises

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.core.point import Point, PointedGain
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, described, finite, raised, refusal
 from workbench.core.validation.signatures import door
+from workbench.design.control_system import System
 from workbench.design.linear.linear_modes import controllability
 from workbench.design.linear.loop_margins import loop_margins
 from workbench.design.linear.operating_point import state_space
@@ -42,7 +44,7 @@ class Placement:
 
 
 @door
-def place(system: control.StateSpace, poles: Any) -> Placement:
+def place(system: control.StateSpace, poles: Numbers) -> Placement:
     """The gain K of u = -K x that gives A - B K these poles, by python-control; for several inputs a robust one.
 
     Parameters
@@ -109,7 +111,7 @@ def _gain(system: control.StateSpace, wanted: Complex, most: int) -> Array:
         raise Refused(f"`place(system, poles)`: python-control has no such gain: {raised(error)}.") from error
 
 
-def _conjugate(poles: Any, system: Any) -> Complex:
+def _conjugate(poles: Numbers, system: System) -> Complex:
     call = "place(poles=...)"
     try:
         given = np.array(poles)
@@ -199,7 +201,7 @@ def lead_lag(
     return C if point is None else PointedTransfer(C, point.of_compensator())
 
 
-def _refuse_odd_plant(plant: Any) -> None:
+def _refuse_odd_plant(plant: System) -> None:
     import control
 
     linear = isinstance(plant, control.StateSpace | control.TransferFunction)

@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import product
-from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core import Ode
 from workbench.core.expressions import evaluated
@@ -32,7 +32,7 @@ LEAST = 1e-3  # of what a switching function might change by in a direction, if 
 SPREAD = 16  # other directions
 LONGEST = 60  # letters of an expression in a message
 Sides = str | Mapping[str, float] | None
-Mask = np.ndarray[Any, np.dtype[np.bool_]]
+Mask = NDArray[np.bool_]
 Used = Callable[[Mask], Mask]
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core import Layout, Ode
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, whole
 from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import door
@@ -42,7 +43,7 @@ class Equilibrium:
     x: Array
     error: float
     condition: float
-    poles: np.ndarray[Any, np.dtype[np.complex128]]
+    poles: NDArray[np.complex128]
     radius: float | None
     along: tuple[str, ...] = ()
 
@@ -84,8 +85,8 @@ class Equilibria:
 def equilibria(
     ode: Ode,
     box: Mapping[str, tuple[float, float]],
-    p: Any = None,
-    u: Any = None,
+    p: Numbers | None = None,
+    u: Numbers | None = None,
     *,
     starts: int = 64,
     seed: int = 0,

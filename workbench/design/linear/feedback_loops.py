@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, numbers, refusal
 from workbench.core.validation.signatures import door
+from workbench.design.control_system import System
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Complex, Refused
 
@@ -75,7 +76,7 @@ def sensitivity(loop: control.StateSpace) -> control.StateSpace:
     return control.ss(A - B @ E @ C, B @ E, -E @ C, E, **names)
 
 
-def complementary_sensitivity(loop: control.StateSpace | control.TransferFunction) -> Any:
+def complementary_sensitivity(loop: control.StateSpace | control.TransferFunction) -> System:
     """T = L (I + L)^-1 of a square system L of python-control, continuous or discrete, in the form that L has."""
     import control
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, rk4, with_quadrature, with_sensitivity
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, as_array, multiple, numbers, positive, seconds
 from workbench.core.validation.signatures import door
 from workbench.design.linear.corners import (
@@ -57,7 +57,7 @@ class LinearPath:
 
 
 @door
-def along(ode: Ode, t: Any, x: Any, p: Any = None) -> LinearPath:
+def along(ode: Ode, t: Numbers, x: Numbers, p: Numbers | None = None) -> LinearPath:
     """The linear models of an `Ode` at the states of a motion, frozen at each.
 
     On a corner, of a saturation or of |s|, they are those of the piece into which the motion goes.
@@ -171,7 +171,7 @@ class LyapunovExponents:
 
 @door
 def lyapunov_exponents(
-    ode: Ode, until: float, h: float, p: Any = None, x0: Any = None, *, skip: float = 0.0
+    ode: Ode, until: float, h: float, p: Numbers | None = None, x0: Numbers | None = None, *, skip: float = 0.0
 ) -> LyapunovExponents:
     """The Lyapunov exponents along the solution from x0, by QR factorisations of Phi from piece to piece of the path.
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.core.point import AT_REST, Point, rate_terms
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
-from workbench.design.linear.corners import Corners, Sides, Used, all_entries, sure_jacobians
+from workbench.design.linear.corners import Corners, Mask, Sides, Used, all_entries, sure_jacobians
 from workbench.design.linear.linear_period import one_period
 from workbench.design.linear.operating_point import (
     inputs_of,
@@ -30,7 +31,14 @@ if TYPE_CHECKING:
 
 @door
 def linearize(
-    ode: Ode | Sampled, t: float, x: Any, p: Any = None, u: Any = None, *, at_rest: bool = False, side: Sides = None
+    ode: Ode | Sampled,
+    t: float,
+    x: Numbers,
+    p: Numbers | None = None,
+    u: Numbers | None = None,
+    *,
+    at_rest: bool = False,
+    side: Sides = None,
 ) -> PointedSpace:
     """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
 
@@ -74,7 +82,7 @@ def linear_model(
     call: str,
     ode: Ode | Sampled,
     t: float,
-    x: Any,
+    x: Numbers,
     row: Array,
     at_rest: bool = False,
     side: Sides = None,
@@ -113,13 +121,13 @@ def linear_model(
     return PointedSpace(control.ss(*matrices, dt, name=ode.name, **names_of(flow)), point)
 
 
-def motion(ode: Ode, t: float, x: Array, p: Array, A: Array, mask: Any = np.True_) -> str:
+def motion(ode: Ode, t: float, x: Array, p: Array, A: Array, mask: Mask | np.bool = np.True_) -> str:
     """The state that moves, of those in the mask, with its rate, in words; empty at a rest point."""
     rate = ode.rate_at(t, x, p)
     return _in_words(ode, x, rate, np.abs(rate) / rate_terms(A, x) * mask)
 
 
-def step_motion(sampled: Sampled, x: Array, end: Array, A: Array, mask: Any = np.True_) -> str:
+def step_motion(sampled: Sampled, x: Array, end: Array, A: Array, mask: Mask | np.bool = np.True_) -> str:
     """The state that a period changes, of those in the mask on which the next one depends; empty if it rests."""
     return _in_words(sampled, x, end - x, np.abs(end - x) / (1 + np.abs(x)) * A.any(axis=0) * mask)
 
@@ -135,7 +143,7 @@ def _in_words(ode: Ode | Sampled, x: Array, change: Array, share: Array) -> str:
 
 
 @door
-def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.NonlinearIOSystem:
+def to_control(ode: Ode, p: Numbers | None = None, name: str | None = None) -> control.NonlinearIOSystem:
     """The system x' = f(t, x, u), y = h(t, x, u) of python-control, with the names of `ode` and its CasADi functions.
 
     States, inputs and outputs are named number by number, as in `q[0]`; the inputs are the declared ones, which

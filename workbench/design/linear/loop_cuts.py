@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Ode, Sampled
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
 from workbench.design.linear.corners import Mask, Sides
@@ -28,9 +29,9 @@ CLOSED = 1e-6  # of its size: by how much what acts may differ from what arrives
 def broken_loop(
     ode: Ode | Sampled,
     t: float,
-    x: Any,
-    p: Any = None,
-    u: Any = None,
+    x: Numbers,
+    p: Numbers | None = None,
+    u: Numbers | None = None,
     *,
     frozen: bool = False,
     side: Sides = None,

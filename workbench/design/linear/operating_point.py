@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -14,8 +13,10 @@ from workbench.core import Layout, Ode
 from workbench.core.notation.program import walk
 from workbench.core.point import AT_REST, rate_terms
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers, Values
 from workbench.core.validation.refusals import Array, as_array, described, finite, refusal, require
 from workbench.core.validation.signatures import door
+from workbench.design.control_system import System
 from workbench.design.matrices import LARGEST, Refused
 from workbench.proofs.interval import jumps
 
@@ -44,7 +45,7 @@ def places_of(ode: Ode) -> list[int]:
     return [place for name in ode.inputs for place in ode.parameters.indices(name)]
 
 
-def row_of(ode: Ode, p: Any, u: Any = None) -> Array:
+def row_of(ode: Ode, p: Numbers | None, u: Numbers | None = None) -> Array:
     """A copy of p (np,), the defaults if it is None, with u (nu,) in its places unless that is None."""
     require("ode", ode, Ode)
     row = ode.parameters.default.copy() if p is None else vector_of("p", p, ode.parameters)
@@ -54,7 +55,7 @@ def row_of(ode: Ode, p: Any, u: Any = None) -> Array:
     return row
 
 
-def vector_of(what: str, value: Any, layout: Layout) -> Array:
+def vector_of(what: str, value: object, layout: Layout) -> Array:
     """A vector with a number for each label of the layout, every one finite and its square too."""
     labels = f": {', '.join(layout.labels)}" if layout.size < 9 else ""
     want, array = f"{layout.size} finite numbers{labels}", as_array(value)
@@ -67,7 +68,7 @@ def vector_of(what: str, value: Any, layout: Layout) -> Array:
     return array
 
 
-def time_of(t: Any) -> float:
+def time_of(t: object) -> float:
     """A finite time in s."""
     return finite("t", t, " of seconds", low=-LARGEST, high=LARGEST)
 
@@ -129,7 +130,7 @@ def smooth(ode: Ode) -> str:
     return f"a continuous saturation{' (of friction from a file: `friction_speed=...`)' if friction else ''}"
 
 
-def state_space(call: str, system: Any) -> tuple[Array, Array, Array, Array]:
+def state_space(call: str, system: System) -> tuple[Array, Array, Array, Array]:
     """A, B, C and D of a `StateSpace` of python-control, all finite."""
     import control
 
@@ -161,7 +162,7 @@ class OperatingPoint:
 
 @door
 def operating_point(
-    ode: Ode, wanted: Mapping[str, Any], p: Any = None, t: float = 0.0, u: Any = None
+    ode: Ode, wanted: Values, p: Numbers | None = None, t: float = 0.0, u: Numbers | None = None
 ) -> OperatingPoint:
     """The inputs u and the free states at which f(t, x, p, u) = 0, with the other states as given: a trimmed state.
 
@@ -247,7 +248,7 @@ def _towards_rest(slope: Array, rate: Array) -> Array:
     return np.asarray(np.linalg.lstsq(slope / size[:, np.newaxis], -rate / size, rcond=1e-12)[0])
 
 
-def _wanted(ode: Ode, wanted: Mapping[str, Any], row: Array) -> tuple[Array, set[int]]:
+def _wanted(ode: Ode, wanted: Values, row: Array) -> tuple[Array, set[int]]:
     """The wanted state, with the wanted inputs put into the row, and the places of both."""
     require("operating_point(wanted=...)", wanted, Mapping)
     x, fixed, inputs, driven = ode.states.default.copy(), set(), inputs_of(ode), places_of(ode)

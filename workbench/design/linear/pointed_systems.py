@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, final
+from typing import final
 
 import control
 import numpy as np
@@ -11,6 +11,7 @@ from workbench.core import Layout
 from workbench.core.point import Point
 from workbench.core.validation.notebook_display import listed, table_to_html
 from workbench.core.validation.refusals import Array
+from workbench.design.control_system import System
 
 
 @final
@@ -50,11 +51,11 @@ class PointedSpace(control.StateSpace):  # type: ignore[misc]
     def _repr_html_(self) -> str:
         return _table("StateSpace", self)
 
-    def sample(self, *arguments: Any, **options: Any) -> PointedSpace:
+    def sample(self, *arguments: object, **options: object) -> PointedSpace:
         """The system sampled as python-control does it, about the same point."""
         return PointedSpace(control.StateSpace.sample(self, *arguments, **options), self.point)
 
-    def __getitem__(self, key: Any) -> PointedSpace:
+    def __getitem__(self, key: object) -> PointedSpace:
         """Some outputs and inputs, as python-control takes them, about the same point."""
         part = control.StateSpace.__getitem__(self, key)
         outputs = [self.output_labels.index(label) for label in part.output_labels]
@@ -90,17 +91,17 @@ class PointedTransfer(control.TransferFunction):  # type: ignore[misc]
     def _repr_html_(self) -> str:
         return _table("TransferFunction", self)
 
-    def sample(self, *arguments: Any, **options: Any) -> PointedTransfer:
+    def sample(self, *arguments: object, **options: object) -> PointedTransfer:
         """The system sampled as python-control does it, about the same point."""
         return PointedTransfer(control.TransferFunction.sample(self, *arguments, **options), self.point)
 
 
-def _line(kind: str, system: Any) -> str:
+def _line(kind: str, system: System) -> str:
     ways = " to ".join(listed(names) for names in (system.input_labels, system.output_labels))
     return f"<{kind} '{system.name}' from {ways}, about {', '.join(_values(system.point.inputs, system.u0)[:3])}>"
 
 
-def _table(kind: str, system: Any) -> str:
+def _table(kind: str, system: System) -> str:
     ports = {"state": (system.point.states, system.point.x0)}
     ports |= {"input": (system.point.inputs, system.u0), "output": (system.point.outputs, system.y0)}
     rows = [(name, value) for name, (port, at) in ports.items() for value in _values(port, at)]
@@ -112,7 +113,7 @@ def _values(port: Layout, at: Array) -> list[str]:
     return [f"{label} = {value:.6g}" for label, value in zip(port.labels, at, strict=True)]
 
 
-def point_of(system: Any) -> Point | None:
+def point_of(system: System) -> Point | None:
     """The point of a system, or None if it has none or another number of inputs, outputs or states by now."""
     point = getattr(system, "point", None)
     if not isinstance(point, Point) or len(point.u0) != system.ninputs or len(point.y0) != system.noutputs:

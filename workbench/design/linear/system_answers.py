@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import schur, solve_triangular
 
 from workbench.core.validation.refusals import Array, refusal
 from workbench.core.validation.signatures import door
+from workbench.design.control_system import System
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear.finite_zeros import finite_zeros, markov_parameter
 from workbench.design.linear.response_times import exact_responses, response_times, times_of
@@ -62,7 +63,7 @@ class SystemRoots:
         return int((np.abs(self.poles - one) <= near).sum() - (np.abs(self.zeros - one) <= near).sum())
 
 
-def lti(call: str, system: Any) -> Any:
+def lti(call: str, system: System) -> System:
     """A `StateSpace` or `TransferFunction` of python-control with a known period; anything else is refused."""
     import control
 
@@ -74,7 +75,7 @@ def lti(call: str, system: Any) -> Any:
     return system
 
 
-def _numbers_of(system: Any) -> list[Array]:
+def _numbers_of(system: System) -> list[Array]:
     """The matrices, or all numerators and denominators, of a system."""
     if hasattr(system, "A"):
         parts = [system.A, system.B, system.C, system.D]
@@ -83,7 +84,7 @@ def _numbers_of(system: Any) -> list[Array]:
     return [np.asarray(part, dtype=float) for part in parts]
 
 
-def _refuse_improper(call: str, system: Any) -> None:
+def _refuse_improper(call: str, system: System) -> None:
     """Refuse a transfer function that differentiates: its response to a step is no function of time."""
     if hasattr(system, "A"):
         return
@@ -97,7 +98,7 @@ def _refuse_improper(call: str, system: Any) -> None:
                 )
 
 
-def period_of(system: Any) -> float | None:
+def period_of(system: System) -> float | None:
     """The period of a system in s, None in continuous time."""
     return float(system.dt) if system.dt else None
 
@@ -211,7 +212,7 @@ def system_answers(
     return SystemAnswers(omega, values, tuple(held.input_labels), tuple(held.output_labels), h)
 
 
-def _by_schur_form(system: Any, at: Complex) -> Complex:
+def _by_schur_form(system: System, at: Complex) -> Complex:
     """The answers (m, ny, nu) of a state space at points s or z (m,), from one unitary form of A for all of them."""
     T, Z = schur(np.asarray(system.A, dtype=complex), output="complex")
     into, out, places = Z.conj().T @ system.B, system.C @ Z, np.diag_indices(len(T))
@@ -266,7 +267,7 @@ def step_answers(
     return t, outputs, np.asarray(final, dtype=float)
 
 
-def _responses(system: Any, poles: Complex, end: float, impulse: bool) -> tuple[Array, Array]:
+def _responses(system: System, poles: Complex, end: float, impulse: bool) -> tuple[Array, Array]:
     """The times (N,) and the responses (ny, nu, N); in continuous time closer while fast modes last."""
     import control
 

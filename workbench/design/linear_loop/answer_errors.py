@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,11 +11,16 @@ from workbench.core.validation.refusals import Array
 from workbench.design.frequency.response_kernel import Answers
 from workbench.design.matrices import EPS, Complex
 
+Cells = TypeVar("Cells", Array, Complex)
+
 
 def cells(of: Answers, rows: Sequence[int], columns: Sequence[int]) -> Answers:
     """The answers of some outputs to some inputs."""
-    whole: tuple[Any, ...] = (of.values, of.errors, of.sensitivities)
-    return Answers(*(M[:, :, list(rows)][..., list(columns)] for M in whole))
+
+    def some(M: Cells) -> Cells:
+        return M[:, :, list(rows)][..., list(columns)]
+
+    return Answers(some(of.values), some(of.errors), some(of.sensitivities))
 
 
 def closed_again(G: Answers, turn: Complex, again: list[int], left: list[int]) -> Answers:

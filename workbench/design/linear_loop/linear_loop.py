@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.core import Layout
-from workbench.core.drawers import draw
+from workbench.core.validation.number_types import Values
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
+from workbench.core.views import Picture, picture_of
 from workbench.design.frequency import Bandwidth, MeanGain, Peak, StabilityMargins, h2_norm, hinf_norm
 from workbench.design.frequency.certified_values import enclosure
 from workbench.design.frequency.frequency_axis import checked_frequencies
@@ -245,7 +245,7 @@ class LinearLoop:
         return MeanGain(enclosure(norm.gain.low / share, norm.gain.high / share, steps=2), norm.reason)
 
     @door
-    def rows(self, values: Mapping[str, Any]) -> LinearRows:
+    def rows(self, values: Values) -> LinearRows:
         """The same answers for each of N rows of parameters or states, by name: `{"plant.m": masses}`.
 
         What is not named stays as it is here. Each row rests at a state of its own, sought from `x0`, if this one
@@ -260,7 +260,7 @@ class LinearLoop:
         """
         return linear_rows(self.point, self.bent, values)
 
-    def plot(self, kind: str = "", **options: Any) -> Any:
+    def plot(self, kind: str = "", **options: object) -> Picture:
         """A picture, by default Bode and Nyquist plots with margins, and the poles; a notebook shows it.
 
         Parameters
@@ -277,7 +277,7 @@ class LinearLoop:
         ValueError
             If there is no such kind, an option does not fit, or the loop has no such picture, as poles with a delay.
         """
-        return draw(self, kind, **options)
+        return picture_of(self, kind, **options)
 
     def __repr__(self) -> str:
         cut = f" cut at {', '.join(self.channels)}" if self.channels else ""

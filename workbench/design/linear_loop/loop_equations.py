@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
+from workbench.core.equations import Loop
 from workbench.core.expressions import evaluated
+from workbench.core.validation.number_types import Numbers, Values
 from workbench.core.validation.refusals import Array, finite, known, nearest, refusal, several
 from workbench.design.frequency import common_period
 from workbench.design.linear.linear_path import freeze
@@ -39,7 +40,7 @@ class LoopEquations:
     @staticmethod
     def of(
         call: str,
-        loop: Any,
+        loop: Loop | Ode | Sampled,
         at: Sequence[str] | None,
         delays: Mapping[str, float],
         frozen: Sequence[str],
@@ -151,7 +152,7 @@ def instants_of(sampled: Sampled) -> tuple[int, float]:
     return counts[0], length
 
 
-def _keywords(function: Any) -> set[str]:
+def _keywords(function: Callable[..., object]) -> set[str]:
     return set(inspect.signature(function).parameters)
 
 
@@ -177,7 +178,7 @@ def _frozen(call: str, equations: Equations, names: Sequence[str]) -> Equations:
     return replace(equations, flow=flow, jump=jump, law_of=None, crossings=(), crossed=None)
 
 
-def split_values(call: str, closed: Equations, values: Mapping[str, Any]) -> tuple[Array, Array, list[int]]:
+def split_values(call: str, closed: Equations, values: Values) -> tuple[Array, Array, list[int]]:
     """States (N, nx) and parameters (N, np) with values by name, and the places of the states that are named."""
     states = {name: value for name, value in values.items() if _in(closed.states, name)}
     rest = {name: value for name, value in values.items() if name not in states}
@@ -200,6 +201,6 @@ def _in(layout: Layout, name: object) -> bool:
     return name in layout or name in layout.labels
 
 
-def _is_empty(value: Any) -> bool:
+def _is_empty(value: Numbers) -> bool:
     """True for a list or an array that has no number."""
     return not (value.size if isinstance(value, np.ndarray) else len(value) if isinstance(value, list | tuple) else 1)

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from inspect import signature
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core import Sampled
+from workbench.core import Ode, Sampled
+from workbench.core.equations import Loop
 from workbench.core.point import AT_REST
+from workbench.core.validation.number_types import Values
 from workbench.core.validation.refusals import whole
 from workbench.core.validation.signatures import door
-from workbench.design.linear.corners import Sides
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.linear_loop import LinearLoop
 from workbench.design.linear_loop.loop_equations import LoopEquations, split_values
@@ -22,20 +23,23 @@ from workbench.design.linear_loop.point_model import Instant
 from workbench.design.linear_loop.rest_state import motion_of, resting_states, seek_rest, start_of, unrest
 from workbench.design.matrices import Refused
 
+if TYPE_CHECKING:  # a door lets it pass: the corner says what is wrong with it
+    from workbench.design.linear.corners import Sides
+
 CALL = "linear_loop"
 
 
 @door
 def linear_loop(
-    loop: Any,
+    loop: Loop | Ode | Sampled,
     at: str | tuple[str, ...] | None = None,
-    values: Mapping[str, Any] | None = None,
+    values: Values | None = None,
     *,
     t: float = 0.0,
     freeze: tuple[str, ...] = (),
     delays: Mapping[str, float] | None = None,
     at_rest: bool = True,
-    side: Any = None,
+    side: Sides = None,
     substeps: int | None = None,
 ) -> LinearLoop:
     """The linear answers of a loop about the state at which it rests, by exact Jacobians.
@@ -88,7 +92,7 @@ def linear_loop(
     return about(replace(point, arguments=_arguments({**given, "substeps": substeps})))
 
 
-def _arguments(given: Mapping[str, Any]) -> str:
+def _arguments(given: Mapping[str, object]) -> str:
     """The arguments that differ from the defaults of `linear_loop`, as Python writes them in a call."""
     defaults = {name: one.default for name, one in signature(linear_loop).parameters.items()}
     return "".join(f", {name}={value!r}" for name, value in given.items() if repr(value) != repr(defaults[name]))
@@ -97,7 +101,7 @@ def _arguments(given: Mapping[str, Any]) -> str:
 def rest_point(
     equations: LoopEquations,
     instant: Instant,
-    values: Mapping[str, Any],
+    values: Values,
     at_rest: bool,
     side: Sides,
     substeps: int | None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -107,7 +107,7 @@ class LoopModel:
         ahead = self._answers(np.minimum(np.abs(folded)[order] / length, math.pi / length), length)
         waves = np.exp(1j * np.multiply.outer(turn, np.arange(q)))  # (m, q)
 
-        def blocks(part: Any) -> Complex:
+        def blocks(part: Array | Complex) -> Complex:
             own = np.empty_like(part)
             own[:, order] = part
             own = np.where((folded < 0)[:, np.newaxis, np.newaxis], own.conj(), own)

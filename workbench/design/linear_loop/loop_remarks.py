@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.linear import Pole
 from workbench.design.linear.hidden_modes import hidden_modes
 from workbench.design.linear_loop.loop_model import LoopModel
@@ -39,9 +40,14 @@ def decay_of(pole: Pole, discrete: bool) -> float:
     return 1 - abs(pole.value) if discrete else -pole.value.real
 
 
-def doubt_of(condition: Any, size: float, count: int) -> Any:
+@overload
+def doubt_of(condition: float, size: float, count: int) -> float: ...
+@overload
+def doubt_of(condition: Array, size: float, count: int) -> Array: ...
+def doubt_of(condition: float | Array, size: float, count: int) -> float | Array:
     """The distance by which rounding may have moved poles of these conditions, of a matrix of this norm and rows."""
-    return count * EPS * size * np.minimum(condition, 1 / EPS)
+    doubt: float | Array = count * EPS * size * np.minimum(condition, 1 / EPS)
+    return doubt
 
 
 def mode_remarks(poles: Sequence[Pole], size: float, discrete: bool, hidden: bool) -> tuple[str, ...]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from workbench.core import Sampled
-from workbench.core.drawers import draw
+from workbench.core.validation.number_types import Numbers, Values
 from workbench.core.validation.refusals import Array, as_array
 from workbench.core.validation.signatures import door
+from workbench.core.views import Picture, picture_of
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear_loop.cut_margins import refuse_rates
 from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse
@@ -94,7 +94,7 @@ class LinearRows:
         opened = self.models.open_drives(call)
         return row_margins(call, self.models, [opened.outputs[i] for i in self.models.channels], self.stable)
 
-    def plot(self, kind: str = "", **options: Any) -> Any:
+    def plot(self, kind: str = "", **options: object) -> Picture:
         """A picture over all rows: the median, the middle 90 % and the range, and the worst row by its name.
 
         Parameters
@@ -111,7 +111,7 @@ class LinearRows:
         ValueError
             If there is no such kind, the option does not fit, or the loop has a delay and so no such picture.
         """
-        return draw(self, kind, **options)
+        return picture_of(self, kind, **options)
 
     def __repr__(self) -> str:
         return f"<{len(self)} rows of a LinearLoop, {len(self.reasons)} flagged>"
@@ -137,7 +137,7 @@ class LinearRows:
         return poles, stable
 
 
-def linear_rows(point: LoopPoint, bent: tuple[str, ...], values: Mapping[str, Any]) -> LinearRows:
+def linear_rows(point: LoopPoint, bent: tuple[str, ...], values: Values) -> LinearRows:
     """The linear loops at rows of values by name, each at its own rest if the point is one."""
     equations, closed = point.equations, point.equations.closed
     x, p, fixed, reasons = _rows(closed, values, point)
@@ -163,9 +163,7 @@ def linear_rows(point: LoopPoint, bent: tuple[str, ...], values: Mapping[str, An
     return LinearRows(x, p, models, dict(sorted(reasons.items())), point, _varied(closed, values, len(x)))
 
 
-def _rows(
-    closed: Equations, values: Mapping[str, Any], point: LoopPoint
-) -> tuple[Array, Array, list[int], dict[int, str]]:
+def _rows(closed: Equations, values: Values, point: LoopPoint) -> tuple[Array, Array, list[int], dict[int, str]]:
     """States and parameters of each row, the places of named states, and the rows whose values are refused."""
     reasons: dict[int, str] = {}
     try:
@@ -185,13 +183,13 @@ def _rows(
     return x, p, fixed, reasons
 
 
-def _varied(closed: Equations, values: Mapping[str, Any], count: int) -> dict[str, Array]:
+def _varied(closed: Equations, values: Values, count: int) -> dict[str, Array]:
     """The values (N,) of each number by its name that has one for each row."""
     columns = {name: _column(closed, name, value) for name, value in values.items()}
     return {name: column.ravel() for name, column in columns.items() if column is not None and column.size == count}
 
 
-def _column(closed: Equations, name: str, value: Any) -> Array | None:
+def _column(closed: Equations, name: str, value: Numbers) -> Array | None:
     """The value as an array with an entry for each row, or None if it is one value for all rows."""
     layout = closed.states if name in closed.states else closed.parameters
     shape = layout[name].shape if name in layout else ()
@@ -200,7 +198,7 @@ def _column(closed: Equations, name: str, value: Any) -> Array | None:
 
 
 def _row_by_row(
-    closed: Equations, values: Mapping[str, Any], columns: Mapping[str, Array | None], count: int
+    closed: Equations, values: Values, columns: Mapping[str, Array | None], count: int
 ) -> tuple[Array, Array, list[int], dict[int, str]]:
     """The rows, where those that are refused take the defaults of the loop, with the reason of each."""
     x, p = np.tile(closed.states.default, (count, 1)), np.tile(closed.parameters.default, (count, 1))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ class ParameterBox:
     high: Array
 
     @staticmethod
-    def of(call: str, parameters: Layout, ranges: Mapping[str, Any]) -> ParameterBox:
+    def of(call: str, parameters: Layout, ranges: Mapping[str, object]) -> ParameterBox:
         """A box from (low, high) per name: of one number, or of each number of a vector or matrix.
 
         Raises
@@ -60,14 +59,14 @@ class ParameterBox:
         return ", ".join(f"{label} in [{low:.6g}, {high:.6g}]" for label, low, high in ends)
 
 
-def _range(call: str, parameters: Layout, name: Any, pair: Any) -> tuple[list[str], Array, Array]:
+def _range(call: str, parameters: Layout, name: str, pair: object) -> tuple[list[str], Array, Array]:
     """The labels of a name, with both ends of each."""
     known(name, [*parameters.names, *(n for n in parameters.labels if n not in parameters)], "parameters of this loop")
     places = list(parameters.indices(name))
     labels = [parameters.labels[place] for place in places]
     entry = next(one for one in parameters.entries if name == one.name or name in one.labels())
     try:
-        low, high = (as_array(end) for end in pair)
+        low, high = (as_array(end) for end in (pair if isinstance(pair, Iterable) else ()))
     except (TypeError, ValueError):
         raise refusal(f"{call}", f"a pair (low, high) for '{name}'", pair) from None
     if low is None or high is None or low.size not in (1, len(labels)) or high.size not in (1, len(labels)):

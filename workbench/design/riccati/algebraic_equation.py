@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy import linalg
@@ -65,8 +64,8 @@ class Operator:
     for solving the matrix equation X = F X F' + S, Int. J. Control 25.
     """
 
-    T: Any
-    U: Any
+    T: Array | Complex
+    U: Array | Complex
     E: Array | None
     discrete: bool
 
@@ -94,7 +93,8 @@ class Operator:
 
     def sure_margin(self) -> float:
         """The margin that is left when rounding moves every pole as far as it may (Golub, Van Loan 2013, 7.2.2)."""
-        poles, left, right = linalg.eig(self.T, left=True, right=True)
+        # a list, as SciPy's stub forgets one of the three
+        poles, left, right = list(linalg.eig(self.T, left=True, right=True))
         along = np.abs((left.conj() * right).sum(axis=0))
         rounding = EPS * np.linalg.norm(self.T, 2) * (1.0 if self.E is None else np.linalg.cond(self.E))
         return float((distances(np.asarray(poles), self.discrete) - rounding / np.maximum(along, EPS)).min())
@@ -109,13 +109,13 @@ class Operator:
             raise np.linalg.LinAlgError("the operator is singular")
         return np.asarray((X + X.T) / 2)
 
-    def _by_lapack(self, right: Array) -> Array:
+    def _by_lapack(self, right: Array | Complex) -> Array | Complex:
         Y, scale, perturbed = linalg.lapack.dtrsyl(self.T, self.T, right, trana="T")
         if perturbed:
             raise np.linalg.LinAlgError("two poles add up to zero")
         return np.asarray(Y / scale)
 
-    def _by_columns(self, right: Array) -> Array:
+    def _by_columns(self, right: Array | Complex) -> Array | Complex:
         T, n = self.T, len(self.T)
         Y = np.zeros_like(right)
         for k in range(n):

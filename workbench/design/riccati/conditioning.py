@@ -17,9 +17,10 @@ Optim. 28. Kantorovich, Akilov (1964), Functional Analysis in Normed Spaces, XVI
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import overload
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 from workbench.core.validation.refusals import Array
@@ -27,7 +28,7 @@ from workbench.design.matrices import EPS, Refused
 from workbench.design.riccati.algebraic_equation import Data, Equation, hamiltonian, norm, size
 from workbench.design.riccati.newton import Refined
 
-Exponents = np.ndarray[Any, np.dtype[np.int64]]
+Exponents = NDArray[np.int64]
 LEAST = float(np.finfo(float).tiny / np.finfo(float).eps)  # below it the digits of a sum get lost
 UNDER = 1e-6  # so that a half is rounded down in the units of every caller
 ENOUGH = 0.25  # x = h + x^2 has a real solution up to h = 1/4
@@ -101,9 +102,15 @@ def good_units(d: Data) -> Units:
     return units + Units(none.states + nearest(norm(alike.B), 2) - nearest(norm(alike.Q), 4), none.inputs)
 
 
-def nearest(sizes: Any, root: int) -> Any:
+@overload
+def nearest(sizes: float, root: int) -> np.int64: ...
+@overload
+def nearest(sizes: Array, root: int) -> Exponents: ...
+def nearest(sizes: float | Array, root: int) -> np.int64 | Exponents:
     """The whole numbers nearest to the binary logarithms of the roots of sizes; zero for a size that is zero."""
-    return np.round(np.log2(np.where(np.asarray(sizes) > 0, sizes, 1.0)) / root - UNDER).astype(int)
+    logarithms = np.log2(np.where(np.asarray(sizes) > 0, sizes, 1.0))
+    exponents: np.int64 | Exponents = np.round(logarithms / root - UNDER).astype(int)
+    return exponents
 
 
 def _pencil(d: Data) -> Array:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import ldexp
-from typing import Any
 
 import numpy as np
 import scipy.linalg
 
 from workbench.core import Ode
 from workbench.core.point import Point
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, seconds
 from workbench.core.validation.signatures import door
 from workbench.design.linear.corners import Corners, Sides, sure_jacobians
@@ -22,7 +22,7 @@ from workbench.design.riccati.stabilising_solution import ESTIMATOR, Riccati, ch
 
 
 @door
-def lqe(A: Any, G: Any, C: Any, Qn: Any, Rn: Any, discrete: bool = False) -> Riccati:
+def lqe(A: Numbers, G: Numbers, C: Numbers, Qn: Numbers, Rn: Numbers, discrete: bool = False) -> Riccati:
     """The gain K of the stationary Kalman filter of x' = A x + G w, y = C x + v, and X = P, its covariance.
 
     The estimate follows x_hat' = A x_hat + K (y - C x_hat), or x_hat+ if the system is discrete: then K is that of
@@ -54,14 +54,14 @@ def lqe(A: Any, G: Any, C: Any, Qn: Any, Rn: Any, discrete: bool = False) -> Ric
 @door
 def steady_kalman(
     ode: Ode,
-    Q: Any,
-    R: Any,
+    Q: Numbers,
+    R: Numbers,
     outputs: Sequence[str] = (),
     *,
     period: float | None = None,
-    x: Any = None,
-    u: Any = None,
-    p: Any = None,
+    x: Numbers | None = None,
+    u: Numbers | None = None,
+    p: Numbers | None = None,
     side: Sides = None,
 ) -> Riccati:
     """The steady gain K of the Kalman filter of x' = f + w, y = h + v, linearised exactly at (x, p, u), t = 0.
@@ -109,7 +109,9 @@ def steady_kalman(
     return replace(answer, K=K, point=point)
 
 
-def _at_point(ode: Ode, outputs: Sequence[str], x: Any, row: Array, side: Sides) -> tuple[Array, Array, Point]:
+def _at_point(
+    ode: Ode, outputs: Sequence[str], x: Numbers | None, row: Array, side: Sides
+) -> tuple[Array, Array, Point]:
     """A, the rows of Cy that are read, and the point at a state, with corners that touch neither let pass."""
     state, n = ode.states.default if x is None else vector_of("x", x, ode.states), ode.states.size
     read = [place for name in outputs or ode.outputs.names for place in ode.outputs.indices(name)]

@@ -8,12 +8,12 @@ Higham (2002), Accuracy and Stability of Numerical Algorithms, 2nd ed., section 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy import linalg
 
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
 from workbench.design.matrices import (
@@ -55,7 +55,7 @@ class Lyapunov:
 
 
 @door
-def lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
+def lyapunov(A: Numbers, Q: Numbers, E: Numbers | None = None) -> Lyapunov:
     """The symmetric X of A X E' + E X A' + Q = 0: the covariance or Gramian of E x' = A x driven by Q.
 
     X is unique as long as no two eigenvalues of A (of the pencil A - lambda E) add up to zero. The form
@@ -84,7 +84,7 @@ def lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
 
 
 @door
-def discrete_lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
+def discrete_lyapunov(A: Numbers, Q: Numbers, E: Numbers | None = None) -> Lyapunov:
     """The symmetric X of A X A' - E X E' + Q = 0: the covariance or Gramian of E x+ = A x driven by Q.
 
     X is unique as long as no two eigenvalues of A (of the pencil A - lambda E) have the product 1. Shapes and refusals
@@ -102,7 +102,7 @@ def discrete_lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
 
 @one_thread()
 @np.errstate(all="ignore")  # what leaves the range of floats is seen in residual and error
-def _solved(call: str, A: Any, Q: Any, E: Any, discrete: bool) -> Lyapunov:
+def _solved(call: str, A: Numbers, Q: Numbers, E: Numbers | None, discrete: bool) -> Lyapunov:
     a = square(call, "A", A)
     n, nothing = len(a), np.zeros((len(a), 1))
     e = None if E is None else invertible(call, "E", E, n).T

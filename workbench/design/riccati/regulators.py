@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypeGuard
 
 import numpy as np
 
 from workbench.core import Entry, Layout
 from workbench.core.point import Point, PointedGain
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
+from workbench.design.control_system import System
 from workbench.design.matrices import (
     Certificate,
     Complex,
@@ -27,7 +29,14 @@ from workbench.design.riccati.stabilising_solution import Riccati, checked_data,
 
 
 @door
-def lqr(A: Any, B: Any = None, Q: Any = None, R: Any = None, N: Any = None, discrete: bool = False) -> Riccati:
+def lqr(
+    A: Numbers | System,
+    B: Numbers | None = None,
+    Q: Numbers | None = None,
+    R: Numbers | None = None,
+    N: Numbers | None = None,
+    discrete: bool = False,
+) -> Riccati:
     """The gain K of u = -K x that makes the integral, or sum, of x'Qx + 2 x'Nu + u'Ru smallest.
 
     The system is x' = A x + B u, or x+ = A x + B u if it is `discrete`. A python-control `StateSpace` takes the place
@@ -85,7 +94,7 @@ class Lqg:
     of the loop: the worse figure of both halves, and how far its poles lie from theirs (`residual`).
     """
 
-    controller: Any
+    controller: System
     regulator: Riccati
     estimator: Riccati
     poles: Complex
@@ -93,7 +102,9 @@ class Lqg:
 
 
 @door
-def lqg(system: Any, Q: Any, R: Any, Qn: Any, Rn: Any, N: Any = None, G: Any = None) -> Lqg:
+def lqg(
+    system: System, Q: Numbers, R: Numbers, Qn: Numbers, Rn: Numbers, N: Numbers | None = None, G: Numbers | None = None
+) -> Lqg:
     """The controller u = -K x_hat, x_hat' = A x_hat + B u + L (y - C x_hat - D u), as a python-control `StateSpace`.
 
     It makes the mean of x'Qx + 2 x'Nu + u'Ru smallest for x' = A x + B u + G w, y = C x + D u + v, with white w
@@ -149,7 +160,7 @@ def lqg(system: Any, Q: Any, R: Any, Qn: Any, Rn: Any, N: Any = None, G: Any = N
     return Lqg(controller, regulator, estimator, poles, certificate)
 
 
-def _stable_margins(system: Any, poles: Complex) -> Array:
+def _stable_margins(system: System, poles: Complex) -> Array:
     """The distance of each pole of the closed loop from instability; a loop that is not stable is refused."""
     margins = distances(poles, is_discrete(system))
     if not margins.min() > 0:
@@ -161,17 +172,17 @@ def _stable_margins(system: Any, poles: Complex) -> Array:
     return margins
 
 
-def is_system(value: Any) -> bool:
+def is_system(value: object) -> TypeGuard[System]:
     """True if a value is a linear system by its matrices, as python-control's `StateSpace`."""
     return all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt"))
 
 
-def _point_of(system: Any) -> Point | None:
+def _point_of(system: System) -> Point | None:
     point = getattr(system, "point", None)
     return point if isinstance(point, Point) else None
 
 
-def is_discrete(system: Any) -> bool:
+def is_discrete(system: System) -> bool:
     """True if a system is sampled: python-control writes 0 or None for one that is not."""
     return system.dt not in (0, None)
 
@@ -189,7 +200,7 @@ def _check_weights(call: str, Q: Array, N: Array, R: Array) -> None:
         )
 
 
-def _controller(system: Any, K: Array, L: Array) -> Any:
+def _controller(system: System, K: Array, L: Array) -> System:
     import control  # takes seconds, and only this function needs it
 
     from workbench.design.linear.pointed_systems import PointedSpace, point_of
@@ -215,14 +226,14 @@ def _controller(system: Any, K: Array, L: Array) -> Any:
     return PointedSpace(controller, point.of_controller(Layout(tuple(estimates))))
 
 
-def _warnings(system: Any, controller: Any, regulator: Riccati, estimator: Riccati) -> Iterator[str]:
+def _warnings(system: System, controller: System, regulator: Riccati, estimator: Riccati) -> Iterator[str]:
     for name, half in (("regulator", regulator), ("estimator", estimator)):
         yield from (f"{name}: {warning}" for warning in half.certificate.warnings)
     if not distances(np.linalg.eigvals(controller.A), is_discrete(system)).min() > 0:
         yield "the controller is unstable by itself: the loop must be closed before it runs"
 
 
-def _loops(system: Any, controller: Any, K: Array, L: Array) -> tuple[Array, Array]:
+def _loops(system: System, controller: System, K: Array, L: Array) -> tuple[Array, Array]:
     """The matrix (2 n, 2 n) of plant and controller, and its distance, in x and x - x_hat, from separation."""
     acting, seeing, n = system.B @ controller.C, controller.B @ system.C, len(system.A)
     loop = np.block([[system.A, acting], [seeing, controller.A + controller.B @ system.D @ controller.C]])

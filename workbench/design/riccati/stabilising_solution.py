@@ -10,13 +10,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy import linalg
 
 from workbench.core.point import Point
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
 from workbench.design.matrices import (
@@ -67,7 +67,7 @@ class Riccati:
 
 
 @door
-def care(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccati:
+def care(A: Numbers, B: Numbers, Q: Numbers, R: Numbers, S: Numbers | None = None, E: Numbers | None = None) -> Riccati:
     """The stabilising X of A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0, and K = R^-1 (B'XE + S').
 
     With u = -K x every pole of E x' = A x + B u lies left of the imaginary axis. Q may be indefinite.
@@ -103,7 +103,7 @@ def care(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccat
 
 
 @door
-def dare(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccati:
+def dare(A: Numbers, B: Numbers, Q: Numbers, R: Numbers, S: Numbers | None = None, E: Numbers | None = None) -> Riccati:
     """The stabilising X of A'XA - E'XE - (A'XB + S) (R + B'XB)^-1 (B'XA + S') + Q = 0, and its gain K.
 
     With u = -K x, K = (R + B'XB)^-1 (B'XA + S'), every pole of E x+ = A x + B u lies inside the unit circle. Shapes and
@@ -121,7 +121,7 @@ def dare(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccat
 
 
 def checked_data(
-    call: str, A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None, positive: bool = True
+    call: str, A: object, B: object, Q: object, R: object, S: object = None, E: object = None, positive: bool = True
 ) -> Data:
     """The matrices of a Riccati equation, each of its shape; R must be definite if it must be `positive`."""
     a = square(call, "A", A)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, as_array, described
 from workbench.core.validation.signatures import door
 from workbench.design.matrices import EPS, Certificate, Refused, answer, symmetric
@@ -20,7 +20,7 @@ GRIDS = (0, 1)  # halvings beyond need: two ways to cut time, whose answers diff
 CAUTION = 10.0  # by which that difference is taken for the error
 PASSES = 4
 FINEST = 1e-14  # tolerance of a step, below which there is only rounding
-Factors = Callable[[Array], tuple[Any, Any]]
+Factors = Callable[[Array], tuple[Numbers, Numbers]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class RiccatiFlow:
 
 @door
 def rde(
-    A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P1: Any, times: Any, *, rtol: float = 1e-10
+    A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P1: Numbers, times: Numbers, *, rtol: float = 1e-10
 ) -> RiccatiFlow:
     """The differential Riccati equation of the finite horizon, backward from the terminal weight:
 
@@ -88,7 +88,7 @@ def rde(
 
 @door
 def fpre(
-    A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P0: Any, times: Any, *, rtol: float = 1e-10
+    A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P0: Numbers, times: Numbers, *, rtol: float = 1e-10
 ) -> RiccatiFlow:
     """The forward-propagating Riccati equation, (34) of the paper:
 
@@ -122,7 +122,7 @@ class StateDependent:
 
 
 @door
-def sdre(factors: Factors, states: Array, Q: Any, R: Any) -> StateDependent:
+def sdre(factors: Factors, states: Array, Q: Numbers, R: Numbers) -> StateDependent:
     """The solution of the state-dependent Riccati equation at states x of x' = A(x) x + B(x) u:
 
         A(x)'P + P A(x) - P B(x) R^-1 B(x)' P + Q = 0.
@@ -179,7 +179,7 @@ def sdre(factors: Factors, states: Array, Q: Any, R: Any) -> StateDependent:
 
 
 def _solved(
-    call: str, given: tuple[Coefficient, ...], start: tuple[str, Any], times: Any, rtol: float, backward: bool
+    call: str, given: tuple[Coefficient, ...], start: tuple[str, Numbers], times: Numbers, rtol: float, backward: bool
 ) -> RiccatiFlow:
     coefficients = Coefficients(call, *given)
     t = _rising(call, times)
@@ -247,7 +247,7 @@ def _varying(
     return scale * fine, error
 
 
-def _rising(call: str, times: Any) -> Array:
+def _rising(call: str, times: Numbers) -> Array:
     t = as_array(times)
     if t is None or t.ndim != 1 or not t.size or not np.isfinite(t).all() or (t[1:] <= t[:-1]).any():
         raise ValueError(f"`{call}`: times must be a vector of rising finite numbers, in s; got {described(times)}.")

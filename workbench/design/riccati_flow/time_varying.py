@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -54,10 +53,10 @@ class Coefficients:
     """A, B, Q, R as they were given to `call`."""
 
     call: str
-    A: Any
-    B: Any
-    Q: Any
-    R: Any
+    A: Coefficient
+    B: Coefficient
+    Q: Coefficient
+    R: Coefficient
 
     @property
     def constant(self) -> bool:

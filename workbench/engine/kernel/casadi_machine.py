@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any
+from typing import TypeVar
 
 import casadi as ca
 import numpy as np
@@ -19,6 +19,7 @@ RUNS_AT_ONCE = 1024  # side by side in one call, each of which holds all its ste
 LONGEST = 512  # steps of a marcher to one time: to build it takes as long as to run it ten times
 LEVELS, AT_ONCE = 3, 16  # of loops in loops, each of so many rounds, for the segments of a step
 STEPS_PER_CALL = 20_000  # of all runs, between two looks at progress and divergence: about a tenth of a second
+Symbol = TypeVar("Symbol", ca.SX, ca.MX)
 
 
 def march(job: Job, x: Array, tell: Progress) -> None:
@@ -64,15 +65,19 @@ def _marcher(step: Step, stride: int, kept: int, runs: int, switched: bool = Fal
     """[k; x; p] and the noise to [k; x] at `kept` times, `stride` steps apart, all side by side, for each run."""
     size = 1 + step.states.size + step.parameters.size
     often = stride * kept > 1  # what is shared gains more than it costs to find
-    symbols: Any = (ca.MX if switched else ca.SX).sym
-    z, w = symbols("z", size), symbols("w", step.noises)
-    k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, size])
-    after = _segmented(step, often)(k, x, p, w) if switched else step.F(k, x, p, w)
-    one = ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, after, p)], {"cse": often})
+    one = _one(step, ca.MX, _segmented(step, often), often) if switched else _one(step, ca.SX, step.F, often)
     start, noise = ca.MX.sym("start", size), ca.MX.sym("noise", step.noises, stride * kept)
     states = one.fold(stride).mapaccum(kept)(start, noise)[: 1 + step.states.size, :]
     march = ca.Function("workbench_march", [start, noise], [states])
     return march if runs == 1 else march.map(runs, "thread", min(runs, 8))
+
+
+def _one(step: Step, symbols: type[Symbol], after: ca.Function, shared: bool) -> ca.Function:
+    """[k; x; p] and the noise to [k; x; p] a step later, of a function x+ (k, x, p, w)."""
+    size = 1 + step.states.size + step.parameters.size
+    z, w = symbols.sym("z", size), symbols.sym("w", step.noises)
+    k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, size])
+    return ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, after(k, x, p, w), p)], {"cse": shared})
 
 
 def _segmented(step: Step, shared: bool) -> ca.Function:

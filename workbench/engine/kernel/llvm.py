@@ -10,7 +10,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import overload
 
 import llvmlite
 import llvmlite.binding as llvm
@@ -53,9 +53,15 @@ def _version() -> str:
 class Native:
     """A compiled module, in the engine that keeps its code in memory."""
 
-    engine: Any
+    engine: llvm.ExecutionEngine
 
-    def function(self, name: str, *arguments: type, result: type | None = None) -> Callable[..., Any]:
+    @overload
+    def function(self, name: str, *arguments: type) -> Callable[..., None]: ...
+    @overload
+    def function(self, name: str, *arguments: type, result: type[ctypes.c_bool]) -> Callable[..., bool]: ...
+    def function(
+        self, name: str, *arguments: type, result: type[ctypes.c_bool] | None = None
+    ) -> Callable[..., bool | None]:
         """A function of the module, of arguments and a result of these ctypes; other threads go on while it runs."""
         address = self.engine.get_function_address(name)
         if not address:
@@ -122,7 +128,7 @@ def object_for(ir: str, triple: str, features: str) -> bytes:
     return code
 
 
-def _object(ir: str, machine: Any) -> bytes:
+def _object(ir: str, machine: llvm.TargetMachine) -> bytes:
     module = llvm.parse_assembly(ir)
     module.triple = machine.triple
     module.data_layout = str(machine.target_data)
@@ -130,7 +136,7 @@ def _object(ir: str, machine: Any) -> bytes:
     return bytes(machine.emit_object(module))
 
 
-def _machine(level: int) -> Any:
+def _machine(level: int) -> llvm.TargetMachine:
     """A new description of this processor, as each engine takes ownership of its own."""
     name, features = _host()
     target = llvm.Target.from_default_triple()

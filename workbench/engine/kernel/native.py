@@ -5,14 +5,13 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import prod
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.job import BLOCKS_OF_A_LOT, Job, Piece, Progress, crew, lots, stages
 from workbench.engine.kernel import llvm
 from workbench.engine.kernel.lowering import lower
@@ -56,10 +55,14 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     kept, width = x.shape[1] - 1, width or (FEW if len(x) <= FEW else llvm.lanes())
     made, parts = _kernel(job, kept, width), lots(job, width)
     done, total = 0.0, kept * job.stride
+
+    def advance(stage: list[Piece], lot: slice) -> None:
+        _advance(made, job, lot, x[lot], stage)
+
     with crew(len(parts)) as each:
         for stage in stages(job, kept, width * min(BLOCKS_OF_A_LOT, -(-len(x) // width))):
             length = sum(piece.length for piece in stage)
-            for _ in each(lambda lot, stage=stage: _advance(made, job, lot, x[lot], stage), parts):
+            for _ in each(partial(advance, stage), parts):
                 done += length / len(parts)
                 tell(min(done / total, 1.0))
             last = stage[-1].row + stage[-1].rows
@@ -112,7 +115,7 @@ def _constants(plan: Plan, h: float) -> Array:
     return _aligned(np.array(plan.constants(h)))
 
 
-def _room(*shape: int, kind: type[Any] = float) -> Array:
+def _room(*shape: int, kind: type[float | np.generic] = float) -> Array:
     """Memory of a shape, of numbers of 8 bytes, that begins at a multiple of the alignment."""
     size = prod(shape)
     room = np.empty(size + ALIGNMENT // 8, dtype=kind)
@@ -120,7 +123,7 @@ def _room(*shape: int, kind: type[Any] = float) -> Array:
     return room[start : start + size].reshape(shape)
 
 
-def _aligned(array: Any) -> Array:
+def _aligned(array: Array | Integers) -> Array:
     room = _room(*array.shape, kind=array.dtype.type)
     room[...] = array
     return room

@@ -26,7 +26,7 @@ from workbench.engine.machines.machine import Machine, Number, Value, Word, sele
 from workbench.engine.machines.numpy_spelling import Arrays
 
 ARRAYS = Arrays(fused=False)
-Words = tuple[Word, Word, Word, Word]
+Words = tuple[Word[Value], Word[Value], Word[Value], Word[Value]]
 
 STEP_BITS = 32  # beyond 2^32 steps a counter would repeat an earlier one
 BLOCK = 2**14  # counters at a time: what is made of them stays in the cache
@@ -76,7 +76,7 @@ def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
     return out.reshape(len(runs), len(steps), 2 * len(pairs))[:, :, :entries]
 
 
-def normals_on(machine: Machine, seed: Value, run: Value, step: Value, entries: int) -> list[Value]:
+def normals_on(machine: Machine[Value], seed: Value, run: Value, step: Value, entries: int) -> list[Value]:
     """The first entries of a step of a run on a machine, from its words of seed, run and step, in their ranges."""
     first, second, third = (Word(machine, word) for word in (seed, run, step))
     made: list[Value] = []
@@ -85,7 +85,9 @@ def normals_on(machine: Machine, seed: Value, run: Value, step: Value, entries: 
     return made[:entries]
 
 
-def pair(seed: Word, run: Word, step: Word, index: Word) -> tuple[Number, Number]:
+def pair(
+    seed: Word[Value], run: Word[Value], step: Word[Value], index: Word[Value]
+) -> tuple[Number[Value], Number[Value]]:
     """The entries 2 index and 2 index + 1 of a step of a run."""
     words = philox((run & LOW, run >> 32, step, index), (seed & LOW, seed >> 32))
     radius = (logarithm(uniform(words[1] << 32 | words[0])) * -2.0).do("sqrt")
@@ -93,7 +95,7 @@ def pair(seed: Word, run: Word, step: Word, index: Word) -> tuple[Number, Number
     return radius * c, radius * s
 
 
-def philox(counter: Words, key: tuple[Word, Word]) -> Words:
+def philox(counter: Words[Value], key: tuple[Word[Value], Word[Value]]) -> Words[Value]:
     """Philox4x32-10: four words of 32 bits from four, one to one under every key."""
     x0, x1, x2, x3 = counter
     for i in range(ROUNDS):
@@ -104,12 +106,12 @@ def philox(counter: Words, key: tuple[Word, Word]) -> Words:
     return x0 & LOW, x1 & LOW, x2 & LOW, x3 & LOW
 
 
-def uniform(bits: Word) -> Number:
+def uniform(bits: Word[Value]) -> Number[Value]:
     """(k + 1/2) / 2^52 from the first 52 bits k: never 0, never 1, and exact."""
     return (bits >> 12 | ONE).number - (1 - 2**-53)
 
 
-def circle(bits: Word) -> tuple[Number, Number]:
+def circle(bits: Word[Value]) -> tuple[Number[Value], Number[Value]]:
     """A point on the unit circle: 52 bits make an angle within pi / 4, two more reflect it into all quarters."""
     angle = (uniform(bits) - 0.5) * HALF_PI
     square = angle * angle
@@ -120,7 +122,7 @@ def circle(bits: Word) -> tuple[Number, Number]:
     return select(turned, sine, cosine), select(turned, cosine, sine)
 
 
-def logarithm(x: Number) -> Number:
+def logarithm(x: Number[Value]) -> Number[Value]:
     """ln x for normal x > 0, to the last bit or two: x = 2^n m with m within a factor sqrt(2) of one.
 
     With f = m - 1 and s = f / (2 + f) it is ln m = f - (f^2/2 - s (f^2/2 + R(s^2))), as in fdlibm.
@@ -134,7 +136,7 @@ def logarithm(x: Number) -> Number:
     return n * LN_2[0] - ((half - tail) - f)
 
 
-def polynomial(x: Number, coefficients: Sequence[float]) -> Number:
+def polynomial(x: Number[Value], coefficients: Sequence[float]) -> Number[Value]:
     """The value of a polynomial by Horner's rule, highest power first, every product and every sum rounded."""
     result = x * coefficients[0] + coefficients[1]
     for coefficient in coefficients[2:]:

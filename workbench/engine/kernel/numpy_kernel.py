@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
-from typing import Any, NamedTuple
+from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.job import Job, Piece, Progress, crew, pieces
 from workbench.engine.kernel.plan import Evaluation, Plan
 from workbench.engine.kernel.tape import Line, Tape, play
-from workbench.engine.machines.machine import Value
-from workbench.engine.machines.numpy_spelling import Arrays
+from workbench.engine.machines.numpy_spelling import Arrays, Lanes
 
 RUNS_AT_ONCE = 8192  # the calls of an operation, which threads make one at a time, then cost little beside its work
 NORMALS_AT_ONCE = 2**14  # of some steps of all runs: so many are made with few calls, and stay in the cache
@@ -28,9 +28,13 @@ def march(job: Job, x: Array, tell: Progress) -> None:
     job.check(x)
     parts = [np.arange(first, min(first + RUNS_AT_ONCE, len(x))) for first in range(0, len(x), RUNS_AT_ONCE)]
     done, total = 0.0, (x.shape[1] - 1) * job.stride
+
+    def advance(piece: Piece, lot: Integers) -> None:
+        _advance(job, lot, x, piece)
+
     with crew(len(parts)) as each:
         for piece in pieces(job, x.shape[1] - 1):
-            for _ in each(lambda lot, of=piece: _advance(job, lot, x, of), parts):
+            for _ in each(partial(advance, piece), parts):
                 done += piece.length / len(parts)
                 tell(min(done / total, 1.0))
 
@@ -39,7 +43,7 @@ class Loop(NamedTuple):
     """Lines on a tape with their constants, the places of the nodes that come in, and the places of some results."""
 
     lines: list[Line]
-    constants: dict[int, Value]
+    constants: dict[int, Lanes]
     sources: dict[int, int]
     results: list[int]
 
@@ -56,7 +60,7 @@ class Loop(NamedTuple):
         places = [evaluation.value(place) for place in results]
         return Loop(tape.lines(places), tape.constants, sources, places)
 
-    def play(self, values: Mapping[int, Value]) -> list[Value]:
+    def play(self, values: Mapping[int, Lanes]) -> list[Lanes]:
         """The results from the values of the nodes that come in."""
         held = self.constants | {place: values[node] for node, place in self.sources.items()}
         play(self.lines, held)
@@ -76,7 +80,7 @@ def _loops(plan: Plan, fused: bool) -> tuple[Loop, Loop | None, tuple[int, ...]]
     return Loop.of(plan, fused, plan.inside, wanted), segment, lent
 
 
-def _advance(job: Job, lot: Any, x: Array, piece: Piece) -> None:
+def _advance(job: Job, lot: Integers, x: Array, piece: Piece) -> None:
     plan, nodes, part = job.plan, job.plan.graph.nodes, job.part(lot, job.stride, job.begin)
     loop, segment, lent = _loops(plan, job.fused)
     steps = np.arange(piece.begin, piece.begin + piece.length)
@@ -89,7 +93,7 @@ def _advance(job: Job, lot: Any, x: Array, piece: Piece) -> None:
     noise: Iterable[Array] = _noise(part, steps) if job.step.noises else itertools.repeat(none, len(steps))
     with np.errstate(all="ignore"):
         for step, (k, w) in enumerate(zip(steps, noise, strict=True)):
-            now: dict[str, Any] = {"x": state, "w": w, "k": {0: np.float64(k)}}
+            now: dict[str, Mapping[int, Lanes] | Array] = {"x": state, "w": w, "k": {0: np.float64(k)}}
             values = per_run | {node: row[step : step + 1] for node, row in timed.items()}
             values |= {node: now[source.op][source.entry] for node, source in moving.items()}
             made = [v if np.shape(v) == lot.shape else np.broadcast_to(v, lot.shape) for v in loop.play(values)]
@@ -109,7 +113,7 @@ def _noise(job: Job, steps: Integers) -> Iterator[Array]:
 
 
 def _march_segments(
-    plan: Plan, loop: Loop, values: Mapping[int, Value], state: Array, several: Array, start: Sequence[Array]
+    plan: Plan, loop: Loop, values: Mapping[int, Lanes], state: Array, several: Lanes, start: Sequence[Lanes]
 ) -> None:
     """Put the states at the end of a step into `state` (nx, B) for the runs in which it has several segments."""
     runs = np.flatnonzero(several)
@@ -117,8 +121,13 @@ def _march_segments(
         return
     assert plan.segments is not None
     nodes, n = plan.graph.nodes, len(plan.segments.ends)
-    z, s, goes = np.stack(start[:n])[:, runs], np.zeros(len(runs)), True
-    few = {node: value[runs] if np.shape(value) == several.shape else value for node, value in values.items()}
+    z: NDArray[np.generic] = np.stack(start[:n])[:, runs]
+    s: NDArray[np.generic] = np.zeros(len(runs))
+    goes = True
+    few = {
+        node: value[runs] if isinstance(value, np.ndarray) and value.shape == several.shape else value
+        for node, value in values.items()
+    }
     while goes:
         for node in loop.sources:
             if nodes[node].op in ("s", "z"):
@@ -128,14 +137,19 @@ def _march_segments(
     state[:n, runs] = z
 
 
-def _values(job: Job, places: Sequence[int], wanted: Sequence[int], p: Array, k: Array | None = None) -> dict[int, Any]:
+def _values(
+    job: Job, places: Sequence[int], wanted: Sequence[int], p: Array, k: Array | None = None
+) -> dict[int, Lanes]:
     """The values of some of the nodes that are made outside the loop, from the parameters p and the steps k."""
     numbers, nodes = job.plan.graph.numbers(job.step.h), job.plan.graph.nodes
 
-    def load(place: int) -> Any:
+    def load(place: int) -> Lanes:
         if place in numbers:
             return np.float64(numbers[place])
-        return k if nodes[place].op == "k" else np.ascontiguousarray(p[nodes[place].entry])
+        if nodes[place].op == "k":
+            assert k is not None  # which nothing that is made once a run asks for
+            return k
+        return np.ascontiguousarray(p[nodes[place].entry])
 
     evaluation = Evaluation(job.plan.graph, Arrays(job.fused), load)
     with np.errstate(all="ignore"):

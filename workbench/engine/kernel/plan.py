@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Generic, NamedTuple
 
 from workbench.core import Step
 from workbench.engine.kernel.barriers import rewritten
@@ -133,19 +133,19 @@ def _is_plain(node: Node) -> bool:
     return node.op == "const" and node.value in PLAIN
 
 
-class Evaluation:
+class Evaluation(Generic[Value]):
     """The evaluation of nodes in their order; a value that is not made here is loaded when it is first needed."""
 
     def __init__(
-        self, graph: Graph, machine: Machine, load: Callable[[int], Value], functions: Functions = IN_DOUBLE
+        self, graph: Graph, machine: Machine[Value], load: Callable[[int], Value], functions: Functions = IN_DOUBLE
     ) -> None:
         self.graph = graph
         self.machine = machine
         self.load = load
         self.functions = functions
-        self.numbers: dict[int, Number] = {}
-        self.truths: dict[int, Truth] = {}
-        self.angles: dict[int, Angle] = {}
+        self.numbers: dict[int, Number[Value]] = {}
+        self.truths: dict[int, Truth[Value]] = {}
+        self.angles: dict[int, Angle[Value]] = {}
 
     def make(self, places: Iterable[int]) -> None:
         """The values of these nodes, whose operands are made before them or loaded."""
@@ -156,7 +156,7 @@ class Evaluation:
         """The machine's own object for a value."""
         return self.number(place).value
 
-    def number(self, place: int) -> Number:
+    def number(self, place: int) -> Number[Value]:
         """A value as a number: 1 or 0 for a truth."""
         node = self.graph.nodes[place]
         if node.op == "const" and node.value in PLAIN:
@@ -167,7 +167,7 @@ class Evaluation:
             self.numbers[place] = made
         return self.numbers[place]
 
-    def truth(self, place: int) -> Truth:
+    def truth(self, place: int) -> Truth[Value]:
         """A value as a truth: nonzero is true."""
         if place not in self.truths:
             self.truths[place] = self.number(place).compare("ne", 0.0)
@@ -181,11 +181,16 @@ class Evaluation:
             if operands[0] not in self.angles:
                 self.angles[operands[0]] = self.functions.reduce_angle(self.number(operands[0]))
             self.numbers[place] = self.functions.sine_or_cosine(self.angles[operands[0]], QUARTERS[op])
-        elif op in OF_NUMBERS:
-            self.numbers[place] = self.functions.formulas[op](*map(self.number, operands))
         else:
-            row = OPERATIONS[op]
-            kinds = zip(operands, row.operands, strict=True)
-            given = [self.truth(i) if kind is Kind.TRUTH else self.number(i) for i, kind in kinds]
-            values: dict[int, Any] = self.truths if row.result is Kind.TRUTH else self.numbers
-            values[place] = self.functions.formulas[op](*given)
+            made = self.functions.formulas[op](*self._operands(op, operands))
+            if isinstance(made, Truth):
+                self.truths[place] = made
+            else:
+                assert isinstance(made, Number)
+                self.numbers[place] = made
+
+    def _operands(self, op: str, places: Sequence[int]) -> Iterator[Number[Value] | Truth[Value]]:
+        if op in OF_NUMBERS:
+            return map(self.number, places)
+        kinds = zip(places, OPERATIONS[op].operands, strict=True)
+        return (self.truth(i) if kind is Kind.TRUTH else self.number(i) for i, kind in kinds)

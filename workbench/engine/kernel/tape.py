@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
-from typing import Any
 
 import numpy as np
 
-from workbench.engine.machines.machine import Value
-from workbench.engine.machines.numpy_spelling import SPELLING
+from workbench.engine.machines.numpy_spelling import SPELLING, Lanes
 
 # A place, a function, the places of its operands, and those that nothing behind it needs.
-Line = tuple[int, Callable[..., Any], tuple[int, ...], tuple[int, ...]]
+Line = tuple[int, Callable[..., Lanes], tuple[int, ...], tuple[int, ...]]
 
 
 class Tape:
@@ -20,8 +18,8 @@ class Tape:
     def __init__(self, fused: bool) -> None:
         self.fused = fused
         self.places: dict[object, int] = {}
-        self.notes: dict[int, tuple[Callable[..., Any], tuple[int, ...]]] = {}
-        self.constants: dict[int, Any] = {}
+        self.notes: dict[int, tuple[Callable[..., Lanes], tuple[int, ...]]] = {}
+        self.constants: dict[int, Lanes] = {}
 
     def do(self, operation: str, *operands: int) -> int:
         """The place of a result."""
@@ -56,7 +54,7 @@ class Tape:
         return kept[::-1]
 
 
-def play(lines: Iterable[Line], values: dict[int, Value]) -> None:
+def play(lines: Iterable[Line], values: dict[int, Lanes]) -> None:
     """Compute the lines of a tape, add their results to the values, and delete each value after its last use."""
     for place, function, operands, last in lines:
         values[place] = function(*[values[i] for i in operands])

@@ -4,16 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Protocol
 
 from workbench.engine.machines import double_functions as double
 from workbench.engine.machines import single_functions as single
 from workbench.engine.machines.further_functions import DOUBLE
-from workbench.engine.machines.machine import Number, Truth, fma, select
+from workbench.engine.machines.machine import Number, Truth, Value, fma, select
 from workbench.engine.machines.operations import OPERATIONS, Kind, Role
 
 QUARTERS = {"sin": 0, "cos": 1}  # of a turn, by which a function leads the sine
-Formula = Callable[..., Any]  # of Number and Truth, to one of them
+Formula = Callable[..., object]  # of Number and Truth of any machine, to one of them
+
+
+class ToAngle(Protocol):
+    """A function from a number of any machine to its reduced angle."""
+
+    def __call__(self, x: Number[Value], /) -> double.Angle[Value]: ...  # noqa: D102
+
+
+class OfAngle(Protocol):
+    """A function from a reduced angle and a quarter to a number."""
+
+    def __call__(self, angle: double.Angle[Value], quarter: int, /) -> Number[Value]: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -28,15 +40,19 @@ class Functions:
         That of each other operation of a graph, by name.
     """
 
-    reduce_angle: Callable[[Number], double.Angle]
-    sine_or_cosine: Callable[[double.Angle, int], Number]
+    reduce_angle: ToAngle
+    sine_or_cosine: OfAngle
     formulas: Mapping[str, Formula]
 
-    def of(self, operation: str, *operands: Any) -> Any:
+    def of(self, operation: str, *operands: Number[Value] | Truth[Value]) -> Number[Value] | Truth[Value]:
         """The result of an operation of a graph on numbers and truths of a machine."""
         if operation in QUARTERS:
-            return self.sine_or_cosine(self.reduce_angle(*operands), QUARTERS[operation])
-        return self.formulas[operation](*operands)
+            (x,) = operands
+            assert isinstance(x, Number)
+            return self.sine_or_cosine(self.reduce_angle(x), QUARTERS[operation])
+        made = self.formulas[operation](*operands)
+        assert isinstance(made, Number | Truth)
+        return made
 
 
 def _of_the_machine(name: str) -> Formula:
@@ -46,15 +62,15 @@ def _of_the_machine(name: str) -> Formula:
     return lambda a, *others: a.do(name, *others)
 
 
-def _both(a: Truth, b: Truth) -> Truth:
+def _both(a: Truth[Value], b: Truth[Value]) -> Truth[Value]:
     return a & b
 
 
-def _either(a: Truth, b: Truth) -> Truth:
+def _either(a: Truth[Value], b: Truth[Value]) -> Truth[Value]:
     return a | b
 
 
-def _inverse(a: Truth) -> Truth:
+def _inverse(a: Truth[Value]) -> Truth[Value]:
     return ~a
 
 

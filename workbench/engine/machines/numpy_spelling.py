@@ -12,18 +12,21 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from workbench.core.validation.refusals import Array
 from workbench.engine.machines.double_functions import halves
-from workbench.engine.machines.machine import Value
+
+Lanes = NDArray[np.generic] | np.generic  # numbers, truths or words of NumPy
+Reals = Array | np.float64
 
 # Within these sizes no part of a product is lost below the range of a double, and none beyond it.
 LEAST_PRODUCT, MOST_FACTOR, MOST_TERM = 2.0**-960, 2.0**990, 2.0**1000
 
 
-def fma(a: Any, b: Any, c: Any) -> Any:
+def fma(a: Reals, b: Reals, c: Reals) -> Array:
     """a b + c with one rounding, elementwise."""
     with np.errstate(all="ignore"):
         product = np.multiply(a, b)
@@ -43,7 +46,7 @@ def fma(a: Any, b: Any, c: Any) -> Any:
     return result
 
 
-def _by_parts(a: Any, b: Any, c: Any, product: Any) -> Any:
+def _by_parts(a: Reals, b: Reals, c: Reals, product: Reals) -> Reals:
     """a b + c from an exact product and two exact sums, the smaller parts added with rounding to odd."""
     (ah, al), (bh, bl) = halves(a), halves(b)
     lacking = al * bl - (((product - ah * bh) - al * bh) - ah * bl)
@@ -52,14 +55,14 @@ def _by_parts(a: Any, b: Any, c: Any, product: Any) -> Any:
     return high + _odd(rest, low)
 
 
-def _sum(a: Any, b: Any) -> tuple[Any, Any]:
+def _sum(a: Reals, b: Reals) -> tuple[Reals, Reals]:
     """The rounded sum and its error (Knuth)."""
     total = a + b
     other = total - a
     return total, (a - (total - other)) + (b - other)
 
 
-def _odd(a: Any, b: Any) -> Any:
+def _odd(a: Reals, b: Reals) -> Array:
     """A sum that is exact or, of the two doubles beside it, the one with an odd last bit."""
     total, lacking = _sum(a, b)
     bits = np.asarray(total).view(np.int64)
@@ -76,12 +79,12 @@ def _one(a: float, b: float, c: float) -> float:
         return math.inf if exact > 0 else -math.inf
 
 
-def _zeros_in_order(larger: Any, of_zeros: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+def _zeros_in_order(larger: np.ufunc, of_zeros: Callable[[Reals, Reals], Reals]) -> Callable[[Reals, Reals], Lanes]:
     """The larger or the smaller of two numbers, where NaN passes on, and -0 is below 0, which NumPy leaves open."""
     return lambda a, b: np.where((a == 0) & (b == 0), of_zeros(a, b), larger(a, b))
 
 
-SPELLING: Mapping[str, Callable[..., Any]] = {
+SPELLING: Mapping[str, Callable[..., Lanes]] = {
     "add": np.add,
     "sub": np.subtract,
     "mul": np.multiply,
@@ -118,7 +121,7 @@ SPELLING: Mapping[str, Callable[..., Any]] = {
     "number": lambda word: np.asarray(word).view(np.float64),
     "signed": lambda word: np.asarray(word).view(np.int64).astype(np.float64),
 }
-IN_SINGLE: Mapping[str, Callable[..., Any]] = {
+IN_SINGLE: Mapping[str, Callable[..., Lanes]] = {
     **{name: function for name, function in SPELLING.items() if name != "fma"},
     "nonzero": lambda word: word != np.uint32(0),
     "bits": lambda number: np.asarray(number).view(np.uint32),
@@ -133,15 +136,15 @@ class Arrays:
 
     fused: bool
 
-    def do(self, operation: str, *operands: Value) -> Value:
+    def do(self, operation: str, *operands: Lanes) -> Lanes:
         """The result."""
         return SPELLING[operation](*operands)
 
-    def constant(self, value: float) -> Value:
+    def constant(self, value: float) -> Lanes:
         """A double."""
         return np.float64(value)
 
-    def word(self, value: int) -> Value:
+    def word(self, value: int) -> Lanes:
         """64 bits."""
         return np.uint64(value % 2**64)
 
@@ -152,14 +155,14 @@ class Singles:
 
     fused: bool = False
 
-    def do(self, operation: str, *operands: Value) -> Value:
+    def do(self, operation: str, *operands: Lanes) -> Lanes:
         """The result."""
         return IN_SINGLE[operation](*operands)
 
-    def constant(self, value: float) -> Value:
+    def constant(self, value: float) -> Lanes:
         """A float."""
         return np.float32(value)
 
-    def word(self, value: int) -> Value:
+    def word(self, value: int) -> Lanes:
         """32 bits."""
         return np.uint32(value % 2**32)

@@ -7,7 +7,7 @@ import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, TypeVar, cast
+from typing import ClassVar, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -19,8 +19,7 @@ from workbench.core.validation.signatures import answer, door
 from workbench.core.validation.type_hints import KindError, fit_of
 from workbench.engine.metrics.signal_choice import Signal, choose, column, names_of
 
-# Outputs of a loop, or the memory of a metric, by name.
-Parts = Mapping[str, ca.SX]
+Parts = Mapping[str, ca.SX]  # outputs of a loop, or the memory of a metric, by name
 
 
 @dataclass(frozen=True)
@@ -116,16 +115,17 @@ def watches(metric: AbstractMetric) -> tuple[str, ...]:
 Own = TypeVar("Own", bound=AbstractMetric)
 
 
-def bound(metric: Own, signal: Signal, ode: Ode, measure: Callable[[str], str] = str, /, **parts: Any) -> Own:
+def bound(metric: Own, signal: Signal, ode: Ode, measure: Callable[[str], str] = str, /, **parts: Signal) -> Own:
     """A metric of a signal of this equation, whose units are measured from those of the signal where it has none."""
     seen = choose(metric.name, signal, ode)
     units = [measure(unit) for unit in seen.units]
     unit = declared(f"{type(metric).__name__}({metric.name}, unit=...)", metric.unit) or joined(units)
     about = metric.about if metric.labels else metric.about.replace("{}", seen.words) + seen.remark  # said once
-    return replace(metric, unit=unit, about=about, labels=seen.labels, **parts)
+    changed: Callable[..., Own] = replace  # of fields that only the metric's own class has
+    return changed(metric, unit=unit, about=about, labels=seen.labels, **parts)
 
 
-def expression(given: Any) -> ca.SX:
+def expression(given: object) -> ca.SX:
     """An expression (k, 1), for an answer that must be one."""
     column: ca.SX = A_COLUMN(given)
     if column.shape[1] != 1 or column.numel() == 0:
@@ -133,7 +133,7 @@ def expression(given: Any) -> ca.SX:
     return column
 
 
-def _updates(given: Any, k: Any, h: Any, z: Parts, y: Any) -> Parts:
+def _updates(given: object, k: object, h: object, z: Parts, y: object) -> Parts:
     updates: Parts = PARTS(given)
     came, wanted = ({name: part.shape for name, part in sorted(parts.items())} for parts in (updates, z))
     if came != wanted:
@@ -141,7 +141,7 @@ def _updates(given: Any, k: Any, h: Any, z: Parts, y: Any) -> Parts:
     return updates
 
 
-def _rows(given: Any, integral: Array, *_: Any) -> Array:
+def _rows(given: object, integral: Array, *_: object) -> Array:
     rows: Array = ROWS(given)
     if rows.ndim != 2 or rows.shape[:1] != integral.shape[:1] or rows.size == 0:
         raise KindError("", f"an array of shape {rows.shape} where the integral has {integral.shape}")
@@ -149,7 +149,7 @@ def _rows(given: Any, integral: Array, *_: Any) -> Array:
 
 
 # What each method must give, in words, and what makes it fit, which sees the arguments too.
-ANSWERS: dict[str, tuple[str, Callable[..., Any]]] = {
+ANSWERS: dict[str, tuple[str, Callable[..., object]]] = {
     "check": ("raise a `ValueError` or give None", lambda given, *_: NOTHING(given)),
     "integrand": ("give an expression (k, 1) or None", lambda given, *_: None if given is None else expression(given)),
     "memory": ("give a `Layout`", lambda given, *_: A_LAYOUT(given)),
@@ -160,15 +160,16 @@ REFUSES = ("check", "integrand")  # may do so in their own words
 OWN = "as_its_author_wrote_it"  # an attribute of a method with a door
 
 
-def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
+def _faithful(name: str, own: Callable[..., object]) -> Callable[..., object]:
     """A method of a metric, wrapped so that answers and errors outside of the contract are refused."""
     must, fit = ANSWERS[name]
     contract = getattr(AbstractMetric, name)
     signature = inspect.signature(contract)
 
     @functools.wraps(contract, updated=())  # without the mark of an abstract method
-    def method(*args: Any, **kwargs: Any) -> Any:
+    def method(*args: object, **kwargs: object) -> object:
         metric, *arguments = signature.bind(*args, **kwargs).args if kwargs else args
+        assert isinstance(metric, AbstractMetric)
         call = f"{type(metric).__name__}.{name}"
         ask, fits = functools.partial(own, metric, *arguments), lambda given: fit(given, *arguments)
         return answer(call, f"{must}, for the metric '{metric.name}'", ask, fits, refuses=name in REFUSES)
@@ -179,9 +180,9 @@ def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
     return opened
 
 
-def as_written(method: Callable[..., Any]) -> Callable[..., Any]:
-    """A method of a metric as its author wrote it, whose arguments may be other things than arrays of doubles."""
-    return functools.partial(getattr(method, OWN), cast(Any, method).__self__)
+def value_as_written(metric: AbstractMetric) -> Callable[..., Array]:
+    """The `value` of a metric as its author wrote it, whose arguments may be other things than arrays of doubles."""
+    return functools.partial(getattr(metric.value, OWN), metric)
 
 
 class AbstractSignalMetric(AbstractMetric):
@@ -245,7 +246,7 @@ class Integral(AbstractMetric):
     0.0
     """
 
-    g: Callable[[ca.SX, Any], ca.SX]
+    g: Callable[..., ca.SX]
     finish: Callable[[Array, float], Array]
     signals: tuple[str, ...] = ("e",)
     signal: Signal | None = None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -101,8 +100,9 @@ def _choice(
             "`measure(...)` needs a step `h`, or a `tolerance` for which pilot runs choose it; got neither."
         )
     few = pilot_runs(p, x0)
-    how: Any = {"until": until, "every": every, "tolerance": tolerance, "seed": seed, "arithmetic": arithmetic}
-    return step_for(measured, p[few], x0[few], **how)
+    return step_for(
+        measured, p[few], x0[few], until=until, every=every, tolerance=tolerance, seed=seed, arithmetic=arithmetic
+    )
 
 
 def _rows(equation: Ode | Sampled, until: float, p: Array | None, x0: Array | None) -> tuple[Array, Array]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from math import isqrt
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from workbench.engine.metrics.measurement import Measurement, error_of
 from workbench.engine.metrics.unseen_pulses import unseen_pulses
 from workbench.engine.pilot_selection import pilot_runs
 from workbench.engine.stability import longest_steps, modes_at
+from workbench.engine.step_choice import Choice
 
 POINTS = 400  # states of a single run at which its modes are looked at; of several runs, as many in all
 FEWEST = 4  # of each of many runs
@@ -104,12 +104,14 @@ class MeasuredRun:
         """
         x, m = self.start(x0), len(looked_at)
         share = 2 * m / (2 * m + len(p))
-        run: Any = partial(simulate, until=self.until, seed=self.seed, arithmetic=self.arithmetic)
+        run = partial(simulate, until=self.until, seed=self.seed, arithmetic=self.arithmetic)
         size = self.measured.accumulators.size
         halved, lost = np.empty((0, len(self.times), size)), np.empty(0)
         states = np.empty((0, len(self._look_places), self.half.flow.states.size))
         if m:  # the longer run first: from it the engine sees how good its code should be
-            rows, start, own = (part if m == len(p) else part[looked_at] for part in (p, x, keys))
+            whole = m == len(p)
+            rows, start = (part if whole else part[looked_at] for part in (p, x))
+            own = keys if whole else keys[looked_at]
             every = self._look_spacing
             fine = run(self.half, rows, start, runs=own, every=every, progress=lambda done: tell(share * done))
             halved, lost = self._accumulated(fine), fine.diverged_at
@@ -152,7 +154,15 @@ class MeasuredRun:
         return Trajectories(job, np.asarray(np.arange(x.shape[1]) * stride * self.step.h), x, divergence)
 
     def measurement(
-        self, runs: Accumulation, p: Array, looked_at: Integers, at_half: bool = False, **told: Any
+        self,
+        runs: Accumulation,
+        p: Array,
+        looked_at: Integers,
+        at_half: bool = False,
+        *,
+        tolerance: float | None,
+        choice: Choice | None,
+        kept: Trajectories | None,
     ) -> Measurement:
         """The values of runs with rows p (n, np), their errors, and the limits on the step.
 
@@ -179,7 +189,9 @@ class MeasuredRun:
             limited_at=at,
             metrics=self.measured.metrics,
             unseen=unseen_pulses(self.step, self.measured.metrics, p[few], self.until),
-            **told,
+            tolerance=tolerance,
+            choice=choice,
+            kept=kept,
         )
 
     def _limits(self, states: Array, p: Array) -> tuple[Array, Array]:

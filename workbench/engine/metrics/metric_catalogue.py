@@ -8,12 +8,12 @@ other of the signal itself.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.core.units import SECOND, read
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, described, finite, numbers, positive, refusal, seconds, vector
 from workbench.core.validation.signatures import door
 from workbench.engine.metrics.contract import Integral
@@ -185,7 +185,7 @@ def peak(signal: str | None = None) -> Peak:
 
 
 @door
-def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Integral]:
+def violation(signal: str, low: Numbers | None = None, high: Numbers | None = None) -> tuple[Peak, Integral]:
     """Two metrics: the largest distance of a signal beyond its limits, and the seconds for which it is beyond.
 
     A limit is for all numbers of the signal, or there is one for each; one at least, and numbers lie between them.
@@ -224,7 +224,7 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
     )
 
 
-def _limit(side: str, given: Any, none: float) -> Array:
+def _limit(side: str, given: Numbers | None, none: float) -> Array:
     call = f"violation({side}=...)"
     limit = np.atleast_1d(numbers(call, none if given is None else given).squeeze())
     if limit.ndim > 1:

@@ -7,26 +7,33 @@ with arrays that write down what is done with them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from types import EllipsisType
+from typing import TYPE_CHECKING, NamedTuple, SupportsIndex, TypeAlias
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
+from numpy.typing import NDArray
 
 from workbench.core import Layout, Step
 from workbench.core.validation.refusals import Array, raised, seconds
 from workbench.core.validation.signatures import door
 from workbench.engine.machines.numpy_spelling import SPELLING
 from workbench.engine.machines.operations import OPERATIONS, Kind, Role, gives_truth, with_role
-from workbench.engine.metrics.contract import AbstractMetric, as_written
+from workbench.engine.metrics.contract import AbstractMetric, value_as_written
 from workbench.engine.metrics.measured_equation import accumulators_in
 
-Places = np.ndarray[Any, np.dtype[np.intp]]
-Node = tuple[Any, ...]  # an operation and the numbers of its operands, or "const" and a number
+Places = NDArray[np.intp]
+Key = SupportsIndex | slice | EllipsisType | Places | None
+if TYPE_CHECKING:
+    # An operation and the numbers of its operands, or "const" and a number.
+    Written: TypeAlias = tuple[str, *tuple[float, ...]]
+else:
+    Written = tuple[object, ...]
 
-RESHAPED = (np.reshape, np.ravel, np.transpose, np.broadcast_to)
-JOINED = (np.concatenate, np.hstack, np.stack, np.column_stack)
+RESHAPED: tuple[Callable[..., Places], ...] = (np.reshape, np.ravel, np.transpose, np.broadcast_to)
+JOINED: tuple[Callable[..., Places], ...] = (np.concatenate, np.hstack, np.stack, np.column_stack)
 PROGRAM = with_role(Role.PROGRAM)
 OF_NUMPY = {SPELLING[name].__name__: name for name in PROGRAM if isinstance(SPELLING[name], np.ufunc)}
 OF_NUMPY |= {"absolute": "fabs", "maximum": "max", "minimum": "min"}
@@ -49,25 +56,25 @@ class Program:
     """
 
     inputs: tuple[tuple[str, int], ...]
-    nodes: tuple[tuple[Any, ...], ...]
+    nodes: tuple[Written, ...]
     results: tuple[int, ...]
 
     @door
     def evaluate(self, x: Array, z: Array) -> Array:
         """The numbers (B, k) of the metric from states (B, nx) at the horizon, x, and one step later, z."""
         rows = {"x": x, "z": z}
-        values: list[Any] = [rows[name][:, place] for name, place in self.inputs]
+        values = [rows[name][:, place] for name, place in self.inputs]
         with np.errstate(all="ignore"):
             for operation, *operands in self.nodes:
                 if operation == "const":
                     values.append(np.full(len(x), operands[0]))
                 else:
-                    kinds = zip(operands, OPERATIONS[operation].operands, strict=True)
+                    kinds = zip(map(int, operands), OPERATIONS[operation].operands, strict=True)
                     given = (values[i] != 0 if kind is Kind.TRUTH else values[i] for i, kind in kinds)
                     values.append(np.asarray(SPELLING[operation](*given), dtype=float))
         return np.stack([values[i] for i in self.results], axis=1)
 
-    def plain(self) -> dict[str, Any]:
+    def plain(self) -> dict[str, object]:
         """The program as lists, texts and numbers for JSON, where a number that is not finite is a text."""
         return {
             "inputs": [list(place) for place in self.inputs],
@@ -98,7 +105,7 @@ def program_of(step: Step, metric: AbstractMetric, horizon: float) -> Program:
     z = {entry.removeprefix(f"{metric.name}."): part for entry, part in parts.items()}
     try:
         with np.errstate(all="ignore"):
-            answer = tape.of(as_written(metric.value)(integral, z, horizon))
+            answer = tape.of(value_as_written(metric)(integral, z, horizon))
         if answer.truth or answer.places.ndim != 2 or len(answer) != 1 or not answer.places.size:
             raise _UntraceableError(f"an answer of shape {answer.shape}")
     except Exception as error:  # a metric of the user's may raise anything when it meets other things than arrays
@@ -117,7 +124,7 @@ def _inputs(tape: _Tape, states: Layout, name: str, of: str) -> _Traced:
     return _Traced(tape, _each(lambda place: tape.node(of, int(place)), places))
 
 
-def _each(function: Callable[..., int], *arrays: Any) -> Places:
+def _each(function: Callable[..., int], *arrays: Places | Array) -> Places:
     """A whole number for each place of some arrays, which are broadcast."""
     alike = np.broadcast_arrays(*arrays)
     numbers = [function(*(array[i] for array in alike)) for i in np.ndindex(alike[0].shape)]
@@ -128,17 +135,32 @@ class _UntraceableError(Exception):
     """The error of an operation that a program does not have; its text is the operation."""
 
 
+class _Node(NamedTuple):
+    """An operation with the numbers of its operands; "x" or "z" with a place; or "const" with a number as text."""
+
+    operation: str
+    operands: tuple[int, ...] = ()
+    constant: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class _Tape:
     """The nodes written so far, each once, with their numbers."""
 
-    numbers: dict[Node, int]
+    numbers: dict[_Node, int]
 
-    def node(self, *node: Any) -> int:
-        """The number of a node."""
+    def node(self, operation: str, *operands: int) -> int:
+        """The number of an operation, or of an input."""
+        return self._number(_Node(operation, operands))
+
+    def constant(self, number: float) -> int:
+        """The number of a constant."""
+        return self._number(_Node("const", constant=number.hex()))
+
+    def _number(self, node: _Node) -> int:
         return self.numbers.setdefault(node, len(self.numbers))
 
-    def of(self, given: Any) -> _Traced:
+    def of(self, given: object) -> _Traced:
         """An array of nodes, or numbers as constants."""
         if isinstance(given, np.ndarray) and given.dtype == object and given.ndim == 0:
             given = given[()]  # made by `np.asarray`
@@ -147,26 +169,28 @@ class _Tape:
         array = np.asarray(given)
         if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8:
             raise _UntraceableError(f"numbers of kind {array.dtype}")
-        places = _each(lambda number: self.node("const", float(number).hex()), array.astype(np.float64))
+        places = _each(lambda number: self.constant(float(number)), array.astype(np.float64))
         return _Traced(self, places, array.dtype.kind == "b")
 
     def program(self, results: Sequence[int]) -> Program:
         """The program of what the results need, inputs first."""
         nodes, needed = list(self.numbers), set(results)
         for i in reversed(range(len(nodes))):
-            if i in needed and nodes[i][0] in PROGRAM:
-                needed.update(nodes[i][1:])
-        inputs = [i for i in sorted(needed) if nodes[i][0] in ("x", "z")]
+            if i in needed and nodes[i].operation in PROGRAM:
+                needed.update(nodes[i].operands)
+        inputs = [i for i in sorted(needed) if nodes[i].operation in ("x", "z")]
         others = [i for i in sorted(needed) if i not in inputs]
         place = {i: new for new, i in enumerate([*inputs, *others])}
 
-        def moved(operation: str, *operands: Any) -> Node:
-            if operation == "const":
-                return operation, float.fromhex(operands[0])
-            return operation, *(place[i] for i in operands)
+        def moved(node: _Node) -> Written:
+            if node.operation == "const":
+                return node.operation, float.fromhex(node.constant)
+            return node.operation, *(place[i] for i in node.operands)
 
         return Program(
-            tuple(nodes[i] for i in inputs), tuple(moved(*nodes[i]) for i in others), tuple(place[i] for i in results)
+            tuple((nodes[i].operation, nodes[i].operands[0]) for i in inputs),
+            tuple(moved(nodes[i]) for i in others),
+            tuple(place[i] for i in results),
         )
 
 
@@ -190,10 +214,10 @@ class _Traced(NDArrayOperatorsMixin):
     def __len__(self) -> int:
         return len(self.places)
 
-    def __getitem__(self, key: Any) -> _Traced:
+    def __getitem__(self, key: Key | tuple[Key, ...]) -> _Traced:
         return replace(self, places=np.asarray(self.places[key]))
 
-    def reshape(self, *shape: Any) -> _Traced:
+    def reshape(self, *shape: SupportsIndex) -> _Traced:
         return replace(self, places=self.places.reshape(*shape))
 
     def __bool__(self) -> bool:
@@ -202,23 +226,29 @@ class _Traced(NDArrayOperatorsMixin):
     def __float__(self) -> float:
         raise _UntraceableError("a number of the run as a `float`")
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
+    def __array__(self, dtype: object = None, copy: bool | None = None) -> NDArray[np.object_]:
         whole = np.empty((), dtype=object)
         whole[()] = self
         return whole
 
-    def __pow__(self, power: Any) -> _Traced:
+    def __pow__(self, power: object) -> _Traced:
         if not isinstance(power, int | float) or power not in (2, 0.5):
             raise _UntraceableError(f"a power of {power if isinstance(power, int | float) else 'a changing number'}")
         return self._done("multiply", self, self) if power == 2 else self._done("sqrt", self)
 
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> _Traced:
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: object, **options: object) -> _Traced:
         if method != "__call__" or options:
             called = "" if method == "__call__" else f".{method}"
             raise _UntraceableError(f"`np.{ufunc.__name__}{called}`{''.join(f' with `{name}`' for name in options)}")
         return self._done(ufunc.__name__, *map(self.tape.of, inputs))
 
-    def __array_function__(self, function: Any, types: Any, given: tuple[Any, ...], options: Any) -> _Traced:
+    def __array_function__(
+        self,
+        function: Callable[..., Places],
+        types: object,
+        given: tuple[Iterable[object], ...],
+        options: Mapping[str, object],
+    ) -> _Traced:
         if function is np.where and len(given) == 3:
             return self._select(*map(self.tape.of, given))
         if function in RESHAPED:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -31,11 +31,13 @@ class Numeric:
         self.arguments = [np.zeros(dense.numel_in(i)) for i in range(2)]
         self.result = np.zeros(dense.numel_out(0))
         # held by this object, as what runs the buffer does not keep it alive
-        buffer: Any
         buffer, self.run = dense.buffer()
+        # the stubs of both ask for a size, which CasADi takes from the memory
+        hand_in: Callable[..., None] = buffer.set_arg
+        take: Callable[..., None] = buffer.set_res
         for i, place in enumerate(self.arguments):
-            buffer.set_arg(i, memory(place))
-        buffer.set_res(0, memory(self.result))
+            hand_in(i, memory(place))
+        take(0, memory(self.result))
         self.buffer = buffer
 
     def __call__(self, t: float | Array, x: Array) -> Array:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.integrate import DOP853, Radau
+from numpy.typing import NDArray
+from scipy.integrate import DOP853, OdeSolver, Radau
 
 from workbench.core.methods import runge_kutta
 from workbench.core.validation.refusals import Array
@@ -19,7 +20,11 @@ RESOLVED = 1e-3  # how closely a step follows the companions
 LOOK = 25  # steps between two looks at stiffness
 SHORTEST = 16 * float(np.finfo(float).eps)  # a step of this share of the horizon is an instant
 
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
+Flags = NDArray[np.bool_]
+Solver: TypeAlias = "OdeSolver[np.float64]"
+# with a tolerance for each number, of which the stubs do not know
+EXPLICIT: Callable[..., Solver] = DOP853
+RADAU: Callable[..., Solver] = Radau
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +121,9 @@ def _rows(states: list[Array], nx: int) -> Array:
     return np.array(states).reshape(len(states), nx)
 
 
-def _solver(flow: Flow, t: float, x: Array, end: float, rule: Rule, effort: Effort, first: float | None = None) -> Any:
+def _solver(
+    flow: Flow, t: float, x: Array, end: float, rule: Rule, effort: Effort, first: float | None = None
+) -> Solver:
     def field(t: float, y: Array) -> Array:
         effort.evaluations += 1
         return flow.field(t, y)
@@ -126,16 +133,16 @@ def _solver(flow: Flow, t: float, x: Array, end: float, rule: Rule, effort: Effo
     if not (np.isfinite(y).all() and np.isfinite(field(t, y)).all()):
         raise StoppedError(t, x, "rate")
     floor = RESOLVED * np.maximum(np.abs(beside[:, 0]), RESOLVED * (end - t) * np.abs(beside[:, 1]))
-    options: dict[str, Any] = {"atol": np.concatenate([rule.atol, np.maximum(floor, rule.atol.min())])}
-    options["first_step"] = None if first is None else min(first, end - t)
+    atol = np.concatenate([rule.atol, np.maximum(floor, rule.atol.min())])
+    first = None if first is None else min(first, end - t)
     if effort.implicit or rule.method == "implicit":
         effort.implicit = True
-        return Radau(field, t, y, end, jac=flow.jacobian, rtol=rule.rtol, **options)
-    options["rtol"] = np.concatenate([np.full(flow.nx, rule.rtol), np.full(len(beside), RESOLVED)])
-    return DOP853(field, t, y, end, **options)
+        return RADAU(field, t, y, end, jac=flow.jacobian, rtol=rule.rtol, atol=atol, first_step=first)
+    rtol = np.concatenate([np.full(flow.nx, rule.rtol), np.full(len(beside), RESOLVED)])
+    return EXPLICIT(field, t, y, end, rtol=rtol, atol=atol, first_step=first)
 
 
-def _step(flow: Flow, solver: Any, rule: Rule, effort: Effort) -> bool:
+def _step(flow: Flow, solver: Solver, rule: Rule, effort: Effort) -> bool:
     """One accepted step, or none (False) if it would be shorter than rounding."""
     begin, y = solver.t, solver.y[: flow.nx]
     try:
@@ -163,9 +170,10 @@ def _within(flow: Flow, t: float, y: Array, to: float, rule: Rule, effort: Effor
     return solver.t, solver.y[: flow.nx]
 
 
-def _kept_up(flow: Flow, solver: Any, x: Array, end: float, rule: Rule, effort: Effort) -> Any:
+def _kept_up(flow: Flow, solver: Solver, x: Array, end: float, rule: Rule, effort: Effort) -> Solver:
     """The solver for the next step: projected to its surfaces, with the cheaper method, from a valid state."""
     t, h = solver.t, solver.step_size
+    assert h is not None  # after a step
     if not flow.valid(t, x):
         raise StoppedError(t, x, "rate")
     if rule.method == "auto" and not effort.implicit and effort.steps % LOOK == 0 and flow.jacobian is not None:
@@ -210,14 +218,14 @@ def armed_at(piece: Piece | None, t: float, x: Array) -> Flags:
     return np.asarray(g[:, 0] > np.nan_to_num(g[:, 1], posinf=0.0))
 
 
-def look(flow: Flow, solver: Any, begin: float, armed: Flags) -> Look:
+def look(flow: Flow, solver: Solver, begin: float, armed: Flags) -> Look:
     """The first guard that the solver's last step, from `begin` on, has met."""
     piece, end = flow.piece, solver.t
     if piece is None or len(armed) == 0:
         return Look(None, False, armed)
     interpolant = solver.dense_output()
 
-    def between(at: Any) -> Array:
+    def between(at: float | Array) -> Array:
         return np.asarray(interpolant(at)[: flow.nx])
 
     at = np.linspace(begin, end, SAMPLES + 1)
@@ -248,7 +256,7 @@ def _crossing(
     slope: Array,
     noise: Array,
     first: int,
-    between: Callable[[Any], Array],
+    between: Callable[[float | Array], Array],
 ) -> float | None:
     """The first zero of a guard behind sample `first` - 1, also one of two that lie between two samples."""
     from scipy.optimize import brentq  # here, as it takes long to import

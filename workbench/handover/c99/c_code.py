@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
 from workbench.core import Layout, SampledLaw
+from workbench.core.validation.number_types import Values
 from workbench.core.validation.refusals import Array, known, numbers, one_of, require
 from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_costs import Costs
@@ -21,6 +22,18 @@ from workbench.handover.export_folder import write_files
 
 PRECISIONS, PARAMETERS = ("double", "single"), ("constant", "settable")
 WAYS = ("portable", "hardware")
+
+
+class COptions(TypedDict, total=False):
+    """The options of `c_code` by name."""
+
+    precision: str
+    parameters: str
+    safe: Values | None
+    warnings: tuple[str, ...]
+    command: str
+    sqrt: str
+    fma: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +126,7 @@ def c_code(
     *,
     precision: str = "double",
     parameters: str = "constant",
-    safe: Mapping[str, Any] | None = None,
+    safe: Values | None = None,
     warnings: tuple[str, ...] = (),
     command: str = "",
     sqrt: str = "portable",
@@ -177,7 +190,7 @@ def _hardware(precision: str, sqrt: str, fma: str) -> tuple[str, ...]:
     return hardware
 
 
-def safe_command(law: SampledLaw, safe: Mapping[str, Any] | None) -> Array:
+def safe_command(law: SampledLaw, safe: Values | None) -> Array:
     """The safe command (nu,), within the limits: zero, or the limit next to it, unless it is said."""
     safe = safe or {}
     parts = []

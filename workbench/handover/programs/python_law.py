@@ -10,6 +10,7 @@ import numpy as np
 from workbench.core.layout import Entry, Layout
 from workbench.core.notation.comments import harmless
 from workbench.core.sampled_law import SampledLaw
+from workbench.core.validation.number_types import Values
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
 from workbench.engine.kernel.graph import Graph
@@ -86,7 +87,7 @@ FLAGS = ("OK", "BAD_READING", "BAD_REFERENCE", "BAD_COMMAND")
 
 
 @door
-def python_law(law: SampledLaw, name: str = "", *, safe: Mapping[str, float] | None = None) -> str:
+def python_law(law: SampledLaw, name: str = "", *, safe: Values | None = None) -> str:
     """The text of a module with the class `Law`, which has the bits of the simulation in the portable arithmetic.
 
     Parameters

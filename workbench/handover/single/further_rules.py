@@ -6,60 +6,59 @@ The errors of their own were found at every 31st float of their domains, and at 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
 from workbench.engine.machines.single_functions import MOST_EXPONENT
-from workbench.handover.single.rounding_rules import INFINITY, Enclosed, evaluated, known_sign
+from workbench.handover.single.rounding_rules import INFINITY, Enclosed, Reals, Rule, evaluated, known_sign
 
 
-def _less_one(value: Any, a: Enclosed) -> Any:
+def _less_one(value: Reals, a: Enclosed) -> Reals:
     """The slope of e^x - 1 is its value and one."""
     bound = evaluated("expm1", value, (value + 1.0) * np.expm1(a.bound))
     return np.where(a.value + a.bound <= MOST_EXPONENT, bound, INFINITY)
 
 
-def _of_one_more(value: Any, a: Enclosed) -> Any:
+def _of_one_more(value: Reals, a: Enclosed) -> Reals:
     gap = 1.0 + a.value - a.bound
     return np.where(gap > 0, evaluated("log1p", value, a.bound / gap), INFINITY)
 
 
-def _hyperbolic(op: str, slope: Callable[[Any], Any]) -> Callable[..., Any]:
+def _hyperbolic(op: str, slope: Callable[[Reals], Reals]) -> Rule:
     """sinh or cosh: the slope is largest at the farthest end."""
 
-    def rule(value: Any, a: Enclosed) -> Any:
+    def rule(value: Reals, a: Enclosed) -> Reals:
         farthest = np.abs(a.value) + a.bound
         return np.where(farthest <= MOST_EXPONENT, evaluated(op, value, slope(farthest) * a.bound), INFINITY)
 
     return rule
 
 
-def _inverse_sine(value: Any, a: Enclosed) -> Any:
+def _inverse_sine(value: Reals, a: Enclosed) -> Reals:
     nearest = np.maximum(np.abs(a.value) - a.bound, 0.0)
     return evaluated("asinh", value, a.bound / np.hypot(1.0, nearest))
 
 
-def _inverse_cosine(value: Any, a: Enclosed) -> Any:
+def _inverse_cosine(value: Reals, a: Enclosed) -> Reals:
     low = a.value - a.bound
     spread = np.where(a.bound > 0, a.bound / np.sqrt((low - 1.0) * (low + 1.0)), 0.0)
     return np.where((low > 1.0) | (a.bound == 0), evaluated("acosh", value, spread), INFINITY)
 
 
-def _inverse_tangent(value: Any, a: Enclosed) -> Any:
+def _inverse_tangent(value: Reals, a: Enclosed) -> Reals:
     far = np.abs(a.value) + a.bound
     return np.where(far < 1.0, evaluated("atanh", value, a.bound / ((1.0 - far) * (1.0 + far))), INFINITY)
 
 
-def _length(value: Any, a: Enclosed, b: Enclosed) -> Any:
+def _length(value: Reals, a: Enclosed, b: Enclosed) -> Reals:
     return evaluated("hypot", value, np.hypot(a.bound, b.bound))
 
 
-def _signed(_: Any, a: Enclosed, b: Enclosed) -> Any:
+def _signed(_: Reals, a: Enclosed, b: Enclosed) -> Reals:
     return np.where(known_sign(b), a.bound, INFINITY)
 
 
-FURTHER_RULES: Mapping[str, Callable[..., Any]] = {
+FURTHER_RULES: Mapping[str, Rule] = {
     "expm1": _less_one,
     "log1p": _of_one_more,
     "sinh": _hyperbolic("sinh", np.cosh),

@@ -13,17 +13,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from workbench.core import SampledLaw
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
 from workbench.engine.kernel.plan import Evaluation
-from workbench.engine.machines.machine import Value
-from workbench.engine.machines.numpy_spelling import Arrays
+from workbench.engine.machines.numpy_spelling import Arrays, Lanes
 from workbench.handover.law_graph import StepGraph
 from workbench.handover.single.further_rules import FURTHER_REASONS, FURTHER_RULES
-from workbench.handover.single.rounding_rules import INFINITY, LARGEST, RULES, SLACK, Enclosed, never_negative
+from workbench.handover.single.rounding_rules import INFINITY, LARGEST, RULES, SLACK, Enclosed, Reals, never_negative
 from workbench.handover.single.single_precision import Rows, input_place, rows_of, step_graph, timed
 
 ALL_RULES = {**RULES, **FURTHER_RULES}
@@ -111,12 +110,13 @@ def rounding_bound(
     with np.errstate(all="ignore"):
         walk.make()
     count, nz = len(rows.k), law.memory.size
-    values, bounds, causes = (
-        np.stack([np.broadcast_to(part(place), count) for place in graph.graph.results], axis=1)
-        for part in (walk.value, walk.bound, walk.cause)
-    )
+    results = graph.graph.results
+    values = np.stack([np.broadcast_to(walk.value(place), count) for place in results], axis=1)
+    bounds = np.stack([np.broadcast_to(walk.bound(place), count) for place in results], axis=1)
+    causes = np.stack([np.broadcast_to(walk.cause(place), count) for place in results], axis=1)
     words = {int(place): reason(law, graph, int(place)) for place in np.unique(causes) if place != NO_CAUSE}
-    (z, u), (z_bound, u_bound), (z_cause, u_cause) = (np.split(part, [nz], axis=1) for part in (values, bounds, causes))
+    (z, u), (z_bound, u_bound) = (np.split(part, [nz], axis=1) for part in (values, bounds))
+    z_cause, u_cause = np.split(causes, [nz], axis=1)
     return RoundingBound(z, u, z_bound, u_bound, z_cause, u_cause, words)
 
 
@@ -126,10 +126,10 @@ class Walk:
 
     graph: StepGraph
     moving: tuple[int, ...]
-    evaluation: Evaluation
-    sources: Mapping[int, Value]
+    evaluation: Evaluation[Lanes]
+    sources: Mapping[int, Lanes]
     enclosed: dict[int, Enclosed]
-    causes: dict[int, np.ndarray]
+    causes: dict[int, NDArray[np.int64]]
 
     @staticmethod
     def of(law: SampledLaw, graph: StepGraph, rows: Rows) -> Walk:
@@ -137,7 +137,9 @@ class Walk:
         nodes, place_of, inputs = graph.graph.nodes, input_place(law), rows.inputs
         needed = set(graph.graph.before(graph.graph.results))
         moving = tuple(i for i in graph.moving if i in needed)
-        sources = {i: inputs[:, place_of(nodes[i].op, nodes[i].entry)] for i in moving if not nodes[i].operands}
+        sources: dict[int, Lanes] = {
+            i: inputs[:, place_of(nodes[i].op, nodes[i].entry)] for i in moving if not nodes[i].operands
+        }
         sources |= {i: value for i, value in timed(graph, rows.k).items() if i in needed}
         return Walk(graph, moving, Evaluation(graph.graph, Arrays(False), sources.__getitem__), sources, {}, {})
 
@@ -150,15 +152,15 @@ class Walk:
             if place not in self.sources:
                 self._node(place)
 
-    def value(self, place: int) -> Value:
+    def value(self, place: int) -> Reals:
         """The value in doubles."""
         return self.enclosed[place].value
 
-    def bound(self, place: int) -> Value:
+    def bound(self, place: int) -> Reals:
         """The bound of |single - double|."""
         return self.enclosed[place].bound
 
-    def cause(self, place: int) -> Value:
+    def cause(self, place: int) -> NDArray[np.int64] | np.int64:
         """The place of the operation for which a value has no bound, or -1."""
         return self.causes.get(place, np.int64(NO_CAUSE))
 
@@ -171,7 +173,7 @@ class Walk:
 
     def _node(self, place: int) -> None:
         op, operands, *_ = self.graph.graph.nodes[place]
-        value = self.evaluation.value(place)
+        value = np.asarray(self.evaluation.value(place), float)
         bound = ALL_RULES[op](value, *[self.enclosed[i] for i in operands]) * SLACK
         finite = np.abs(value) + bound <= LARGEST  # false for a value or a bound that is no number
         positive = {i: self.enclosed[i].positive for i in operands}

@@ -17,11 +17,17 @@ Higham (2002), Accuracy and Stability of Numerical Algorithms, 2nd edition, sect
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from workbench.core.validation.refusals import Array
 from workbench.engine.machines.single_functions import LARGEST_ANGLE, MOST_EXPONENT, MOST_TURNS
+
+Reals = Array | np.float64  # of all rows, or one number for them
+Rule = Callable[..., Reals]  # from a result and its enclosed operands to the bound of the result
+Flags = NDArray[np.bool_] | np.bool_
 
 INFINITY = np.inf
 ROUNDING = 2.0**-24
@@ -55,85 +61,85 @@ STATED: Mapping[str, float] = {
 class Enclosed(NamedTuple):
     """A value in doubles, a bound of what that in single precision differs from it, and True if neither is negative."""
 
-    value: Any
-    bound: Any
+    value: Reals
+    bound: Reals
     positive: bool = False
 
 
-def rounded(value: Any, spread: Any) -> Any:
+def rounded(value: Reals, spread: Reals) -> Reals:
     """The bound of a result that is rounded, from the spread of the exact ones."""
     return spread + UNIT * (np.abs(value) + spread)
 
 
-def evaluated(op: str, value: Any, spread: Any) -> Any:
+def evaluated(op: str, value: Reals, spread: Reals) -> Reals:
     """The same of an elementary function, whose double has an error of a few units too."""
     return spread + (STATED[op] * ROUNDING + 2.0**-48) * (np.abs(value) + spread) + LOSS
 
 
-def _sum(value: Any, a: Enclosed, b: Enclosed) -> Any:
+def _sum(value: Reals, a: Enclosed, b: Enclosed) -> Reals:
     return rounded(value, a.bound + b.bound)
 
 
-def _product(value: Any, a: Enclosed, b: Enclosed) -> Any:
+def _product(value: Reals, a: Enclosed, b: Enclosed) -> Reals:
     spread = np.abs(a.value) * b.bound + np.abs(b.value) * a.bound + a.bound * b.bound
     return rounded(value, spread) + LOSS
 
 
-def _product_and_sum(value: Any, a: Enclosed, b: Enclosed, c: Enclosed) -> Any:
+def _product_and_sum(value: Reals, a: Enclosed, b: Enclosed, c: Enclosed) -> Reals:
     product = a.value * b.value
     bound = _product(product, a, b)
     return np.where(np.abs(product) + bound <= LARGEST, rounded(value, bound + c.bound), INFINITY)
 
 
-def _quotient(value: Any, a: Enclosed, b: Enclosed) -> Any:
+def _quotient(value: Reals, a: Enclosed, b: Enclosed) -> Reals:
     gap = np.abs(b.value) - b.bound
     return np.where(gap > 0, rounded(value, (a.bound + np.abs(value) * b.bound) / gap) + LOSS, INFINITY)
 
 
-def _reciprocal(value: Any, a: Enclosed) -> Any:
-    return _quotient(value, Enclosed(1.0, 0.0), a)
+def _reciprocal(value: Reals, a: Enclosed) -> Reals:
+    return _quotient(value, Enclosed(np.float64(1.0), np.float64(0.0)), a)
 
 
-def _root(value: Any, a: Enclosed) -> Any:
+def _root(value: Reals, a: Enclosed) -> Reals:
     low = np.maximum(a.value - a.bound, 0.0)
     near = np.sqrt(a.bound) if a.positive else INFINITY
     spread = np.where(a.value > a.bound, a.bound / (value + np.sqrt(low)), near)
     return rounded(value, np.where(a.bound > 0, spread, 0.0))
 
 
-def _same(_: Any, a: Enclosed) -> Any:
+def _same(_: Reals, a: Enclosed) -> Reals:
     return a.bound
 
 
-def _exponential(value: Any, a: Enclosed) -> Any:
+def _exponential(value: Reals, a: Enclosed) -> Reals:
     bound = evaluated("exp", value, value * np.expm1(a.bound)) + EXPONENTIAL_LOSS
     return np.where(a.value + a.bound <= MOST_EXPONENT, bound, INFINITY)
 
 
-def _logarithm(value: Any, a: Enclosed) -> Any:
+def _logarithm(value: Reals, a: Enclosed) -> Reals:
     gap = a.value - a.bound
     return np.where(gap > 0, evaluated("log", value, a.bound / gap), INFINITY)
 
 
-def _hyperbolic_tangent(value: Any, a: Enclosed) -> Any:
+def _hyperbolic_tangent(value: Reals, a: Enclosed) -> Reals:
     slope = 1.0 / np.cosh(np.maximum(np.abs(a.value) - a.bound, 0.0)) ** 2
     return evaluated("tanh", value, slope * a.bound)
 
 
-def _sine(value: Any, a: Enclosed) -> Any:
+def _sine(value: Reals, a: Enclosed) -> Reals:
     return _wave("sin", value, a, np.cos(a.value))
 
 
-def _cosine(value: Any, a: Enclosed) -> Any:
+def _cosine(value: Reals, a: Enclosed) -> Reals:
     return _wave("cos", value, a, np.sin(a.value))
 
 
-def _wave(op: str, value: Any, a: Enclosed, slope: Any) -> Any:
+def _wave(op: str, value: Reals, a: Enclosed, slope: Reals) -> Reals:
     spread = np.minimum(a.bound, np.abs(slope) * a.bound + 0.5 * a.bound**2)
     return np.where(np.abs(a.value) + a.bound <= LARGEST_ANGLE, evaluated(op, value, spread), INFINITY)
 
 
-def _angle(value: Any, y: Enclosed, x: Enclosed) -> Any:
+def _angle(value: Reals, y: Enclosed, x: Enclosed) -> Reals:
     """atan2 has slope 1 / radius; it jumps across the negative axis."""
     nearest = np.hypot(*(np.maximum(np.abs(side.value) - side.bound, 0.0) for side in (x, y)))
     across = (np.abs(y.value) <= y.bound) & (x.value - x.bound <= 0)
@@ -141,7 +147,7 @@ def _angle(value: Any, y: Enclosed, x: Enclosed) -> Any:
     return np.where((nearest > 0) & ~across, evaluated("atan2", value, spread), INFINITY)
 
 
-def _remainder(value: Any, x: Enclosed, y: Enclosed) -> Any:
+def _remainder(value: Reals, x: Enclosed, y: Enclosed) -> Reals:
     """Exact in both, as long as the whole number of turns is the same."""
     quotient, gap = x.value / y.value, np.abs(y.value) - y.bound
     spread = (x.bound + np.abs(quotient) * y.bound) / gap
@@ -154,53 +160,54 @@ def _remainder(value: Any, x: Enclosed, y: Enclosed) -> Any:
     return np.where(same, x.bound + np.abs(turns) * y.bound, INFINITY)
 
 
-def _floor(value: Any, a: Enclosed) -> Any:
+def _floor(value: Reals, a: Enclosed) -> Reals:
     spread = np.where(a.bound > 0, a.bound + np.abs(a.value) * 2.0**-50, 0.0)
     same = (np.floor(a.value - spread) == value) & (np.floor(a.value + spread) == value)
     return np.where(same, 0.0, INFINITY)
 
 
-def _smaller(_: Any, a: Enclosed, b: Enclosed) -> Any:
+def _smaller(_: Reals, a: Enclosed, b: Enclosed) -> Reals:
     apart, reach = b.value - a.value, a.bound + b.bound
     return np.where(apart > reach, a.bound, np.where(-apart > reach, b.bound, np.maximum(a.bound, b.bound)))
 
 
-def _larger(_: Any, a: Enclosed, b: Enclosed) -> Any:
+def _larger(_: Reals, a: Enclosed, b: Enclosed) -> Reals:
     apart, reach = a.value - b.value, a.bound + b.bound
     return np.where(apart > reach, a.bound, np.where(-apart > reach, b.bound, np.maximum(a.bound, b.bound)))
 
 
-def _certain(certain: Any) -> Any:
+def _certain(certain: Flags) -> Reals:
     return np.where(certain, 0.0, INFINITY)
 
 
-def known_sign(a: Enclosed) -> Any:
+def known_sign(a: Enclosed) -> Flags:
     """True where the value is zero, positive or negative in both precisions."""
-    return (np.abs(a.value) > a.bound) | (a.bound == 0)
+    known: Flags = (np.abs(a.value) > a.bound) | (a.bound == 0)
+    return known
 
 
-def _sign(_: Any, a: Enclosed) -> Any:
+def _sign(_: Reals, a: Enclosed) -> Reals:
     return _certain(known_sign(a))
 
 
-def _order(_: Any, a: Enclosed, b: Enclosed) -> Any:
+def _order(_: Reals, a: Enclosed, b: Enclosed) -> Reals:
     reach = (a.bound + b.bound) * SLACK
     return _certain((np.abs(a.value - b.value) > reach) | (reach == 0))
 
 
-def _both(_: Any, a: Enclosed, b: Enclosed) -> Any:
+def _both(_: Reals, a: Enclosed, b: Enclosed) -> Reals:
     known = [known_sign(part) for part in (a, b)]
     false = [certain & (part.value == 0) for certain, part in zip(known, (a, b), strict=True)]
     return _certain((known[0] & known[1]) | false[0] | false[1])
 
 
-def _either(_: Any, a: Enclosed, b: Enclosed) -> Any:
+def _either(_: Reals, a: Enclosed, b: Enclosed) -> Reals:
     known = [known_sign(part) for part in (a, b)]
     true = [certain & (part.value != 0) for certain, part in zip(known, (a, b), strict=True)]
     return _certain((known[0] & known[1]) | true[0] | true[1])
 
 
-def _choice(_: Any, condition: Enclosed, a: Enclosed, b: Enclosed) -> Any:
+def _choice(_: Reals, condition: Enclosed, a: Enclosed, b: Enclosed) -> Reals:
     """The bound of the branch that is chosen; where it is not certain which, of both, if they are close."""
     first = condition.value != 0
     chosen, other = np.where(first, a.bound, b.bound), np.where(first, b.bound, a.bound)
@@ -209,7 +216,7 @@ def _choice(_: Any, condition: Enclosed, a: Enclosed, b: Enclosed) -> Any:
     return np.where(known_sign(condition), chosen, joined)
 
 
-RULES: Mapping[str, Callable[..., Any]] = {
+RULES: Mapping[str, Rule] = {
     **dict.fromkeys(("add", "sub"), _sum),
     **dict.fromkeys(("fma", "fms", "fnma"), _product_and_sum),
     **dict.fromkeys(("neg", "fabs"), _same),

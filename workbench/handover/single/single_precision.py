@@ -17,8 +17,7 @@ from workbench.core.validation.refusals import Array, described, numbers
 from workbench.core.validation.signatures import door
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.machines.formula_table import IN_SINGLE
-from workbench.engine.machines.machine import Value
-from workbench.engine.machines.numpy_spelling import Arrays, Singles
+from workbench.engine.machines.numpy_spelling import Arrays, Lanes, Singles
 from workbench.handover.law_graph import StepGraph, graph_of_law, split
 
 
@@ -117,7 +116,7 @@ def evaluated(law: SampledLaw, graph: StepGraph, rows: Rows) -> np.ndarray:
     early = timed(graph, rows.k)
     nodes, place_of, inputs = graph.graph.nodes, input_place(law), rows.inputs
 
-    def load(place: int) -> Value:
+    def load(place: int) -> Lanes:
         if place in early:
             return np.asarray(early[place]).astype(np.float32)
         return inputs[:, place_of(nodes[place].op, nodes[place].entry)].astype(np.float32)
@@ -129,10 +128,10 @@ def evaluated(law: SampledLaw, graph: StepGraph, rows: Rows) -> np.ndarray:
     return np.stack(results, axis=1).astype(np.float32, casting="no")
 
 
-def timed(graph: StepGraph, k: Array) -> dict[int, Value]:
+def timed(graph: StepGraph, k: Array) -> dict[int, Lanes]:
     """The values, in doubles, of the nodes that depend on numbers and on the number of the instant alone."""
 
-    def load(place: int) -> Value:
+    def load(place: int) -> Lanes:
         return np.float64(graph.numbers[place]) if place in graph.numbers else k
 
     evaluation = Evaluation(graph.graph, Arrays(False), load)

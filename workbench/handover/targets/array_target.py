@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from workbench.core.validation.refusals import Array
 from workbench.engine.kernel.plan import Evaluation, graph_of
-from workbench.engine.machines.numpy_spelling import Arrays
+from workbench.engine.machines.numpy_spelling import Arrays, Lanes
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.memory_digest import digest
 from workbench.handover.recording import BLOCK, Recording
@@ -59,7 +58,7 @@ def _instants(recording: Recording, first: int, last: int) -> Array:
     p = np.concatenate([p, recording.y[first:last], recording.r[first:last]], axis=1)
     k = np.arange(first, last).astype(float)
 
-    def load(place: int) -> Any:
+    def load(place: int) -> Lanes:
         node = graph.nodes[place]
         if place in numbers:
             return np.float64(numbers[place])

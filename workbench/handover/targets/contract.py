@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array
 from workbench.handover.c99.c_code import CCode
-from workbench.handover.memory_digest import Words
+from workbench.handover.memory_digest import Reals, Words
 from workbench.handover.recording import Recording
 from workbench.handover.targets.harness import Answers
 
@@ -73,7 +72,7 @@ class CalledTarget(AbstractTarget):
     """
 
     name: str
-    call: Callable[[Array, Array], tuple[Array, Words | None]]
+    call: Callable[[Reals, Reals], tuple[Reals, Words | None]]
     needs: tuple[str, ...] = ()
 
     @property

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from workbench.core.templates import fill, template_text
 from workbench.core.validation.refusals import Array
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.c99.c_names import members
-from workbench.handover.memory_digest import Words
+from workbench.handover.memory_digest import Reals, Words
 from workbench.handover.targets.programs import TargetError
 
 INPUTS, ANSWERS, MAIN, PLATFORM, HEADER = "inputs", "answers", "main.c", "platform.c", "platform.h"
@@ -33,14 +32,14 @@ class Answers:
     Figures are those of the file of answers, or none. Digests and memory are None where a target cannot show them.
     """
 
-    u: Array
+    u: Reals
     flags: Words
     digests: Words | None
-    memory: Array | None
+    memory: Reals | None
     figures: tuple[int, int, int, int] = (0, 0, 0, 0)
 
 
-def real_of(code: CCode) -> Any:
+def real_of(code: CCode) -> np.dtype[np.floating]:
     """The type of the numbers of a code in the files."""
     return np.dtype("<f4" if code.real == "float" else "<f8")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING
 
 from workbench.core.layout import Entry, Layout
 from workbench.core.notation.comments import harmless
@@ -15,6 +15,9 @@ from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.c99.c_names import members
 from workbench.handover.export_seal import MARK
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 LIBRARIES = ("controller_interface", "pluginlib", "rclcpp", "rclcpp_lifecycle")
 OF_REFERENCES = ("realtime_tools", "std_msgs")
@@ -63,11 +66,11 @@ def ros2(
     }
 
 
-def _text(template: str, words: Mapping[str, Any]) -> str:
+def _text(template: str, words: Mapping[str, object]) -> str:
     return fill("workbench.handover", f"ros2/{template}", **words)
 
 
-def _in_xml(text: str) -> Any:
+def _in_xml(text: str) -> Markup:
     """The text escaped, which a template does not escape again."""
     from markupsafe import Markup
 
@@ -113,7 +116,7 @@ def _interfaces(code: CCode, asked: Mapping[str, str | Sequence[str]]) -> dict[s
     return named
 
 
-def _words(code: CCode, package: str, named: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+def _words(code: CCode, package: str, named: Mapping[str, Sequence[str]]) -> dict[str, object]:
     """The words that the templates fill in."""
     law = code.law
     parameters = law.parameters if code.settable else Layout()
