@@ -1,8 +1,10 @@
-"""A sampled loop run in the portable arithmetic, as the readings, references, memories and commands of its law."""
+"""A sampled loop run in the portable arithmetic, as the rows of its law; and the loop of a motor with a PID law."""
 
 from typing import NamedTuple
 
+import workbench as wb
 from tests.support.c_runs import recorded
+from workbench.blocks.loop import ClosedLoop
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.validation.refusals import Array
 
@@ -22,3 +24,12 @@ def record(loop, period, instants, instruments=None, delay=False, reference="inp
     sampled = loop.digital(period, instruments, delay=delay)
     law = sampled.law(reference, truths=tuple(name for name in loop.plant.truths.names if name in loop.observer.reads))
     return Record(law, *recorded(sampled, law, instants))
+
+
+MOTOR = wb.DCMotor()
+STEP = wb.Step("omega", "rad/s", 1.0)
+
+
+def pid(**others):
+    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, b=0.7, **others)
+    return ClosedLoop(MOTOR, controller=law, reference=STEP)
