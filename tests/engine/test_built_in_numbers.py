@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from tests.support.c_runs import COMPILERS, WARNINGS, compiled, differing, needs_compiler
+from tests.support.c_runs import EACH_COMPILER, WARNINGS, compiled, differing, needs_compiler
 from tests.support.recorded_laws import LOOPS
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.recording import record
@@ -99,7 +99,7 @@ def test_the_file_says_how_to_change_a_number():
 
 
 @needs_compiler
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", EACH_COMPILER)
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_no_compiler_warns_of_an_edited_file(compiler, precision, tmp_path):
     code = c_code(motor_with_equal_gains().law(), "law", precision=precision)

@@ -1,9 +1,6 @@
 """A law in other forms: a module of Python, a CasADi function, the matrices of a linear one."""
 
 import ast
-import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import casadi as ca
@@ -11,11 +8,10 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from docs.loops import of_plants
 from studies.paper.laws import RIVALS, proposed_repaired, rival
 from tests.support.c_runs import compiled, differing, needs_compiler, recorded
-from tests.support.digital_laws import digital
-from tests.support.law_forms import Record, pid, record
+from tests.support.cases import heavy_but
+from tests.support.law_forms import Record, agree, flat, of, pid, record, replayed
 from workbench.blocks.loop import AbstractController, ClosedLoop
 from workbench.core import Entry, Layout, block, layout, parameter
 from workbench.handover.c99.c_code import c_code
@@ -28,67 +24,15 @@ from workbench.handover.wrappers.simulink import simulink
 LOOPS = {"AOSMC-RGS": lambda: proposed_repaired("FS"), **{name: lambda name=name: rival("FS", name) for name in RIVALS}}
 MOTOR = wb.DCMotor()
 STEP = wb.Step("omega", "rad/s", 1.0)
-REPLAY = """
-import importlib.util, json, sys
-from struct import pack
-spec = importlib.util.spec_from_file_location("law", sys.argv[1])
-module = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(module)
-settings, rows = json.load(sys.stdin)
-law = module.Law(**settings)
-for readings, references in rows:
-    commands = law.step(readings, references)
-    print(json.dumps([commands, law.memory, law.flags]))
-assert "workbench" not in sys.modules and "numpy" not in sys.modules and "casadi" not in sys.modules
-"""
 
 
-def of(port, row):
-    """The numbers of a port by name, as a module of Python takes them."""
-    return {
-        e.name: row[port.slice(e.name)].tolist() if e.shape else float(row[port.slice(e.name)][0]) for e in port.entries
-    }
-
-
-def flat(port, values):
-    return np.concatenate([np.zeros(0), *(np.atleast_1d(values[name]) for name in port.names)])
-
-
-def replayed(run, text, folder, settings=None):
-    """The commands and memories that the module gives in a Python of its own, without our packages."""
-    (folder / "law.py").write_text(text, encoding="utf-8")
-    law = run.law
-    rows = [[of(law.readings, y), of(law.references, r)] for y, r in zip(run.readings, run.references, strict=True)]
-    command = [sys.executable, "-S", "-I", "-c", REPLAY, folder / "law.py"]
-    told = subprocess.run(
-        command, input=json.dumps([settings or {}, rows]), capture_output=True, text=True, timeout=60, check=True
-    )
-    return [json.loads(line) for line in told.stdout.splitlines()]
-
-
-def agree(run, told):
-    assert {flags for *_, flags in told} == {0}
-    ours = np.array([flat(run.law.commands, commands) for commands, *_ in told])
-    assert differing(ours, run.commands) == 0
-    memories = np.array([flat(run.law.memory, memory) for _, memory, _ in told])
-    assert differing(memories, run.memory) == 0
-
-
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("name", heavy_but(LOOPS, "AOSMC-RGS", "PID"))
 def test_python_and_the_simulation_have_the_same_bits(name, tmp_path):
     loop = LOOPS[name]()
     instruments = wb.Instruments.of(loop.plant, noise={"q": 1e-4}, quantum={"q": 1e-4}, limit={"tau": (-80.0, 80.0)})
     run = record(loop, 1e-3, 300, instruments, delay=True)
     assert len(run.commands) == 300
     agree(run, replayed(run, python_law(run.law), tmp_path))
-
-
-@pytest.mark.heavy
-def test_every_law_of_a_plant_of_the_gallery_has_its_bits_in_python(tmp_path):
-    for name in of_plants():  # and seven of the arm above
-        sampled, law = digital(name)
-        run = Record(law, *recorded(sampled, law, 150))
-        agree(run, replayed(run, python_law(law), tmp_path))
 
 
 def test_a_law_with_settings_of_ones_own_has_the_bits_of_that_law(tmp_path):

@@ -12,6 +12,7 @@ import pytest
 import workbench as wb
 from studies.paper.laws import proposed_repaired, rival
 from tests.support.c_runs import differing
+from tests.support.cases import heavy_but
 from tests.support.law_forms import record
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.export_folder import write_files
@@ -97,7 +98,7 @@ def rows_of(run):
 
 @needs_gcc
 @pytest.mark.parametrize(
-    ("record_of", "interfaces"), [pytest.param(paper, JOINTS, marks=pytest.mark.heavy), (motor, ()), (sliding, ())]
+    ("record_of", "interfaces"), heavy_but([(paper, JOINTS), (motor, ()), (sliding, ())], (motor, ()))
 )
 def test_the_controller_has_the_bits_of_the_simulation(record_of, interfaces, programs):
     run = record_of()
@@ -107,6 +108,7 @@ def test_the_controller_has_the_bits_of_the_simulation(record_of, interfaces, pr
 
 
 @needs_gcc
+@pytest.mark.heavy
 def test_the_controller_asks_for_the_interfaces_that_are_named(programs):
     run, program = paper(), programs(paper, JOINTS)
     _, _, said = managed(program, run, rows_of(run)[:1])
@@ -142,6 +144,7 @@ def test_another_update_rate_is_refused(programs):
 
 
 @needs_gcc
+@pytest.mark.heavy
 def test_parameters_that_can_be_set_are_parameters_of_the_node(programs):
     run, program = motor(), programs(motor, parameters="settable")
     _, commands, _ = managed(program, run, rows_of(run))
@@ -154,6 +157,7 @@ def test_parameters_that_can_be_set_are_parameters_of_the_node(programs):
 
 
 @needs_gcc
+@pytest.mark.heavy
 def test_a_controller_of_single_precision_rounds_what_it_reads(programs):
     run = unlimited()
     _, commands, _ = managed(programs(unlimited, precision="single"), run, rows_of(run))
