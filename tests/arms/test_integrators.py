@@ -143,6 +143,7 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
         assert run["residual"].max() < 1e-12
 
 
+@pytest.mark.heavy
 def test_fine_is_the_exact_flow_of_the_memories_with_all_else_held():
     closed = loop(AosmcRgs(**LAW), Luenberger(**TUNED))
     step = closed.digital(4e-3, integrator="fine").step(1)  # no memory asks for the arm between two instants

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from tests.support.cases import heavy_but
 from tests.support.compilers import needs_llvmlite
 from tests.support.equipped_motor import Mixed, Motor
 from workbench.arms.manipulator import Manipulator
@@ -105,7 +106,7 @@ EVERYTHING = Equipped(
 
 
 @needs_llvmlite
-@pytest.mark.parametrize("arithmetic", ["fused", "portable"])
+@pytest.mark.parametrize("arithmetic", heavy_but(["fused", "portable"], "fused"))
 def test_every_element_has_the_same_bits_in_the_compiled_march_and_in_numpy(arithmetic):
     loop = ClosedLoop(EVERYTHING, controller=Gain())
     for step in (rk4(loop.ode(), 2e-3), loop.digital(0.01, Instruments.of(EVERYTHING, noise={"omega": 0.01})).step(3)):

@@ -74,6 +74,7 @@ def test_m_dot_minus_two_c_is_proved_skew_and_a_misprint_is_not():
     assert not all(form.is_zero for row in normal_forms(N + N.T) for form in row)
 
 
+@pytest.mark.heavy
 def test_four_links_are_expanded_exactly():
     q, qd = columns(4)
     M, C, G = arm(q, qd)
@@ -130,6 +131,7 @@ print(text.emit(to_formula((a + b + c * d) ** 3 * ca.cos(c) * ca.sin(2 * d + a) 
 """
 
 
+@pytest.mark.heavy
 def test_the_order_of_terms_is_the_same_in_every_process():
     outputs = {
         subprocess.run(

@@ -52,6 +52,7 @@ def test_the_hanging_arm_swings_with_the_frequencies_of_its_pencil():
     np.testing.assert_allclose(hanging.poles.real, 0, atol=1e-12)
 
 
+@pytest.mark.heavy
 def test_a_torque_above_all_gravity_leaves_no_rest_point_and_that_is_proved():
     found = equilibria(arm(), BOX, u=[40.0, 0.0], starts=4)  # gravity holds at most 29.4 N m at joint 1
     assert (found.points, found.complete) == ((), True)

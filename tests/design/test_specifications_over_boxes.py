@@ -150,6 +150,7 @@ def test_a_proof_that_is_not_found_says_why():
     assert "budget of 0 boxes" in few.evidence
 
 
+@pytest.mark.heavy
 def test_the_line_of_a_witness_is_of_the_same_loop_with_its_delay_and_its_kept_states():
     motor = wb.DCMotor()
     law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)

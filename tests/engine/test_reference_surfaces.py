@@ -50,7 +50,7 @@ def test_a_relay_that_a_sinusoid_exceeds_again_and_again_is_left_and_reached_aga
 
 def test_a_push_in_any_phase_is_followed_off_the_surface_and_back():
     rng = np.random.default_rng(0)
-    for a, w, phase in rng.uniform([1.05, 1, 0], [3, 5, 6], (5, 3)):
+    for a, w, phase in rng.uniform([1.05, 1, 0], [3, 5, 6], (3, 3)):
         result = run(lambda t, x: [-ca.sign(x[0]) + a * ca.sin(w * t + phase)], [0.0], 6.0, 2)  # noqa: B023
         assert result.error.max() < EXACT
 

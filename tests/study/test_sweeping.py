@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from tests.support import warm_runs
+from tests.support.cases import heavy_but
 from tests.support.compilers import SLOW
 from tests.support.stops import stopped
 from tests.support.swept_studies import SWEPT, acknowledged, digests, forget
@@ -128,7 +129,7 @@ def test_an_option_of_sweeps_is_refused_where_there_are_none(command, tmp_path, 
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
-@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("stop", heavy_but([signal.SIGINT, signal.SIGTERM], signal.SIGINT))
 def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path, stop):
     words = ["run", swept, "--out", "out", "--ack", "--samples", "16000"]
     with warm_runs.start(words, tmp_path) as process:

@@ -223,9 +223,9 @@ def test_what_is_said_of_a_search_is_in_plain_numbers(found):
 
 
 def test_what_a_search_takes_is_known_before_it_begins():
-    made = compile_tuning(tuning(evaluations=800, seeds=(0, 1)))
+    made = compile_tuning(tuning(evaluations=160, seeds=(0, 1)))
     needed = cost.cost_of([*made.trials, *made.finals], workers=2)
-    assert needed.runs == 1600 + 2 * 8
+    assert needed.runs == 320 + 2 * 8
     asked = []
     tune(made, lambda sweeps, first, last: asked.append(last - first) or here(sweeps, first, last))
     assert sum(asked) == needed.runs
