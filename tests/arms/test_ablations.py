@@ -120,6 +120,7 @@ def test_what_a_part_remembers_is_gone_without_it(law, part):
     assert not STATES[law, part] & moving(whole.ablations()[part])
 
 
+@pytest.mark.heavy
 def test_a_law_without_its_adaptation_is_the_law_it_is_built_on():
     smc = replace(loop("SMC"), controller=SlidingMode(**SURFACE, K=[5.0, 4.0]))
     for law in ("ASMC", "Fuzzy-ASMC"):

@@ -105,6 +105,7 @@ def test_the_typst_file_compiles(long_arm):
     assert typst.compile(text_of(long_arm, "typst").encode()).startswith(b"%PDF")
 
 
+@pytest.mark.heavy
 def test_latex_breaks_its_lines_where_typst_does(long_arm):
     """So what was measured in one, which has the other's fonts, holds in the other."""
     latex, other = text_of(long_arm, "latex"), text_of(long_arm, "typst")

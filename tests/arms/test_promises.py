@@ -90,6 +90,7 @@ def test_the_printed_filter_breaks_its_promise():
     assert sought(kept, promise).kind == "refuted"
 
 
+@pytest.mark.heavy
 def test_a_wrong_model_breaks_the_promise_of_the_momentum_observer():
     heavy = replace(ARM, gravity=2 * ARM.gravity)
     kept = beside(MomentumObserver(heavy, l=20.0))

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.support.cases import heavy_but
 from tests.support.filter_runs import run
 from tests.support.observed import Constant, Oscillator, Pendulum
 from workbench.blocks.loop import AbstractPlant, ClosedLoop
@@ -13,7 +14,7 @@ from workbench.core import block, initial, layout
 from workbench.core.block import Scalar
 from workbench.engine import simulate
 
-BOTH = pytest.mark.parametrize("kind", [ExtendedKalmanFilter, UnscentedKalmanFilter])
+BOTH = pytest.mark.parametrize("kind", heavy_but([ExtendedKalmanFilter, UnscentedKalmanFilter], ExtendedKalmanFilter))
 Q, P = np.diag([0.1, 0.2]), np.array([[1.0, 0.3], [0.3, 0.5]])
 h = 0.05
 

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_discrete_are
 from scipy.stats import chi2
 
+from tests.support.cases import heavy_but
 from tests.support.filter_runs import run
 from tests.support.observed import Oscillator, Pendulum, Swaying
 from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments
@@ -15,7 +16,7 @@ from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Scalar
 from workbench.engine import simulate
 
-BOTH = pytest.mark.parametrize("kind", [ExtendedKalmanFilter, UnscentedKalmanFilter])
+BOTH = pytest.mark.parametrize("kind", heavy_but([ExtendedKalmanFilter, UnscentedKalmanFilter], ExtendedKalmanFilter))
 Q, P = np.diag([0.1, 0.2]), np.array([[1.0, 0.3], [0.3, 0.5]])
 h = 0.05
 
@@ -244,6 +245,7 @@ def test_a_state_that_is_known_exactly_stays_so(kind, substeps):
     np.testing.assert_allclose(r["observer.phi_hat"], r["plant.phi"], rtol=0, atol=1e-12)  # the same steps of RK4
 
 
+@pytest.mark.heavy
 def test_the_unscented_filter_tends_to_the_equations_of_sarkka_as_its_steps_get_shorter():
     """Of first order, as points are drawn anew: with half the steps half the difference."""
 

@@ -74,6 +74,7 @@ def test_all_six_rest_points_of_a_polynomial_field_are_found_and_proved():
         np.testing.assert_allclose(sorted(point.poles.real), sorted((3 * a * a + 2 * a - 2, 2 * b + 1)), atol=1e-12)
 
 
+@pytest.mark.heavy
 def test_a_double_root_is_found_and_called_neither_isolated_nor_proved():
     found = equilibria(of(lambda x: x[0] ** 2), {"x": (-1, 1)}, boxes=2000)
     assert found.points
@@ -95,6 +96,7 @@ def test_a_rate_that_jumps_gets_no_proof_of_existence():
     assert point.radius is None
 
 
+@pytest.mark.heavy
 def test_the_same_seed_gives_the_same_answer():
     first, again = (equilibria(arm(), BOX, seed=3, boxes=0) for _ in range(2))
     np.testing.assert_array_equal([p.x for p in first.points], [p.x for p in again.points])

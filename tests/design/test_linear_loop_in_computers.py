@@ -181,6 +181,7 @@ def test_the_answer_at_a_frequency_of_several_periods_is_the_part_of_a_run_at_it
     np.testing.assert_allclose(ours, theirs, rtol=1e-6, atol=1e-9)  # what is left of the start, after 39 x 60 periods
 
 
+@pytest.mark.heavy
 def test_smc_in_a_computer_is_quiet_up_to_the_period_that_a9_prints():
     q2 = np.linspace(0, np.pi, 181)
     pose = ca.SX.sym("q", 2)

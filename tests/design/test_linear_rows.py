@@ -90,6 +90,7 @@ def test_a_narrow_peak_is_seen_and_an_unstable_row_has_no_margins():
     assert found.worst == 0
 
 
+@pytest.mark.heavy
 def test_rows_in_a_computer_have_margins_and_rows_with_a_delay_refuse_them():
     digital = linear_loop(wb.DigitalLoop(LOOP, 0.01, delay=True))
     rows = digital.rows({"plant.J": INERTIAS})

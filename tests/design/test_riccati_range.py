@@ -59,7 +59,7 @@ def test_linear_equations_of_any_magnitude_are_right_or_refused(solve):
 @pytest.mark.parametrize("solve", [care, dare])
 def test_riccati_equations_of_any_magnitude_are_answered_or_refused_in_words(solve):
     answers = 0
-    for seed in range(50):
+    for seed in range(100):
         rng = np.random.default_rng(seed)
         n, m = (int(size) for size in rng.integers(1, 4, 2))
         Q, R = np.diag(np.abs(some(rng, n))), np.diag(np.abs(some(rng, m)))

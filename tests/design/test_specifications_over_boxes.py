@@ -136,6 +136,7 @@ def test_what_is_proved_over_a_box_holds_at_every_draw(bent):
         assert not prove_over_box(family, broken, box, draws, 300).proved, broken
 
 
+@pytest.mark.heavy
 def test_a_proof_that_is_not_found_says_why():
     computer = wb.linear_loop(wb.DigitalLoop(SLIDE, 1e-2))
     limited = wb.linear_loop(loop_of(Limited()))

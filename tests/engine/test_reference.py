@@ -160,7 +160,7 @@ def aosmc(shape):
     ("shape", "h", "error"),
     [
         ("norm", 1e-5, 1e-9),  # corners: second order in the step, and fourth between them
-        ("outer", 1e-5, 1e-5),  # jumps: first order, at most a step of them
+        pytest.param("outer", 1e-5, 1e-5, marks=pytest.mark.heavy),  # jumps: first order, at most a step of them
     ],
 )
 def test_a_loop_of_the_workbench_is_the_limit_of_its_fixed_steps(shape, h, error):

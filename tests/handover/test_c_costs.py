@@ -89,7 +89,7 @@ def test_a_law_calls_no_library_but_where_it_says_so(compiler, tmp_path):
 
 
 @needs_compiler
-@pytest.mark.parametrize("options", HARDWARE)
+@pytest.mark.parametrize("options", heavy_but(HARDWARE, HARDWARE[2]))
 @pytest.mark.parametrize("compiler", EACH_COMPILER)
 def test_no_compiler_warns_of_the_processors_own(options, compiler, tmp_path):
     for name, law in {"filter": kalman_law().law(), "motor": motor_law().law()}.items():
@@ -119,7 +119,7 @@ def fused_run(name):
 
 
 @needs_compiler
-@pytest.mark.parametrize("options", HARDWARE[1:])
+@pytest.mark.parametrize("options", heavy_but(HARDWARE[1:], HARDWARE[2]))
 @pytest.mark.parametrize("name", heavy_but(["EKF", "PID2", "SMC", "Fuzzy-ASMC"], "PID2", "SMC"))
 def test_fused_products_have_the_bits_of_the_fused_simulation(name, options, tmp_path):
     law, (y, r, u, z) = fused_run(name)

@@ -17,7 +17,7 @@ from workbench.handover.export_folder import write_files
 from workbench.handover.export_seal import is_unchanged, sealed_text
 from workbench.handover.law_export import FORMS
 
-COMPILED = ("fmi2", "fmi3", "simulink", "ros2")  # forms that take a second or two to be made so often
+COMPILED = ("fmi2", "fmi3", "simulink", "ros2", "cortex-m4")  # forms that take a second or two to be made so often
 NO_LIMITS = ("control",)  # forms of linear laws alone
 
 
@@ -96,7 +96,7 @@ OTHERS = {
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no named pipes in a folder")
-@pytest.mark.parametrize("kind", OTHERS)
+@pytest.mark.parametrize("kind", heavy_but(OTHERS, "a named pipe", "a device"))
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_what_is_no_file_is_neither_waited_for_nor_replaced(kind, overwrite, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # a socket has a short name

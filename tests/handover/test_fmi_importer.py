@@ -13,6 +13,7 @@ import workbench as wb
 from docs.fmus import examples, of_computer, of_law, of_plant, outputs_of, write
 from docs.loops import of_plants
 from tests.support.c_runs import needs_compiler
+from tests.support.cases import heavy_but
 from tests.support.digital_laws import motor_law
 from tests.support.springs import spring
 from workbench.handover.fmi import fmu
@@ -190,7 +191,7 @@ def test_every_third_example_has_its_bits_in_an_importer(tmp_path):
 
 @needs_fmpy
 @needs_compiler
-@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("version", heavy_but(VERSIONS, "2.0"))
 def test_instances_states_and_refusals_go_by_the_standard(version, tmp_path):
     ode = wb.open_loop(wb.DCMotor())
     path = fmu(ode, version, "motor", h=1e-3).write(tmp_path / "motor.fmu")

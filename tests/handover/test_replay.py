@@ -131,6 +131,7 @@ def test_a_constant_that_is_wrong_in_its_last_bit_is_seen_with_its_period():
     assert again.equal
 
 
+@pytest.mark.heavy
 @needs_gcc
 def test_a_difference_of_the_memory_alone_is_seen_before_it_acts():
     sampled = motor_law()

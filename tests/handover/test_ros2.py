@@ -64,7 +64,7 @@ def programs(tmp_path_factory):
         subprocess.run(command, check=True, timeout=60, cwd=folder)
 
     @cache
-    def program(record_of, interfaces=(), **options):
+    def program(record_of, interfaces, **options):
         if not (root / "manager.o").exists():
             run(root, "g++", *flags, "-c", STUBS / "manager.cpp", "-o", "manager.o")
         code = c_code(record_of().law, "law", **{"safe": SAFE.get(record_of)} | options)
@@ -75,7 +75,7 @@ def programs(tmp_path_factory):
         run(folder, "g++", *flags, "-Iinclude", "-Isrc", *sources, "-o", "manager")
         return folder / "manager"
 
-    return program
+    return lambda record_of, interfaces=(), **options: program(record_of, interfaces, **options)
 
 
 SAFE = {motor: {"v": 1.5}}

@@ -43,6 +43,7 @@ def test_the_engine_of_a_browser_gives_the_same_bits():
     assert result_of(TARGETS["browser"]).equal
 
 
+@pytest.mark.heavy
 @needs_gcc
 @needs_valgrind
 def test_optimised_code_takes_fewer_instructions_and_less_stack():
@@ -52,6 +53,7 @@ def test_optimised_code_takes_fewer_instructions_and_less_stack():
     assert plain.code > fast.code
 
 
+@pytest.mark.heavy
 @needs_aarch64
 def test_instructions_of_64_bit_arm_are_about_those_of_this_processor():
     figures = result_of(TARGETS["arm64"]).figures
@@ -171,6 +173,6 @@ def test_sums_of_soft_doubles_are_those_of_ieee_754(tmp_path):
 
 @pytest.mark.skipif(find_spec("fmpy") is None, reason="no FMPy here: pip install fmpy")
 @needs_gcc
-@pytest.mark.parametrize("key", heavy_but(["fmi2", "fmi3"], "fmi3"))
+@pytest.mark.parametrize("key", heavy_but(["fmi2", "fmi3"]))
 def test_an_importer_of_fmus_has_the_bits_of_the_simulation(key):
     assert result_of(TARGETS[key]).equal

@@ -138,6 +138,7 @@ def test_a_bound_that_is_printed_is_still_a_bound(bound):
     assert float(shown(bound, -1)) - float(shown(bound, 1)) <= 1.000001e-8 * abs(bound)  # the difference is rounded
 
 
+@pytest.mark.heavy
 def test_the_extreme_eigenvalues_of_a_rotated_matrix_are_those_of_its_diagonal():
     c, s = ca.cos(x[0]), ca.sin(x[0])
     turn = ca.blockcat([[c, -s], [s, c]])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.support.cases import heavy_but
 from tests.support.known_indices import KNOWN
 from tests.support.sensitivity_functions import over
 from workbench.study.uncertainty import SobolDesign, sobol
@@ -12,7 +13,7 @@ C = np.array([1.0, -2.0, 3.0, 0.0])
 SQUARES = C**2 / (C @ C)
 
 
-@pytest.mark.parametrize("control", [False, True])
+@pytest.mark.parametrize("control", heavy_but([False, True], False))
 def test_the_intervals_of_all_pairs_hold_together(control):
     # a sum of 12 terms, the first of them bent: all of the 66 S2 are 0, and by themselves some intervals would miss
     held = []
@@ -41,7 +42,7 @@ def test_of_a_quadratic_function_a_control_variate_leaves_nothing_to_estimate():
     assert max(part.half.max() for part in (found.S1, found.ST, found.S2)) < 1e-11
 
 
-@pytest.mark.parametrize("second_order", [False, True])
+@pytest.mark.parametrize("second_order", heavy_but([False, True], False))
 def test_intervals_with_a_control_variate_hold_the_truth_as_often_as_they_say(second_order):
     d, function, numbers, exact = KNOWN[0]  # far from quadratic: what is left is most of it
     held = []

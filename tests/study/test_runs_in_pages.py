@@ -101,8 +101,11 @@ def calls_of(function):
     return calls
 
 
-# seconds of a processor until all their loops are built
-LONG = [f"{name}.study" for name in ("a8_fair_comparison", "a9_sampling", "b3_any_plant", "b4_handover")]
+# up to eight seconds of a processor until all their loops are built
+LONG = [
+    f"{name}.study"
+    for name in ("a1_paper_tables", "a6_unstated_choices", "a7_sensitivity", "a8_fair_comparison", "a9_sampling")
+] + ["b3_any_plant.study", "b4_handover.study"]
 
 
 @pytest.mark.parametrize("name", heavy_but(STUDIES, *(name for name in STUDIES if name not in LONG)))
