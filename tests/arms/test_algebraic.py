@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from tests.support.cases import heavy_but
 from workbench.arms.laws.algebraic_riccati import closed_form, doubled, norm, residual, stabilising
 from workbench.design.riccati import care
 
@@ -26,10 +27,10 @@ def apart(P, X):
 
 @pytest.mark.parametrize("n", [1, 2])
 def test_the_closed_form_is_the_solution_of_the_solver(n):
-    """60 random equations: within the condition of the least squares, which is squared."""
+    """25 random equations: within the condition of the least squares, which is squared."""
     rng, P = np.random.default_rng(21), function(n, closed_form)
     worst = []
-    for _ in range(60):
+    for _ in range(25):
         A, G, Q = cases(n, 1.0, rng)
         root = np.linalg.cholesky(G + 1e-12 * np.trace(G) * np.eye(n))
         G = root @ root.T
@@ -41,12 +42,12 @@ def test_the_closed_form_is_the_solution_of_the_solver(n):
     assert max(worst) < 1e-6
 
 
-@pytest.mark.parametrize("n", [2, 4])
+@pytest.mark.parametrize("n", heavy_but([2, 4], 2))
 def test_doubling_is_the_solution_of_the_solver_where_the_poles_are_near_its_rate(n):
     rng = np.random.default_rng(22)
     P = function(n, lambda A, G, Q: doubled(A, G, Q, norm(A) + ca.sqrt(norm(G) * norm(Q)), 10))
     checked = 0
-    for _ in range(60):
+    for _ in range(25):
         A, G, Q = cases(n, 0.3, rng)
         w, V = np.linalg.eigh(G)
         answer = care(A, V * np.sqrt(w), Q, np.eye(n))
@@ -56,7 +57,7 @@ def test_doubling_is_the_solution_of_the_solver_where_the_poles_are_near_its_rat
             found, left = P(A, G, Q)
             assert apart(found, answer.X) < 1e-9  # rounding, by the condition of the equation
             assert float(left) < 1e-11
-    assert checked > 15
+    assert checked > 6
 
 
 def test_the_residual_tells_where_doubling_has_not_come_to_its_end():

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.browsers import CHROMIUM, NODE, needs_chromium, needs_node
+from tests.support.cases import heavy_but
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.blocks.loop import open_loop
@@ -147,6 +148,7 @@ def test_a_page_shows_the_live_run_over_the_printed_one_at_the_time_asked_for(tm
     assert told["time"] == pytest.approx(0.2)
 
 
+@pytest.mark.heavy
 @needs_chromium
 def test_the_slider_of_a_long_run_has_stops_that_keys_can_walk_and_reaches_the_end(tmp_path):
     steps = """
@@ -196,7 +198,7 @@ def test_a_run_that_diverged_keeps_its_last_finite_frame_and_says_when(tmp_path)
 
 
 @needs_chromium
-@pytest.mark.parametrize("reduced", [False, True])
+@pytest.mark.parametrize("reduced", heavy_but([False, True], False))
 def test_play_goes_to_the_end_by_itself_and_opening_plays_nothing(tmp_path, reduced):
     steps = """
     window.requestAnimationFrame = (next) => setTimeout(() => next(performance.now()), 16);  // in virtual time

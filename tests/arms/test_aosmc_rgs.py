@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
+from tests.support.cases import heavy_but
 from tests.support.oracles import (
     aosmc_rgs,
     closed_loop,
@@ -99,7 +100,7 @@ def test_the_frozen_loop_is_the_one_written_by_hand():
     assert worst_difference(ode, rates, np.random.default_rng(14)) < 1e-12  # rounding
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("shape", heavy_but(SHAPES, "norm"))
 def test_the_motion_is_that_of_another_integrator(shape):
     """Over a time in which no component of s changes its sign: sign(s) and |s| are smooth there."""
     observer = observer_of_the_paper(PrintedFilter(2, l=20.0), q_hat=[0.6, -0.8])

@@ -36,7 +36,7 @@ def test_the_regressor_times_the_parameters_is_the_torque(extras):
         np.testing.assert_allclose(Y.at(*state) @ Y.theta, theirs, rtol=0, atol=ROUNDING * np.abs(theirs).max())
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @example(moving_arms())
 def test_the_regressor_of_a_planar_arm_agrees_with_the_equation_of_lagrange(moving):
     arm, q, qd = moving

@@ -95,6 +95,7 @@ def test_a_law_that_has_the_estimate_already_is_refused():
             WithCompensation(law)
 
 
+@pytest.mark.heavy
 def test_what_the_law_promises_is_held_against_the_law_within():
     kept = loop(WithCompensation(LAWS["ASMC"][0]))
     promises = [said for said in declared(kept) if said.path == "controller.law."]

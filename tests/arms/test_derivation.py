@@ -11,6 +11,7 @@ import pytest
 import typst
 
 from tests.support.arms import random_arm
+from tests.support.cases import heavy_but
 from workbench.arms.code.arm_equations import in_numbers
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import SpatialArm, SpatialLink, named, urdf
@@ -69,7 +70,7 @@ def derived_twice(robot):
     return tuple(Dynamics.of(named(robot), robot) for _ in range(2))
 
 
-@pytest.mark.parametrize("robot", ["paper-arm", "planar-4r"])
+@pytest.mark.parametrize("robot", heavy_but(["paper-arm", "planar-4r"], "paper-arm"))
 @pytest.mark.parametrize("form", FORMS)
 def test_every_form_is_printed_in_ascii_and_the_same_again(robot, form):
     printed, again = (text_of(model, form) for model in derived_twice(robot))
@@ -90,7 +91,9 @@ def measured(folder, equations):
     return json.loads(typst.query(str(page), "<width>", field="value"))
 
 
-@pytest.mark.parametrize("robot", ["paper-arm", "planar-4r", "planar-6r", "scara", "ur5"])
+@pytest.mark.parametrize(
+    "robot", heavy_but(["paper-arm", "planar-4r", "planar-6r", "scara", "ur5"], "paper-arm", "scara")
+)
 def test_no_equation_of_typst_leaves_the_page(tmp_path, robot):
     model = Dynamics.of(named(robot))
     equations = re.findall(r"^\$ .*? \$$", text_of(model, "typst"), re.DOTALL | re.MULTILINE)
@@ -102,6 +105,7 @@ def test_the_typst_file_compiles(long_arm):
     assert typst.compile(text_of(long_arm, "typst").encode()).startswith(b"%PDF")
 
 
+@pytest.mark.heavy
 def test_latex_breaks_its_lines_where_typst_does(long_arm):
     """So what was measured in one, which has the other's fonts, holds in the other."""
     latex, other = text_of(long_arm, "latex"), text_of(long_arm, "typst")

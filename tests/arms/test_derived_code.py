@@ -5,11 +5,13 @@ import json
 import shutil
 import subprocess
 import sys
+from functools import cache
 
 import numpy as np
 import pytest
 
 from tests.support.arms import random_arm
+from tests.support.cases import heavy_but
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import SpatialArm, SpatialLink, named, paper_arm
 from workbench.arms.mechanics.arm_catalogue import planar
@@ -28,7 +30,14 @@ ARMS = {
     **{name: named(name) for name in ("cart-pole", "scara", "ur5")},
     "rubbing": SpatialArm((RUBBING, SpatialLink("hinge", 2.0, (0.3, 0.1, 0.0), RUBBING.inertia, parent=0))),
 }
-MODELS = [*(Dynamics.of(arm, name) for name, arm in ARMS.items()), Dynamics.of(named("panda"), "panda", symbolic=False)]
+
+
+@cache
+def model_of(name):
+    """The model of an arm, of which every language prints its program."""
+    return Dynamics.of(ARMS[name], name) if name in ARMS else Dynamics.of(named(name), name, symbolic=False)
+
+
 COMPILER = shutil.which("cc")
 
 PRINTS = """
@@ -98,33 +107,27 @@ def check(model, rows):
         assert np.all(np.abs(residual) <= 20 * SCALED * (np.abs(ours[0]) @ np.abs(qdd) + size + np.abs(v)).max())
 
 
-each = pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+LONG = ("planar-6r", "random-4r", "ur5", "panda")  # which take seconds to be printed, or their C to be compiled
+each = pytest.mark.parametrize("name", heavy_but([*ARMS, "panda"], *(name for name in ARMS if name not in LONG)))
 
 
 @each
-def test_the_python_agrees_with_the_model(model, tmp_path):
-    check(model, in_python(model, "python", tmp_path))
+def test_the_python_agrees_with_the_model(name, tmp_path):
+    check(model_of(name), in_python(model_of(name), "python", tmp_path))
 
 
 @pytest.mark.parametrize("kind", ["tuple", "np.array"])
 def test_printed_friction_takes_tuples_and_arrays_alike(kind, tmp_path):
-    (rubbing,) = (model for model in MODELS if model.name == "rubbing")
+    rubbing = model_of("rubbing")
     check(rubbing, in_python(rubbing, "python", tmp_path, kind))
 
 
 @each
-def test_the_casadi_functions_agree_with_the_model(model, tmp_path):
-    check(model, in_python(model, "casadi", tmp_path))
-
-
-LONG = ("ur5", "panda")  # whose C takes seconds to compile
+def test_the_casadi_functions_agree_with_the_model(name, tmp_path):
+    check(model_of(name), in_python(model_of(name), "casadi", tmp_path))
 
 
 @pytest.mark.skipif(COMPILER is None, reason="there is no C compiler `cc` here")
-@pytest.mark.parametrize(
-    "model",
-    [pytest.param(each, marks=pytest.mark.heavy) if each.name in LONG else each for each in MODELS],
-    ids=lambda model: model.name,
-)
-def test_the_c_compiles_without_a_warning_and_agrees_with_the_model(model, tmp_path):
-    check(model, in_c(model, tmp_path))
+@each
+def test_the_c_compiles_without_a_warning_and_agrees_with_the_model(name, tmp_path):
+    check(model_of(name), in_c(model_of(name), tmp_path))

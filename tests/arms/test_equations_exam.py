@@ -92,6 +92,7 @@ def test_an_arm_that_can_be_derived_is_judged_by_what_was_derived(exam):
         assert candidate.derived == ["arm"]
 
 
+@pytest.mark.heavy
 def test_a_mistake_that_only_one_language_has_is_missed_in_that_language(exam, capsys):
     cases = copy.deepcopy(CASES)
     cases[0]["latex"]["G"] = LATEX["G"].replace(r"\sin", r"\cos")

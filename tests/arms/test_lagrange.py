@@ -16,7 +16,7 @@ from workbench.core import rk4
 ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the largest
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(moving_arms())
 def test_m_is_symmetric_and_positive_definite(drawn):
     arm, q, qd = drawn
@@ -26,7 +26,7 @@ def test_m_is_symmetric_and_positive_definite(drawn):
     assert eigenvalues.min() > 0
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(moving_arms())
 def test_m_dot_minus_two_c_is_skew(drawn):
     arm, q, qd = drawn
@@ -38,7 +38,7 @@ def test_m_dot_minus_two_c_is_skew(drawn):
     np.testing.assert_allclose(skew + skew.T, 0, atol=ROUNDING * scale)
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(moving_arms())
 def test_m_and_c_do_not_know_the_first_angle(drawn):
     arm, q, qd = drawn
@@ -48,7 +48,7 @@ def test_m_and_c_do_not_know_the_first_angle(drawn):
     np.testing.assert_array_equal(d.matrices(q, qd)[1], d.matrices(turned, qd)[1])
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(moving_arms(most=3))
 def test_the_energy_changes_by_the_work_of_torque_and_disturbance(drawn):
     arm, q, qd = drawn

@@ -98,6 +98,7 @@ def test_a_divisor_that_is_zero_at_the_numbers_is_no_proof():
         at_numbers(form("q_1/a"), {"a": Fraction(0)})
 
 
+@pytest.mark.heavy
 def test_an_expansion_that_would_take_minutes_is_given_up():
     wide = build.power(build.total([*LETTERS, Number(Fraction(1))]), Number(Fraction(16)))
     with pytest.raises(NotInClass, match="too long to expand"):

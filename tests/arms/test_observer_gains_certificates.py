@@ -69,6 +69,7 @@ def test_the_linear_matrix_inequality_finds_what_exists():
         certify(PENDULUM, by_poles(1, -20, -20), TURN, 15.7)
 
 
+@pytest.mark.heavy
 def test_a_certificate_that_was_tampered_with_is_refused(certificate):
     P, region, rate = certificate.P, certificate.region, certificate.rate
     assert check(MISMATCH, certificate.gains, region, P, rate).boxes == certificate.boxes
@@ -132,12 +133,12 @@ def test_errors_that_are_admitted_decay_as_promised_along_runs(certificate):
         ours, model = (DYNAMICS.acceleration(*state, tau) for state in ((q, qd), (q_hat, qd_hat)))
         return np.concatenate([qd, ours, qd_hat + gains.L1 @ gap, model + gains.L2 @ gap])
 
-    for _ in range(3):
+    for _ in range(2):
         x = np.concatenate([rng.uniform(-3, 3, 2), rng.uniform(-1, 1, 2)])
         direction = rng.normal(size=4)
         error = np.sqrt(0.999 * reach.level) * np.linalg.solve(T.T, direction / np.linalg.norm(direction))
-        times = np.linspace(0, 0.6, 61)
-        run = solve_ivp(rates, (0, 0.6), np.concatenate([x, x - error]), t_eval=times, rtol=1e-9, atol=1e-12)
+        times = np.linspace(0, 0.3, 31)
+        run = solve_ivp(rates, (0, 0.3), np.concatenate([x, x - error]), t_eval=times, rtol=1e-9, atol=1e-12)
         assert np.abs(run.y[2:4]).max() < 4  # the arm keeps the inner region, as the promise asks
         e = run.y[:4] - run.y[4:]
         V = np.einsum("it,ij,jt->t", e, P, e)

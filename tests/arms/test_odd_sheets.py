@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.cases import heavy_but
 from tests.support.odd_sheets import sheet
 from workbench.cli import command, verify
 
@@ -15,7 +16,7 @@ COUNT, LOTS = int(os.environ.get("ODD_SHEETS", "24")), 4
 LONGEST, SECONDS = 600, 90  # letters of a refusal; processor time after which a sheet counts as never ending
 
 
-@pytest.mark.parametrize("lot", range(LOTS))
+@pytest.mark.parametrize("lot", heavy_but(range(LOTS), 0))
 def test_a_sheet_that_nobody_would_print_gets_a_verdict_or_one_sentence(command, tmp_path, monkeypatch, lot):
     arm = verify.arm_of("paper-arm")
     monkeypatch.setattr(verify, "arm_of", lambda robot: arm)
@@ -79,7 +80,7 @@ WORDS += [
 WORDS += ["\x1b[2J", "--\x9b", "\u202e", "\udcff", "../x", "~", "$(id)", "%s", "{}", "-1", "1e999", "a\nb", "x" * 3000]
 
 
-@pytest.mark.parametrize("lot", range(LOTS))
+@pytest.mark.parametrize("lot", heavy_but(range(LOTS), 0))
 def test_an_odd_command_line_is_carried_out_or_refused_in_one_sentence(tmp_path, monkeypatch, capsys, lot):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("signal.signal", lambda *_: None)  # pytest's own stay

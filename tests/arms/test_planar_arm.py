@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.arms import moving_arms
@@ -76,6 +76,7 @@ def numbers(expression) -> np.ndarray:
     return np.array(ca.evalf(ca.densify(expression)))
 
 
+@settings(max_examples=15)
 @given(moving_arms())
 def test_the_kinetic_energy_is_that_of_the_bodies_velocities(drawn):
     arm, q, qd = drawn

@@ -57,8 +57,8 @@ def sought(kept: ClosedLoop, claim: Declared | None = None, until: float = 1.0):
     "kept",
     [
         loop(SMC),
-        loop(AdaptiveSlidingMode(ARM, Lambda=6.0, phi=0.05, gamma=5.0, K=5.0)),
-        loop(SuperTwisting(ARM, Lambda=6.0, k1=10.0, k2=15.0, phi=0.05)),
+        pytest.param(loop(AdaptiveSlidingMode(ARM, Lambda=6.0, phi=0.05, gamma=5.0, K=5.0)), marks=pytest.mark.heavy),
+        pytest.param(loop(SuperTwisting(ARM, Lambda=6.0, k1=10.0, k2=15.0, phi=0.05)), marks=pytest.mark.heavy),
     ],
     ids=["SMC", "ASMC", "super-twisting"],
 )
@@ -71,7 +71,11 @@ def test_no_run_breaks_what_a_law_promises(kept):
 
 @pytest.mark.parametrize(
     "observer",
-    [OracleFilter(2, l=20.0), MomentumObserver(ARM, l=20.0), NonlinearDisturbanceObserver(ARM, l=20.0)],
+    [
+        pytest.param(OracleFilter(2, l=20.0), marks=pytest.mark.heavy),
+        MomentumObserver(ARM, l=20.0),
+        pytest.param(NonlinearDisturbanceObserver(ARM, l=20.0), marks=pytest.mark.heavy),
+    ],
     ids=["oracle", "momentum", "nonlinear"],
 )
 def test_no_run_breaks_what_an_observer_of_the_disturbance_promises(observer):
@@ -86,6 +90,7 @@ def test_the_printed_filter_breaks_its_promise():
     assert sought(kept, promise).kind == "refuted"
 
 
+@pytest.mark.heavy
 def test_a_wrong_model_breaks_the_promise_of_the_momentum_observer():
     heavy = replace(ARM, gravity=2 * ARM.gravity)
     kept = beside(MomentumObserver(heavy, l=20.0))

@@ -49,6 +49,7 @@ def test_the_loop_is_the_one_written_by_hand(kind, model):
     assert worst_difference(ode, rates, np.random.default_rng(62)) < 1e-12  # rounding
 
 
+@pytest.mark.heavy
 def test_the_motion_is_that_of_another_integrator():
     ode = loop(saturation="tanh", phi=1.0).ode()
     ours = simulate(rk4(ode, 1e-4), until=0.5, every=0.5).x[0, -1]

@@ -52,6 +52,7 @@ def test_the_loop_is_the_one_written_by_hand():
     assert worst_difference(ode, closed_loop(by_hand), np.random.default_rng(61)) < 1e-9
 
 
+@pytest.mark.heavy
 def test_along_a_run_the_equation_is_solved_to_rounding():
     run = simulate(loop().digital(2e-3).step(2), until=2.0, every=0.02)
     assert run["residual"].max() < 1e-12

@@ -137,6 +137,7 @@ def loop(controller):
 LAWS = [SlidingMode, AdaptiveSlidingMode, FuzzyAsmc, RbfAsmc, SuperTwisting]
 
 
+@pytest.mark.heavy
 def test_on_the_arm_the_torque_chatters_explicitly_and_not_implicitly():
     travel = {}
     for kind in ("sign", "implicit"):

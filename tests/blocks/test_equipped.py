@@ -5,10 +5,12 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from tests.support.cases import heavy_but
 from tests.support.compilers import needs_llvmlite
+from tests.support.equipped_motor import Mixed, Motor
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments, open_loop
+from workbench.blocks.loop import AbstractController, ClosedLoop, Instruments, open_loop
 from workbench.blocks.plants import (
     AbstractElement,
     Backlash,
@@ -25,20 +27,6 @@ from workbench.core import Signals, block, initial, layout, parameter, rk4
 from workbench.design.linear import linearize
 from workbench.engine import simulate
 from workbench.engine.reference import reference
-
-
-@block
-class Motor(AbstractPlant):
-    """A motor without inductance: T omega' = K v - omega."""
-
-    K: float = parameter(2.0, unit="rad/(V s)")
-    T: float = parameter(0.5, unit="s", low=0)
-    omega: float = initial(0.0, unit="rad/s")
-    inputs = layout(v="V")
-    outputs = layout(omega="rad/s")
-
-    def rate(self, t, x, u):
-        return {"omega": (self.K * u.v - x.omega) / self.T}
 
 
 @block
@@ -118,7 +106,7 @@ EVERYTHING = Equipped(
 
 
 @needs_llvmlite
-@pytest.mark.parametrize("arithmetic", ["fused", "portable"])
+@pytest.mark.parametrize("arithmetic", heavy_but(["fused", "portable"], "fused"))
 def test_every_element_has_the_same_bits_in_the_compiled_march_and_in_numpy(arithmetic):
     loop = ClosedLoop(EVERYTHING, controller=Gain())
     for step in (rk4(loop.ode(), 2e-3), loop.digital(0.01, Instruments.of(EVERYTHING, noise={"omega": 0.01})).step(3)):
@@ -168,88 +156,11 @@ def test_an_arm_may_have_a_number_for_each_joint():
     assert open_loop(Equipped(plant.plant, (PadeDelay("tau", 0.1, 3),))).states["tau.delayed"].shape == (3, 2)
 
 
-@block
-class Discrete(AbstractPlant):
-    """x+ = x + v."""
-
-    period = 0.1
-    x: float = initial(0.0, unit="V")
-    inputs = layout(v="V")
-    outputs = layout(x="V")
-
-    def update(self, t, x, u):
-        return {"x": x.x + u.v}
-
-
-@block
-class Mixed(AbstractPlant):
-    """A slide and a hinge, with a force and a torque as one signal."""
-
-    v: np.ndarray = initial([0.0, 0.0], unit="m/s, rad/s", shape=("2",))
-    inputs = layout(tau=("N, N m", [0, 0]))
-    outputs = layout(v=("m/s, rad/s", [0, 0]))
-
-    def rate(self, t, x, u):
-        return {"v": u.tau}
-
-
 def test_a_number_for_each_of_two_units_has_these_units():
     parameters = open_loop(Equipped(Mixed(), (RateLimit("tau", [-1, -2], [1, 2], 0.01),))).parameters
     assert parameters["actuators[0].low"].units == ("N/s", "N m/s")
     delayed = open_loop(Equipped(Mixed(), (PadeDelay("tau", 0.1, 2),))).states["tau.delayed"]
     assert delayed.units == ("N", "N", "N m", "N m")
-
-
-REFUSED = [
-    (lambda: Equipped(Motor(), (Saturation("w", -1, 1),)), LookupError, "no 'w' among the 1 inputs of the plant"),
-    (
-        lambda: Equipped(Motor(), (), (FirstOrder("omga", 1),)),
-        LookupError,
-        "no 'omga' among the 1 outputs of the plant. Did you mean 'omega'",
-    ),
-    (
-        lambda: Equipped(Motor(), (Saturation("v", [-1.0], 1),)),
-        ValueError,
-        r"`Saturation\(low=...\)` in `actuators` must be one number, as 'v' is; got shape \(1,\)",
-    ),
-    (
-        lambda: Equipped(Mixed(), (FirstOrder("tau", [1.0, 2.0, 3.0]),)),
-        ValueError,
-        r"`FirstOrder\(time_constant=...\)` in `actuators` must be 2 numbers, one for each of 'tau', or one for all",
-    ),
-    (
-        lambda: Equipped(Mixed(), (Saturation("tau", -1, 1),)),
-        ValueError,
-        r"`Saturation\(low=...\)` in `actuators` must be 2 numbers, one for each of 'tau' \(in N, N m\)",
-    ),
-    (
-        lambda: Equipped(Motor(), (), (Instruments.of(Motor(), noise={"omega": 0.1}),)),
-        ValueError,
-        "white noise in continuous time has no step, so give the instruments to `digital",
-    ),
-    (lambda: Equipped(Motor(), Saturation("v", -1, 1)), ValueError, "one alone is written"),
-    (
-        lambda: Equipped(Equipped(Motor(), (), (FirstOrder("omega", 0.1),)), (), (Saturation("omega", -1, 1),)),
-        ValueError,
-        "must leave the name 'omega_true' .* put all sensors of 'omega' into one `Equipped`",
-    ),
-    (
-        lambda: Equipped(Discrete(), (FirstOrder("v", 0.1),)),
-        ValueError,
-        r"`FirstOrder` of 'v' in `actuators` must move in discrete time, as `Discrete` does.*without a `time_constant`",
-    ),
-    (
-        lambda: open_loop(Equipped(Motor(), (), (Backlash("omega", 0.1),))),
-        ValueError,
-        r"`Equipped` has 'omega.driven', which moves at the instants of a comp.*give it its `time_constant`",
-    ),
-]
-
-
-@pytest.mark.parametrize(("make", "kind", "says"), REFUSED)
-def test_equipment_that_fits_no_plant_is_refused(make, kind, says):
-    with pytest.raises(kind, match=says):
-        make()
 
 
 def test_an_element_of_ones_own_has_a_memory_and_numbers_of_any_shape():
@@ -272,30 +183,6 @@ def test_an_element_of_ones_own_has_a_memory_and_numbers_of_any_shape():
     np.testing.assert_array_equal(ode.states.default, [0, 0, 1])
     linear = linearize(ode, 0.0, ode.states.default)
     np.testing.assert_array_equal(linear.A, [[-2, 4, 0], [0, -1, 2], [0, 0, -3]])
-
-
-@pytest.mark.parametrize(
-    ("out", "rate", "says"),
-    [
-        (lambda v: ca.vertcat(v, v), {}, r"`Odd.output\(...\)` must return 'v' in shape \(1, 1\); it returned shape"),
-        (
-            lambda v: v,
-            {"lag": 0},
-            r"`Odd.rate\(...\)` must return an empty mapping, and no more; it returned 'lag' too",
-        ),
-    ],
-)
-def test_an_element_of_ones_own_is_asked_for_its_signal_and_its_states(out, rate, says):
-    @block
-    class Odd(AbstractElement):
-        def output(self, z, v):
-            return out(v)
-
-        def rate(self, z, v):
-            return rate
-
-    with pytest.raises(ValueError, match=says):
-        open_loop(Equipped(Motor(), (Odd("v"),)))
 
 
 def test_a_plant_without_elements_costs_nothing():

@@ -8,24 +8,15 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.support.loop_refusals import refused
 from workbench.blocks.loop import LinearLaw
-from workbench.core import Entry, Layout, LinearSystem, Ode
+from workbench.core import LinearSystem
 
 MOTOR, CART, TANKS = wb.DCMotor(), wb.CartPole(phi=0.1), wb.QuadrupleTank()
 SPEED = wb.Step("omega", "rad/s", 1.0)
 LEAD = control.tf([50, 600, 1000], [1, 20, 0], inputs="omega", outputs="v", name="lead")
 PERIOD = 0.01
 README = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
-
-
-def refused(make, *says, error=ValueError):
-    """The one sentence or two of a refusal, with all that they must say."""
-    with pytest.raises(error) as refusal:
-        make()
-    text = str(refusal.value)
-    assert all(each in text for each in says), text
-    assert "\n" not in text
-    return text
 
 
 def observed(law, reference):
@@ -146,111 +137,6 @@ def test_a_law_of_lqg_is_told_that_the_error_is_not_what_it_is_given():
     refused(lambda: wb.ClosedLoop(MOTOR, controller=law, reference=SPEED), "as that of `lqg` is not")
 
 
-# One name for two things
-
-
-def plant(inputs, outputs, start="m", **own):
-    """A plant with the state x, and the parameter k."""
-    fields = {
-        "__annotations__": {"x": float, "k": float},
-        "x": wb.initial(default=1.0, unit=start),
-        "k": wb.parameter(default=1.0, unit="1/s"),
-        "inputs": inputs,
-        "outputs": outputs,
-        "rate": lambda self, t, x, u: {"x": u[inputs.names[0]] - self.k * x.x},
-    }
-    return wb.block(type("Own", (wb.Plant,), {**fields, **own}))()
-
-
-SHARED = {
-    "a state and an input": (lambda: plant(wb.layout(x="m/s"), wb.layout(x="m")), "a state and an input 'x'"),
-    "a state and an input of another output": (
-        lambda: plant(wb.layout(x="m/s"), wb.layout(y="m"), measure=lambda self, t, x: {"y": x.x}),
-        "a state and an input 'x'",
-    ),
-    "an input and a parameter": (lambda: plant(wb.layout(k="m/s"), wb.layout(x="m")), "an input and a parameter 'k'"),
-    "a state and an output of another unit": (
-        lambda: plant(wb.layout(v="m/s"), wb.layout(x="mm")),
-        "gives 'x' in [mm], where `Own` has as a state it in [m]",
-    ),
-    "a state and a parameter": (
-        lambda: plant(wb.layout(v="m/s"), wb.layout(x="m"), states=wb.layout(k="m", x="m")),
-        "a state and a parameter 'k'",
-    ),
-}
-
-
-@pytest.mark.parametrize(("make", "says"), SHARED.values(), ids=SHARED)
-def test_a_name_that_means_two_things_in_a_plant_is_refused_at_every_door(make, says):
-    own = make()
-    law = wb.PID2(own.outputs, own.inputs, Kp=1.0)
-    reference = wb.Step(own.outputs.names[0], own.outputs.entries[0].unit, 1.0)
-    refused(lambda: wb.open_loop(own), says, "rename one of them")
-    message = refused(lambda: wb.ClosedLoop(own, controller=law, reference=reference), "rename")
-    assert says in message or "would stand for two of them" in message
-
-
-def test_an_input_and_an_output_of_one_name_are_refused_at_every_door():
-    own = plant(wb.layout(y="m/s"), wb.layout(y="m"), measure=lambda self, t, x: {"y": x.x})
-    refused(lambda: wb.open_loop(own), "an input and an output 'y'")
-    law = wb.PID2(own.outputs, own.inputs, Kp=1.0)
-    refused(lambda: wb.ClosedLoop(own, controller=law, reference=wb.Step("y", "m", 1.0)), "'y' would stand for two")
-
-
-def test_functions_whose_state_and_input_have_one_name_are_refused():
-    refused(
-        lambda: wb.OdePlant.of(lambda t, x, u: [u[0] - x[0]], states=("x",), inputs=("x",)),
-        "'x' of 'plant' is a state and an input: rename one of them",
-    )
-    refused(
-        lambda: wb.OdePlant.of(lambda t, x, u, p: [u[0] - x[0]], ("x",), ("v",), p=wb.layout(x="1")),
-        "'x' of 'plant' is a state and a parameter",
-    )
-
-
-def test_an_equation_with_one_name_for_a_state_and_a_parameter_is_refused():
-    import casadi as ca
-
-    t, x, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("x")
-    port = Layout((Entry("x", np.array(0.0)),))
-    refused(lambda: Ode("own", port, port, port, t, x, p, p - x, x), "'x' of 'own' is a state and a parameter")
-
-
-def test_a_linear_plant_whose_state_and_input_have_one_name_is_refused():
-    system = control.ss(-1.0, 1.0, 1.0, 0.0, states=["v"], inputs=["v"], outputs=["y"])
-    refused(lambda: wb.open_loop(wb.LinearPlant(system)), "`LinearPlant` calls a state and an input 'v'")
-    gain = control.ss([], [], [], [[-1.0]], inputs="y", outputs="v")
-    refused(lambda: wb.ClosedLoop(system, controller=gain), "`LinearPlant` calls a state and an input 'v'")
-
-
-def test_a_law_whose_state_has_the_name_of_its_parameter_is_refused():
-    system = control.ss(-1.0, 1.0, -1.0, 0.0, states=["u0"], inputs="omega", outputs="v")
-    law = LinearLaw(system, u0=[1.0])
-    refused(lambda: wb.ClosedLoop(MOTOR, controller=law), "`LinearLaw` calls a state and a parameter 'u0'")
-    wb.ClosedLoop(MOTOR, controller=LinearLaw(system)).ode()  # without the parameter there is one thing of that name
-
-
-def test_an_estimate_in_another_unit_than_the_output_of_its_name_is_refused():
-    @wb.block
-    class Watcher(wb.Observer):
-        reads, gives = wb.layout(omega="rad/s"), wb.layout(omega="deg/s")
-
-        def estimate(self, t, z, y):
-            return {"omega": y.omega * (180 / math.pi)}
-
-    law = wb.PID2(wb.layout(omega="deg/s"), MOTOR.inputs, Kp=1.0)
-    refused(
-        lambda: wb.ClosedLoop(MOTOR, Watcher(), law, wb.Step("omega", "deg/s", 1.0)),
-        "`Watcher` gives 'omega' in [deg/s], where `DCMotor` gives it in [rad/s].",
-    )
-
-
-def test_a_temperature_called_t_is_not_the_time():
-    tank = wb.OdePlant.of(lambda t, x, u, m: [u[0] - m.where(x[0] > 5.0 + t, 2.0, 1.0) * x[0]], ("t:K",), ("q:K/s",))
-    assert wb.linearize(wb.open_loop(tank), 0.0, [1.0]).A.item() == -1.0
-    assert wb.linearize(wb.open_loop(tank), 0.0, [7.0]).A.item() == -2.0
-
-
 # Remedies
 
 
@@ -268,23 +154,6 @@ def test_a_law_that_reads_a_state_is_sent_to_an_observer_and_not_to_another_name
     )
     assert "`ClosedLoop(observer=...)`" in text
     assert "`ExtendedKalmanFilter`, `SteadyKalmanFilter` or `LinearObserver`" in text
-    assert "did you mean" not in text
-
-
-def test_a_true_slip_of_the_pen_is_still_named():
-    law = wb.PID2(wb.layout(omgea="rad/s"), MOTOR.inputs, Kp=1.0)
-    refused(
-        lambda: wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omgea", "rad/s", 1.0)),
-        "did you mean 'omega'?",
-    )
-
-
-@pytest.mark.parametrize("name", ["omegad", "omega_ref", "e_omega", "omega2"])
-def test_a_signal_that_is_made_of_another_one_is_no_slip_of_the_pen(name):
-    law = wb.PID2(wb.layout(**{name: "rad/s"}), MOTOR.inputs, Kp=1.0)
-    text = refused(
-        lambda: wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step(name, "rad/s", 1.0)), f"reads '{name}'"
-    )
     assert "did you mean" not in text
 
 

@@ -32,7 +32,7 @@ def first_harmonic(element, amplitude, h=1e-4):
     return 2 * np.mean(y * 1j * np.exp(-1j * OMEGA * t)) / amplitude
 
 
-@settings(max_examples=20)
+@settings(max_examples=6)
 @example(VOLTS)
 def test_a_saturation_and_its_dead_zone_add_up_to_the_signal(v):
     inside, beyond = static(wb.Saturation("v", -2.0, 1.0), v), static(wb.DeadZone("v", -2.0, 1.0), v)
@@ -40,7 +40,7 @@ def test_a_saturation_and_its_dead_zone_add_up_to_the_signal(v):
     assert beyond == v - inside
 
 
-@settings(max_examples=20)
+@settings(max_examples=9)
 @example(
     VOLTS, st.sampled_from([("nearest", lambda x: np.floor(x + 0.5)), ("down", np.floor), ("toward zero", np.trunc)])
 )

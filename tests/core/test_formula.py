@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import casadi as ca
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.core.notation import build, text
@@ -66,6 +66,7 @@ def test_a_name_is_read_as_its_symbol(name, expected):
 indices = st.lists(st.text("abcdefghijklmnopqrstuvwxyz0123456789", min_size=1, max_size=4), max_size=2)
 
 
+@settings(max_examples=20)
 @given(
     st.sampled_from(["q", "qd", "qdd", "tau", "phid", "M", "Kp", "word"]),
     st.sampled_from(["", "_hat", "_tilde"]),
@@ -77,6 +78,7 @@ def test_the_name_of_a_symbol_reads_as_that_symbol(letter, accent, mark, behind)
     assert symbol(name_of(symbol(name))) == symbol(name)
 
 
+@settings(max_examples=20)
 @given(st.text())
 def test_every_name_is_some_symbol(name):
     assert isinstance(symbol(name), Symbol)

@@ -77,7 +77,7 @@ def test_an_unlifted_block_is_untouched():
 positive = st.floats(0.1, 5.0)
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(st.tuples(positive, positive, positive, positive, st.floats(-1, 1)), st.floats(-3, 3), st.floats(-3, 3))
 def test_the_twin_with_default_numbers_is_the_block_itself(numbers, q2, qd2):
     mass, length, com, inertia, offset = numbers

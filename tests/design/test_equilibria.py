@@ -52,6 +52,7 @@ def test_the_hanging_arm_swings_with_the_frequencies_of_its_pencil():
     np.testing.assert_allclose(hanging.poles.real, 0, atol=1e-12)
 
 
+@pytest.mark.heavy
 def test_a_torque_above_all_gravity_leaves_no_rest_point_and_that_is_proved():
     found = equilibria(arm(), BOX, u=[40.0, 0.0], starts=4)  # gravity holds at most 29.4 N m at joint 1
     assert (found.points, found.complete) == ((), True)
@@ -73,6 +74,7 @@ def test_all_six_rest_points_of_a_polynomial_field_are_found_and_proved():
         np.testing.assert_allclose(sorted(point.poles.real), sorted((3 * a * a + 2 * a - 2, 2 * b + 1)), atol=1e-12)
 
 
+@pytest.mark.heavy
 def test_a_double_root_is_found_and_called_neither_isolated_nor_proved():
     found = equilibria(of(lambda x: x[0] ** 2), {"x": (-1, 1)}, boxes=2000)
     assert found.points
@@ -94,6 +96,7 @@ def test_a_rate_that_jumps_gets_no_proof_of_existence():
     assert point.radius is None
 
 
+@pytest.mark.heavy
 def test_the_same_seed_gives_the_same_answer():
     first, again = (equilibria(arm(), BOX, seed=3, boxes=0) for _ in range(2))
     np.testing.assert_array_equal([p.x for p in first.points], [p.x for p in again.points])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.support.cases import heavy_but
 from workbench.design.linear import controllability, observability
 from workbench.design.linear.hidden_modes import MOST, hidden_modes
 
@@ -73,7 +74,8 @@ def test_modes_of_a_long_chain_of_integrators_are_not_decided():
 
 
 @pytest.mark.parametrize(
-    ("made", "states"), [(row_of_springs, 200), pytest.param(full_matrices, 100, marks=pytest.mark.heavy)]
+    ("made", "states"),
+    heavy_but([(row_of_springs, MOST + 45), (row_of_springs, 200), (full_matrices, 100)], (row_of_springs, MOST + 45)),
 )
 def test_a_plant_of_hundreds_of_states_has_its_linear_answers_in_seconds(made, states):
     plant, (A, B, Cy) = made(states)

@@ -13,6 +13,7 @@ from studies.b3_any_plant.settings import SETTINGS
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
 from studies.paper.linearization import still
+from tests.support.cases import heavy_but
 from workbench.blocks.loop import ClosedLoop, LinearLaw
 from workbench.design.linear_loop import linear_loop
 from workbench.design.linear_loop.loop_equations import labels_of
@@ -160,7 +161,7 @@ def test_the_lifted_sensitivity_bounds_the_gains_that_several_periods_stand():
         assert np.abs(np.linalg.eigvals(L.A - k * L.B @ E @ L.C)).max() < 1
 
 
-@pytest.mark.parametrize("turns", [1, 24])
+@pytest.mark.parametrize("turns", heavy_but([1, 24], 1))
 def test_the_answer_at_a_frequency_of_several_periods_is_the_part_of_a_run_at_it(turns):
     count, h = 60, 0.1  # a multiple of six instants, and whole turns of the signal
     omega = 2 * np.pi * turns / (count * h)
@@ -180,6 +181,7 @@ def test_the_answer_at_a_frequency_of_several_periods_is_the_part_of_a_run_at_it
     np.testing.assert_allclose(ours, theirs, rtol=1e-6, atol=1e-9)  # what is left of the start, after 39 x 60 periods
 
 
+@pytest.mark.heavy
 def test_smc_in_a_computer_is_quiet_up_to_the_period_that_a9_prints():
     q2 = np.linspace(0, np.pi, 181)
     pose = ca.SX.sym("q", 2)

@@ -7,6 +7,7 @@ import pytest
 import workbench as wb
 from studies.paper.card import PROPOSED
 from studies.paper.linearization import HELD, LEVEL, POSES, still
+from tests.support.cases import heavy_but
 from workbench.design.linear.corners import Corners
 from workbench.design.linear_loop import linear_loop
 from workbench.design.linear_loop.cut_margins import channel_margins, common_margin
@@ -89,6 +90,7 @@ def test_a_narrow_peak_is_seen_and_an_unstable_row_has_no_margins():
     assert found.worst == 0
 
 
+@pytest.mark.heavy
 def test_rows_in_a_computer_have_margins_and_rows_with_a_delay_refuse_them():
     digital = linear_loop(wb.DigitalLoop(LOOP, 0.01, delay=True))
     rows = digital.rows({"plant.J": INERTIAS})
@@ -117,6 +119,7 @@ def test_feedback_passes_the_errors_of_answers_on():
     assert (np.abs(after.values - before.values) <= 1.01e-8 * 3 * before.sensitivities).all()
 
 
+@pytest.mark.heavy
 def test_rows_of_a_nonlinear_loop_rest_each_at_its_own_state(proposed):
     name = "plant.arm.links[0].mass"  # not the one in which the law believes
     masses = drawn(proposed, name)
@@ -131,7 +134,7 @@ def test_rows_of_a_nonlinear_loop_rest_each_at_its_own_state(proposed):
         np.testing.assert_allclose(ours, theirs, rtol=1e-6, atol=1e-9)  # two poles at -18.5 1/s
 
 
-@pytest.mark.parametrize("computer", [False, True])
+@pytest.mark.parametrize("computer", heavy_but([False, True], False))
 def test_each_row_is_the_loop_of_its_values(computer):
     loop = wb.DigitalLoop(LOOP, 0.01, delay=True) if computer else LOOP
     low = OMEGA[OMEGA < 300]
@@ -205,6 +208,7 @@ def test_rows_beyond_a_bad_common_value_are_refused_in_one_sentence():
         linear_loop(LOOP).rows({"plant.Jay": INERTIAS})
 
 
+@pytest.mark.heavy
 def test_rows_on_a_corner_whose_pieces_agree_take_their_equations_from_the_first_one():
     law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
     loop = wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))

@@ -16,7 +16,7 @@ A, B, C = np.array([[0.0, 1], [2.0, -0.1]]), np.array([[0.0], [1]]), np.array([[
 def test_gains_are_those_of_python_control_or_nearer_to_the_truth(discrete):
     rng = np.random.default_rng(discrete)
     theirs_lqr, theirs_lqe = (control.dlqr, control.dlqe) if discrete else (control.lqr, control.lqe)
-    for _ in range(15):
+    for _ in range(8):
         n, m = rng.integers(1, 10), rng.integers(1, 4)
         a, b, c = rng.normal(size=(n, n)), rng.normal(size=(n, m)), rng.normal(size=(m, n))
         root = rng.normal(size=(n, n))

@@ -8,6 +8,7 @@ from numpy.polynomial import chebyshev
 from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_are
 
+from tests.support.cases import heavy_but
 from workbench.design.matrices import Refused
 from workbench.design.riccati_flow import fpre, rde
 
@@ -119,6 +120,7 @@ def test_the_least_cost_is_the_one_that_simulation_pays():
     assert cost(1.1) > best * (1 + 1e-4)
 
 
+@pytest.mark.heavy
 def test_the_value_of_the_time_varying_regulator_falls_along_its_loop():
     """d/dt x'P(t)x = -x'Qx - u'Ru <= 0."""
     times = np.linspace(0.0, 4.0, 201)
@@ -132,7 +134,7 @@ def test_the_value_of_the_time_varying_regulator_falls_along_its_loop():
 
 def test_p_keeps_its_symmetry_and_its_sign():
     rng = np.random.default_rng(5)
-    for _ in range(20):
+    for _ in range(8):
         n = int(rng.integers(1, 6))
         A, B, C = rng.normal(size=(n, n)), rng.normal(size=(n, 1)), rng.normal(size=(1, n))
         flow = fpre(A, B, C.T @ C, 1.0, np.zeros((n, n)), [0.0, 0.1, 1.0, 5.0])
@@ -236,7 +238,7 @@ def test_more_accuracy_than_there_is_is_refused():
         fpre(A, B, np.eye(4), 1.0, 1e6 * v @ v.T, [0.0, 0.1, 2.0], rtol=1e-13)
 
 
-@pytest.mark.parametrize("A", [5.0, lambda t: 5.0], ids=["constant", "varying"])
+@pytest.mark.parametrize("A", heavy_but([5.0, lambda t: 5.0], 5.0), ids=["constant", "varying"])
 def test_what_grows_beyond_all_numbers_is_refused(A):
     with pytest.raises(Refused, match=r"cannot be followed beyond t = 3\d.* s: either it passes 1e\+150 there"):
         fpre(A, 0.0, 1.0, 1.0, 1.0, [0.0, 1e3])

@@ -40,7 +40,7 @@ def some(rng, *shape):
 @pytest.mark.parametrize("solve", [lyapunov, discrete_lyapunov])
 def test_linear_equations_of_any_magnitude_are_right_or_refused(solve):
     answers = 0
-    for seed in range(100):
+    for seed in range(50):
         rng = np.random.default_rng(seed)
         n = int(rng.integers(1, 4))
         A, Q = some(rng, n, n), np.tril(some(rng, n, n))
@@ -53,7 +53,7 @@ def test_linear_equations_of_any_magnitude_are_right_or_refused(solve):
         X = exactly(A, Q, solve is discrete_lyapunov)
         assert abs(found.X - X).max() <= (10 * found.certificate.error + 1e-15) * abs(X).max()  # a rough estimate
         answers += 1
-    assert answers > 20
+    assert answers > 10
 
 
 @pytest.mark.parametrize("solve", [care, dare])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support import riccati_oracles as oracle
+from tests.support.cases import heavy_but
 from workbench.design.riccati import care, dare
 
 EPS = np.finfo(float).eps
@@ -46,7 +47,7 @@ def sparse(seed):
     return A, B, C.T @ C, np.diag(10 ** rng.normal(size=m))
 
 
-@pytest.mark.parametrize("solve", [care, dare])
+@pytest.mark.parametrize("solve", heavy_but([care, dare], care))
 def test_new_units_change_no_digit(solve):
     solved = 0
     for seed in range(12):

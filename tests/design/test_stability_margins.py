@@ -161,6 +161,7 @@ def test_estimated_margins_hold_the_exact_ones_within_their_errors(loop):
         assert b.error <= 3e-6 * abs(b.value) + 1e-300 or b.error == 0
 
 
+@pytest.mark.heavy
 def test_a_loop_of_two_hundred_states_has_margins_that_a_dense_grid_confirms_and_says_that_they_are_estimates():
     loop = flexible(100)
     found = stability_margins(loop)

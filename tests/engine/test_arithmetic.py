@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from tests.support.cases import heavy_but
 from tests.support.equations import decay, oscillator
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.engine import arithmetic, simulate
@@ -65,7 +66,7 @@ BITS = {
 }
 
 
-@pytest.mark.parametrize("engine", ["numpy", "native"])
+@pytest.mark.parametrize("engine", heavy_but(["numpy", "native"], "native"))
 @pytest.mark.parametrize("name", GRAPH)
 def test_the_bits_of_an_arithmetic_change_with_its_version_alone(name, engine):
     if engine == "native":
@@ -90,6 +91,7 @@ print(simulate(here.STEP, x0=many, until=here.STEP.h).arithmetic)
 """
 
 
+@pytest.mark.heavy
 def test_without_a_compiler_a_named_arithmetic_has_the_same_bits_and_the_default_says_its_name():
     call = [sys.executable, "-c", WITHOUT]
     env = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}

@@ -37,42 +37,47 @@ def rows(*names):
 P = rows(*PHYSICS, *CLOCKS)
 STARTS = np.tile(STEP.states.default, (RUNS, 1))
 STARTS[:, :2] += np.random.default_rng(8).uniform(-0.1, 0.1, (RUNS, 2))
-WHOLE = simulate(STEP, P, STARTS, **SPAN).x
 PLAN = Plan.of_step(STEP, Job(STEP, P, 1, 0, np.arange(RUNS)).varied)
 
 
-def test_the_order_of_the_runs_changes_no_bit():
+@pytest.fixture(scope="module")
+def whole():
+    """The states of all runs together."""
+    return simulate(STEP, P, STARTS, **SPAN).x
+
+
+def test_the_order_of_the_runs_changes_no_bit(whole):
     order = np.random.default_rng(9).permutation(RUNS)
-    np.testing.assert_array_equal(simulate(STEP, P[order], STARTS[order], **SPAN).x, WHOLE[order])
+    np.testing.assert_array_equal(simulate(STEP, P[order], STARTS[order], **SPAN).x, whole[order])
 
 
 @pytest.mark.parametrize("size", [1, 3, 8, 20])
-def test_cutting_the_batch_changes_no_bit(size):
+def test_cutting_the_batch_changes_no_bit(size, whole):
     parts = [simulate(STEP, P[i : i + size], STARTS[i : i + size], **SPAN).x for i in range(0, RUNS, size)]
-    np.testing.assert_array_equal(np.concatenate(parts), WHOLE)
+    np.testing.assert_array_equal(np.concatenate(parts), whole)
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
-def test_the_number_of_threads_changes_no_bit(threads, monkeypatch):
+def test_the_number_of_threads_changes_no_bit(threads, monkeypatch, whole):
     monkeypatch.setattr(job, "threads", lambda: threads)
-    np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, WHOLE)
+    np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, whole)
 
 
 @pytest.mark.parametrize("width", [1, 2, 4, 8])
-def test_the_width_of_the_vectors_changes_no_bit(width):
-    x = np.empty_like(WHOLE)
+def test_the_width_of_the_vectors_changes_no_bit(width, whole):
+    x = np.empty_like(whole)
     x[:, 0] = STARTS
     native.march(Job(STEP, P, 500, 0, np.arange(RUNS)), x, lambda share: None, width)
-    np.testing.assert_array_equal(x, WHOLE)
+    np.testing.assert_array_equal(x, whole)
 
 
 @pytest.mark.parametrize("haste", [True, False])
-def test_code_made_in_haste_gives_the_bits_of_better_code(haste, monkeypatch):
+def test_code_made_in_haste_gives_the_bits_of_better_code(haste, monkeypatch, whole):
     monkeypatch.setattr(native, "_kernel", lambda of, kept, width: native.kernel(PLAN, width, haste))
-    x = np.empty_like(WHOLE)
+    x = np.empty_like(whole)
     x[:, 0] = STARTS
     native.march(Job(STEP, P, 500, 0, np.arange(RUNS)), x, lambda share: None)
-    np.testing.assert_array_equal(x, WHOLE)
+    np.testing.assert_array_equal(x, whole)
 
 
 @pytest.mark.parametrize("names", [PHYSICS, CLOCKS], ids=["physics", "clocks"])
@@ -84,24 +89,24 @@ def test_a_number_that_varies_in_company_and_not_alone_changes_no_bit(names):
         np.testing.assert_array_equal(simulate(STEP, p[i], **SPAN).x[0], together[i])
 
 
-def test_keeping_more_times_changes_no_bit(monkeypatch):
+def test_keeping_more_times_changes_no_bit(monkeypatch, whole):
     often = simulate(STEP, P, STARTS, until=0.2, every=1e-4).x
-    np.testing.assert_array_equal(often[:, ::500], WHOLE)
+    np.testing.assert_array_equal(often[:, ::500], whole)
     monkeypatch.setattr(job, "STEPS_AT_ONCE", 170)  # a table that ends amid a stride and amid a vector
-    np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, WHOLE)
+    np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, whole)
     monkeypatch.setattr(job, "STEPS_OF_A_STAGE", 1)  # a look at progress after every table
-    np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, WHOLE)
+    np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, whole)
     monkeypatch.setattr(job, "NUMBERS_OF_A_STAGE", 1)
     monkeypatch.setattr(job, "BLOCKS_OF_A_LOT", 1)
-    np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, WHOLE)
+    np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, whole)
 
 
-def test_neighbours_that_diverge_change_no_bit():
+def test_neighbours_that_diverge_change_no_bit(whole):
     bad = STARTS.copy()
     bad[[2, 9, 10], 0] = [1e200, -1e300, 1e13]
     beside = simulate(STEP, P, bad, **SPAN)
     good = np.setdiff1d(np.arange(RUNS), [2, 9, 10])
-    np.testing.assert_array_equal(beside.x[good], WHOLE[good])
+    np.testing.assert_array_equal(beside.x[good], whole[good])
     assert beside.diverged[[2, 9]].all()
     assert not beside.diverged[good].any()
 

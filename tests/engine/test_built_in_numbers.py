@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from tests.support.c_runs import COMPILERS, WARNINGS, compiled, differing, needs_compiler
+from tests.support.c_runs import EACH_COMPILER, WARNINGS, compiled, differing, needs_compiler
 from tests.support.recorded_laws import LOOPS
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.recording import record
@@ -42,14 +42,15 @@ def built_in_numbers(source):
 
 
 class Edited:
-    """The C of a law in which one number was edited in the text."""
+    """The C of a law in which numbers were edited in the text."""
 
-    def __init__(self, code, variable, value):
+    def __init__(self, code, values):
         self.law, self.name, self.real, self.hardware = code.law, code.name, code.real, ()
-        pattern = rf"(const double {re.escape(variable)} = )[^;]+;"
-        self.source, count = re.subn(pattern, lambda found: f"{found[1]}{value!r};", code.source)
-        self.header = code.header
-        assert count == 1, variable
+        self.source, self.header = code.source, code.header
+        for variable, value in values.items():
+            pattern = rf"(const double {re.escape(variable)} = )[^;]+;"
+            self.source, count = re.subn(pattern, lambda found, value=value: f"{found[1]}{value!r};", self.source)
+            assert count == 1, variable
 
     def write(self, folder):
         """Write both files."""
@@ -57,31 +58,31 @@ class Edited:
         (folder / f"{self.name}.c").write_text(self.source)
 
 
-def changed(value):
-    """Another number like this one: no rounding is shared with it."""
-    return value * 1.0009765625 + (0.01 if value == 0 else 0.0)
+def changed(code, p):
+    """Another number for each one of a text, no two alike even where they were; the same are written to their `p`."""
+    values, labels = {}, code.law.parameters.labels
+    for i, (variable, path, index, text) in enumerate(built_in_numbers(code.source), 1):
+        place = labels.index(f"{path}{index}")
+        assert float(text) == code.law.parameters.default[place]
+        values[variable] = p[place] = float(text) * (1 + i / 4096) + (i / 4096 if float(text) == 0 else 0.0)
+    assert len(values) > 3
+    return values
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", ["PID2", "SMC", pytest.param("EKF", marks=pytest.mark.heavy)])
-def test_a_number_edited_in_the_text_is_the_loop_with_that_number(name, tmp_path):
+@pytest.mark.parametrize("name", CASES)
+def test_numbers_edited_in_the_text_are_the_loop_with_those_numbers(name, tmp_path):
     sampled = CASES[name]()
     truths = LOOPS[name]()[1] if name in LOOPS else ()
     law = sampled.law("input", truths)
-    code = c_code(law, "law")
-    numbers = built_in_numbers(code.source)
-    assert len(numbers) > 3
-    for i, (variable, path, index, text) in enumerate(numbers):
-        label = f"{path}{index}"
-        place = law.parameters.labels.index(label)
-        value = changed(float(text))
-        assert float(text) == law.parameters.default[place]
-        p = sampled.parameters.default.copy()
+    code, own, p = c_code(law, "law"), law.parameters.default.copy(), sampled.parameters.default.copy()
+    values = changed(code, own)
+    for label, value in zip(law.parameters.labels, own, strict=True):
         p[sampled.parameters.labels.index(label)] = value
-        run = record(sampled, law, 60, p=p)
-        (folder := tmp_path / str(i)).mkdir()
-        u, z, flags = compiled(Edited(code, variable, value), folder, options=("-O0",))(run.y, run.r)
-        assert (differing(u, run.u), differing(z, run.memory(1, 60)), flags.max()) == (0, 0, 0), label
+    run = record(sampled, law, 60, p=p)
+    u, z, flags = compiled(Edited(code, values), tmp_path, options=("-O0",))(run.y, run.r)
+    assert (differing(u, run.u), differing(z, run.memory(1, 60)), flags.max()) == (0, 0, 0)
+    assert differing(u, record(sampled, law, 60).u)
 
 
 def test_equal_numbers_have_lines_of_their_own():
@@ -98,27 +99,23 @@ def test_the_file_says_how_to_change_a_number():
 
 
 @needs_compiler
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", EACH_COMPILER)
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_no_compiler_warns_of_an_edited_file(compiler, precision, tmp_path):
     code = c_code(motor_with_equal_gains().law(), "law", precision=precision)
-    Edited(code, built_in_numbers(code.source)[0][0], 12.5).write(tmp_path)
+    Edited(code, {built_in_numbers(code.source)[0][0]: 12.5}).write(tmp_path)
     subprocess.run([compiler, "-O2", *WARNINGS, "-c", "law.c"], cwd=tmp_path, check=True, timeout=60)
 
 
 @needs_compiler
-def test_a_number_edited_in_single_precision_is_the_law_with_that_number(tmp_path):
+def test_numbers_edited_in_single_precision_are_the_law_with_those_numbers(tmp_path):
     from workbench.handover.single.single_precision import single_precision
 
     sampled = motor_with_equal_gains()
     law = sampled.law()
-    code, run = c_code(law, "law", precision="single"), record(sampled, law, 50)
-    assert built_in_numbers(code.source)
-    for i, (variable, path, index, text) in enumerate(built_in_numbers(code.source)):
-        p = law.parameters.default.copy()
-        p[law.parameters.labels.index(f"{path}{index}")] = value = changed(float(text))
-        (folder := tmp_path / str(i)).mkdir()
-        u, z, _ = compiled(Edited(code, variable, value), folder, options=("-O0",))(run.y, run.r)
-        before = np.vstack([law.memory.default, z[:-1]])
-        wanted = single_precision(law, np.arange(50), before, run.y, run.r, p)
-        assert (differing(u, wanted.u), differing(z, wanted.z_next)) == (0, 0), path
+    code, run, p = c_code(law, "law", precision="single"), record(sampled, law, 50), law.parameters.default.copy()
+    edited = Edited(code, changed(code, p))
+    u, z, _ = compiled(edited, tmp_path, options=("-O0",))(run.y, run.r)
+    before = np.vstack([law.memory.default, z[:-1]])
+    wanted = single_precision(law, np.arange(50), before, run.y, run.r, p)
+    assert (differing(u, wanted.u), differing(z, wanted.z_next)) == (0, 0)

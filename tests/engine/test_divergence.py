@@ -63,6 +63,7 @@ def test_the_state_that_was_lost_first_is_named(engine):
     assert runs.diverged_in == ("wild[1]",)
 
 
+@pytest.mark.heavy
 def test_many_diverging_runs_are_found_in_as_many_looks_as_digits(monkeypatch):
     monkeypatch.setattr(divergence, "ROWS", 10)
     looks = []

@@ -52,9 +52,14 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def begun(folder):
+def ended(folder):
+    """What a run with a compiler ended with."""
+    return {"compiled": compiled("compiled")}
+
+
+@pytest.fixture(scope="module")
+def begun(folder, ended):
     """What the first runs of all cases ended with, and the run without a compiler that goes on with a compiled one."""
-    ended = {"compiled": compiled("compiled")}
     shutil.copytree(folder / "compiled", folder / "compiled-plain")
     forget(folder / "compiled-plain", 0, 3)
     runs = {"plain": [], "plain fused": FUSED, "compiled-plain": []}
@@ -63,6 +68,7 @@ def begun(folder):
     return ended | {out: tuple(end) for out, end in json.loads(done.stdout).items()}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("first", "then"), [("compiled", "plain"), ("plain", "compiled"), ("plain fused", "compiled")])
 def test_another_engine_goes_on_with_the_bits_of_the_first(begun, folder, first, then):
     code, printed, said = begun[first]
@@ -79,7 +85,8 @@ def test_another_engine_goes_on_with_the_bits_of_the_first(begun, folder, first,
     assert ("is not compiled here: the same bits take some" in said) == slow
 
 
-def test_another_arithmetic_is_refused_by_name_before_anything_is_computed(begun, folder):
+def test_another_arithmetic_is_refused_by_name_before_anything_is_computed(ended, folder):
+    assert ended["compiled"][0] == 0
     out = "compiled again"
     shutil.copytree(folder / "compiled", folder / out)
     forget(folder / out, 0)

@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from tests.support.cases import heavy_but
 from tests.support.equations import decay, explosion, oscillator, turning, with_next
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.engine import simulate
@@ -24,7 +25,7 @@ LOOPS = {law: paper_laws.rival("FS", law) for law in paper_laws.RIVALS} | {
 }
 
 
-@pytest.mark.parametrize("law", LOOPS)
+@pytest.mark.parametrize("law", heavy_but(LOOPS, "PID", "SMC"))
 def test_the_compiled_loop_follows_casadis_machine(law):
     step = measured(LOOPS[law].ode(), (rmse(), total_variation(1e-3)), 1e-4)
     compiled, casadi = (simulate(step, until=0.2, every=0.05, engine=e) for e in ("native", "casadi"))

@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.support.cases import heavy_but
 from workbench.engine.kernel.emission import Emission
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.noise import normals, normals_on, pair
@@ -113,7 +114,7 @@ def compiled(llvm, ir, processor):
     return engine
 
 
-KEYS = some_keys(1000)
+KEYS = some_keys(400)
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +122,7 @@ def from_arrays():
     return one_by_one(*KEYS, 5)
 
 
-@pytest.mark.parametrize("processor", ["this one", "the plainest"])
+@pytest.mark.parametrize("processor", heavy_but(["this one", "the plainest"], "this one"))
 @pytest.mark.parametrize("width", [1, 4, 8])
 def test_the_lanes_hold_the_bits_of_the_arrays(width, processor, from_arrays):
     llvm = pytest.importorskip("llvmlite.binding")  # there is no wheel of it for some platforms

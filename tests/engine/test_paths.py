@@ -101,6 +101,7 @@ def test_the_largest_exponent_of_vinograds_system_is_a_half():
     assert (np.abs(found.values - [0.5, -1.0]) <= found.error + 1e-6).all()
 
 
+@pytest.mark.heavy
 def test_the_exponents_of_the_lorenz_attractor_lie_within_their_stated_errors():
     states = Layout((Entry("x", np.array([1.0, 1.0, 20.0])),))
     x = states.symbols()

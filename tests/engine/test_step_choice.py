@@ -92,6 +92,7 @@ def test_a_step_divides_horizon_kept_times_and_grids():
         assert length / choice.h == pytest.approx(round(length / choice.h), rel=1e-9)
 
 
+@pytest.mark.heavy
 def test_a_sampled_loop_takes_any_whole_number_of_substeps():
     k, ode = ca.SX.sym("k"), oscillator()
     sampled = Sampled(ode, 0.5, k, ca.SX(0, 1), ode.x)

@@ -6,22 +6,17 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from tests.support.c_runs import COMPILERS, WARNINGS, compiled, differing, needs_compiler, recorded
-from tests.support.digital_laws import digital, gallery, kalman_law, motor_law
+from tests.support.c_runs import COMPILERS, EACH_COMPILER, WARNINGS, compiled, differing, needs_compiler, recorded
+from tests.support.cases import heavy_but
+from tests.support.digital_laws import digital, kalman_law, motor_law
 from workbench.core.templates import template_text
 from workbench.handover.c99.c_code import c_code
-
-OPTIONS = ("-O0", "-O1", "-O2", "-O3")
 
 
 @needs_compiler
 @pytest.mark.parametrize(
     "name",
-    [
-        "AOSMC-RGS",
-        *(pytest.param(name, marks=pytest.mark.heavy) for name in ("RBF-ASMC", "LQG, quadruple tank P−")),
-        "PID, DC motor",
-    ],
+    heavy_but(["AOSMC-RGS", "RBF-ASMC", "LQG, quadruple tank P−", "PID, DC motor"], "PID, DC motor"),
 )
 def test_c_and_simulation_have_the_same_bits(name, tmp_path):
     sampled, law = digital(name)
@@ -33,20 +28,9 @@ def test_c_and_simulation_have_the_same_bits(name, tmp_path):
 
 
 @needs_compiler
-@pytest.mark.heavy
-def test_every_law_of_the_gallery_has_its_bits_from_compilers_and_levels_by_turns(tmp_path):
-    for number, name in enumerate(gallery()):
-        sampled, law = digital(name)
-        y, r, u, z = recorded(sampled, law, 400)
-        # each level of each compiler by turns; the tests above have both ends of one for four of the laws
-        way = COMPILERS[number % len(COMPILERS)], OPTIONS[number // len(COMPILERS) % len(OPTIONS)]
-        (folder := tmp_path / f"{number}{''.join(way)}").mkdir()
-        found = compiled(c_code(law, "law"), folder, way[0], way[1:])(y, r)
-        assert (differing(found[0], u), differing(found[1], z), found[2].max()) == (0, 0, 0), (name, *way)
-
-
-@needs_compiler
-@pytest.mark.parametrize("observer", [wb.ExtendedKalmanFilter, wb.UnscentedKalmanFilter])
+@pytest.mark.parametrize(
+    "observer", heavy_but([wb.ExtendedKalmanFilter, wb.UnscentedKalmanFilter], wb.ExtendedKalmanFilter)
+)
 def test_a_kalman_filter_with_its_plant_has_the_same_bits_in_c(observer, tmp_path):
     sampled = kalman_law(observer)
     law = sampled.law()
@@ -68,14 +52,14 @@ def test_settable_parameters_and_a_reference_built_in_have_the_same_bits(referen
 
 
 @needs_compiler
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", EACH_COMPILER)
 def test_no_compiler_warns(compiler, tmp_path):
     _, law = digital("AOSMC-RGS")
-    laws = {"input": law, "built_in": digital("SMC")[0].law("built in"), "filter": kalman_law().law()}
-    for name, each in laws.items():
-        for parameters in ("constant", "settable"):
-            c_code(each, name, parameters=parameters).write(tmp_path)
-            subprocess.run([compiler, "-O2", *WARNINGS, "-c", f"{name}.c"], cwd=tmp_path, check=True, timeout=60)
+    built_in, kalman = digital("SMC")[0].law("built in"), kalman_law().law()
+    laws = {"input": (law, "settable"), "built_in": (built_in, "settable"), "kalman": (kalman, "constant")}
+    for name, (each, parameters) in laws.items():
+        c_code(each, name, parameters=parameters).write(tmp_path)
+        subprocess.run([compiler, "-O2", *WARNINGS, "-c", f"{name}.c"], cwd=tmp_path, check=True, timeout=60)
 
 
 @needs_compiler
@@ -242,7 +226,7 @@ def test_a_safe_command_is_finite(value):
 
 
 @needs_compiler
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", EACH_COMPILER)
 def test_the_guards_of_a_source_are_c_as_they_stand(compiler, tmp_path):
     (tmp_path / "own.c").write_text('#include "guards.h"\nint own(void);\nint own(void) { return 0; }\n')
     (tmp_path / "guards.h").write_text(template_text("workbench.handover", "c99/guards.h"), encoding="utf-8")

@@ -7,7 +7,8 @@ from functools import cache
 import pytest
 
 import workbench as wb
-from tests.support.c_runs import COMPILERS, WARNINGS, compiled, differing, needs_compiler, recorded
+from tests.support.c_runs import EACH_COMPILER, WARNINGS, compiled, differing, needs_compiler, recorded
+from tests.support.cases import heavy_but
 from tests.support.digital_laws import kalman_law, motor_law
 from tests.support.recorded_laws import LOOPS
 from tests.support.targets_here import needs_gcc
@@ -64,7 +65,7 @@ def test_an_export_without_gcc_has_its_stack_counted(tmp_path, monkeypatch):
 
 
 @needs_gcc
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("name", heavy_but(LOOPS, "PID2", "SMC"))
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_no_level_of_gcc_takes_more_stack_than_was_counted(name, precision):
     sampled, truths, _ = LOOPS[name]()
@@ -74,21 +75,22 @@ def test_no_level_of_gcc_takes_more_stack_than_was_counted(name, precision):
 
 
 @needs_compiler
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", EACH_COMPILER)
 def test_a_law_calls_no_library_but_where_it_says_so(compiler, tmp_path):
     law = kalman_law().law()
     library = {"memcpy", "memset", "_GLOBAL_OFFSET_TABLE_"}  # which compilers may call of themselves
     assert symbols_of(c_code(law, "law"), tmp_path / "a", compiler) <= library
     code = c_code(law, "law", sqrt="hardware", fma="hardware")
-    assert {"sqrt", "fma"} & symbols_of(code, tmp_path / "b", compiler)
-    assert symbols_of(code, tmp_path / "b", compiler) <= library | {"sqrt", "fma"}
+    found = symbols_of(code, tmp_path / "b", compiler)
+    assert {"sqrt", "fma"} & found
+    assert found <= library | {"sqrt", "fma"}
     assert "Link flags: -lm." in head_of(code.header)
     assert "-fno-math-errno" in head_of(code.header)
 
 
 @needs_compiler
-@pytest.mark.parametrize("options", HARDWARE)
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("options", heavy_but(HARDWARE, HARDWARE[2]))
+@pytest.mark.parametrize("compiler", EACH_COMPILER)
 def test_no_compiler_warns_of_the_processors_own(options, compiler, tmp_path):
     for name, law in {"filter": kalman_law().law(), "motor": motor_law().law()}.items():
         c_code(law, name, **options).write(tmp_path)
@@ -96,7 +98,7 @@ def test_no_compiler_warns_of_the_processors_own(options, compiler, tmp_path):
 
 
 @needs_compiler
-@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("precision", heavy_but(["double", "single"], "double"))
 def test_the_root_of_the_processor_has_the_same_bits(precision, tmp_path):
     sampled = kalman_law()
     law = sampled.law()
@@ -117,8 +119,8 @@ def fused_run(name):
 
 
 @needs_compiler
-@pytest.mark.parametrize("options", HARDWARE[1:])
-@pytest.mark.parametrize("name", ["EKF", "PID2", "SMC", "Fuzzy-ASMC"])
+@pytest.mark.parametrize("options", heavy_but(HARDWARE[1:], HARDWARE[2]))
+@pytest.mark.parametrize("name", heavy_but(["EKF", "PID2", "SMC", "Fuzzy-ASMC"], "PID2", "SMC"))
 def test_fused_products_have_the_bits_of_the_fused_simulation(name, options, tmp_path):
     law, (y, r, u, z) = fused_run(name)
     found = compiled(c_code(law, "law", **options), tmp_path)(y, r)

@@ -10,12 +10,14 @@ from functools import partial
 import pytest
 
 import workbench as wb
+from tests.support.cases import heavy_but
 from tests.support.digital_laws import motor_law
 from tests.support.law_files import FILE
 from workbench.handover.export_folder import write_files
 from workbench.handover.export_seal import is_unchanged, sealed_text
 from workbench.handover.law_export import FORMS
 
+COMPILED = ("fmi2", "fmi3", "simulink", "ros2", "cortex-m4")  # forms that take a second or two to be made so often
 NO_LIMITS = ("control",)  # forms of linear laws alone
 
 
@@ -31,7 +33,7 @@ def edited(path):
     return path.read_bytes()
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", heavy_but(FORMS, *(form for form in FORMS if form not in COMPILED)))
 def test_an_edited_file_is_left_and_an_untouched_one_is_replaced(form, tmp_path):
     law = law_for(form)
     paths = wb.export(law, form, tmp_path / "a", name="law")
@@ -94,7 +96,7 @@ OTHERS = {
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no named pipes in a folder")
-@pytest.mark.parametrize("kind", OTHERS)
+@pytest.mark.parametrize("kind", heavy_but(OTHERS, "a named pipe", "a device"))
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_what_is_no_file_is_neither_waited_for_nor_replaced(kind, overwrite, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # a socket has a short name

@@ -91,6 +91,7 @@ def test_the_law_written_by_hand_is_the_law(peer):
         np.testing.assert_allclose(np.array(tau), np.array(want_u).ravel(), rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.heavy
 @needs_gcc
 @needs_valgrind
 def test_the_generated_law_takes_little_more_than_the_law_written_by_hand(tmp_path):

@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 import workbench as wb
 from tests.support.c_runs import differing, recorded
+from tests.support.cases import heavy_but
 from tests.support.digital_laws import arm_law, kalman_law, motor_law
 from tests.support.targets_here import needs_aarch64, needs_cortex_m, needs_gcc
 from workbench.cli.replay import replay as verb
@@ -76,7 +77,7 @@ def test_a_law_of_another_loop_is_refused():
 
 
 @needs_gcc
-@pytest.mark.parametrize("make", [arm_law, pytest.param(kalman_law, marks=pytest.mark.heavy)])
+@pytest.mark.parametrize("make", heavy_but([motor_law, arm_law, kalman_law], motor_law))
 def test_ten_thousand_periods_have_the_same_bits_without_and_with_optimisation(make):
     sampled = make()
     law = sampled.law()
@@ -88,6 +89,7 @@ def test_ten_thousand_periods_have_the_same_bits_without_and_with_optimisation(m
 
 
 @needs_cortex_m
+@pytest.mark.heavy
 def test_ten_thousand_periods_have_the_same_bits_on_a_microcontroller():
     sampled = kalman_law()
     result = replay(sampled, periods=PERIODS, targets=["cortex-m7"]).results[0]
@@ -129,6 +131,7 @@ def test_a_constant_that_is_wrong_in_its_last_bit_is_seen_with_its_period():
     assert again.equal
 
 
+@pytest.mark.heavy
 @needs_gcc
 def test_a_difference_of_the_memory_alone_is_seen_before_it_acts():
     sampled = motor_law()
@@ -140,6 +143,7 @@ def test_a_difference_of_the_memory_alone_is_seen_before_it_acts():
 
 
 @needs_gcc
+@pytest.mark.heavy
 def test_fused_products_are_seen():
     with open("/proc/cpuinfo", encoding="utf-8") as file:
         if " fma " not in file.read():

@@ -12,6 +12,7 @@ import pytest
 import workbench as wb
 from studies.paper.laws import proposed_repaired, rival
 from tests.support.c_runs import differing
+from tests.support.cases import heavy_but
 from tests.support.law_forms import record
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.export_folder import write_files
@@ -63,7 +64,7 @@ def programs(tmp_path_factory):
         subprocess.run(command, check=True, timeout=60, cwd=folder)
 
     @cache
-    def program(record_of, interfaces=(), **options):
+    def program(record_of, interfaces, **options):
         if not (root / "manager.o").exists():
             run(root, "g++", *flags, "-c", STUBS / "manager.cpp", "-o", "manager.o")
         code = c_code(record_of().law, "law", **{"safe": SAFE.get(record_of)} | options)
@@ -74,7 +75,7 @@ def programs(tmp_path_factory):
         run(folder, "g++", *flags, "-Iinclude", "-Isrc", *sources, "-o", "manager")
         return folder / "manager"
 
-    return program
+    return lambda record_of, interfaces=(), **options: program(record_of, interfaces, **options)
 
 
 SAFE = {motor: {"v": 1.5}}
@@ -97,7 +98,7 @@ def rows_of(run):
 
 @needs_gcc
 @pytest.mark.parametrize(
-    ("record_of", "interfaces"), [pytest.param(paper, JOINTS, marks=pytest.mark.heavy), (motor, ()), (sliding, ())]
+    ("record_of", "interfaces"), heavy_but([(paper, JOINTS), (motor, ()), (sliding, ())], (motor, ()))
 )
 def test_the_controller_has_the_bits_of_the_simulation(record_of, interfaces, programs):
     run = record_of()
@@ -107,6 +108,7 @@ def test_the_controller_has_the_bits_of_the_simulation(record_of, interfaces, pr
 
 
 @needs_gcc
+@pytest.mark.heavy
 def test_the_controller_asks_for_the_interfaces_that_are_named(programs):
     run, program = paper(), programs(paper, JOINTS)
     _, _, said = managed(program, run, rows_of(run)[:1])
@@ -142,6 +144,7 @@ def test_another_update_rate_is_refused(programs):
 
 
 @needs_gcc
+@pytest.mark.heavy
 def test_parameters_that_can_be_set_are_parameters_of_the_node(programs):
     run, program = motor(), programs(motor, parameters="settable")
     _, commands, _ = managed(program, run, rows_of(run))
@@ -154,6 +157,7 @@ def test_parameters_that_can_be_set_are_parameters_of_the_node(programs):
 
 
 @needs_gcc
+@pytest.mark.heavy
 def test_a_controller_of_single_precision_rounds_what_it_reads(programs):
     run = unlimited()
     _, commands, _ = managed(programs(unlimited, precision="single"), run, rows_of(run))

@@ -6,6 +6,7 @@ import pytest
 
 import workbench as wb
 from tests.support.c_runs import differing, recorded
+from tests.support.cases import heavy_but
 from tests.support.digital_laws import digital
 from workbench.core import Sampled
 from workbench.engine.kernel.plan import Evaluation, graph_of
@@ -32,7 +33,10 @@ def evaluated(law, z, u, y, r):
         return np.stack([np.broadcast_to(evaluation.value(i), count) for i in graph.results], axis=1)
 
 
-@pytest.mark.parametrize("name", ["AOSMC-RGS", "super-twisting", "RISE", "LQG, cart-pole", "PID, two masses"])
+GALLERY = ("AOSMC-RGS", "super-twisting", "RISE", "LQG, cart-pole", "PID, two masses")
+
+
+@pytest.mark.parametrize("name", heavy_but(GALLERY, "super-twisting", "PID, two masses"))
 def test_a_law_alone_has_the_bits_that_it_has_in_its_loop(name):
     sampled, law = digital(name)
     y, r, u, z = recorded(sampled, law, 300)

@@ -11,6 +11,7 @@ import pytest
 import workbench as wb
 from studies.paper.laws import proposed_repaired, rival
 from tests.support.c_runs import differing
+from tests.support.cases import heavy_but
 from tests.support.law_forms import record
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.wrappers.simulink import simulink
@@ -59,7 +60,7 @@ def simulated(block, rows, *arguments):
     return np.frombuffer(run.stdout).reshape(len(rows), -1), run.stderr.decode().split()
 
 
-@pytest.mark.parametrize("record_of", [paper, motor, sliding])
+@pytest.mark.parametrize("record_of", heavy_but([paper, motor, sliding], motor))
 def test_the_block_has_the_bits_of_the_simulation(record_of, tmp_path):
     run = record_of()
     block = built(c_code(run.law, "law"), tmp_path)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.browsers import needs_node
+from tests.support.cases import heavy_but
 from tests.support.compilers import needs_llvmlite
 from tests.support.digital_laws import motor_law
 from tests.support.targets_here import needs_aarch64, needs_clang, needs_cortex_m, needs_gcc, needs_valgrind
@@ -27,6 +28,7 @@ def result_of(target, periods=200):
 
 
 @needs_clang
+@pytest.mark.heavy
 def test_clang_gives_the_same_bits_and_its_stack_is_not_told():
     result = result_of(TARGETS["clang-O2"])
     assert result.equal
@@ -41,6 +43,7 @@ def test_the_engine_of_a_browser_gives_the_same_bits():
     assert result_of(TARGETS["browser"]).equal
 
 
+@pytest.mark.heavy
 @needs_gcc
 @needs_valgrind
 def test_optimised_code_takes_fewer_instructions_and_less_stack():
@@ -50,6 +53,7 @@ def test_optimised_code_takes_fewer_instructions_and_less_stack():
     assert plain.code > fast.code
 
 
+@pytest.mark.heavy
 @needs_aarch64
 def test_instructions_of_64_bit_arm_are_about_those_of_this_processor():
     figures = result_of(TARGETS["arm64"]).figures
@@ -57,6 +61,7 @@ def test_instructions_of_64_bit_arm_are_about_those_of_this_processor():
 
 
 @needs_cortex_m
+@pytest.mark.heavy
 def test_a_processor_without_doubles_takes_many_more_instructions():
     m4, m7 = (result_of(TARGETS[key]).figures for key in ("cortex-m4f", "cortex-m7"))
     assert m4.instructions > 4 * m7.instructions > 100
@@ -168,6 +173,6 @@ def test_sums_of_soft_doubles_are_those_of_ieee_754(tmp_path):
 
 @pytest.mark.skipif(find_spec("fmpy") is None, reason="no FMPy here: pip install fmpy")
 @needs_gcc
-@pytest.mark.parametrize("key", ["fmi2", "fmi3"])
+@pytest.mark.parametrize("key", heavy_but(["fmi2", "fmi3"]))
 def test_an_importer_of_fmus_has_the_bits_of_the_simulation(key):
     assert result_of(TARGETS[key]).equal

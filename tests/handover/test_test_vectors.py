@@ -8,6 +8,7 @@ import pytest
 
 import workbench as wb
 from tests.support.c_runs import COMPILERS, WARNINGS, differing, needs_compiler
+from tests.support.cases import heavy_but
 from tests.support.digital_laws import arm_law, kalman_law, motor_law
 from tests.support.random_laws import in_c, in_python, wanted
 from workbench.handover.recording import single
@@ -60,7 +61,7 @@ def test_the_numbers_of_the_table_are_those_of_the_recording_to_the_last_bit(nam
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", heavy_but(LAWS, "motor"))
 def test_the_program_of_c_finds_no_difference_in_the_exported_law(name, tmp_path):
     done = files(tmp_path, rows_of(name))
     assert (done.returncode, done.stdout) == (0, "0 of 300 periods differ\n")

@@ -42,7 +42,7 @@ numbers = st.floats(-2, 2).map(lambda number: round(number, 3))
 coefficients = st.lists(numbers, min_size=6, max_size=6)
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(coefficients, st.tuples(numbers, numbers), st.floats(0.01, 3))
 def test_no_sampled_value_lies_beyond_an_enclosure(c, corner, width):
     f = c[0] * ca.sin(x[0] + c[1]) * ca.cos(c[2] * x[1]) + c[3] * ca.tanh(x[0] * x[1]) + c[4] * ca.exp(c[5] * x[1])
@@ -138,6 +138,7 @@ def test_a_bound_that_is_printed_is_still_a_bound(bound):
     assert float(shown(bound, -1)) - float(shown(bound, 1)) <= 1.000001e-8 * abs(bound)  # the difference is rounded
 
 
+@pytest.mark.heavy
 def test_the_extreme_eigenvalues_of_a_rotated_matrix_are_those_of_its_diagonal():
     c, s = ca.cos(x[0]), ca.sin(x[0])
     turn = ca.blockcat([[c, -s], [s, c]])

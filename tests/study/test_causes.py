@@ -73,6 +73,7 @@ def test_a_run_that_fine_loses_and_another_way_keeps_is_unsettled():
     assert found.sentence == "by the integrator: 1, by the law: 1, unsettled: 1"
 
 
+@pytest.mark.heavy
 def test_lost_runs_of_a_sweep_are_run_again_from_their_own_rows():
     """K on its diagonal from 5 to 205 N m: Euler of (34) is lost above some 43 N m at 4 ms."""
     ways = ways_of(P=I)

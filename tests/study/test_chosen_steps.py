@@ -100,6 +100,7 @@ def test_a_resumed_study_takes_its_step_from_the_ledger(command, asked, tmp_path
     assert len(asked) == 2
 
 
+@pytest.mark.heavy
 def test_the_workers_of_a_cluster_are_told_the_step(command, tmp_path):
     pytest.importorskip("distributed")
     (tmp_path / "chosen.py").write_text(CHOSEN, encoding="utf-8")

@@ -132,6 +132,7 @@ def test_what_changes_nothing_that_is_computed_leaves_the_digest(digest, change)
     assert digest() == digest(*change)
 
 
+@pytest.mark.heavy
 def test_the_digest_is_the_same_in_processes_with_other_seeds_of_hashes():
     code = (
         "from studies.a9_sampling import loops; from studies.paper.quiet_periods import SCENARIOS; "

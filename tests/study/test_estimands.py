@@ -14,6 +14,7 @@ PAIRS = [(0, 1), (0, 2), (1, 2)]
 SHARE = 0.9
 Z = stats.norm.ppf(SHARE)
 LIMIT = 5.0
+SAMPLES = 160
 
 
 class Lognormal:
@@ -68,7 +69,7 @@ class TwoGroups:
 
 
 @cache
-def held(estimand, laws, samples=300, runs=160, confidence=0.9, resamples=400):
+def held(estimand, laws, samples=SAMPLES, runs=160, confidence=0.9, resamples=400):
     """How often all levels hold the truth, and how often all differences do."""
     rng = np.random.default_rng(3)
     truth = np.array([law.truth(estimand) for law in laws])
@@ -94,8 +95,8 @@ GROUPS = (TwoGroups(0.16), Lognormal(0.5), TwoGroups(0.08))
 )
 @pytest.mark.parametrize("estimand", ESTIMANDS, ids=lambda one: one.words)
 def test_all_intervals_hold_the_truth_as_often_as_they_say(estimand, laws):
-    # 0.9 less three standard errors of a share over 300 samples; Bonferroni and whole draws make some wider
-    assert (held(estimand, laws) >= 0.9 - 3 * (0.9 * 0.1 / 300) ** 0.5).all()
+    # 0.9 less three standard errors of a share over so many samples; Bonferroni and whole draws make some wider
+    assert (held(estimand, laws) >= 0.9 - 3 * (0.9 * 0.1 / SAMPLES) ** 0.5).all()
 
 
 @pytest.mark.parametrize("estimand", ESTIMANDS[:4], ids=lambda one: one.words)
@@ -104,7 +105,7 @@ def test_no_interval_of_smooth_laws_is_wide_enough_to_hold_the_truth_always(esti
 
 
 def test_a_draw_less_than_a_whole_share_costs_no_coverage():
-    assert held(Quantile(SHARE), SMOOTH, runs=111)[0] >= 0.9 - 3 * (0.9 * 0.1 / 300) ** 0.5
+    assert held(Quantile(SHARE), SMOOTH, runs=111)[0] >= 0.9 - 3 * (0.9 * 0.1 / SAMPLES) ** 0.5
 
 
 RNG = np.random.default_rng(11)

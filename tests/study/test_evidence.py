@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tests.support.samples import made_sample
+from tests.support.compared_laws import DRAWS, LAWS, sample
 from workbench.report.table_text import grid, to_csv
 from workbench.study.document.phrases import Emphasis, Measured, Missing
 from workbench.study.evidence import (
-    Intervals,
     Mean,
-    Paired,
-    Quantile,
     Tail,
     ablation_table,
     compare,
@@ -23,104 +20,11 @@ from workbench.study.evidence import (
     ranks,
     same_draws,
 )
-from workbench.study.evidence.bootstrap import means, order_statistics
-from workbench.study.uncertainty import Estimate, MonteCarlo, SobolDesign
-
-RNG = np.random.default_rng(7)
-DRAWS = RNG.normal(size=200)  # what all laws of a draw have in common
-LAWS = {
-    "good": 1.0 + DRAWS + 0.1 * RNG.normal(size=200),
-    "twin": 1.0 + DRAWS + 0.1 * RNG.normal(size=200),
-    "poor": 1.2 + DRAWS + 0.1 * RNG.normal(size=200),
-}
 
 
 def with_failed(law: str, count: int) -> dict[str, np.ndarray]:
     """The laws, of which one failed in the first runs."""
     return LAWS | {law: np.where(np.arange(200) < count, np.nan, LAWS[law])}
-
-
-def coverage(summary, draw, truth, runs: int) -> float:
-    """How often all intervals at once hold the truth, over 400 samples."""
-    rng = np.random.default_rng(1)
-    held = []
-    for seed in range(400):
-        found = summary(draw(rng, runs), confidence=0.9, resamples=400, seed=seed)
-        held.append(((found.low <= truth) & (truth <= found.high)).all())
-    return float(np.mean(held))
-
-
-def exact_means(columns, confidence, resamples, seed):
-    return means(columns, np.zeros(columns.shape[1]), confidence, resamples, seed)
-
-
-def medians(columns, confidence, resamples, seed):
-    return order_statistics(columns, 0.5, confidence, resamples, seed)
-
-
-NOISE = np.array([[1.0, 0.8, 0.0], [0.0, 0.6, 0.0], [0.0, 0.0, 1.0]])
-
-
-def normal(rng, runs):
-    return np.array([1.0, -1.0, 0.0]) + rng.normal(size=(runs, 3)) @ NOISE
-
-
-def skewed(rng, runs):
-    return rng.exponential(size=(runs, 3)) @ NOISE
-
-
-def test_a_column_with_a_heavy_tail_widens_no_other():
-    """Beside eight columns in which one of fifty draws is a hundred times as large; Bonferroni for nine is 1.24."""
-    rng = np.random.default_rng(7)
-    plain = rng.normal(size=(160, 1))
-    heavy = rng.normal(size=(160, 8)) * np.where(rng.uniform(size=(160, 8)) < 0.02, 100.0, 1.0)
-    alone, beside = (exact_means(y, 0.995, 4000, 3) for y in (plain, np.hstack([plain, heavy])))
-    wider = (beside.high - beside.low)[0] / (alone.high - alone.low)[0]
-    assert 1 <= wider < 1.6
-
-
-# 0.9 within three standard errors of a share over 400 samples, 0.045; a median's steps are whole draws, and so wider
-@pytest.mark.parametrize(
-    ("summary", "draw", "truth", "low", "high"),
-    [
-        (exact_means, normal, [1.0, -1.0, 0.0], 0.855, 0.945),
-        (exact_means, skewed, [1.0, 1.4, 1.0], 0.855, 0.945),
-        (medians, normal, [1.0, -1.0, 0.0], 0.855, 0.99),
-    ],
-)
-def test_all_intervals_at_once_hold_the_truth_as_often_as_they_say(summary, draw, truth, low, high):
-    assert low <= coverage(summary, draw, np.array(truth), 60) <= high
-
-
-def test_one_interval_at_a_time_would_miss_some_of_many_more_often():
-    rng, truth = np.random.default_rng(2), np.zeros(10)
-    together, alone = [], []
-    for seed in range(200):
-        y = rng.normal(size=(40, 10))
-        found = exact_means(y, 0.9, 300, seed)
-        together.append(((found.low <= truth) & (truth <= found.high)).all())
-        half = stats.t.ppf(0.95, 39) * y.std(axis=0, ddof=1) / 40**0.5
-        alone.append((np.abs(y.mean(axis=0)) <= half).all())
-    # ten independent intervals of 90 % hold together in 35 %
-    assert np.mean(alone) < 0.5 < 0.84 < np.mean(together)
-
-
-def test_a_single_mean_has_students_interval():
-    y = RNG.normal(size=(400, 1))
-    found = exact_means(y, 0.95, 6000, 3)
-    half = stats.t.ppf(0.975, 399) * y.std(ddof=1) / 400**0.5
-    # the quantile of 6,000 resamples is known to 2.5 %, and 400 draws are not quite normal
-    assert (found.high - found.low)[0] / 2 == pytest.approx(half, rel=0.05)
-
-
-@pytest.mark.parametrize("runs", [50, 51])
-def test_a_single_median_has_the_interval_of_the_sign_test(runs):
-    y = np.arange(1.0, runs + 1)[:, None]
-    found = medians(RNG.permutation(y), 0.95, 6000, 4)
-    exact = stats.binom.ppf([0.025, 0.975], runs, 0.5)
-    # order statistics are whole draws: the bootstrap may end one further out
-    assert abs(found.low[0] - exact[0]) <= 1
-    assert abs(found.high[0] - (exact[1] + 1)) <= 1
 
 
 def test_pairing_sees_what_the_spread_of_the_draws_hides():
@@ -300,26 +204,6 @@ def test_a_wide_interval_stays_a_number_in_the_files():
     assert f"{value:.3g} ({low:.3g} to " in str(grid(table)[0][1].content)
 
 
-def sample(design=None, drawn=None, **changes):
-    given = {
-        "name": "s",
-        "factors": ("x",),
-        "columns": (("error", 0, "rad"),),
-        "t": np.ones(1),
-        "h": 0.01,
-        "seed": 0,
-        "fingerprint": "",
-        "drawn": np.arange(30.0)[:, None] if drawn is None else drawn,
-        "values": np.zeros((30, 1, 1)),
-        "again": np.arange(2),
-        "errors": np.zeros((2, 1, 1)),
-        "limits": np.ones(2),
-        "diverged_at": np.full(30, np.nan),
-        "design": design or MonteCarlo(1, 30, seed=9),
-    }
-    return made_sample(**(given | changes))
-
-
 def test_samples_of_the_same_draws_say_so():
     assert "; step 0.01 s, and half" in same_draws({"a": sample(), "b": sample()})
     note = same_draws({"a": sample(), "b": sample(h=0.02)})
@@ -341,114 +225,3 @@ def test_nothing_is_so_many_percent_of_zero():
     values = {"whole": np.zeros(30), "adaptation": np.ones(30)}
     table = ablation_table("t", "c", (compare(paired(values, metric="error")),), "whole")
     assert table.rows[0][1] == Missing("not known")
-
-
-@pytest.mark.parametrize(
-    ("made", "why"),
-    [
-        (lambda: Paired("e", "", ("a", "b"), np.ones((30, 3)), np.ones(2), np.zeros(2)), "a column for each law; got"),
-        (
-            lambda: Paired("e", "", ("a", "b"), np.full((30, 2), 1.7e308), np.ones(2), np.zeros(2)),
-            "sums a double holds",
-        ),
-        (lambda: Intervals(np.ones(2), np.ones(3), np.ones(2)), "two ends for each value; got shapes"),
-        (lambda: Estimate(np.full(2, np.inf), np.ones(2)), r"`Estimate\(value=...\)` must be numbers up to 1e\+304"),
-        (lambda: Estimate(np.ones(2), np.ones(1)), "a half-width for each value; got shapes"),
-    ],
-)
-def test_evidence_that_does_not_fit_together_is_refused(made, why):
-    with pytest.raises(ValueError, match=why):
-        made()
-
-
-@pytest.mark.parametrize(
-    ("other", "why"),
-    [
-        ({"drawn": np.arange(30.0)[::-1, None]}, "'a' and 'b' differ in them"),
-        ({"factors": ("y",)}, "'a' and 'b' differ in them"),
-        ({"design": SobolDesign(1, 8)}, "points of a SobolDesign"),
-        ({"t": np.full(1, 2.0)}, "'a' runs for 1 s and 'b' for 2 s"),
-    ],
-)
-def test_samples_that_are_not_paired_are_refused(other, why):
-    with pytest.raises(ValueError, match=why):
-        same_draws({"a": sample(), "b": sample(**other)})
-
-
-@pytest.mark.parametrize(
-    ("values", "why"),
-    [
-        ({"a": np.ones(30)}, "two laws or more"),
-        ({"a": np.ones(30), "b": np.ones(29)}, "got 30 of a, 29 of b"),
-        ({"a": np.ones(19), "b": np.ones(19)}, "at least 20 draws"),
-        ({"a": np.ones((30, 1)), "b": np.ones(30)}, "one number a draw for 'a'"),
-        ({"a": ["x"] * 30, "b": np.ones(30)}, "one number a draw for 'a'"),
-        ({"a": np.full(30, -np.inf), "b": np.ones(30)}, "one number a draw for 'a'"),
-        ({1: np.ones(30), "b": np.ones(30)}, r"a mapping from `str` to .*; got 1 at \[1\]"),
-    ],
-)
-def test_values_that_cannot_be_compared_are_refused(values, why):
-    with pytest.raises(ValueError, match=why):
-        paired(values, metric="error")
-
-
-@pytest.mark.parametrize(
-    ("errors", "why"),
-    [
-        ({"good": 0.1}, "one error for each"),
-        ([0.1, 0.1, 0.1], "a mapping from `str` to `float`"),
-        (dict.fromkeys(LAWS, -1.0), "that are not negative"),
-        (dict.fromkeys(LAWS, "x"), "got 'x' at"),
-        (dict.fromkeys(LAWS), "got None at"),
-    ],
-)
-def test_errors_that_fit_no_law_are_refused(errors, why):
-    with pytest.raises(ValueError, match=why):
-        paired(LAWS, metric="error", errors=errors)
-
-
-@pytest.mark.parametrize(
-    ("options", "why"),
-    [
-        ({"estimand": "mean"}, r"`compare\(estimand=...\)` must be a `Mean` or a `Median`.*; got 'mean'"),
-        ({"estimand": Quantile(0.99)}, "at least 10 draws beyond it for an interval that holds; 200 draws have 2"),
-        ({"estimand": Quantile(0.01)}, "at least 10 draws beyond it"),
-        ({"estimand": Tail(0.96)}, "at least 10 draws in the tail"),
-        ({"confidence": 1.0}, "between 0 and 1"),
-        ({"margin": -0.1}, "a share from 0 to 1"),
-        ({"margin": "2 %"}, "a number; got '2 %'"),
-        ({"resamples": 99}, "from 100 to 1000000"),
-        ({"seed": -1}, "whole number from 0"),
-    ],
-)
-def test_a_comparison_refuses_what_means_nothing(options, why):
-    with pytest.raises(ValueError, match=why):
-        compare(paired(LAWS, metric="error"), **options)
-
-
-@pytest.mark.parametrize(
-    ("call", "why"),
-    [
-        (lambda: ranks(paired(LAWS, metric="error"), 2.0), r"`ranks\(confidence=...\)` must be"),
-        (lambda: same_draws({"a": 3}), r"to `Sample`, as a dict is; got 3 at \['a'\]"),
-    ],
-)
-def test_what_is_none_of_its_kind_is_refused(call, why):
-    with pytest.raises(ValueError, match=why):
-        call()
-
-
-def test_where_all_laws_fail_once_their_means_are_open():
-    all_lost = {law: np.where(np.arange(200) < 1, np.nan, y) for law, y in LAWS.items()}
-    found = compare(paired(all_lost, metric="e"), Mean())
-    assert found.best is None
-    assert found.leaders == tuple(LAWS)
-
-
-def test_tables_of_other_laws_are_refused():
-    one = compare(paired(LAWS, metric="error"))
-    other = compare(paired({"x": LAWS["good"], "y": LAWS["twin"]}, metric="error"))
-    with pytest.raises(ValueError, match="comparisons of the same laws"):
-        comparison_table("t", "c", (one, other))
-    with pytest.raises(LookupError, match="no 'goood' among the 3 laws. Did you mean 'good'"):
-        ablation_table("t", "c", (one,), "goood")

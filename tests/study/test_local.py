@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tests.support.arms import arm_instruments
+from tests.support.cases import heavy_but
 from tests.support.equations import decay, explosion, oscillator
 from workbench.arms.laws import PID
 from workbench.arms.manipulator import Manipulator
@@ -75,7 +76,7 @@ def test_a_gradient_is_that_of_the_steps_that_are_taken_however_coarse():
     assert abs(R - np.exp(z)) > 0.01
 
 
-@pytest.mark.parametrize("digital", [False, True])
+@pytest.mark.parametrize("digital", heavy_but([False, True], False))
 def test_gradients_of_a_smooth_loop_are_the_slopes_of_its_runs(digital):
     equation = steered().digital(0.01) if digital else steered().ode()
     names = ["controller.Kp", "controller.Kd[1]", "plant.arm.links[1].mass", "plant.q[0]"]

@@ -99,6 +99,7 @@ def test_a_tuning_without_a_step_has_one_chosen_at_the_ends_of_its_ranges():
     assert f"step {found.samples['one'].h:g} s" in found.note
 
 
+@pytest.mark.heavy
 def test_a_tolerance_that_no_step_keeps_is_refused_with_what_is_left():
     loop = LOOPS["a computer"]
     with pytest.raises(ValueError, match=r"No step `h` keeps the tolerance of .*: that of .* still changes"):

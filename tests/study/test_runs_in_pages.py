@@ -6,6 +6,7 @@ from importlib import import_module
 import pytest
 
 import workbench as wb
+from tests.support.cases import heavy_but
 from workbench.core.validation.permission import no_runs
 from workbench.engine import simulate
 from workbench.engine.reference import reference
@@ -100,10 +101,14 @@ def calls_of(function):
     return calls
 
 
-LONG = "b4_handover.study"  # eight seconds of a processor until all its loops are built
+# up to eight seconds of a processor until all their loops are built
+LONG = [
+    f"{name}.study"
+    for name in ("a1_paper_tables", "a6_unstated_choices", "a7_sensitivity", "a8_fair_comparison", "a9_sampling")
+] + ["b3_any_plant.study", "b4_handover.study"]
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.heavy] * (name == LONG)) for name in STUDIES])
+@pytest.mark.parametrize("name", heavy_but(STUDIES, *(name for name in STUDIES if name not in LONG)))
 def test_no_page_of_a_study_reaches_the_engine(name):
     study = import_module(f"studies.{name}").study
     assert not study.measures_time

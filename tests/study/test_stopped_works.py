@@ -8,6 +8,7 @@ import pytest
 
 import workbench as wb
 from tests.support import warm_runs
+from tests.support.cases import heavy_but
 from tests.support.stops import stopped
 from workbench.engine.job import look_to
 from workbench.study.executors import StoppedError
@@ -45,7 +46,7 @@ study = wb.Study("long", "T", "Q?", "M.", lambda results: [], works=(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to a process alone")
-@pytest.mark.parametrize("name", ["march", "choose", "count", "factorise"])
+@pytest.mark.parametrize("name", heavy_but(["march", "choose", "count", "factorise"], "march"))
 def test_ctrl_c_ends_an_item_within_a_second_and_says_what_is_kept(tmp_path, name):
     (tmp_path / "long.py").write_text(LONG.replace("{name}", name), encoding="utf-8")
     with warm_runs.start(["run", "long.py", "--out", "out", "--workers", "2"], tmp_path) as process:

@@ -8,15 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.support.arms import arm_instruments
 from tests.support.samples import with_measurement
+from tests.support.sweep_samples import Digital, sample
 from tests.support.sweeps import RATE, START, Explosion, sweep
-from workbench.arms.laws import SlidingMode
-from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
-from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Sines
 from workbench.engine.distributions import Uniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import iae, measure, rmse
@@ -26,15 +20,6 @@ from workbench.study.executors import on_threads
 from workbench.study.ledger.store import Counter, chunks, complete, opened
 from workbench.study.sweep_runs import tasks_of
 from workbench.study.uncertainty import Listed, MonteCarlo
-
-
-def sample(out, given, **options):
-    """What the sweep gives, through a ledger."""
-    one = compile_sweep(given)
-    tasks = tasks_of([one])
-    with opened(out) as ledger:
-        complete(tasks, ledger, lambda missing: on_threads([one], missing, **options))
-        return one.sample(ledger.read(task.name) for task in tasks)
 
 
 def held(out):
@@ -218,54 +203,6 @@ def test_whole_numbers_of_any_kind_are_the_same_sweep_in_a_ledger(tmp_path):
     assert held(tmp_path) == before
 
 
-@pytest.mark.parametrize(
-    ("change", "kind", "said"),
-    [
-        ({"factors": (Factor("r", ("rat",), Uniform(0, 1)), START)}, LookupError, "Did you mean 'rate'"),
-        ({"factors": (RATE, replace(RATE, name="again"))}, ValueError, "both move 'rate'"),
-        ({"factors": (replace(RATE, distribution=Uniform(0, 11)), START)}, ValueError, "goes from 0 to 11, too far"),
-        ({"design": MonteCarlo(3, 50)}, ValueError, "as many dimensions as there are factors, 2; got 3"),
-        ({"design": 50}, ValueError, "design=.* 50"),
-        ({"factors": ()}, ValueError, "factors, 0"),
-        ({"factors": (replace(RATE, name="run"), START)}, ValueError, "another name for ..run.."),
-        ({"metrics": ()}, ValueError, "at least one"),
-        ({"name": "A b"}, ValueError, "a-z"),
-        ({"every": 0.015}, ValueError, "multiple"),
-        ({"h": float("nan")}, ValueError, "finite number of seconds"),
-        ({"halved": 0}, ValueError, "positive whole number"),
-        ({"runs_of_chunk": 1.5}, ValueError, "a whole number or None; got 1.5"),
-    ],
-)
-def test_what_cannot_be_swept_is_refused_before_it_begins(change, kind, said):
-    with pytest.raises(kind, match=said):
-        tasks_of([compile_sweep(sweep(**change))])
-
-
-def test_a_sweep_without_a_size_of_chunks_is_cut_for_a_second_or_two_of_a_processor_each():
-    made = compile_sweep(sweep(runs_of_chunk=None, design=MonteCarlo(2, 10**9), h=1e-3, until=100.0))
-    sizes = {last - first for first, last in made.chunks[:-1]}
-    assert len(sizes) == 1
-    assert 0.2 < max(sizes) * made.cost.seconds <= 2.0
-    assert made.chunks[-1][1] == 10**9
-
-
-def test_what_takes_too_long_or_too_much_is_refused_with_the_figure(tmp_path):
-    made = compile_sweep(sweep(design=MonteCarlo(2, 10**9), until=100.0))
-    with pytest.raises(ValueError, match=r"^1,000,000,000 runs: at most about .*`--yes`"):
-        cost.check(cost.cost_of([made]), tmp_path)
-    cost.check(cost.cost_of([compile_sweep(sweep())]), tmp_path)
-
-
-class Digital:
-    """An arm under a law that a computer runs behind noisy instruments."""
-
-    def ode(self, name="loop"):
-        arm = paper_arm()
-        law = SlidingMode(model=arm, Lambda=[6.0, 6.0], K=[40.0, 20.0], phi=0.1)
-        loop = ClosedLoop(Manipulator(arm, q=[0.5, 0.0]), FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
-        return loop.digital(2e-3, arm_instruments(2, noise_q=1e-4), name=name)
-
-
 def test_the_noise_of_a_run_is_its_own_whatever_chunk_it_is_in(tmp_path):
     width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
     given = sweep(loop=Digital(), factors=(width,), design=MonteCarlo(1, 12), h=1e-3, until=0.2, halved=5)
@@ -277,24 +214,9 @@ def test_the_noise_of_a_run_is_its_own_whatever_chunk_it_is_in(tmp_path):
     assert not np.isin(seeded.score("IAE").value, one.score("IAE").value).any()
 
 
-def test_a_time_that_is_no_multiple_of_the_period_is_refused_before_it_begins():
-    width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
-    given = sweep(loop=Digital(), factors=(width,), design=MonteCarlo(1, 12), h=1e-3, until=0.2, every=5e-3)
-    with pytest.raises(ValueError, match="multiple of the step"):
-        compile_sweep(given)
-
-
 def test_a_sample_knows_the_design_it_was_drawn_from(tmp_path):
     given = sweep()
     assert sample(tmp_path, given).design is given.design
-
-
-def test_a_metric_that_was_not_taken_is_named_with_those_that_were(tmp_path):
-    found = sample(tmp_path, sweep())
-    with pytest.raises(LookupError, match=r"There is no metric 'IEA' among IAE, ISE. Did you mean"):
-        found.score("IEA")
-    with pytest.raises(LookupError, match=r"'IAE' has no signal 1: it has 0 \('e'\), counted from 0"):
-        found.score("IAE", 1)
 
 
 def test_an_error_of_the_step_that_is_not_known_is_not_left_out(tmp_path):
@@ -316,12 +238,6 @@ def test_a_table_is_the_same_in_whatever_blocks_it_is_written(tmp_path, monkeypa
     assert len(table) == 50 * 4
 
 
-def test_the_time_to_write_many_short_runs_is_foreseen():
-    # a million runs of 50 steps: half a second to march, and some ten to write seven million numbers as text
-    made = compile_sweep(sweep(design=MonteCarlo(2, 10**6), until=0.5, runs_of_chunk=None))
-    assert 10 < cost.cost_of([made]).seconds < 40
-
-
 def test_no_name_of_a_column_is_run_by_a_spreadsheet_and_its_numbers_are_as_they_were(tmp_path):
     found = sample(tmp_path, sweep())
     names = tuple(f"=HYPERLINK({i},x)" for i in range(len(found.factors)))
@@ -333,13 +249,6 @@ def test_no_name_of_a_column_is_run_by_a_spreadsheet_and_its_numbers_are_as_they
     assert len(read) == len(head.split(b","))
     assert [name[:2] for name in read if "HYPERLINK" in name] == ["'="] * len(names)
     assert [name[:4] for name in read if "-x" in name] == ["'-x["] * 2 * len(found.measurement.columns)
-
-
-@pytest.mark.parametrize(("needs", "word"), [({"memory": 5e9}, "4.0 GB"), ({"disk": 1e18}, "half of what is free")])
-def test_too_much_memory_or_disk_is_refused_with_the_limit(tmp_path, needs, word):
-    small = cost.cost_of([compile_sweep(sweep())])
-    with pytest.raises(ValueError, match=rf"{word}.*`--yes`"):
-        cost.check(replace(small, **needs), tmp_path)
 
 
 def test_runs_that_share_their_noise_differ_by_their_numbers_alone(tmp_path):

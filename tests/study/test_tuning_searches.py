@@ -128,14 +128,20 @@ def test_a_search_that_has_not_settled_has_all_its_evaluations_and_is_marked():
     assert any("The search of seed 0 became better by" in said and "has not settled" in said for said in found.warnings)
 
 
-def test_each_search_has_a_training_noise_of_its_own(noisy):
+@pytest.fixture(scope="module")
+def alone():
+    """What each of the two searches finds by itself, in the noise that it has beside the other."""
+    moved = tuple(replace(trial, run=replace(trial.run, seed=trial.run.seed + 1000)) for trial in shaken().trials)
+    return tune(shaken(seeds=(5,))), tune(shaken(seeds=(6,), trials=moved))
+
+
+def test_each_search_has_a_training_noise_of_its_own(noisy, alone):
     seeds = [
         [trial.run.seed for trial in compile_tuning(shaken()).under(compile_tuning(shaken()).trials, k)] for k in (0, 1)
     ]
     assert seeds == [[3, 4], [1003, 1004]]
-    moved = tuple(replace(trial, run=replace(trial.run, seed=trial.run.seed + 1000)) for trial in shaken().trials)
-    for k, alone in ((0, shaken(seeds=(5,))), (1, shaken(seeds=(6,), trials=moved))):
-        np.testing.assert_array_equal(tune(alone).objectives, noisy.objectives[48 * k : 48 * (k + 1)])
+    for k, one in enumerate(alone):
+        np.testing.assert_array_equal(one.objectives, noisy.objectives[48 * k : 48 * (k + 1)])
 
 
 def test_the_winner_is_the_least_mean_over_the_noises_of_all_searches(noisy):
@@ -147,10 +153,8 @@ def test_the_winner_is_the_least_mean_over_the_noises_of_all_searches(noisy):
     assert "over the noises of 2 searches" in noisy.note
 
 
-def test_the_best_of_one_search_is_that_of_it_alone(noisy):
-    assert noisy.best_of(5) == tune(shaken(seeds=(5,))).best
-    moved = tuple(replace(trial, run=replace(trial.run, seed=trial.run.seed + 1000)) for trial in shaken().trials)
-    assert noisy.best_of(6) == tune(shaken(seeds=(6,), trials=moved)).best
+def test_the_best_of_one_search_is_that_of_it_alone(noisy, alone):
+    assert [noisy.best_of(seed) for seed in (5, 6)] == [one.best for one in alone]
     with pytest.raises(LookupError, match="There is no '7' among the 2 searches of 'shaken' by their seeds"):
         noisy.best_of(7)
     lost = np.where(np.arange(16)[:, None] < 8, np.inf, noisy.halved)

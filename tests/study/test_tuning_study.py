@@ -157,6 +157,7 @@ def test_too_long_a_search_is_refused_before_it_begins(command, tuned, tmp_path)
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_been(command, tuned, tmp_path):
     until_settled = TUNED.replace("EVALUATIONS", "480, seeds=(0, 1), settle=0.4")

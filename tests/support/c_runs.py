@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.support.cases import heavy_but
 from workbench.core import Entry, Layout
 
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+EACH_COMPILER = heavy_but(COMPILERS, *COMPILERS[:1])
 needs_compiler = pytest.mark.skipif(not COMPILERS, reason="no C compiler here: apt-get install gcc")
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-std=c99", "-Werror")
 

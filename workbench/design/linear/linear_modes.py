@@ -168,8 +168,9 @@ def _least(A: Array, B: Array, value: complex) -> tuple[Complex, float, complex]
 def _named(vector: Complex, names: list[str]) -> tuple[str, ...]:
     """The names of the entries that are large, the largest first; of equal ones the first."""
     size = np.abs(vector)
-    order = np.argsort(-np.round(size / (size.max() or 1.0), 6), kind="stable")
-    return tuple(names[i] for i in order if size[i] >= TAKES_PART * size.max())
+    largest = size.max()
+    order = np.argsort(-np.round(size / (largest or 1.0), 6), kind="stable")
+    return tuple(names[i] for i in order if size[i] >= TAKES_PART * largest)
 
 
 def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -> Hautus:

@@ -124,8 +124,17 @@ def reaching(pattern: Mask, n: int) -> Mask:
 def closure(steps: Mask) -> Mask:
     """The pairs that any number of steps joins."""
     for _ in range(max(len(steps).bit_length(), 1)):
-        steps = np.asarray(steps.astype(int) @ steps.astype(int) > 0)
+        joined = steps.astype(float)  # counts up to the number of places, exact; of floats a product takes a tenth
+        steps = np.asarray(joined @ joined > 0)
     return steps
+
+
+def entries_of(pattern: ca.Sparsity) -> Mask:
+    """True where a pattern has an entry, without the numbers of a dense matrix on the way."""
+    mask = np.zeros(pattern.shape, dtype=bool)
+    rows, columns = (np.array(places, dtype=int) for places in pattern.get_triplet())
+    mask[rows, columns] = True
+    return mask
 
 
 def _moves(ode: Ode | Sampled) -> Mask:
@@ -135,8 +144,8 @@ def _moves(ode: Ode | Sampled) -> Mask:
     for each in (ode.flow, jump_of(ode)) if isinstance(ode, Sampled) else (ode,):
         z, values = ca.vertcat(each.x, each.input_symbols), ca.vertcat(each.rate, each.output)
         J = ca.jacobian(values, z)
-        steps[: values.numel()] |= np.array(ca.DM(J.sparsity(), 1), dtype=bool)
-        bends |= np.array(ca.DM(ca.jacobian_sparsity(ca.vec(ca.densify(J)), z), 1), dtype=bool).any(axis=0)
+        steps[: values.numel()] |= entries_of(J.sparsity())
+        bends |= entries_of(ca.jacobian_sparsity(ca.vec(ca.densify(J)), z)).any(axis=0)
     return np.asarray(closure(steps)[bends][:, :n].any(axis=0))
 
 

@@ -12,7 +12,7 @@ from workbench.core import Ode, Sampled
 from workbench.core.point import AT_REST, rate_terms
 from workbench.core.validation.refusals import Array
 from workbench.design.linear.linear_period import flow_over, jump_of
-from workbench.design.linear.loop_cuts import closure
+from workbench.design.linear.loop_cuts import closure, entries_of
 from workbench.design.linear_loop.loop_equations import Equations, flow_of, labels_of
 from workbench.design.linear_loop.point_model import Instant
 
@@ -55,11 +55,11 @@ def resting_states(closed: Equations, ports: tuple[str, ...]) -> Mask:
     seen = [i for name in ports for i in range(flow.outputs.size)[flow.outputs.slice(name)]]
     steps, bends = np.eye(n, dtype=bool), np.zeros(n, dtype=bool)
     for each in (flow, jump_of(closed)) if isinstance(closed, Sampled) else (flow,):
-        steps |= np.array(ca.DM(ca.jacobian_sparsity(ca.densify(each.rate), each.x), 1), dtype=bool)
+        steps |= entries_of(ca.jacobian_sparsity(ca.densify(each.rate), each.x))
         every = list(range(n))  # A is kept by the equations, as one of 200 states takes seconds
         for J, rows in ((each.A, every), (each.B, every), (each.Cy, seen), (each.D, seen)):
             used = np.isin(np.arange(J.numel_out(0)) % max(J.size1_out(0), 1), rows)
-            bends |= np.array(ca.DM(J.jac_sparsity(0, 1), 1), dtype=bool)[used].any(axis=0)
+            bends |= entries_of(J.jac_sparsity(0, 1))[used].any(axis=0)
     return np.asarray(closure(steps)[bends].any(axis=0))
 
 
@@ -71,7 +71,7 @@ def start_of(closed: Equations, at: Instant, x: Array, p: Array, fixed: list[int
     if not isinstance(closed, Sampled):
         return x
     jump = jump_of(closed)
-    by = np.array(ca.DM(ca.jacobian_sparsity(ca.densify(jump.rate), jump.x), 1), dtype=bool)
+    by = entries_of(ca.jacobian_sparsity(ca.densify(jump.rate), jump.x))
     returns = (by & closure(by | np.eye(len(by), dtype=bool)).T).any(axis=1)
     follows = np.setdiff1d(np.flatnonzero(~returns), fixed)
     after = ca.Function("after", [jump.t, jump.x, jump.p], [ca.densify(jump.rate)])
