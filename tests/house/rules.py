@@ -150,13 +150,29 @@ def _all_of(text: str) -> tuple[ast.AST, ...]:
 
 
 @cache
+def _statements_of(text: str) -> tuple[ast.AST, ...]:
+    """The module and all its statements, at any depth, without what is within an expression."""
+    nodes: list[ast.AST] = [_tree(text)]
+    for node in nodes:  # which grows meanwhile
+        for name in ("body", "handlers", "orelse", "finalbody", "cases"):
+            nodes += getattr(node, name, [])
+    return tuple(nodes)
+
+
+@cache
 def _imports_of(text: str) -> tuple[ast.Import | ast.ImportFrom, ...]:
-    return tuple(node for node in _all_of(text) if isinstance(node, ast.Import | ast.ImportFrom))
+    return tuple(node for node in _statements_of(text) if isinstance(node, ast.Import | ast.ImportFrom))
 
 
 def _nodes(held: Sources) -> Iterator[tuple[str, ast.AST]]:
     for path, text in held.items():
         for node in _all_of(text):
+            yield path, node
+
+
+def _statements(held: Sources) -> Iterator[tuple[str, ast.AST]]:
+    for path, text in held.items():
+        for node in _statements_of(text):
             yield path, node
 
 
@@ -210,7 +226,7 @@ def long_functions(held: Sources) -> list[str]:
     return [
         f"{path}:{node.lineno}: a function has at most {LINES_OF_A_FUNCTION} lines, "
         f"`{node.name}` has {lines}; give its parts names."
-        for path, node in _nodes(held)
+        for path, node in _statements(held)
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         and (lines := (node.end_lineno or node.lineno) - node.lineno + 1 - _examples(node)) > LINES_OF_A_FUNCTION
     ]
@@ -455,7 +471,7 @@ def question_openings(held: Sources) -> list[str]:
     return [
         f"{path}:{getattr(node, 'lineno', 1)}: a docstring says what the thing is and does not open with `{word}`; "
         "write 'The ...', 'True if ...' or the verb."
-        for path, node in _nodes(held)
+        for path, node in _statements(held)
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
         if (word := (ast.get_docstring(node) or "").partition(" ")[0]) in NO_OPENINGS
     ]
@@ -464,11 +480,11 @@ def question_openings(held: Sources) -> list[str]:
 def foreign_text(held: Sources) -> list[str]:
     """Strings of four lines and more, but docstrings, that hold text in another language."""
     breaches = []
-    for path, tree in ((path, ast.parse(text)) for path, text in held.items() if path.startswith("workbench/")):
+    for path, source in ((path, source) for path, source in held.items() if path.startswith("workbench/")):
         opened = (ast.Module, ast.ClassDef, ast.FunctionDef)
-        heads = [node.body[0] for node in ast.walk(tree) if isinstance(node, opened) and ast.get_docstring(node)]
+        heads = [n.body[0] for n in _statements_of(source) if isinstance(n, opened) and ast.get_docstring(n)]
         docstrings = {id(head.value) for head in heads if isinstance(head, ast.Expr)}
-        for node in ast.walk(tree):
+        for node in _all_of(source):
             text = node.value if isinstance(node, ast.Constant) and id(node) not in docstrings else None
             if isinstance(text, str) and text.count("\n") >= 3 and (found := FOREIGN.search(text)):
                 breaches.append(
@@ -486,7 +502,7 @@ def _bases(node: ast.ClassDef) -> list[str]:
 def mutable_dataclasses(held: Sources) -> list[str]:
     """Dataclasses that are not frozen."""
     breaches = []
-    for path, node in _nodes(held):
+    for path, node in _statements(held):
         for decorator in node.decorator_list if isinstance(node, ast.ClassDef) else []:
             call = decorator if isinstance(decorator, ast.Call) else None
             if _dotted(call.func if call else decorator).rpartition(".")[2] != "dataclass":
