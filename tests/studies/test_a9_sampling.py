@@ -185,6 +185,7 @@ def test_a_late_computer_starts_with_the_torque_of_the_first_instant():
     np.testing.assert_array_equal(late.states["hold.next"].default, first_torque("SMC", "FS")["tau"])
 
 
+@pytest.mark.heavy
 def test_the_first_run_of_an_audit_has_exact_readings_and_the_others_have_not():
     found, alone = audit("SMC", "FS", Computer(5e-4)), exact("SMC", "FS", Computer(5e-4))
     # the audit's step is half of the search's; noise is a hundred times the variation
@@ -194,10 +195,12 @@ def test_the_first_run_of_an_audit_has_exact_readings_and_the_others_have_not():
     assert len(set(found.noisy[TV][:, 0])) == NOISY
 
 
+@pytest.mark.heavy
 def test_chattering_of_a_computer_does_not_know_the_step_of_the_simulation():
     assert np.ptp(curve(("SMC", "sign", True)).TV, axis=0).max() < 1.0  # of some 5000 N m/s
 
 
+@pytest.mark.heavy
 def test_at_10_ms_euler_loses_aosmc_rgs_and_a_cayley_step_of_34_keeps_it():
     lost_runs = {way: audit("AOSMC-RGS", "FS", Computer(1e-2, stepping=way)).lost for way in ("euler", "cayley34")}
     assert lost_runs["euler"].all()

@@ -52,7 +52,10 @@ def test_no_law_needs_what_no_instrument_gives(one):
     assert set(law.limits) == set(law.commands.names)
 
 
-@EACH
+@pytest.mark.parametrize(
+    "one",
+    [pytest.param(one, marks=[pytest.mark.heavy] * (one.name not in (PID, SMC)), id=one.key) for one in handed()],
+)
 def test_every_loop_stays_near_its_reference_in_its_computer(one):
     found = measure(one.digital(), one.metrics, until=one.until, every=one.until, h=one.period)
     error, busy = (np.array([each.pair[0] for each in found.scores if each.metric == name]) for name in (ERROR, TV))
@@ -74,6 +77,7 @@ def test_the_error_after_the_approach_is_the_root_of_the_mean_square_from_there_
     np.testing.assert_allclose(values, np.sqrt((run["e"][0, late] ** 2).mean(axis=0)), rtol=5e-3)
 
 
+@pytest.mark.heavy
 def test_a_longer_period_chatters_where_the_rule_of_thumb_of_a9_is_broken():
     one = BY_NAME[SMC]
     phi, K = 0.01, 5.0
@@ -100,6 +104,7 @@ def test_starts_differ_and_effects_are_those_of_the_clock_where_precision_is_com
 # A scan, and a loss
 
 
+@pytest.mark.heavy
 def test_a_scan_ends_where_error_or_variation_first_grows_too_much():
     one = BY_NAME[PID]
     found = growth(periods_of(one.key), [one.period, 8 * one.period, 32 * one.period], {ERROR: 1.1})
@@ -159,7 +164,7 @@ def test_both_pages_search_the_longest_period_by_the_same_function_on_the_same_l
     assert all(search.delay for search in unlimited)
 
 
-@pytest.mark.parametrize("start", BOTH)
+@pytest.mark.parametrize("start", [NEAR_START, pytest.param(FAR_START, marks=pytest.mark.heavy)])
 def test_a_search_is_about_the_loop_that_is_handed_over(start):
     for search in searches():
         one, path = BY_NAME[search.law], findings.PATHS[start]
@@ -393,6 +398,7 @@ def short():
     return Results(samples=tuple(samples))
 
 
+@pytest.mark.heavy
 def test_an_error_is_stated_beside_the_step_of_its_reading(short):
     error, step, unit = findings.error_of(short, PID)
     assert (step, unit) == (2 * np.pi / 2**16, "rad")
@@ -401,6 +407,7 @@ def test_an_error_is_stated_beside_the_step_of_its_reading(short):
     )
 
 
+@pytest.mark.heavy
 def test_the_losses_of_a_shortened_run_are_ratios_of_its_own_samples(short):
     one = BY_NAME[PID]
     own = margins.losses(short, one)
@@ -422,6 +429,7 @@ def test_the_losses_of_a_shortened_run_are_ratios_of_its_own_samples(short):
     assert largest == pytest.approx(ratio.max() - 1)
 
 
+@pytest.mark.heavy
 def test_missed_periods_change_the_error_the_more_the_more_they_are(short):
     missed = next(m for m in margins.margins(short, BY_NAME[PID]).each if m.effect.name == "missed periods")
     # for the better here: a torque that stays behind makes up for a lag of the law
