@@ -328,6 +328,7 @@ def test_a_folder_without_exams_and_a_file_are_told_of_and_exit_2(tmp_path, caps
     assert capsys.readouterr().err == f"'{tmp_path / 'grade.py'}' is a file: name the folder that holds the exams.\n"
 
 
+@pytest.mark.heavy
 def test_a_folder_that_is_not_there_is_one_sentence_and_exit_2(tmp_path):
     call = [sys.executable, "-m", "tests.exams", str(tmp_path / "nowhere")]
     done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)

@@ -251,6 +251,7 @@ def several_periods():
     return wb.DigitalLoop(wb.ClosedLoop(plant, filters, law), 0.1)
 
 
+@pytest.mark.heavy
 def test_a_step_over_several_periods_is_that_of_the_step_that_runs():
     digital = several_periods()
     linear, sampled = wb.linear_loop(digital), digital.ode(inputs=True)
@@ -346,6 +347,7 @@ def test_rows_of_several_channels_show_the_largest_gain_of_s():
     assert len(rows.plot("bode", at="b").figure.panels) == 2
 
 
+@pytest.mark.heavy
 def test_core_knows_no_picture_until_one_is_asked_for():
     code = (
         "import sys, workbench.core.drawers as d; assert not d.DRAWERS; "

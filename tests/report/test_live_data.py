@@ -264,7 +264,10 @@ def test_a_turned_case_refuses_what_it_does_not_have():
         wb.turned(study, "speed: PID", {})
 
 
-@pytest.mark.parametrize("law", ["PID", "SMC", "super-twisting"])
+SMOOTH = ("PID", "SMC", "super-twisting")
+
+
+@pytest.mark.parametrize("law", SMOOTH)
 def test_the_numbers_of_a_page_are_those_of_the_fused_arithmetic_to_a_billionth_where_nothing_jumps(law):
     made = next(one for one in comparison("FS") if one.law == law)
     ode = equations_of(made.run.loop, law)
@@ -304,8 +307,11 @@ def test_a_page_without_knobs_has_no_script():
     assert "data-cell" not in text
 
 
+# The laws that jump: where nothing does, the numbers agree to a billionth, as is tested above.
 @pytest.mark.heavy
-@pytest.mark.parametrize("made", comparison("FS"), ids=lambda made: made.law)
+@pytest.mark.parametrize(
+    "made", [made for made in comparison("FS") if made.law not in SMOOTH], ids=lambda made: made.law
+)
 def test_the_printed_digits_are_those_of_the_portable_arithmetic_too(made):
     ode = equations_of(made.run.loop, made.law)
     how = {"until": made.run.until, "h": made.run.h, "every": made.run.every}

@@ -90,12 +90,14 @@ def test_in_a_computer_with_a_delay_the_map_of_the_period_is_that_of_the_run(com
     assert float(answer["omega"][-1]) == pytest.approx(np.pi / 0.01, rel=1e-15)
 
 
+@pytest.mark.heavy
 def test_the_repaired_law_of_the_paper_has_its_adapting_gains_held_as_in_a5(proposed):
     assert tuple(proposed.linear["held"]) == HELD[PROPOSED]
     assert proposed.linear["said"] == "At rest at the reference at t = 0 s, with K and P held."
     assert proposed.linear["channels"] == ["tau[0]", "tau[1]"]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("values", [{}, {"controller__phi": 0.02, "plant__arm__links[0]__mass": 1.3}])
 def test_the_arm_of_the_paper_rests_where_python_finds_it(proposed, values):
     (answer,) = proposed.answers(proposed.turn(**values))
@@ -172,6 +174,7 @@ def test_a_loop_that_is_unstable_has_crossovers_and_no_margins(computer):
     assert answer["margins"][0]["gainCrossovers"]
 
 
+@pytest.mark.heavy
 def test_a_loop_whose_reference_moves_is_frozen_at_its_start():
     data = LoopData.of(loop_of("PID"))
     assert data.linear["said"] == "Frozen at the start, where the loop does not rest."
@@ -179,6 +182,7 @@ def test_a_loop_whose_reference_moves_is_frozen_at_its_start():
     assert_same(answer, data.python(), poles_within=1e-7)  # three poles of PID are nearly one
 
 
+@pytest.mark.heavy
 def test_the_crossovers_of_a_narrow_resonance_are_found_wherever_a_knob_puts_it():
     data = LoopData.of(LIGHT)
     for w in (3.0, 41.7, 97.3):  # of a damping of 1e-5, far from the frequencies of the page
@@ -281,6 +285,7 @@ def test_what_cannot_be_cut_says_so_in_one_sentence():
     assert refused.refused.startswith("'loop' is equations alone")
 
 
+@pytest.mark.heavy
 @needs_chromium
 def test_a_page_in_a_browser_has_the_answer_before_the_run(tmp_path):
     case = wb.Case("s", "l", wb.Run(LOOP, (wb.rmse(),), until=1.0, h=1e-3))

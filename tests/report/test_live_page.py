@@ -107,6 +107,7 @@ def test_a_run_that_diverges_says_so_with_the_time_that_python_finds(page):
     assert "diverged at" in page.value("document.querySelector('.bench-voice').textContent")
 
 
+@pytest.mark.heavy
 def test_noise_and_long_strides_keep_the_bits(tmp_path, browser):
     noisy = rival("FS", "PID").digital(
         2e-3, arm_instruments(2, noise_q=1e-4, noise_qd=1e-2, quantum_q=1e-5, limit=400.0)

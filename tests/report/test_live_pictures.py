@@ -286,6 +286,7 @@ def test_a_loop_of_two_channels_in_a_computer_draws_each_with_the_other_closed(t
         assert page.complaints == []
 
 
+@pytest.mark.heavy
 @needs_chromium
 @needs_llvmlite
 def test_a_switch_that_does_not_act_at_rest_leaves_the_loop_its_answer(tmp_path, browser):

@@ -278,6 +278,7 @@ class TwoGains(wb.Controller):
         return {"v": self.a * self.b * (ref.omega - est.omega) + self.c}
 
 
+@pytest.mark.heavy
 def test_two_knobs_that_move_a_pair_the_same_way_place_nothing_and_one_is_followed(tmp_path, browser):
     def alike(a):
         law = TwoGains(a, 2.0, 1.0)

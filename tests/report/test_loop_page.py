@@ -121,6 +121,7 @@ def repaired():
     return closed, wb.live(closed, until=0.1)
 
 
+@pytest.mark.heavy
 def test_a_long_name_keeps_its_block_and_its_end_where_it_is_still_the_only_one(repaired):
     names = names_of(repaired[1])
     assert {"plant.links[0].mass", "controller.links[0].mass", "observer.links[0].mass"} <= {*names}
@@ -137,6 +138,7 @@ def test_signals_of_one_number_have_no_name_in_the_legend():
     assert [figure.title for figure in figures] == ["omega", "v_applied"]
 
 
+@pytest.mark.heavy
 def test_a_law_with_a_dagger_has_its_reason_below_the_table(repaired):
     closed, page = repaired
     notes = closed.ode().notes
@@ -213,7 +215,10 @@ def test_a_page_is_written_only_into_a_folder_that_is_there(tmp_path):
     ("text", "words", "said"),
     [
         (RUNS, (), "'loop' until 0.4 s, at steps of 0.002 s."),
-        (RUNS, ("--until", "0.2", "--step", "1e-3"), "'loop' until 0.2 s, at steps of 0.001 s."),
+        pytest.param(
+            *(RUNS, ("--until", "0.2", "--step", "1e-3"), "'loop' until 0.2 s, at steps of 0.001 s."),
+            marks=pytest.mark.heavy,
+        ),
         (FIRST, ("--loop", "alone", "--until", "0.2"), "'alone' until 0.2 s, at steps of 0.001 s."),
         (FIRST.replace("loop =", "first ="), ("--until", "0.2"), "'alone' until 0.2 s, at steps of 0.001 s."),
     ],
@@ -290,6 +295,7 @@ class Frame:
             time.sleep(0.02)
 
 
+@pytest.mark.heavy
 @needs_chromium
 def test_a_page_in_the_frame_of_a_notebook_is_live(tmp_path):
     path = tmp_path / "notebook.html"

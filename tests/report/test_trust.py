@@ -92,6 +92,7 @@ def test_a_tighter_tolerance_has_a_shorter_step_and_as_many_times():
     assert fine["x"][0, -1, 0] == pytest.approx(np.exp(-3), rel=1e-12)
 
 
+@pytest.mark.heavy
 def test_a_loop_in_a_computer_has_its_substeps_chosen():
     computer = first_loop().digital(0.1)
     runs, exact = wb.simulate(computer, until=2.0), wb.simulate(computer.step(256), until=2.0)

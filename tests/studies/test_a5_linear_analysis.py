@@ -94,6 +94,7 @@ def test_a_pole_is_printed_as_one_reads_it(value, text):
     assert shown(value) == text
 
 
+@pytest.mark.heavy
 def test_at_each_of_four_rest_points_positions_alone_show_the_modes_less_than_positions_and_velocities():
     alone = arm_alone(SEED)
     points = alone.rest_points

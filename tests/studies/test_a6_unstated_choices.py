@@ -468,6 +468,7 @@ def test_the_draws_with_limited_torques_are_the_first_of_all_draws():
     np.testing.assert_array_equal(draws.LIMITED.points(), draws.RANDOM.points()[: draws.LIMITED.runs])
 
 
+@pytest.mark.heavy
 def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_layer():
     gentle, factors, layer = np.array([[0.2, 0.2, 0.1], [0.6, 0.4, 0.1]]), loops.FACTORS["SMC"], loops.loop("SMC", "FS")
 
