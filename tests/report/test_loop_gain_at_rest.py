@@ -25,6 +25,7 @@ from workbench.study.study import Results, Study
 
 NAME = f"{REST}: {PROPOSED}"
 LONGEST = 25  # words of a sentence
+TURNED = ("Lambda", "first gain K", "mass of link 2", "observer (10)")  # with all tests, and phi with each
 
 
 def outcomes_of(*cases):
@@ -85,7 +86,7 @@ def test_the_loop_is_that_of_d0_at_the_same_pose(unturned):
 
 @pytest.mark.parametrize(
     "knob",
-    ["phi", *(pytest.param(knob, marks=pytest.mark.heavy) for knob in ("Lambda", "mass of link 2", "observer (10)"))],
+    ["phi", *(pytest.param(knob, marks=pytest.mark.heavy) for knob in TURNED)],
 )
 def test_a_knob_of_a1_moves_the_loop_gain(knob, unturned):
     high = next(one.high for one in a1.LIVE if one.name == knob)
