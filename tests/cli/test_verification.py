@@ -97,6 +97,7 @@ def test_values_that_differ_late_are_printed_to_the_digit_that_differs(verify):
     assert "seen     1.0000001 for 1 at" in verify("M_22 = m_2*l_2^2 + 1e-7*m_1").stdout
 
 
+@pytest.mark.heavy
 def test_a_right_side_too_long_for_the_eye_is_not_printed(verify):
     said = "right    longer than can be compared by eye; see `workbench derive`"
     done = verify("M_11 = 0\nM_66 = 0\nG_2 = 0", robot="ur5")

@@ -118,6 +118,7 @@ def test_a_step_over_several_periods_is_that_of_the_step_that_runs():
     np.testing.assert_allclose(ours.y, seen, atol=1e-9)  # the substeps leave less
 
 
+@pytest.mark.heavy
 def test_a_loop_of_several_periods_has_a_bode_plot_and_poles_and_no_nyquist_plot():
     linear = wb.linear_loop(several_periods())
     picture = linear.plot()

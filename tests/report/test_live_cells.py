@@ -60,7 +60,7 @@ document.getElementById("seen").textContent = JSON.stringify(seen);
 </script></body></html>"""
 
 
-@pytest.fixture(scope="session", params=["center", "right"])
+@pytest.fixture(scope="session", params=["center", pytest.param("right", marks=pytest.mark.heavy)])
 def seen(tmp_path_factory, request):
     """The cells of a small page after each call, and the widths of their columns, in Chromium."""
     if CHROMIUM is None:

@@ -178,7 +178,8 @@ class Integral(wb.Controller):
         return {"z": est.y}
 
 
-@pytest.mark.parametrize("period", [None, pytest.param(0.05, marks=pytest.mark.heavy)])
+@pytest.mark.heavy
+@pytest.mark.parametrize("period", [None, 0.05])
 def test_three_coupled_channels_are_answered_one_by_one_and_at_once(period):
     loop = wb.ClosedLoop(Coupled(), controller=Integral())
     data = LoopData.of(loop if period is None else wb.DigitalLoop(loop, period, delay=True), 0.01, 0.1)

@@ -106,6 +106,7 @@ def test_no_caption_of_a_live_picture_has_a_margin_that_could_not_move():
         assert not re.search(r"\d", words.replace("t = 0 s", "").replace("1 / (1 + L)", "").replace("L / (1 + L)", ""))
 
 
+@pytest.mark.heavy
 def test_margins_of_one_channel_stand_beside_the_disk_margin_of_all():
     table = margins_of(rival("FS", "PID"))
     assert [column.header for column in table.columns] == ["linear answer", "unit", "tau[0]", "tau[1]", "all at once"]

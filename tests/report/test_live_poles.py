@@ -93,6 +93,7 @@ def test_a_pointer_drags_a_pair_by_two_knobs_and_the_copied_lines_follow(page):
     assert f"controller.Ki = {turned['Ki']:.6g}" in told
 
 
+@pytest.mark.heavy
 def test_what_two_knobs_do_not_reach_is_left_at_the_nearest_place_and_said(page):
     target = -8 + 9j
     stop = drag(page, -5 + 13j, target)

@@ -52,6 +52,7 @@ def test_the_crossovers_of_a_narrow_resonance_are_found_wherever_a_knob_puts_it(
         assert len(answer["margins"][0]["gainCrossovers"]) >= 3
 
 
+@pytest.mark.heavy
 def test_a_sharp_peak_is_drawn_as_high_as_the_table_says_it_is_wherever_a_knob_puts_it():
     data = LoopData.of(LIGHT)
     for w in (3.0, 41.7, 97.3):

@@ -137,6 +137,7 @@ def full():
     return standings_figure("f", "Cost.", found, "median")
 
 
+@pytest.mark.heavy
 def test_twelve_laws_in_ten_scenarios_fit_a_page_and_no_words_overlap(monkeypatch):
     figure = full()
     width, height = (72 * inches for inches in size_of(figure))

@@ -118,6 +118,7 @@ def test_the_cart_pole_under_lqg_runs_as_scipy_integrates_it():
     assert score.value.item() == pytest.approx(np.sqrt(np.trapezoid(other.sol(t)[0] ** 2, t) / 5.0), rel=1e-4)
 
 
+@pytest.mark.heavy
 def test_no_pid_with_a_plain_filter_makes_the_two_masses_stable():
     rng = np.random.default_rng(3)
     for _ in range(100):
@@ -139,6 +140,7 @@ def test_friction_or_a_reading_of_the_first_mass_lets_a_plain_filter_do():
         assert control.feedback(plant * pd).poles().real.max() < -1e-4  # far beyond rounding of simple poles
 
 
+@pytest.mark.heavy
 def test_more_push_returns_the_margin_where_no_zero_lies_to_the_right():
     for name, returns in (("buck converter", True), (HARD, False)):
         plain = linear().work("margins")[ITEMS.index((name, LQG))].disk

@@ -52,6 +52,7 @@ def test_every_loop_stays_near_its_reference_in_its_computer(one):
     assert np.isfinite(busy).all()
 
 
+@pytest.mark.heavy
 def test_the_error_after_the_approach_is_the_root_of_the_mean_square_from_there_on():
     one = BY_NAME[PID]
     sampled, until = one.digital(), 2.0
