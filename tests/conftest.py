@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from pathlib import Path
 
 import hypothesis
@@ -61,9 +62,9 @@ def pytest_collection_finish():
 
 
 def pytest_collection_modifyitems(items):
-    """Files with `heavy` tests come first: a worker that got one last would work on when the others are done."""
-    heavy = {item.path for item in items if item.get_closest_marker("heavy")}
-    items.sort(key=lambda item: item.path not in heavy)
+    """Files with most `heavy` tests come first: a worker that got one last would work on when the others are done."""
+    heavy = Counter(item.path for item in items if item.get_closest_marker("heavy"))
+    items.sort(key=lambda item: -heavy[item.path])
 
 
 @pytest.fixture(autouse=True)

@@ -144,6 +144,7 @@ def proposed() -> tuple[Made, Made]:
     return (lambda period: on_reference(momentum_loop()), lambda period: momentum_loop())
 
 
+@cache
 def arm_lqg(period: float, off: float = 0.1) -> wb.ClosedLoop:
     """LQG that holds the arm at a pose under the disturbance of the first scenario, designed for the period.
 
@@ -164,6 +165,7 @@ def arm_lqg(period: float, off: float = 0.1) -> wb.ClosedLoop:
     return wb.ClosedLoop(body, wb.FullState(2), law, wb.Hold(POSE))
 
 
+@cache
 def cart_pole(period: float, phi: float = 0.1) -> wb.ClosedLoop:
     """The cart-pole of the README behind its extended Kalman filter; the cart follows a sine from a pole at `phi`."""
     body = wb.CartPole(phi=phi)

@@ -97,6 +97,7 @@ def test_values_that_differ_late_are_printed_to_the_digit_that_differs(verify):
     assert "seen     1.0000001 for 1 at" in verify("M_22 = m_2*l_2^2 + 1e-7*m_1").stdout
 
 
+@pytest.mark.heavy
 def test_a_right_side_too_long_for_the_eye_is_not_printed(verify):
     said = "right    longer than can be compared by eye; see `workbench derive`"
     done = verify("M_11 = 0\nM_66 = 0\nG_2 = 0", robot="ur5")
@@ -242,11 +243,17 @@ def test_hostile_input_is_refused_within_two_seconds_and_500_megabytes(tmp_path)
     assert not (tmp_path / "pwned").exists()
 
 
-LONG = ("planar-6r", "panda", "ur5")  # whose equations take seconds to read: of the three the longest is enough
+# Equations that take seconds to read: of the longest three one is enough, with the others for all tests.
+LONG = ("planar-6r", "panda", "ur5", "scara", "planar-4r")
+READ_WITH_ALL = ("panda", "scara", "planar-4r")
 
 
 @pytest.mark.parametrize(
-    "robot", [*(name for name in CATALOGUE if name not in LONG), pytest.param("panda", marks=pytest.mark.heavy)]
+    "robot",
+    [
+        *(name for name in CATALOGUE if name not in LONG),
+        *(pytest.param(name, marks=pytest.mark.heavy) for name in READ_WITH_ALL),
+    ],
 )
 def test_what_derive_prints_is_read_back_and_found_right(verify, robot):
     printed = text_of(Dynamics.of(named(robot), robot), "text")
@@ -256,6 +263,7 @@ def test_what_derive_prints_is_read_back_and_found_right(verify, robot):
     assert done.stdout.count(" same\n") == entries
 
 
+@pytest.mark.heavy
 def test_a_long_sheet_with_one_sign_changed_is_not_called_right(verify):
     printed = text_of(Dynamics.of(named("ur5"), "ur5"), "text")
     place = printed.rindex(" - ")

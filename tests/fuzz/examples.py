@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import CodeType, FrameType
+from types import CodeType, FrameType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -102,13 +102,19 @@ def code_of(thing: Any) -> CodeType | None:
 
 
 def learn(names: dict[str, Any]) -> Learned:
-    """Run the examples of these names in the working folder, and keep their calls of functions of the workbench."""
+    """Run the examples of these names in the working folder, and keep their calls of functions of the workbench.
+
+    Those of a name that `wb` offers, by itself or in a room, know `wb` and `np` alone; others the names of their file.
+    """
+    rooms = [wb, *(room for name in wb.__all__ if isinstance(room := getattr(wb, name), ModuleType))]
+    offered = [getattr(room, name) for room in rooms for name in room.__all__]
     for name, text in FILES.items():
         Path(name).write_text(text, encoding="utf-8")
     learned = Learned({id(code): [] for code in _codes(names)})
     for name, thing in names.items():
-        shown = {name: held for name, held in vars(sys.modules[thing.__module__]).items() if name != "annotations"}
-        shown |= {"wb": wb, "np": np, "__name__": "example"}
+        shown = {"wb": wb, "np": np, "__name__": "example"}
+        if thing not in offered:
+            shown |= {name: held for name, held in vars(sys.modules[thing.__module__]).items() if name != "annotations"}
         example = doctest.DocTestParser().get_doctest(inspect.getdoc(thing) or "", shown, name, None, None)
         own, before = code_of(thing), sys.gettrace()
         sys.settrace(functools.partial(_watch, learned, own))

@@ -1,4 +1,4 @@
-"""The pages in `docs/`: every block of Python runs, page by page, and the site is built without a warning."""
+"""The pages in `docs/`, and the README: every block of Python runs, and the site is built without a warning."""
 
 import os
 import re
@@ -14,34 +14,51 @@ from tests.support.forks import run_all
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```python\n(.*?)^```$(?:\n```text\n(.*?)^```$)?", re.M | re.S)  # a block, and what it prints
 PAGES = sorted(page for page in (ROOT / "docs").rglob("*.md") if BLOCK.search(page.read_text(encoding="utf-8")))
-LONG = {"digital_loops", "loop_pictures", "specifications"}  # more than a second of a processor each
+README = re.findall(r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.M | re.S)
+# The first loop, and blocks with a study, run in tests/house/test_readme.py.
+BLOCKS = [block for block in README if "wb.Study(" not in block and "first_loop" not in block]
+LONG = {  # more than a second of a processor each
+    *("declared_work", "digital_loops", "equipment", "fmus", "gains", "linear_answers", "live_pages", "logs"),
+    *("loop_pictures", "specifications"),
+}
 ENDS = "-- the block ends --"
 
 
-def marks_of(page):
-    """Long pages run with all tests only."""
-    return [pytest.mark.heavy] if page.stem in LONG else []
+def long(is_long):
+    """The marks of a page or a block: long ones run with all tests only."""
+    return [pytest.mark.heavy] if is_long else []
 
 
 @pytest.fixture(scope="module")
 def done(request, tmp_path_factory):
-    """How the blocks of each page that is asked for ended, and what they printed."""
-    here = [item for item in request.session.items if item.path == request.path and hasattr(item, "callspec")]
-    programs = {
-        page: "\n".join(f"{code}\nprint({ENDS!r})" for code, _ in BLOCK.findall(page.read_text(encoding="utf-8")))
-        for page in (item.callspec.params["page"] for item in here)
-    }
+    """How the programs that are asked for ended, and what they printed: the blocks of a page, or one of the README."""
+    programs = {}
+    for item in (item for item in request.session.items if item.path == request.path and hasattr(item, "callspec")):
+        ((kind, given),) = item.callspec.params.items()
+        blocks = BLOCK.findall(given.read_text(encoding="utf-8")) if kind == "page" else [(given, "")]
+        programs[given] = "\n".join(f"{code}\nprint({ENDS!r})" for code, _ in blocks)
     environment = {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error", "PATH": ""}
     environment |= {name: os.environ[name] for name in ("WORKBENCH_CACHE", "OPENBLAS_NUM_THREADS")}
     return run_all(programs, tmp_path_factory.mktemp("pages"), environment)
 
 
-@pytest.mark.parametrize("page", [pytest.param(page, marks=marks_of(page), id=page.stem) for page in PAGES])
+@pytest.mark.parametrize("page", [pytest.param(page, marks=long(page.stem in LONG), id=page.stem) for page in PAGES])
 def test_the_blocks_of_a_page_run_one_after_the_other_and_print_what_stands_below_them(page, done):
     assert done[page].returncode == 0, done[page].stderr
     blocks = BLOCK.findall(page.read_text(encoding="utf-8"))
     for (_, wanted), printed in zip(blocks, done[page].stdout.split(f"{ENDS}\n"), strict=False):
         assert not wanted or printed == wanted
+
+
+@pytest.mark.parametrize("block", [pytest.param(block, marks=long(block is not BLOCKS[0])) for block in BLOCKS])
+def test_a_block_of_the_readme_runs(block, done):
+    folder, *ended, stdout, stderr = done[block]
+    assert (*ended, stderr) == (0, "")
+    for picture in re.findall(r"savefig\('(.*?)'\)", block.replace('"', "'")):
+        assert (folder / picture).read_bytes().startswith(b"\x89PNG")
+    for printed in re.findall(r"# (-70.7107 .*?);", block):  # the gain of the tutorials, beside the line that prints it
+        computed = re.findall(r"\[\[(.*?)\]\]", stdout)[0].split()
+        assert [f"{float(number):.4f}" for number in computed] == printed.split()
 
 
 @pytest.mark.heavy

@@ -1,6 +1,5 @@
 """The walk of the README: its blocks are the files in `studies/`, and all of them run as they stand."""
 
-import os
 import re
 import runpy
 from pathlib import Path
@@ -8,7 +7,6 @@ from pathlib import Path
 import pytest
 
 import workbench as wb
-from tests.support.forks import run_all
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -25,24 +23,6 @@ def test_the_readme_shows_each_file_of_the_walk_as_it_stands(name):
     assert walk(name) in BLOCKS
     assert f"studies/{name}.py" in README
     assert len(walk(name).splitlines()) <= (10 if name == "first" else 40)
-
-
-@pytest.fixture(scope="module")
-def done(tmp_path_factory):
-    """How each block that is no study ended."""
-    blocks = {block: block for block in BLOCKS if "wb.Study(" not in block}
-    return run_all(blocks, tmp_path_factory.mktemp("blocks"), os.environ | {"PYTHONPATH": str(ROOT)})
-
-
-@pytest.mark.parametrize("block", [block for block in BLOCKS if "wb.Study(" not in block])
-def test_a_block_that_is_no_study_runs(block, done):
-    folder, *ended, stdout, stderr = done[block]
-    assert (*ended, stderr) == (0, "")
-    for picture in re.findall(r"savefig\('(.*?)'\)", block.replace('"', "'")):
-        assert (folder / picture).read_bytes().startswith(b"\x89PNG")
-    for printed in re.findall(r"# (-70.7107 .*?);", block):  # the gain of the tutorials, beside the line that prints it
-        computed = re.findall(r"\[\[(.*?)\]\]", stdout)[0].split()
-        assert [f"{float(number):.4f}" for number in computed] == printed.split()
 
 
 def test_the_first_picture_is_small_and_there():

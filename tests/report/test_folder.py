@@ -121,6 +121,7 @@ def test_files_are_spared_as_copies_where_the_disk_has_no_second_names(tmp_path,
     assert held(tmp_path) == before
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(sys.platform == "win32", reason="needs resource limits")
 def test_a_full_disk_leaves_the_earlier_report_and_says_why(tmp_path):
     write(document("First"), tmp_path / "report")

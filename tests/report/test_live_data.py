@@ -6,60 +6,22 @@ from base64 import b64encode
 from dataclasses import replace
 from hashlib import sha256
 
-import casadi as ca
 import numpy as np
 import pytest
 
 import workbench as wb
 from studies.paper.comparison import comparison
-from tests.support.wasm_runs import Kernel, unpacked
-from workbench.core.equations import equations_of
-from workbench.engine.metrics.contract import Integral
-from workbench.engine.metrics.value_program import Program
+from tests.support.live_study import KP, MOTOR, case, data_of, loop, page
 from workbench.report.html_page import html
 from workbench.report.live.live_data import live_data
 from workbench.report.live.loop_study import loop_study
-from workbench.report.live.marches import plain, switches
-from workbench.report.number_text import measured
-from workbench.report.pictures.traces import Window, curve, loops_section
+from workbench.report.live.marches import plain
+from workbench.report.pictures.traces import loops_section
 from workbench.study import case_runs, writeup
-from workbench.study.document.document import Bars, Column, Figure, Panel, Points, Section, Series, Table
+from workbench.study.document.document import Bars, Figure, Panel, Points, Section
 from workbench.study.knob import Knob
-from workbench.study.result_marks import bars, cell, points
-from workbench.study.study import Case, Study
-
-MOTOR = wb.DCMotor()
-KP = Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True)
-
-
-def loop(Kp=100.0):
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=Kp, Ki=200.0, low=-24.0, high=24.0)
-    return wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
-
-
-def case(law="PI", Kp=100.0, metrics=(wb.rmse(), wb.effort(), wb.overshoot())):
-    return Case("speed", law, wb.Run(loop(Kp), metrics, until=1.0, every=0.01, h=1e-3))
-
-
-def page(results):
-    outcome = results.outcomes[0]
-    omega = outcome.signal("omega", 0)
-    lines = (
-        curve(outcome, "omega", label="omega"),
-        curve(outcome, "omega", window=Window(0.5, 1.0), label="late"),
-        curve(outcome, "omega", label="in rev/min", unit=(30 / np.pi, "1/min")),
-        curve(outcome, "v_applied", label="v over i", over=("plant.i", 0)),
-        Series("by hand", outcome.t, omega),
-    )
-    rows = [(o.label, cell(o, "RMSE"), cell(o, "effort"), 0.123) for o in results.outcomes]
-    table = Table("scores", "Scores.", tuple(map(Column, ("law", "RMSE", "effort", "other"))), tuple(rows))
-    return [Section("All", (Figure("speed", "Speed.", (Panel("omega", lines),)), table))]
-
-
-def data_of(*cases, live=(KP,), sections=page, **more):
-    study = Study("small", "T", "Q?", "M.", sections, cases=cases or (case(),), live=live, **more)
-    results = case_runs.run(study)
-    return live_data(study, results, writeup.document(study, results, "command"), "small.py")
+from workbench.study.result_marks import bars, points
+from workbench.study.study import Study
 
 
 def test_a_curve_is_live_if_it_was_made_of_a_signal():
@@ -136,107 +98,12 @@ def test_the_data_are_plain_and_say_what_is_not_finite_in_words():
     assert plain(np.array([1.5, np.inf, -np.inf, np.nan])) == [1.5, "Infinity", "-Infinity", "NaN"]
 
 
-def test_a_browser_finds_the_scores_and_errors_of_the_portable_arithmetic_at_any_knob():
-    data = data_of()
-    made, value = data["loops"][0], 321.5
-    p = np.array([float(x) for x in made["p"]])
-    for move in made["moves"]:
-        p[move["p"]] = value
-    x0 = np.array([float(x) for x in made["x0"]])
-    study = Study("small", "T", "Q?", "M.", page, cases=(case(),), live=(KP,))
-    told = wb.turned(study, "speed: PI", {"Kp": value})
-    found = []
-    for march in (made["whole"], made["half"]):
-        kernel = Kernel(unpacked(data["modules"][march["module"]]), march, made["rows"])
-        x = kernel.run(p, x0, made["rows"])[-1:]
-        z = kernel.run(p, x[0], 1, begin=made["rows"] * march["stride"], stride=1)
-        found.append([program_from(metric["program"]).evaluate(x, z)[0] for metric in made["metrics"]])
-    for metric, whole, half in zip(made["metrics"], *found, strict=True):
-        pairs = [score.pair for score in told.scores_of(metric["name"])]
-        assert [*zip(whole.tolist(), (2 * np.abs(whole - half)).tolist(), strict=True)] == pairs
-
-
-def program_from(plain):
-    return Program(*(tuple(map(tuple, plain[name])) for name in ("inputs", "nodes")), tuple(plain["results"]))
-
-
-def test_a_metric_that_no_program_can_hold_stays_printed():
-    odd = Integral("odd", "1", "odd", lambda t, y: y["omega"] ** 2, lambda integral, T: np.exp(integral), ("omega",))
-    data = data_of(case(metrics=(wb.rmse(), wb.effort(), odd)))
-    assert [metric["program"] is None for metric in data["loops"][0]["metrics"]] == [False, False, True]
-
-
-def test_a_loop_that_no_browser_can_run_stays_printed_and_the_page_says_why():
-    t, x, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("a")
-    odd = wb.Ode("odd", wb.layout(x="1"), wb.layout(a=("1", 1.0)), wb.layout(y="1"), t, x, p, ca.erf(p - x), x)
-    run = wb.Run(odd, (wb.effort("y"),), until=1.0, every=0.02, h=1e-2)
-
-    def sections(results):
-        outcome = results.outcomes[0]
-        return [Section("All", (Figure("x", "x.", (Panel("x", (curve(outcome, "x"),)),)),))]
-
-    data = data_of(Case("s", "odd", run), live=(Knob("a", "a", 0.5, 2.0),), sections=sections)
-    assert data["loops"] == data["curves"] == []
-    assert "ERF" in data["refused"]["s: odd"]
-
-
-def test_without_knobs_the_factors_of_the_sweeps_are_offered():
-    factors = (
-        wb.Factor("gain", ("controller.Kp",), wb.LogUniform(50.0, 200.0), "stated"),
-        wb.Factor("inertia", ("plant.J",), wb.Uniform(0.5, 2.0), share=True),
-    )
-    sweep = wb.Sweep("s", case().run, factors, wb.SobolDesign(2, 16))
-    study = Study("small", "T", "Q?", "M.", page, cases=(case(),), sweeps=(sweep,))
-    results = case_runs.run(study)
-    data = live_data(study, results, writeup.document(study, results, "command"))
-    gain, inertia = data["knobs"]
-    assert (gain["low"], gain["high"], gain["log"], gain["value"], gain["origin"]) == (50, 200, True, 100, "stated")
-    assert (inertia["value"], inertia["share"], inertia["unit"]) == (1.0, True, "1")
-
-
-def test_a_study_may_stay_as_printed():
-    assert data_of(live=None) is None
-    assert data_of(live=()) is None  # nothing is offered
-
-
-@pytest.mark.parametrize(
-    ("knobs", "says"),
-    [
-        ((Knob("K", "controller.Kq", 1.0, 2.0),), r"no 'controller\.Kq', which the knob 'K' turns, .* Did you mean"),
-        ((Knob("Kp", "controller.Kp", 200.0, 300.0),), "must hold the number of the loops, 100; got 200 to 300"),
-        ((Knob("J", "plant.J", -1.0, 1.0),), "'J' goes from -1 to 1, too far"),
-        ((KP, KP), "distinct names"),
-    ],
-)
-def test_a_knob_that_fits_no_loop_is_refused_in_one_sentence(knobs, says):
-    with pytest.raises((ValueError, LookupError), match=says):
-        data_of(live=knobs)
-
-
-def test_a_knob_of_two_different_numbers_must_be_a_share():
-    cases = case(), case("stiffer", 200.0)
-    with pytest.raises(ValueError, match="'controller.Kp' is 100 or 200 in different loops: turn a share"):
-        data_of(*cases)
-    assert data_of(*cases, live=(Knob("K", "controller.Kp", 0.5, 2.0, share=True),))["knobs"][0]["value"] == 1.0
-
-
 def test_the_lines_in_python_name_the_study_and_the_case():
     lines = data_of()["python"].format(case="'speed: PI'", values={"Kp": 20.0}, seed=None)
     assert lines == (
         "import workbench as wb\n\nstudy = wb.load('small.py')\n"
         "found = wb.turned(study, 'speed: PI', {'Kp': 20.0}, seed=None)\n"
     )
-
-
-def test_a_loop_alone_has_a_page_with_a_knob_for_every_number():
-    study = loop_study(loop(), until=1.0, h=1e-3)
-    results = case_runs.run(study)
-    data = live_data(study, results, writeup.document(study, results, "command"))
-    assert {"controller.Kp", "plant.J", "reference.level"} <= {knob["name"] for knob in data["knobs"]}
-    assert len(data["curves"]) == 3  # speed, its reference, and the voltage
-    assert {cell["metric"] for cell in data["cells"] if "metric" in cell} == {0, 1, 2}
-    with pytest.raises(ValueError, match=r"live\(until=...\)"):
-        loop_study(loop(), until=1.0005, h=1e-3)
 
 
 def test_a_computers_loop_is_live_too():
@@ -256,32 +123,6 @@ def test_runs_lead_to_a_page_only_where_they_are_the_loop_at_its_own_numbers():
         several.live()
 
 
-def test_a_turned_case_refuses_what_it_does_not_have():
-    study = Study("small", "T", "Q?", "M.", page, cases=(case(),), live=(KP,))
-    with pytest.raises(LookupError, match="no 'kp' among the 1 knobs of this study. They are: Kp"):
-        wb.turned(study, "speed: PI", {"kp": 1.0})
-    with pytest.raises(LookupError, match="cases of this study"):
-        wb.turned(study, "speed: PID", {})
-
-
-@pytest.mark.parametrize("law", ["PID", "SMC", "super-twisting"])
-def test_the_numbers_of_a_page_are_those_of_the_fused_arithmetic_to_a_billionth_where_nothing_jumps(law):
-    made = next(one for one in comparison("FS") if one.law == law)
-    ode = equations_of(made.run.loop, law)
-    how, metrics = {"until": 4.0, "h": 1e-3, "every": 0.01}, (wb.rmse(), wb.effort(), wb.peak_error())
-    fused, portable = (wb.measure(ode, metrics, **how, arithmetic=name).scores for name in ("fused", "portable"))
-    assert not switches(ode)
-    for one, other in zip(fused, portable, strict=True):
-        assert one.value == pytest.approx(other.value, rel=1e-9)  # in truth some 1e-14
-
-
-def test_a_law_that_jumps_is_said_to():
-    made = comparison("FS")[0]
-    assert switches(equations_of(made.run.loop, "aosmc"))
-    square = next(one for one in comparison("SS") if one.law == "PID")
-    assert not switches(equations_of(square.run.loop, "pid"))  # whose reference jumps, at its own times
-
-
 def test_the_names_of_a_live_page_are_data_and_end_no_element():
     hostile = "</script><script>alert(1)</script><!--"
     study = Study("small", "T", "Q?", "M.", page, cases=(case(hostile),), live=(replace(KP, name=hostile),))
@@ -294,26 +135,6 @@ def test_the_names_of_a_live_page_are_data_and_end_no_element():
     digest = b64encode(sha256(re.search(r"<script>(.*?)</script>", text, re.DOTALL)[1].encode()).digest()).decode()
     assert f"script-src 'sha256-{digest}' 'wasm-unsafe-eval' blob:; worker-src blob:" in text
     assert re.search(r"\son[a-z]+=|javascript:|https?://(?!www\.w3\.org)", text) is None
-
-
-def test_a_page_without_knobs_has_no_script():
-    study = Study("small", "T", "Q?", "M.", page, cases=(case(),), live=None)
-    results = case_runs.run(study)
-    text = html(writeup.document(study, results, "command"), live=None)
-    assert "<script" not in text
-    assert "data-cell" not in text
-
-
-@pytest.mark.heavy
-@pytest.mark.parametrize("made", comparison("FS"), ids=lambda made: made.law)
-def test_the_printed_digits_are_those_of_the_portable_arithmetic_too(made):
-    ode = equations_of(made.run.loop, made.law)
-    how = {"until": made.run.until, "h": made.run.h, "every": made.run.every}
-    printed, live = (
-        [str(measured(*score.pair)) for score in wb.measure(ode, made.run.metrics, **how, arithmetic=name).scores]
-        for name in ("fused", "portable")
-    )
-    assert live == printed
 
 
 def test_a_section_of_laws_has_a_panel_and_a_table_for_each_joint_and_all_of_it_is_live():

@@ -63,6 +63,7 @@ def test_a_page_of_nothing_else_has_its_scenario():
     assert [one.get("everywhere", False) for one in data["loops"]] == [False]
 
 
+@pytest.mark.heavy
 @needs_chromium
 def test_in_a_browser_it_moves_with_the_runs_of_the_scenario_that_is_shown(page, tmp_path):
     document, data = page

@@ -1,36 +1,18 @@
 """A live page in a browser: its runs have the bits of Python, and whatever comes to it, the printed page stays."""
 
-import base64
 import json
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-import workbench as wb
-from studies.paper.laws import rival
 from studies.performance.chromium import open_page
-from tests.support.arms import arm_instruments
 from tests.support.browsers import needs_chromium
 from tests.support.compilers import needs_llvmlite
 from tests.support.live_pages import data_of, write_page
-from workbench.engine import metrics, simulate
-from workbench.engine.metrics.accumulators import final_values
-from workbench.engine.metrics.measured_equation import MeasuredEquation
+from tests.support.turned_pages import BYTES, EVERY, IDLE, KNOBS, LOOPS, UNTIL, H, numbers, opened, python_run, turned
 
 pytestmark = [needs_chromium, needs_llvmlite]
-
-H, UNTIL, EVERY = 1e-4, 2.0, 0.01
-KNOBS = (  # name, unit, path, low, high, log
-    ("phi", "rad/s", "controller.phi", 0.001, 0.5, True),
-    ("gain: K", "N m", "controller.K", 1.0, 50.0, False),
-    ("Kd", "N m s/rad", "controller.Kd", 1.0, 1e6, True),
-)
-LOOPS = {(scenario, law): rival(scenario, law).ode() for scenario, law in (("FS", "SMC"), ("FS", "PID"), ("SS", "SMC"))}
-IDLE = "livePage.flight && !livePage.flight.fine.size && !livePage.held"
-BYTES = """(() => { const view = livePage.views.get(%d), text = (a) => {
-  let out = ""; for (const byte of new Uint8Array(a.buffer)) out += String.fromCharCode(byte); return btoa(out); };
-  return {x: text(view.x), y: text(view.y), scores: view.scores, divergedAt: view.divergedAt}; })()"""
 
 
 @pytest.fixture(scope="module")
@@ -47,37 +29,6 @@ def path(data, tmp_path_factory):
 def page(path, browser):
     with open_page(path, browser=browser) as page:
         yield page
-
-
-def opened(page):
-    page.click(".bench-handle")
-    page.until("livePage.data")
-
-
-def turned(page, **values):
-    """Turn knobs by their fields, as a reader does, and wait for the fine runs."""
-    for place, value in values.items():
-        number = place.removeprefix("knob")
-        page.value(
-            f"(() => {{ const field = livePage.bench.knobs[{number}].field; field.value = {value!r};"
-            " field.dispatchEvent(new Event('change', {bubbles: true})); })()"
-        )
-    page.until(IDLE)
-
-
-def numbers(text, width):
-    return np.frombuffer(base64.b64decode(text)).reshape(-1, width)
-
-
-def python_run(loop, changes, h=H, until=UNTIL, every=EVERY, seed=0):
-    """The same run as `simulate` makes it, and its metric."""
-    measured = MeasuredEquation.of(loop, [metrics.rmse()])
-    step, scores = measured.step(h), measured.metrics
-    p = step.parameters.default.copy()
-    for name, value in changes.items():
-        p[step.parameters.slice(name)] = value
-    runs = simulate(step, p[np.newaxis], until=until, every=every, seed=seed, arithmetic="portable")
-    return runs, final_values(runs, scores)["RMSE"][0]
 
 
 def test_states_outputs_and_scores_have_the_bits_of_the_portable_arithmetic(page, data):
@@ -105,23 +56,6 @@ def test_a_run_that_diverges_says_so_with_the_time_that_python_finds(page):
     np.testing.assert_array_equal(numbers(told["x"], runs.x.shape[2]), runs.x[0])
     assert "diverged at" in page.value("document.querySelector('.bench-results').textContent")
     assert "diverged at" in page.value("document.querySelector('.bench-voice').textContent")
-
-
-def test_noise_and_long_strides_keep_the_bits(tmp_path, browser):
-    noisy = rival("FS", "PID").digital(
-        2e-3, arm_instruments(2, noise_q=1e-4, noise_qd=1e-2, quantum_q=1e-5, limit=400.0)
-    )
-    knobs = [("Kp", "N m/rad", "controller.Kp", 50.0, 500.0, False)]
-    data = data_of({("FS", "PID"): noisy}, 1e-3, 6.0, 6.0, knobs, seed=3)
-    assert data["loops"][0]["normals"] > 0
-    assert data["loops"][0]["whole"]["stride"] > 2000
-    with open_page(write_page(tmp_path, data), browser=browser) as page:
-        opened(page)
-        page.value("livePage.bench.sow('18446744073709551615')")
-        page.until(IDLE)
-        told = page.value(BYTES % 0)
-        runs, _ = python_run(noisy, {}, 1e-3, 6.0, 6.0, 2**64 - 1)
-        np.testing.assert_array_equal(numbers(told["x"], runs.x.shape[2]), runs.x[0])
 
 
 def test_a_closed_bench_costs_nothing(page):
@@ -313,23 +247,6 @@ def test_a_copied_link_holds_the_last_turn(page, path):
     assert page.value("livePage.bench.link()") == path.resolve().as_uri() + "#knobs=gain%3A%20K:7.5"
 
 
-def test_a_long_run_grows_before_it_is_done(tmp_path, browser):
-    data = data_of({("FS", "SMC"): LOOPS["FS", "SMC"]}, 5e-5, 60.0, 0.1, KNOBS[:2])
-    with open_page(write_page(tmp_path, data), browser=browser) as page:
-        opened(page)
-        page.value(
-            "(() => { window.grown = []; const hear = livePage.hear.bind(livePage); livePage.hear = (view) => {"
-            " if (view.phase === 'whole') grown.push([view.rows, view.done, view.y.slice(3 * view.rows).findIndex("
-            "Number.isNaN)]); hear(view); }; })()"
-        )
-        turned(page, knob0=0.2)
-        *early, last = page.value("grown")
-        assert last[:2] == [600, True]
-        assert early
-        assert all(rows < 600 and not done and gap == 3 for rows, done, gap in early)
-        assert [rows for rows, *_ in early] == sorted({rows for rows, *_ in early})
-
-
 def test_the_plant_moves_beside_its_printed_run(data, tmp_path, browser):
     drawn = [loop | {"drawing": {"shapes": [], "first": 1, "places": 2}} for loop in data["loops"]]
     with open_page(write_page(tmp_path, data | {"loops": drawn}), browser=browser) as page:
@@ -361,40 +278,3 @@ def test_each_control_has_a_name_that_is_read_aloud(page):
     assert [role for role, name in controls if not name] == []
     assert ("slider", "phi") in controls
     assert ("button", "phi: reset to the baseline 0.01") in controls
-
-
-@pytest.fixture(scope="module")
-def small():
-    motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
-    return wb.live(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1)), until=2.0)
-
-
-def moves(page):
-    page.until("typeof livePage !== 'undefined'")
-    page.value("livePage.bench.open()")
-    page.value("livePage.bench.knobs[0].turn(500)")
-    page.until(IDLE)
-    page.until(
-        "document.querySelector('svg.live .live-series') !== null && document.querySelector('.live-number') !== null"
-    )
-    assert page.complaints == []
-
-
-def test_a_page_as_it_is_written_moves_under_its_own_policy(small, tmp_path, browser):
-    path = small.write(tmp_path / "small.html")
-    with open_page(path, browser=browser) as page:
-        moves(page)
-        assert page.requests == [path.resolve().as_uri()]
-        page.value("livePage.bench.reset()")
-        page.until("!document.querySelector('svg.live') && !document.querySelector('.live-number')")
-
-
-def test_a_page_in_the_frame_of_a_notebook_moves_and_stays_there(small, tmp_path, browser):
-    path = tmp_path / "notebook.html"
-    path.write_text(f"<!DOCTYPE html><title>A notebook</title>{small._repr_html_()}", "utf-8")
-    with open_page(path, browser=browser) as page:
-        frame = page.frame()
-        moves(frame)
-        assert frame.until("location.hash") == "#knobs=controller.Kp:500"
-        assert frame.value("location.href.startsWith('about:srcdoc')")

@@ -108,6 +108,7 @@ def test_provenance_says_how_to_get_the_report_again():
         assert said in words
 
 
+@pytest.mark.heavy
 def test_a_page_of_sixteen_figures_of_long_chattering_runs_stays_below_3_mb():
     t = np.linspace(0, 10, 20_000)
     rng = np.random.default_rng(1)

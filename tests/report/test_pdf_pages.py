@@ -14,6 +14,7 @@ from workbench.study.document.document import Column, Figure, Paragraph, Section
 from workbench.study.document.figure import Bars, Panel, Series
 
 REPORTS = sorted((Path(__file__).parents[2] / "reports").glob("*/report.pdf"))
+LONG = 500_000  # bytes of a report that runs with all tests only
 HEADER, FOOT = 0.1, 0.92  # of the height of a page: where its text begins and ends
 T = np.linspace(0.0, 1.0, 50)
 needs_poppler = pytest.mark.skipif(shutil.which("pdftoppm") is None, reason="pdftoppm is not installed")
@@ -51,7 +52,7 @@ def table(name, rows, text):
 
 
 @needs_poppler
-@pytest.mark.parametrize("start", [0, 6, 12, 18, 24, 30])
+@pytest.mark.parametrize("start", [0, *(pytest.param(k, marks=pytest.mark.heavy) for k in (6, 12, 18, 24, 30))])
 def test_no_page_is_more_than_half_blank_wherever_figures_and_tables_begin(tmp_path, start):
     lines = tuple(Paragraph(f"Line {k}.") for k in range(start + 1))
     words = Paragraph("Words that fill some lines of a page, again and again. " * 12)
@@ -84,7 +85,13 @@ def test_figures_keep_their_order_and_their_captions(tmp_path):
 
 
 @needs_poppler
-@pytest.mark.parametrize("path", REPORTS, ids=lambda path: path.parent.name)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=[pytest.mark.heavy] * (path.stat().st_size > LONG), id=path.parent.name)
+        for path in REPORTS
+    ],
+)
 def test_no_page_of_a_report_but_the_last_is_more_than_half_blank(tmp_path, path):
     *pages, _ = blanks(path, tmp_path)
     assert max(pages, default=0.0) <= 0.5

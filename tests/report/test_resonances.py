@@ -50,6 +50,7 @@ def test_a_nichols_curve_turns_by_small_steps(draw):
     assert np.hypot(across / (right - left), up / (high - low))[seen].max() < 0.04  # of the picture
 
 
+@pytest.mark.heavy
 def test_characteristic_loci_and_singular_values_have_points_on_the_flanks_of_a_resonance():
     for kind in ("characteristic_loci", "singular_values"):
         figure = LOOP.plot(kind).figure

@@ -137,6 +137,7 @@ def full():
     return standings_figure("f", "Cost.", found, "median")
 
 
+@pytest.mark.heavy
 def test_twelve_laws_in_ten_scenarios_fit_a_page_and_no_words_overlap(monkeypatch):
     figure = full()
     width, height = (72 * inches for inches in size_of(figure))
@@ -154,7 +155,8 @@ def test_twelve_laws_in_ten_scenarios_fit_a_page_and_no_words_overlap(monkeypatc
 
 
 def test_the_same_standings_give_the_same_bytes():
-    assert draw(full()) == draw(full())
+    few = [standings_figure("f", "c", {"s": {"median": comparison(PID=1.0, SMC=2.0)}}, "median") for _ in range(2)]
+    assert draw(few[0]) == draw(few[1])
 
 
 def lightness(color):

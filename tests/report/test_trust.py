@@ -92,6 +92,7 @@ def test_a_tighter_tolerance_has_a_shorter_step_and_as_many_times():
     assert fine["x"][0, -1, 0] == pytest.approx(np.exp(-3), rel=1e-12)
 
 
+@pytest.mark.heavy
 def test_a_loop_in_a_computer_has_its_substeps_chosen():
     computer = first_loop().digital(0.1)
     runs, exact = wb.simulate(computer, until=2.0), wb.simulate(computer.step(256), until=2.0)
@@ -154,6 +155,7 @@ def test_a_step_within_its_limit_that_changes_the_result_says_by_how_much():
     assert wb.simulate(wb.rk4(ode, 2.0), until=10.0, tolerance=0.5).warnings == ()
 
 
+@pytest.mark.heavy
 def test_a_computer_with_too_few_substeps_says_so():
     @wb.block
     class Fast(wb.Plant):
@@ -264,6 +266,7 @@ def test_what_cannot_be_run_is_refused_in_the_name_of_simulate(call, says):
         call()
 
 
+@pytest.mark.heavy
 def test_a_page_of_runs_at_a_chosen_step_has_that_step_or_half_of_an_odd_one():
     assert wb.simulate(first_loop(), until=0.5).live().text.startswith("<!DOCTYPE html>")
     odd = wb.simulate(smooth_loop(), until=0.3, every=0.1, tolerance=0.05)  # 102 steps at most

@@ -60,7 +60,7 @@ def test_the_median_in_time_does_not_count_an_instant_more_often_for_having_neig
     np.testing.assert_allclose(path.median_in_time(t, t), 5.0)
 
 
-@pytest.mark.parametrize(("scenario", "median"), [("FS", 2.8e-4), ("SS", 4.1e-4)])
+@pytest.mark.parametrize(("scenario", "median"), [("FS", 2.8e-4), pytest.param("SS", 4.1e-4, marks=pytest.mark.heavy)])
 def test_the_median_distance_of_p_is_that_of_scipys_solutions_at_evenly_spaced_times(scenario, median):
     (case,) = (case for case in cases(scenario, {ASSUMED: np.eye(2)}) if case.law == FORWARD)
     case = replace(case, run=replace(case.run, metrics=(rmse(),), until=path.WINDOW))

@@ -49,6 +49,7 @@ def test_super_twisting_in_its_layer_oscillates_undamped_and_has_no_margin():
     assert abs(rest.poles[0].value) == pytest.approx(np.sqrt(15.0 / 0.01), rel=1e-9)
 
 
+@pytest.mark.heavy
 def test_nine_tenths_of_its_torque_make_the_proposed_law_leave_the_upright_arm():
     rest = at_rest(PROPOSED, "upright")
     assert rest.disk.alpha < 2 * 0.1 / 1.9 < 0.12  # (2 - a) / (2 + a) = 0.9 lies outside of the disk
@@ -94,6 +95,7 @@ def test_a_pole_is_printed_as_one_reads_it(value, text):
     assert shown(value) == text
 
 
+@pytest.mark.heavy
 def test_at_each_of_four_rest_points_positions_alone_show_the_modes_less_than_positions_and_velocities():
     alone = arm_alone(SEED)
     points = alone.rest_points

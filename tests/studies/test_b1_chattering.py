@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from studies.b1_chattering import findings, loops, study
 from workbench.study.case_runs import run
@@ -33,6 +34,7 @@ def test_a_layer_that_is_too_thin_chatters_as_foreseen():
     assert found.cycle.amplitude * (1 - 1e-3) < relay.amplitude < found.cycle.highest
 
 
+@pytest.mark.heavy
 def test_a_layer_that_is_wide_enough_rests_as_foreseen():
     found = study_row(2e-3, 2e-3)
     assert found.layer[0].oscillations == ()

@@ -195,6 +195,7 @@ def slow(tmp_path_factory):
     return wb.live(loop(), until=50.0, h=1e-5).write(tmp_path_factory.mktemp("slow") / "slow.html")
 
 
+@pytest.mark.heavy
 def test_a_run_of_many_steps_has_a_coarse_picture_first_and_then_the_exact_one(slow, browser):
     with open_page(slow, width=1300, height=900, browser=browser) as page:
         page.until("livePage.data && livePage.pool")
@@ -223,6 +224,7 @@ def test_a_run_of_many_steps_has_a_coarse_picture_first_and_then_the_exact_one(s
         assert page.complaints == []
 
 
+@pytest.mark.heavy
 def test_a_loop_in_a_computer_and_one_of_few_steps_have_no_coarse_steps(path):
     def coarse(page):
         text = page.text.split('id="live">')[1].split("</script>")[0]

@@ -28,7 +28,9 @@ def at_level(law):
     return rest_answers.answer_of(loops.linear(AtPose(law, LEVEL)))
 
 
-@pytest.mark.parametrize("pose", RUN_POSES)
+@pytest.mark.parametrize(
+    "pose", [pytest.param(pose, marks=[pytest.mark.heavy] * (pose != "start of FS")) for pose in RUN_POSES]
+)
 def test_the_map_of_smc_becomes_unstable_where_its_late_mode_does(pose):
     # s_(k+1) = s_k - T rho / phi s_(k-1) has poles on the circle at T = phi / rho
     rho = K * np.linalg.eigvals(np.linalg.inv(mass_matrix(ARM_POSES[pose][1]))).real.max()
@@ -37,6 +39,7 @@ def test_the_map_of_smc_becomes_unstable_where_its_late_mode_does(pose):
     assert period_limits.radius(one, 0.97 * PHI / rho) < 1 < period_limits.radius(one, 1.03 * PHI / rho)
 
 
+@pytest.mark.heavy
 def test_a_run_of_smc_rests_below_that_period_and_chatters_above_it():
     one = AtPose("SMC", LEVEL)
     rho = K * np.linalg.eigvals(np.linalg.inv(mass_matrix(ARM_POSES[LEVEL][1]))).real.max()

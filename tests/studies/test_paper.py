@@ -63,7 +63,7 @@ def test_the_law_as_printed_loses_its_positive_gain_and_then_the_path(scenario):
     assert 0 < runs.t[alive][floor <= 0][0] < runs.diverged_at[0]
 
 
-@pytest.mark.parametrize("shape", ["outer", "elementwise"])
+@pytest.mark.parametrize("shape", ["outer", pytest.param("elementwise", marks=pytest.mark.heavy)])
 def test_with_a_small_q_the_printed_law_keeps_its_gain_positive_and_misses_the_path_all_the_same(shape):
     floor, late = gain_and_errors(with_small_q(shape))
     assert floor.min() > 2.5

@@ -162,6 +162,7 @@ def test_the_page_of_speed_opens_with_its_bars_and_says_that_it_is_of_one_machin
     assert len(str(page.answer).split()) <= 40
 
 
+@pytest.mark.heavy
 def test_a_peer_is_imported_by_its_own_file_alone_and_only_when_it_runs():
     assert rules.open_side_doors({"studies/performance/peers.py": "import control"}) == []
     assert rules.open_side_doors({"studies/performance/study.py": "import control"})

@@ -182,6 +182,7 @@ def test_the_printed_row_is_that_of_the_paper():
     assert ROW.tolist() == [0.3538, 0.3542] == [PUBLISHED["FS", joint].values["AOSMC-RGS"] for joint in (1, 2)]
 
 
+@pytest.mark.heavy
 def test_the_law_of_a1_with_two_repairs_is_the_one_that_a6_searches_with_these_readings():
     """Both pages answer which repairs meet the row: here their equations are the same at the same choices."""
     readings = {

@@ -32,6 +32,7 @@ def test_a_loop_of_lqg_has_the_gain_margins_of_doyle_which_vanish_as_its_weights
         assert beyond.poles().real.max() > 0
 
 
+@pytest.mark.heavy
 def test_no_stabilising_controller_has_a_smaller_Ms_than_a_zero_and_a_pole_on_the_right_allow_and_one_has_it():
     """Skogestad and Postlethwaite (2005), Multivariable Feedback Control, chapter 5: Ms >= |z + p| / |z - p|.
 

@@ -11,7 +11,7 @@ from studies.paper.workload import PARAMETERS, STATES, VARIED, H, arm, loop, rms
 from studies.performance.peers import PEERS
 from studies.performance.processes import chain
 from studies.performance.right_hand_sides import in_matrices, in_scalars
-from tests.house import rules
+from tests.house import sources
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import paper_arm
 from workbench.engine import simulate
@@ -99,7 +99,7 @@ def test_a_peer_runs_the_same_loop(peer):
 
 
 def test_the_peers_are_needed_anyhow_or_named_by_the_extra_that_installs_them():
-    project = tomllib.loads((rules.ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    project = tomllib.loads((sources.ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     named_there = project["dependencies"] + project["optional-dependencies"]["peers"]
     assert {peer.package for peer in PEERS} <= {re.match(r"[\w-]+", line)[0] for line in named_there}
 

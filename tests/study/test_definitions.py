@@ -209,9 +209,9 @@ def changes_a_global(item):
 
 
 def imports_inside(item):
-    from tests.house import rules
+    from tests.house import sources
 
-    return rules.sources(item)
+    return sources.sources(item)
 
 
 HANDLE = object()

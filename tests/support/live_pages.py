@@ -23,6 +23,7 @@ SCRIPTS = (
     *("address", "knobs", "answers", "holds", "pictures", "figures", "tables", "animation", "pool", "motion"),
     *("handles", "crossover_handle", "pole_handles", "page"),
 )
+SHOWN = 3  # outputs at most
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; font-src data:; "
     "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:"
@@ -81,52 +82,15 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
     made, curves, found = [], [], {}
     for number, ((scenario, law), equation) in enumerate(loops.items()):
         measured = MeasuredEquation.of(equation, [metrics.rmse()])
-        steps, scores = measured.step, measured.metrics
-        whole, half = steps(h), steps(h / 2)
-        outputs = min(whole.outputs.size, 3)
-        moves = []
-        for place, (name, _, path, *_) in enumerate(knobs):
-            if path in whole.parameters.names:
-                spot = whole.parameters.slice(path)
-                moves.append({"knob": place, "p": list(range(spot.start, spot.stop)), "x": []})
-                found[name] = float(whole.parameters.default[spot][0])
-        run = simulate(whole, until=until, every=every, seed=seed, arithmetic="portable")
-        rows = len(run.t) - 1
-        squares = whole.states.slice("integral of RMSE")
-        integrals = range(squares.start, squares.stop)
-        made.append(
-            {
-                "scenario": scenario,
-                "law": law,
-                "label": law,
-                "until": until,
-                "every": every,
-                "rows": rows,
-                "p": whole.parameters.default.tolist(),
-                "x0": whole.states.default.tolist(),
-                "moves": moves,
-                "seed": str(seed),
-                "normals": whole.noises,
-                "whole": _march(whole, round(every / whole.h), modules),
-                "half": _march(half, round(every / half.h), modules),
-                "outputs": _march(_watched(whole, outputs), 1, modules),
-                "metrics": [
-                    {
-                        "name": "RMSE",
-                        "unit": scores[0].unit,
-                        "units": list(scores[0].units),
-                        "labels": list(scores[0].labels),
-                        "time": False,
-                        "program": {"inputs": [["x", i] for i in integrals], "nodes": [], "results": [*integrals]},
-                    }
-                ],
-                "scores": [[[float(np.sqrt(run.x[0, -1, i] / until)), 0.0] for i in integrals]],
-            }
-        )
+        whole = measured.step(h)
+        moves, values = _moves(whole, knobs)
+        found |= values
+        data = _loop_data(measured, (h, until, every), seed, modules)
+        made.append({"scenario": scenario, "law": law, "label": law, "moves": moves, **data})
         curves += [
             {"figure": f"figure_{panel}", "panel": 0, "series": number, "loop": number, "x": "t", "y": ["y", panel],
-             "rows": [0, rows + 1], "scales": [1, 1]}
-            for panel in range(outputs)
+             "rows": [0, data["rows"] + 1], "scales": [1, 1]}
+            for panel in range(min(whole.outputs.size, SHOWN))
         ]  # fmt: skip
     turned = [
         {"name": name, "unit": unit, "low": low, "high": high, "log": log, "value": found[name], "origin": "assumed",
@@ -144,6 +108,48 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
         "marks": [],
         "plates": {curve["figure"]: {} for curve in curves},
         "python": "import workbench as wb\nrun({case}, {values}, {seed})\n",
+    }
+
+
+def _moves(step: Step, knobs: Any) -> tuple[list[dict[str, Any]], dict[str, float]]:
+    """The parameters that each knob moves, and their values by the knob's name."""
+    moves, found = [], {}
+    for place, (name, _, path, *_) in enumerate(knobs):
+        if path in step.parameters.names:
+            spot = step.parameters.slice(path)
+            moves.append({"knob": place, "p": list(range(spot.start, spot.stop)), "x": []})
+            found[name] = float(step.parameters.default[spot][0])
+    return moves, found
+
+
+def _loop_data(measured: Any, times: tuple[float, float, float], seed: int, modules: dict[str, int]) -> dict[str, Any]:
+    """What a page holds of a loop that is run with the steps h and h / 2 until a time and kept every so often."""
+    h, until, every = times
+    score, whole, half = measured.metrics[0], measured.step(h), measured.step(h / 2)
+    run = simulate(whole, until=until, every=every, seed=seed, arithmetic="portable")
+    squares = whole.states.slice("integral of RMSE")
+    integrals = range(squares.start, squares.stop)
+    rmse = {
+        "name": "RMSE",
+        "unit": score.unit,
+        "units": list(score.units),
+        "labels": list(score.labels),
+        "time": False,
+        "program": {"inputs": [["x", i] for i in integrals], "nodes": [], "results": [*integrals]},
+    }
+    return {
+        "until": until,
+        "every": every,
+        "rows": len(run.t) - 1,
+        "p": whole.parameters.default.tolist(),
+        "x0": whole.states.default.tolist(),
+        "seed": str(seed),
+        "normals": whole.noises,
+        "whole": _march(whole, round(every / whole.h), modules),
+        "half": _march(half, round(every / half.h), modules),
+        "outputs": _march(_watched(whole, min(whole.outputs.size, SHOWN)), 1, modules),
+        "metrics": [rmse],
+        "scores": [[[float(np.sqrt(run.x[0, -1, i] / until)), 0.0] for i in integrals]],
     }
 
 

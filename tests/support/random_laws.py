@@ -5,6 +5,8 @@ says which law differs from its loop.
 """
 
 import sys
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -13,6 +15,7 @@ import numpy as np
 
 import workbench as wb
 from tests.support.c_runs import compiled, differing
+from tests.support.random_formulas import GAINS, Draw, table
 from tests.support.wasm_runs import Kernel
 from workbench.blocks.loop import AbstractController, AbstractObserver, AbstractPlant
 from workbench.blocks.loop.surroundings import AbstractReference
@@ -24,7 +27,6 @@ from workbench.handover.c99.c_code import c_code
 from workbench.handover.programs.python_law import python_law
 from workbench.handover.recording import record
 
-GAINS = (180 / np.pi, np.pi / 180, 3.3, -4.7, 0.1, 10.0, 60 / (2 * np.pi), 1 / 3, 9.81, 2.0, -1.0, 1.0, 0.5)
 INVERSES = (  # what an instrument does to a signal, and how a law undoes it
     (lambda x: x * (180 / np.pi), lambda y: y * (np.pi / 180)),
     (lambda x: x * (np.pi / 180), lambda y: y * (180 / np.pi)),
@@ -38,127 +40,69 @@ INVERSES = (  # what an instrument does to a signal, and how a law undoes it
     (lambda x: ca.floor(x * 100) / 100, lambda y: ca.floor(y / 0.01 + 0.5) * 0.01),
     (lambda x: x, lambda y: y),
 )
-TABLE = np.linspace(-2, 2, 5), np.array([-1.0, -0.7, 0.0, 0.9, 1.1])
 
 
-def table(x):
-    """A table, straight between its rows."""
-    return ca.pw_lin(ca.SX(x), *map(ca.DM, TABLE))
+@dataclass(frozen=True)
+class Drawn:
+    """What the blocks of a loop share: random numbers, and how an instrument changes a signal and a law undoes it."""
+
+    draw: Draw
+    rng: np.random.Generator
+    do: tuple[Callable[[ca.SX], ca.SX], ...]
+    undo: tuple[Callable[[ca.SX], ca.SX], ...]
+    shared: int  # a formula that law and plant have in common
+    discrete: bool
+    observed: bool
+    zero: bool
+    kp: float
+    ki: float
+    period: float
+
+    @staticmethod
+    def of(seed):
+        draw = Draw(seed)
+        rng = draw(0)
+        chosen = [INVERSES[i] for i in rng.integers(len(INVERSES), size=2)]
+        do, undo = zip(*chosen, strict=True)
+        shared = int(rng.integers(3))
+        discrete, observed, zero = rng.random() < 0.15, rng.random() < 0.4, rng.random() < 0.25
+        kp, ki = (float(number) for number in rng.choice(GAINS, 2))
+        return Drawn(
+            *(draw, rng, do, undo, shared, discrete, observed, zero, kp, ki),
+            period=float(rng.choice([0.01, 0.02, 0.1, 1 / 30])),
+        )
+
+    def gain(self, *others):
+        """The next of the gains, or of these numbers."""
+        return float(self.rng.choice(others or GAINS))
 
 
-def expression(rng, atoms, depth):
-    """A random formula of some symbols that stays finite, as every operation is guarded."""
-    if depth == 0 or rng.random() < 0.08:
-        atom = atoms[rng.integers(len(atoms))]
-        return atom * GAINS[rng.integers(len(GAINS))] if rng.random() < 0.4 else atom
-
-    def part():
-        return expression(rng, atoms, depth - 1)
-
-    def choice(a, b):
-        order = (lambda: a < b, lambda: a <= b, lambda: a > b, lambda: ca.logic_and(a > 0, b > 0))
-        truths = (*order, lambda: ca.logic_or(a > 0, ca.logic_not(b > 0)), lambda: a != b, lambda: ca.sign(a) == 1)
-        return ca.if_else(truths[rng.integers(len(truths))](), part(), part())
-
-    one = (
-        lambda a: ca.sin(a),
-        lambda a: ca.cos(a),
-        lambda a: ca.tanh(a),
-        lambda a: ca.exp(ca.tanh(a)),
-        lambda a: ca.exp(-a * a / 2),
-        lambda a: ca.log(1 + a * a),
-        lambda a: ca.sqrt(1 + ca.fabs(a)),
-        lambda a: ca.sign(a),
-        lambda a: ca.floor(a * 10) / 10,
-        lambda a: a * a,
-        lambda a: ca.tanh(a) ** 3,
-        lambda a: (1 + ca.fabs(ca.tanh(a))) ** 1.5,
-        lambda a: -a,
-        lambda a: a * (180 / np.pi) * (np.pi / 180),
-        lambda a: table(a),
-        lambda a: 1 / (1 + a * a),
-        lambda a: ca.tanh(a) / 3,
-        lambda a: 0.0 * a,
-        lambda a: ca.tan(ca.tanh(a)),
-        lambda a: ca.fmod(a, 0.7),
-        lambda a: ca.atan(a),
-        lambda a: ca.asin(ca.tanh(a)),
-        lambda a: ca.acos(ca.tanh(a)),
-        lambda a: ca.sinh(ca.tanh(a)),
-        lambda a: ca.cosh(ca.tanh(a)),
-        lambda a: ca.log1p(a * a),
-        lambda a: ca.expm1(ca.tanh(a)),
-        lambda a: ca.ceil(a * 10) / 10,
-    )
-    two = (
-        *(3 * (lambda a, b: a + b, lambda a, b: a - b, lambda a, b: ca.tanh(a) * b)),
-        lambda a, b: a / (1 + b * b),
-        lambda a, b: a / ca.sqrt(1 + b * b),
-        lambda a, b: ca.atan2(a, b),
-        lambda a, b: ca.fmin(a, b),
-        lambda a, b: ca.hypot(a, b),
-        lambda a, b: ca.fmax(a, b),
-        lambda a, b: ca.fmod(a, 1 + b * b),
-        lambda a, b: ca.sin(a + b) - ca.sin(a) * ca.cos(b),
-        lambda a, b: ca.cos(ca.sin(a) - b),
-        lambda a, b: ca.floor(a / (1 + b * b)),
-        lambda a, b: 2 * a * ca.sin(b) + 2 * b * ca.sin(a),
-        choice,
-        choice,
-    )
-    if rng.random() < 0.35:
-        return one[rng.integers(len(one))](part())
-    return two[rng.integers(len(two))](part(), part())
-
-
-class Draw:
-    """The random numbers of each part of a loop: a part draws the same ones whenever it is asked."""
-
-    def __init__(self, seed):
-        self.seed = seed
-
-    def __call__(self, *part):
-        return np.random.default_rng([self.seed, *part])
-
-    def formula(self, number, atoms, depth=3):
-        """The formula of a number: whoever asks with other atoms gets the same one of these."""
-        return expression(self(1, number), atoms, depth)
-
-
-def random_loop(seed):
-    """A loop of blocks with random equations, and how a computer closes it."""
-    draw = Draw(seed)
-    rng = draw(0)
-    chosen = [INVERSES[i] for i in rng.integers(len(INVERSES), size=2)]
-    do, undo = zip(*chosen, strict=True)
-    shared = int(rng.integers(3))  # a formula that law and plant have in common
-    discrete, observed, zero = rng.random() < 0.15, rng.random() < 0.4, rng.random() < 0.25
-    kp, ki = (float(number) for number in rng.choice(GAINS, 2))
-    period = float(rng.choice([0.01, 0.02, 0.1, 1 / 30]))
-
+def _plant(of):
     def moves(self, t, x, u):
-        common = draw.formula(shared, [x.a, x.b, ca.SX(self.m)])
+        common = of.draw.formula(of.shared, [x.a, x.b, ca.SX(self.m)])
         rate = {"a": x.b - x.a + 0.1 * common, "b": self.m * ca.sin(u.v) - x.b - ca.tanh(table(x.a)) + 0.3 * ca.cos(t)}
         return (
             {name: 0.9 * x[name] + 0.1 * ca.tanh(part) for name, part in rate.items()}
-            if discrete
+            if of.discrete
             else {name: ca.tanh(part) - 0.5 * x[name] for name, part in rate.items()}
         )
 
     body = {
         "__annotations__": {"m": float},
-        "m": parameter(float(rng.choice([1.0, 1.7])), unit="1"),
+        "m": parameter(of.gain(1.0, 1.7), unit="1"),
         "states": layout(a=("1", 0.3), b=("1", -0.2)),
         "inputs": layout(v="V"),
         "outputs": layout(y="1", w="1"),
-        "measure": lambda self, t, x: {"y": do[0](x.a), "w": do[1](x.b) if shared else do[1](x.b) * self.m},
-        **({"update": moves, "period": period} if discrete else {"rate": moves}),
+        "measure": lambda self, t, x: {"y": of.do[0](x.a), "w": of.do[1](x.b) if of.shared else of.do[1](x.b) * self.m},
+        **({"update": moves, "period": of.period} if of.discrete else {"rate": moves}),
     }
-    Plant = block(type("RandomPlant", (AbstractPlant,), body))
+    return block(type("RandomPlant", (AbstractPlant,), body))
 
+
+def _observer(of):
     def estimate(self, t, z, y):
-        a, b = undo[0](y.y), undo[1](y.w)
-        return {"y": a + 0.5 * (z.h - a), "w": b + draw.formula(3, [b, z.g, ca.SX(self.l)], 2)}
+        a, b = of.undo[0](y.y), of.undo[1](y.w)
+        return {"y": a + 0.5 * (z.h - a), "w": b + of.draw.formula(3, [b, z.g, ca.SX(self.l)], 2)}
 
     def corrected(self, t, z, y, est, u):
         model = {"h": est.w - z.h, "g": self.m * ca.sin(u.v) - z.g + self.l * (y.w - z.g)}
@@ -166,7 +110,7 @@ def random_loop(seed):
 
     watcher = {
         "__annotations__": {"l": float, "m": float},
-        "l": parameter(float(rng.choice(GAINS)), unit="1"),
+        "l": parameter(of.gain(), unit="1"),
         "m": parameter(1.7, unit="1"),
         "memory": layout(h="1", g="1"),
         "inputs": layout(v="V"),
@@ -175,24 +119,27 @@ def random_loop(seed):
         "estimate": estimate,
         "rate": corrected,
     }
-    Observer = block(type("RandomObserver", (AbstractObserver,), watcher))
+    return block(type("RandomObserver", (AbstractObserver,), watcher))
 
+
+def _law(of):
     def command(self, t, z, est, ref):
-        a, b = (est.y, est.w) if observed else (undo[0](est.y), undo[1](est.w))
-        common = draw.formula(shared, [a, b, ca.SX(self.k)])
+        a, b = (est.y, est.w) if of.observed else (of.undo[0](est.y), of.undo[1](est.w))
+        common = of.draw.formula(of.shared, [a, b, ca.SX(self.k)])
         atoms = [a, b, est.y, est.w, ref.y, z.i, ca.SX(self.k), t]
-        e = ref.y - kp * est.y
-        return {"v": self.k * e + ki * (z.i - b) + common + draw.formula(4, atoms, 4)}
+        e = ref.y - of.kp * est.y
+        return {"v": self.k * e + of.ki * (z.i - b) + common + of.draw.formula(4, atoms, 4)}
 
     def adapted(self, t, z, est, ref):
-        return {"i": ca.tanh(draw.formula(5, [est.y, ref.y, z.i, z.j, ca.SX(self.k)])) - z.i, "j": ref.y - est.w - z.j}
+        atoms = [est.y, ref.y, z.i, z.j, ca.SX(self.k)]
+        return {"i": ca.tanh(of.draw.formula(5, atoms)) - z.i, "j": ref.y - est.w - z.j}
 
     def signals(self, z, est, ref):
-        return {"s": draw.formula(4, [est.y, est.w, ref.y, z.i, z.j, ca.SX(self.k)])}
+        return {"s": of.draw.formula(4, [est.y, est.w, ref.y, z.i, z.j, ca.SX(self.k)])}
 
     own = {
         "__annotations__": {"k": float},
-        "k": parameter(float(rng.choice(GAINS)), unit="V"),
+        "k": parameter(of.gain(), unit="V"),
         "memory": layout(i="1", j="1"),
         "reads": layout(y="1", w="1"),
         "follows": layout(y="1"),
@@ -200,31 +147,38 @@ def random_loop(seed):
         "command": command,
         "rate": adapted,
         "signals": signals,
-        "period": 2 * period if rng.random() < 0.2 else None,
+        "period": 2 * of.period if of.rng.random() < 0.2 else None,
     }
-    Law = block(type("RandomLaw", (AbstractController,), own))
+    return block(type("RandomLaw", (AbstractController,), own))
 
+
+def _reference(of):
     def wanted(self, t):
-        return {"y": 0.0 if zero else draw.formula(6, [t, ca.SX(self.k)], 2)}
+        return {"y": 0.0 if of.zero else of.draw.formula(6, [t, ca.SX(self.k)], 2)}
 
     says = {
         "__annotations__": {"k": float},
-        "k": parameter(float(rng.choice(GAINS)), unit="1"),
+        "k": parameter(of.gain(), unit="1"),
         "says": layout(y="1"),
         "at": wanted,
     }
-    Reference = block(type("RandomReference", (AbstractReference,), says))
+    return block(type("RandomReference", (AbstractReference,), says))
 
+
+def random_loop(seed):
+    """A loop of blocks with random equations, and how a computer closes it."""
+    of = Drawn.of(seed)
+    Plant, Observer, Law, Reference = (make(of) for make in (_plant, _observer, _law, _reference))
     plant = Plant()
-    loop = wb.ClosedLoop(plant, *([Observer()] if observed else []), controller=Law(), reference=Reference())
-    noisy, coarse, limited = rng.random(3) < 0.4
+    loop = wb.ClosedLoop(plant, *([Observer()] if of.observed else []), controller=Law(), reference=Reference())
+    noisy, coarse, limited = of.rng.random(3) < 0.4
     instruments = wb.Instruments.of(
         plant,
         noise={"y": 1e-3} if noisy else {},
         quantum={"w": 0.01} if coarse else {},
         limit={"v": (-2.0, 3.0)} if limited else {},
     )
-    return loop.digital(period, instruments, delay=int(rng.integers(3)))
+    return loop.digital(of.period, instruments, delay=int(of.rng.integers(3)))
 
 
 PERIODS = 100

@@ -51,25 +51,19 @@ FOLDER = Path(tempfile.mkdtemp())
 
 
 def calls() -> dict[str, Any]:
-    read = printed_equations.read_sheet(SHEET, ARM, "text")
+    return {**_of_claims(), **_of_bounds(), **_of_sheets()}
+
+
+def _of_claims() -> dict[str, Any]:
     hunt = falsify.Hunt(ODE, Declared(STAYS), RANGES, 0.2, 0.05)
     example = hunt.search(1, falsify.Budget(4, 1, 1)).worst
     assert example is not None
     example.write(FOLDER / "example.json")
-    looked, edge = claim_margins.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
+    looked, row = claim_margins.Box.of(ODE, RANGES), (np.array([[2.0]]), np.array([[1.0]]))
     violated, watched = claim_margins.violation(STAYS), claim_margins.watching(ODE, [Declared(STAYS)])
-    seen = identity.candidates(ARM)[0]
     ruling = claims.Ruling("refuted", "it fails", "here")
-    row = np.array([[2.0]]), np.array([[1.0]])
     return {
-        "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
         "slope_of": partial(claim_margins.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
-        "disturbance_bounds": partial(bounds.disturbance_bounds, ca.sin(X[0]), X[0], 1.0),
-        "enclose": partial(bounds.enclose, WAVE, X, *edge, tolerance=1e-3, boxes=100, numbers={}),
-        "extreme_eigenvalue": partial(bounds.extreme_eigenvalue, MATRIX, X, *edge, 1, tolerance=1e-3, boxes=100),
-        "largest_norm": partial(bounds.largest_norm, X, X, *edge),
-        "guarantee": partial(bounds.guarantee),
-        "shown": partial(bounds.shown, 0.1, 1),
         "Box.of": partial(claim_margins.Box.of, ODE, RANGES),
         "Ruling": partial(claims.Ruling, "not refuted", "seen", "", 3),
         "Line": partial(claims.Line, STAYS, ruling),
@@ -80,6 +74,27 @@ def calls() -> dict[str, Any]:
         "run": partial(counterexample.run, watched, violated, (), *row, 0.2, 0.05),
         "in_reference_mode": partial(counterexample.in_reference_mode, ODE, "y", row[0][0], row[1][0], [0.0, 0.1]),
         "hypotheses_kept": partial(counterexample.hypotheses_kept, ODE, [Declared(STAYS)], 0.2, 0.05),
+        "Budget": partial(falsify.Budget, 8, 2, 1),
+        "Hunt": partial(falsify.Hunt, ODE, Declared(STAYS), RANGES, 0.2, 0.05, (Declared(FALLS),)),
+        "Hunt of a metric": partial(falsify.Hunt, ODE, WORTH, RANGES, 0.2, 0.05),
+        "Hunt.search": partial(hunt.search, 1, falsify.Budget(4, 1, 1)),
+        "SignalsOf": partial(claim_margins.SignalsOf, ODE, "plant."),
+        "derivative": partial(claim_margins.derivative, ODE, ODE.x**2),
+        "Largest": partial(claim_margins.Largest, "largest y", "m", "the largest y", "y"),
+        "rest_point": partial(rest_points.rest_point, ODE, np.array([0.1])),
+        "growing_modes": partial(rest_points.growing_modes, ODE, {"x": Fraction(0)}),
+    }
+
+
+def _of_bounds() -> dict[str, Any]:
+    edge = [-1.0, -1.0], [1.0, 1.0]
+    return {
+        "disturbance_bounds": partial(bounds.disturbance_bounds, ca.sin(X[0]), X[0], 1.0),
+        "enclose": partial(bounds.enclose, WAVE, X, *edge, tolerance=1e-3, boxes=100, numbers={}),
+        "extreme_eigenvalue": partial(bounds.extreme_eigenvalue, MATRIX, X, *edge, 1, tolerance=1e-3, boxes=100),
+        "largest_norm": partial(bounds.largest_norm, X, X, *edge),
+        "guarantee": partial(bounds.guarantee),
+        "shown": partial(bounds.shown, 0.1, 1),
         "judge_equal": partial(equality.judge_equal, X, 2 * X),
         "Judged": partial(differential_evolution.Judged, np.ones(4), np.zeros(4)),
         "evolve": partial(
@@ -93,35 +108,32 @@ def calls() -> dict[str, Any]:
         "exact_values": partial(exact_arithmetic.exact_values, X**2, {"x_0": Fraction(1), "x_1": Fraction(2)}),
         "characteristic_polynomial": partial(exact_arithmetic.characteristic_polynomial, [[Fraction(1)]]),
         "unstable_modes": partial(exact_arithmetic.unstable_modes, [Fraction(1), Fraction(-2)]),
-        "Budget": partial(falsify.Budget, 8, 2, 1),
-        "Hunt": partial(falsify.Hunt, ODE, Declared(STAYS), RANGES, 0.2, 0.05, (Declared(FALLS),)),
-        "Hunt of a metric": partial(falsify.Hunt, ODE, WORTH, RANGES, 0.2, 0.05),
-        "Hunt.search": partial(hunt.search, 1, falsify.Budget(4, 1, 1)),
-        "narrowed": partial(_narrowed, ARM, {"links[0].mass": 2.0}),
-        "judge_zero": partial(identity.judge_zero, ARM.M - ARM.M.T, ARM.M, ARM),
         "evaluate": partial(
             interval.evaluate, walk(WAVE), dict.fromkeys(("x_0", "x_1"), interval.Interval(np.zeros(1), np.ones(1)))
         ),
         "jumps": partial(interval.jumps, walk(WAVE), ["x_0"]),
-        "SignalsOf": partial(claim_margins.SignalsOf, ODE, "plant."),
-        "derivative": partial(claim_margins.derivative, ODE, ODE.x**2),
-        "Largest": partial(claim_margins.Largest, "largest y", "m", "the largest y", "y"),
+    }
+
+
+def _of_sheets() -> dict[str, Any]:
+    read = printed_equations.read_sheet(SHEET, ARM, "text")
+    seen = identity.candidates(ARM)[0]
+    return {
+        "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
+        "narrowed": partial(_narrowed, ARM, {"links[0].mass": 2.0}),
+        "judge_zero": partial(identity.judge_zero, ARM.M - ARM.M.T, ARM.M, ARM),
         "compare_sheet": partial(printed.compare_sheet, read, ARM),
         "judged": partial(printed.judged, {("M", 1, 1): ca.SX(1)}, ARM),
         "symmetric": partial(properties.symmetric, ARM),
         "skew": partial(properties.skew, ARM),
         "positive_definite": partial(properties.positive_definite, ARM, -1.0, 1.0),
         "eigenvalues_along": partial(properties.eigenvalues_along, ARM, 1, np.zeros(3)),
-        "rest_point": partial(rest_points.rest_point, ODE, np.array([0.1])),
-        "growing_modes": partial(rest_points.growing_modes, ODE, {"x": Fraction(0)}),
         "read_sheet": partial(printed_equations.read_sheet, SHEET, ARM, "text"),
         "eigenvalues": partial(properties.eigenvalues, ARM, np.zeros((3, 1))),
         "Witness": partial(identity.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),
         "candidates": partial(identity.candidates, ARM),
         "search": partial(identity.search, ARM.M, ARM.M, ARM),
-
-
-    }  # fmt: skip
+    }
 
 
 def _narrowed(dynamics: Any, fixed: Any) -> None:

@@ -1,0 +1,31 @@
+"""The rows of a printed ledger."""
+
+from html.parser import HTMLParser
+
+
+class Rows(HTMLParser):
+    """The rows of the ledger's tables as a browser shows them: [claim, verdict, evidence, witness], all plain text."""
+
+    def __init__(self, page: str) -> None:
+        HTMLParser.__init__(self)
+        self.rows, self.cells, self.within = [], [], ""
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        if tag == "tr":
+            self.cells = []
+        if tag in ("td", "th"):
+            self.cells.append({"all": "", "strong": "", "code": ""})
+        self.within = tag if tag in ("strong", "code") else self.within
+
+    def handle_endtag(self, tag):
+        if tag == "tr" and len(self.cells) == 4 and self.cells[0]["strong"]:  # the row of heads has no claim
+            claim, _, verdict, evidence = self.cells
+            self.rows.append([claim["strong"], verdict["all"].strip(), evidence["all"], evidence["code"]])
+        self.within = "" if tag == self.within else self.within
+
+    def handle_data(self, data):
+        if self.cells:
+            self.cells[-1]["all"] += data
+            if self.within:
+                self.cells[-1][self.within] += data
