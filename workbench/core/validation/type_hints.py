@@ -121,8 +121,7 @@ def _kinds(hints: Iterable[object]) -> str:
 def _or(options: Iterable[str]) -> str:
     """The options in a sentence; of many, the first ones and a count of the others."""
     named = list(dict.fromkeys(options))
-    rest = [f"{len(named) - FEW} other kinds"] if len(named) > FEW + 1 else []
-    return " or ".join(named[:FEW] + rest if rest else named)
+    return " or ".join([*named[:FEW], f"{len(named) - FEW} other kinds"] if len(named) > FEW + 1 else named)
 
 
 def _classes(hint: object) -> tuple[type, ...]:
