@@ -55,10 +55,6 @@ def test_no_design_draws_beyond_the_reach_of_a_bell_and_none_reaches_its_open_en
         (lambda: Uniform(0.0, np.inf), r"`Uniform\(high=...\)` must be a finite number; got inf"),
         (lambda: Uniform(np.nan, 1.0), r"`Uniform\(low=...\)` must be a finite number; got nan"),
         (lambda: Uniform(-1.5e308, 1.5e308), "too wide"),
-        (lambda: Uniform("0", 1.0), r"`Uniform\(low=...\)` must be a number; got '0'"),
-        (lambda: Uniform(None, 1.0), "must be a number; got None"),
-        (lambda: Uniform(True, 3.0), "must be a number; got True"),
-        (lambda: Uniform([0.0], 1.0), r"must be a number; got \[0.0\]"),
         (lambda: LogUniform(0.0, 1.0), r"`LogUniform\(low=...\)` must be a positive, finite number; got 0"),
         (lambda: LogUniform(3.0, 1.0), "a reversed range"),
         (

@@ -151,9 +151,7 @@ def test_only_points_of_the_unit_cube_become_rows(points):
         (lambda: Factor("a", (), Uniform(0.0, 1.0)), "at least one path"),
         (lambda: Factor("a", ("b", "b"), Uniform(0.0, 1.0)), "each once"),
         (lambda: Factor("a", "b", Uniform(0.0, 1.0)), r"a tuple of `str`; got 'b': one alone is written `\(...,\)`"),
-        (lambda: Factor("a", ("b",), (0.0, 1.0)), r"distribution=...\)` must be an `AbstractDistribution`"),
         (lambda: Factor("a", ("b",), Uniform(0.0, 1.0), "guessed"), "one of 'stated', .*got 'guessed'"),
-        (lambda: Factor("a", ("b",), Uniform(0.0, 1.0), share=0.5), "must be True or False"),
     ],
 )
 def test_what_is_no_factor_is_refused_in_a_sentence(make, said):

@@ -129,7 +129,6 @@ def test_one_at_a_time_moves_one_factor_from_the_base():
         (lambda: SobolDesign(3, 64.0), "got 64.0"),
         (lambda: SobolDesign(3, 64, seed=-1), "from 0 to 2.64 - 1.*got -1"),
         (lambda: SobolDesign(3, 64, seed=True), "got True"),
-        (lambda: SobolDesign(3, 64, second_order=1), "must be True or False; got 1"),
         (lambda: MorrisDesign(3, 1), "at least 2; got 1"),
         (lambda: MorrisDesign(3, 10, levels=5), "must be even.*got 5"),
         (lambda: MorrisDesign(3, 10, levels=0), "at least 2; got 0"),

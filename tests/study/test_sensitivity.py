@@ -7,7 +7,7 @@ from tests.support.cases import heavy_but
 from tests.support.known_indices import KNOWN
 from tests.support.salib_indices import sobol_by_salib
 from tests.support.sensitivity_functions import ishigami, ishigami_exact, linear, over, sobol_g
-from workbench.study.uncertainty import MonteCarlo, SobolDesign, sobol
+from workbench.study.uncertainty import SobolDesign, sobol
 
 A = np.array([0.0, 1.0, 4.5, 9.0, 99.0])
 C = np.array([1.0, -2.0, 3.0, 0.0])
@@ -237,7 +237,6 @@ def test_errors_of_the_runs_are_told_where_they_blur_and_refused_where_they_are_
         (lambda d, y: sobol(d, y, confidence=1.0), "between 0 and 1; got 1.0"),
         (lambda d, y: sobol(d, y, confidence=95), "between 0 and 1; got 95"),
         (lambda d, y: sobol(d, y, errors=np.zeros((40, 2))), "must have the outputs' shape"),
-        (lambda d, y: sobol(MonteCarlo(3, 40), y), "must be a `SobolDesign`; got a `MonteCarlo`"),
     ],
 )
 def test_what_cannot_be_judged_is_refused_in_a_sentence(call, said):
