@@ -47,6 +47,7 @@ class Line:
     width: ca.SX
     closed: bool
 
+    @door
     def __init__(self, points: object, tone: str = "link", width: object = 0.0, closed: bool = False) -> None:
         call = "Line(points=...)"
         if isinstance(points, str) or not isinstance(points, Sequence | np.ndarray):
@@ -81,6 +82,7 @@ class Circle:
     radius: ca.SX
     tone: str
 
+    @door
     def __init__(self, centre: object, radius: object, tone: str = "body") -> None:
         place, one = _pair("Circle(centre=...)", centre), _one("Circle(radius=...)", radius)
         _set(self, centre=place, radius=one, tone=tone)
@@ -103,6 +105,7 @@ class Word:
     place: ca.SX
     letters: str
 
+    @door
     def __init__(self, place: object, letters: str) -> None:
         _set(self, place=_pair("Word(place=...)", place), letters=letters)
 

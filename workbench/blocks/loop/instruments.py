@@ -82,9 +82,9 @@ class Instruments(AbstractInstruments):
         plant: AbstractPlant,
         noise: Mapping[str, Vector] | None = None,
         quantum: Mapping[str, Vector] | None = None,
-        limit: Mapping[str, object] | None = None,
-        adc: Mapping[str, object] | None = None,
-        dac: Mapping[str, object] | None = None,
+        limit: Mapping[str, Vector] | None = None,
+        adc: Mapping[str, Vector] | None = None,  # numbers, behind which a rounding may stand
+        dac: Mapping[str, Vector] | None = None,
         coloured: tuple[AbstractNoise, ...] = (),
     ) -> Instruments:
         """Instruments of a plant, by the names of its outputs and inputs.
