@@ -182,15 +182,14 @@ class Evaluation(Generic[Value]):
                 self.angles[operands[0]] = self.functions.reduce_angle(self.number(operands[0]))
             self.numbers[place] = self.functions.sine_or_cosine(self.angles[operands[0]], QUARTERS[op])
         else:
-            made = self.functions.formulas[op](*self._operands(op, operands))
-            if isinstance(made, Truth):
-                self.truths[place] = made
-            else:
-                assert isinstance(made, Number)
+            given = map(self.number, operands) if op in OF_NUMBERS else self._operands(op, operands)
+            made = self.functions.formulas[op](*given)
+            if isinstance(made, Number):
                 self.numbers[place] = made
+            else:
+                assert isinstance(made, Truth)
+                self.truths[place] = made
 
     def _operands(self, op: str, places: Sequence[int]) -> Iterator[Number[Value] | Truth[Value]]:
-        if op in OF_NUMBERS:
-            return map(self.number, places)
         kinds = zip(places, OPERATIONS[op].operands, strict=True)
         return (self.truth(i) if kind is Kind.TRUTH else self.number(i) for i, kind in kinds)
