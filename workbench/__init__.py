@@ -44,7 +44,7 @@ _ROOMS = {
     "study.document.gain_bounds": "GainBound",
     "study.evidence": "LoopLimits largest_setting",
     "study.specifications": "Specification",
-    "report.live.turned": "turned turned_linear",
+    "report.live.turned_knobs": "turned turned_linear",
     "report.loop_page": "live",
     "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values step_response",
     "report.object_plots": "plot",

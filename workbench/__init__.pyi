@@ -115,7 +115,7 @@ from workbench.handover.recording import record
 from workbench.handover.replays import replay
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
-from workbench.report.live.turned import turned, turned_linear
+from workbench.report.live.turned_knobs import turned, turned_linear
 from workbench.report.loop_page import live
 from workbench.report.loop_plots import (
     bode,

@@ -7,7 +7,7 @@ import pytest
 
 import workbench as wb
 from tests.support.cases import heavy_but
-from workbench.engine.machines.further_functions import DOUBLE
+from workbench.engine.machines.further_elementary_functions import DOUBLE
 from workbench.engine.machines.machine import Number
 from workbench.engine.machines.numpy_spelling import Arrays
 

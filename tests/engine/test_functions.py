@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from workbench.engine.machines import double_functions as f
-from workbench.engine.machines.further_functions import DOUBLE
+from workbench.engine.machines import elementary_functions as f
+from workbench.engine.machines.further_elementary_functions import DOUBLE
 from workbench.engine.machines.machine import Number, number
 from workbench.engine.machines.numpy_spelling import Arrays
 

@@ -11,13 +11,13 @@ from workbench.engine.kernel import llvm, webassembly
 from workbench.engine.kernel.casadi_to_graph import OPERATIONS as READ
 from workbench.engine.kernel.graph import FOLDED, LEVELS
 from workbench.engine.machines import (
-    c_functions,
+    c_elementary_functions,
     c_primitives,
     c_spelling,
     formula_table,
     llvm_spelling,
     numpy_spelling,
-    python_functions,
+    python_elementary_functions,
     python_spelling,
     webassembly_spelling,
 )
@@ -25,8 +25,8 @@ from workbench.engine.machines.operations import OPERATIONS, Kind, Role, with_ro
 from workbench.handover.single.rounding_bounds import ALL_RULES
 
 MACHINE, NODE, SHORT, FUNCTION, PROGRAM = (set(with_role(role)) for role in Role)
-IN_PYTHON = {*python_spelling.SPELLING, *python_functions.NAMES, *python_functions.TURNS}
-IN_C = {*c_spelling.SPELLING, *c_primitives.PRIMITIVES, *c_primitives.HARDWARE, *c_functions.ABOUT}
+IN_PYTHON = {*python_spelling.SPELLING, *python_elementary_functions.NAMES, *python_elementary_functions.TURNS}
+IN_C = {*c_spelling.SPELLING, *c_primitives.PRIMITIVES, *c_primitives.HARDWARE, *c_elementary_functions.ABOUT}
 PAGE = (ROOT / "workbench/report/templates/live/tables.js").read_text(encoding="utf-8")
 IN_A_PAGE = re.findall(r"^  (\w+): ", PAGE[PAGE.index("PROGRAM_OPERATIONS = {") : PAGE.index("};")], re.MULTILINE)
 # What each language must have; what it has beside that is no operation of the table.
@@ -38,7 +38,7 @@ LANGUAGES = {
     "C": (MACHINE | SHORT | FUNCTION, IN_C),
     "Python": (
         MACHINE | SHORT | FUNCTION,
-        {*python_spelling.SPELLING, *python_functions.NAMES, *python_functions.TURNS},
+        {*python_spelling.SPELLING, *python_elementary_functions.NAMES, *python_elementary_functions.TURNS},
     ),
     "a page": (PROGRAM, IN_A_PAGE),
     "formulas in double": (NODE, {*formula_table.IN_DOUBLE.formulas, *formula_table.QUARTERS}),

@@ -8,7 +8,7 @@ from tests.support.recorded_laws import by_hand
 from workbench.engine.machines.formula_table import IN_SINGLE
 from workbench.engine.machines.machine import Number
 from workbench.engine.machines.numpy_spelling import Singles
-from workbench.engine.machines.single_functions import LARGEST_ANGLE
+from workbench.engine.machines.single_elementary_functions import LARGEST_ANGLE
 from workbench.handover.single.rounding_rules import STATED
 from workbench.handover.single.single_precision import single_precision
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.cases import heavy_but
 from tests.support.recorded_laws import LOOPS, by_hand, recorded
-from workbench.engine.machines.c_functions import definitions
+from workbench.engine.machines.c_elementary_functions import definitions
 from workbench.engine.machines.c_real import SINGLE
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.c99.c_names import members

@@ -16,7 +16,7 @@ from workbench.study.case_runs import run
 from workbench.study.compiled import compile_sweep
 from workbench.study.tuning import tune
 from workbench.study.uncertainty.designs import Listed
-from workbench.study.uncertainty.local import local_sensitivities
+from workbench.study.uncertainty.local_sensitivity import local_sensitivities
 
 METRICS, UNTIL, PERIOD = (rmse("omega"),), 2.0, 0.02
 GAIN = Factor("kp", ("controller.kp",), LogUniform(1.0, 100.0))

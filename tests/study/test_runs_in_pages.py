@@ -75,7 +75,7 @@ def test_the_reference_is_a_run_too():
 ENGINE = {  # what simulates, by module and name
     *("engine.simulation: simulate", "engine.metrics.measure: measure", "engine.batch: run_step"),
     *("engine.reference.solution: reference", "engine.reference.solution: reference_of_function"),
-    *("study.case_runs: run", "study.tuning.search: tune", "study.uncertainty.local: local_sensitivities"),
+    *("study.case_runs: run", "study.tuning.search: tune", "study.uncertainty.local_sensitivity: local_sensitivities"),
     "study.executors: on_threads",
 }
 STUDIES = [  # but a2, whose page takes the names of claims from the table of their checks

@@ -11,7 +11,7 @@ from studies.a7_sensitivity.sweeps import PROPOSED, free, metrics
 from studies.paper.factors import factors
 from tests.support.samples import made_sample, with_measurement
 from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, SobolDesign
-from workbench.study.uncertainty.local import LocalSensitivities
+from workbench.study.uncertainty.local_sensitivity import LocalSensitivities
 
 T = 5
 EVERY, SOME = ([factor.name for factor in of(PROPOSED)] for of in (factors, free))

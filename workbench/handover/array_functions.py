@@ -21,12 +21,12 @@ from workbench.core.templates import fill
 from workbench.core.validation.refusals import known
 from workbench.core.validation.signatures import door
 from workbench.engine.kernel.graph import Graph
-from workbench.engine.machines.c_functions import definitions as definitions_in_c
+from workbench.engine.machines.c_elementary_functions import definitions as definitions_in_c
 from workbench.engine.machines.c_real import DOUBLE
 from workbench.engine.machines.c_spelling import Text
 from workbench.engine.machines.operations import Tightness
-from workbench.engine.machines.python_functions import TRACED
-from workbench.engine.machines.python_functions import definitions as definitions_in_python
+from workbench.engine.machines.python_elementary_functions import TRACED
+from workbench.engine.machines.python_elementary_functions import definitions as definitions_in_python
 from workbench.engine.machines.python_spelling import HELPERS
 from workbench.handover.c99.c_assignments import Assignments, Demand, Scope, Wanted, assignments
 from workbench.handover.c99.c_names import Variables, prefix_of

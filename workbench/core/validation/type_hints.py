@@ -115,7 +115,7 @@ def words(hint: Any) -> str:
 def _kinds(hints: Iterable[object]) -> str:
     bare = (get_args(hint)[0] if get_origin(hint) is Annotated else hint for hint in hints)
     options = [kind for hint in bare for kind in (get_args(hint) if _is_union(hint) else (hint,))]
-    return _or(name_of(kind) for kind in options)
+    return _or("any value" if kind in (Any, object) else name_of(kind) for kind in options)
 
 
 def _or(options: Iterable[str]) -> str:

@@ -21,7 +21,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.machines.double_functions import COSINE, SINE
+from workbench.engine.machines.elementary_functions import COSINE, SINE
 from workbench.engine.machines.machine import Machine, Number, Value, Word, select
 from workbench.engine.machines.numpy_spelling import Arrays
 

@@ -12,7 +12,7 @@ from workbench.engine.kernel.barriers import rewritten
 from workbench.engine.kernel.casadi_to_graph import read, read_segments
 from workbench.engine.kernel.graph import Graph, Level, Node
 from workbench.engine.kernel.stages import stepped
-from workbench.engine.machines.double_functions import Angle
+from workbench.engine.machines.elementary_functions import Angle
 from workbench.engine.machines.formula_table import IN_DOUBLE, QUARTERS, Functions
 from workbench.engine.machines.machine import Machine, Number, Truth, Value, select
 from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind

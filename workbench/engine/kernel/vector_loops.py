@@ -17,7 +17,7 @@ from typing import Protocol, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.engine.machines.double_functions import halves
+from workbench.engine.machines.elementary_functions import halves
 from workbench.engine.machines.llvm_spelling import declarations, instructions, literal
 from workbench.engine.machines.numpy_spelling import SPELLING, Lanes
 

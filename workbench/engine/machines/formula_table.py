@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from workbench.engine.machines import double_functions as double
-from workbench.engine.machines import single_functions as single
-from workbench.engine.machines.further_functions import DOUBLE
+from workbench.engine.machines import elementary_functions as double
+from workbench.engine.machines import single_elementary_functions as single
+from workbench.engine.machines.further_elementary_functions import DOUBLE
 from workbench.engine.machines.machine import Number, Truth, Value, fma, select
 from workbench.engine.machines.operations import OPERATIONS, Kind, Role
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array
-from workbench.engine.machines.double_functions import halves
+from workbench.engine.machines.elementary_functions import halves
 
 Lanes = NDArray[np.generic] | np.generic  # numbers, truths or words of NumPy
 Reals = Array | np.float64

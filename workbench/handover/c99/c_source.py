@@ -7,7 +7,7 @@ from functools import cache
 from typing import NamedTuple
 
 from workbench.core.templates import template_text
-from workbench.engine.machines.c_functions import definitions
+from workbench.engine.machines.c_elementary_functions import definitions
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
 from workbench.handover.c99.c_advance import advance_of
 from workbench.handover.c99.c_assignments import Call

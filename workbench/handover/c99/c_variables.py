@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from workbench.core import SampledLaw
 from workbench.core.sampled_law import Stage
-from workbench.engine.machines.c_functions import ABOUT
+from workbench.engine.machines.c_elementary_functions import ABOUT
 from workbench.engine.machines.c_primitives import HARDWARE, PRIMITIVES
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
 from workbench.engine.machines.c_spelling import Text

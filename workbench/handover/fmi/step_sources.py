@@ -9,7 +9,7 @@ from workbench.core import Layout, SampledLaw
 from workbench.core.templates import fill, template_text
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.plan import graph_of
-from workbench.engine.machines.c_functions import definitions
+from workbench.engine.machines.c_elementary_functions import definitions
 from workbench.engine.machines.c_real import DOUBLE
 from workbench.engine.machines.c_spelling import Text
 from workbench.engine.machines.operations import Tightness

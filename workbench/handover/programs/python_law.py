@@ -15,7 +15,7 @@ from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.plan import graph_of
-from workbench.engine.machines.python_functions import definitions
+from workbench.engine.machines.python_elementary_functions import definitions
 from workbench.engine.machines.python_spelling import literal
 from workbench.handover.c99.c_code import safe_command
 from workbench.handover.c99.c_interface import queue_places

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from workbench.engine.kernel.graph import Graph, Level
 from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind
-from workbench.engine.machines.python_functions import NAMES, TURNS
+from workbench.engine.machines.python_elementary_functions import NAMES, TURNS
 from workbench.engine.machines.python_spelling import PythonLines, literal
 
 

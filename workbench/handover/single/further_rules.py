@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from workbench.engine.machines.single_functions import MOST_EXPONENT
+from workbench.engine.machines.single_elementary_functions import MOST_EXPONENT
 from workbench.handover.single.rounding_rules import INFINITY, Enclosed, Reals, Rule, evaluated, known_sign
 
 

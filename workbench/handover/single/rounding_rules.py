@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array
-from workbench.engine.machines.single_functions import LARGEST_ANGLE, MOST_EXPONENT, MOST_TURNS
+from workbench.engine.machines.single_elementary_functions import LARGEST_ANGLE, MOST_EXPONENT, MOST_TURNS
 
 Reals = Array | np.float64  # of all rows, or one number for them
 Rule = Callable[..., Reals]  # from a result and its enclosed operands to the bound of the result

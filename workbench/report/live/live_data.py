@@ -17,7 +17,7 @@ from workbench.report.live.linear_data import linear_data
 from workbench.report.live.links import Curve, LinearCell, LinearMark, Links, LiveCell, LiveMark, links_of
 from workbench.report.live.marches import Modules, coarser, march, may_switch, plain, switches, watched, whole_and_half
 from workbench.report.live.page_data import LiveData, Plain
-from workbench.report.live.turned import offered
+from workbench.report.live.turned_knobs import offered
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.document.printed_results import PrintedResults

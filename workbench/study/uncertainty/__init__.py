@@ -29,7 +29,7 @@ from workbench.study.uncertainty.designs import (
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado, morris, tornado
 from workbench.study.uncertainty.factor_table import factor_table
 from workbench.study.uncertainty.indices import SobolIndices, least_base, sobol
-from workbench.study.uncertainty.local import LocalSensitivities, local_sensitivities
+from workbench.study.uncertainty.local_sensitivity import LocalSensitivities, local_sensitivities
 from workbench.study.uncertainty.outputs import Estimate, Flags
 from workbench.study.uncertainty.quantiles import Quantiles, Share, quantiles, share
 from workbench.study.uncertainty.sobol_design import SobolDesign

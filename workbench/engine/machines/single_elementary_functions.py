@@ -11,13 +11,13 @@ Dekker (1971), A floating-point technique for extending the available precision,
 
 from __future__ import annotations
 
-from workbench.engine.machines.double_functions import (
+from workbench.engine.machines.elementary_functions import (
     INFINITY,
     NAN,
     Angle,
     polynomial,
 )
-from workbench.engine.machines.further_functions import Format
+from workbench.engine.machines.further_elementary_functions import Format
 from workbench.engine.machines.machine import Number, Value, Word, number, select
 
 # pi / 2 in parts of 11 bits and a rest: k < 2^13 times such a part is exact, and so is what is left near its multiples.

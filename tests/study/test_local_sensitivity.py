@@ -31,7 +31,7 @@ from workbench.engine.metrics import (
 )
 from workbench.engine.metrics.accumulators import final_values
 from workbench.study.uncertainty import SobolDesign, sobol
-from workbench.study.uncertainty.local import local_sensitivities
+from workbench.study.uncertainty.local_sensitivity import local_sensitivities
 
 
 def relay(rate) -> Ode:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.c_runs import COMPILERS, differing, needs_compiler
-from workbench.engine.machines.c_functions import Lines, definitions
+from workbench.engine.machines.c_elementary_functions import Lines, definitions
 from workbench.engine.machines.c_real import DOUBLE
 from workbench.engine.machines.formula_table import IN_DOUBLE
 from workbench.engine.machines.machine import Number

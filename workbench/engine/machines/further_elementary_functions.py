@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from workbench.engine.machines.double_functions import (
+from workbench.engine.machines.elementary_functions import (
     INFINITY,
     LOG2_E,
     NAN,
@@ -23,7 +23,7 @@ from workbench.engine.machines.double_functions import (
     logarithm,
     polynomial,
 )
-from workbench.engine.machines.double_functions import LN_2 as PARTS_OF_LN_2
+from workbench.engine.machines.elementary_functions import LN_2 as PARTS_OF_LN_2
 from workbench.engine.machines.machine import Number, Value, Word, fma, number, select
 
 LN_2 = 0.6931471805599453

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
-from workbench.engine.machines.double_functions import Angle
+from workbench.engine.machines.elementary_functions import Angle
 from workbench.engine.machines.formula_table import IN_DOUBLE
 from workbench.engine.machines.machine import Number, Truth, Word
 from workbench.engine.machines.operations import OPERATIONS
