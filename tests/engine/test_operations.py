@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from tests.house.rules import ROOT
+from tests.house.sources import ROOT
 from workbench.engine.kernel import llvm, webassembly
 from workbench.engine.kernel.casadi_to_graph import OPERATIONS as READ
 from workbench.engine.kernel.graph import FOLDED, LEVELS
