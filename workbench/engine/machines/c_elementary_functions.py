@@ -1,4 +1,4 @@
-"""Elementary functions in C, as the sine: the formulas of `functions`, written line by line in C's spelling."""
+"""Elementary functions in C, as the sine: the formulas of `formula_table`, written line by line in C's spelling."""
 
 from __future__ import annotations
 

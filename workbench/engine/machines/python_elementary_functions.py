@@ -1,4 +1,4 @@
-"""Elementary functions in Python, as the sine: the formulas of `functions`, each written once in Python's spelling."""
+"""Elementary functions in Python, as the sine: the formulas of `formula_table`, each in Python's spelling."""
 
 from __future__ import annotations
 
