@@ -105,12 +105,13 @@ def refuse_unknown(owner: str, symbols: Mapping[str, ca.SX], **made: ca.SX) -> N
         raise ValueError(
             f"`{owner}({letters})` must be plain symbols, as `Layout.symbols()` makes them; got an expression."
         )
-    held = ca.symvar(ca.vertcat(*map(ca.vec, symbols.values())))
-    if len(held) < (size := sum(part.numel() for part in symbols.values())):
+    known = {entry.__hash__() for part in symbols.values() for entry in part.elements()}
+    if len(known) < (size := sum(part.numel() for part in symbols.values())):
         raise ValueError(
-            f"`{owner}({letters})` must be {size} symbols, each with one place; got {len(held)} different ones."
+            f"`{owner}({letters})` must be {size} symbols, each with one place; got {len(known)} different ones."
         )
-    known = {symbol.__hash__() for symbol in held}
+    if all(symbol.__hash__() in known for symbol in ca.symvar(ca.veccat(*made.values()))):
+        return
     for name, expression in made.items():
         for symbol in ca.symvar(expression):
             if symbol.__hash__() not in known:
