@@ -2,9 +2,7 @@
 
 import json
 import os
-import shutil
 import signal
-import subprocess
 import sys
 import time
 from functools import partial
@@ -58,41 +56,47 @@ def test_a_cluster_without_its_library_is_refused_in_a_sentence(monkeypatch):
         next(on_cluster("local", lambda: (), ()))
 
 
-# What follows starts a scheduler and workers as processes of their own.
-
-
-def environment(root=ROOT):
-    return os.environ | {"PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])}
+# What follows starts a scheduler and workers as processes of their own, forks of one that has imported `distributed`.
+ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+MODULES = ("distributed.cli.dask_scheduler", "distributed.cli.dask_worker")
+PROGRAM = """
+import os, sys
+for number in (1, 2):
+    os.dup2(os.open(os.devnull, os.O_WRONLY), number)
+{first}
+from distributed.cli.{module} import main
+main()
+"""
 
 
 @pytest.fixture
 def cluster(tmp_path):
-    """A scheduler on this machine: its address, what starts a worker from a root of the workbench, and its process."""
+    """A scheduler on this machine: its address, what starts a worker after some line of code, and its process."""
     pytest.importorskip("distributed", exc_type=ImportError)
     started = []
 
-    def start(module, *words, root=ROOT, first="pass"):
-        code = f"import sys; {first}; from distributed.cli.{module} import main; main()"
-        call = [sys.executable, "-c", code, *map(str, words), "--no-dashboard"]
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        started.append(subprocess.Popen(call, cwd=tmp_path, env=environment(root), **quiet))
+    def start(module, *words, first="pass"):
+        code = PROGRAM.format(module=module, first=first)
+        started.append(warm_runs.start([*words, "--no-dashboard"], tmp_path, ENVIRONMENT, code, MODULES))
         return started[-1]
 
     file = tmp_path / "scheduler.json"
+    began = time.monotonic()
     start("dask_scheduler", "--host", "127.0.0.1", "--port", 0, "--scheduler-file", file)
     while not file.exists() or not file.stat().st_size:
-        assert started[0].poll() is None
+        assert time.monotonic() - began < 60
         time.sleep(0.05)
     address = json.loads(file.read_text())["address"]
     worker = partial(start, "dask_worker", address, "--no-nanny", "--nthreads", 1)
     yield address, worker, started[0]
     for process in started:
         process.kill()
-        process.wait(30)
+        process.communicate(timeout=30)
 
 
 def command(out, *words, study=STUDY):
-    return warm_runs.start(["run", study, "--out", out, "--ack", *words], out.parent, environment())
+    words = ["run", study, "--out", out, "--ack", *words]
+    return warm_runs.start(words, out.parent, ENVIRONMENT, modules=MODULES if "--cluster" in words else ())
 
 
 def acknowledged(stdout):
@@ -140,11 +144,7 @@ def test_workers_with_and_without_a_compiler_give_the_same_bits(cluster, tmp_pat
 @pytest.mark.heavy
 def test_a_worker_with_another_version_is_refused_with_both(cluster, tmp_path):
     address, worker, _ = cluster
-    shutil.copytree(ROOT / "workbench", tmp_path / "old" / "workbench", ignore=shutil.ignore_patterns("__pycache__"))
-    file = tmp_path / "old" / "workbench" / "__init__.py"
-    text = file.read_text(encoding="utf-8")
-    file.write_text(f'{text}\n__version__ = "0.0.1"\n', encoding="utf-8")
-    worker(root=tmp_path / "old")
+    worker(first='from workbench.study import executors; executors.__version__ = "0.0.1"')
     with command(tmp_path / "out", "--cluster", address) as process:
         stdout, said = process.communicate(timeout=300)
     assert (process.returncode, acknowledged(stdout)) == (2, {})
@@ -188,7 +188,7 @@ def test_a_cluster_that_loses_all_workers_or_its_scheduler_is_refused_in_a_sente
         assert next(chunks).name in {task.name for task in tasks}
         monkeypatch.setattr(executors, "PATIENCE", patience)
         process.kill()
-        process.wait(30)
+        process.communicate(timeout=30)
         list(chunks)
 
     first = worker()
