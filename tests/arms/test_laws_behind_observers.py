@@ -1,4 +1,4 @@
-"""Every law behind several observers, and every observer, in a computer with noisy readings: a law knows what its observer says, no more."""
+"""Every law behind two observers, and every observer, in a computer with noisy readings: a law knows what they say."""
 
 from functools import cache
 
