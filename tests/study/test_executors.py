@@ -1,11 +1,9 @@
 """Who computes chunks: threads that stop when they are told, and a cluster that may lose a worker."""
 
-import json
 import os
 import signal
 import sys
 import time
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -21,7 +19,6 @@ from workbench.study.executors import ClusterError, on_cluster, on_threads
 from workbench.study.sweep_runs import tasks_of
 from workbench.study.uncertainty import MonteCarlo
 
-ROOT = Path(executors.__file__).parents[2]
 STUDY = Path(__file__).parents[1] / "exams" / "small_study.py"
 
 
@@ -56,47 +53,14 @@ def test_a_cluster_without_its_library_is_refused_in_a_sentence(monkeypatch):
         next(on_cluster("local", lambda: (), ()))
 
 
-# What follows starts a scheduler and workers as processes of their own, forks of one that has imported `distributed`.
-ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
-MODULES = ("distributed.cli.dask_scheduler", "distributed.cli.dask_worker")
-PROGRAM = """
-import os, sys
-for number in (1, 2):
-    os.dup2(os.open(os.devnull, os.O_WRONLY), number)
-{first}
-from distributed.cli.{module} import main
-main()
-"""
-
-
-@pytest.fixture
-def cluster(tmp_path):
-    """A scheduler on this machine: its address, what starts a worker after some line of code, and its process."""
-    pytest.importorskip("distributed", exc_type=ImportError)
-    started = []
-
-    def start(module, *words, first="pass"):
-        code = PROGRAM.format(module=module, first=first)
-        started.append(warm_runs.start([*words, "--no-dashboard"], tmp_path, ENVIRONMENT, code, MODULES))
-        return started[-1]
-
-    file = tmp_path / "scheduler.json"
-    began = time.monotonic()
-    start("dask_scheduler", "--host", "127.0.0.1", "--port", 0, "--scheduler-file", file)
-    while not file.exists() or not file.stat().st_size:
-        assert time.monotonic() - began < 60
-        time.sleep(0.05)
-    address = json.loads(file.read_text())["address"]
-    worker = partial(start, "dask_worker", address, "--no-nanny", "--nthreads", 1)
-    yield address, worker, started[0]
-    for process in started:
-        process.kill()
-        process.communicate(timeout=30)
+# What follows starts a scheduler and workers as processes of their own.
 
 
 def command(out, *words, study=STUDY):
     words = ["run", study, "--out", out, "--ack", *words]
-    return warm_runs.start(words, out.parent, ENVIRONMENT, modules=MODULES if "--cluster" in words else ())
+    return warm_runs.start(
+        words, out.parent, warm_runs.ENVIRONMENT, modules=warm_runs.CLUSTER if "--cluster" in words else ()
+    )
 
 
 def acknowledged(stdout):

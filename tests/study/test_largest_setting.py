@@ -105,8 +105,8 @@ def test_several_loops_keep_their_limits_together_and_the_first_that_does_not_en
             wb.ClosedLoop(Integrator(), controller=Proportional(8.0), reference=wb.Hold([0.0], "x", "m")), T
         ),
     )
-    alone = [largest_setting(one, SCAN, ratio=None).threshold for one in (limits(0.3), quick)]
-    both = largest_setting((limits(0.3), quick), SCAN, ratio=None)
+    alone = [largest_setting(one, SCAN[::3], ratio=None).threshold for one in (limits(0.3), quick)]
+    both = largest_setting((limits(0.3), quick), SCAN[::3], ratio=None)
     assert both.threshold.largest == min(one.largest for one in alone)
     lost = both.threshold.values.index(SCAN[-1])
     assert len(both.trials[lost]) == 1

@@ -16,6 +16,8 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+CLUSTER = ("distributed.cli.dask_scheduler", "distributed.cli.dask_worker")  # what a run with `--cluster` imports
 
 # A request comes with the ends of three pipes. A keeper waits for the run, as a process can only wait for its children,
 # and writes down who it is and how it ended. The run leaves the loop, and ends with all that Python does at its end.
