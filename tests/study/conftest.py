@@ -28,7 +28,7 @@ def swept(tmp_path):
 
 @pytest.fixture
 def cluster(tmp_path):
-    """A scheduler, a fork as its workers are: its address, what starts a worker after some line of code, and its process."""
+    """A scheduler: its address, what starts a worker after some line of code, and its process; all are forks."""
     pytest.importorskip("distributed", exc_type=ImportError)
     started = []
 
