@@ -121,7 +121,13 @@ class Handed:
 
     def digital(self, *, exact: bool = False, start: str = NEAR_START) -> wb.Sampled:
         """The loop as its computer runs it, or one with exact readings or another start."""
-        return self.computed(exact=exact, start=start).ode(self.name)
+        return digital_of(self, exact, start)
+
+
+@cache
+def digital_of(one: Handed, exact: bool, start: str) -> wb.Sampled:
+    """The loop as its computer runs it, built once for all sweeps that vary it."""
+    return one.computed(exact=exact, start=start).ode(one.name)
 
 
 Made = Callable[[float], wb.ClosedLoop]

@@ -1,4 +1,4 @@
-"""Every law behind every observer, in a computer with noisy readings: a law knows what its observer says, no more."""
+"""Every law behind two observers, and every observer, in a computer with noisy readings: a law knows what they say."""
 
 from functools import cache
 
@@ -68,10 +68,11 @@ OBSERVERS = STATES | {
 }
 INSTRUMENTS = arm_instruments(2, noise_q=1e-4, noise_qd=5e-3, limit=[100.0, 50.0])
 INSTANT = ["readings", "readings and momentum"]  # where a reading of the velocity reaches the law at once
-# Of all pairs a quarter is run: each law behind two observers, each observer for five or six laws.
+# Of all pairs a quarter: each law behind one observer of the state, by itself and with that of the disturbance, each
+# observer for five or six laws. What leaks the true state is a law or an observer, whatever the other one is.
 PLACES = {(law, observer): i + j for i, law in enumerate(LAWS) for j, observer in enumerate(OBSERVERS)}
 LIGHT = [pair for pair, place in PLACES.items() if place % 8 == 0]
-RUN = [pair for pair, place in PLACES.items() if place % 8 in (0, 3)]
+PAIRS = [pair for pair, place in PLACES.items() if place % 8 in (0, 4)]
 
 
 @cache
@@ -81,7 +82,7 @@ def sampled(law, observer):
     return loop.digital(PERIOD, INSTRUMENTS)
 
 
-@pytest.mark.parametrize(("law", "observer"), heavy_but(RUN, *LIGHT))
+@pytest.mark.parametrize(("law", "observer"), heavy_but(PAIRS, *LIGHT))
 def test_a_law_runs_behind_an_observer(law, observer):
     loop = sampled(law, observer)
     x0 = np.tile(loop.states.default, (3, 1))
@@ -92,7 +93,7 @@ def test_a_law_runs_behind_an_observer(law, observer):
     assert np.abs(run["e"]).max() < 1.5
 
 
-@pytest.mark.parametrize(("law", "observer"), heavy_but(PLACES, *LIGHT))
+@pytest.mark.parametrize(("law", "observer"), heavy_but(PAIRS, *LIGHT))
 def test_the_torque_of_an_instant_depends_on_the_true_state_through_the_observer_alone(law, observer):
     """Behind the Luenberger observer on its memory only; behind a filter not on the velocity of that instant."""
     loop = sampled(law, observer)

@@ -1,6 +1,6 @@
 """Gains as series in time, and the law that takes them: the time-varying regulator along a reference."""
 
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import casadi as ca
 import numpy as np
@@ -100,11 +100,11 @@ def linear_arm(t):
 def test_along_the_reference_the_cost_of_the_time_varying_regulator_is_x_p_x():
     horizon, Q, R = 1.5, np.diag([40.0, 30.0, 2.0, 1.0]), np.diag([0.1, 0.2])
 
-    def flow(t):
-        return rde(lambda s: linear_arm(s)[0], lambda s: linear_arm(s)[1], Q, R, np.zeros((4, 4)), t, rtol=1e-7)
-
+    at = cache(linear_arm)
     x, terms = chebyshev.chebpts1(33), 33  # 33 terms leave 1e-6 of the gains
-    K = flow([*(x + 1) / 2 * horizon, horizon]).K[:terms]
+    times = [0.0, *(x + 1) / 2 * horizon, horizon]
+    flow = rde(lambda s: at(s)[0], lambda s: at(s)[1], Q, R, np.zeros((4, 4)), times, rtol=1e-7)
+    K = flow.K[1 : terms + 1]
     series = chebyshev.chebfit(x, K.reshape(terms, -1), terms - 1)
     law = ScheduledFeedback.of(paper_arm(), series.reshape(K.shape), horizon)
     x0 = 1e-4 * np.array([1.0, -2.0, 0.0, 3.0])
@@ -115,7 +115,7 @@ def test_along_the_reference_the_cost_of_the_time_varying_regulator_is_x_p_x():
     u = ca.horzcat(Kp, Kd) @ x
     costly = with_quadrature(ode, {"J": (x.T @ Q @ x + u.T @ R @ u) / 1e-8})
     J = simulate(rk4(costly, 5e-4), until=horizon, every=horizon)["J"][0, -1]
-    best = x0 @ flow([0.0, horizon]).P[0] @ x0 / 1e-8
+    best = x0 @ flow.P[0] @ x0 / 1e-8
     assert float(np.squeeze(J)) == pytest.approx(
         best, rel=1e-4
     )  # the arm's curvature over 1e-4 rad, and RK4's error of 1e-9 rad

@@ -1,6 +1,7 @@
 """Bad input through the front door: one line on stderr, exit status 2, and no half-written report."""
 
 import os
+import sys
 
 import pytest
 
@@ -155,17 +156,19 @@ def test_an_unwritable_output_folder_is_refused(command, script, tmp_path):
     refused(command("run", script(), "--out", "locked/report"), tmp_path, "locked")
 
 
-@pytest.mark.parametrize(
-    "size", [pytest.param(0, marks=pytest.mark.heavy), 2000, pytest.param(20_000, marks=pytest.mark.heavy)]
-)
-def test_a_full_disk_leaves_no_half_written_report(shell, script, tmp_path, size):
-    def small_files():
-        import resource
+@pytest.mark.parametrize("size", [0, 2000, 20_000])
+def test_a_full_disk_leaves_no_half_written_report(command, script, tmp_path, monkeypatch, size):
+    import resource
 
-        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-
-    done = shell("run", script(), preexec_fn=small_files, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
-    assert done.returncode == 2, done.stderr
+    study = script()
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        done = command("run", study)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert done.exit_code == 2, done.stderr
     assert done.stderr.startswith("workbench: ")
     assert "File too large" in done.stderr
     assert done.stderr.count("\n") == 1

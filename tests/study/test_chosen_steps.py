@@ -101,10 +101,11 @@ def test_a_resumed_study_takes_its_step_from_the_ledger(command, asked, tmp_path
 
 
 @pytest.mark.heavy
-def test_the_workers_of_a_cluster_are_told_the_step(command, tmp_path):
-    pytest.importorskip("distributed")
+def test_the_workers_of_a_cluster_are_told_the_step(cluster, command, tmp_path):
+    address, worker, _ = cluster
+    worker()
     (tmp_path / "chosen.py").write_text(CHOSEN, encoding="utf-8")
-    done = command("run", "chosen.py", "--out", "out", "--cluster", "local", "--workers", 1)
+    done = command("run", "chosen.py", "--out", "out", "--cluster", address)
     assert done.exit_code == 0, done.output
 
 

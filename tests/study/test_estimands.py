@@ -69,7 +69,7 @@ class TwoGroups:
 
 
 @cache
-def held(estimand, laws, samples=SAMPLES, runs=160, confidence=0.9, resamples=400):
+def held(estimand, laws, samples=SAMPLES, runs=160, confidence=0.9, resamples=200):
     """How often all levels hold the truth, and how often all differences do."""
     rng = np.random.default_rng(3)
     truth = np.array([law.truth(estimand) for law in laws])

@@ -1,13 +1,9 @@
 """Who computes chunks: threads that stop when they are told, and a cluster that may lose a worker."""
 
-import json
 import os
-import shutil
 import signal
-import subprocess
 import sys
 import time
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -23,7 +19,6 @@ from workbench.study.executors import ClusterError, on_cluster, on_threads
 from workbench.study.sweep_runs import tasks_of
 from workbench.study.uncertainty import MonteCarlo
 
-ROOT = Path(executors.__file__).parents[2]
 STUDY = Path(__file__).parents[1] / "exams" / "small_study.py"
 
 
@@ -61,38 +56,11 @@ def test_a_cluster_without_its_library_is_refused_in_a_sentence(monkeypatch):
 # What follows starts a scheduler and workers as processes of their own.
 
 
-def environment(root=ROOT):
-    return os.environ | {"PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])}
-
-
-@pytest.fixture
-def cluster(tmp_path):
-    """A scheduler on this machine: its address, what starts a worker from a root of the workbench, and its process."""
-    pytest.importorskip("distributed", exc_type=ImportError)
-    started = []
-
-    def start(module, *words, root=ROOT, first="pass"):
-        code = f"import sys; {first}; from distributed.cli.{module} import main; main()"
-        call = [sys.executable, "-c", code, *map(str, words), "--no-dashboard"]
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        started.append(subprocess.Popen(call, cwd=tmp_path, env=environment(root), **quiet))
-        return started[-1]
-
-    file = tmp_path / "scheduler.json"
-    start("dask_scheduler", "--host", "127.0.0.1", "--port", 0, "--scheduler-file", file)
-    while not file.exists() or not file.stat().st_size:
-        assert started[0].poll() is None
-        time.sleep(0.05)
-    address = json.loads(file.read_text())["address"]
-    worker = partial(start, "dask_worker", address, "--no-nanny", "--nthreads", 1)
-    yield address, worker, started[0]
-    for process in started:
-        process.kill()
-        process.wait(30)
-
-
 def command(out, *words, study=STUDY):
-    return warm_runs.start(["run", study, "--out", out, "--ack", *words], out.parent, environment())
+    words = ["run", study, "--out", out, "--ack", *words]
+    return warm_runs.start(
+        words, out.parent, warm_runs.ENVIRONMENT, modules=warm_runs.CLUSTER if "--cluster" in words else ()
+    )
 
 
 def acknowledged(stdout):
@@ -140,11 +108,7 @@ def test_workers_with_and_without_a_compiler_give_the_same_bits(cluster, tmp_pat
 @pytest.mark.heavy
 def test_a_worker_with_another_version_is_refused_with_both(cluster, tmp_path):
     address, worker, _ = cluster
-    shutil.copytree(ROOT / "workbench", tmp_path / "old" / "workbench", ignore=shutil.ignore_patterns("__pycache__"))
-    file = tmp_path / "old" / "workbench" / "__init__.py"
-    text = file.read_text(encoding="utf-8")
-    file.write_text(f'{text}\n__version__ = "0.0.1"\n', encoding="utf-8")
-    worker(root=tmp_path / "old")
+    worker(first='from workbench.study import executors; executors.__version__ = "0.0.1"')
     with command(tmp_path / "out", "--cluster", address) as process:
         stdout, said = process.communicate(timeout=300)
     assert (process.returncode, acknowledged(stdout)) == (2, {})
@@ -188,7 +152,7 @@ def test_a_cluster_that_loses_all_workers_or_its_scheduler_is_refused_in_a_sente
         assert next(chunks).name in {task.name for task in tasks}
         monkeypatch.setattr(executors, "PATIENCE", patience)
         process.kill()
-        process.wait(30)
+        process.communicate(timeout=30)
         list(chunks)
 
     first = worker()

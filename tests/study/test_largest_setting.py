@@ -64,15 +64,15 @@ def limits(most, **changes):
 def test_the_largest_period_is_that_of_the_closed_form():
     most = 0.3  # m^2 s, beyond the least of the integral and below its growth at the border of stability, 2 / K
     edge = brentq(lambda T: integral(T) - most, 0.35, 0.49)
-    found = largest_setting(limits(most), SCAN, ratio=1.001)
+    found = largest_setting(limits(most), SCAN, ratio=1.01)
     assert found.threshold.largest <= edge * (1 + 1e-9)
     assert found.threshold.next >= edge * (1 - 1e-9)
-    assert found.threshold.next / found.threshold.largest <= 1.001
+    assert found.threshold.next / found.threshold.largest <= 1.01
     assert found.sure
 
 
 def test_the_shares_at_every_period_are_those_of_the_closed_form():
-    found = largest_setting(limits(0.3), SCAN, ratio=None)
+    found = largest_setting(limits(0.3), SCAN[::3], ratio=None)
     forms = np.array([integral(T) for T in found.threshold.values]) / 0.3
     # RK4 is exact for the cubic whose rate is the square of a straight line
     np.testing.assert_allclose(found.worst(ise("x").name), forms, rtol=1e-9)
@@ -105,8 +105,8 @@ def test_several_loops_keep_their_limits_together_and_the_first_that_does_not_en
             wb.ClosedLoop(Integrator(), controller=Proportional(8.0), reference=wb.Hold([0.0], "x", "m")), T
         ),
     )
-    alone = [largest_setting(one, SCAN, ratio=None).threshold for one in (limits(0.3), quick)]
-    both = largest_setting((limits(0.3), quick), SCAN, ratio=None)
+    alone = [largest_setting(one, SCAN[::3], ratio=None).threshold for one in (limits(0.3), quick)]
+    both = largest_setting((limits(0.3), quick), SCAN[::3], ratio=None)
     assert both.threshold.largest == min(one.largest for one in alone)
     lost = both.threshold.values.index(SCAN[-1])
     assert len(both.trials[lost]) == 1

@@ -211,10 +211,11 @@ def test_the_digest_of_a_function_is_cheap_once_its_definitions_are_known():
 
 
 @pytest.mark.heavy
-def test_the_workers_of_a_cluster_give_the_same_records(command, worked, tmp_path):
-    pytest.importorskip("distributed")
+def test_the_workers_of_a_cluster_give_the_same_records(cluster, command, worked, tmp_path):
+    address, worker, _ = cluster
+    worker()
     command("run", "worked.py", "--out", "here")
-    there = command("run", "worked.py", "--out", "there", "--cluster", "local", "--workers", 1)
+    there = command("run", "worked.py", "--out", "there", "--cluster", address)
     assert there.exit_code == 0, there.output
     files = [sorted((tmp_path / out / FOLDER).glob("fits.item.*")) for out in ("here", "there")]
     assert [file.name for file in files[0]] == [file.name for file in files[1]]

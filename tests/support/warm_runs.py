@@ -16,11 +16,13 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+CLUSTER = ("distributed.cli.dask_scheduler", "distributed.cli.dask_worker")  # what a run with `--cluster` imports
 
 # A request comes with the ends of three pipes. A keeper waits for the run, as a process can only wait for its children,
 # and writes down who it is and how it ended. The run leaves the loop, and ends with all that Python does at its end.
 SERVER = """
-import json, os, runpy, signal, socket, sys, warnings
+import importlib, json, os, signal, socket, sys, warnings
 import workbench as wb
 import workbench.cli.command
 for name in dir(wb):
@@ -31,6 +33,9 @@ while True:
     text, ends, *_ = socket.recv_fds(channel, 2**20, 3)
     if not text:
         os._exit(0)
+    job = json.loads(text)
+    for name in job["modules"]:
+        importlib.import_module(name)
     if not os.fork():
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         told = ends.pop()
@@ -45,7 +50,6 @@ while True:
         os._exit(0)
     for end in ends:
         os.close(end)
-job = json.loads(text)
 os.close(told)
 channel.close()
 os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
@@ -58,8 +62,11 @@ os.environ.update(job["environment"])
 if os.environ.get("PYTHONWARNINGS") == "error":
     warnings.simplefilter("error")
 sys.path[0], sys.argv = job["folder"], ["workbench", *job["words"]]
-runpy.run_module("workbench", run_name="__main__", alter_sys=True)
+exec(job["code"], {"__name__": "__main__"})
 """
+
+
+COMMAND = 'import runpy; runpy.run_module("workbench", run_name="__main__", alter_sys=True)'
 
 
 @cache
@@ -77,9 +84,10 @@ def _channel():
 class Run:
     """A run of the command line, with what a test uses of `subprocess.Popen`."""
 
-    def __init__(self, words, folder, environment):
+    def __init__(self, words, folder, environment, code, modules):
         pipes = [os.pipe() for _ in range(3)]
         job = {"words": [str(word) for word in words], "folder": str(folder), "environment": dict(environment)}
+        job |= {"code": code, "modules": modules}
         socket.send_fds(_channel(), [json.dumps(job).encode()], [end for _, end in pipes])
         for _, end in pipes:
             os.close(end)
@@ -122,10 +130,13 @@ class Run:
             self._found[name] = pipe.read()
 
 
-def start(words, folder, environment=os.environ):
-    """A run of `python -m workbench` with these words in a folder; where nothing can be forked, a process by itself."""
+def start(words, folder, environment=os.environ, code=COMMAND, modules=()):
+    """A run of `python -m workbench`, or of other code, with these words in a folder.
+
+    The process that is forked imports the modules once for all. Where nothing can be forked, a process by itself.
+    """
     if hasattr(os, "fork"):
-        return Run(words, folder, environment)
-    call = [sys.executable, "-m", "workbench", *map(str, words)]
+        return Run(words, folder, environment, code, modules)
+    call = [sys.executable, "-c", code, *map(str, words)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen(call, cwd=folder, env=environment, **pipes)

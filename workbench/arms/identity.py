@@ -6,7 +6,7 @@ takes round numbers, the plainest first; then other parameters, as a misprint ma
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.arms.dynamics import Dynamics
+from workbench.core.numbers import Bounds
 from workbench.core.validation.refusals import Array, numbers
 from workbench.core.validation.signatures import door
 from workbench.proofs.branch_and_bound import sequence
@@ -96,8 +97,15 @@ def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
     plain = np.concatenate([0.5 * np.arange(1, n + 1), (-1.0) ** np.arange(n)])
     spread = np.round((sequence(STATES - 1, 2 * n) - 0.5) * np.repeat([6.0, 4.0], n), 1)
     states = np.vstack([plain, spread])
-    nominal = [Witness(x[:n], x[n:], dynamics.p.default, held(dynamics)) for x in states]
-    varied = [_varied(dynamics, x, u) for x, u in zip(states, sequence(STATES, dynamics.p.size), strict=True)]
+    layout, fixed = dynamics.p, held(dynamics)
+    nominal = [Witness(x[:n], x[n:], layout.default, fixed) for x in states]
+    places = [
+        (label, i, entry.bounds)
+        for entry in layout.entries
+        for label, i in zip(entry.labels(), layout.indices(entry.name), strict=True)
+    ]
+    draws = zip(states, sequence(STATES, layout.size), strict=True)
+    varied = [_varied(dynamics, x, u, places, fixed) for x, u in draws]
     return tuple(nominal + varied if dynamics.p.size else nominal)
 
 
@@ -106,16 +114,17 @@ def held(dynamics: Dynamics) -> dict[str, float]:
     return {entry.name: float(entry.default) for entry in dynamics.p.entries if entry.bounds.low == entry.bounds.high}
 
 
-def _varied(dynamics: Dynamics, x: Array, u: Array) -> Witness:
-    nominal = dynamics.p.default
+def _varied(
+    dynamics: Dynamics, x: Array, u: Array, places: Sequence[tuple[str, int, Bounds]], held: Mapping[str, float]
+) -> Witness:
+    n, nominal = dynamics.dof, dynamics.p.default
     wanted = np.round(np.where(nominal == 0, 1.0, nominal) * np.round(0.5 + 1.5 * u, 1), 12)
-    changed = held(dynamics)
-    for entry in dynamics.p.entries:
-        for label, i in zip(entry.labels(), dynamics.p.indices(entry.name), strict=True):
-            if wanted[i] != nominal[i] and entry.bounds.allow(wanted[i]):
-                changed[label] = float(wanted[i])
-    n = dynamics.dof
-    return Witness(x[:n], x[n:], dynamics.p.pack(changed)[0], changed)
+    changed, p = dict(held), nominal.copy()
+    for label, i, bounds in places:
+        if wanted[i] != nominal[i] and bounds.allow(wanted[i]):
+            changed[label] = float(wanted[i])
+            p[i] = wanted[i]
+    return Witness(x[:n], x[n:], p, changed)
 
 
 def _tuple(values: Array, *, short: bool = False) -> str:
