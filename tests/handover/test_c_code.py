@@ -14,12 +14,9 @@ from workbench.handover.c99.c_code import c_code
 
 
 @needs_compiler
-@pytest.mark.parametrize(
-    "name",
-    heavy_but(["AOSMC-RGS", "RBF-ASMC", "LQG, quadruple tank P−", "PID, DC motor"], "PID, DC motor"),
-)
-def test_c_and_simulation_have_the_same_bits(name, tmp_path):
-    sampled, law = digital(name)
+def test_c_and_simulation_have_the_same_bits(tmp_path):
+    """Of one law; those of the whole gallery are in test_gallery_forms.py."""
+    sampled, law = digital("PID, DC motor")
     y, r, u, z = recorded(sampled, law, 500)
     for number, option in enumerate(("-O0", "-O3")):
         (folder := tmp_path / str(number)).mkdir()

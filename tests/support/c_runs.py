@@ -36,7 +36,7 @@ def recorded(sampled, law, periods, substeps=4, seed=1, arithmetic="portable"):
 
 
 DRIVER = """
-#include "{name}.h"
+#include "{name}.c" /* one unit, so that a compiler starts once */
 #include <string.h>
 void drive(int n, const {real} *y, const {real} *r, {real} *u, {real} *z, unsigned *flags)
 {{
@@ -81,7 +81,6 @@ def compiled(code, folder, compiler=None, options=("-O2",)):
         "-shared",
         "-fPIC",
         "drive.c",
-        f"{name}.c",
         "-o",
         library,
         *(["-lm"] if code.hardware else []),
