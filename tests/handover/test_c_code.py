@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from tests.support.c_runs import COMPILERS, EACH_COMPILER, WARNINGS, compiled, differing, needs_compiler, recorded
+from tests.support.c_runs import (
+    COMPILERS,
+    EACH_COMPILER,
+    WARNINGS,
+    compiled,
+    differing,
+    needs_compiler,
+    recorded,
+    warned,
+)
 from tests.support.cases import heavy_but
 from tests.support.digital_laws import digital, kalman_law, motor_law
 from workbench.core.templates import template_text
@@ -56,7 +65,7 @@ def test_no_compiler_warns(compiler, tmp_path):
     laws = {"input": (law, "settable"), "built_in": (built_in, "settable"), "kalman": (kalman, "constant")}
     for name, (each, parameters) in laws.items():
         c_code(each, name, parameters=parameters).write(tmp_path)
-        subprocess.run([compiler, "-O2", *WARNINGS, "-c", f"{name}.c"], cwd=tmp_path, check=True, timeout=60)
+    warned(compiler, tmp_path, *(f"{name}.c" for name in laws))
 
 
 @needs_compiler
