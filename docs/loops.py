@@ -1,5 +1,6 @@
 """The laws and plants of the catalogue, each in a loop of its own, for the live pages of the gallery."""
 
+from functools import cache
 from typing import Any, NamedTuple
 
 from studies.a8_fair_comparison.entrants import LAWS, PROPOSED
@@ -22,20 +23,29 @@ class Shown(NamedTuple):
     h: float
 
 
+ARMS = {law.name: law for law in LAWS}
+PLANTS = {f"{law}, {setting.name}": (setting, law) for setting in SETTINGS for law in ("LQG", "PID")}
+
+
+@cache
+def shown(name: str) -> Shown:
+    """One of the loops: a law of arms in the first scenario of the paper, or LQG or PID on a plant of b3.
+
+    Arms have exact readings but for the law that has its observer.
+    """
+    if name in PLANTS:
+        setting, law = PLANTS[name]
+        return Shown(loop(setting, law, computer=False), setting.until, setting.period / 4)
+    closed = ClosedLoop(plant("FS"), FullState(2), ARMS[name].block, REFERENCES["FS"])
+    times = (BRIEF, BRIEF_STEP) if name in STIFF else (HORIZON, STEP)
+    return Shown(proposed_repaired("FS") if name == PROPOSED else closed, *times)
+
+
 def of_arms() -> dict[str, Shown]:
-    """The laws of arms in the first scenario of the paper, on exact readings but for the one that has its observer."""
-    held = {}
-    for law in LAWS:
-        closed = ClosedLoop(plant("FS"), FullState(2), law.block, REFERENCES["FS"])
-        times = (BRIEF, BRIEF_STEP) if law.name in STIFF else (HORIZON, STEP)
-        held[law.name] = Shown(proposed_repaired("FS") if law.name == PROPOSED else closed, *times)
-    return held
+    """The laws of arms."""
+    return {name: shown(name) for name in ARMS}
 
 
 def of_plants() -> dict[str, Shown]:
     """LQG and PID on each plant of b3."""
-    return {
-        f"{law}, {setting.name}": Shown(loop(setting, law, computer=False), setting.until, setting.period / 4)
-        for setting in SETTINGS
-        for law in ("LQG", "PID")
-    }
+    return {name: shown(name) for name in PLANTS}

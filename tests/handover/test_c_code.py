@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from tests.support.c_runs import COMPILERS, EACH_COMPILER, WARNINGS, compiled, differing, needs_compiler, recorded
+from tests.support.c_runs import (
+    COMPILERS,
+    EACH_COMPILER,
+    WARNINGS,
+    compiled,
+    differing,
+    needs_compiler,
+    recorded,
+    warned,
+)
 from tests.support.cases import heavy_but
 from tests.support.digital_laws import digital, kalman_law, motor_law
 from workbench.core.templates import template_text
@@ -14,12 +23,9 @@ from workbench.handover.c99.c_code import c_code
 
 
 @needs_compiler
-@pytest.mark.parametrize(
-    "name",
-    heavy_but(["AOSMC-RGS", "RBF-ASMC", "LQG, quadruple tank P−", "PID, DC motor"], "PID, DC motor"),
-)
-def test_c_and_simulation_have_the_same_bits(name, tmp_path):
-    sampled, law = digital(name)
+def test_c_and_simulation_have_the_same_bits(tmp_path):
+    """Of one law; those of the whole gallery are in test_gallery_forms.py."""
+    sampled, law = digital("PID, DC motor")
     y, r, u, z = recorded(sampled, law, 500)
     for number, option in enumerate(("-O0", "-O3")):
         (folder := tmp_path / str(number)).mkdir()
@@ -59,7 +65,7 @@ def test_no_compiler_warns(compiler, tmp_path):
     laws = {"input": (law, "settable"), "built_in": (built_in, "settable"), "kalman": (kalman, "constant")}
     for name, (each, parameters) in laws.items():
         c_code(each, name, parameters=parameters).write(tmp_path)
-        subprocess.run([compiler, "-O2", *WARNINGS, "-c", f"{name}.c"], cwd=tmp_path, check=True, timeout=60)
+    warned(compiler, tmp_path, *(f"{name}.c" for name in laws))
 
 
 @needs_compiler

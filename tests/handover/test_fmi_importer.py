@@ -4,14 +4,14 @@ import importlib.util
 import json
 import subprocess
 import sys
-from itertools import islice
 
 import numpy as np
 import pytest
 
 import workbench as wb
+from docs import fmus
 from docs.fmus import examples, of_computer, of_law, of_plant, outputs_of, write
-from docs.loops import of_plants
+from docs.loops import shown
 from tests.support.c_runs import needs_compiler
 from tests.support.cases import heavy_but
 from tests.support.digital_laws import motor_law
@@ -20,6 +20,7 @@ from workbench.handover.fmi import fmu
 
 needs_fmpy = pytest.mark.skipif(importlib.util.find_spec("fmpy") is None, reason="this environment has no FMPy")
 VERSIONS = "2.0", "3.0"
+STEPS = 100  # of an example here
 
 # In another process: each folder of an example, as an importer runs it.
 CROSS_CHECK = """
@@ -154,28 +155,29 @@ def equations_of(unit):
 
 @needs_fmpy
 @needs_compiler
-def test_an_importer_computes_the_bits_of_the_simulation(tmp_path):
-    plants = of_plants()
+def test_an_importer_computes_the_bits_of_the_simulation(tmp_path, monkeypatch):
+    monkeypatch.setattr(fmus, "STEPS", STEPS)
     cases = (
-        of_law("with a reference that it knows", plants["PID, DC motor"], "built in"),
-        of_plant("quadruple tank", plants["LQG, quadruple tank P+"]),
-        of_computer("cart-pole", plants["PID, cart-pole"]),
+        of_law("with a reference that it knows", shown("PID, DC motor"), "built in"),
+        of_plant("quadruple tank", shown("PID, quadruple tank P+")),
+        of_computer("cart-pole", shown("PID, cart-pole")),
     )
     turns = zip(
         cases, (*VERSIONS, VERSIONS[0]), strict=True
     )  # the equations in C are the same in both, as is seen below
     told = cross_checked([write(case, tmp_path, version) for case, version in turns], tmp_path)
     assert len(told) == 3
-    assert all(each == {"equal": True, "findings": [], "rows": 501} for each in told), told
+    assert all(each == {"equal": True, "findings": [], "rows": STEPS + 1} for each in told), told
 
 
 @needs_fmpy
 @needs_compiler
 @pytest.mark.heavy
-def test_every_third_example_has_its_bits_in_an_importer(tmp_path):
-    """In 2.0 or 3.0 by turns, as the equations in C are the same in both; every description is checked in both."""
+def test_every_fourth_example_has_its_bits_in_an_importer(tmp_path, monkeypatch):
+    """In 2.0 or 3.0 by turns, as the equations in C are the same in both; their descriptions are checked in both."""
+    monkeypatch.setattr(fmus, "STEPS", STEPS)
     ran, described = [], []
-    for number, case in enumerate(islice(examples(), 0, None, 3)):
+    for number, case in enumerate(examples(2, every=4)):
         here, there = (VERSIONS[(number + other) % 2] for other in (0, 1))
         units = [fmu(case.what, here, case.name, h=case.h), fmu(case.what, there, case.name, h=case.h, compiler="")]
         ran.append(write(case, tmp_path / "ran", here, units[0]))
@@ -185,8 +187,8 @@ def test_every_third_example_has_its_bits_in_an_importer(tmp_path):
         described[-1].mkdir(parents=True)
         units[1].write(described[-1] / f"{units[1].identifier}.fmu")
     told = cross_checked([*ran, *described], tmp_path)
-    assert told[: len(ran)] == [{"equal": True, "findings": [], "rows": 501}] * 7
-    assert told[len(ran) :] == [{"findings": []}] * 7
+    assert told[: len(ran)] == [{"equal": True, "findings": [], "rows": STEPS + 1}] * 5
+    assert told[len(ran) :] == [{"findings": []}] * 5
 
 
 @needs_fmpy

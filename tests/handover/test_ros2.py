@@ -29,7 +29,7 @@ needs_gcc = pytest.mark.skipif(
 def paper():
     """The law of the paper with noise and limits."""
     loop = proposed_repaired("FS")
-    return record(loop, 1e-3, 500, wb.Instruments.of(loop.plant, noise={"q": 1e-4}, limit={"tau": (-80.0, 80.0)}))
+    return record(loop, 1e-3, 200, wb.Instruments.of(loop.plant, noise={"q": 1e-4}, limit={"tau": (-80.0, 80.0)}))
 
 
 @cache
@@ -70,7 +70,7 @@ def programs(tmp_path_factory):
         code = c_code(record_of().law, "law", **{"safe": SAFE.get(record_of)} | options)
         folder = root / f"{record_of.__name__}{len(options)}"
         write_files(folder, ros2(code, interfaces=dict(interfaces)))
-        run(folder, "gcc", "-std=c99", "-O2", "-ffp-contract=off", *WARNINGS, "-c", "src/law.c", "-o", "law.o")
+        run(folder, "gcc", "-std=c99", "-O0", "-ffp-contract=off", *WARNINGS, "-c", "src/law.c", "-o", "law.o")
         sources = ("src/law_controller.cpp", "law.o", root / "manager.o")
         run(folder, "g++", *flags, "-Iinclude", "-Isrc", *sources, "-o", "manager")
         return folder / "manager"

@@ -1,16 +1,14 @@
 """Linear answers on a page: decibels, phases, gains of channels and planes by the rules of the printed pictures."""
 
-import json
-import subprocess
-
 import numpy as np
 import pytest
 
 import workbench as wb
 from studies.paper.laws import rival
-from tests.support.browsers import NODE, needs_node
+from tests.support.browsers import needs_node
 from tests.support.linear_answers import answer_of
 from tests.support.live_figures import NUMBERS, ROOM
+from tests.support.node import answered
 from workbench.design.frequency import CertifiedValue
 from workbench.design.frequency.frequency_axis import phases
 from workbench.report.loop_pictures import PoleZeroSet, nyquist_figure, pole_zero_map
@@ -31,11 +29,7 @@ def said(body, given=None):
     make = """const arrays = (one) => ({re: numbers(one.re), im: numbers(one.im)});
       const answerOf = ([plain, about]) => new LoopAnswer({...plain, omega: numbers(plain.omega), L: arrays(plain.L),
         poles: arrays(plain.poles), openPoles: arrays(plain.openPoles)}, about);"""
-    program += f"\n{NUMBERS}\n{make}\nconst given = {json.dumps(given)};\n"
-    program += f"console.log(JSON.stringify((() => {{ {body} }})()));"
-    done = subprocess.run([NODE, "-"], input=program, capture_output=True, text=True, timeout=60, check=False)
-    assert not done.returncode, done.stderr
-    return json.loads(done.stdout)
+    return answered(f"{program}\n{NUMBERS}\n{make}\n{body}", given)
 
 
 def motor_loop(**gains):

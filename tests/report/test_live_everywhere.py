@@ -65,11 +65,11 @@ def test_a_page_of_nothing_else_has_its_scenario():
 
 @pytest.mark.heavy
 @needs_chromium
-def test_in_a_browser_it_moves_with_the_runs_of_the_scenario_that_is_shown(page, tmp_path):
+def test_in_a_browser_it_moves_with_the_runs_of_the_scenario_that_is_shown(page, tmp_path, browser):
     document, data = page
     place = tmp_path / "page.html"
     place.write_text(html(document, live=data), encoding="utf-8")
-    with open_page(place) as live:
+    with open_page(place, browser=browser) as live:
         live.value("document.querySelector('.bench-handle').click()")
         live.until("livePage.pool")
         assert live.value("[...document.querySelectorAll('#bench-scenario option')].map((one) => one.textContent)") == [

@@ -236,14 +236,14 @@ def test_what_cannot_be_cut_says_so_in_one_sentence():
 
 @pytest.mark.heavy
 @needs_chromium
-def test_a_page_in_a_browser_has_the_answer_before_the_run(tmp_path):
+def test_a_page_in_a_browser_has_the_answer_before_the_run(tmp_path, browser):
     case = wb.Case("s", "l", wb.Run(LOOP, (wb.rmse(),), until=1.0, h=1e-3))
     study = wb.Study("live", "T", "Q?", "M.", sections, cases=(case,), live=(wb.Knob("Kp", "controller.Kp", 1, 900),))
     results = case_runs.run(study)
     document = writeup.document(study, results, "")
     path = tmp_path / "page.html"
     path.write_text(html(document, live=live_data(study, results, document)), "utf-8")
-    with open_page(path) as page:
+    with open_page(path, browser=browser) as page:
         page.click(".bench-handle")
         page.until("livePage.data")
         page.value(HEARS)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
-import subprocess
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +10,7 @@ import pytest
 
 from tests.support.browsers import NODE
 from tests.support.metric_programs import HORIZON, ODD, STEP, bits, catalogue, pair, some_runs
+from tests.support.node import answered
 from tests.support.table_script import SCRIPT
 from workbench.engine import simulate
 from workbench.engine.arithmetic import continued
@@ -24,7 +23,6 @@ from workbench.report.table_text import grid, plain
 from workbench.study.document.document import Column, Diverged, Table
 
 HEAD = """
-const given = JSON.parse(require("fs").readFileSync(0, "utf8"));
 const doubles = (text) => new Float64Array(Uint8Array.from(Buffer.from(text, "base64")).buffer);
 const packed = (numbers) => Buffer.from(Float64Array.from(numbers).buffer).toString("base64");
 """
@@ -40,21 +38,11 @@ def doubles(text):
 
 
 @pytest.fixture(scope="session")
-def node(tmp_path_factory):
+def node():
     """Run lines of JavaScript behind those of the tables, with `given` from Python; their `answer` comes back."""
     if NODE is None:
         pytest.skip("this machine has no Node")
-
-    def run(lines, given):
-        file = tmp_path_factory.mktemp("node") / "lines.js"
-        file.write_text(f"{SCRIPT}\n{HEAD}\n{lines}\nprocess.stdout.write(JSON.stringify(answer));\n", "utf-8")
-        done = subprocess.run(
-            [NODE, str(file)], input=json.dumps(given, allow_nan=False), capture_output=True, text=True, timeout=120
-        )
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
-
-    return run
+    return lambda lines, given: answered(f"{SCRIPT}\n{HEAD}\n{lines}\nreturn answer;", given)
 
 
 def ends_of(runs):

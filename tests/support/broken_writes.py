@@ -4,17 +4,32 @@ A step is a call of the system that changes or opens something, as Python tells 
 """
 
 import os
+import re
 import shutil
 import signal
 import sys
 from pathlib import Path
+from types import ModuleType
 
-from workbench.report import folder as module
+GENERATOR = "control-workbench"
+# What makes the contents of a report, which are given here: without it a process starts and forks at once.
+for name, words in {
+    "pdf": {},
+    "figures": {"numbers_of": None, "sheets": None},
+    "findings_json": {"findings_json": None},
+    "html_page": {"GENERATOR": GENERATOR, "html": None},
+    "table_text": {"to_csv": None, "to_latex": None},
+}.items():
+    sys.modules[f"workbench.report.{name}"] = ModuleType(name)
+    vars(sys.modules[f"workbench.report.{name}"]).update(words)
+
+from workbench.report import folder as module  # noqa: E402
 
 STEPS = {"open", "os.mkdir", "os.rename", "os.link", "os.remove", "os.rmdir", "shutil.rmtree", "os.scandir"}
-PAGE = '<meta name="generator" content="control-workbench 0">'
+PAGE = f'<meta name="generator" content="{GENERATOR} 0">'
 LEDGER = "ledger/ledger.sqlite"
-left, failure = -1, None
+KILLED = 16  # at each such step the process is killed, too
+waiting = None  # what happens at the next step
 
 
 def contents(mark, *names):
@@ -28,13 +43,25 @@ THIRD = contents("third", "figures/third.svg")
 
 
 def step(event, _):
-    global left
-    if event in STEPS and left >= 0:
+    global waiting
+    if event in STEPS and waiting is not None:
+        own, waiting = waiting, None  # what it does itself is no step
+        if own():
+            waiting = own
+
+
+def after(steps, act):
+    """What acts at that step, and at no other."""
+    left = steps
+
+    def own():
+        nonlocal left
         left -= 1
-        if left < 0 and failure is None:
-            os.kill(os.getpid(), signal.SIGKILL)
-        elif left < 0:
-            raise failure
+        if left < 0:
+            act()
+        return left >= 0
+
+    return own
 
 
 def fsync(_):
@@ -67,66 +94,115 @@ def prepare(place, earlier, ledger):
     return {LEDGER: b"chunks"} if ledger else {}
 
 
+def tree(files, *empty):
+    """The files of a place with the folders that hold them."""
+    files = {f"report/{name}": content for name, content in files.items()}
+    folders = {parent.as_posix() for name in files for parent in Path(name).parents} - {"."}
+    return dict.fromkeys([*folders, *empty]) | files
+
+
 def check_whole(folder, kept, report):
     """The third report replaces whatever was left, and nothing else is there."""
     module.write(THIRD, folder)
-    folders = {path.rpartition("/")[0] for path in (*kept, *THIRD)} - {""}
-    assert held(folder.parent) == {
-        "report": None,
-        **{f"report/{name}": content for name, content in (kept | THIRD | dict.fromkeys(folders)).items()},
-    }, report
+    assert held(folder.parent) == tree(kept | THIRD), report
 
 
-def killed(place, last, earlier, ledger):
-    """Whether a write was killed at that step; at each moment a file is the first, or the second, or not yet there."""
-    kept = prepare(place, earlier, ledger)
-    global left
+def lay(place, state):
+    """A place as it was held."""
+    shutil.rmtree(place)
+    place.mkdir()
+    for name, content in sorted(state.items()):
+        (place / name).mkdir() if content is None else (place / name).write_bytes(content)
+
+
+def kill(place, last):
+    """What a process leaves that is killed at that step."""
+    global waiting
     if (child := os.fork()) == 0:
-        left = last
+        waiting = after(last, lambda: os.kill(os.getpid(), signal.SIGKILL))
         module.write(SECOND, place / "report")
         os._exit(0)
-    status = os.waitpid(child, 0)[1]
-    assert status in (0, signal.SIGKILL), status
+    assert os.waitpid(child, 0)[1] == signal.SIGKILL
+    return held(place)
+
+
+def killed(place, earlier, ledger):
+    """The steps of a write; killed there, each file is the first, or the second, or not yet there.
+
+    A kill leaves what lies on the disk at that moment, as is seen at some of the steps.
+    """
+    kept, states = prepare(place, earlier, ledger), []
+    global waiting
+    waiting = lambda: states.append(held(place)) or True  # noqa: E731
+    module.write(SECOND, place / "report")
+    waiting = None
+    steps = len(states)
+    for last, state in enumerate([*states, held(place)]):
+        if last % KILLED == 0 and last < steps:
+            prepare(place, earlier, ledger)
+            assert unnamed(kill(place, last)) == unnamed(state), last
+        elif state == states[last - 1]:
+            continue  # a step that only reads
+        else:
+            lay(place, state)
+        check_killed(place, kept, earlier, last, last == steps)
+    return steps
+
+
+def unnamed(state):
+    """A state without the random name of its hidden folder."""
+    return {re.sub(r"[.]partial-[^/]*", ".partial", name): content for name, content in state.items()}
+
+
+def check_killed(place, kept, earlier, last, done):
     found = files(place / "report") if (place / "report").exists() else {}
     assert kept.items() <= found.items()
     for name in found.keys() - kept.keys():
         assert found[name] in (FIRST.get(name), SECOND.get(name)), (last, name)
     if earlier:
         assert found.keys() >= FIRST.keys() & SECOND.keys(), last
-    if status == 0 or found.get("index.html") == SECOND["index.html"]:
+    if done or found.get("index.html") == SECOND["index.html"]:
         assert kept | SECOND == {name: found.get(name) for name in kept | SECOND}, last
     check_whole(place / "report", kept, last)
-    return status != 0
 
 
-def failed(place, last, earlier, ledger):
-    """Whether a write was stopped at that step; where it says that it failed, it leaves the first report."""
-    kept = prepare(place, earlier, ledger)
+def failed(place, earlier, ledger, failure):
+    """The steps of a write, at each of which it fails; where it says so, it leaves the first report and no more."""
+    kept, last = prepare(place, earlier, ledger), 0
     first, second = kept | (FIRST if earlier else {}), kept | SECOND
-    global left
-    left, expected = last, [second]
-    try:
-        module.write(SECOND, place / "report")
-    except module.ReportError:
-        expected = [first]
-    except KeyboardInterrupt:  # while it clears up, the second report stands already
-        expected = [first, second]
-    reached, left = left < 0, -1
-    assert files(place / "report") in expected, last
-    check_whole(place / "report", kept, last)
-    return reached
+    global waiting
+    while True:
+        expected, waiting = [second], after(last, lambda: throw(failure))
+        try:
+            module.write(SECOND, place / "report")
+        except module.ReportError:
+            expected = [first]
+        except KeyboardInterrupt:  # while it clears up, the second report stands already
+            expected = [first, second]
+        reached, waiting = waiting is None, None
+        left = held(place)
+        if left not in map(tree, expected):  # stopped while it clears up: what is left goes with the next report
+            assert (files(place / "report") if (place / "report").exists() else {}) in expected, last
+            check_whole(place / "report", kept, last)
+        if not reached:
+            return last
+        if left != tree(first):
+            prepare(place, earlier, ledger)
+        last += 1
+
+
+def throw(failure):
+    raise failure
 
 
 if __name__ == "__main__":
     module._contents = lambda document, live: document
     os.fsync = fsync
     sys.addaudithook(step)
-    attempt, place = {"kill": killed, "fail": failed}[sys.argv[1]], Path(sys.argv[2]).resolve()
-    for failure in (None,) if attempt is killed else (OSError(28, "No space left on device"), KeyboardInterrupt()):
+    attempt, place = sys.argv[1], Path(sys.argv[2]).resolve()
+    for failure in (None,) if attempt == "kill" else (OSError(28, "No space left on device"), KeyboardInterrupt()):
         STEPS -= {"shutil.rmtree", "os.scandir"} if failure else set()  # a full disk stops no clearing
         for earlier in (True, False):
             for ledger in (True, False):
-                steps = 0
-                while attempt(place, steps, earlier, ledger):
-                    steps += 1
+                steps = failed(place, earlier, ledger, failure) if failure else killed(place, earlier, ledger)
                 sys.stdout.write(f"{steps}\n")

@@ -36,7 +36,7 @@ def recorded(sampled, law, periods, substeps=4, seed=1, arithmetic="portable"):
 
 
 DRIVER = """
-#include "{name}.h"
+#include "{name}.c" /* one unit, so that a compiler starts once */
 #include <string.h>
 void drive(int n, const {real} *y, const {real} *r, {real} *u, {real} *z, unsigned *flags)
 {{
@@ -57,7 +57,7 @@ void drive(int n, const {real} *y, const {real} *r, {real} *u, {real} *z, unsign
 """
 
 
-def compiled(code, folder, compiler=None, options=("-O2",)):
+def compiled(code, folder, compiler=None, options=("-O1",)):
     """The law as a function of rows: y, r -> u, z, flags."""
     law, name = code.law, code.name
     code.write(folder)
@@ -81,7 +81,6 @@ def compiled(code, folder, compiler=None, options=("-O2",)):
         "-shared",
         "-fPIC",
         "drive.c",
-        f"{name}.c",
         "-o",
         library,
         *(["-lm"] if code.hardware else []),
@@ -97,6 +96,12 @@ def compiled(code, folder, compiler=None, options=("-O2",)):
         return u, z, flags
 
     return run
+
+
+def warned(compiler, folder, *files, optimised=True):
+    """Refuse what a compiler warns of: GCC knows some of it only as it optimises, Clang all as it reads."""
+    way = ("-O2", "-c") if compiler != "clang" and optimised else ("-fsyntax-only",)
+    subprocess.run([compiler, *way, *WARNINGS, *files], cwd=folder, check=True, timeout=60)
 
 
 def places(layout):

@@ -5,21 +5,19 @@ from functools import cache
 import numpy as np
 
 import workbench as wb
+from docs import loops
 from studies.paper.laws import rival
 from workbench.core import Sampled
 
 
-@cache
 def gallery():
-    """The loops of the gallery by their names."""
-    from docs.loops import of_arms, of_plants
-
-    return {**of_arms(), **of_plants()}
+    """The names of the loops of the gallery."""
+    return (*loops.ARMS, *loops.PLANTS)
 
 
 def digital(name, delay=True):
     """A loop of the gallery in a computer, and its law with the truths that its observer uses as inputs."""
-    shown = gallery()[name]
+    shown = loops.shown(name)
     loop = shown.loop
     if isinstance(loop, Sampled):
         return loop, loop.law()

@@ -1,13 +1,11 @@
 """Live figures: their plates, places and numbers, as a browser's machine computes them."""
 
-import json
-import subprocess
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from tests.support.browsers import NODE
+from tests.support.node import answered
 
 ROOM = Path(__file__).parents[2] / "workbench" / "report" / "templates" / "live"
 
@@ -27,11 +25,7 @@ def plain(numbers):
 
 def said(body, given=None):
     """What a script returns, which finds `given` under this name; no browser is needed for it."""
-    program = f"{scripts()}\n{NUMBERS}\nconst given = {json.dumps(given)};\n"
-    program += f"console.log(JSON.stringify((() => {{ {body} }})()));"
-    done = subprocess.run([NODE, "-"], input=program, capture_output=True, text=True, timeout=60, check=False)
-    assert not done.returncode, done.stderr
-    return json.loads(done.stdout)
+    return answered(f"{scripts()}\n{NUMBERS}\n{body}", given)
 
 
 def places_of(x, found):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
-from tests.support.browsers import NODE
+from tests.support.node import answered
 from workbench.report.live.linear_data import linear_data
 from workbench.report.live.marches import Modules
 from workbench.report.live_page import WORKER
@@ -20,17 +18,13 @@ from workbench.study import case_runs
 TEMPLATES = Path(__file__).parents[2] / "workbench" / "report" / "templates" / "live"
 CLOSE = 1e-9  # of the size of what is compared, as the page promises
 SCRIPT = """
-const { readFileSync } = require("fs"), { inflateRawSync } = require("zlib");
-globalThis.postMessage = () => {};
-globalThis.onmessage = null;
-const { text, linear, modules, turns } = JSON.parse(readFileSync(0, "utf8"));
+const { inflateRawSync } = require("zlib"), { linear, modules, turns } = given;
 const compiled = modules.map((one) => new WebAssembly.Module(inflateRawSync(Buffer.from(one, "base64"))));
-const { LinearAnswers } = new Function(`${text}; return { LinearAnswers };`)();
 const answers = new LinearAnswers(linear, compiled), numbers = (row) => Float64Array.from(row, Number);
 const found = turns.map(({ p, x }) => answers.answer(numbers(p), numbers(x)));
 const plain = (_, value) => ArrayBuffer.isView(value) ? Array.from(value, String)
   : typeof value === "number" && !Number.isFinite(value) ? String(value) : value;
-process.stdout.write(JSON.stringify(found, plain), () => process.exit(0));
+return JSON.parse(JSON.stringify(found, plain));
 """
 
 
@@ -63,12 +57,10 @@ class LoopData:
     def answers(self, *turns: dict[str, list[str]]) -> list[Any]:
         """What the worker answers to each turn."""
         text = "\n".join((TEMPLATES / f"{name}.js").read_text("utf-8") for name in WORKER)
-        data = {"text": text, "linear": self.linear, "modules": self.modules, "turns": turns}
-        told = subprocess.run(
-            [str(NODE), "-e", SCRIPT], input=json.dumps(data), capture_output=True, text=True, check=False, timeout=120
+        given = {"linear": self.linear, "modules": self.modules, "turns": turns}
+        return list(
+            answered(f"const {{ LinearAnswers }} = (() => {{ {text}; return {{ LinearAnswers }}; }})();{SCRIPT}", given)
         )
-        assert told.returncode == 0, told.stderr
-        return list(json.loads(told.stdout))
 
     def python(self, **values: Any) -> Any:
         """The linear loop at the same numbers, as Python has it."""

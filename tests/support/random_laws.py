@@ -181,7 +181,7 @@ def random_loop(seed):
     return loop.digital(of.period, instruments, delay=int(of.rng.integers(3)))
 
 
-PERIODS = 100
+PERIODS = 50
 
 
 def in_python(law, rows):

@@ -35,7 +35,8 @@ def costs_of(graph: StepGraph, text: str, name: str) -> Costs:
     ops = [graph.graph.nodes[i].op for i in needed if graph.graph.nodes[i].operands]
     kinds = Counter(kind for op in ops for kind in OPERATIONS[op].counted)
     calls = Counter(op for op in ops if not OPERATIONS[op].counted)
-    fixed = sum(bool(graph.graph.nodes[i].operands) for i in graph.adjustable if i in set(needed))
+    used = set(needed)
+    fixed = sum(bool(graph.graph.nodes[i].operands) for i in graph.adjustable if i in used)
     parts = [f"{kinds[one]} {one if kinds[one] == 1 else many}" for one, many in PLURALS.items() if kinds[one]]
     parts += [f"{count} {op}" for op, count in sorted(calls.items())]
     also = f"; {fixed} of them depend on numbers of the law alone" if fixed else ""
