@@ -70,7 +70,7 @@ def programs(tmp_path_factory):
         code = c_code(record_of().law, "law", **{"safe": SAFE.get(record_of)} | options)
         folder = root / f"{record_of.__name__}{len(options)}"
         write_files(folder, ros2(code, interfaces=dict(interfaces)))
-        run(folder, "gcc", "-std=c99", "-O0", "-ffp-contract=off", *WARNINGS, "-c", "src/law.c", "-o", "law.o")
+        run(folder, "gcc", "-std=c99", "-O2", "-ffp-contract=off", *WARNINGS, "-c", "src/law.c", "-o", "law.o")
         sources = ("src/law_controller.cpp", "law.o", root / "manager.o")
         run(folder, "g++", *flags, "-Iinclude", "-Isrc", *sources, "-o", "manager")
         return folder / "manager"
