@@ -197,7 +197,12 @@ BAD = [
     (code.inherited_final_classes, "workbench/a.py", "class A: ...\nclass B(A): ...", "a.py:2:"),
     (code.inherited_final_classes, "workbench/a.py", "class A(Generic[T]): ...\nclass B(A[int]): ...", "final"),
     (words.tests_that_import_tests, "tests/core/test_a.py", "from tests.core.test_b import c", "tests/support"),
-    (words.tests_that_import_tests, "tests/core/test_a.py", "def f():\n    import os, tests.core.test_b", "test_a.py:2:"),
+    (
+        words.tests_that_import_tests,
+        "tests/core/test_a.py",
+        "def f():\n    import os, tests.core.test_b",
+        "test_a.py:2:",
+    ),
     (words.tests_that_import_tests, "tests/core/test_a.py", "from .test_b import (\n    c,\n)", "tests.core.test_b"),
     (words.tests_in_other_folders, "tests/test_a.py", "", "folder of its room"),
     (words.words_of_arms, "workbench/engine/a.py", "x = 'the joint 1'", "a.py:1"),
