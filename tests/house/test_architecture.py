@@ -4,16 +4,13 @@ Each law is one test over all files; each is also shown a piece of bad code, to 
 """
 
 import re
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
 from tests.house import rules, sources
 from tests.house import rules_of_code as code
 from tests.house import rules_of_words as words
+from tests.house.contracts import broken, lint_imports
 
 HOUSE = sources.sources("workbench", "studies")
 SHOWN = '    """It.\n\n    Examples\n    --------\n    >>> f()\n    """\n'  # three lines, the examples not counted
@@ -277,18 +274,6 @@ BROKEN = [
 ]
 
 
-def broken(tmp_path, cases):
-    """What the linter says of a copy of the house with these lines in it."""
-    shutil.copytree(sources.ROOT / "workbench", tmp_path / "workbench", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(sources.ROOT / "pyproject.toml", tmp_path)
-    for file, text, _ in cases:
-        with (tmp_path / "workbench" / file).open("a", encoding="utf-8") as handle:
-            handle.write(f"\n{text}\n")
-    done = lint_imports(tmp_path)
-    assert done.returncode == 1
-    return done.stdout
-
-
 def test_a_contract_can_fail(tmp_path):
     assert BROKEN[0][2] in broken(tmp_path, BROKEN[:1])
 
@@ -303,11 +288,3 @@ def test_every_contract_can_fail(tmp_path):
         module = f"workbench.{file.removesuffix('.py').replace('/', '.')}"
         pair = f"{module} -> {re.search(r'workbench[.a-z_]*', text)[0]}" if text else module.rpartition(".")[2]
         assert any(word in f"{name} {found}" and pair in found for name, found in below.items()), (pair, word)
-
-
-def lint_imports(folder: Path) -> subprocess.CompletedProcess[str]:
-    """Check the contracts of the house that stands in `folder`."""
-    call = [sys.executable, "-m", "importlinter.cli", "lint-imports"]
-    script = "import sys; sys.path.insert(0, ''); from importlinter.cli import lint_imports_command as c; c()"
-    call = [sys.executable, "-c", script, "--no-cache", "--no-logo"]
-    return subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)

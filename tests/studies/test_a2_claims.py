@@ -15,7 +15,7 @@ from studies.a2_claims import study as a2_claims
 from studies.a2_claims.printed import DEFINITIONS, PRINTED, QUANTIFIERS, decisive
 from studies.a2_claims.study import ASSUMED, OURS, PAPER, grouped
 from studies.paper.card import LAWS
-from tests.support.ledger_rows import Rows
+from tests.support.ledger_rows import Rows, is_printed
 from workbench.core import Claim
 from workbench.proofs.claim_ledger import BROKEN, WITNESSED, Ledger, Line, Ruling
 from workbench.report.html_page import html
@@ -140,17 +140,6 @@ def numbers(found):
     if isinstance(found, dict | list):
         return [number for part in (found.values() if isinstance(found, dict) else found) for number in numbers(part)]
     return [] if isinstance(found, str) else [float(found)]
-
-
-def is_printed(number, evidence):
-    """Whether a number stands in a text, rounded to the digits that stand there."""
-    text = evidence.replace("\N{MINUS SIGN}", "-").replace(",", "")
-    for token in re.findall(r"\d+(?:\.\d+)?(?:e-?\d+)?", text):
-        mantissa, _, power = token.partition("e")
-        unit = 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
-        if abs(abs(number) - float(token)) <= 0.501 * unit and float(token) > 0:
-            return True
-    return False
 
 
 @pytest.mark.heavy
