@@ -1,6 +1,7 @@
 """The ledger's lines on section 4: the rate of V2 in (37) to (40), and the limits of (41), (42) and Theorem 2."""
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -30,6 +31,7 @@ def decrease() -> wb.proofs.Ruling:
     )
 
 
+@cache
 def kept_by(loop: Callable[[], wb.ClosedLoop], h: float) -> tuple[str, ...]:
     """The hypotheses of Theorem 2 that a run of 20 s keeps at every step."""
     return wb.proofs.hypotheses_kept(loop().ode(), KEPT, 20.0, h)
@@ -44,14 +46,14 @@ def kept_by(loop: Callable[[], wb.ClosedLoop], h: float) -> tuple[str, ...]:
     least_cost.claim,
 )
 def strict_decrease() -> wb.proofs.Ruling:
-    along = {weights: replay.v2_along(*weights) for weights in replay.PAIRS}
-    excess = [value for value, _ in along.values()]
+    along = replay.v2_over(replay.PAIRS)
+    excess = [value for value, _ in along]
     at_start = {weights: replay.v2_rate(*weights)[0] for weights in ((1, 1), (1000, 1000))}
     return refutation(
-        all(value > 2 * error for value, error in along.values()),
+        all(value > 2 * error for value, error in along),
         f"Along a run of 8 s V2' + c |s| rises above zero for each of {len(along)} pairs of Q and R, to "
         f"{min(excess):.2g} to {max(excess):.3g} W (errors of the step at most "
-        f"{max(error for _, error in along.values()):.0e}): Q = 0.01 I, I and 1000 I with R = 0.1 I, I and 1000 I. The "
+        f"{max(error for _, error in along):.0e}): Q = 0.01 I, I and 1000 I with R = 0.1 I, I and 1000 I. The "
         "law is as printed but for C, the estimates obey (35) and start on the path of the first scenario. At t = 0, "
         f"where s = 0, V2' is {at_start[1000, 1000]:.0f} W for Q = R = 1000 I and {at_start[1, 1]:.0f} W for Q = R = "
         "I: at one instant the sign depends on Q and R. Whatever they are, (40) would make s tend to zero, which the "

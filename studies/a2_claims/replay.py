@@ -1,6 +1,6 @@
 """The names in the witnesses of a2: after `from studies.a2_claims.replay import *` each of their lines runs."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -134,13 +134,9 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
     return float(rate), float(speed), float(left)
 
 
-def v2_along(Q: float, R: float) -> tuple[float, float]:
-    """The largest V2' + c |s| [W] within 8 s of the printed law, C derived, and its change by half of the step.
-
-    The estimates obey (35) and start on the desired path of the first scenario; c is lambda_min(K) - |D - D_hat| at
-    each instant, and the weights are Q I and R I.
-    """
-    ode = with_weights(searches.on_path(), Q, R).ode()
+def v2_over(weights: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """For each pair (Q, R) what `v2_along` gives of it, from one batch of runs."""
+    ode = searches.on_path().ode()
 
     def margin(y: Mapping[str, ca.SX]) -> ca.SX:
         s, M = y["s"], ARM.mass_matrix(y["plant.q"])
@@ -148,8 +144,21 @@ def v2_along(Q: float, R: float) -> tuple[float, float]:
         return -V2_rate - gain_left(y) * ca.norm_2(s)
 
     claim = wb.core.Declared(wb.core.Claim("(40)", "V2' <= -c |s|.", "(40)", margin=margin))
-    found = wb.measure(wb.proofs.watching(ode, [claim]), (wb.proofs.violation(claim.claim),), until=8.0, h=STEP)
-    return found.scores[0].pair
+    Q, R = (np.multiply.outer([pair[i] for pair in weights], I) for i in (0, 1))
+    rows = ode.parameters.pack({"controller.Q": Q, "controller.R": R})
+    found = wb.measure(wb.proofs.watching(ode, [claim]), (wb.proofs.violation(claim.claim),), rows, until=8.0, h=STEP)
+    score = found.scores[0]
+    return [(float(value), float(error)) for value, error in zip(score.value, score.error, strict=True)]
+
+
+def v2_along(Q: float, R: float) -> tuple[float, float]:
+    """The largest V2' + c |s| [W] within 8 s of the printed law, C derived, and its change by half of the step.
+
+    The estimates obey (35) and start on the desired path of the first scenario; c is lambda_min(K) - |D - D_hat| at
+    each instant, and the weights are Q I and R I.
+    """
+    (found,) = v2_over([(Q, R)])
+    return found
 
 
 @cache

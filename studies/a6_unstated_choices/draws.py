@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -92,8 +93,12 @@ def named(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> str:
 
 def part(kind: str, factors: Sequence[wb.Factor]) -> tuple[wb.uncertainty.Listed, wb.core.Integers]:
     """The points of a design of all that is open that differ in some factors, and which of them stands at each (N,)."""
-    columns = [NAMES.index(factor.name) for factor in factors]
-    points, places = np.unique(DESIGNS[kind].points()[:, columns], axis=0, return_inverse=True)
+    return _part(kind, tuple(NAMES.index(factor.name) for factor in factors))
+
+
+@cache
+def _part(kind: str, columns: tuple[int, ...]) -> tuple[wb.uncertainty.Listed, wb.core.Integers]:
+    points, places = np.unique(DESIGNS[kind].points()[:, list(columns)], axis=0, return_inverse=True)
     return wb.uncertainty.Listed(points), places.ravel()
 
 

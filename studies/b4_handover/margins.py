@@ -52,10 +52,16 @@ OVER_DRAWS: Mapping[str, Callable[[wb.Array], float]] = {MEAN: np.mean, "median"
 
 def loop_of(one: Handed, way: str, start: str = NEAR_START) -> wb.Sampled:
     """A loop with a computer that may be late: as declared, in single precision, or with exact readings."""
+    plain = punctual(one, way == "exact", start)
     if way == "single":
-        plain = one.digital(start=start)
         return wb.handover.in_single_precision(plain, plain.law()).disturbed()
-    return one.digital(exact=way == "exact", start=start).disturbed()
+    return plain.disturbed()
+
+
+@cache
+def punctual(one: Handed, exact: bool, start: str) -> wb.Sampled:
+    """A loop with a computer that is never late, written down once for all that may be late."""
+    return one.digital(exact=exact, start=start)
 
 
 def effects(one: Handed, way: str) -> tuple[wb.evidence.ComputerEffect, ...]:
@@ -69,7 +75,7 @@ def effects(one: Handed, way: str) -> tuple[wb.evidence.ComputerEffect, ...]:
 @cache
 def effects_of(one: Handed) -> tuple[wb.evidence.ComputerEffect, ...]:
     """The effects on a loop."""
-    return wb.evidence.computer_effects(one.digital().disturbed(), JITTER * one.period, MISSED)
+    return wb.evidence.computer_effects(loop_of(one, "double"), JITTER * one.period, MISSED)
 
 
 def starts(one: Handed, start: str = NEAR_START) -> tuple[wb.Factor, ...]:

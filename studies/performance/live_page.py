@@ -123,7 +123,7 @@ def page_of(cases: tuple[wb.Case, ...], knob: wb.Knob, signal: str) -> str:
 
 def page_of_study(study: wb.Study, bench: bool = False) -> str:
     """The page of a study with its data, of a single loop as a bench."""
-    results = wb.study.case_runs.run(study)
+    results = wb.study.run(study)
     document = wb.study.writeup.document(study, results, "")
     return html(document, live=live_data(study, results, document), bench=bench)
 

@@ -5,7 +5,7 @@ from functools import reduce
 
 import casadi as ca
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import workbench as wb
@@ -21,12 +21,14 @@ UNITS = st.lists(st.tuples(WORDS, POWERS), max_size=5).map(
 PRODUCTS = UNITS.map(lambda units: reduce(Unit.__mul__, units, ONE))
 
 
+@settings(max_examples=20)
 @given(PRODUCTS)
 def test_a_unit_that_is_printed_is_read_as_itself(unit):
     assert read(str(unit)) == unit
     assert declared("f(unit=...)", str(unit)) == str(unit)
 
 
+@settings(max_examples=20)
 @given(PRODUCTS, PRODUCTS, PRODUCTS)
 def test_units_are_a_commutative_group(a, b, c):
     assert a * b == b * a
@@ -37,6 +39,7 @@ def test_units_are_a_commutative_group(a, b, c):
     assert (a / b) * b == a
 
 
+@settings(max_examples=20)
 @given(PRODUCTS, PRODUCTS, POWERS, POWERS)
 def test_powers_of_units_add_and_multiply(a, b, p, q):
     assert a**p * a**q == a ** (p + q)
@@ -44,6 +47,7 @@ def test_powers_of_units_add_and_multiply(a, b, p, q):
     assert (a * b) ** p == a**p * b**p
 
 
+@settings(max_examples=20)
 @given(PRODUCTS)
 def test_an_unknown_unit_fits_any_and_makes_all_unknown(unit):
     assert UNKNOWN.fits(unit)
@@ -52,12 +56,14 @@ def test_an_unknown_unit_fits_any_and_makes_all_unknown(unit):
     assert str(UNKNOWN) == "?"
 
 
+@settings(max_examples=20)
 @given(PRODUCTS, PRODUCTS)
 def test_a_gain_times_what_it_takes_is_what_it_makes(out, of):
     assert read(gain(str(out), str(of))) * of == out
     assert gain(str(out), str(of), -1) == per_second(gain(str(out), str(of)))
 
 
+@settings(max_examples=20)
 @given(PRODUCTS)
 def test_the_base_units_of_a_product_are_the_product_of_base_units(unit):
     (factor, base), other = in_base_units(read("mm N/min")), in_base_units(unit)

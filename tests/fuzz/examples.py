@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dis
 import doctest
-import functools
 import importlib
 import inspect
 import pkgutil
@@ -117,7 +116,7 @@ def learn(names: dict[str, Any]) -> Learned:
             shown |= {name: held for name, held in vars(sys.modules[thing.__module__]).items() if name != "annotations"}
         example = doctest.DocTestParser().get_doctest(inspect.getdoc(thing) or "", shown, name, None, None)
         own, before = code_of(thing), sys.gettrace()
-        sys.settrace(functools.partial(_watch, learned, own))
+        sys.settrace(_watcher(learned, own))
         try:
             doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=learned.misfits.append)
         finally:
@@ -137,12 +136,23 @@ def _codes(names: dict[str, Any]) -> Iterator[CodeType]:
     yield from (code for thing in [*names.values(), *classes, *methods] if (code := code_of(thing)))
 
 
-def _watch(learned: Learned, own: CodeType | None, frame: FrameType, event: str, _: Any) -> Callable[..., Any] | None:
+def _watcher(learned: Learned, own: CodeType | None) -> Callable[..., Any]:
+    """The trace of an example: most of the calls that it sees, millions, are of no known function."""
+    calls = learned.calls
+
+    def watch(frame: FrameType, event: str, _: Any) -> Callable[..., Any] | None:
+        code = frame.f_code
+        seen = calls.get(id(code))
+        if seen is None or (len(seen) >= MOST and code is not own):
+            return None
+        return _watch(seen, code is own, frame)
+
+    return watch
+
+
+def _watch(seen: list[Seen], is_own: bool, frame: FrameType) -> Callable[..., Any]:
     """Keep a call of a known function when it returns, with its arguments as they were before a door converts them."""
     code = frame.f_code
-    seen = learned.calls.get(id(code))
-    if seen is None or (len(seen) >= MOST and code is not own):
-        return None
     outer, start = frame.f_back, time.process_time()
     doored = outer is not None and outer.f_code.co_name == "opened" and outer.f_globals is vars(signatures)
     given = _at_the_door(code, outer.f_locals) if outer is not None and doored else _given(code, frame.f_locals)
@@ -154,7 +164,7 @@ def _watch(learned: Learned, own: CodeType | None, frame: FrameType, event: str,
     def leave(frame: FrameType, event: str, result: Any) -> Any:
         if event == "return" and code.co_code[frame.f_lasti] in RETURNS:
             made = owner if code.co_name == "__init__" else result
-            seen.append(Seen(given, owner, made, code is own, written, time.process_time() - start))
+            seen.append(Seen(given, owner, made, is_own, written, time.process_time() - start))
         return leave
 
     return leave

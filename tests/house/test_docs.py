@@ -22,6 +22,7 @@ LONG = {  # more than a second of a processor each
     *("loop_pictures", "specifications"),
 }
 ENDS = "-- the block ends --"
+MASSES = "uniform(0.8, 1.2, {})"  # of the README's thousand arms, of which fifty say whether the block runs
 
 
 def long(is_long):
@@ -36,7 +37,8 @@ def done(request, tmp_path_factory):
     for item in (item for item in request.session.items if item.path == request.path and hasattr(item, "callspec")):
         ((kind, given),) = item.callspec.params.items()
         blocks = BLOCK.findall(given.read_text(encoding="utf-8")) if kind == "page" else [(given, "")]
-        programs[given] = "\n".join(f"{code}\nprint({ENDS!r})" for code, _ in blocks)
+        text = "\n".join(f"{code}\nprint({ENDS!r})" for code, _ in blocks)
+        programs[given] = text.replace(MASSES.format(1000), MASSES.format(50))
     environment = {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error", "PATH": ""}
     environment |= {name: os.environ[name] for name in ("WORKBENCH_CACHE", "OPENBLAS_NUM_THREADS")}
     return run_all(programs, tmp_path_factory.mktemp("pages"), environment)

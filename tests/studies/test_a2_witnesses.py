@@ -20,14 +20,13 @@ def test_the_stored_run_replays_on_the_equations_of_today():
     assert example.seed == searches.SEED
 
 
-@pytest.mark.parametrize("times", [1, pytest.param(100, marks=pytest.mark.heavy)])
-def test_the_false_rest_of_the_observer_is_one_and_larger_gains_keep_it(times):
-    point = replay.false_rest(times)
+def test_the_false_rest_of_the_observer_is_one():
+    point = replay.false_rest()  # ten and a hundred times the gains have theirs in test_a2_claims.py
     assert point.radius is not None
-    assert point.attracts or times > 1  # the page says it of the gains of section 5 alone
+    assert point.attracts  # the page says it of the gains of section 5 alone
     assert np.linalg.norm(point.x[:2]) > 6  # rad of error, for ever
     # by hand: q_hat' = 0 asks for qd_hat = L1 (q_hat - q)
-    np.testing.assert_allclose(point.x[2:], times * 30 * point.x[:2], rtol=1e-12)
+    np.testing.assert_allclose(point.x[2:], 30 * point.x[:2], rtol=1e-12)
 
 
 def test_the_printed_c_is_not_skew_and_the_derived_one_is():
@@ -78,7 +77,7 @@ def largest_rate_beyond_40(Q, R):
 
     x0 = np.concatenate([np.zeros(2), [2.0, 1.5], 5 * np.eye(2).ravel(), 10 * np.eye(2).ravel(), np.zeros(4)])
     t = np.linspace(0, 8, 2001)
-    run = integrate.solve_ivp(lambda t, x: parts(t, x)[0], (0, 8), x0, "LSODA", t, rtol=1e-7, atol=1e-9)
+    run = integrate.solve_ivp(lambda t, x: parts(t, x)[0], (0, 8), x0, "LSODA", t, rtol=1e-5, atol=1e-7)
     _, excess, left = zip(*(parts(*one) for one in zip(run.t, run.y.T, strict=True)), strict=True)
     assert min(left) > 0
     return max(excess)
@@ -86,8 +85,9 @@ def largest_rate_beyond_40(Q, R):
 
 @pytest.mark.heavy
 def test_40_fails_along_a_run_of_another_simulator_too():
-    # 4 ms between looks at a maximum that is 0.1 s wide
-    assert largest_rate_beyond_40(1.0, 1.0) == pytest.approx(replay.v2_along(1.0, 1.0)[0], rel=3e-3)
+    (_, (found, _)) = replay.v2_over([(1000.0, 0.1), (1.0, 0.1)])
+    # 4 ms between looks at a maximum that is 0.1 s wide; the tolerance of SciPy moves it by 5e-5 of itself
+    assert largest_rate_beyond_40(1.0, 0.1) == pytest.approx(found, rel=3e-3)
 
 
 @pytest.mark.heavy
@@ -139,7 +139,7 @@ def test_the_start_that_goes_astray_is_robust():
         ("astray", (4.0, 0.0), observer.swinging),
         ("offset", (np.zeros(2), np.zeros(2)), convergence.convergence_10),
         ("drift", (np.array([0.5, 0.4]), np.array([0.5, 0.4])), convergence.bounded_signals),
-        ("v2_along", (-1.0, 0.0), convergence.strict_decrease),
+        ("v2_over", [(-1.0, 0.0)], convergence.strict_decrease),
         ("along_35", {"late error": (0.0, 1e-9), "late s": (0.0, 1e-9)}, convergence.convergence_35),
         ("gain_lost", (1.0, 0.0, 1), law.gains),
         ("cost", (1.0, 1.0), law.least_cost),

@@ -100,12 +100,13 @@ def test_at_each_of_four_rest_points_positions_alone_show_the_modes_less_than_po
     alone = arm_alone(SEED)
     points = alone.rest_points
     assert (len(points.points), points.complete) == (4, True)
-    z = [complex(a, b) for a in np.linspace(-7, 7, 141) for b in np.linspace(0, 7, 71)]  # below as above: G is real
+    z = np.array([complex(a, b) for a in np.linspace(-7, 7, 141) for b in np.linspace(0, 7, 71)])  # as below: G is real
     for point, (_, both, positions) in zip(points.points, alone.margins, strict=True):
         G = linearize(arm(), 0.0, point.x, at_rest=True)
         for C, margin in ((np.eye(4), both), (np.eye(2, 4), positions)):
-            pencil = np.array([np.vstack([value * np.eye(4) - G.A, C]) for value in z])
-            least = np.linalg.svd(pencil, compute_uv=False)[:, -1].min() / np.linalg.norm(np.vstack([G.A, C]), 2)
+            upper = z[:, np.newaxis, np.newaxis] * np.eye(4) - G.A
+            squares = np.linalg.eigvalsh(upper.conj().swapaxes(1, 2) @ upper + C.T @ C)[:, 0]  # of singular values
+            least = np.sqrt(squares.min()) / np.linalg.norm(np.vstack([G.A, C]), 2)
             np.testing.assert_allclose(margin, least, rtol=0.01)  # half a step of the grid
         assert positions < both / 3
         if np.allclose(point.x, 0, atol=1e-9):  # the hanging arm: 0.03 with velocities, 0.005 without

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.house import rules
+from tests.house.sources import imports, sources
 from tests.support.browsers import needs_chromium
 
 pytest.importorskip("llvmlite", reason="the study of speed is that of the compiled march")
@@ -74,8 +75,16 @@ def test_a_run_that_is_lost_counts_as_infinitely_wrong():
     assert measurements.error(np.array([[np.nan, 1.0]]), np.ones((1, 2))) == np.inf
 
 
+def here(probe, *numbers, cache):
+    """What `in_a_process` gives, without the process: the cache is that of the tests."""
+    return {"wall": 1.0, **probe(*numbers)}
+
+
 @pytest.mark.heavy
-def test_the_table_has_a_row_for_each_bar():
+def test_the_table_has_a_row_for_each_bar(monkeypatch):
+    first_result = measurements.first_result(TINY)  # by a process of its own, as one is enough to see
+    monkeypatch.setattr(measurements, "in_a_process", here)
+    monkeypatch.setattr(measurements, "first_result", lambda effort: first_result)
     there = Peer("one that is there", "numpy", 1e9, 2, lambda horizon: lambda p: run(p, horizon))
     absent = Peer("one that is not", "no_such_package", 7.0, 2, lambda horizon: pytest.fail("it is not there"))
     first, second, *rest = measurements.table_rows(TINY, (there, absent))
@@ -166,7 +175,11 @@ def test_the_page_of_speed_opens_with_its_bars_and_says_that_it_is_of_one_machin
 def test_a_peer_is_imported_by_its_own_file_alone_and_only_when_it_runs():
     assert rules.open_side_doors({"studies/performance/peers.py": "import control"}) == []
     assert rules.open_side_doors({"studies/performance/study.py": "import control"})
-    code = "import sys, studies.performance.study; sys.exit(bool({'jax', 'numba'} & set(sys.modules)))"
+    others = {path: text for path, text in sources("studies/performance").items() if not path.endswith("/peers.py")}
+    tops = {module.partition(".")[0] for path, text in others.items() for _, module, _ in imports(path, text)}
+    assert len(others) > 5
+    assert not tops & {"jax", "numba"}
+    code = "import sys, studies.performance.peers; sys.exit(bool({'jax', 'numba', 'control'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -45,11 +45,12 @@ def test_no_stabilising_controller_has_a_smaller_Ms_than_a_zero_and_a_pole_on_th
     best = wb.stability_margins(-0.5 * plant)  # S = 2 (s - 1) / (s + 1)
     assert best.Ms.gain.low == best.Ms.gain.high == least
     rng, tried = np.random.default_rng(2), 0
-    while tried < 5:
+    while tried < 3:
         law = control.tf(rng.normal(size=3), np.poly(-(10.0 ** rng.uniform(-1, 1, 2))))
-        margins = wb.stability_margins(law * plant)
-        if margins.stable:
+        if control.feedback(law * plant).poles().real.max() < -1e-3:  # others have no margins to compare
             tried += 1
+            margins = wb.stability_margins(law * plant)
+            assert margins.stable
             assert margins.Ms.gain.high >= least
 
 

@@ -9,10 +9,13 @@ from typing import NamedTuple
 
 # A fork begins with the modules of its parent, and with nothing else of it: a new `__main__`, its own folder and files.
 SERVER = """
-import json, os, sys, traceback, types
+import gc, json, os, sys, traceback, types
 import workbench as wb
 for name in dir(wb):
     getattr(wb, name)
+gc.collect()
+gc.freeze()  # no fork searches what it begins with
+gc.set_threshold(20_000, 20, 20)
 
 def run(job):
     os.chdir(job["folder"])

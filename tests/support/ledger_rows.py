@@ -1,5 +1,6 @@
 """The rows of a printed ledger."""
 
+import re
 from html.parser import HTMLParser
 
 
@@ -29,3 +30,14 @@ class Rows(HTMLParser):
             self.cells[-1]["all"] += data
             if self.within:
                 self.cells[-1][self.within] += data
+
+
+def is_printed(number, evidence):
+    """Whether a number stands in a text, rounded to the digits that stand there."""
+    text = evidence.replace("\N{MINUS SIGN}", "-").replace(",", "")
+    for token in re.findall(r"\d+(?:\.\d+)?(?:e-?\d+)?", text):
+        mantissa, _, power = token.partition("e")
+        unit = 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+        if abs(abs(number) - float(token)) <= 0.501 * unit and float(token) > 0:
+            return True
+    return False
