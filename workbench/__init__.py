@@ -91,6 +91,38 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "uncertainty": "study.uncertainty",
 }
 __all__ = [*_HOMES, *_SPACES]
+_ELSEWHERE = {  # what MATLAB or python-control calls otherwise, and what does it here
+    "acker": "wb.place",
+    "allmargin margin": "wb.stability_margins(G) for a system, or wb.linear_loop(loop).margins() for a loop",
+    "bode_plot bodeplot bodemag": "wb.bode",
+    "care riccati_equation": "wb.riccati.care",
+    "ctrb obsv": "wb.linear.controllability and wb.linear.observability",
+    "damp pole poles": "wb.linear.poles",
+    "dare": "wb.riccati.dare",
+    "diskmargin disk_margins": "wb.linear_loop(loop).disk_margin",
+    "dlqr": "wb.lqr(..., discrete=True)",
+    "dlyap": "wb.riccati.discrete_lyapunov",
+    "dlqe kalman lqe": "wb.steady_kalman for a loop, or wb.riccati.lqe for matrices",
+    "feedback interconnect connect": "wb.ClosedLoop",
+    "find_operating_point findop trim": "wb.equilibria",
+    "freqresp evalfr": "wb.linear_loop(loop).response",
+    "hinfnorm getPeakGain": "wb.hinf_norm",
+    "linearise linmod": "wb.linearize",
+    "lsim forced_response ode45 solve_ivp sim": "wb.simulate",
+    "lyap": "wb.riccati.lyapunov",
+    "nichols_plot nicholsplot": "wb.nichols",
+    "norm": "wb.h2_norm or wb.hinf_norm",
+    "nyquist_plot nyquistplot": "wb.nyquist",
+    "pade": "wb.PadeDelay",
+    "pole_zero_plot pzmap": "wb.pole_zero_map",
+    "rlocus root_locus_plot": "wb.root_locus",
+    "sample_system": "wb.c2d",
+    "sigma singular_values_plot": "wb.singular_values",
+    "ss tf zpk StateSpace TransferFunction": "control.ss or control.tf, and wb.LinearPlant or wb.LinearLaw in a loop",
+    "step impulse": "wb.step_response(G) for a system, or wb.linear_loop(loop).plot(...) for a loop",
+    "stepinfo": "wb.step_info",
+    "tzero zero zeros": "wb.pole_zero_structure",
+}
 
 
 def __getattr__(name: str) -> Any:
@@ -98,14 +130,22 @@ def __getattr__(name: str) -> Any:
     if name in _SPACES:
         return globals().setdefault(name, import_module(f"workbench.{_SPACES[name]}"))
     if name not in _HOMES:
-        from difflib import get_close_matches  # the nearest of `validation` would load NumPy
-
-        near = "".join(f" Did you mean '{other}'?" for other in get_close_matches(name, __all__, 1))
-        raise AttributeError(f"module 'workbench' has no attribute '{name}'.{near}")
+        raise AttributeError(f"module 'workbench' has no attribute '{name}'.{_advice(name)}")
     held = getattr(import_module(f"workbench.{_HOMES[name]}"), _THERE.get(name, name))
     globals()[name] = held
     return held
 
 
+def _advice(name: str) -> str:
+    """The answer to a name of another toolbox, or else the name of the face that is most like it."""
+    from difflib import get_close_matches  # the nearest of `validation` would load NumPy
+
+    for names, ours in _ELSEWHERE.items():
+        if name in names.split():
+            more = "the how-to 'Come from MATLAB or python-control' has more"
+            return f" In place of '{name}' of MATLAB or python-control, use {ours}; {more}."
+    return "".join(f" Did you mean '{other}'?" for other in get_close_matches(name, __all__, 1))
+
+
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

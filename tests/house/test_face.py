@@ -3,9 +3,11 @@
 import ast
 import doctest
 import inspect
+import re
 import subprocess
 import sys
 from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from types import ModuleType
 
@@ -49,8 +51,30 @@ def test_a_misspelt_name_is_answered_with_the_nearest():
         _ = wb.ClosedLop
 
 
-def test_dir_lists_the_face():
-    assert set(wb.__all__) <= set(dir(wb))
+def test_a_name_of_another_toolbox_is_answered_with_ours():
+    with pytest.raises(AttributeError, match=r"In place of 'dlqr' .*, use wb\.lqr\(\.\.\., discrete=True\);"):
+        _ = wb.dlqr
+    with pytest.raises(AttributeError, match=r"use wb\.step_info; the how-to"):
+        _ = wb.stepinfo
+
+
+def test_what_answers_a_name_of_another_toolbox_is_there_and_the_name_is_not_ours():
+    for names, ours in wb._ELSEWHERE.items():
+        assert not {*names.split()} & {*wb.__all__}
+        answers = re.findall(r"wb\.((?:\w+\.)?\w+)", ours)
+        assert answers
+        for answer in answers:
+            attrgetter(answer)(wb)
+
+
+def test_each_name_of_another_toolbox_has_one_answer():
+    names = [name for row in wb._ELSEWHERE for name in row.split()]
+    assert len(names) == len(set(names))
+
+
+def test_dir_lists_the_face_and_nothing_else():
+    import_module("workbench.engine")  # a room that is loaded is an attribute, and no name of the face
+    assert set(wb.__all__) == {name for name in dir(wb) if not name.startswith("__")}
 
 
 ROOMS = [name for name in wb.__all__ if isinstance(getattr(wb, name), ModuleType)]
