@@ -91,7 +91,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "uncertainty": "study.uncertainty",
 }
 __all__ = [*_HOMES, *_SPACES]
-_ELSEWHERE = {  # what MATLAB or python-control calls otherwise, and what does it here
+_OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what does it here
     "acker": "wb.place",
     "allmargin margin": "wb.stability_margins(G) for a system, or wb.linear_loop(loop).margins() for a loop",
     "bode_plot bodeplot bodemag": "wb.bode",
@@ -107,8 +107,8 @@ _ELSEWHERE = {  # what MATLAB or python-control calls otherwise, and what does i
     "find_operating_point findop trim": "wb.equilibria",
     "freqresp evalfr": "wb.linear_loop(loop).response",
     "hinfnorm getPeakGain": "wb.hinf_norm",
-    "linearise linmod": "wb.linearize",
-    "lsim forced_response ode45 solve_ivp sim": "wb.simulate",
+    "linmod": "wb.linearize",
+    "lsim forced_response ode45 sim": "wb.simulate",
     "lyap": "wb.riccati.lyapunov",
     "nichols_plot nicholsplot": "wb.nichols",
     "norm": "wb.h2_norm or wb.hinf_norm",
@@ -140,7 +140,7 @@ def _advice(name: str) -> str:
     """The answer to a name of another toolbox, or else the name of the face that is most like it."""
     from difflib import get_close_matches  # the nearest of `validation` would load NumPy
 
-    for names, ours in _ELSEWHERE.items():
+    for names, ours in _OTHER_TOOLBOXES.items():
         if name in names.split():
             more = "the how-to 'Come from MATLAB or python-control' has more"
             return f" In place of '{name}' of MATLAB or python-control, use {ours}; {more}."

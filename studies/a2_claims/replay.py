@@ -135,7 +135,7 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
 
 
 def v2_over(weights: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """For each pair (Q, R) what `v2_along` gives of it, from one batch of runs."""
+    """The answers of `v2_along` for several pairs (Q, R), from one batch of runs."""
     ode = searches.on_path().ode()
 
     def margin(y: Mapping[str, ca.SX]) -> ca.SX:

@@ -59,7 +59,7 @@ def test_a_name_of_another_toolbox_is_answered_with_ours():
 
 
 def test_what_answers_a_name_of_another_toolbox_is_there_and_the_name_is_not_ours():
-    for names, ours in wb._ELSEWHERE.items():
+    for names, ours in wb._OTHER_TOOLBOXES.items():
         assert not {*names.split()} & {*wb.__all__}
         answers = re.findall(r"wb\.((?:\w+\.)?\w+)", ours)
         assert answers
@@ -68,7 +68,7 @@ def test_what_answers_a_name_of_another_toolbox_is_there_and_the_name_is_not_our
 
 
 def test_each_name_of_another_toolbox_has_one_answer():
-    names = [name for row in wb._ELSEWHERE for name in row.split()]
+    names = [name for row in wb._OTHER_TOOLBOXES for name in row.split()]
     assert len(names) == len(set(names))
 
 
