@@ -18,7 +18,7 @@ import casadi as ca  # noqa: E402
 import numpy as np  # noqa: E402
 
 import workbench as wb  # noqa: E402
-from docs.loops import shown  # noqa: E402
+from docs.loops import gallery_loop  # noqa: E402
 from workbench.core import Entry, Layout, Step  # noqa: E402
 from workbench.handover.fmi import Fmu, fmu  # noqa: E402
 
@@ -53,8 +53,8 @@ class Example(NamedTuple):
 def examples(first: int = 0, every: int = 1) -> Iterator[Example]:
     """All examples, or some: laws on readings of their own loops, plants under constant inputs, and closed loops."""
     kinds = (of_law, LAWS), (of_plant, PLANTS), (of_loop, LOOPS), (of_computer, COMPUTERS)
-    all_of_them = [(of, name) for of, names in kinds for name in names]
-    yield from (of(name, shown(name)) for of, name in all_of_them[first::every])
+    laws_and_plants = [(of, name) for of, names in kinds for name in names]
+    yield from (of(name, gallery_loop(name)) for of, name in laws_and_plants[first::every])
 
 
 def of_law(name: str, shown: Any, reference: str = "input") -> Example:

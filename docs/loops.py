@@ -28,7 +28,7 @@ PLANTS = {f"{law}, {setting.name}": (setting, law) for setting in SETTINGS for l
 
 
 @cache
-def shown(name: str) -> Shown:
+def gallery_loop(name: str) -> Shown:
     """One of the loops: a law of arms in the first scenario of the paper, or LQG or PID on a plant of b3.
 
     Arms have exact readings but for the law that has its observer.
@@ -43,9 +43,9 @@ def shown(name: str) -> Shown:
 
 def of_arms() -> dict[str, Shown]:
     """The laws of arms."""
-    return {name: shown(name) for name in ARMS}
+    return {name: gallery_loop(name) for name in ARMS}
 
 
 def of_plants() -> dict[str, Shown]:
     """LQG and PID on each plant of b3."""
-    return {name: shown(name) for name in PLANTS}
+    return {name: gallery_loop(name) for name in PLANTS}

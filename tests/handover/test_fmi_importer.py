@@ -11,7 +11,7 @@ import pytest
 import workbench as wb
 from docs import fmus
 from docs.fmus import examples, of_computer, of_law, of_plant, outputs_of, write
-from docs.loops import shown
+from docs.loops import gallery_loop
 from tests.support.c_runs import needs_compiler
 from tests.support.cases import heavy_but
 from tests.support.digital_laws import motor_law
@@ -158,9 +158,9 @@ def equations_of(unit):
 def test_an_importer_computes_the_bits_of_the_simulation(tmp_path, monkeypatch):
     monkeypatch.setattr(fmus, "STEPS", STEPS)
     cases = (
-        of_law("with a reference that it knows", shown("PID, DC motor"), "built in"),
-        of_plant("quadruple tank", shown("PID, quadruple tank P+")),
-        of_computer("cart-pole", shown("PID, cart-pole")),
+        of_law("with a reference that it knows", gallery_loop("PID, DC motor"), "built in"),
+        of_plant("quadruple tank", gallery_loop("PID, quadruple tank P+")),
+        of_computer("cart-pole", gallery_loop("PID, cart-pole")),
     )
     turns = zip(
         cases, (*VERSIONS, VERSIONS[0]), strict=True

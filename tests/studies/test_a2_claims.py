@@ -4,13 +4,13 @@ import csv
 import json
 import re
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from studies.a2_claims import observer, replay, rivals, searches
+from studies.a2_claims import replay, rivals, searches
 from studies.a2_claims import study as a2_claims
 from studies.a2_claims.printed import DEFINITIONS, PRINTED, QUANTIFIERS, decisive
 from studies.a2_claims.study import ASSUMED, OURS, PAPER, grouped
@@ -27,11 +27,8 @@ REPORTS = Path(__file__).parents[2] / "reports"
 ILL_POSED = "(33), shapes"
 
 
-# What a verdict rests on and its witness shows again: each is computed once.
-LONG = ("along_35", "astray", "cost", "drift", "false_rest", "offset", "v2_over")
-SHOWN, KEPT = 4.0, 0.5  # s, of the gain of (33) that is lost and shown, and of one that is kept, which the page has
-# for 30 s: test_a2_witnesses.py has one so long
-LATE = 10.0  # s, of the laws of a1 beside each other: an error is late from 5 s on
+# What a verdict rests on and its witness shows again, some ten seconds of a core: each is computed once.
+LONG = ("along_35", "astray", "cost", "drift", "false_rest", "gain_lost", "offset", "v2_over")
 
 
 @pytest.fixture(scope="module")
@@ -41,32 +38,17 @@ def remembered():
         yield patch
 
 
-def shortened(comparison, scenario):
-    """The laws of a1 in a scenario, at twice their step and not beyond `LATE`."""
-    runs = ((case, case.run) for case in comparison(scenario))
-    return [replace(case, run=replace(run, until=min(run.until, LATE), h=2 * run.h)) for case, run in runs]
-
-
 @pytest.fixture(scope="module")
 def results(remembered):
-    """What the page is made of, for heavy tests alone: with fewer starts that are drawn, and shorter runs.
+    """What the page is made of: half a minute of a core, for heavy tests alone.
 
-    The laws of a1 are run once for the page, and for the witnesses that compare them; at twice the step of a1, which
-    is still stable.
+    The laws of a1 are run once for the page and for the witnesses that compare them, and the pairs of weights once.
     """
     for name in LONG:
         remembered.setattr(replay, name, cache(getattr(replay, name)))
-    gain_lost, pairs = cache(replay.gain_lost), tuple(replay.PAIRS)
-    changed = {
-        "PAIRS": pairs,
-        "v2_along": lambda *weights: dict(zip(pairs, replay.v2_over(pairs), strict=True))[weights],
-        "gain_lost": lambda shape, until=4.0, **weights: gain_lost(shape, until if until == SHOWN else KEPT, **weights),
-        "comparison": partial(shortened, replay.comparison),
-        "compared": cache(replay.compared.__wrapped__),
-    }
-    for name, value in changed.items():
-        remembered.setattr(replay, name, value)
-    remembered.setattr(observer, "EVENLY", 50)
+    pairs = tuple(replay.PAIRS)
+    remembered.setattr(replay, "PAIRS", pairs)
+    remembered.setattr(replay, "v2_along", lambda *pair: dict(zip(pairs, replay.v2_over(pairs), strict=True))[pair])
     study, laws = a2_claims.study, replay.compared()
     first, *others = study.cases
     assert [one.name for one in others] == [outcome.case.name for outcome in laws.outcomes]

@@ -133,7 +133,12 @@ def killed(place, earlier, ledger):
     """
     kept, states = prepare(place, earlier, ledger), []
     global waiting
-    waiting = lambda: states.append(held(place)) or True  # noqa: E731
+
+    def keep():
+        states.append(held(place))
+        return True
+
+    waiting = keep
     module.write(SECOND, place / "report")
     waiting = None
     steps = len(states)

@@ -17,7 +17,7 @@ def gallery():
 
 def digital(name, delay=True):
     """A loop of the gallery in a computer, and its law with the truths that its observer uses as inputs."""
-    shown = loops.shown(name)
+    shown = loops.gallery_loop(name)
     loop = shown.loop
     if isinstance(loop, Sampled):
         return loop, loop.law()
