@@ -7,7 +7,7 @@ from studies.a8_fair_comparison.entrants import LAWS, PROPOSED
 from studies.b3_any_plant.loops import loop
 from studies.b3_any_plant.settings import SETTINGS
 from studies.paper.laws import REFERENCES, plant, proposed_repaired
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 
 STIFF = PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC", "terminal SMC"  # whose boundary layers limit the step
@@ -36,7 +36,7 @@ def gallery_loop(name: str) -> Shown:
     if name in PLANTS:
         setting, law = PLANTS[name]
         return Shown(loop(setting, law, computer=False), setting.until, setting.period / 4)
-    closed = ClosedLoop(plant("FS"), FullState(2), ARMS[name].block, REFERENCES["FS"])
+    closed = ClosedLoop(plant("FS"), ArmFullState(2), ARMS[name].block, REFERENCES["FS"])
     times = (BRIEF, BRIEF_STEP) if name in STIFF else (HORIZON, STEP)
     return Shown(proposed_repaired("FS") if name == PROPOSED else closed, *times)
 

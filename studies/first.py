@@ -3,7 +3,7 @@
 import workbench as wb
 
 motor = wb.DCMotor()
-law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
+law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
 loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
 runs = wb.simulate(loop, until=2.0)
 runs.plot().savefig("first.png")

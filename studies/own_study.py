@@ -16,7 +16,7 @@ class Tank(wb.Plant):
         return {"h": self.k * u.v - self.a * (2 * 9.81 * x.h) ** 0.5}
 
 
-law = wb.PID2(Tank.outputs, Tank.inputs, Kp=100.0, Ki=2.0, low=0.0, high=10.0)
+law = wb.PID(Tank.outputs, Tank.inputs, Kp=100.0, Ki=2.0, low=0.0, high=10.0)
 loop = wb.ClosedLoop(Tank(), controller=law, reference=wb.Step("h", "m", 0.12, time=20.0, start=0.1))
 computer = loop.digital(1.0, wb.Instruments.of(loop.plant, noise={"h": 1e-3}, limit={"v": (0.0, 10.0)}), delay=2)
 outlet = wb.Factor("outlet", ("plant.a",), wb.Uniform(2e-3, 3e-3))

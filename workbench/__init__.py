@@ -15,19 +15,19 @@ __version__ = "0.1.0"
 _ROOMS = {
     "core": "Layout Ode Sampled SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
     "core.validation.refusals": "Array",
-    "blocks.laws": "Cascade LinearLaw PID2 Regulator",
+    "blocks.laws": "Cascade LinearLaw PID StateFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
-    "blocks.observers": "ExtendedKalmanFilter LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",
+    "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",
     "blocks.plants": "Backlash BuckConverter CartPole DCMotor DeadZone Disturbed Equipped FirstOrder FurutaPendulum "
     "LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit "
     "Saturation SingleTrackVehicle StirredTank TwoMasses",
     "blocks.signals": "Chirp Hold PulseTrain Ramp Sines SineTorque SquareWave Step Table Together Trapezoid WayPoints",
-    "arms.laws": "PID SlidingMode StateFeedback",
+    "arms.laws": "ArmPID ArmStateFeedback SlidingMode",
     "arms.manipulator": "Manipulator",
     "arms.mechanics": "base_parameters named paper_arm regressor",
     "arms.mechanics.urdf": "read_urdf",
-    "arms.observers": "ExtendedStateObserver FullState",
+    "arms.observers": "ArmFullState ExtendedStateObserver",
     "engine": "simulate",
     "engine.reference": "reference_run",
     "engine.metrics": "effort measure overshoot peak_error rmse settling_time total_variation",

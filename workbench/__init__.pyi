@@ -5,14 +5,14 @@ from workbench import core as core
 from workbench import handover as handover
 from workbench import proofs as proofs
 from workbench import study as study
-from workbench.arms.laws import PID, SlidingMode, StateFeedback
+from workbench.arms.laws import ArmPID, ArmStateFeedback, SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import base_parameters, named, paper_arm, regressor
 from workbench.arms.mechanics.urdf import read as read_urdf
-from workbench.arms.observers import ExtendedStateObserver, FullState
+from workbench.arms.observers import ArmFullState, ExtendedStateObserver
 from workbench.blocks import loop as loop
 from workbench.blocks import plants as plants
-from workbench.blocks.laws import PID2, Cascade, LinearLaw, Regulator
+from workbench.blocks.laws import PID, Cascade, LinearLaw, StateFeedback
 from workbench.blocks.loop import AbstractController as Controller
 from workbench.blocks.loop import AbstractObserver as Observer
 from workbench.blocks.loop import AbstractPlant as Plant
@@ -26,7 +26,13 @@ from workbench.blocks.loop import (
     SecondOrderNoise,
     open_loop,
 )
-from workbench.blocks.observers import ExtendedKalmanFilter, LinearObserver, SteadyKalmanFilter, UnscentedKalmanFilter
+from workbench.blocks.observers import (
+    ExtendedKalmanFilter,
+    FullState,
+    LinearObserver,
+    SteadyKalmanFilter,
+    UnscentedKalmanFilter,
+)
 from workbench.blocks.plants import (
     Backlash,
     BuckConverter,
@@ -149,6 +155,9 @@ from workbench.study.work import Work
 
 __version__: str
 __all__ = [
+    "ArmFullState",
+    "ArmPID",
+    "ArmStateFeedback",
     "Array",
     "Backlash",
     "BuckConverter",
@@ -187,7 +196,6 @@ __all__ = [
     "Ode",
     "OdePlant",
     "PID",
-    "PID2",
     "PadeDelay",
     "Page",
     "Paragraph",
@@ -201,7 +209,6 @@ __all__ = [
     "RandomWalk",
     "RateLimit",
     "Reference",
-    "Regulator",
     "Results",
     "Run",
     "Sampled",

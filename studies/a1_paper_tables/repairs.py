@@ -89,7 +89,7 @@ def without_observer(shape: str) -> wb.ClosedLoop:
     """The law as printed in the first scenario on measured positions and velocities, with a small Q and R."""
     loop = with_small_q(shape)
     law = replace(loop.controller, R=SMALL_R * np.eye(2))
-    return replace(loop, controller=law, observer=replace(loop.observer, state=wb.FullState(2)))
+    return replace(loop, controller=law, observer=replace(loop.observer, state=wb.ArmFullState(2)))
 
 
 def with_other_pair() -> wb.ClosedLoop:

@@ -42,7 +42,7 @@ def beside_rest(L1: Any, L2: Any, zero: str = "down") -> wb.Ode:
 def free_loop(q: Any = REST, qd: Any = REST) -> wb.ClosedLoop:
     """The arm without torque and disturbance from (q, qd)(0), watched by (10) with the gains of section 5."""
     arm = wb.Manipulator(ARM, q=np.array(q), qd=np.array(qd))
-    return wb.ClosedLoop(arm, paper_observer(), wb.PID(REST, REST, REST), wb.Hold(REST))
+    return wb.ClosedLoop(arm, paper_observer(), wb.ArmPID(REST, REST, REST), wb.Hold(REST))
 
 
 def free_arm() -> wb.Ode:
@@ -54,7 +54,7 @@ def printed_filter() -> wb.Ode:
     """(24) as printed beside the arm without torque, under a constant disturbance."""
     observer = wb.arms.observers.WithDisturbance(paper_observer(), wb.arms.observers.PrintedFilter(2, CARD["l"]))
     return wb.ClosedLoop(
-        wb.Manipulator(ARM, q=REST, disturbance=HELD), observer, wb.PID(REST, REST, REST), wb.Hold(REST)
+        wb.Manipulator(ARM, q=REST, disturbance=HELD), observer, wb.ArmPID(REST, REST, REST), wb.Hold(REST)
     ).ode()
 
 
@@ -78,7 +78,7 @@ def on_path() -> wb.ClosedLoop:
     """
     loop = printed_but_for_c()
     arm = replace(loop.plant, q=REST, qd=np.array([2.0, 1.5]))  # q_d(0), qd_d(0)
-    return replace(loop, plant=arm, observer=replace(loop.observer, state=wb.FullState(2)))
+    return replace(loop, plant=arm, observer=replace(loop.observer, state=wb.ArmFullState(2)))
 
 
 def with_weights(loop: wb.ClosedLoop, Q: float, R: float) -> wb.ClosedLoop:

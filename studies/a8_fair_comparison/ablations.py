@@ -41,7 +41,7 @@ def momentum_alone() -> Given:
         raise TypeError("The observers of the whole law must have the observer of the momentum among them.")
     number = tuple(one for one in BOTH.tuned if one.name == "l")
     return Given(
-        "momentum", "raw readings and D_hat", "raw readings, D_hat", replace(observer, state=wb.FullState(2)), number
+        "momentum", "raw readings and D_hat", "raw readings, D_hat", replace(observer, state=wb.ArmFullState(2)), number
     )
 
 

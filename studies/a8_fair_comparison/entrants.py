@@ -139,10 +139,12 @@ LAWS = (
     Law("Fuzzy-ASMC", arm_law("Fuzzy-ASMC"), OF_FUZZY),
     Law("RBF-ASMC", replace(arm_law("RBF-ASMC"), integrator="exact"), OF_RBF),
     Law("PID", arm_law("PID"), OF_PID),
-    Law("PID + gravity", wb.PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"], ARM), OF_PID),
+    Law("PID + gravity", wb.ArmPID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"], ARM), OF_PID),
     Law("SMC", arm_law("SMC"), OF_SMC),
     Law("super-twisting", arm_law("super-twisting"), OF_SUPER_TWISTING),
-    Law("feedforward + PD", wb.StateFeedback(ARM, np.diag(CARD["PID: Kp"]), np.diag(CARD["PID: Kd"])), OF_FEEDFORWARD),
+    Law(
+        "feedforward + PD", wb.ArmStateFeedback(ARM, np.diag(CARD["PID: Kp"]), np.diag(CARD["PID: Kd"])), OF_FEEDFORWARD
+    ),
     Law(
         "computed torque",
         wb.arms.laws.ComputedTorque(ARM, (36.0, 36.0), (12.0, 12.0)),
@@ -182,7 +184,7 @@ def gains(path: str) -> tuple[Sought, Sought]:
 PASSES = "the filter passes its input on"
 LUENBERGER = wb.arms.observers.Luenberger(ARM, CARD["L1"], CARD["L2"], q_hat=(0.0, 0.0), integrator="cayley")
 ALL_GAINS = (*gains("observer.state"), one("observer.disturbance.l", 1.0, 100.0, "1/s"))
-READINGS = Given("readings", "raw readings", "positions and velocities as read", wb.FullState(2))
+READINGS = Given("readings", "raw readings", "positions and velocities as read", wb.ArmFullState(2))
 FILTER = Given(
     "filter",
     "filtered velocity",

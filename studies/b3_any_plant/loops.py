@@ -27,9 +27,7 @@ def loop(setting: Setting, law: str, *, computer: bool = False) -> wb.ClosedLoop
     holds = {name: wb.Hold([value], name, plant.outputs[name].unit) for name, value in setting.wanted.items()}
     if law == PID:
         second = setting.pid.law(setting)
-        if computer and isinstance(
-            second, wb.PID2
-        ):  # against windup; the others have no integral, or are never limited
+        if computer and isinstance(second, wb.PID):  # against windup; the others have no integral, or are never limited
             second = replace(second, low=setting.limit[0], high=setting.limit[1])
         reference = wb.Together(tuple(hold for name, hold in holds.items() if name in second.follows))
         return wb.ClosedLoop(plant, controller=second, reference=reference)
@@ -38,7 +36,7 @@ def loop(setting: Setting, law: str, *, computer: bool = False) -> wb.ClosedLoop
     believed: Any = plant
     model = replace(believed, **rest | setting.start)  # what is not read is believed to rest where it shall
     observer = wb.LinearObserver(model, L, x_0=point.x, u_0=point.u)
-    regulator = wb.Regulator.of(plant, K, point.x, point.u, follow=plant.outputs.names)
+    regulator = wb.StateFeedback.of(plant, K, point.x, point.u, follow=plant.outputs.names)
     return wb.ClosedLoop(plant, observer, regulator, wb.Together(tuple(holds.values())))
 
 
@@ -62,7 +60,7 @@ def cut(setting: Setting, law: str) -> Any:
         seen = wb.LinearPlant(
             wb.core.LinearSystem(plant.states, plant.inputs, plant.states, model.A, model.B, np.eye(n))
         )
-        closed = wb.ClosedLoop(seen, controller=wb.Regulator.of(seen, setting.design.regulator.K))
+        closed = wb.ClosedLoop(seen, controller=wb.StateFeedback.of(seen, setting.design.regulator.K))
         return wb.linear.broken_loop(closed.broken(), 0.0, np.zeros(n))
     closed = loop(setting, law)
     ode = closed.broken(f"{setting.name}, {law}")

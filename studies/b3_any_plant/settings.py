@@ -97,9 +97,9 @@ def digits(values: Any) -> str:
 def pid(words: str, Kp: float, Ki: float, Kd: float, N: float) -> Pid:
     """PID about the operating point, with no derivative of what is wanted."""
 
-    def law(setting: Setting) -> wb.PID2:
+    def law(setting: Setting) -> wb.PID:
         plant, (y0,) = setting.plant, setting.start.values()
-        return wb.PID2(plant.outputs, plant.inputs, Kp, Ki, Kd, N, c=0.0, u0=setting.point.u, y0=y0)
+        return wb.PID(plant.outputs, plant.inputs, Kp, Ki, Kd, N, c=0.0, u0=setting.point.u, y0=y0)
 
     text = f"Kp = {Kp:g}, Ki = {Ki:g}" + (f", Kd = {Kd:g}, N = {N:g}" if Kd else "")
     return Pid(words, HAND, law, lambda setting: text)
@@ -123,8 +123,8 @@ def cascade(N: float) -> Pid:
         slow, fast = (wb.Layout((entry,)) for entry in plant.outputs.entries)
         (above, above_d), (below, below_d) = pairs(setting)
         place, angle = slow.names[0], fast.names[0]
-        outer = wb.PID2(slow, fast, above, 0.0, above_d, N, c=0.0, u0=setting.wanted[angle], y0=y0[place])
-        inner = wb.PID2(fast, plant.inputs, below, 0.0, below_d, N, c=0.0, u0=point.u, y0=y0[angle])
+        outer = wb.PID(slow, fast, above, 0.0, above_d, N, c=0.0, u0=setting.wanted[angle], y0=y0[place])
+        inner = wb.PID(fast, plant.inputs, below, 0.0, below_d, N, c=0.0, u0=point.u, y0=y0[angle])
         return wb.Cascade(outer, inner)
 
     def text(setting: Setting) -> str:

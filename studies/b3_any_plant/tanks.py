@@ -47,7 +47,9 @@ def designed(setting: Setting, law: str, factor: float) -> wb.ClosedLoop:
     if law != PLACED or factor == 1.0:
         return closed
     K, L = placed(setting, factor)
-    regulator = wb.Regulator.of(setting.plant, K, setting.point.x, setting.point.u, follow=setting.plant.outputs.names)
+    regulator = wb.StateFeedback.of(
+        setting.plant, K, setting.point.x, setting.point.u, follow=setting.plant.outputs.names
+    )
     observer: Any = closed.observer
     return replace(closed, observer=replace(observer, L=L), controller=regulator)
 

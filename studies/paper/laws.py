@@ -28,7 +28,7 @@ RULES = wb.arms.laws.RuleBase(
 )
 
 RIVALS: Mapping[str, wb.Controller] = {
-    "PID": wb.arms.laws.PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"]),
+    "PID": wb.arms.laws.ArmPID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"]),
     "SMC": wb.arms.laws.SlidingMode(**SURFACE, K=CARD["SMC: K"]),
     "ASMC": wb.arms.laws.AdaptiveSlidingMode(**SURFACE, **LEARNING),
     "Fuzzy-ASMC": wb.arms.laws.FuzzyAsmc(**SURFACE, **LEARNING, lag=CARD["Fuzzy-ASMC: lag"], rules=RULES),
@@ -64,7 +64,7 @@ def plant(scenario: str) -> wb.Manipulator:
 
 def rival(scenario: str, law: str) -> wb.ClosedLoop:
     """A rival law on exact measurements of q and qd: the best that it can be given."""
-    return wb.ClosedLoop(plant(scenario), wb.FullState(2), RIVALS[law], REFERENCES[scenario])
+    return wb.ClosedLoop(plant(scenario), wb.ArmFullState(2), RIVALS[law], REFERENCES[scenario])
 
 
 def proposed_as_printed(scenario: str, shape: str = "outer") -> wb.ClosedLoop:

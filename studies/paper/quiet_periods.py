@@ -173,7 +173,7 @@ def on_reference(loop: wb.ClosedLoop) -> wb.ClosedLoop:
     if not isinstance(loop.observer, wb.arms.observers.WithDisturbance):
         return loop
     state, disturbance = loop.observer.state, loop.observer.disturbance
-    if not isinstance(state, wb.FullState):
+    if not isinstance(state, wb.ArmFullState):
         state = replace(state, q_hat=q, qd_hat=qd)
     if isinstance(disturbance, wb.arms.observers.MomentumObserver):
         disturbance = replace(disturbance, p_hat=np.array(ca.DM(ARM.mass_matrix(ca.SX(q)))) @ qd)
@@ -184,7 +184,7 @@ def momentum_loop(scenario: str = "FS") -> wb.ClosedLoop:
     """AOSMC-RGS, repaired, on readings of q and qd; an observer of the momentum stands for the true disturbance."""
     return proposed_repaired(
         scenario,
-        wb.arms.observers.WithDisturbance(wb.FullState(2), wb.arms.observers.MomentumObserver(ARM, PAPER["l"])),
+        wb.arms.observers.WithDisturbance(wb.ArmFullState(2), wb.arms.observers.MomentumObserver(ARM, PAPER["l"])),
     )
 
 

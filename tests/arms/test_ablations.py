@@ -9,20 +9,20 @@ import pytest
 
 from tests.support.cases import heavy_but
 from workbench.arms.laws import (
-    PID,
     AdaptiveSlidingMode,
     AosmcRgs,
+    ArmPID,
+    ArmStateFeedback,
     FuzzyAsmc,
     NonsingularTerminalSlidingMode,
     RbfAsmc,
     Rise,
     SlidingMode,
-    StateFeedback,
     SuperTwisting,
 )
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, WithDisturbance
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
@@ -32,7 +32,7 @@ ARM, I = paper_arm(), np.eye(2)
 SURFACE = {"model": ARM, "Lambda": 6.0, "phi": 0.5}
 LEARNING = SURFACE | {"gamma": 5.0, "K": [5.0, 4.0]}
 LAWS = {
-    "PID": PID([9.0, 8.0], [3.0, 2.0], [4.0, 3.0], ARM),
+    "PID": ArmPID([9.0, 8.0], [3.0, 2.0], [4.0, 3.0], ARM),
     "SMC": SlidingMode(**SURFACE, K=5.0),
     "ASMC": AdaptiveSlidingMode(**LEARNING),
     "Fuzzy-ASMC": FuzzyAsmc(**LEARNING, lag=0.02),
@@ -74,7 +74,7 @@ STATES = {
 @cache
 def loop(law: str) -> ClosedLoop:
     plant = Manipulator(ARM, q=[0.6, -0.8], disturbance=SineTorque([0.5, 0.4], [3.0, 4.0]))
-    observer = OBSERVER if law == "AOSMC-RGS" else FullState(2)
+    observer = OBSERVER if law == "AOSMC-RGS" else ArmFullState(2)
     return ClosedLoop(plant, observer, LAWS[law], Sines([1.0, 0.5], [2.0, 3.0]))
 
 
@@ -139,7 +139,7 @@ def test_an_ablated_law_is_not_ablated_of_the_same_part_again():
 
 
 def test_a_law_of_one_piece_has_no_ablations():
-    assert replace(loop("SMC"), controller=StateFeedback(ARM, 9 * I, 4 * I)).ablations() == {}
+    assert replace(loop("SMC"), controller=ArmStateFeedback(ARM, 9 * I, 4 * I)).ablations() == {}
 
 
 def test_without_its_model_the_torque_is_the_switching_part_and_the_estimate():
@@ -152,6 +152,6 @@ def test_without_its_model_the_torque_is_the_switching_part_and_the_estimate():
 
 
 def test_one_name_for_two_parts_is_refused(monkeypatch):
-    monkeypatch.setattr(type(OBSERVER), "without", lambda self: {"boundary layer": FullState(2)})
+    monkeypatch.setattr(type(OBSERVER), "without", lambda self: {"boundary layer": ArmFullState(2)})
     with pytest.raises(ValueError, match="both have 'boundary layer'"):
         loop("AOSMC-RGS").ablations()

@@ -24,7 +24,7 @@ from tests.support.oracles import (
 from workbench.arms.laws import AosmcRgs
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
@@ -56,7 +56,7 @@ def loop(observer=None, q=(0.6, -0.8), **changes):
             q=q,
             disturbance=SineTorque(amplitude=[0.5, 0.4], frequency=[3.0, 4.0], phase=[0.0, np.pi / 2]),
         ),
-        observer=observer or FullState(2),
+        observer=observer or ArmFullState(2),
         controller=AosmcRgs(**(LAW | changes)),
         reference=Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
@@ -115,7 +115,7 @@ def test_the_motion_is_that_of_another_integrator(shape):
 @pytest.mark.parametrize("velocity", ["printed", "reference"])
 def test_only_the_reference_velocity_leaves_s_to_the_switching_torque(velocity):
     """M s' + C s = -K sat(s / phi) + D_hat - D; as printed M Lambda ed + C Lambda e stays beside it."""
-    ode = loop(observer=WithDisturbance(FullState(2), OracleFilter(2, l=20.0)), velocity=velocity).ode()
+    ode = loop(observer=WithDisturbance(ArmFullState(2), OracleFilter(2, l=20.0)), velocity=velocity).ode()
     rng = np.random.default_rng(15)
     p = ode.parameters.unpack(ode.parameters.default)
     for _ in range(20):

@@ -8,7 +8,7 @@ import pytest
 from workbench.arms.laws import SlidingMode
 from workbench.arms.manipulator import FirstOrderLag, Manipulator
 from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold
 from workbench.design.chattering import BoundaryLayer, Relay, cut, harmonic_balance, record_oscillation, relay_cycles
@@ -23,7 +23,7 @@ LINKS = (PointMass(1.0, 1.0), PointMass(1.0, 1.0))
 def loop(lag, saturation="clip", gravity=9.81, q=FOLDED):
     arm = PlanarArm(LINKS, gravity)
     law = SlidingMode(arm, Lambda=[LAMBDA] * 2, K=[K] * 2, phi=PHI, saturation=saturation)
-    return ClosedLoop(Manipulator(arm, q=q, actuator=FirstOrderLag(lag)), FullState(2), law, Hold(q))
+    return ClosedLoop(Manipulator(arm, q=q, actuator=FirstOrderLag(lag)), ArmFullState(2), law, Hold(q))
 
 
 def alone(made):

@@ -2,10 +2,10 @@
 
 import pytest
 
-from workbench.arms.laws import PID, AosmcRgs, SlidingMode
+from workbench.arms.laws import AosmcRgs, ArmPID, SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState, Luenberger, OracleFilter, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, OracleFilter, WithDisturbance
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold
 from workbench.core import Claim
@@ -44,8 +44,8 @@ def test_a_loop_declares_what_its_blocks_do_with_their_paths():
 
 
 def test_a_block_that_promises_nothing_declares_nothing():
-    assert declared(PID([1.0], [0.0], [0.0])) == ()
-    assert declared(FullState(1)) == ()
+    assert declared(ArmPID([1.0], [0.0], [0.0])) == ()
+    assert declared(ArmFullState(1)) == ()
 
 
 def test_every_declared_claim_names_a_source_and_no_two_of_a_block_share_a_name():

@@ -14,10 +14,10 @@ from tests.support.oracles import (
     with_disturbance,
     worst_difference,
 )
-from workbench.arms.laws import PID, AdaptiveSlidingMode, AosmcRgs, SlidingMode, SuperTwisting, WithCompensation
+from workbench.arms.laws import AdaptiveSlidingMode, AosmcRgs, ArmPID, SlidingMode, SuperTwisting, WithCompensation
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, WithDisturbance
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
@@ -28,7 +28,7 @@ from workbench.proofs.falsify import Budget, Hunt
 ARM, I = paper_arm(), np.eye(2)
 SMC = SlidingMode(ARM, Lambda=6.0, K=5.0, phi=0.5)
 LAWS = {
-    "PID": (PID([60.0, 30.0], [20.0, 15.0], [15.0, 6.0], ARM), pid(gravity=True)),
+    "PID": (ArmPID([60.0, 30.0], [20.0, 15.0], [15.0, 6.0], ARM), pid(gravity=True)),
     "ASMC": (AdaptiveSlidingMode(ARM, Lambda=6.0, phi=0.5, gamma=5.0, K=5.0), adaptive_sliding_mode()),
     "super-twisting": (SuperTwisting(ARM, Lambda=6.0, k1=8.0, k2=20.0, phi=0.5), super_twisting()),
 }
@@ -37,7 +37,7 @@ LAWS = {
 def loop(law, observer=None, reference=None, push=(0.5, 0.4), frequency=(3.0, 4.0)):
     return ClosedLoop(
         Manipulator(ARM, q=[0.6, -0.8], disturbance=SineTorque(push, frequency, [0.3, np.pi / 2])),
-        observer or WithDisturbance(FullState(2), MomentumObserver(ARM, 20.0)),
+        observer or WithDisturbance(ArmFullState(2), MomentumObserver(ARM, 20.0)),
         law,
         reference or Sines([1.0, 0.5], [2.0, 3.0]),
     )
@@ -62,7 +62,7 @@ def test_the_loop_is_the_one_written_by_hand(name):
 
 
 def test_beside_an_observer_that_knows_no_disturbance_the_law_is_alone():
-    runs = [simulate(rk4(loop(law, FullState(2)).ode(), 1e-3), until=1.0) for law in (SMC, WithCompensation(SMC))]
+    runs = [simulate(rk4(loop(law, ArmFullState(2)).ode(), 1e-3), until=1.0) for law in (SMC, WithCompensation(SMC))]
     np.testing.assert_array_equal(runs[0]["tau"], runs[1]["tau"])
 
 
@@ -83,7 +83,8 @@ def test_a_law_that_only_a_computer_can_run_is_told_the_period():
     """An implicit relay solves over the period of the loop, whether or not D_hat, here zero, is added."""
     relay = replace(SMC, saturation="implicit")
     runs = [
-        simulate(loop(law, FullState(2)).digital(1e-3).step(2), until=0.3) for law in (relay, WithCompensation(relay))
+        simulate(loop(law, ArmFullState(2)).digital(1e-3).step(2), until=0.3)
+        for law in (relay, WithCompensation(relay))
     ]
     np.testing.assert_array_equal(runs[0]["tau"], runs[1]["tau"])
 

@@ -17,7 +17,7 @@ from tests.support.oracles import (
 from workbench.arms.laws import ComputedTorque
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import named, paper_arm
-from workbench.arms.observers import FullState, MomentumObserver, WithDisturbance
+from workbench.arms.observers import ArmFullState, MomentumObserver, WithDisturbance
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
@@ -27,13 +27,13 @@ from workbench.proofs.falsify import Budget, Hunt
 
 ARM, Kp, Kd = paper_arm(), np.array([64.0, 49.0]), np.array([16.0, 10.0])
 LAW = ComputedTorque(ARM, Kp, Kd)
-MOMENTUM = WithDisturbance(FullState(2), MomentumObserver(ARM, l=20.0))
+MOMENTUM = WithDisturbance(ArmFullState(2), MomentumObserver(ARM, l=20.0))
 
 
 def loop(law=LAW, observer=None, push=(0.5, 0.4), frequency=(3.0, 4.0), reference=None):
     return ClosedLoop(
         Manipulator(ARM, q=[0.6, -0.8], disturbance=SineTorque(push, frequency, [0.3, np.pi / 2])),
-        observer or FullState(2),
+        observer or ArmFullState(2),
         law,
         reference or Sines([1.0, 0.5], [2.0, 3.0]),
     )

@@ -22,7 +22,7 @@ from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import named, paper_arm
 from workbench.arms.observers import (
     AbstractDisturbanceObserver,
-    FullState,
+    ArmFullState,
     Luenberger,
     MomentumObserver,
     NonlinearDisturbanceObserver,
@@ -77,7 +77,7 @@ def loop(disturbance_observer, state=None, amplitude=(0.5, 0.4), frequency=(3.0,
             q=[0.6, -0.8],
             disturbance=SineTorque(amplitude=amplitude, frequency=frequency, phase=[0.3, np.pi / 2]),
         ),
-        observer=WithDisturbance(state or FullState(2), disturbance_observer),
+        observer=WithDisturbance(state or ArmFullState(2), disturbance_observer),
         controller=SlidingMode(**(law | changes)),
         reference=reference or Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
@@ -228,7 +228,7 @@ def test_the_state_of_each_lies_below_its_name():
 
 def test_observers_of_different_arms_are_refused():
     with pytest.raises(ValueError, match="a state of 2 joints and a disturbance of 3"):
-        WithDisturbance(FullState(2), MomentumObserver(named("planar-3r"), l=10.0))
+        WithDisturbance(ArmFullState(2), MomentumObserver(named("planar-3r"), l=10.0))
 
 
 def test_a_rate_of_zero_is_refused():

@@ -11,10 +11,10 @@ from scipy.linalg import expm, solve_continuous_are
 from tests.support.arms import arm_instruments
 from tests.support.cases import heavy_but
 from tests.support.riccati_steps import cayley, hamiltonian, moebius
-from workbench.arms.laws import PID, AosmcRgs, RbfAsmc, SuperTwisting, WithCompensation
+from workbench.arms.laws import AosmcRgs, ArmPID, RbfAsmc, SuperTwisting, WithCompensation
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, WithDisturbance
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold, Sines
 from workbench.core import Signals
@@ -40,7 +40,7 @@ LAMBDA = -5.13 / 2 + 1j * np.sqrt(3180 - 5.13**2 / 4)  # a mode of its error
 def loop(law, observer=None):
     return ClosedLoop(
         Manipulator(ARM, q=[0.6, -0.8]),
-        observer or FullState(2),
+        observer or ArmFullState(2),
         law,
         Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
@@ -130,7 +130,7 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
 
         solved = replace(solved, model=named("planar-3r"), Lambda=[6.0] * 3, K=5 * np.eye(3), Q=np.eye(3), R=np.eye(3))
     q = [0.1] * n
-    closed = ClosedLoop(Manipulator(solved.model, q=q), FullState(n), solved, Hold(q))
+    closed = ClosedLoop(Manipulator(solved.model, q=q), ArmFullState(n), solved, Hold(q))
     for step in (
         closed.digital(1e-3).step(2),
         closed.digital(1e-3, arm_instruments(n, noise_q=1e-4), delay=True).step(2),
@@ -170,8 +170,8 @@ def test_a_loop_names_the_method_of_each_block_that_has_a_memory():
         "memory of the observer: Cayley step of (10), D_hat by explicit Euler",
         "memory of the controller: K by explicit Euler, P by a Cayley step of (34)",
     )
-    assert loop(PID(**PIDS)).digital(1e-3).methods == ("memory of the controller: explicit Euler",)
-    assert loop(PID(**PIDS)).digital(1e-3, integrator="fine").methods == (
+    assert loop(ArmPID(**PIDS)).digital(1e-3).methods == ("memory of the controller: explicit Euler",)
+    assert loop(ArmPID(**PIDS)).digital(1e-3, integrator="fine").methods == (
         "memory of the controller: 16 Runge-Kutta steps a period",
     )
     implicit = SuperTwisting(ARM, [6.0, 5.0], [8.0, 9.0], [20.0, 25.0], 0.1, saturation="implicit")
@@ -184,7 +184,7 @@ def test_a_loop_names_the_method_of_each_block_that_has_a_memory():
 @pytest.mark.parametrize("integrator", ["exact", "", None, 3])
 def test_an_integrator_that_is_none_is_refused(integrator):
     with pytest.raises(ValueError, match=r"`ClosedLoop.digital\(integrator=...\)`"):
-        loop(PID(**PIDS)).digital(1e-3, integrator=integrator)
+        loop(ArmPID(**PIDS)).digital(1e-3, integrator=integrator)
 
 
 @pytest.mark.parametrize("changes", [{"riccati": "frozen", "Q": None, "R": None}, {"riccati": "algebraic", "P": None}])

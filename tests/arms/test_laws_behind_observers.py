@@ -9,24 +9,24 @@ import pytest
 from tests.support.arms import arm_instruments
 from tests.support.cases import heavy_but
 from workbench.arms.laws import (
-    PID,
     AdaptiveSlidingMode,
     AosmcRgs,
+    ArmPID,
+    ArmStateFeedback,
     ComputedTorque,
     FuzzyAsmc,
     NonsingularTerminalSlidingMode,
     RbfAsmc,
     Rise,
     SlidingMode,
-    StateFeedback,
     SuperTwisting,
     WithCompensation,
 )
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import (
+    ArmFullState,
     DirtyDerivative,
-    FullState,
     Luenberger,
     MomentumObserver,
     VelocityFilter,
@@ -40,9 +40,9 @@ ARM, I, START, PERIOD = paper_arm(), np.eye(2), [0.6, -0.8], 1e-3
 SURFACE = {"model": ARM, "Lambda": 6.0, "phi": 0.5}
 LEARNING = SURFACE | {"gamma": 5.0, "K": [5.0, 4.0]}
 ALONE = {
-    "PID": PID([60.0, 30.0], [20.0, 15.0], [15.0, 6.0]),
-    "PID and gravity": PID([60.0, 30.0], [20.0, 15.0], [15.0, 6.0], ARM),
-    "feedforward and PD": StateFeedback(ARM, 60 * I, 15 * I),
+    "PID": ArmPID([60.0, 30.0], [20.0, 15.0], [15.0, 6.0]),
+    "PID and gravity": ArmPID([60.0, 30.0], [20.0, 15.0], [15.0, 6.0], ARM),
+    "feedforward and PD": ArmStateFeedback(ARM, 60 * I, 15 * I),
     "SMC": SlidingMode(**SURFACE, K=5.0),
     "ASMC": AdaptiveSlidingMode(**LEARNING),
     "Fuzzy-ASMC": FuzzyAsmc(**LEARNING, lag=0.02),
@@ -58,7 +58,7 @@ LAWS = (
     | {"AOSMC-RGS": AosmcRgs(**SURFACE, K=5 * I, P=2 * I, Q=I, R=I, velocity="reference", gain_sign="raised")}
 )
 STATES = {
-    "readings": FullState(2),
+    "readings": ArmFullState(2),
     "velocity filter": VelocityFilter(2, 200.0),
     "dirty derivative": DirtyDerivative(2, 200.0, START),
     "Luenberger": Luenberger(ARM, 60 * I, 900 * I, q_hat=START),

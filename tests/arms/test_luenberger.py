@@ -13,7 +13,7 @@ from tests.support.oracles import (
     with_disturbance,
     worst_difference,
 )
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import Luenberger, OracleFilter, WithDisturbance
@@ -37,7 +37,7 @@ def loop(d=(0.5, 0.4), frequency=(3.0, 4.0), reference=None, compensated=None):
             disturbance=SineTorque(amplitude=d, frequency=frequency, phase=[np.pi / 2, np.pi / 2]),
         ),
         observer=state if compensated is None else WithDisturbance(state, OracleFilter(2, l=20.0)),
-        controller=PID(Kp=[60.0, 30.0], Ki=[20.0, 15.0], Kd=[15.0, 6.0], model=paper_arm()),
+        controller=ArmPID(Kp=[60.0, 30.0], Ki=[20.0, 15.0], Kd=[15.0, 6.0], model=paper_arm()),
         reference=reference or Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 

@@ -11,7 +11,7 @@ from workbench.arms.laws.aosmc_rgs import K_STAYS_DEFINITE, P_STAYS_DEFINITE
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import (
-    FullState,
+    ArmFullState,
     Luenberger,
     MomentumObserver,
     NonlinearDisturbanceObserver,
@@ -36,7 +36,7 @@ BOX = {"plant.q": (-2.0, 2.0), "plant.qd": (-2.0, 2.0)}
 
 
 def loop(law=SMC, observer=None) -> ClosedLoop:
-    return ClosedLoop(PLANT, observer or FullState(2), law, REFERENCE)
+    return ClosedLoop(PLANT, observer or ArmFullState(2), law, REFERENCE)
 
 
 def aosmc(**changes) -> AosmcRgs:
@@ -45,7 +45,7 @@ def aosmc(**changes) -> AosmcRgs:
 
 
 def beside(disturbance) -> ClosedLoop:
-    return loop(observer=WithDisturbance(FullState(2), disturbance))
+    return loop(observer=WithDisturbance(ArmFullState(2), disturbance))
 
 
 def sought(kept: ClosedLoop, claim: Declared | None = None, until: float = 1.0):

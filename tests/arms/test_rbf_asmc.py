@@ -7,7 +7,7 @@ from tests.support.oracles import closed_loop, disturbance, integrate, matrices,
 from workbench.arms.laws import DeadZone, Leakage, Plain, RbfAsmc
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
@@ -35,7 +35,7 @@ def loop(**changes):
             q=[0.6, -0.8],
             disturbance=SineTorque(amplitude=[0.5, 0.4], frequency=[3.0, 4.0], phase=[0.0, np.pi / 2]),
         ),
-        observer=FullState(2),
+        observer=ArmFullState(2),
         controller=RbfAsmc(**(LAW | changes)),
         reference=Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )

@@ -8,10 +8,10 @@ import pytest
 from numpy.polynomial import chebyshev
 
 from tests.support.oracles import closed_loop, matrices, wanted, worst_difference
-from workbench.arms.laws import ScheduledFeedback, StateFeedback
+from workbench.arms.laws import ArmStateFeedback, ScheduledFeedback
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4, with_quadrature
@@ -27,7 +27,7 @@ AMPLITUDE, FREQUENCY = np.array([1.0, 0.5]), np.array([2.0, 3.0])
 def loop(controller, q=(0.6, -0.8), qd=(0.0, 0.0), disturbance=None):
     return ClosedLoop(
         plant=Manipulator(paper_arm(), q=q, qd=qd, disturbance=disturbance),
-        observer=FullState(2),
+        observer=ArmFullState(2),
         controller=controller,
         reference=Sines(amplitude=AMPLITUDE, frequency=FREQUENCY),
     )
@@ -65,7 +65,7 @@ def test_the_loop_is_the_one_written_by_hand(series):
 
 def test_one_term_is_constant_state_feedback():
     one = loop(ScheduledFeedback.of(paper_arm(), COEFFICIENTS[:1], 1.0)).ode()
-    other = loop(StateFeedback.of(paper_arm(), COEFFICIENTS[0])).ode()
+    other = loop(ArmStateFeedback.of(paper_arm(), COEFFICIENTS[0])).ode()
     x = one.states.default + 0.1
     np.testing.assert_allclose(one.rate_at(0.3, x), other.rate_at(0.3, x), rtol=1e-14)  # rounding
 

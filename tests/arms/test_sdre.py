@@ -8,7 +8,7 @@ from tests.support.oracles import closed_loop, matrices, worst_difference
 from workbench.arms.laws import Sdre
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.design.matrices import Refused
@@ -25,7 +25,7 @@ def loop(reference=None, **changes):
             q=(0.6, -0.8),
             disturbance=SineTorque(amplitude=[0.5, 0.4], frequency=[3.0, 4.0], phase=[0.0, np.pi / 2]),
         ),
-        observer=FullState(2),
+        observer=ArmFullState(2),
         controller=Sdre(paper_arm(), **(WEIGHTS | changes)),
         reference=reference or Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )

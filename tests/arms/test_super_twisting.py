@@ -15,7 +15,7 @@ from tests.support.oracles import (
 from workbench.arms.laws import SuperTwisting
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
@@ -31,7 +31,7 @@ def loop(**changes):
             q=[0.6, -0.8],
             disturbance=SineTorque(amplitude=[0.5, 0.4], frequency=[3.0, 4.0], phase=[0.0, np.pi / 2]),
         ),
-        observer=FullState(2),
+        observer=ArmFullState(2),
         controller=SuperTwisting(**(LAW | changes)),
         reference=Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )

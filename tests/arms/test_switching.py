@@ -9,7 +9,7 @@ from workbench.arms.laws import AdaptiveSlidingMode, AosmcRgs, FuzzyAsmc, RbfAsm
 from workbench.arms.laws.sliding_surface import relay, saturation
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import Entry, Layout, Ode, Sampled
@@ -131,7 +131,7 @@ def law(saturation, kind=SlidingMode):
 def loop(controller):
     push = SineTorque(amplitude=[0.5, 0.4], frequency=[3.0, 4.0], phase=[0.0, np.pi / 2])
     plant = Manipulator(ARM, q=[0.6, -0.8], disturbance=push)
-    return ClosedLoop(plant, FullState(2), controller, Sines([1.0, 0.5], [2.0, 3.0]))
+    return ClosedLoop(plant, ArmFullState(2), controller, Sines([1.0, 0.5], [2.0, 3.0]))
 
 
 LAWS = [SlidingMode, AdaptiveSlidingMode, FuzzyAsmc, RbfAsmc, SuperTwisting]

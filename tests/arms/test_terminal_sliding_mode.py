@@ -7,7 +7,7 @@ from tests.support.oracles import closed_loop, integrate, matrices, sat, worst_d
 from workbench.arms.laws import NonsingularTerminalSlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
@@ -22,7 +22,7 @@ LAW = {"beta": [4.0, 5.0], "gamma": 1.5, "k1": [10.0, 8.0], "k2": [15.0, 12.0], 
 def loop(q=(0.6, -0.8), qd=(0.0, 0.0), push=(0.5, 0.4), reference=None, **changes):
     return ClosedLoop(
         Manipulator(ARM, q=q, qd=qd, disturbance=SineTorque(push, [3.0, 4.0], [0.0, np.pi / 2])),
-        FullState(2),
+        ArmFullState(2),
         NonsingularTerminalSlidingMode(ARM, **(LAW | changes)),
         reference or Sines([1.0, 0.5], [2.0, 3.0]),
     )

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.laws import PID, ComputedTorque, Rise, SlidingMode, StateFeedback, SuperTwisting
+from workbench.arms.laws import ArmPID, ArmStateFeedback, ComputedTorque, Rise, SlidingMode, SuperTwisting
 from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Friction, Manipulator
 from workbench.arms.mechanics import Link, PlanarArm, SpatialArm, SpatialLink, named
-from workbench.arms.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, WithDisturbance
 from workbench.arms.properties import positive_definite
 from workbench.blocks.loop import AbstractReference, ClosedLoop, open_loop
 from workbench.blocks.signals import Sines
@@ -80,8 +80,8 @@ def test_the_regulator_has_one_row_and_the_published_numbers():
 def test_the_regulator_is_a_law_for_the_loop_and_holds_the_pole_up():
     arm = cart_pole()
     K = lqr(upright(arm), Q=np.diag([5000.0, 100.0, 0.0, 0.0]), R=np.eye(1)).K
-    law = StateFeedback.of(arm, K)
-    ode = ClosedLoop(Manipulator(arm, [0.1, 0.2]), FullState(2), law, Upright()).ode()
+    law = ArmStateFeedback.of(arm, K)
+    ode = ClosedLoop(Manipulator(arm, [0.1, 0.2]), ArmFullState(2), law, Upright()).ode()
     A = np.array(ode.A(0.0, np.zeros(4), ode.parameters.default))
     plant = upright(arm)
     np.testing.assert_allclose(A, plant.A - plant.B @ K, rtol=1e-12, atol=1e-12)
@@ -93,11 +93,13 @@ def test_the_regulator_is_a_law_for_the_loop_and_holds_the_pole_up():
 def test_a_law_for_every_joint_is_refused_where_one_has_no_motor():
     arm = cart_pole()
     with pytest.raises(ValueError, match="'tau' as 2 numbers, where `Manipulator` has as inputs it as one number"):
-        ClosedLoop(Manipulator(arm, [0.0, 0.1]), FullState(2), ComputedTorque(arm, [1.0, 1.0], [1.0, 1.0]), Upright())
+        ClosedLoop(
+            Manipulator(arm, [0.0, 0.1]), ArmFullState(2), ComputedTorque(arm, [1.0, 1.0], [1.0, 1.0]), Upright()
+        )
     with pytest.raises(ValueError, match="must have 1 row, one a motor, and 4 columns"):
-        StateFeedback.of(arm, np.ones((2, 4)))
+        ArmStateFeedback.of(arm, np.ones((2, 4)))
     with pytest.raises(ValueError, match=r"must have a row for each motor of `model`, which has 1; got shape \(2, 2\)"):
-        StateFeedback(arm, np.eye(2), np.eye(2))
+        ArmStateFeedback(arm, np.eye(2), np.eye(2))
 
 
 def test_a_passive_joint_moves_as_if_its_motor_gave_nothing():
@@ -156,8 +158,8 @@ def test_an_arm_that_only_turns_keeps_its_units():
 
 SLIDE_AND_HINGE = cart_pole(passive=())
 LAWS = [
-    (PID([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], SLIDE_AND_HINGE), "Ki", ("N/(m s)", "N m/(rad s)")),
-    (PID([1.0, 1.0], [1.0, 1.0], [1.0, 1.0]), "Ki", ("N m/(rad s)",) * 2),
+    (ArmPID([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], SLIDE_AND_HINGE), "Ki", ("N/(m s)", "N m/(rad s)")),
+    (ArmPID([1.0, 1.0], [1.0, 1.0], [1.0, 1.0]), "Ki", ("N m/(rad s)",) * 2),
     (SlidingMode(SLIDE_AND_HINGE, [1.0, 1.0], [1.0, 1.0], 0.1), "K", ("N", "N m")),
     (SlidingMode(SLIDE_AND_HINGE, [1.0, 1.0], [1.0, 1.0], 0.1), "phi", ("m/s or rad/s",)),
     (Rise([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], [1.0, 1.0], 0.1, model=SLIDE_AND_HINGE), "beta", ("N/s", "N m/s")),
@@ -207,6 +209,6 @@ def test_the_rest_points_of_the_cart_pole_are_a_continuum_and_are_called_so():
 
 def test_a_reference_in_radians_alone_does_not_fit_a_slide():
     arm = cart_pole()
-    law = StateFeedback.of(arm, np.ones((1, 4)))
+    law = ArmStateFeedback.of(arm, np.ones((1, 4)))
     with pytest.raises(ValueError, match=r"follows 'q' in \[m, rad\], where `Sines` says it in \[rad\]"):
-        ClosedLoop(Manipulator(arm, [0.0, 0.1]), FullState(2), law, Sines([0.1, 0.1], [1.0, 1.0]))
+        ClosedLoop(Manipulator(arm, [0.0, 0.1]), ArmFullState(2), law, Sines([0.1, 0.1], [1.0, 1.0]))

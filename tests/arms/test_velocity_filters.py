@@ -6,10 +6,10 @@ import pytest
 from tests.support.arms import arm_instruments
 from tests.support.oracles import closed_loop, pid, sliding_mode, with_disturbance, worst_difference
 from tests.support.oracles import momentum_observer as momentum_by_hand
-from workbench.arms.laws import PID, SlidingMode
+from workbench.arms.laws import ArmPID, SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import DirtyDerivative, FullState, MomentumObserver, VelocityFilter, WithDisturbance
+from workbench.arms.observers import ArmFullState, DirtyDerivative, MomentumObserver, VelocityFilter, WithDisturbance
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
@@ -38,7 +38,7 @@ def loop(observer, law=None, reference=None, push=(0.5, 0.4)):
     return ClosedLoop(
         Manipulator(ARM, q=[0.6, -0.8], disturbance=SineTorque(push, [3.0, 4.0], [0.0, np.pi / 2])),
         observer,
-        law or PID([60.0, 30.0], [20.0, 15.0], [15.0, 6.0], ARM),
+        law or ArmPID([60.0, 30.0], [20.0, 15.0], [15.0, 6.0], ARM),
         reference or Sines([1.0, 0.5], [2.0, 3.0]),
     )
 
@@ -91,7 +91,7 @@ def test_in_a_computer_the_derivative_at_one_over_the_period_is_the_difference_o
 
 def test_noise_of_the_velocity_passes_with_its_share_of_the_variance():
     """tanh(omega h / 2), for an arm that hangs still whatever the law is told."""
-    law = PID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
+    law = ArmPID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
     still = ClosedLoop(Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, 100.0), law, Hold([0.0, 0.0]))
     run = simulate(still.digital(1e-3, instruments=arm_instruments(2, noise_qd=0.01)).step(2), until=20.0, seed=3)
     filtered = run["qd_error"][0, 1000:]
@@ -101,7 +101,7 @@ def test_noise_of_the_velocity_passes_with_its_share_of_the_variance():
 
 @pytest.mark.parametrize(("omega", "lost"), [(1900.0, False), (2100.0, True)])
 def test_in_a_computer_the_derivative_is_stable_up_to_two_over_the_period(omega, lost):
-    law = PID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])  # the estimate drives nothing
+    law = ArmPID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])  # the estimate drives nothing
     still = ClosedLoop(Manipulator(ARM, q=[0.3, 0.1]), DirtyDerivative(2, omega, [0.1, 0.0]), law, Hold([0.0, 0.0]))
     run = simulate(still.digital(1e-3).step(2), until=1.0)
     assert (np.abs(run["qd_error"][0, -1]).max() > 1e3) == lost
@@ -110,7 +110,7 @@ def test_in_a_computer_the_derivative_is_stable_up_to_two_over_the_period(omega,
 @pytest.mark.parametrize("omega", [50.0, 5000.0])
 def test_in_a_computer_the_filter_forgets_at_its_own_rate_whatever_the_period(omega):
     """exp(-omega h) a period, of an arm that stands still: also where explicit Euler would not be stable."""
-    law = PID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
+    law = ArmPID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
     still = ClosedLoop(Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, omega, [1.0, -2.0]), law, Hold([0.0, 0.0]))
     run = simulate(still.digital(4e-3).step(2), until=0.04)
     there = -run["qd_error"][0, 1:]  # held from this instant on
@@ -131,4 +131,4 @@ def test_a_filter_without_joints_or_cut_off_is_refused(kind):
 @pytest.mark.parametrize("name", FILTERS)
 def test_without_its_filter_a_loop_has_the_velocity_as_it_is_measured(name):
     less = loop(WithDisturbance(FILTERS[name], MomentumObserver(ARM, 20.0))).ablations()["velocity filter"]
-    assert isinstance(less.observer.state, FullState)
+    assert isinstance(less.observer.state, ArmFullState)

@@ -6,14 +6,14 @@ import pytest
 from scipy.linalg import expm
 
 from tests.support.plain_plants import SPEED, VOLTAGE, Turntable
-from workbench.blocks.laws import PID2, Cascade
+from workbench.blocks.laws import PID, Cascade
 from workbench.blocks.loop import AbstractController, ClosedLoop
 from workbench.blocks.signals import Step, Together
 from workbench.core import block, layout, rk4
 from workbench.engine import simulate
 
 ANGLE = layout(theta="rad")
-OUTER, INNER = PID2(ANGLE, SPEED, Kp=3.0, Ki=0.5), PID2(SPEED, VOLTAGE, Kp=5.0, Ki=2.0)
+OUTER, INNER = PID(ANGLE, SPEED, Kp=3.0, Ki=0.5), PID(SPEED, VOLTAGE, Kp=5.0, Ki=2.0)
 UP = Step("theta", "rad", 1.0)
 
 
@@ -80,7 +80,7 @@ def test_it_says_what_it_reads_follows_and_drives():
 
 
 def test_a_cascade_of_three_laws_is_made_of_two():
-    inmost = PID2(VOLTAGE, layout(w="V"), 1.0)
+    inmost = PID(VOLTAGE, layout(w="V"), 1.0)
     law = Cascade(OUTER, Cascade(INNER, inmost, 2), 3)
     assert law.follows.names == ("theta",)
     assert law.memory.names[-1] == "held.omega"
@@ -118,13 +118,13 @@ def test_a_cascade_with_a_recursion_is_one():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: Cascade(INNER, OUTER), "`PID2` drives 'v', where `PID2` follows 'theta'"),
-        (lambda: Cascade(PID2(ANGLE, layout(omega="1/s"), 1.0), INNER), r"'omega' in \[1/s\], where `PID2` follows"),
+        (lambda: Cascade(INNER, OUTER), "`PID` drives 'v', where `PID` follows 'theta'"),
+        (lambda: Cascade(PID(ANGLE, layout(omega="1/s"), 1.0), INNER), r"'omega' in \[1/s\], where `PID` follows"),
         (lambda: Cascade(OUTER.run_every(0.1), INNER), r"`Cascade\(outer=...\)` must be a law without a period"),
         (lambda: Cascade(OUTER, INNER, 0), r"`Cascade\(ratio=...\)`"),
         (
-            lambda: Cascade(PID2(layout(omega="1/s"), SPEED, 1.0), INNER),
-            r"`PID2` takes 'omega' in \[1/s\].*both must take one",
+            lambda: Cascade(PID(layout(omega="1/s"), SPEED, 1.0), INNER),
+            r"`PID` takes 'omega' in \[1/s\].*both must take one",
         ),
     ],
 )

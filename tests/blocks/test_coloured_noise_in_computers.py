@@ -13,7 +13,7 @@ MOTOR = wb.DCMotor()
 
 
 def servo(plant, **instruments):
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
     loop = wb.ClosedLoop(plant, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     return loop.digital(0.01, wb.Instruments.of(plant, **instruments))
 

@@ -40,7 +40,7 @@ def test_a_run_takes_it_and_builds_nothing(monkeypatch):
 
 
 def test_a_loop_less_a_part_keeps_its_computer():
-    law = wb.PID2(Motor().outputs, Motor().inputs, Kp=50.0, Ki=100.0)
+    law = wb.PID(Motor().outputs, Motor().inputs, Kp=50.0, Ki=100.0)
     whole = DigitalLoop(replace(LOOP, controller=law), 1e-2, ROUGH, 2)
     parts = whole.ablations()
     assert parts.keys() == whole.loop.ablations().keys() != set()

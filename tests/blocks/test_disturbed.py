@@ -5,18 +5,18 @@ import numpy as np
 import pytest
 
 from tests.support.plain_plants import SPEED, VOLTAGE, Counter, Motor
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
-from workbench.blocks.laws import PID2
+from workbench.arms.observers import ArmFullState
+from workbench.blocks.laws import PID
 from workbench.blocks.loop import ClosedLoop, open_loop
 from workbench.blocks.plants import Disturbed, Equipped, OdePlant
 from workbench.blocks.signals import Hold, Sines, SineTorque, Step, Table, Together
 from workbench.core import layout, rk4
 from workbench.engine import simulate
 
-LAW = PID2(SPEED, VOLTAGE, Kp=20.0, Ki=40.0)
+LAW = PID(SPEED, VOLTAGE, Kp=20.0, Ki=40.0)
 
 
 def run_of(by):
@@ -59,11 +59,11 @@ def test_a_disturbance_is_a_truth_and_its_numbers_are_parameters():
 
 def test_a_torque_on_an_arm_is_its_own_disturbance_with_the_other_sign():
     arm, q = paper_arm(), [0.1, 0.2]
-    law, wanted = PID([100.0, 100.0], [10.0, 10.0], [20.0, 20.0], arm), Sines([0.5, 0.5], 1.0)
+    law, wanted = ArmPID([100.0, 100.0], [10.0, 10.0], [20.0, 20.0], arm), Sines([0.5, 0.5], 1.0)
     added = Disturbed(Manipulator(arm, q), Sines([2.0, 1.0], [3.0, 5.0], signal="tau", unit="N m"))
     own = Manipulator(arm, q, disturbance=SineTorque([-2.0, -1.0], [3.0, 5.0]))
     a, b = (
-        simulate(rk4(ClosedLoop(plant, FullState(2), law, wanted).ode(), 1e-3), until=1.0) for plant in (added, own)
+        simulate(rk4(ClosedLoop(plant, ArmFullState(2), law, wanted).ode(), 1e-3), until=1.0) for plant in (added, own)
     )
     np.testing.assert_allclose(a["e"], b["e"], rtol=0, atol=1e-13)  # rounding of tau + d and tau - (-d)
     np.testing.assert_allclose(a["d_tau"], -b["d"], rtol=0, atol=1e-14)
@@ -71,7 +71,7 @@ def test_a_torque_on_an_arm_is_its_own_disturbance_with_the_other_sign():
 
 def test_a_plant_in_discrete_time_is_disturbed_at_its_instants():
     plant = Disturbed(Counter(), Together((Step("v", "V", 1.0, time=0.25), Step("n", "V", 10.0))))
-    law = PID2(layout(n="V"), VOLTAGE, Kp=0.5)
+    law = PID(layout(n="V"), VOLTAGE, Kp=0.5)
     loop = ClosedLoop(plant, controller=law, reference=Hold(10.0, "n", "V"))
     with pytest.raises(ValueError, match="`Disturbed` is a recursion in discrete time"):
         loop.ode()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import CATALOGUE, named
 from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, LinearPlant, open_loop
@@ -132,7 +132,7 @@ def test_the_links_of_a_planar_arm_lie_where_its_forward_kinematics_has_them():
 def test_a_turned_length_moves_the_picture_in_any_loop():
     arm = named("paper-arm")
     plant = Manipulator(arm, q=[0.3, 0.2])
-    law = PID([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], model=arm)
+    law = ArmPID([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], model=arm)
     loop = ClosedLoop(plant, controller=law, reference=Step("q", "rad", [1.0, 1.0]))
     for ode in (loop.ode(), loop.digital(0.01).flow, loop.ode(inputs=True), loop.broken()):
         turned = {"plant.arm.links[1].length": 1.5, "controller.model.links[0].length": 3.0}

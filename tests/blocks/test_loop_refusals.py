@@ -42,16 +42,18 @@ def test_both_remedies_of_a_compensator_follow():
 
 
 def test_a_regulator_without_a_state_to_follow_takes_no_reference():
-    law, wanted = wb.Regulator.of(CART, np.ones((1, 4))), wb.Step("x", "m", 0.2)
-    refused(lambda: observed(law, wanted), "`Step` says 'x'", "Regulator.of(..., follow=('x',))", "without a reference")
-    assert observed(wb.Regulator.of(CART, np.ones((1, 4)), follow=("x",)), wanted).follows == ("x",)
+    law, wanted = wb.StateFeedback.of(CART, np.ones((1, 4))), wb.Step("x", "m", 0.2)
+    refused(
+        lambda: observed(law, wanted), "`Step` says 'x'", "StateFeedback.of(..., follow=('x',))", "without a reference"
+    )
+    assert observed(wb.StateFeedback.of(CART, np.ones((1, 4)), follow=("x",)), wanted).follows == ("x",)
     assert observed(law, None).follows == ()
 
 
 def test_what_is_wanted_of_an_output_is_followed_in_part_by_nobody():
     law = wb.Cascade(
-        wb.PID2(wb.layout(x="m"), wb.layout(phi="rad"), Kp=0.1),
-        wb.PID2(wb.layout(phi="rad"), wb.layout(F="N"), Kp=50.0),
+        wb.PID(wb.layout(x="m"), wb.layout(phi="rad"), Kp=0.1),
+        wb.PID(wb.layout(phi="rad"), wb.layout(F="N"), Kp=50.0),
     )
     both = wb.Together((wb.Step("x", "m", 0.2), wb.Hold([0.0], "phi", "rad")))
     refused(lambda: wb.ClosedLoop(CART, controller=law, reference=both), "says 'phi'", "follows 'x'", "without 'phi'")
@@ -60,7 +62,7 @@ def test_what_is_wanted_of_an_output_is_followed_in_part_by_nobody():
 
 def test_derivatives_that_a_reference_says_anyway_need_no_follower():
     assert "omegad" in SPEED.says.names
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=1.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=1.0)
     assert wb.ClosedLoop(MOTOR, controller=law, reference=SPEED).follows == ("omega",)
 
 
@@ -85,15 +87,15 @@ def test_a_reference_of_ones_own_that_says_derivatives_too_is_followed_by_a_law_
         def at(self, t):
             return {"omega": self.a * t, "omegad": self.a}
 
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=1.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=1.0)
     assert wb.ClosedLoop(MOTOR, controller=law, reference=Parabola()).follows == ("omega",)
 
 
 def test_an_input_that_nothing_drives_is_refused():
-    law = wb.PID2(wb.layout(h_1="cm"), wb.layout(v_1="V"), Kp=1.0)
+    law = wb.PID(wb.layout(h_1="cm"), wb.layout(v_1="V"), Kp=1.0)
     make = lambda: wb.ClosedLoop(TANKS, controller=law, reference=wb.Step("h_1", "cm", 12.4))  # noqa: E731
     text = refused(
-        make, "nothing drives 'v_2', as `PID2` drives 'v_1'.", "a law that drives it", "a parameter of the plant"
+        make, "nothing drives 'v_2', as `PID` drives 'v_1'.", "a law that drives it", "a parameter of the plant"
     )
     assert "Did you mean" not in text
 
@@ -148,9 +150,9 @@ def test_a_discrete_law_that_is_cut_open_is_sent_to_a_computer_that_is_cut_too()
 
 
 def test_a_law_that_reads_a_state_is_sent_to_an_observer_and_not_to_another_name():
-    law = wb.Regulator.of(CART, np.ones((1, 4)))
+    law = wb.StateFeedback.of(CART, np.ones((1, 4)))
     text = refused(
-        lambda: wb.ClosedLoop(CART, controller=law), "`Regulator` reads 'xd', where `CartPole` gives 'x', 'phi'."
+        lambda: wb.ClosedLoop(CART, controller=law), "`StateFeedback` reads 'xd', where `CartPole` gives 'x', 'phi'."
     )
     assert "`ClosedLoop(observer=...)`" in text
     assert "`ExtendedKalmanFilter`, `SteadyKalmanFilter` or `LinearObserver`" in text
@@ -158,8 +160,10 @@ def test_a_law_that_reads_a_state_is_sent_to_an_observer_and_not_to_another_name
 
 
 def test_an_observer_of_manipulators_is_left_out_of_a_loop_of_a_motor():
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=1.0)
-    text = refused(lambda: wb.ClosedLoop(MOTOR, wb.FullState(1), law, SPEED), "`FullState` reads 'q'", "manipulators")
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=1.0)
+    text = refused(
+        lambda: wb.ClosedLoop(MOTOR, wb.ArmFullState(1), law, SPEED), "`ArmFullState` reads 'q'", "manipulators"
+    )
     assert "Leave `observer` out where the law shall read 'omega'" in text
 
 
@@ -170,7 +174,7 @@ def test_a_law_of_manipulators_is_sent_to_those_of_any_plant():
         lambda: wb.ClosedLoop(MOTOR, controller=law, reference=SPEED),
         "`SlidingMode` reads 'q'",
         "manipulators",
-        "`PID2`",
+        "`PID`",
     )
 
 
@@ -186,7 +190,7 @@ def test_a_system_whose_input_is_called_e_is_told_how_inputs_are_named():
 
 
 def test_a_loop_in_a_computer_without_inputs_is_not_sent_to_a_method_that_it_lacks():
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=1.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=1.0)
     loop = wb.ClosedLoop(MOTOR, controller=law, reference=SPEED)
     sampled = loop.digital(PERIOD)
     assert not hasattr(sampled, "A")
@@ -236,7 +240,7 @@ def test_a_function_that_takes_a_symbol_for_a_number_is_sent_to_those_of_m(funct
 
 
 def test_e_hat_is_estimate_minus_reference_and_the_error_of_an_observer_is_true_minus_estimated():
-    law = wb.Regulator.of(CART, np.ones((1, 4)), follow=("x",))
+    law = wb.StateFeedback.of(CART, np.ones((1, 4)), follow=("x",))
     ode = observed(law, wb.Step("x", "m", 0.2)).ode()
     x = ode.states.default + np.linspace(0.1, 0.8, ode.states.size)
     out = ode.outputs_at(0.5, x)

@@ -35,7 +35,7 @@ SHARED = {
 @pytest.mark.parametrize(("make", "says"), SHARED.values(), ids=SHARED)
 def test_a_name_that_means_two_things_in_a_plant_is_refused_at_every_door(make, says):
     own = make()
-    law = wb.PID2(own.outputs, own.inputs, Kp=1.0)
+    law = wb.PID(own.outputs, own.inputs, Kp=1.0)
     reference = wb.Step(own.outputs.names[0], own.outputs.entries[0].unit, 1.0)
     refused(lambda: wb.open_loop(own), says, "rename one of them")
     message = refused(lambda: wb.ClosedLoop(own, controller=law, reference=reference), "rename")
@@ -45,7 +45,7 @@ def test_a_name_that_means_two_things_in_a_plant_is_refused_at_every_door(make, 
 def test_an_input_and_an_output_of_one_name_are_refused_at_every_door():
     own = plant(wb.layout(y="m/s"), wb.layout(y="m"), measure=lambda self, t, x: {"y": x.x})
     refused(lambda: wb.open_loop(own), "an input and an output 'y'")
-    law = wb.PID2(own.outputs, own.inputs, Kp=1.0)
+    law = wb.PID(own.outputs, own.inputs, Kp=1.0)
     refused(lambda: wb.ClosedLoop(own, controller=law, reference=wb.Step("y", "m", 1.0)), "'y' would stand for two")
 
 
@@ -90,7 +90,7 @@ def test_an_estimate_in_another_unit_than_the_output_of_its_name_is_refused():
         def estimate(self, t, z, y):
             return {"omega": y.omega * (180 / math.pi)}
 
-    law = wb.PID2(wb.layout(omega="deg/s"), MOTOR.inputs, Kp=1.0)
+    law = wb.PID(wb.layout(omega="deg/s"), MOTOR.inputs, Kp=1.0)
     refused(
         lambda: wb.ClosedLoop(MOTOR, Watcher(), law, wb.Step("omega", "deg/s", 1.0)),
         "`Watcher` gives 'omega' in [deg/s], where `DCMotor` gives it in [rad/s].",
@@ -104,7 +104,7 @@ def test_a_temperature_called_t_is_not_the_time():
 
 
 def test_a_true_slip_of_the_pen_is_still_named():
-    law = wb.PID2(wb.layout(omgea="rad/s"), MOTOR.inputs, Kp=1.0)
+    law = wb.PID(wb.layout(omgea="rad/s"), MOTOR.inputs, Kp=1.0)
     refused(
         lambda: wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omgea", "rad/s", 1.0)),
         "did you mean 'omega'?",
@@ -113,7 +113,7 @@ def test_a_true_slip_of_the_pen_is_still_named():
 
 @pytest.mark.parametrize("name", ["omegad", "omega_ref", "e_omega", "omega2"])
 def test_a_signal_that_is_made_of_another_one_is_no_slip_of_the_pen(name):
-    law = wb.PID2(wb.layout(**{name: "rad/s"}), MOTOR.inputs, Kp=1.0)
+    law = wb.PID(wb.layout(**{name: "rad/s"}), MOTOR.inputs, Kp=1.0)
     text = refused(
         lambda: wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step(name, "rad/s", 1.0)), f"reads '{name}'"
     )

@@ -52,7 +52,7 @@ def test_a_quantiser_gives_the_multiple_that_its_rule_says(v, rule):
 def test_a_quantum_of_zero_is_no_quantiser_and_a_batch_varies_it():
     loop = wb.ClosedLoop(
         wb.Equipped(wb.DCMotor(), sensors=(wb.Quantiser("omega", 0.0),)),
-        controller=wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0),
+        controller=wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0),
         reference=wb.Step("omega", "rad/s", 1.0),
     )
     step = wb.rk4(loop.ode(), 1e-3)

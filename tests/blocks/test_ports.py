@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.motor_blocks import Motor, law, motor, plant
 from workbench.arms.arm_contracts import AbstractArmController
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.blocks.loop import (
@@ -90,7 +90,7 @@ def test_a_law_that_returns_one_torque_for_two_joints_is_refused():
 
 def test_an_arm_needs_no_observer_either():
     arm = paper_arm()
-    pid = PID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0], arm)
+    pid = ArmPID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0], arm)
     loop = ClosedLoop(Manipulator(arm, q=[0.1, 0.2]), controller=pid, reference=WANTED)
     assert loop.ode().follows == ("q",)
 

@@ -7,11 +7,11 @@ import pytest
 
 from tests.support.arms import arm_instruments
 from tests.support.marches import marched
-from workbench.arms.laws import PID, AosmcRgs, SlidingMode
+from workbench.arms.laws import AosmcRgs, ArmPID, SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
-from workbench.blocks.laws import Regulator
+from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
+from workbench.blocks.laws import StateFeedback
 from workbench.blocks.loop import ClosedLoop, Instruments, roles
 from workbench.blocks.observers import LinearObserver
 from workbench.blocks.plants import CartPole
@@ -21,7 +21,7 @@ from workbench.study.evidence.law_tables import information_table
 
 ARM, I = paper_arm(), np.eye(2)
 PLANT, WANTED = Manipulator(ARM, q=[0.1, 0.2]), Sines([1.0, 1.0], [1.0, 1.0])
-BARE, WEIGHED = PID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0]), PID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0], ARM)
+BARE, WEIGHED = ArmPID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0]), ArmPID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0], ARM)
 SMC = SlidingMode(ARM, [1.0, 1.0], [2.0, 2.0], 0.1)
 OBSERVER = Luenberger(ARM, 30 * I, 50 * I, q_hat=[0.1, 0.2])
 MOMENTUM = WithDisturbance(OBSERVER, MomentumObserver(ARM, 20.0))
@@ -29,7 +29,7 @@ PROPOSED = AosmcRgs(ARM, [1.0, 1.0], 0.1, K=5 * I, P=10 * I, Q=599 * I, R=6.43 *
 
 
 def given(law, observer=None):
-    return roles(ClosedLoop(PLANT, observer or FullState(2), law, WANTED))
+    return roles(ClosedLoop(PLANT, observer or ArmFullState(2), law, WANTED))
 
 
 def test_a_pid_on_readings_is_given_no_model():
@@ -51,9 +51,9 @@ def test_of_a_model_only_what_acts_counts():
 
 def test_an_observer_that_follows_a_plant_by_its_equations_is_given_a_model():
     plant, wanted = CartPole(), Together((Hold([0.0], "x", "m"), Hold([0.0], "phi", "rad")))
-    law = Regulator.of(plant, [[-70.0, -38.0, 106.0, 21.0]], follow=("x", "phi"))
+    law = StateFeedback.of(plant, [[-70.0, -38.0, 106.0, 21.0]], follow=("x", "phi"))
     observer = LinearObserver(plant, [[9.0, 0.0], [40.0, 0.0], [0.0, 30.0], [0.0, 300.0]])
-    blind = Regulator.of(plant, np.zeros((1, 4)), follow=("x", "phi"))
+    blind = StateFeedback.of(plant, np.zeros((1, 4)), follow=("x", "phi"))
     held = {name: roles(ClosedLoop(plant, observer, law, wanted)) for name, law in (("LQG", law), ("none", blind))}
     assert held["LQG"].models == {"observer.model": ("f",)}
     assert held["none"].models == {"observer.model": ()}
@@ -82,7 +82,7 @@ def test_a_law_behind_observers_reads_positions_alone():
 
 
 def test_an_observer_of_momentum_on_readings_hands_on_a_velocity_that_is_read():
-    observer = WithDisturbance(FullState(2), MomentumObserver(ARM, 20.0))
+    observer = WithDisturbance(ArmFullState(2), MomentumObserver(ARM, 20.0))
     held = given(PROPOSED, observer)
     assert held.readings["qd"] == ("read",)
     assert held.unread == ("d",)
@@ -97,10 +97,10 @@ def test_an_oracle_is_told_from_an_estimate():
 
 def test_an_estimate_that_the_law_does_not_use_is_none():
     """SMC takes no D_hat, so neither that nor the model behind it acts."""
-    held = given(SMC, WithDisturbance(FullState(2), MomentumObserver(ARM, 20.0)))
+    held = given(SMC, WithDisturbance(ArmFullState(2), MomentumObserver(ARM, 20.0)))
     assert not held.unread
     assert held.models["observer.disturbance.model"] == ()
-    held = given(SMC, WithDisturbance(FullState(2), OracleFilter(2, 20.0)))
+    held = given(SMC, WithDisturbance(ArmFullState(2), OracleFilter(2, 20.0)))
     assert not held.truths
 
 
@@ -114,7 +114,7 @@ def test_a_model_that_acts_on_nothing_is_told():
 
 
 def test_a_velocity_behind_a_filter_is_filtered_and_one_from_positions_estimated():
-    filters = pytest.importorskip("workbench.arms.observers.full_state")
+    filters = pytest.importorskip("workbench.arms.observers.arm_full_state")
     held = given(SMC, filters.VelocityFilter(2, 100.0))
     assert held.readings == {"q": ("read",), "qd": ("filtered",)}
     held = given(SMC, filters.DirtyDerivative(2, 100.0, q_hat=[0.1, 0.2]))
@@ -139,7 +139,7 @@ def test_a_loop_of_a_computer_has_the_roles_of_its_loop_whatever_the_noise():
 READINGS = [("q", slice(2)), ("qd", slice(2, 4))]
 
 
-@pytest.mark.parametrize(("law", "observer"), [(BARE, FullState(2)), (SMC, OBSERVER), (PROPOSED, MOMENTUM)])
+@pytest.mark.parametrize(("law", "observer"), [(BARE, ArmFullState(2)), (SMC, OBSERVER), (PROPOSED, MOMENTUM)])
 @pytest.mark.parametrize(("reading", "which"), READINGS)
 def test_a_disturbed_reading_moves_the_torque_if_and_only_if_the_roles_say_so(law, observer, reading, which):
     """The oracle: the loop of a computer twice, once with noise on this reading, for a few periods."""
@@ -173,9 +173,9 @@ def test_what_is_no_loop_is_refused():
 
 
 def test_the_table_of_information_says_what_each_law_is_given():
-    unused = WithDisturbance(FullState(2), MomentumObserver(ARM, 20.0))
+    unused = WithDisturbance(ArmFullState(2), MomentumObserver(ARM, 20.0))
     loops = {
-        "PID": ClosedLoop(PLANT, FullState(2), BARE, WANTED),
+        "PID": ClosedLoop(PLANT, ArmFullState(2), BARE, WANTED),
         "proposed": Computed(ClosedLoop(PLANT, MOMENTUM, PROPOSED, WANTED), arm_instruments(2)),
         "SMC": given(SMC, unused),
         "PID again": given(BARE),

@@ -19,11 +19,11 @@ from tests.support.oracles import (
     with_disturbance,
 )
 from workbench.arms.arm_contracts import AbstractArmController
-from workbench.arms.laws import PID, SlidingMode, SuperTwisting
+from workbench.arms.laws import ArmPID, SlidingMode, SuperTwisting
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import (
-    FullState,
+    ArmFullState,
     Luenberger,
     NonlinearDisturbanceObserver,
     OracleFilter,
@@ -46,8 +46,8 @@ def loop(controller=None, observer=None):
         plant=Manipulator(
             ARM, q=[0.6, -0.8], qd=[0.1, -0.2], disturbance=SineTorque([0.5, 0.4], [3.0, 4.0], [0.1, 1.5])
         ),
-        observer=observer or FullState(2),
-        controller=controller or PID(**GAINS),
+        observer=observer or ArmFullState(2),
+        controller=controller or ArmPID(**GAINS),
         reference=Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
@@ -90,7 +90,7 @@ def by_hand(loop, law, observer, period, substeps, noise, limit=np.inf, delay=Fa
 
 
 LAWS = [
-    (PID(**GAINS), FullState(2), pid(), full_state),
+    (ArmPID(**GAINS), ArmFullState(2), pid(), full_state),
     (SlidingMode(**SURFACE, K=[4.0, 3.0], phi=0.1), Luenberger(**COPY), sliding_mode(), luenberger),
     (
         SuperTwisting(**SURFACE, k1=[8.0, 9.0], k2=[20.0, 25.0], phi=0.1),
@@ -201,7 +201,7 @@ def test_names_and_outputs_are_those_of_the_loop_in_continuous_time():
 
 
 def test_an_observer_that_uses_the_truth_is_told_of_in_a_sampled_loop_too():
-    honest, oracle = loop(), loop(observer=WithDisturbance(FullState(2), OracleFilter(2, 50.0)))
+    honest, oracle = loop(), loop(observer=WithDisturbance(ArmFullState(2), OracleFilter(2, 50.0)))
     assert honest.digital(1e-3).notes == ()
     assert any("the truth (d)" in note for note in oracle.digital(1e-3).notes)
 

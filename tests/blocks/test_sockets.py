@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from workbench.arms.dynamics import AbstractArm, Dynamics
-from workbench.arms.laws import PID, AdaptiveSlidingMode, AosmcRgs, Leakage, SlidingMode
+from workbench.arms.laws import AdaptiveSlidingMode, AosmcRgs, ArmPID, Leakage, SlidingMode
 from workbench.arms.manipulator import Friction, Manipulator
 from workbench.arms.mechanics import PlanarArm, paper_arm
 from workbench.arms.mechanics.planar_arm import PointMass
-from workbench.arms.observers import FullState, OracleFilter, WithDisturbance
+from workbench.arms.observers import ArmFullState, OracleFilter, WithDisturbance
 from workbench.blocks.loop import ClosedLoop, open_loop
 from workbench.blocks.signals import Hold, Sines
 from workbench.core import block, lift, parameter, rk4
@@ -21,9 +21,9 @@ from workbench.core import block, lift, parameter, rk4
 ARM = paper_arm()
 LINK = PointMass(1.0, 1.0)
 PLANT = Manipulator(ARM, q=[0.1, 0.2])
-LAW = PID([1.0, 1.0], [0.0, 0.0], [1.0, 1.0], ARM)
+LAW = ArmPID([1.0, 1.0], [0.0, 0.0], [1.0, 1.0], ARM)
 WANTED = Sines([1.0, 1.0], [1.0, 1.0])
-STATE = FullState(2)
+STATE = ArmFullState(2)
 
 
 @dataclass(frozen=True)
@@ -65,11 +65,12 @@ SAID = [
     (lambda: Manipulator(PlanarArm, q=[0.0]), "got the class `PlanarArm` itself: make one with `PlanarArm(...)`."),
     (
         lambda: ClosedLoop(PLANT, LAW, STATE, WANTED),
-        "`ClosedLoop(observer=...)` must be an `AbstractObserver`; got a `PID`, which is an `AbstractArmController`.",
+        "`ClosedLoop(observer=...)` must be an `AbstractObserver`; got an `ArmPID`, which is an "
+        "`AbstractArmController`.",
     ),
     (
         lambda: WithDisturbance(STATE, STATE),
-        "`WithDisturbance(disturbance=...)` must be an `AbstractDisturbanceObserver`; got a `FullState`, which is "
+        "`WithDisturbance(disturbance=...)` must be an `AbstractDisturbanceObserver`; got an `ArmFullState`, which is "
         "an `AbstractArmObserver`.",
     ),
     (
@@ -88,7 +89,7 @@ SAID = [
     (lambda: lift(loop().ode()), "got an `Ode`."),
     (lambda: rk4(loop(), 0.1), "must be an `Ode`; got a `ClosedLoop`: a loop becomes one by its method `ode()`."),
     (lambda: PlanarArm((LINK,), zero=["down"]), "is one of 'down', 'right', 'up'; got ['down']."),
-    (lambda: PID([], [], []), "`PID(Kp=...)` needs at least one number; got none."),
+    (lambda: ArmPID([], [], []), "`ArmPID(Kp=...)` needs at least one number; got none."),
     (lambda: Sines([], []), "`Sines(amplitude=...)` needs at least one number"),
     (lambda: Hold([]), "needs at least one number"),
     (lambda: Friction([], []), "needs at least one number"),
@@ -113,7 +114,7 @@ def test_an_arm_that_is_no_block_fits_every_socket_for_arms():
 def test_a_list_becomes_a_tuple_and_numpys_whole_numbers_become_pythons():
     assert PlanarArm([LINK, LINK]).dof == 2
     assert isinstance(PlanarArm([LINK]).links, tuple)
-    assert type(FullState(np.int64(2)).joints) is int
+    assert type(ArmFullState(np.int64(2)).joints) is int
     assert Mixed(on=np.True_).on is True
     assert Mixed(several=[LINK]).several == (LINK,)
 

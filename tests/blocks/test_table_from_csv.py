@@ -63,7 +63,7 @@ def test_the_table_is_the_one_that_pandas_reads(tmp_path):
 
 def test_a_run_that_was_written_as_a_table_drives_another_one(tmp_path):
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     runs = wb.simulate(wb.rk4(loop.ode(), 1e-3), until=1.0, every=0.01)
     runs.to_frame().to_csv(tmp_path / "run.csv")

@@ -10,7 +10,7 @@ from scipy.signal import chirp
 
 from tests.support.compilers import WITHOUT
 from tests.support.plain_plants import SPEED, VOLTAGE, Motor
-from workbench.blocks.laws import PID2
+from workbench.blocks.laws import PID
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import (
     Chirp,
@@ -200,7 +200,7 @@ def test_a_signal_that_cannot_be_is_refused_in_one_sentence(make, says):
 
 
 def loop(signal):
-    return ClosedLoop(Motor(), controller=PID2(SPEED, VOLTAGE, 50.0, 100.0), reference=signal)
+    return ClosedLoop(Motor(), controller=PID(SPEED, VOLTAGE, 50.0, 100.0), reference=signal)
 
 
 ONE = {

@@ -63,11 +63,11 @@ SAID = {"-1.0": "-1", "0.0": "0", "float('nan')": "nan", "float('inf')": "inf", 
 
 
 OTHER_NUMBERS = [
-    ("PID(Kp=[-1.0], Ki=[0.0], Kd=[1.0])", "`PID(Kp=...)` must be"),
-    ("PID(Kp=[np.nan], Ki=[0.0], Kd=[1.0])", "`PID(Kp=...)` must be"),
-    ("PID(Kp=[np.inf], Ki=[0.0], Kd=[1.0])", "`PID(Kp=...)` must be"),
-    ("PID(Kp='stiff', Ki=[0.0], Kd=[1.0])", "`PID(Kp=...)` must be"),
-    ("PID(Kp=[1.0, 2.0], Ki=[0.0], Kd=[1.0, 1.0])", "`PID(Ki=...)` must be an array of shape (n = 2)"),
+    ("PID(Kp=[-1.0], Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
+    ("PID(Kp=[np.nan], Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
+    ("PID(Kp=[np.inf], Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
+    ("PID(Kp='stiff', Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
+    ("PID(Kp=[1.0, 2.0], Ki=[0.0], Kd=[1.0, 1.0])", "`ArmPID(Ki=...)` must be an array of shape (n = 2)"),
     ("Manipulator(paper_arm(), q=[0.0, 0.0, 0.0])", "`Manipulator(q=...)` must be an array of shape (n = 2)"),
     ("Manipulator(paper_arm(), q=[0.0, np.nan])", "`Manipulator(q=...)` must be finite"),
     ("Link([1.0, 2.0], 1.0, 0.5)", "`Link(mass=...)` must be a single number"),

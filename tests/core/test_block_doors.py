@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from tests.support.arms import arm_instruments
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import FirstOrderLag, Friction
 from workbench.arms.mechanics import paper_arm
 from workbench.core import Signals
 from workbench.core.notation.formula import Symbol
 
 ARM = paper_arm()
-LAW = PID([1.0, 1.0], [0.1, 0.1], [1.0, 1.0], ARM)
+LAW = ArmPID([1.0, 1.0], [0.1, 0.1], [1.0, 1.0], ARM)
 TWO, THREE = ca.SX.sym("x", 2), ca.SX.sym("x", 3)
 MEMORY = {"integral": TWO}
 HERE, WANTED = Signals(q=TWO, qd=TWO, d=TWO), Signals(q=TWO, qd=TWO, qdd=TWO)

@@ -14,7 +14,7 @@ MOTOR = wb.DCMotor()
 
 
 def loop():
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
     return wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
 
 

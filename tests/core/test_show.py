@@ -7,7 +7,7 @@ from workbench.arms.laws import SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.mechanics.arm_catalogue import planar
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop, open_loop
 from workbench.blocks.signals import Sines
 from workbench.core import block, parameter
@@ -47,7 +47,7 @@ def test_an_ode_shows_its_states_and_parameters():
 def test_a_whole_loop_shows_itself():
     loop = ClosedLoop(
         Manipulator(paper_arm(), q=[0.0, 0.0]),
-        FullState(2),
+        ArmFullState(2),
         SlidingMode(paper_arm(), Lambda=[6.0, 6.0], K=[5.0, 5.0], phi=0.01),
         Sines([1.0, 0.5], [2.0, 3.0]),
     )

@@ -60,7 +60,7 @@ def test_a_measure_finds_the_pulses_of_a_disturbance():
 @pytest.mark.parametrize("computer", [False, True])
 def test_a_measure_and_a_case_see_pulses_that_the_loop_does_not_follow(computer):
     motor = wb.DCMotor()
-    idle = wb.PID2(motor.outputs, motor.inputs, Kp=1e-6, Ki=0.0)
+    idle = wb.PID(motor.outputs, motor.inputs, Kp=1e-6, Ki=0.0)
     train = wb.PulseTrain("omega", "rad/s", level=10, period=0.1, width=0.001, time=0.0512)
     loop = wb.ClosedLoop(motor, controller=idle, reference=train)
     equation = loop.digital(0.01) if computer else loop.ode()
@@ -222,7 +222,7 @@ def test_a_page_on_which_a_pulse_is_turned_has_the_bits_of_the_portable_arithmet
 
     train = wb.PulseTrain("v", "V", level=6.0, period=0.31, width=1e-3, time=0.2)
     motor = wb.Disturbed(wb.DCMotor(), by=train)
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.0123))
     draws = np.random.default_rng(8)
     for step in (rk4(loop.ode(), 0.01), loop.digital(0.02).step(2)):

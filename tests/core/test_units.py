@@ -162,7 +162,7 @@ def _one_state():
 
 
 def test_ports_of_one_unit_in_two_spellings_make_a_loop():
-    law = wb.PID2(wb.layout(omega="rad*s^-1"), wb.layout(v="V"), Kp=1.0)
+    law = wb.PID(wb.layout(omega="rad*s^-1"), wb.layout(v="V"), Kp=1.0)
     loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "1*rad/s", 1.0))
     assert loop.ode().outputs["omega"].unit == "rad/s"
     assert misfits(wb.layout(tau="N m"), wb.layout(tau="J")) == ["'tau' in [N m], where {gives} it in [J]"]

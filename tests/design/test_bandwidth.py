@@ -73,7 +73,7 @@ def test_a_sensitivity_is_of_use_up_to_where_it_rises_above_the_level():
 
 def test_a_loop_has_the_bandwidths_of_its_kinds():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     linear = wb.linear_loop(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
     found = linear.bandwidth("closed", "omega_ref", "omega").frequency.value
     gain = np.abs(linear.response([found], "closed", "omega_ref", "omega").values)

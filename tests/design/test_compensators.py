@@ -5,7 +5,7 @@ import control
 import numpy as np
 import pytest
 
-from workbench.blocks.laws import Regulator
+from workbench.blocks.laws import StateFeedback
 from workbench.blocks.loop import AbstractPlant, ClosedLoop, LinearLaw, LinearPlant, open_loop
 from workbench.core import block, layout
 from workbench.design.linear import lead_lag, linearize, place
@@ -35,7 +35,7 @@ def test_two_inputs_have_room_for_a_pole_twice():
 def test_a_placed_gain_runs_in_the_loop():
     plant = LinearPlant(control.ss(MASSES.A, MASSES.B, np.eye(4), 0, inputs="f", outputs=["x1", "x2", "v1", "v2"],
                                    states=["x1", "x2", "v1", "v2"]))  # fmt: skip
-    ode = ClosedLoop(plant, controller=Regulator.of(plant, place(MASSES, [-1, -2, -3, -4]).K)).ode()
+    ode = ClosedLoop(plant, controller=StateFeedback.of(plant, place(MASSES, [-1, -2, -3, -4]).K)).ode()
     poles = np.linalg.eigvals(np.array(ode.A(0, np.zeros(4), ode.parameters.default)))
     np.testing.assert_allclose(np.sort(poles.real), [-4, -3, -2, -1], rtol=1e-9)
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observer_gains import Gains, certify, high_gain
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop, open_loop
 from workbench.blocks.signals import Hold
 from workbench.design import linearize
@@ -24,7 +24,10 @@ BOX = {"q": (-1.0, 1.0), "qd": (-1.0, 1.0)}
 
 def cut():
     loop = ClosedLoop(
-        Manipulator(ARM, q=[0.0, 0.0]), FullState(2), PID([50.0, 50.0], [0.0, 0.0], [10.0, 10.0]), Hold([0.0, 0.0])
+        Manipulator(ARM, q=[0.0, 0.0]),
+        ArmFullState(2),
+        ArmPID([50.0, 50.0], [0.0, 0.0], [10.0, 10.0]),
+        Hold([0.0, 0.0]),
     )
     ode = loop.broken()
     return broken_loop(ode, 0.0, ode.states.default)

@@ -13,7 +13,7 @@ from workbench.design.linear.hidden_modes import LARGE, MOST, hidden_modes
 
 RANDOM = np.random.default_rng(20261128)
 SIGNAL = wb.layout(y="V"), wb.layout(u="V")
-LAW = wb.PID2(*SIGNAL, Kp=0.1, Ki=0.2)
+LAW = wb.PID(*SIGNAL, Kp=0.1, Ki=0.2)
 
 
 def turned(A, B, Cy):

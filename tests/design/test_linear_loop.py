@@ -127,7 +127,7 @@ def test_the_rest_of_a_nonlinear_loop_is_found_and_its_loop_gain_is_in_closed_fo
     ball, rest, current = Ball(), [0.01, 0.0], [1.0]
     point = wb.linearize(wb.open_loop(ball), t=0.0, x=rest, u=current, at_rest=True)
     design = wb.lqr(point, Q=np.diag([1e6, 1e2]), R=[[1.0]])
-    linear = linear_loop(ClosedLoop(ball, controller=wb.Regulator.of(ball, design)))
+    linear = linear_loop(ClosedLoop(ball, controller=wb.StateFeedback.of(ball, design)))
     np.testing.assert_allclose(linear.x0, rest, rtol=1e-9, atol=1e-12)  # it starts at 12 mm
     a, b = 2 * ball.g / 0.01, -2 * ball.g / 1.0  # of m g = c (i / z)^2
     s = 1j * OMEGA
@@ -138,7 +138,7 @@ def test_the_rest_of_a_nonlinear_loop_is_found_and_its_loop_gain_is_in_closed_fo
 
 def test_states_that_are_named_keep_their_values():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=1.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=1.0)
     loop = ClosedLoop(motor, controller=law, reference=Level())
     assert linear_loop(loop, values={"plant.omega": 0.4}).x0[0] == 0.4
     assert linear_loop(loop, values={"plant.J": 0.02}).p0[0] == 0.02
@@ -181,7 +181,7 @@ def test_a_delay_is_exact_at_every_frequency():
 def test_a_delay_elsewhere_is_that_of_the_same_loop_with_a_pade_of_high_order():
     delay, low = 0.05, OMEGA[OMEGA < 40]
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     late = wb.Equipped(motor, actuators=(wb.PadeDelay("v", time=delay, order=8),))
     exact = linear_loop(ClosedLoop(motor, controller=law, reference=Level()), "omega", delays={"v": delay})
     pade = linear_loop(ClosedLoop(late, controller=law, reference=Level()), "omega")
@@ -210,7 +210,7 @@ def test_equations_alone_answer_from_their_inputs_to_their_outputs():
 
 def test_a_value_may_be_an_array_without_axes():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     plain, same = (wb.linear_loop(loop, values={"plant.J": J}) for J in (0.02, np.array(0.02)))
     np.testing.assert_array_equal([pole.value for pole in same.poles], [pole.value for pole in plain.poles])

@@ -9,7 +9,7 @@ from workbench.design.linear_loop import linear_loop
 from workbench.design.matrices import Refused
 
 MOTOR = wb.DCMotor()
-LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
+LAW = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
 STEP = wb.Step("omega", "rad/s", 1.0)
 LOOP = wb.ClosedLoop(MOTOR, controller=LAW, reference=STEP)
 LINEAR, COMPUTER = linear_loop(LOOP), linear_loop(wb.DigitalLoop(LOOP, 0.01))
@@ -120,7 +120,7 @@ def test_bad_input_is_refused_in_one_sentence(call, kind, words):
 
 
 def test_a_reference_that_moves_is_named_as_the_reason_why_a_loop_does_not_rest():
-    law = wb.PID2(wb.layout(q="rad"), Pendulum.inputs, Kp=5.0, Kd=1.0)
+    law = wb.PID(wb.layout(q="rad"), Pendulum.inputs, Kp=5.0, Kd=1.0)
     moving = wb.ClosedLoop(Pendulum(), controller=law, reference=Swing())
     still = linear_loop(wb.ClosedLoop(Pendulum(), controller=law, reference=Swing(a=0.0)))
     assert still.point.resting

@@ -18,7 +18,7 @@ from workbench.design.linear_loop.row_margins import largest_gains, phase_margin
 N, OMEGA = 1000, np.geomspace(0.1, 1e3, 200)
 RNG = np.random.default_rng(11)
 MOTOR = wb.DCMotor()
-LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
+LAW = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
 LOOP = wb.ClosedLoop(MOTOR, controller=LAW, reference=wb.Step("omega", "rad/s", 1.0))
 INERTIAS = np.linspace(0.005, 0.02, 9)
 
@@ -210,7 +210,7 @@ def test_rows_beyond_a_bad_common_value_are_refused_in_one_sentence():
 
 @pytest.mark.heavy
 def test_rows_on_a_corner_whose_pieces_agree_take_their_equations_from_the_first_one():
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
     loop = wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
     linear = linear_loop(loop)
     before = Corners.of.cache_info().misses

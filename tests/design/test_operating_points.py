@@ -129,7 +129,7 @@ def test_a_controller_about_the_point_rests_from_the_start_beside_a_plant_that_d
 
 @pytest.mark.parametrize("design", [lambda G: wb.lqr(G, Q, R), lambda G: wb.place(G, [-300.0, -400.0])])
 def test_a_regulator_of_a_design_holds_the_plant_at_the_point_of_the_design(design):
-    loop = wb.ClosedLoop(CONVERTER, controller=wb.Regulator.of(CONVERTER, design(BUCKBOOST)))
+    loop = wb.ClosedLoop(CONVERTER, controller=wb.StateFeedback.of(CONVERTER, design(BUCKBOOST)))
     run = wb.simulate(wb.rk4(loop.ode(), 1e-5), until=0.2)
     assert run["v"][0, -1, 0] == pytest.approx(24.0, rel=1e-6)
 
@@ -138,17 +138,17 @@ def test_a_gain_alone_of_a_plant_that_does_not_rest_at_zero_is_refused_with_both
     K = np.asarray(wb.lqr(BUCKBOOST, Q, R).K)  # a plain matrix, as one that was typed in
     for plant, gain in ((BALL, K), (Boost(), K)):
         with pytest.raises(ValueError, match=r"does not rest at x0 = 0 and u0 = 0: .*the design itself.*or x0=\.\.\."):
-            wb.Regulator.of(plant, gain)
-    assert wb.Regulator.of(Boost(), K, x0=[10.8, 36.0], u0=[2 / 3]).u0 == [2 / 3]
-    assert wb.Regulator.of(wb.CartPole(), np.ones((1, 4))).u0 == [0.0]  # which rests there
+            wb.StateFeedback.of(plant, gain)
+    assert wb.StateFeedback.of(Boost(), K, x0=[10.8, 36.0], u0=[2 / 3]).u0 == [2 / 3]
+    assert wb.StateFeedback.of(wb.CartPole(), np.ones((1, 4))).u0 == [0.0]  # which rests there
 
 
 def test_a_design_for_another_plant_or_for_no_rest_point_is_refused():
     with pytest.raises(ValueError, match="design made for the states i, v; this design is for z, zd"):
-        wb.Regulator.of(CONVERTER, wb.lqr(LEVITATED, Q, R))
+        wb.StateFeedback.of(CONVERTER, wb.lqr(LEVITATED, Q, R))
     moving = wb.linearize(wb.open_loop(CONVERTER), 0.0, [7.2, 20.0], u=[2 / 3])
     with pytest.raises(ValueError, match="design made at a rest point.*the rate of 'i' is"):
-        wb.Regulator.of(CONVERTER, wb.lqr(moving, Q, R))
+        wb.StateFeedback.of(CONVERTER, wb.lqr(moving, Q, R))
     with pytest.raises(ValueError, match=r"must be linear about a rest point.*control.ss\(system\)"):
         wb.LinearLaw(wb.lqg(moving, Q, R, Qn, Rn).controller)
 
@@ -189,12 +189,12 @@ def test_observers_of_a_design_start_at_its_point_and_know_it():
     assert observer.reads.names == ("v",)
     np.testing.assert_array_equal(observer.memory.default, BUCKBOOST.x0)
     np.testing.assert_array_equal(wb.SteadyKalmanFilter.of(CONVERTER, step, 1e-4).memory.default, BUCKBOOST.x0)
-    law = wb.Regulator.of(CONVERTER, wb.lqr(BUCKBOOST, Q, R))
+    law = wb.StateFeedback.of(CONVERTER, wb.lqr(BUCKBOOST, Q, R))
     run = wb.simulate(wb.rk4(wb.ClosedLoop(CONVERTER, observer, law).ode(), 1e-5), until=0.2)
     assert run["v"][0, -1, 0] == pytest.approx(24.0, rel=1e-6)
 
 
-PI = wb.PID2(Boost().outputs, Boost().inputs, Kp=0.0025, Ki=5.0)
+PI = wb.PID(Boost().outputs, Boost().inputs, Kp=0.0025, Ki=5.0)
 BOOSTED = wb.ClosedLoop(Boost(), controller=PI, reference=wb.Hold([36.0], "v", "V"))
 
 
@@ -221,7 +221,7 @@ def test_a_loop_that_does_not_rest_is_refused_unless_it_is_asked_for_as_frozen()
 
 
 def test_a_loop_in_a_computer_is_cut_at_what_its_law_commands_there():
-    loop = wb.ClosedLoop(CONVERTER, controller=wb.Regulator.of(CONVERTER, wb.lqr(BUCKBOOST, Q, R)))
+    loop = wb.ClosedLoop(CONVERTER, controller=wb.StateFeedback.of(CONVERTER, wb.lqr(BUCKBOOST, Q, R)))
     cut = loop.digital(1e-4, at="d")
     x = cut.states.default.copy()
     x[cut.states.slice("plant.i")], x[cut.states.slice("plant.v")] = BUCKBOOST.x0
@@ -242,7 +242,7 @@ def test_a_plant_goes_from_linear_design_to_exported_code_with_its_point_named_o
         law = wb.lqg(control.c2d(linear, period), *weights, Qn, Rn).controller
     else:
         plant, linear, period, weights = BALL, LEVITATED, 2e-3, (np.diag([1e6, 1e2]), [[1.0]])
-        law = wb.Regulator.of(plant, wb.lqr(control.c2d(linear, period), *weights))
+        law = wb.StateFeedback.of(plant, wb.lqr(control.c2d(linear, period), *weights))
     computer = wb.ClosedLoop(plant, controller=law).digital(period)
     run = wb.simulate(computer.step(10), until=1.0 if which == "ball" else 0.2)
     for name, value in zip(linear.output_labels, linear.y0, strict=True):
@@ -268,7 +268,7 @@ def test_a_slow_pole_is_placed_to_its_own_size_beside_a_fast_one():
 def test_a_gain_alone_knows_the_point_of_its_design():
     design = wb.lqr(BUCKBOOST, Q, R)
     for gain in (design.K, 1.1 * design.K, wb.place(BUCKBOOST, design.poles).K):
-        law = wb.Regulator.of(CONVERTER, gain)
+        law = wb.StateFeedback.of(CONVERTER, gain)
         np.testing.assert_array_equal(law.x0, BUCKBOOST.x0)
         np.testing.assert_array_equal(law.u0, BUCKBOOST.u0)
     assert repr(design.K).startswith("array")

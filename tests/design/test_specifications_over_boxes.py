@@ -154,7 +154,7 @@ def test_a_proof_that_is_not_found_says_why():
 @pytest.mark.heavy
 def test_the_line_of_a_witness_is_of_the_same_loop_with_its_delay_and_its_kept_states():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     late = wb.linear_loop(loop, delays={"v": 0.02})
     specification = wb.Specification(phase_margin=25.0)

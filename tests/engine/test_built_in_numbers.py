@@ -20,7 +20,7 @@ SYMMETRIC = re.compile(r"observer\.(Q|R|P)$")  # of which the loop takes no entr
 def motor_with_equal_gains():
     """A motor whose law has equal numbers under many names, 0 and 1 among them."""
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=10.0, Kd=1.0, N=10.0, low=-24.0, high=24.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=10.0, Kd=1.0, N=10.0, low=-24.0, high=24.0)
     return wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1)).digital(1e-3)
 
 
@@ -29,7 +29,7 @@ def arm_with_equal_slopes():
     return LOOPS["SMC"]()[0]
 
 
-CASES = {"PID2": motor_with_equal_gains, "SMC": arm_with_equal_slopes, "EKF": lambda: LOOPS["EKF"]()[0]}
+CASES = {"PID": motor_with_equal_gains, "SMC": arm_with_equal_slopes, "EKF": lambda: LOOPS["EKF"]()[0]}
 
 
 def built_in_numbers(source):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.support.timed_signals import TIME, measured, of_time
-from workbench.blocks.laws import PID2
+from workbench.blocks.laws import PID
 from workbench.blocks.loop import AbstractPlant, ClosedLoop
 from workbench.blocks.plants import Equipped
 from workbench.blocks.signals import Step
@@ -34,7 +34,7 @@ class Mass(AbstractPlant):
 
 
 def test_the_energy_of_a_loop_is_of_the_power_that_its_plant_declares():
-    law, wanted = PID2(Mass().outputs, Mass().inputs, Kp=10.0), Step("v", "m/s", 1.0)
+    law, wanted = PID(Mass().outputs, Mass().inputs, Kp=10.0), Step("v", "m/s", 1.0)
     for plant in (Mass(), Equipped(Mass())):
         loop = ClosedLoop(plant, controller=law, reference=wanted)
         score = measured(loop.ode(), energy(), until=10.0, h=0.01)["energy"]
@@ -48,7 +48,7 @@ def test_a_power_that_is_no_pair_of_the_signals_of_a_plant_is_refused():
     class Wrong(Mass):
         power = ("F", "x")
 
-    law = PID2(Mass().outputs, Mass().inputs, Kp=10.0)
+    law = PID(Mass().outputs, Mass().inputs, Kp=10.0)
     with pytest.raises(ValueError, match=r"`Wrong\.power` must be an input and an output .* Its inputs are F"):
         ClosedLoop(Wrong(), controller=law, reference=Step("v", "m/s", 1.0)).ode()
 

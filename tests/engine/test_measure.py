@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tests.support.equations import decay, explosion, oscillator, staircase
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.arms.torque_metrics import peak_torque
 from workbench.blocks.loop import ClosedLoop, open_loop
 from workbench.blocks.signals import Hold, Ramp, Sines, SquareWave
@@ -165,8 +165,8 @@ def test_what_does_not_settle_has_an_infinite_settling_time():
 
 
 def loop(reference) -> ClosedLoop:
-    controller = PID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[10.0, 10.0])
-    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), FullState(2), controller, reference)
+    controller = ArmPID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[10.0, 10.0])
+    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), ArmFullState(2), controller, reference)
 
 
 @pytest.mark.parametrize("reference", [SquareWave([1.0, 0.5], 0.5), Hold([1.0, 0.5])])

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from tests.support.timed_signals import TIME, measured, of_time
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.arms.torque_metrics import peak_torque
 from workbench.blocks.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, open_loop
 from workbench.blocks.signals import Hold
@@ -82,8 +82,8 @@ def cart(**wanted):
 
 
 def arm():
-    law = PID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[10.0, 10.0])
-    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), FullState(2), law, Hold([1.0, 0.5]))
+    law = ArmPID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[10.0, 10.0])
+    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), ArmFullState(2), law, Hold([1.0, 0.5]))
 
 
 def test_a_metric_without_a_signal_is_of_all_that_the_loop_follows_each_in_its_unit():

@@ -5,10 +5,10 @@ import pytest
 
 from tests.support.arms import arm_instruments
 from tests.support.compilers import ENGINES, WITHOUT, needs_llvmlite
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines
 from workbench.engine import simulate
@@ -20,8 +20,8 @@ from workbench.engine.metrics.measure_loop import measure
 ARM = paper_arm()
 LOOP = ClosedLoop(
     Manipulator(ARM, q=[0.5, -0.5]),
-    FullState(2),
-    PID(Kp=[60.0, 40.0], Ki=[20.0, 10.0], Kd=[10.0, 8.0]),
+    ArmFullState(2),
+    ArmPID(Kp=[60.0, 40.0], Ki=[20.0, 10.0], Kd=[10.0, 8.0]),
     Sines([1.0, 0.5], [2.0, 3.0]),
 )
 ROUGH = LOOP.digital(2e-3, arm_instruments(2, noise_q=1e-4, noise_qd=1e-2, quantum_q=1e-5, limit=40.0))

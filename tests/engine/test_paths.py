@@ -10,7 +10,7 @@ from tests.support.equations import decay
 from workbench.arms.laws import SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop, open_loop
 from workbench.blocks.signals import Sines
 from workbench.core import Entry, Layout, Ode, rk4
@@ -81,7 +81,7 @@ def test_frozen_eigenvalues_decay_while_the_system_grows():
 
 def test_an_equation_that_jumps_has_no_exponents_here():
     law = SlidingMode(paper_arm(), [6.0, 6.0], [5.0, 5.0], phi=0.5, saturation="sign")
-    loop = ClosedLoop(Manipulator(paper_arm(), q=[0.3, -0.2]), FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
+    loop = ClosedLoop(Manipulator(paper_arm(), q=[0.3, -0.2]), ArmFullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
     with pytest.raises(ValueError, match="`lyapunov_exponents.*may jump where .* = 0.*`freeze`"):
         lyapunov_exponents(loop.ode(), 1.0, 0.005)
 

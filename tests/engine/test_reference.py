@@ -10,7 +10,7 @@ from tests.support.reference_runs import equation, run, times_of
 from workbench.arms.laws import AosmcRgs
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines
 from workbench.core import rk4
@@ -153,7 +153,9 @@ def aosmc(shape):
     law = AosmcRgs(
         paper_arm(), 6.0, 0.05, 5 * np.eye(2), 10 * np.eye(2), np.eye(2), np.eye(2), "reference", "raised", shape
     )
-    return ClosedLoop(Manipulator(paper_arm(), q=[0.6, -0.8]), FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0])).ode()
+    return ClosedLoop(
+        Manipulator(paper_arm(), q=[0.6, -0.8]), ArmFullState(2), law, Sines([1.0, 0.5], [2.0, 3.0])
+    ).ode()
 
 
 @pytest.mark.parametrize(

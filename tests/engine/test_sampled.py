@@ -7,11 +7,11 @@ from scipy.integrate import quad
 from scipy.signal import cont2discrete
 
 from tests.support.arms import arm_instruments
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Friction, Manipulator
 from workbench.arms.mechanics import PlanarArm
 from workbench.arms.mechanics.planar_arm import PointMass
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.arms.torque_metrics import peak_torque
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold
@@ -38,7 +38,7 @@ X0 = np.array([0.7, -0.4])
 def linear():
     arm = PlanarArm((PointMass(J, 1.0),), gravity=0.0)
     plant = Manipulator(arm, [X0[0]], [X0[1]], friction=Friction([FRICTION], [0.0]))
-    return ClosedLoop(plant, FullState(1), PID([KP], [0.0], [KD]), Hold([0.0]))
+    return ClosedLoop(plant, ArmFullState(1), ArmPID([KP], [0.0], [KD]), Hold([0.0]))
 
 
 def exact(period, steps):
@@ -104,7 +104,7 @@ def test_the_halved_run_halves_the_substep_and_never_the_period():
 def test_an_observer_is_held_against_the_motion_between_its_samples():
     """q_hat = q(t_k) until t_(k+1): RMS of v (t - t_k) over a period is v period / sqrt 3."""
     plant = Manipulator(PlanarArm((PointMass(1.0, 1.0),), gravity=0.0), [0.0], [2.0])
-    coasting = ClosedLoop(plant, FullState(1), PID([0.0], [0.0], [0.0]), Hold([0.0]))
+    coasting = ClosedLoop(plant, ArmFullState(1), ArmPID([0.0], [0.0], [0.0]), Hold([0.0]))
     score = measure(coasting.digital(0.1), (observer_error("q_error"),), until=1.0, h=0.1).score("RMS q_error")
     assert score.value[0] == pytest.approx(2.0 * 0.1 / np.sqrt(3), rel=1e-12)
 

@@ -7,7 +7,7 @@ from tests.support.equations import decay, explosion, oscillator, root
 from workbench.arms.laws import SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines
 from workbench.core import rk4, with_quadrature
@@ -63,7 +63,7 @@ def test_a_run_that_diverges_has_the_limit_of_its_finite_part():
 def test_a_loop_whose_jacobian_overflows_as_it_diverges_is_a_flagged_row():
     loop = ClosedLoop(
         Manipulator(paper_arm(), q=[2.0, 1.0]),
-        FullState(2),
+        ArmFullState(2),
         SlidingMode(paper_arm(), [10.0, 10.0], [500.0, 500.0], 0.001),
         Sines([1.0, 0.5], [1.0, 2.0]),
     )

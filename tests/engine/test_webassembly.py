@@ -64,7 +64,7 @@ def test_a_browser_computes_the_bits_of_the_portable_arithmetic_at_two_hundred_p
 
 def test_noise_and_a_computers_period_have_the_same_bits_too():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
     computer = loop.digital(0.01, wb.Instruments.of(motor, noise={"omega": 1e-2}))
     step = computer.step()

@@ -15,7 +15,7 @@ from workbench.study.uncertainty import MonteCarlo
 
 LOOP = wb.ClosedLoop(
     wb.DCMotor(),
-    controller=wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=2.0, Ki=5.0),
+    controller=wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=2.0, Ki=5.0),
     reference=wb.Step("omega", "rad/s", 1.0),
 )
 ODE = LOOP.ode()

@@ -24,8 +24,8 @@ from .ports import guess
 Arguments = dict[str, Callable[[Any], Any]]
 # Records that mostly a function makes, and that check what they are made of all the same.
 CHECKED = {
-    *("LinearSystem", "Link", "OdePlant", "PlanarArm", "Placement", "Readings", "Regulator", "Riccati"),
-    *("SampledStepInfo", "ScheduledFeedback", "SpatialArm", "SpatialLink", "StateFeedback"),
+    *("LinearSystem", "Link", "OdePlant", "PlanarArm", "Placement", "Readings", "StateFeedback", "Riccati"),
+    *("SampledStepInfo", "ScheduledFeedback", "SpatialArm", "SpatialLink", "ArmStateFeedback"),
 }
 NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 

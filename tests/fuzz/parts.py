@@ -6,10 +6,10 @@ from typing import Any
 
 import casadi as ca
 
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.plants import AbstractElement
 from workbench.blocks.signals import Sines
@@ -17,8 +17,8 @@ from workbench.core import Entry, Layout, Ode, Signals
 
 ARM = paper_arm()
 PLANT = Manipulator(ARM, q=[0.1, 0.2])
-OBSERVER = FullState(2)
-LAW = PID([1.0, 1.0], [0.1, 0.1], [1.0, 1.0], ARM)
+OBSERVER = ArmFullState(2)
+LAW = ArmPID([1.0, 1.0], [0.1, 0.1], [1.0, 1.0], ARM)
 REFERENCE = Sines([1.0, 1.0], [1.0, 1.0])
 LOOP = ClosedLoop(PLANT, OBSERVER, LAW, REFERENCE)
 

@@ -151,7 +151,7 @@ def test_names_that_become_one_are_refused():
             return {"q.a": x.a, "q_a": x.a}
 
     plant = Twins()
-    law = wb.Regulator(plant.outputs, plant.inputs, K=[[1.0, 1.0]], x0=[0.0, 0.0], u0=[0.0])
+    law = wb.StateFeedback(plant.outputs, plant.inputs, K=[[1.0, 1.0]], x0=[0.0, 0.0], u0=[0.0])
     loop = wb.ClosedLoop(plant, controller=law)
     with pytest.raises(ValueError, match=r"'q\.a' and 'q_a' both become 'q_a'"):
         c_code(loop.digital(0.1).law())
@@ -206,7 +206,7 @@ def test_a_limit_hides_no_command_that_is_none(tmp_path):
 @needs_compiler
 def test_no_command_comes_late_after_readings_that_were_none(tmp_path):
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=10.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     law = loop.digital(0.01, delay=2).law()
     y = np.array([[0.0], [0.0], [0.0], [np.nan], [0.0], [0.0], [0.0]])

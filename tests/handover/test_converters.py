@@ -11,7 +11,7 @@ MOTOR = wb.DCMotor()
 
 
 def loop(reference=None):
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
     return wb.ClosedLoop(MOTOR, controller=law, reference=reference or wb.Sines(1.0, 3.0, signal="omega", unit="rad/s"))
 
 

@@ -107,7 +107,7 @@ def test_an_archive_goes_to_a_file_of_its_own_kind(path, tmp_path, monkeypatch):
 
 def noisy():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=1.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=1.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     return loop.digital(0.01, wb.Instruments.of(motor, noise={"omega": 1e-3}))
 

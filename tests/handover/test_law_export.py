@@ -87,7 +87,7 @@ def test_a_folder_that_is_not_ours_is_left_as_it_is(command, folder):
 @pytest.mark.parametrize(("form", "option"), [("python", "precision"), ("fmi2", "safe"), ("casadi", "parameters")])
 def test_an_option_that_a_form_does_not_take_is_refused(form, option):
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=1.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=1.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     value = {"precision": "single", "safe": {"v": 1.0}, "parameters": "settable"}[option]
     with pytest.raises(ValueError, match=rf"takes no `{option}`"):
@@ -96,7 +96,7 @@ def test_an_option_that_a_form_does_not_take_is_refused(form, option):
 
 def test_an_unknown_form_is_refused_with_the_nearest():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=1.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=1.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     with pytest.raises(LookupError, match=r"'fmi'.*Did you mean 'fmi"):
         wb.export(loop.digital(0.1), "fmi")

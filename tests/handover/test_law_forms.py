@@ -71,7 +71,7 @@ def test_every_operation_has_the_same_bits_in_python(tmp_path):
 
 
 def test_the_module_of_python_gives_what_is_safe_where_a_number_is_not_finite(tmp_path):
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=1.0, Ki=2.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=1.0, Ki=2.0)
     run = record(ClosedLoop(MOTOR, controller=law, reference=STEP), 0.01, 4)
     run.readings[1], run.references[2] = np.nan, np.inf
     told = replayed(run, python_law(run.law, safe={"v": 3.0}), tmp_path)

@@ -31,13 +31,13 @@ def lqg():
 
 
 LINEAR = {
-    "PID2": lambda: pid().digital(0.01),
-    "PID2 with a delay": lambda: pid().digital(0.01, delay=2),
+    "PID": lambda: pid().digital(0.01),
+    "PID with a delay": lambda: pid().digital(0.01, delay=2),
     "PID of an arm, without a name of its own for each joint": lambda: rival("FS", "PID").digital(1e-3),
     "LQG": lambda: lqg().digital(0.1),
-    "PID2 about a point": lambda: pid(u0=3.0, y0=1.0).digital(0.01, delay=True),
+    "PID about a point": lambda: pid(u0=3.0, y0=1.0).digital(0.01, delay=True),
     "a gain without a memory": lambda: ClosedLoop(
-        MOTOR, controller=wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=2.0), reference=STEP
+        MOTOR, controller=wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=2.0), reference=STEP
     ).digital(0.01),
 }
 
@@ -127,7 +127,7 @@ def test_a_file_for_matlab_holds_a_linear_law():
         np.testing.assert_array_equal(held[letter], getattr(system, letter))
     assert held["Ts"].item() == 0.01
     assert [text.item() for text in held["readings_names"].ravel()] == list(law.readings.labels)
-    assert held["note"].item() == "A, B, C and D of 'PID2', its period Ts, its names and the start of its memory."
+    assert held["note"].item() == "A, B, C and D of 'PID', its period Ts, its names and the start of its memory."
 
 
 def test_a_file_for_matlab_says_that_it_holds_no_matrices():

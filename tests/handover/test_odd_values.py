@@ -20,7 +20,7 @@ HUGE = 10**400
 
 
 def digital():
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
     loop = wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     return loop.digital(0.01)
 

@@ -70,7 +70,7 @@ def test_the_digest_is_that_of_fowler_noll_and_vo():
 
 def test_a_run_that_diverges_is_refused_with_its_period():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=1e9)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=1e9)
     sampled = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.1)
     with pytest.raises(ValueError, match=r"'loop' diverges in period \d+, in '.*' first") as refused:
         record(sampled, sampled.law(), 1000)
@@ -222,7 +222,7 @@ def test_an_unknown_target_is_refused():
 FILE = """
 import workbench as wb
 motor = wb.DCMotor()
-law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
 loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
 digital = loop.digital(0.01)
 run = wb.Run(digital, (wb.effort("v"),), until=1.0)
@@ -247,7 +247,7 @@ def call(tmp_path, monkeypatch):
 def test_the_verb_takes_a_loop_with_a_period_one_in_a_computer_or_a_case(call, words):
     status, out, _ = call(*words)
     assert status == 0
-    assert "PID2, every 0.01 s: 50 periods" in out
+    assert "PID, every 0.01 s: 50 periods" in out
     assert re.search(r"^NumPy +50 ", out, re.MULTILINE)
 
 

@@ -36,7 +36,7 @@ def paper():
 def motor():
     """A PID law of a motor, with a limit that its safe command keeps."""
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
     return record(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)), 0.01, 200)
 
 
@@ -44,7 +44,7 @@ def motor():
 def unlimited():
     """The same law without limits."""
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0)
     return record(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)), 0.01, 20)
 
 

@@ -88,7 +88,7 @@ def test_the_fingerprint_of_a_law_changes_with_a_number():
     motor = wb.DCMotor()
 
     def law(gain):
-        pid = wb.PID2(motor.outputs, motor.inputs, Kp=gain)
+        pid = wb.PID(motor.outputs, motor.inputs, Kp=gain)
         return wb.ClosedLoop(motor, controller=pid, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01).law()
 
     assert law(1.0).fingerprint == law(1.0).fingerprint != law(1.0 + 2**-52).fingerprint

@@ -33,7 +33,7 @@ def paper():
 def motor(high=24.0):
     """A PID law of a motor: numbers without a shape."""
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=high and -high, high=high)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=high and -high, high=high)
     return record(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)), 0.01, 200)
 
 

@@ -269,7 +269,7 @@ BROKEN = [
     ("study/case_runs.py", "def f():\n    from workbench.blocks import signals", "Hourglass"),
     ("engine/metrics/score.py", "from workbench.blocks.plants import DCMotor", "Hourglass"),
     ("study/case_runs.py", "from workbench.arms.mechanics import paper_arm", "The wing"),
-    ("arms/laws/pid.py", "from workbench.engine import simulate", "makers of equations never see"),
+    ("arms/laws/arm_pid.py", "from workbench.engine import simulate", "makers of equations never see"),
     ("new_room.py", "", "exhaustive"),
 ]
 

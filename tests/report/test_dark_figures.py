@@ -23,7 +23,7 @@ BY_EYE = 0.05  # of a contrast: a colour has 8 bits, and nobody sees less
 
 def documents():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
     study = loop_study(loop, until=0.2, h=1e-2)
     return writeup.document(study, case_runs.run(study), "command")

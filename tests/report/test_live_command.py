@@ -11,7 +11,7 @@ odd = wb.Ode("odd", wb.layout(x="1"), wb.layout(a=("1", 1.0)), wb.layout(y="1"),
 FIRST = """
 import workbench as wb
 motor = wb.DCMotor()
-law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
+law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
 loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
 alone = wb.open_loop(motor)
 """

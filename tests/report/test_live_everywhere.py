@@ -15,7 +15,7 @@ from workbench.study.document.document import Section
 pytestmark = [needs_llvmlite]
 
 MOTOR = wb.DCMotor()
-LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
+LAW = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
 KNOB = wb.Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True)
 
 

@@ -23,7 +23,7 @@ HEARS = """(() => { window.heard = []; const hear = livePage.hear.bind(livePage)
   heard.push([view.phase, view.linear && [view.linear.margins[0].Ms, [...view.linear.poles.re]]]);
   hear(view); }; })()"""
 MOTOR = wb.DCMotor()
-LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0)
+LAW = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0)
 LOOP = wb.ClosedLoop(MOTOR, controller=LAW, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
 
 
@@ -206,7 +206,7 @@ def test_python_gives_the_linear_loop_of_a_page_with_its_knobs_turned(pendulum):
 
 @pytest.mark.parametrize("period", [None, pytest.param(0.01, marks=pytest.mark.heavy)])
 def test_a_law_that_saturates_where_the_loop_starts_rests_at_its_reference(period):
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
     loop = wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     data = LoopData.of(loop if period is None else wb.DigitalLoop(loop, period), 2e-3, 0.1)
     assert data.linear["held"] == []

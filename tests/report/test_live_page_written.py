@@ -53,7 +53,7 @@ def test_a_long_run_grows_before_it_is_done(tmp_path, browser):
 @pytest.fixture(scope="module")
 def small():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     return wb.live(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1)), until=2.0)
 
 

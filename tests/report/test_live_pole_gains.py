@@ -31,7 +31,7 @@ CONTROLLED = control.ss(MASSES.A[:4, :4], MASSES.B[:4], np.eye(4), 0)
 
 def feedback(K):
     plant = wb.LinearPlant(MASSES)
-    return wb.ClosedLoop(plant, controller=wb.Regulator.of(plant, [[*K, 0.0]]))
+    return wb.ClosedLoop(plant, controller=wb.StateFeedback.of(plant, [[*K, 0.0]]))
 
 
 def test_the_gains_of_a_state_feedback_place_a_pair_and_hold_the_other_poles(tmp_path, browser):

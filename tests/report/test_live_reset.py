@@ -23,7 +23,7 @@ WIDTHS = (360, 1400)  # pixels: the bench at the bottom, and at the side
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     data = data_of({("speed", "PID"): loop.ode()}, 1e-3, 1.0, 0.01, KNOBS) | {"python": "scores = turned({values})"}
     return write_page(tmp_path_factory.mktemp("live"), data)

@@ -22,7 +22,7 @@ IDLE = "livePage.flight && !livePage.flight.fine.size && !livePage.held"
 
 
 def loop(**gains):
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, **{"Kp": 100.0, "Ki": 200.0, "low": -24.0, "high": 24.0} | gains)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, **{"Kp": 100.0, "Ki": 200.0, "low": -24.0, "high": 24.0} | gains)
     return wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
 
 
@@ -43,7 +43,7 @@ def names_of(page):
 def test_the_knobs_of_a_law_come_first_and_those_of_models_last():
     plant = wb.CartPole(phi=0.1)
     observer = wb.LinearObserver(plant, np.ones((4, 2)))
-    law = wb.Regulator.of(plant, [[-70.0, -38.0, 105.0, 21.0]], follow=("x",))
+    law = wb.StateFeedback.of(plant, [[-70.0, -38.0, 105.0, 21.0]], follow=("x",))
     names = names_of(wb.live(wb.ClosedLoop(plant, observer, law, wb.Step("x", "m", 0.2)), until=0.1))
     blocks = [name.split(".")[0] for name in names if ".model." not in name]
     assert list(dict.fromkeys(blocks)) == ["controller", "plant", "reference", "observer"]

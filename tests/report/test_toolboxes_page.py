@@ -77,7 +77,7 @@ OTHER_PORTS = {
 @pytest.fixture(scope="module")
 def names():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     linear, values = wb.linear_loop(loop), np.linspace(0.01, 0.02, 4)
     held = {"rows": linear.rows({"plant.J": values}), "runs": wb.simulate(loop, until=0.1), "matrix": np.eye(2)}

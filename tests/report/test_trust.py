@@ -17,13 +17,13 @@ TOO_LONG = r"the step of 50 ms is beyond its stability limit of 27\.9 ms"
 
 
 def first_loop():
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
     return wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
 
 
 def smooth_loop():
     """A PI loop from rest to a reference of 1 from the start: nothing switches."""
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=20.0, Ki=40.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=20.0, Ki=40.0)
     return wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
 
 
@@ -167,7 +167,7 @@ def test_a_computer_with_too_few_substeps_says_so():
         def rate(self, t, x, u):
             return {"x": 200.0 * (u.u - x.x)}
 
-    law = wb.PID2(Fast.outputs, Fast.inputs, Kp=0.1, Ki=1.0)
+    law = wb.PID(Fast.outputs, Fast.inputs, Kp=0.1, Ki=1.0)
     computer = wb.ClosedLoop(Fast(), controller=law, reference=wb.Step("x", "m", 1.0)).digital(0.1)
     one = wb.simulate(computer.step(1), until=0.5)
     assert re.search(r"step of 100 ms is beyond its stability limit of 13\.9 ms", repr(one))  # 2.785 / 200
@@ -234,7 +234,7 @@ def test_outcomes_measurements_and_pages_of_diverged_runs_say_so():
 def test_the_picture_of_a_regulator_shows_its_plant_and_its_command(closed):
     plant = wb.CartPole(phi=0.1)
     observer = wb.LinearObserver(plant, np.ones((4, 2)))
-    loop = wb.ClosedLoop(plant, observer, wb.Regulator.of(plant, [[-70.0, -38.0, 105.0, 21.0]]))
+    loop = wb.ClosedLoop(plant, observer, wb.StateFeedback.of(plant, [[-70.0, -38.0, 105.0, 21.0]]))
     runs = wb.simulate(loop if closed == "in continuous time" else loop.digital(0.01), until=0.2)
     assert [ax.get_ylabel() for ax in runs.plot().axes] == ["x [m]", "phi [rad]", "F_applied [N]"]
 

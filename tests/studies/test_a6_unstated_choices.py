@@ -10,9 +10,9 @@ from studies.paper.card import CARD, INERTIA, LAWS
 from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
 from studies.paper.unstated import left_out
 from tests.support.drawn_errors import again, common_searches, everywhere, fitted, row, sampled
-from workbench.arms.laws import PID, AosmcRgs
+from workbench.arms.laws import AosmcRgs, ArmPID
 from workbench.arms.laws.aosmc_rgs import SHAPES
-from workbench.arms.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
 from workbench.blocks.loop import ClosedLoop
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep
@@ -88,7 +88,7 @@ def test_a_rival_beside_exact_measurements_is_that_of_a1(law):
 def test_pid_lifts_the_arm_where_it_is_told_to():
     own, wide, _, _, _ = states()
     gains = (3 * 36.0 * INERTIA, 216.0 * INERTIA, 18.0 * INERTIA)
-    genuine = ClosedLoop(plant("FS"), FullState(2), PID(*gains, model=ARM), REFERENCES["FS"])
+    genuine = ClosedLoop(plant("FS"), ArmFullState(2), ArmPID(*gains, model=ARM), REFERENCES["FS"])
     got = rates(loops.loop(loops.PID, "FS"), own | wide, {"controller.lifted": 1})
     np.testing.assert_allclose(got["plant.qd"], rates(genuine, own)["plant.qd"], rtol=1e-12)
 

@@ -18,7 +18,7 @@ METRICS = (wb.rmse(), wb.effort())
 
 
 def loop(gain):
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=gain, Ki=200.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=gain, Ki=200.0)
     return wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
 
 

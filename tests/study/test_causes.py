@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.support.arms import arm_instruments
-from workbench.arms.laws import PID, AosmcRgs
+from workbench.arms.laws import AosmcRgs, ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import AbstractController, ClosedLoop
 from workbench.blocks.signals import Hold
 from workbench.engine.distributions import Uniform
@@ -35,7 +35,7 @@ class Computed:
     integrator: str = "declared"
 
     def ode(self, name="loop"):
-        closed = ClosedLoop(Manipulator(ARM, q=[0.6, -0.8]), FullState(2), self.law, Hold([0.5, -0.7]))
+        closed = ClosedLoop(Manipulator(ARM, q=[0.6, -0.8]), ArmFullState(2), self.law, Hold([0.5, -0.7]))
         return closed.digital(PERIOD, arm_instruments(2, noise_q=1e-5), integrator=self.integrator, name=name)
 
 
@@ -59,7 +59,7 @@ def test_what_a_stiff_riccati_equation_loses_by_euler_is_lost_by_the_integrator(
 
 
 def test_what_a_law_of_the_wrong_sign_loses_is_lost_by_the_law():
-    law = PID(Kp=[60.0, 40.0], Ki=[1.0, 1.0], Kd=[10.0, 8.0])
+    law = ArmPID(Kp=[60.0, 40.0], Ki=[1.0, 1.0], Kd=[10.0, 8.0])
     ways = {"euler": Computed(law).ode(), "fine": Computed(law, "fine").ode()}
     p = ways["euler"].parameters.pack({"controller.Ki": [[1.0, 1.0], [1e9, 1e9]]})
     found = causes(ways, p, until=0.4)
@@ -96,7 +96,7 @@ def test_ways_without_fine_and_ways_of_another_loop_are_refused():
     p = ways["euler"].parameters.default[np.newaxis]
     with pytest.raises(LookupError, match=r"^`causes\(ways\)` needs the way 'fine'"):
         causes({"euler": ways["euler"]}, p, until=0.4)
-    other = Computed(PID(Kp=[60.0, 40.0], Ki=[1.0, 1.0], Kd=[10.0, 8.0])).ode()
+    other = Computed(ArmPID(Kp=[60.0, 40.0], Ki=[1.0, 1.0], Kd=[10.0, 8.0])).ode()
     with pytest.raises(ValueError, match=r"^`causes\(ways\)` must hold one loop in several ways; 'euler' has other"):
         causes({"euler": other, "fine": ways["fine"]}, p, until=0.4)
 

@@ -11,7 +11,7 @@ from tests.support.samples import made_sample
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import PlanarArm
 from workbench.arms.mechanics.planar_arm import PointMass
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop, LinearLaw
 from workbench.blocks.plants import DCMotor
 from workbench.blocks.signals import Hold, SineTorque
@@ -33,7 +33,7 @@ from workbench.study.evidence.computer_margins import (
 
 T = 0.02
 MOTOR = DCMotor(omega=0.3)
-LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=15.0, Ki=40.0, low=-24.0, high=24.0)
+LAW = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=15.0, Ki=40.0, low=-24.0, high=24.0)
 LOOP = ClosedLoop(MOTOR, controller=LAW, reference=wb.Step("omega", "rad/s", 1.0))
 NOISY = wb.Instruments.of(MOTOR, noise={"omega": 1e-3}, quantum={"omega": 1e-3}, limit={"v": (-20.0, 20.0)})
 
@@ -76,8 +76,8 @@ def test_what_acts_in_time_acts_at_the_true_time():
     arm = PlanarArm((PointMass(J, 1.0),), gravity=0.0)
     free = ClosedLoop(
         Manipulator(arm, [0.0], [0.0], disturbance=SineTorque([a], [w], [0.3])),
-        FullState(1),
-        wb.PID([0.0], [0.0], [0.0]),
+        ArmFullState(1),
+        wb.ArmPID([0.0], [0.0], [0.0]),
         Hold([0.0]),
     )
     digital = free.digital(T).disturbed()
@@ -162,7 +162,7 @@ def test_a_number_is_rounded_as_ieee_754_rounds_it_to_32_bits():
 
 
 def test_a_law_in_single_precision_is_that_of_floats_one_operation_after_the_other():
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=15.3, Ki=40.7)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=15.3, Ki=40.7)
     digital = ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.1)).digital(T)
     run = simulate(in_single_precision(digital, digital.law()).step(1), until=4.0, arithmetic="portable")
     x, names = run.x[0], run.step.states

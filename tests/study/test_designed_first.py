@@ -26,7 +26,7 @@ def design(poles: float) -> Gain:
 
 def loop(gain):
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=gain.Kp)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=gain.Kp)
     return wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
 
 METRICS = (wb.effort("omega"),)

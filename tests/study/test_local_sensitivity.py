@@ -7,10 +7,10 @@ import pytest
 from tests.support.arms import arm_instruments
 from tests.support.cases import heavy_but
 from tests.support.equations import decay, explosion, oscillator
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines
 from workbench.core import Entry, Layout, Ode
@@ -44,8 +44,8 @@ def relay(rate) -> Ode:
 def steered() -> ClosedLoop:
     return ClosedLoop(
         Manipulator(paper_arm(), q=[0.5, -0.5]),
-        FullState(2),
-        PID(Kp=[300.0, 100.0], Ki=[100.0, 50.0], Kd=[50.0, 20.0]),
+        ArmFullState(2),
+        ArmPID(Kp=[300.0, 100.0], Ki=[100.0, 50.0], Kd=[50.0, 20.0]),
         Sines([1.0, 0.5], [2.0, 3.0]),
     )
 

@@ -117,7 +117,7 @@ def test_the_effects_on_one_output_are_those_on_it_again():
 
 def test_a_measurement_has_arrays_that_fit_one_another():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     found = wb.measure(loop.ode(), [wb.rmse()], until=0.1, h=0.01)
     for name, odd in {
@@ -163,7 +163,7 @@ def test_a_period_over_which_an_unstable_state_overflows_is_refused():
 
 def motor_loop():
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     return wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
 
 

@@ -19,7 +19,7 @@ from workbench.study.tuning import Trial, Tuning, tune
 from workbench.study.uncertainty import Listed, MonteCarlo
 
 MOTOR, UNTIL, H = wb.DCMotor(), 2.0, 0.01
-LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
+LAW = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
 LOOP = wb.ClosedLoop(MOTOR, controller=LAW, reference=wb.Step("omega", "rad/s", 1.0))
 NOISY = wb.Instruments.of(MOTOR, noise={"omega": 0.01})
 LOOPS = {

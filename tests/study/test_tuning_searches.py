@@ -7,10 +7,10 @@ import pytest
 
 from tests.support.arms import arm_instruments
 from tests.support.tunings import GAINS, HORIZON, DoubleIntegrator, quadratic, tuning
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines
 from workbench.engine.distributions import LogUniform, Triangular, Uniform
@@ -32,8 +32,8 @@ class Arm:
 
     def ode(self, name="loop"):
         """The loop between instants, and at them."""
-        plant, law = Manipulator(paper_arm(), q=[0.5, -0.5]), PID(Kp=[60.0, 40.0], Ki=[20.0, 10.0], Kd=[10.0, 8.0])
-        loop = ClosedLoop(plant, FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
+        plant, law = Manipulator(paper_arm(), q=[0.5, -0.5]), ArmPID(Kp=[60.0, 40.0], Ki=[20.0, 10.0], Kd=[10.0, 8.0])
+        loop = ClosedLoop(plant, ArmFullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
         return loop.digital(2e-3, arm_instruments(2, noise_q=1e-3, noise_qd=0.3, limit=40.0), name=name)
 
 

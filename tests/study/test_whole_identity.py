@@ -204,7 +204,7 @@ def test_each_part_of_a_loop_is_in_its_fingerprint_and_no_default_number_is():
 
     def loop(plant=motor, reference=None, **law):
         held = {"Kp": 100.0, "Ki": 200.0} | law
-        controller = wb.PID2(plant.outputs, plant.inputs, **held)
+        controller = wb.PID(plant.outputs, plant.inputs, **held)
         return wb.ClosedLoop(plant, controller=controller, reference=reference or wb.Step("omega", "rad/s", 1.0))
 
     free = {loop().ode().fingerprint, loop(Kp=50.0).ode().fingerprint}

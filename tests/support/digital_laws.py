@@ -31,7 +31,7 @@ def motor_law(**numbers):
     """The law of a motor within limits."""
     motor = wb.DCMotor()
     gains = {"Kp": 100.0, "Ki": 200.0, "Kd": 10.0, "low": -24.0, "high": 24.0} | numbers
-    law = wb.PID2(motor.outputs, motor.inputs, **gains)
+    law = wb.PID(motor.outputs, motor.inputs, **gains)
     return wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
 
 
@@ -43,7 +43,9 @@ def kalman_law(observer=wb.ExtendedKalmanFilter):
     gain = wb.lqr(upright, Q=np.diag([5000.0, 0.0, 100.0, 0.0]), R=[[1.0]]).K
     W, V = np.diag([0.0, 1e-2, 0.0, 1e-2]), 1e-6 * np.eye(2)
     filter_ = observer(plant, W, V, P=1e-2 * np.eye(4), period=period)
-    loop = wb.ClosedLoop(plant, filter_, wb.Regulator.of(plant, gain, follow=("x",)), wb.Step("x", "m", 0.2, time=2.0))
+    loop = wb.ClosedLoop(
+        plant, filter_, wb.StateFeedback.of(plant, gain, follow=("x",)), wb.Step("x", "m", 0.2, time=2.0)
+    )
     noise = wb.Instruments.of(plant, noise={"x": 1e-3, "phi": 1e-3}, limit={"F": (-10.0, 10.0)})
     return loop.digital(period, noise, delay=True)
 

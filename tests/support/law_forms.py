@@ -36,7 +36,7 @@ STEP = wb.Step("omega", "rad/s", 1.0)
 
 
 def pid(**others):
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, b=0.7, **others)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, b=0.7, **others)
     return ClosedLoop(MOTOR, controller=law, reference=STEP)
 
 

@@ -16,7 +16,7 @@ KP = Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True)
 
 
 def loop(Kp=100.0):
-    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=Kp, Ki=200.0, low=-24.0, high=24.0)
+    law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=Kp, Ki=200.0, low=-24.0, high=24.0)
     return wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
 
 

@@ -17,7 +17,7 @@ PLACED = 1e-6  # of a pole, as promised
 
 def loop(**gains):
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, **{"Kp": 100.0, "Ki": 200.0} | gains)
+    law = wb.PID(motor.outputs, motor.inputs, **{"Kp": 100.0, "Ki": 200.0} | gains)
     return wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
 
 

@@ -32,7 +32,7 @@ def arm(loop) -> tuple[Any, tuple[str, ...], float]:
 def motor() -> tuple[Any, tuple[str, ...], float]:
     """The first loop of the README."""
     plant = wb.DCMotor()
-    law = wb.PID2(plant.outputs, plant.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
+    law = wb.PID(plant.outputs, plant.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
     loop = wb.ClosedLoop(plant, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
     return loop.digital(1e-3), (), 0.3
 
@@ -47,7 +47,7 @@ def cart(law: str) -> tuple[Any, tuple[str, ...], float]:
         loop = wb.ClosedLoop(plant, controller=wb.lqg(upright, Q, [[1.0]], W, V).controller)
         return loop.digital(period, instruments), (), 3.0
     kalman = wb.ExtendedKalmanFilter(plant, W, V, P=1e-2 * np.eye(4), period=period)
-    regulator = wb.Regulator.of(plant, wb.lqr(upright, Q=Q, R=[[1.0]]).K, follow=("x",))
+    regulator = wb.StateFeedback.of(plant, wb.lqr(upright, Q=Q, R=[[1.0]]).K, follow=("x",))
     loop = wb.ClosedLoop(plant, kalman, regulator, wb.Step("x", "m", 0.2, time=2.0))
     return loop.digital(period, instruments, delay=True), (), 3.0
 
@@ -55,7 +55,7 @@ def cart(law: str) -> tuple[Any, tuple[str, ...], float]:
 MAKERS: Mapping[str, Callable[[], tuple[Any, tuple[str, ...], float]]] = {
     "AOSMC-RGS": lambda: arm(proposed_repaired("FS")),
     **{name: lambda name=name: arm(rival("FS", name)) for name in RIVALS},
-    "PID2": motor,
+    "PID": motor,
     "EKF": lambda: cart("EKF"),
     "LQG": lambda: cart("LQG"),
 }

@@ -34,7 +34,7 @@ class Proportional(wb.Controller):
 
 
 def loop_of(plant, **gains):
-    law = wb.PID2(wb.layout(x="m"), plant.inputs, **gains) if gains else Proportional()
+    law = wb.PID(wb.layout(x="m"), plant.inputs, **gains) if gains else Proportional()
     return wb.ClosedLoop(plant, controller=law, reference=wb.Step("x", "m", 0.5))
 
 

@@ -4,7 +4,7 @@ from tests.support.arms import arm_instruments
 from workbench.arms.laws import SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines
 from workbench.study.compiled import compile_sweep
@@ -28,5 +28,5 @@ class Digital:
     def ode(self, name="loop"):
         arm = paper_arm()
         law = SlidingMode(model=arm, Lambda=[6.0, 6.0], K=[40.0, 20.0], phi=0.1)
-        loop = ClosedLoop(Manipulator(arm, q=[0.5, 0.0]), FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
+        loop = ClosedLoop(Manipulator(arm, q=[0.5, 0.0]), ArmFullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
         return loop.digital(2e-3, arm_instruments(2, noise_q=1e-4), name=name)

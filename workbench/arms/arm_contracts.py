@@ -91,7 +91,7 @@ class AbstractArmController(AbstractJoints, AbstractController):
     """
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
-    hint_on_reads = "It is made for manipulators: take a law of any plant, as `PID2` or `Regulator` is."
+    hint_on_reads = "It is made for manipulators: take a law of any plant, as `PID` or `StateFeedback` is."
 
     if TYPE_CHECKING:
 

@@ -11,8 +11,8 @@ def peak_torque() -> Peak:
     Examples
     --------
     >>> arm = wb.paper_arm()
-    >>> law = wb.PID(Kp=[60.0, 40.0], Ki=[0.0, 0.0], Kd=[12.0, 8.0])
-    >>> loop = wb.ClosedLoop(wb.Manipulator(arm, q=[0.2, 0.1]), wb.FullState(2), law, wb.Hold([0.0, 0.0]))
+    >>> law = wb.ArmPID(Kp=[60.0, 40.0], Ki=[0.0, 0.0], Kd=[12.0, 8.0])
+    >>> loop = wb.ClosedLoop(wb.Manipulator(arm, q=[0.2, 0.1]), wb.ArmFullState(2), law, wb.Hold([0.0, 0.0]))
     >>> found = wb.measure(loop.ode(), [wb.arms.peak_torque()], until=0.5, h=1e-3)
     >>> [score.value.round(3) for score in found.scores_of("peak torque")]
     [array([12.]), array([4.212])]

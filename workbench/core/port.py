@@ -233,7 +233,7 @@ def grouped(roles: Mapping[str, Roles]) -> tuple[tuple[str, ...], ...]:
     --------
     >>> from workbench.blocks.loop import roles
     >>> from workbench.core import grouped
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=10.0, Ki=20.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> grouped({"PID": roles(loop), "the same": roles(loop)})
     (('PID', 'the same'),)

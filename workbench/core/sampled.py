@@ -45,7 +45,7 @@ class Sampled:
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> digital = loop.digital(0.01, delay=True)
     >>> digital.states.names[-3:]

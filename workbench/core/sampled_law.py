@@ -53,7 +53,7 @@ class SampledLaw:
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> law = loop.digital(0.01, delay=True).law()
     >>> law.readings.names, law.references.names, law.commands.names, law.memory.names[0]

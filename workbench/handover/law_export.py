@@ -152,7 +152,7 @@ def export(
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> [path.name for path in wb.export(loop.digital(1e-3), "c", "motor", name="motor_law")]
     ['motor_law.h', 'motor_law.c']

@@ -173,7 +173,7 @@ def record(
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> pid = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> pid = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(motor, controller=pid, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
     >>> rows = wb.record(loop, until=1.0)
     >>> rows.signals.names, rows["u.v"].shape

@@ -121,7 +121,7 @@ def replay(
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> wb.replay(loop.digital(1e-3), periods=100, targets=["numpy"]).equal
     True

@@ -42,7 +42,7 @@ def plot(thing: object, *names: str, **options: object) -> Any:
     >>> figure = wb.plot(wb.simulate(wb.open_loop(motor), until=1.0), "omega")
     >>> len(figure.axes)
     1
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     >>> linear = wb.linear_loop(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
     >>> wb.plot({"PI": linear}, "bode").caption.split(", ")[0]
     'Phase margin 38.7 degrees'

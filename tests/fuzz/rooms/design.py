@@ -11,7 +11,7 @@ from workbench.arms.dynamics import Dynamics
 from workbench.arms.laws import SlidingMode
 from workbench.arms.manipulator import FirstOrderLag, Manipulator
 from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold
 from workbench.core import Ode
@@ -31,7 +31,7 @@ def layer() -> tuple[Ode, np.ndarray]:
     arm, folded = PlanarArm((PointMass(1.0, 1.0), PointMass(1.0, 1.0)), 0.0), [0.0, np.pi]
     law = SlidingMode(arm, Lambda=[6.0] * 2, K=[5.0] * 2, phi=0.01, saturation="clip")
     plant = Manipulator(arm, q=folded, actuator=FirstOrderLag(0.01))
-    loop = ClosedLoop(plant, FullState(2), law, Hold(folded)).ode()
+    loop = ClosedLoop(plant, ArmFullState(2), law, Hold(folded)).ode()
     p = loop.parameters.default.copy()
     p[loop.parameters.labels.index("controller.K[1]")] = 0.0
     return loop, p

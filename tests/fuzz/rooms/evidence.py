@@ -20,7 +20,7 @@ MARGIN = evidence.ComputerMargin(EFFECT, RATIOS[:, :, None], RATIOS)
 def delayed() -> Any:
     """The runs of a loop of a motor at each level of the effect."""
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01).disturbed()
     run = wb.Run(loop, (wb.rmse(),), until=0.1)
     made = compile_sweep(evidence.computer_sweep("motor", run, (EFFECT,), draws=2))

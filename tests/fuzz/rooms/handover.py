@@ -21,7 +21,7 @@ from workbench.handover.wrappers.simulink import simulink
 def sampled() -> Any:
     """A small loop in a computer."""
     motor = wb.DCMotor()
-    law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     return wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
 
 

@@ -14,7 +14,7 @@ def calls() -> dict[str, Any]:
     coefficients = np.ones((3, 2, 4))
     return {
         "ScheduledFeedback.of": partial(arm_laws.ScheduledFeedback.of, ARM, coefficients, 1.0, "chebyshev"),
-        "StateFeedback.of": partial(arm_laws.StateFeedback.of, ARM, np.ones((2, 4))),
+        "StateFeedback.of": partial(arm_laws.ArmStateFeedback.of, ARM, np.ones((2, 4))),
     }
 
 

@@ -9,7 +9,7 @@ import workbench as wb
 from workbench.design import linear_loop
 
 MOTOR = wb.DCMotor()
-LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
+LAW = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
 LOOP = wb.ClosedLoop(MOTOR, controller=LAW, reference=wb.Step("omega", "rad/s", 1.0))
 OMEGA = np.array([1.0, 10.0])
 

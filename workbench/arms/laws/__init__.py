@@ -13,17 +13,17 @@ from workbench.arms.laws.adaptive_sliding_mode import (
     Plain,
 )
 from workbench.arms.laws.aosmc_rgs import K_STAYS_DEFINITE, SHAPES, AosmcRgs
+from workbench.arms.laws.arm_pid import ArmPID
+from workbench.arms.laws.arm_state_feedback import ArmStateFeedback
 from workbench.arms.laws.compensation import WithCompensation
 from workbench.arms.laws.computed_torque import ComputedTorque
 from workbench.arms.laws.fuzzy_asmc import FuzzyAsmc, RuleBase
-from workbench.arms.laws.pid import PID
 from workbench.arms.laws.rbf_asmc import RbfAsmc
 from workbench.arms.laws.rise import Rise
 from workbench.arms.laws.scheduled_feedback import ScheduledFeedback
 from workbench.arms.laws.sdre import Sdre
 from workbench.arms.laws.sliding_mode import SlidingMode
 from workbench.arms.laws.sliding_surface import AbstractSlidingMode
-from workbench.arms.laws.state_feedback import StateFeedback
 from workbench.arms.laws.super_twisting import SuperTwisting
 from workbench.arms.laws.terminal_sliding_mode import NonsingularTerminalSlidingMode
 
@@ -39,7 +39,7 @@ __all__ = [
     "K_STAYS_DEFINITE",
     "Leakage",
     "NonsingularTerminalSlidingMode",
-    "PID",
+    "ArmPID",
     "Plain",
     "RbfAsmc",
     "Rise",
@@ -48,7 +48,7 @@ __all__ = [
     "ScheduledFeedback",
     "Sdre",
     "SlidingMode",
-    "StateFeedback",
+    "ArmStateFeedback",
     "SuperTwisting",
     "WithCompensation",
 ]

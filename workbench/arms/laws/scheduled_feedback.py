@@ -5,7 +5,7 @@ import numpy as np
 
 from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm
-from workbench.arms.laws.state_feedback import halves
+from workbench.arms.laws.arm_state_feedback import halves
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core import block, option, parameter
 from workbench.core.block import Matrix, Number, Scalar

@@ -34,7 +34,7 @@ def _pulled_by_the_surface(y: Signals) -> ca.SX:
 EXACT_ESTIMATES = Claim(
     "exact estimates",
     "q_hat = q and qd_hat = qd at all times, to 1e-7 rad and rad/s.",
-    "`FullState`",
+    "`ArmFullState`",
     margin=lambda y: ROUNDING - ca.fabs(ca.vertcat(y["q_error"], y["qd_error"])),
 )
 SURFACE_PULLS_THE_ERROR = Claim(

@@ -4,6 +4,7 @@ Each knows readings, commands and the arm that its designer believes in; it does
 the same instant. Read `luenberger.py` first.
 """
 
+from workbench.arms.observers.arm_full_state import ArmFullState, DirtyDerivative, VelocityFilter
 from workbench.arms.observers.disturbance_observers import (
     AbstractDisturbanceObserver,
     MomentumObserver,
@@ -13,14 +14,13 @@ from workbench.arms.observers.disturbance_observers import (
     WithDisturbance,
 )
 from workbench.arms.observers.extended_state_observer import ExtendedStateObserver
-from workbench.arms.observers.full_state import DirtyDerivative, FullState, VelocityFilter
 from workbench.arms.observers.luenberger import THEOREM_1, Luenberger
 
 __all__ = [
     "AbstractDisturbanceObserver",
     "DirtyDerivative",
     "ExtendedStateObserver",
-    "FullState",
+    "ArmFullState",
     "Luenberger",
     "MomentumObserver",
     "NonlinearDisturbanceObserver",

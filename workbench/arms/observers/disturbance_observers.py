@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.arms.arm_contracts import AbstractArmObserver, AbstractJoints, motors, torques
 from workbench.arms.dynamics import AbstractArm
-from workbench.arms.observers.full_state import AbstractJointCounter
+from workbench.arms.observers.arm_full_state import AbstractJointCounter
 from workbench.blocks.loop.contracts import EULER, Inputs, Parts, Reads, euler
 from workbench.blocks.loop.wiring import above, below
 from workbench.core import Entry, Layout, Signals, block, initial, parameter
@@ -31,7 +31,7 @@ def _follows(y: Run) -> ca.SX:
 TRUE_STATE = Claim(
     "the true state",
     "q_hat = q and qd_hat = qd at all times, to 1e-7 rad and rad/s.",
-    "`FullState`",
+    "`ArmFullState`",
     margin=lambda y: ROUNDING - ca.fabs(ca.vertcat(y["q_error"], y["qd_error"])),
 )
 PRINTED_FOLLOWS = Claim(

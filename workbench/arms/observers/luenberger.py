@@ -5,7 +5,7 @@ import casadi as ca
 
 from workbench.arms.arm_contracts import AbstractArmObserver
 from workbench.arms.dynamics import AbstractArm
-from workbench.arms.observers.full_state import FullState
+from workbench.arms.observers.arm_full_state import ArmFullState
 from workbench.blocks.loop.contracts import EULER, Inputs, Parts, Reads, euler
 from workbench.core import Signals, block, initial, option, parameter
 from workbench.core.block import Matrix, Number, Vector
@@ -106,4 +106,4 @@ class Luenberger(AbstractArmObserver):
         }
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        return {"state observer": FullState(self.dof)}
+        return {"state observer": ArmFullState(self.dof)}

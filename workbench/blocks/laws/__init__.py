@@ -1,17 +1,17 @@
 """Control laws for any plant, one a file: PID, cascade and state feedback.
 
 A law reads estimates and references, and gives commands; it does not know the plant, the observer or the simulator.
-Its ports say which signals it reads, follows and drives. Read `regulator.py` first, then `pid2.py`.
+Its ports say which signals it reads, follows and drives. Read `state_feedback.py` first, then `pid.py`.
 """
 
 from workbench.blocks.laws.cascade import Cascade
-from workbench.blocks.laws.pid2 import PID2
-from workbench.blocks.laws.regulator import Regulator
+from workbench.blocks.laws.pid import PID
+from workbench.blocks.laws.state_feedback import StateFeedback
 from workbench.blocks.loop.linear_blocks import LinearLaw
 
 __all__ = [
     "Cascade",
-    "PID2",
-    "Regulator",
+    "PID",
+    "StateFeedback",
     "LinearLaw",
 ]

@@ -34,8 +34,8 @@ class Cascade(AbstractController):
     Examples
     --------
     >>> motor = wb.DCMotor.position()
-    >>> law = wb.PID2(wb.layout(theta="rad"), wb.layout(omega="rad/s"), Kp=20.0)
-    >>> speed = wb.PID2(wb.layout(omega="rad/s"), motor.inputs, Kp=0.5)
+    >>> law = wb.PID(wb.layout(theta="rad"), wb.layout(omega="rad/s"), Kp=20.0)
+    >>> speed = wb.PID(wb.layout(omega="rad/s"), motor.inputs, Kp=0.5)
     >>> cascade = wb.Cascade(outer=law, inner=speed, ratio=10)
     >>> cascade.reads.names, cascade.follows.names, cascade.drives.names
     (('theta', 'omega'), ('theta',), ('v',))

@@ -48,7 +48,7 @@ def remembered(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
 
 def units_of(loop: Blocks) -> dict[str, str]:
     """The units of the signals that are held, by their states."""
-    true = {entry.name: entry.unit for entry in (loop.plant.outputs + loop.plant.truths).entries}
+    true = {entry.name: entry.unit for entry in (loop.plant.outputs + wiring.truths(loop)).entries}
     return {
         **{f"hold.{name}": unit for name, unit in loop.controller.signal_units.items()},
         **{f"hold.{entry.name}_hat": true.get(entry.name, entry.unit) for entry in loop.observer.gives.entries},

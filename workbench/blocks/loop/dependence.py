@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeGuard, TypeVar
 import casadi as ca
 
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, is_recursion
-from workbench.blocks.loop.wiring import Blocks
+from workbench.blocks.loop.wiring import Blocks, truths
 from workbench.core import Layout, Signals, lift
 from workbench.core.block import is_block
 from workbench.core.port import Roles, Way
@@ -44,9 +44,9 @@ def roles(loop: object) -> Roles:
     Examples
     --------
     >>> from workbench.blocks.loop import roles
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=10.0, Ki=20.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=10.0, Ki=20.0)
     >>> roles(wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
-    Roles(law='PID2', readings={'omega'}, reference=('omega_ref',), law_states=2, observer_states=0)
+    Roles(law='PID', readings={'omega'}, reference=('omega_ref',), law_states=2, observer_states=0)
     """
     closed = getattr(loop, "loop", loop)
     if not _is_loop(closed):
@@ -61,7 +61,7 @@ def roles(loop: object) -> Roles:
     edges = _edges(closed, probes)
     commands = {f"u.{name}" for name in closed.controller.drives.names}
     at_once, ever = _reached(edges, commands, but="observer."), _reached(edges, commands)
-    outputs, truths = closed.plant.outputs.names, closed.plant.truths.names
+    outputs, true = closed.plant.outputs.names, truths(closed).names
     return Roles(
         _called(closed.controller),
         _called(closed.observer),
@@ -69,8 +69,8 @@ def roles(loop: object) -> Roles:
         tuple(f"{name}_ref" for name in closed.controller.follows.names if f"ref.{name}" in ever),
         {path: tuple(name for name in probe.symbols if f"{path}.{name}" in ever) for path, probe in probes.items()}
         | {path: ("f",) * any(node.startswith("observer.") for node in ever) for path in plants},
-        tuple(name for name in truths if f"est.{name}" in ever and edges.get(f"est.{name}")),
-        tuple(name for name in truths if f"y.{name}" in ever),
+        tuple(name for name in true if f"est.{name}" in ever and edges.get(f"est.{name}")),
+        tuple(name for name in true if f"y.{name}" in ever),
         closed.controller.memory.size,
         closed.observer.memory.size,
     )

@@ -38,7 +38,7 @@ class DigitalLoop:
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> runs = [wb.Run(wb.DigitalLoop(loop, T, delay=True), (wb.rmse(),), until=2.0, h=T / 2) for T in (1e-3, 1e-2)]
     >>> runs[1].loop.ode().period

@@ -91,9 +91,9 @@ def _limits(loop: Blocks, instruments: AbstractInstruments) -> dict[str, tuple[V
 
 def _readings(loop: Blocks, truths: tuple[str, ...]) -> Layout:
     """The signals that the observer reads; a truth among them is refused unless it is named."""
-    observer, plant = loop.observer, loop.plant
+    observer, plant, true = loop.observer, loop.plant, wiring.truths(loop)
     for name in truths if as_text(truths) is None else (truths,):
-        known(name, plant.truths.names, "truths of the plant")
+        known(name, true.names, "truths of the plant")
     for entry in observer.reads.entries:
         if entry.name not in plant.outputs and entry.name not in truths:
             raise ValueError(
@@ -101,7 +101,7 @@ def _readings(loop: Blocks, truths: tuple[str, ...]) -> Layout:
                 f"which no instrument of `{type(plant).__name__}` gives. Take an observer that estimates it, or name "
                 f"it as an input of the machine: `law(truths=('{entry.name}',))`."
             )
-    there = plant.outputs + plant.truths
+    there = plant.outputs + true
     return Layout(tuple(there[name] for name in observer.reads.names))
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant
 from workbench.blocks.loop.surroundings import AbstractInstruments, Readings, Rest
-from workbench.blocks.loop.wiring import SOCKETS, Blocks, names
+from workbench.blocks.loop.wiring import SOCKETS, Blocks, names, truths
 from workbench.core import Layout
 from workbench.core.block import quantities
 from workbench.core.port import misfits
@@ -56,7 +56,7 @@ def refuse_misfits(loop: Blocks) -> None:
     for socket in SOCKETS[1:]:
         block = getattr(loop, socket)
         _refuse_shared(block, "state", block.memory.names, "parameter", _parameters(block))
-    visible = plant.outputs + plant.truths if observer.uses_truth else plant.outputs
+    visible = plant.outputs + truths(loop) if observer.uses_truth else plant.outputs
     _refuse(observer, "reads", observer.reads, plant, "gives", visible, _way_to_observe(loop))
     _refuse(observer, "counts on", observer.inputs, plant, "has as inputs", plant.inputs)
     if isinstance(reference, Rest) and law.follows.size:
@@ -126,7 +126,7 @@ def _refuse_shared(block: object, one: str, own: Iterable[str], other: str, othe
 
 def _refuse_unlike(loop: Blocks) -> None:
     """Refuse an estimate or a wanted signal that has the name of an output, and another size or unit."""
-    outputs = loop.plant.outputs + loop.plant.truths
+    outputs = loop.plant.outputs + truths(loop)
     ports = ((loop.observer, "gives", loop.observer.gives), (loop.reference, "says", loop.reference.says))
     for block, verb, port in ports:
         same = Layout(tuple(entry for entry in port.entries if entry.name in outputs))

@@ -87,9 +87,18 @@ def wanted(loop: Blocks, t: ca.SX) -> Signals:
     return asked(loop.reference, "at", loop.reference.says, t)
 
 
+def truths(loop: Blocks) -> Layout:
+    """The signals of the plant that no instrument gives: its own truths, and each state that the observer reads so."""
+    plant, observer = loop.plant, loop.observer
+    told = plant.outputs + plant.truths
+    states = (entry for entry in plant.states.entries if entry.name in observer.reads and entry.name not in told)
+    return plant.truths + Layout(tuple(states) if observer.uses_truth else ())
+
+
 def measured(loop: Blocks, t: ca.SX, x: Signals) -> Signals:
     """The outputs and the truths of the plant."""
-    return asked(loop.plant, "measure", loop.plant.outputs + loop.plant.truths, t, x)
+    y = asked(loop.plant, "measure", loop.plant.outputs + loop.plant.truths, t, x)
+    return y | {name: x[name] for name in truths(loop).names if name not in y}
 
 
 def stirred(plant: AbstractPlant, k: ca.SX, x: Signals, w: ca.SX, period: float) -> Signals:
@@ -120,8 +129,8 @@ def shown(
     loop: Blocks, y: Signals, ref: Signals, est: Signals, u: Signals, applied: Signals, own: Parts
 ) -> tuple[Layout, dict[str, ca.SX]]:
     """The signals that are worth watching in any loop, with their layout, as `ClosedLoop.ode` has them."""
-    outputs, inputs, truths = loop.plant.outputs, loop.plant.inputs, loop.plant.truths
-    of = {entry.name: entry for entry in (outputs + truths).entries}
+    outputs, inputs, true = loop.plant.outputs, loop.plant.inputs, truths(loop)
+    of = {entry.name: entry for entry in (outputs + true).entries}
     follows = [of[name] for name in loop.reference.says.names if name in outputs]
     rows = [(e.name, y[e.name], e.unit) for e in outputs.entries]
     rows += [(f"{e.name}_ref", ref[e.name], e.unit) for e in follows]
@@ -131,7 +140,7 @@ def shown(
             rows.append((f"e_hat_{e.name}", est[e.name] - ref[e.name], e.unit))
     rows += [(e.name, u[e.name], e.unit) for e in inputs.entries]
     rows += [(f"{e.name}_applied", applied[e.name], e.unit) for e in inputs.entries]
-    rows += [(e.name, y[e.name], e.unit) for e in truths.entries]
+    rows += [(e.name, y[e.name], e.unit) for e in true.entries]
     rows += [(f"{e.name}_error", y[e.name] - est[e.name], e.unit) for e in of.values() if e.name in est]
     short, law = loop.plant.labels, loop.controller
     parts = [(short.get(name, name), part, unit) for name, part, unit in rows]
@@ -142,11 +151,11 @@ def shown(
 
 def differences(loop: Blocks) -> dict[str, tuple[str, str]]:
     """The outputs that are the difference of two signals, by the names under which the loop shows all three."""
-    outputs, truths, gives = loop.plant.outputs, loop.plant.truths, loop.observer.gives
+    outputs, gives = loop.plant.outputs, loop.observer.gives
     follows = [name for name in loop.reference.says.names if name in outputs]
     pairs = {f"e_{name}": (name, f"{name}_ref") for name in follows}
     pairs |= {f"e_hat_{name}": (f"{name}_hat", f"{name}_ref") for name in follows if name in gives}
-    pairs |= {f"{name}_error": (name, f"{name}_hat") for name in (outputs + truths).names if name in gives}
+    pairs |= {f"{name}_error": (name, f"{name}_hat") for name in (outputs + truths(loop)).names if name in gives}
     short = loop.plant.labels
     return {short.get(name, name): (short.get(a, a), short.get(b, b)) for name, (a, b) in pairs.items()}
 
@@ -173,12 +182,12 @@ def measures(loop: Blocks) -> tuple[str, ...]:
 
 def names(loop: Blocks) -> list[str]:
     """The names of the signals that a loop shows and, below `hold.`, of those that a computer holds."""
-    outputs, inputs, truths = loop.plant.outputs.names, loop.plant.inputs.names, loop.plant.truths.names
+    outputs, inputs, true = loop.plant.outputs.names, loop.plant.inputs.names, truths(loop).names
     gives, follows = loop.observer.gives.names, [name for name in loop.reference.says.names if name in outputs]
-    own = [*outputs, *inputs, *truths, *(f"{name}_applied" for name in inputs)]
+    own = [*outputs, *inputs, *true, *(f"{name}_applied" for name in inputs)]
     own += [f"{name}_ref" for name in follows] + [f"e_{name}" for name in follows]
     own += [f"e_hat_{name}" for name in follows if name in gives and name in loop.reference.primary]
-    own += [f"{name}_error" for name in (*outputs, *truths) if name in gives]
+    own += [f"{name}_error" for name in (*outputs, *true) if name in gives]
     return [loop.plant.labels.get(name, name) for name in own] + [f"{name}_hat" for name in gives] + ["next"]
 
 
@@ -211,8 +220,8 @@ def above(parts: Mapping[str, Mapping[str, ca.SX]]) -> dict[str, ca.SX]:
 
 def notes(loop: Blocks, *, continuous: bool = False) -> tuple[str, ...]:
     """The remarks that a reader of the loop's equations needs, in continuous time also of the periods of its blocks."""
-    truths = ", ".join(loop.plant.truths.names)
-    told = (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()
+    true = ", ".join(truths(loop).names)
+    told = (f"the observer uses the truth ({true}), which no instrument gives",) if loop.observer.uses_truth else ()
     blocks: tuple[AbstractMember, ...] = (loop.observer, loop.controller)
     held = [(type(block).__name__, block.period) for block in blocks if continuous and block.period is not None]
     says = "{} acts at every instant here: its period of {:g} s is that of a computer"

@@ -5,11 +5,13 @@ instant. It gives estimates by the names of the plant's signals; `model.py` has 
 Read `linear_observer.py` first.
 """
 
+from workbench.blocks.observers.full_state import FullState
 from workbench.blocks.observers.kalman_filter import ExtendedKalmanFilter, UnscentedKalmanFilter
 from workbench.blocks.observers.linear_observer import LinearObserver, SteadyKalmanFilter
 
 __all__ = [
     "ExtendedKalmanFilter",
+    "FullState",
     "UnscentedKalmanFilter",
     "LinearObserver",
     "SteadyKalmanFilter",

@@ -45,7 +45,7 @@ def prove_over_box(
     --------
     >>> from workbench.design.loop_boxes import GainBelow, LoopFamily, ParameterBox, prove_over_box
     >>> from workbench.design.loop_boxes import PolesDamped, PolesDecay
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> linear = wb.linear_loop(wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
     >>> box = ParameterBox.of("box", linear.parameters, {"plant.J": (0.0099, 0.0101)})
     >>> family, theta = LoopFamily.of(linear, box.labels, ("v_load",), ("v",)), np.array([[0.01]])

@@ -41,7 +41,7 @@ def lqr(
 
     The system is x' = A x + B u, or x+ = A x + B u if it is `discrete`. A python-control `StateSpace` takes the place
     of A and B, as in `lqr(system, Q, R)`, and says itself whether it is sampled. The answer of a linearised system has
-    its point, about which `Regulator.of(plant, answer)` holds the plant.
+    its point, about which `StateFeedback.of(plant, answer)` holds the plant.
 
     Parameters
     ----------

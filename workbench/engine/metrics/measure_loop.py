@@ -63,7 +63,7 @@ def measure(
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> found = wb.measure(loop.ode(), [wb.rmse(), wb.effort()], until=2.0, h=1e-3)
     >>> found.score("RMSE").value.round(3), found.score("effort", "v").value.round(1)

@@ -61,7 +61,7 @@ def rmse(signal: str | None = None, name: str | None = None) -> Integral:
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> wb.measure(loop.ode(), [wb.rmse()], until=5.0, h=1e-3).score("RMSE").value.round(3)
     array([0.122])
@@ -84,7 +84,7 @@ def iae(signal: str | None = None) -> Integral:
     Examples
     --------
     >>> from workbench.engine.metrics import iae, ise, itae, late_error, peak, sampled_rmse
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> metrics = [iae(), ise(), itae(), peak("omega"), late_error(0.5), sampled_rmse(0.1)]
     >>> wb.measure(loop.ode(), metrics, until=1.0, h=1e-3).values.round(3)
@@ -113,7 +113,7 @@ def effort(signal: str | None = None) -> Integral:
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> wb.measure(loop.ode(), [wb.effort("v")], until=5.0, h=1e-3).score("effort of v").value.round(3)
     array([16.238])
@@ -137,7 +137,7 @@ def energy(power: tuple[str, str] | None = None) -> Energy:
     ...     inputs, outputs, power = wb.layout(F="N"), wb.layout(v="m/s"), ("F", "v")
     ...     def rate(self, t, x, u):
     ...         return {"v": u.F / 2.0}
-    >>> law = wb.PID2(Mass().outputs, Mass().inputs, Kp=10.0)
+    >>> law = wb.PID(Mass().outputs, Mass().inputs, Kp=10.0)
     >>> loop = wb.ClosedLoop(Mass(), controller=law, reference=wb.Step("v", "m/s", 1.0))
     >>> wb.measure(loop.ode(), [wb.metrics.energy()], until=10.0, h=1e-2).score("energy").value.round(6)
     array([1.])
@@ -163,7 +163,7 @@ def peak_error(signal: str | None = None) -> Peak:
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> wb.measure(loop.ode(), [wb.peak_error()], until=5.0, h=1e-3).score("peak error").value.round(3)
     array([1.])
@@ -192,7 +192,7 @@ def violation(signal: str, low: Numbers | None = None, high: Numbers | None = No
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> found = wb.measure(loop.ode(), wb.metrics.violation("omega", high=1.1), until=5.0, h=1e-3)
     >>> [float(score.value.round(3)[0]) for score in found.scores]
@@ -240,7 +240,7 @@ def total_variation(sample: float, signal: str | None = None, after: float = 0.0
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> wb.measure(loop.ode(), [wb.total_variation(1e-3)], until=5.0, h=1e-3).score("TV").value.round(3)
     array([34.388])
@@ -258,7 +258,7 @@ def overshoot(signal: str | None = None) -> Overshoot:
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> wb.measure(loop.ode(), [wb.overshoot()], until=5.0, h=1e-3).score("overshoot").value.round(3)
     array([30.491])
@@ -273,7 +273,7 @@ def settling_time(signal: str | None = None, band: float = 0.02) -> SettlingTime
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> wb.measure(loop.ode(), [wb.settling_time()], until=5.0, h=1e-3).score("settling time").value.round(3)
     array([0.774])

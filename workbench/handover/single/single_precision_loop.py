@@ -44,7 +44,7 @@ def in_single_precision(sampled: Sampled, law: SampledLaw) -> Sampled:
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
     >>> single = wb.handover.in_single_precision(loop, loop.law())
     >>> voltages = [wb.simulate(one.step(1), until=0.1)["hold.v"][0, -1, 0] for one in (loop, single)]

@@ -34,7 +34,7 @@ def turned(study: Study, case: str, values: Mapping[str, float], seed: int | Non
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> case = wb.Case("speed", "PI", wb.Run(loop, (wb.rmse(),), until=5.0, h=1e-3))
     >>> knobs = (wb.Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True),)
@@ -73,7 +73,7 @@ def turned_linear(study: Study, case: str, values: Mapping[str, float]) -> Linea
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> case = wb.Case("speed", "PI", wb.Run(loop, (wb.rmse(),), until=5.0, h=1e-3))
     >>> knobs = (wb.Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True),)

@@ -46,7 +46,7 @@ def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float =
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> case = wb.Case("speed", "PI", wb.Run(loop, (wb.rmse(),), until=1.0, h=1e-2))
     >>> def sections(results):

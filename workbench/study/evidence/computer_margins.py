@@ -94,7 +94,7 @@ def computer_effects(sampled: Sampled, jitter: float, missed: float) -> tuple[Co
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
     >>> sampled = loop.disturbed()
     >>> effects = wb.evidence.computer_effects(sampled, jitter=1e-3, missed=0.1)
@@ -141,7 +141,7 @@ def computer_sweep(
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
     >>> sampled = loop.disturbed()
     >>> effects = wb.evidence.computer_effects(sampled, jitter=1e-3, missed=0.1)

@@ -125,7 +125,7 @@ def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) 
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> run = wb.Run(loop.digital(0.01), (wb.rmse(),), until=0.1, h=0.01)
     >>> gain = wb.Factor("gain", ("controller.Kp",), wb.Uniform(5.0, 20.0))

@@ -47,7 +47,7 @@ class LoopLimits:
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> kept = wb.LoopLimits(lambda T: wb.DigitalLoop(loop, T), lambda T: [wb.rmse()], {"RMSE": 0.25}, 2.0, 5e-3)
     >>> kept.at(0.05).met, kept.at(0.1).met
@@ -204,7 +204,7 @@ def largest_setting(
 
     Examples
     --------
-    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> kept = wb.LoopLimits(lambda T: wb.DigitalLoop(loop, T), lambda T: [wb.rmse()], {"RMSE": 0.25}, 2.0, 5e-3)
     >>> found = wb.largest_setting(kept, (0.05, 0.1), ratio=1.2)

@@ -206,7 +206,7 @@ def information_table(
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> wb.evidence.information_table("laws", "The measurements of each law.", {"PI": loop}).rows[0][0]
     'PI'

@@ -13,7 +13,7 @@ from workbench.core.units import gain
 
 
 @block
-class PID(AbstractArmController):
+class ArmPID(AbstractArmController):
     """Proportional, integral and derivative action on each joint by itself:
 
         tau = -(Kp e + Ki z + Kd ed),      z' = e,  z(0) = 0,      e = q - q_ref,
@@ -26,7 +26,7 @@ class PID(AbstractArmController):
 
     Examples
     --------
-    >>> law = wb.PID(Kp=[50.0, 50.0], Ki=[10.0, 10.0], Kd=[10.0, 10.0], model=wb.paper_arm())
+    >>> law = wb.ArmPID(Kp=[50.0, 50.0], Ki=[10.0, 10.0], Kd=[10.0, 10.0], model=wb.paper_arm())
     >>> law.reads.names, law.follows.names, law.drives["tau"].units
     (('q', 'qd'), ('q', 'qd', 'qdd'), ('N m', 'N m'))
     """
@@ -39,7 +39,7 @@ class PID(AbstractArmController):
     def __post_init__(self) -> None:
         if self.model is not None and self.model.dof != self.dof:
             raise ValueError(
-                f"`PID(model=...)` must have one joint for each gain, as G(q) is added to tau: "
+                f"`ArmPID(model=...)` must have one joint for each gain, as G(q) is added to tau: "
                 f"got a model of {self.model.dof} joints and {self.dof} gains."
             )
 

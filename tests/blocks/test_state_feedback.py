@@ -5,7 +5,7 @@ import control
 import numpy as np
 import pytest
 
-from workbench.blocks.laws import Regulator
+from workbench.blocks.laws import StateFeedback
 from workbench.blocks.loop import AbstractPlant, AbstractReference, ClosedLoop, LinearLaw, open_loop
 from workbench.core import Layout, block, initial, layout, parameter, rk4
 from workbench.design.linear import equilibria, linearize, operating_point
@@ -60,7 +60,7 @@ Q, R = np.diag([5000.0, 0.0, 100.0, 0.0]), [[1.0]]
 
 
 def regulator(**more):
-    return Regulator.of(PLANT, lqr(UPRIGHT, Q, R).K, **more)
+    return StateFeedback.of(PLANT, lqr(UPRIGHT, Q, R).K, **more)
 
 
 def test_the_gain_from_the_nonlinear_cart_pole_is_the_published_one():
@@ -102,7 +102,7 @@ def test_a_state_that_follows_goes_where_it_is_wanted():
 
 
 def test_the_force_about_an_operating_point_is_that_of_the_point():
-    law = Regulator.of(PLANT, [[1.0, 2.0, 3.0, 4.0]], x0=[1.0, 0.0, 0.0, 0.0], u0=[5.0])
+    law = StateFeedback.of(PLANT, [[1.0, 2.0, 3.0, 4.0]], x0=[1.0, 0.0, 0.0, 0.0], u0=[5.0])
     ode = ClosedLoop(PLANT, controller=law).ode()
     assert ode.outputs_at(0.0, [1.0, 0.0, 0.0, 0.0])["F"] == 5.0
     assert ode.outputs_at(0.0, [2.0, 1.0, 0.0, 0.0])["F"] == 5.0 - 1.0 - 2.0
@@ -119,15 +119,19 @@ def test_the_rest_points_of_a_cart_that_may_stand_anywhere_are_called_a_continuu
     ("make", "error", "message"),
     [
         (
-            lambda: Regulator.of(PLANT, np.zeros((1, 3))),
+            lambda: StateFeedback.of(PLANT, np.zeros((1, 3))),
             ValueError,
-            r"`Regulator.of\(K=...\)` must have shape \(1, 4\)",
+            r"`StateFeedback.of\(K=...\)` must have shape \(1, 4\)",
         ),
-        (lambda: Regulator.of(PLANT, np.full((1, 4), np.nan)), ValueError, "matrix of finite numbers; got nan"),
-        (lambda: Regulator.of(PLANT, np.zeros((1, 4)), x0=[1.0]), ValueError, r"x0=...\)` must have shape \(4,\)"),
-        (lambda: Regulator.of(PLANT, np.zeros((1, 4)), u0=[1.0, 2.0]), ValueError, r"u0=...\)` must have shape \(1,\)"),
+        (lambda: StateFeedback.of(PLANT, np.full((1, 4), np.nan)), ValueError, "matrix of finite numbers; got nan"),
+        (lambda: StateFeedback.of(PLANT, np.zeros((1, 4)), x0=[1.0]), ValueError, r"x0=...\)` must have shape \(4,\)"),
         (
-            lambda: Regulator.of(PLANT, np.zeros((1, 4)), follow=("x",)),
+            lambda: StateFeedback.of(PLANT, np.zeros((1, 4)), u0=[1.0, 2.0]),
+            ValueError,
+            r"u0=...\)` must have shape \(1,\)",
+        ),
+        (
+            lambda: StateFeedback.of(PLANT, np.zeros((1, 4)), follow=("x",)),
             LookupError,
             "There is no 'x' among the 4 states",
         ),

@@ -11,7 +11,7 @@ from workbench.core.validation.refusals import known, matrix
 
 
 @block
-class Regulator(AbstractController):
+class StateFeedback(AbstractController):
     """Linear feedback of the state about an operating point of any plant:
 
         u = u0 - K (x - x0).
@@ -28,7 +28,7 @@ class Regulator(AbstractController):
     --------
     >>> plant = wb.CartPole(phi=0.1)
     >>> linear = wb.linearize(wb.open_loop(plant), 0.0, np.zeros(4))
-    >>> law = wb.Regulator.of(plant, wb.lqr(linear, Q=np.eye(4), R=[[1.0]]), follow=("x",))
+    >>> law = wb.StateFeedback.of(plant, wb.lqr(linear, Q=np.eye(4), R=[[1.0]]), follow=("x",))
     >>> law.reads.names, law.follows.names, law.drives.names
     (('x', 'xd', 'phi', 'phid'), ('x',), ('F',))
     """
@@ -39,17 +39,17 @@ class Regulator(AbstractController):
     x0: Vector = parameter(unit=ANY, shape=("nx",), symbol="x_0")
     u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0")
     follow: tuple[str, ...] = ()
-    hint_on_follows = "`Regulator.of(..., follow=({names},))`"
+    hint_on_follows = "`StateFeedback.of(..., follow=({names},))`"
 
     def __post_init__(self) -> None:
-        matrix("Regulator(K=...)", self.K, self.inputs.size, self.states.size)
+        matrix("StateFeedback(K=...)", self.K, self.inputs.size, self.states.size)
         for name in self.follow:
             known(name, self.states.names, "states that the law reads")
 
     @staticmethod
     def of(
         plant: AbstractPlant, K: object, x0: object = None, u0: object = None, follow: tuple[str, ...] = ()
-    ) -> Regulator:
+    ) -> StateFeedback:
         """The law for a plant that is held at the point of a design; it needs an estimate of each state.
 
         Parameters
@@ -68,9 +68,9 @@ class Regulator(AbstractController):
         LookupError
             If a state to follow is none of the plant.
         """
-        gain, x, u = point_for("Regulator.of", plant, K, x0, u0)
-        checked = matrix("Regulator.of(K=...)", gain, plant.inputs.size, plant.states.size)
-        return Regulator(plant.states, plant.inputs, checked, x, u, follow)
+        gain, x, u = point_for("StateFeedback.of", plant, K, x0, u0)
+        checked = matrix("StateFeedback.of(K=...)", gain, plant.inputs.size, plant.states.size)
+        return StateFeedback(plant.states, plant.inputs, checked, x, u, follow)
 
     @property
     def reads(self) -> Layout:

@@ -6,10 +6,10 @@ import pytest
 from scipy.linalg import solve_continuous_are
 
 from tests.support.oracles import closed_loop, integrate, matrices, worst_difference
-from workbench.arms.laws import StateFeedback
+from workbench.arms.laws import ArmStateFeedback
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4, with_quadrature
@@ -21,7 +21,7 @@ Kp, Kd = np.array([[60.0, 5.0], [2.0, 30.0]]), np.array([[15.0, 1.0], [3.0, 6.0]
 def loop(controller, q=(0.6, -0.8), reference=None, disturbance=None):
     return ClosedLoop(
         plant=Manipulator(paper_arm(), q=q, disturbance=disturbance),
-        observer=FullState(2),
+        observer=ArmFullState(2),
         controller=controller,
         reference=reference or Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
@@ -38,12 +38,12 @@ def state_feedback(p, z, q, qd, d, ref):
 
 
 def test_the_loop_is_the_one_written_by_hand():
-    ode = shaken(StateFeedback(paper_arm(), Kp, Kd)).ode()
+    ode = shaken(ArmStateFeedback(paper_arm(), Kp, Kd)).ode()
     assert worst_difference(ode, closed_loop(state_feedback), np.random.default_rng(41)) < 1e-12  # rounding
 
 
 def test_the_motion_is_that_of_another_integrator():
-    ode = shaken(StateFeedback(paper_arm(), Kp, Kd)).ode()
+    ode = shaken(ArmStateFeedback(paper_arm(), Kp, Kd)).ode()
     ours = simulate(rk4(ode, 5e-5), until=0.5, every=0.5).x[0, -1]
     # RK4 at 0.05 ms on modes of about 60 1/s: (h lambda)^4 is 1e-10, and the error a fraction of it
     np.testing.assert_allclose(ours, integrate(ode, closed_loop(state_feedback), 0.5), rtol=0, atol=1e-10)
@@ -51,7 +51,7 @@ def test_the_motion_is_that_of_another_integrator():
 
 def test_from_the_reference_the_right_model_follows_it():
     start = {"q": (0.0, 0.0), "reference": Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0], phase=[np.pi / 2] * 2)}
-    ode = loop(StateFeedback(paper_arm(), Kp, Kd), **(start | {"q": (1.0, 0.5)})).ode()
+    ode = loop(ArmStateFeedback(paper_arm(), Kp, Kd), **(start | {"q": (1.0, 0.5)})).ode()
     run = simulate(rk4(ode, 1e-4), until=2.0, every=0.1)
     np.testing.assert_allclose(run["e"], 0, atol=1e-9)  # the error of RK4, which feedback holds down
 
@@ -59,7 +59,7 @@ def test_from_the_reference_the_right_model_follows_it():
 def test_a_gain_in_one_piece_is_the_same_law():
     one, two = (
         loop(law).ode()
-        for law in (StateFeedback.of(paper_arm(), np.hstack([Kp, Kd])), StateFeedback(paper_arm(), Kp, Kd))
+        for law in (ArmStateFeedback.of(paper_arm(), np.hstack([Kp, Kd])), ArmStateFeedback(paper_arm(), Kp, Kd))
     )
     assert one.fingerprint == two.fingerprint
     np.testing.assert_array_equal(one.parameters.default, two.parameters.default)
@@ -80,7 +80,7 @@ def test_near_rest_the_cost_of_the_lqr_is_x_p_x(q):
     A, B = linear_arm(q)
     Q, R = np.diag([40.0, 30.0, 2.0, 1.0]), np.diag([0.1, 0.2])
     P = solve_continuous_are(A, B, Q, R)
-    law = StateFeedback.of(paper_arm(), np.linalg.solve(R, B.T @ P))
+    law = ArmStateFeedback.of(paper_arm(), np.linalg.solve(R, B.T @ P))
     x0 = 1e-5 * np.array([1.0, -2.0, 0.0, 0.0])
     ode = loop(law, q=np.array(q) + x0[:2], reference=Hold(list(q))).ode()
     y = ode.outputs.view(ode.output)
@@ -98,24 +98,26 @@ def weight(q):
 
 def test_a_gain_of_another_shape_is_refused():
     with pytest.raises(
-        ValueError, match=r"`StateFeedback.of\(K=...\)` must have 2 rows.* and 4 columns.*shape \(4, 2\)"
+        ValueError, match=r"`ArmStateFeedback.of\(K=...\)` must have 2 rows.* and 4 columns.*shape \(4, 2\)"
     ):
-        StateFeedback.of(paper_arm(), np.ones((4, 2)))
-    with pytest.raises(ValueError, match=r"`StateFeedback.of\(K=...\)` must be a matrix of numbers"):
-        StateFeedback.of(paper_arm(), "fast")
-    with pytest.raises(ValueError, match=r"`StateFeedback\(Kp=...\)` must be an array of shape \(m, n = 2\)"):
-        StateFeedback(paper_arm(), [1.0, 2.0], Kd)
+        ArmStateFeedback.of(paper_arm(), np.ones((4, 2)))
+    with pytest.raises(ValueError, match=r"`ArmStateFeedback.of\(K=...\)` must be a matrix of numbers"):
+        ArmStateFeedback.of(paper_arm(), "fast")
+    with pytest.raises(ValueError, match=r"`ArmStateFeedback\(Kp=...\)` must be an array of shape \(m, n = 2\)"):
+        ArmStateFeedback(paper_arm(), [1.0, 2.0], Kd)
 
 
 def test_a_gain_that_is_not_finite_is_refused():
-    with pytest.raises(ValueError, match=r"`StateFeedback\(Kd=...\)` must be finite"):
-        StateFeedback(paper_arm(), Kp, np.full((2, 2), np.nan))
+    with pytest.raises(ValueError, match=r"`ArmStateFeedback\(Kd=...\)` must be finite"):
+        ArmStateFeedback(paper_arm(), Kp, np.full((2, 2), np.nan))
 
 
 def test_a_gain_of_the_other_sign_is_refused():
     K = np.hstack([Kp, Kd])
-    with pytest.raises(ValueError, match=r"(?s)`StateFeedback\(Kd=...\)` must damp.* A gain of u = \+K x must change"):
-        StateFeedback.of(paper_arm(), -K)
-    StateFeedback(paper_arm(), -Kp, Kd)  # gravity may hold what Kp pushes
-    StateFeedback(paper_arm(), Kp, 0 * Kd)  # friction may damp
-    StateFeedback(paper_arm(), Kp, np.diag([1.0, -0.1]))  # M may carry damping from joint to joint
+    with pytest.raises(
+        ValueError, match=r"(?s)`ArmStateFeedback\(Kd=...\)` must damp.* A gain of u = \+K x must change"
+    ):
+        ArmStateFeedback.of(paper_arm(), -K)
+    ArmStateFeedback(paper_arm(), -Kp, Kd)  # gravity may hold what Kp pushes
+    ArmStateFeedback(paper_arm(), Kp, 0 * Kd)  # friction may damp
+    ArmStateFeedback(paper_arm(), Kp, np.diag([1.0, -0.1]))  # M may carry damping from joint to joint

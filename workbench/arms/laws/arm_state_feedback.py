@@ -14,7 +14,7 @@ from workbench.core.validation.refusals import Array, as_array, refusal
 
 
 @block
-class StateFeedback(AbstractArmController):
+class ArmStateFeedback(AbstractArmController):
     """Feedforward along the reference, and linear feedback of the whole state:
 
         tau = tau_ref - Kp e - Kd ed,             e = q - q_ref,
@@ -34,7 +34,7 @@ class StateFeedback(AbstractArmController):
     >>> arm = wb.named("cart-pole")
     >>> linear = wb.linearize(wb.open_loop(wb.Manipulator(arm, q=[0.0, 0.0])), 0.0, np.zeros(4), at_rest=True)
     >>> design = wb.lqr(linear, Q=np.eye(4), R=[[1.0]])
-    >>> design.K.shape, wb.StateFeedback.of(arm, design).drives["tau"].unit
+    >>> design.K.shape, wb.ArmStateFeedback.of(arm, design).drives["tau"].unit
     ((1, 4), 'N')
     """
 
@@ -45,7 +45,7 @@ class StateFeedback(AbstractArmController):
     def __post_init__(self) -> None:
         if len(self.Kp) != (count := len(self.model.motors)):
             raise ValueError(
-                f"`StateFeedback(Kp=...)` must have a row for each motor of `model`, which has {count}; got shape "
+                f"`ArmStateFeedback(Kp=...)` must have a row for each motor of `model`, which has {count}; got shape "
                 f"{self.Kp.shape}."
             )
         if count < self.dof:
@@ -54,19 +54,19 @@ class StateFeedback(AbstractArmController):
         damping = np.linalg.eigvalsh((self.Kd + self.Kd.T) / 2)
         if damping[-1] <= 0 and damping[0] < 0:
             raise ValueError(
-                "`StateFeedback(Kd=...)` must damp: tau holds -Kd ed, and a Kd whose symmetric part has negative "
+                "`ArmStateFeedback(Kd=...)` must damp: tau holds -Kd ed, and a Kd whose symmetric part has negative "
                 "eigenvalues and no positive one makes every rest of an arm without friction unstable. Got "
                 f"{np.array2string(self.Kd, separator=', ')}. A gain of u = +K x must change its sign."
             )
 
     @staticmethod
-    def of(model: AbstractArm, K: object) -> StateFeedback:
+    def of(model: AbstractArm, K: object) -> ArmStateFeedback:
         """The law u = tau_ref - K [e; ed] of a regulator's design, or of its K (m, 2n) alone.
 
         The feedforward tau_ref and the error are those of the reference, so the point is wherever that is.
         """
         gain, _ = gain_of(K)
-        return StateFeedback(model, *halves("StateFeedback.of(K=...)", gain, model.dof, len(model.motors)))
+        return ArmStateFeedback(model, *halves("StateFeedback.of(K=...)", gain, model.dof, len(model.motors)))
 
     @property
     def drives(self) -> Layout:

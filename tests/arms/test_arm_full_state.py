@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import named, paper_arm
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold, SineTorque
 
@@ -15,8 +15,8 @@ def loop(arm, q):
     n = len(q)
     return ClosedLoop(
         plant=Manipulator(arm, q=q, disturbance=SineTorque(amplitude=np.ones(n), frequency=np.ones(n))),
-        observer=FullState(n),
-        controller=PID(Kp=np.ones(n), Ki=np.zeros(n), Kd=np.ones(n)),
+        observer=ArmFullState(n),
+        controller=ArmPID(Kp=np.ones(n), Ki=np.zeros(n), Kd=np.ones(n)),
         reference=Hold(np.zeros(n)),
     )
 
@@ -33,11 +33,11 @@ def test_it_serves_arms_of_any_number_of_joints():
 
 
 def test_it_does_not_use_the_truth():
-    assert not FullState(2).uses_truth
+    assert not ArmFullState(2).uses_truth
     assert loop(paper_arm(), [0.0, 0.0]).ode().notes == ()
 
 
 @pytest.mark.parametrize("joints", [0, -1, 1.5, True])
 def test_what_is_no_number_of_joints_is_refused(joints):
-    with pytest.raises(ValueError, match=r"`FullState\(joints=...\)` must be a whole number"):
-        FullState(joints)
+    with pytest.raises(ValueError, match=r"`ArmFullState\(joints=...\)` must be a whole number"):
+        ArmFullState(joints)

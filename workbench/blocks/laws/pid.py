@@ -12,8 +12,8 @@ from workbench.core.units import gain
 
 
 @block
-class PID2(AbstractController):
-    """PID with two degrees of freedom from an output y and its reference r to an input u, component by component:
+class PID(AbstractController):
+    """PID with two degrees of freedom from outputs y and their references r to inputs u, component by component:
 
         v  = u0 + Kp (b r - y) + I + Kd N (w - f),      u = v within low and high
         w  = c (r - y0) - (y - y0)
@@ -25,6 +25,9 @@ class PID2(AbstractController):
     "clamping" stops the integral while v is beyond a limit and Ki (r - y) drives it farther; "back-calculation" adds
     (u - v) / Tt to I'. Limits in `Instruments` are not known to the law: give it the same.
 
+    The first number that it reads drives the first input, the second the second: several signals make a decentralised
+    law, whose gains have an entry for each.
+
     In a computer that runs it once in h seconds the filter is a backward difference and the integral a forward one:
 
         f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup)
@@ -32,8 +35,8 @@ class PID2(AbstractController):
     Raises
     ------
     ValueError
-        If `reads` and `drives` are not one signal each, of as many numbers; a lower limit is not below the upper; or
-        back-calculation is asked for without limits or without Tt.
+        If `reads` or `drives` has no signal, or they have different numbers of components; a lower limit is not below
+        the upper; or back-calculation is asked for without limits or without Tt.
 
     References
     ----------
@@ -42,9 +45,15 @@ class PID2(AbstractController):
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
     >>> law.unit_of_Kp, law.unit_of_Ki, law.memory.names
     ('V s/rad', 'V/rad', ('integral', 'filter'))
+
+    Two loops of a tank system in one law, with a pump for each level:
+
+    >>> levels, pumps = wb.layout(h1="cm", h2="cm"), wb.layout(v1="V", v2="V")
+    >>> wb.PID(levels, pumps, Kp=[3.0, 2.7], Ki=[0.1, 0.07]).drives.names
+    ('v1', 'v2')
     """
 
     reads: Layout = Layout()
@@ -71,21 +80,19 @@ class PID2(AbstractController):
 
     def __post_init__(self) -> None:
         for name, port in (("reads", self.reads), ("drives", self.drives)):
-            if len(port.entries) != 1:
-                raise ValueError(
-                    f"`PID2({name}=...)` must be a layout of one signal, as `layout(v='V')` is; it has "
-                    f"{', '.join(port.names) or 'none'}."
-                )
+            if not port.size:
+                raise ValueError(f"`PID({name}=...)` must be a layout of signals, as `layout(v='V')` is; it has none.")
         if self.reads.size != self.drives.size:
             raise ValueError(
-                f"`PID2(reads=..., drives=...)` must be signals of as many numbers, each of which drives one; "
-                f"'{self.reads.names[0]}' has {self.reads.size} and '{self.drives.names[0]}' {self.drives.size}."
+                "`PID(reads=..., drives=...)` must drive as many numbers as it reads, as the first drives the first; "
+                f"{', '.join(map(repr, self.reads.names))} has {self.reads.size} and "
+                f"{', '.join(map(repr, self.drives.names))} {self.drives.size}."
             )
         if self.low is not None and self.high is not None and np.any(self.low >= self.high):
-            raise ValueError(f"`PID2(low=..., high=...)` must leave room between them; got {self.low} and {self.high}.")
+            raise ValueError(f"`PID(low=..., high=...)` must leave room between them; got {self.low} and {self.high}.")
         if self.anti_windup == "back-calculation" and (self.Tt is None or (self.low is None and self.high is None)):
             raise ValueError(
-                "`PID2(anti_windup='back-calculation')` needs limits and the time Tt in which the integral follows "
+                "`PID(anti_windup='back-calculation')` needs limits and the time Tt in which the integral follows "
                 f"them; got low = {self.low}, high = {self.high} and Tt = {self.Tt}."
             )
 
@@ -129,7 +136,7 @@ class PID2(AbstractController):
         return self.period is not None
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        return Signals({self.drives.names[0]: self._limited(self._asked(z, est, ref))})
+        return Signals(self.drives.view(self._limited(self._asked(z, est, ref))))
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         return {"integral": self._growth(z, est, ref), "filter": self.N * (self._weighted(est, ref) - z["filter"])}
@@ -159,8 +166,7 @@ class PID2(AbstractController):
         return 0.0 if self.period is None else self.period
 
     def _signals(self, est: Reads, ref: Follows) -> tuple[ca.SX, ca.SX]:
-        name = self.reads.names[0]
-        return est[name], ref[name]
+        return self.reads.flatten(est), self.reads.flatten(ref)
 
     def _weighted(self, est: Reads, ref: Follows) -> ca.SX:
         """The weighted error w, of which the derivative is taken."""

@@ -1,4 +1,4 @@
-"""PID2: python-control's closed loop, the textbook's recursion, windup in closed form, units, and each refusal."""
+"""PID: python-control's closed loop, the textbook's recursion, windup in closed form, units, and each refusal."""
 
 import casadi as ca
 import control
@@ -7,14 +7,15 @@ import pytest
 from scipy.linalg import expm
 
 from tests.support.plain_plants import SPEED, VOLTAGE, Counter, Motor
-from workbench.blocks.laws import PID2
+from workbench.blocks.laws import PID
 from workbench.blocks.loop import AbstractPlant, ClosedLoop
+from workbench.blocks.plants import QuadrupleTank
 from workbench.blocks.signals import Step
-from workbench.core import Signals, block, initial, layout, lift, rk4
+from workbench.core import Layout, Signals, block, initial, layout, lift, rk4
 from workbench.engine import simulate
 
 GAINS = {"Kp": 20.0, "Ki": 40.0, "Kd": 0.5, "N": 50.0, "b": 0.7, "c": 0.2}
-LAW = PID2(SPEED, VOLTAGE, **GAINS)
+LAW = PID(SPEED, VOLTAGE, **GAINS)
 UP = Step("omega", "rad/s", 1.0)
 
 
@@ -43,7 +44,7 @@ class Leak(AbstractPlant):
 
 
 def tank_loop(**how):
-    law = PID2(layout(x="m"), layout(u="m/s"), Kp=1.0, Ki=1.0, low=-0.1, high=0.1, **how)
+    law = PID(layout(x="m"), layout(u="m/s"), Kp=1.0, Ki=1.0, low=-0.1, high=0.1, **how)
     return ClosedLoop(Tank(), controller=law, reference=Step("x", "m", 1.0))
 
 
@@ -127,7 +128,7 @@ def test_anti_windup_in_a_computer_is_that_of_the_recursion(how):
 
 
 def test_a_law_that_takes_over_at_rest_leaves_the_plant_there():
-    law = PID2(layout(x="m"), layout(u="m/s"), Kp=1.0, Kd=2.0, Ki=1.0, N=50.0, c=0.3, u0=0.7, y0=3.0)
+    law = PID(layout(x="m"), layout(u="m/s"), Kp=1.0, Kd=2.0, Ki=1.0, N=50.0, c=0.3, u0=0.7, y0=3.0)
     run = simulate(rk4(ClosedLoop(Leak(x=3.0), controller=law, reference=Step("x", "m", 3.0)).ode(), 0.01), until=5.0)
     np.testing.assert_allclose(run["u"], 0.7, rtol=0, atol=1e-12)
     np.testing.assert_allclose(run["x"], 3.0, rtol=0, atol=1e-12)
@@ -135,13 +136,13 @@ def test_a_law_that_takes_over_at_rest_leaves_the_plant_there():
 
 @pytest.mark.parametrize(("y0", "first"), [(3.0, -3.0), (0.0, -3.0 - 2.0 * 50.0 * 3.0)])
 def test_the_derivative_counts_from_the_output_where_the_law_takes_over(y0, first):
-    law = PID2(layout(x="m"), layout(u="m/s"), Kp=1.0, Kd=2.0, N=50.0, c=0.0, y0=y0)
+    law = PID(layout(x="m"), layout(u="m/s"), Kp=1.0, Kd=2.0, N=50.0, c=0.0, y0=y0)
     ode = ClosedLoop(Tank(x=3.0), controller=law, reference=Step("x", "m", 0.0)).ode()
     assert ode.outputs_at(0.0, ode.states.default)["u"] == pytest.approx(first, rel=1e-12)
 
 
 def test_a_limit_may_be_on_one_side():
-    law = PID2(layout(x="m"), layout(u="m/s"), Kp=1.0, Ki=1.0, high=0.1)
+    law = PID(layout(x="m"), layout(u="m/s"), Kp=1.0, Ki=1.0, high=0.1)
     run = simulate(rk4(ClosedLoop(Tank(x=3.0), controller=law, reference=Step("x", "m", 1.0)).ode(), 0.01), until=20.0)
     assert run["u"].max() == 0.1
     assert run["u"].min() < -1.9
@@ -150,23 +151,41 @@ def test_a_limit_may_be_on_one_side():
 def test_numbers_of_a_signal_are_governed_one_by_one():
     port, drives = layout(q=("rad, m", [0, 0])), layout(u=("N m, N", [0, 0]))
     rows = {"Kp": (1.0, 2.0), "Ki": (3.0, 4.0), "Kd": (5.0, 6.0), "low": (-1.0, -20.0), "high": (1.0, 20.0)}
-    both = PID2(port, drives, **{name: list(pair) for name, pair in rows.items()})
+    both = PID(port, drives, **{name: list(pair) for name, pair in rows.items()})
     z = both.memory.view(ca.SX([0.1, 0.2, 0.3, 0.4]))
     est, ref = Signals(q=ca.SX([1.0, 2.0])), Signals(q=ca.SX([3.0, 5.0]))
     t = ca.SX.sym("t")
     u, rate = both.command(t, z, est, ref)["u"], both.rate(t, z, est, ref)
     for i in range(2):
-        one = PID2(layout(q="rad"), layout(u="N m"), **{name: pair[i] for name, pair in rows.items()})
+        one = PID(layout(q="rad"), layout(u="N m"), **{name: pair[i] for name, pair in rows.items()})
         part = {name: column[i] for name, column in z.items()}
         alone = (Signals(q=est.q[i]), Signals(q=ref.q[i]))
         assert float(one.command(t, part, *alone)["u"]) == float(u[i])
         assert float(one.rate(t, part, *alone)["integral"]) == float(rate["integral"][i])
 
 
+def test_two_loops_of_a_plant_are_one_law_with_a_gain_for_each():
+    """A decentralised pair on four tanks, against two laws that are each asked alone, in both directions of a pair."""
+    tanks = QuadrupleTank()
+    pumps, levels = tanks.inputs, tanks.outputs
+    gains = {"Kp": (3.0, 2.7), "Ki": (0.1, 0.07), "low": (0.0, 0.0), "high": (10.0, 8.0), "u0": (3.0, 3.0)}
+    both = PID(levels, pumps, **{name: list(pair) for name, pair in gains.items()})
+    z = both.memory.view(ca.SX([0.1, 0.2, 0.3, 0.4]))
+    est, ref = ({name: ca.SX(value + i) for i, name in enumerate(levels.names)} for value in (12.0, 13.5))
+    t = ca.SX.sym("t")
+    u, rate = both.command(t, z, Signals(est), Signals(ref)), both.rate(t, z, Signals(est), Signals(ref))
+    for i, (level, pump) in enumerate(zip(levels.entries, pumps.entries, strict=True)):
+        one = PID(Layout((level,)), Layout((pump,)), **{name: pair[i] for name, pair in gains.items()})
+        part = {name: column[i] for name, column in z.items()}
+        alone = Signals({level.name: est[level.name]}), Signals({level.name: ref[level.name]})
+        assert float(one.command(t, part, *alone)[pump.name]) == float(u[pump.name])
+        assert float(one.rate(t, part, *alone)["integral"]) == float(rate["integral"][i])
+
+
 def test_its_gains_have_the_units_of_its_ports():
-    units = {e.name: e.unit for e in lift(PID2(SPEED, VOLTAGE, 1.0, low=-1, high=1)).layout.entries}
+    units = {e.name: e.unit for e in lift(PID(SPEED, VOLTAGE, 1.0, low=-1, high=1)).layout.entries}
     assert [units[name] for name in ("Kp", "Ki", "Kd", "N", "low")] == ["V s/rad", "V/rad", "V s^2/rad", "1/s", "V"]
-    law = PID2(layout(q=("rad, m", [0, 0])), layout(u=("N m, N", [0, 0])), 1.0)
+    law = PID(layout(q=("rad, m", [0, 0])), layout(u=("N m, N", [0, 0])), 1.0)
     assert {e.name: e.units for e in lift(law).layout.entries}["Ki"] == ("N m/(rad s)", "N/(m s)")
 
 
@@ -174,7 +193,7 @@ def test_its_actions_can_be_left_out():
     parts = LAW.without()
     assert parts.keys() == {"integral action", "derivative action"}
     assert parts["integral action"].Ki == 0
-    assert PID2(SPEED, VOLTAGE, 1.0).without() == {}
+    assert PID(SPEED, VOLTAGE, 1.0).without() == {}
 
 
 def test_a_law_with_a_period_runs_in_a_computer_alone():
@@ -185,7 +204,7 @@ def test_a_law_with_a_period_runs_in_a_computer_alone():
 
 
 def test_it_drives_a_plant_in_discrete_time():
-    law = PID2(layout(n="V"), VOLTAGE, Kp=0.5)
+    law = PID(layout(n="V"), VOLTAGE, Kp=0.5)
     run = simulate(ClosedLoop(Counter(), controller=law, reference=Step("n", "V", 1.0)).digital(0.1).step(), until=1.0)
     np.testing.assert_allclose(run["n"].ravel(), 1 - 0.5 ** np.arange(11), rtol=0, atol=1e-15)
 
@@ -193,15 +212,15 @@ def test_it_drives_a_plant_in_discrete_time():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: PID2(), r"`PID2\(reads=...\)` must be a layout of one signal.*it has none"),
-        (lambda: PID2(SPEED, layout(a="V", b="V"), 1.0), r"`PID2\(drives=...\)`.*it has a, b"),
-        (lambda: PID2(SPEED, layout(v=("V", [0, 0])), 1.0), "'omega' has 1 and 'v' 2"),
-        (lambda: PID2(SPEED, VOLTAGE, 1.0, low=1.0, high=0.0), "must leave room between them"),
-        (lambda: PID2(SPEED, VOLTAGE, 1.0, anti_windup="back-calculation"), "needs limits and the time Tt"),
-        (lambda: PID2(SPEED, VOLTAGE, 1.0, high=1.0, anti_windup="back-calculation"), "and Tt = None"),
-        (lambda: PID2(SPEED, VOLTAGE, 1.0, anti_windup="clamp"), "Did you mean 'clamping'"),
-        (lambda: PID2(SPEED, VOLTAGE, [1.0, 2.0]), r"`PID2\(Kp=...\)` must be an array of shape \(n = 1\)"),
-        (lambda: PID2(SPEED, VOLTAGE, 1.0, N=0.0), r"`PID2\(N=...\)`"),
+        (lambda: PID(), r"`PID\(reads=...\)` must be a layout of signals.*it has none"),
+        (lambda: PID(SPEED, layout(a="V", b="V"), 1.0), "'omega' has 1 and 'a', 'b' 2"),
+        (lambda: PID(SPEED, layout(v=("V", [0, 0])), 1.0), "'omega' has 1 and 'v' 2"),
+        (lambda: PID(SPEED, VOLTAGE, 1.0, low=1.0, high=0.0), "must leave room between them"),
+        (lambda: PID(SPEED, VOLTAGE, 1.0, anti_windup="back-calculation"), "needs limits and the time Tt"),
+        (lambda: PID(SPEED, VOLTAGE, 1.0, high=1.0, anti_windup="back-calculation"), "and Tt = None"),
+        (lambda: PID(SPEED, VOLTAGE, 1.0, anti_windup="clamp"), "Did you mean 'clamping'"),
+        (lambda: PID(SPEED, VOLTAGE, [1.0, 2.0]), r"`PID\(Kp=...\)` must be an array of shape \(n = 1\)"),
+        (lambda: PID(SPEED, VOLTAGE, 1.0, N=0.0), r"`PID\(N=...\)`"),
     ],
 )
 def test_a_pid_that_cannot_be_is_refused(make, says):

@@ -45,12 +45,12 @@ class AbstractJointCounter(AbstractJoints):
 
 
 @block
-class FullState(AbstractJointCounter, AbstractArmObserver):
+class ArmFullState(AbstractJointCounter, AbstractArmObserver):
     """Positions and velocities as they are measured, and no disturbance: q_hat = q, qd_hat = qd, D_hat = 0.
 
     Examples
     --------
-    >>> wb.FullState(2).reads.names, wb.FullState(2).gives["qd"].shape
+    >>> wb.ArmFullState(2).reads.names, wb.ArmFullState(2).gives["qd"].shape
     (('q', 'qd'), (2,))
     """
 
@@ -107,7 +107,7 @@ class VelocityFilter(AbstractJointCounter, AbstractArmObserver):
         return {"qd_hat": y.qd + (z["qd_hat"] - y.qd) * ca.exp(-self.omega * period)}
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        return {"velocity filter": FullState(self.dof)}
+        return {"velocity filter": ArmFullState(self.dof)}
 
 
 @block
@@ -150,4 +150,4 @@ class DirtyDerivative(AbstractJointCounter, AbstractArmObserver):
         return {"q_hat": self.omega * (y.q - z["q_hat"])}
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        return {"velocity filter": FullState(self.dof)}
+        return {"velocity filter": ArmFullState(self.dof)}
