@@ -169,8 +169,8 @@ def gain_table(
         wb.document.Column("misses the row by", "%", "right"),
     )
     nearest_note = (
-        "Nearest horizon: the horizon, from 5 s on, at which RMSE (43) of both joints is nearest to the printed row of "
-        f"{PROPOSED}. Beside it stands the larger of the two relative differences."
+        "Nearest horizon: the horizon, from 5 s on, at which the sampled RMSE, (43), of both joints is nearest to "
+        f"the printed row of {PROPOSED}. Beside it stands the larger of the two relative differences."
     )
     return wb.document.Table(name, caption, columns, tuple(rows), (nearest_note, *notes))
 

@@ -14,7 +14,7 @@ from studies.paper.laws import rival
 ERRORS = ("IAE", "ISE", "ITAE", "peak error")
 COST = ("effort", "peak torque", "energy", "TV")
 GROUPS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {  # the tables of a scenario: words and metrics
-    "rmse": ("Root mean squares of the error", dict.fromkeys(SCENARIOS, ("RMSE (43)", "RMSE", "RMSE of e_hat"))),
+    "rmse": ("Root mean squares of the error", dict.fromkeys(SCENARIOS, ("sampled RMSE", "RMSE", "RMSE of e_hat"))),
     "errors": ("Other errors", {"FS": (*ERRORS, "late error"), "SS": ERRORS}),
     "cost": ("Torque", dict.fromkeys(SCENARIOS, COST)),
     "steps": ("After the jumps of the reference: motion", {"SS": ("overshoot", "settling time")}),
@@ -97,10 +97,11 @@ def rmse_figure(results: wb.Results) -> wb.document.Figure:
             for words, own, style in (("here, fitted to the print", True, 2), ("here, not fitted", False, 1))
         )
         both = (wb.document.Bars("printed", np.asarray(rows - 0.2, dtype=float), printed, start, 0, thick=0.35), *here)
-        panels.append(wb.document.Panel("", both, "RMSE (43) [rad]", ynames=LAWS, title=column.where))
+        panels.append(wb.document.Panel("", both, "sampled RMSE [rad]", ynames=LAWS, title=column.where))
     caption = (
-        "RMSE (43) as printed, and of the runs here. Only AOSMC-RGS, with four repairs, was fitted to the printed "
-        "values. The rivals have assumed gains, as the paper states none, so the bars do not compare the laws."
+        "Sampled RMSE, (43), as printed, and of the runs here. Only AOSMC-RGS, with four repairs, was fitted to the "
+        "printed values. The rivals have assumed gains, as the paper states none, so the bars do not compare the "
+        "laws."
     )
     return wb.document.Figure("rmse", caption, tuple(panels), columns=2)
 
@@ -184,7 +185,7 @@ def _columns_table(results: wb.Results) -> wb.document.Table:
         wb.document.Column("too close to call", align="right"),
         wb.document.Column(f"printed above {PROPOSED}, below it here"),
     )
-    caption = "The fifteen pairs of laws of each printed column, by RMSE (43) of the runs here."
+    caption = "The fifteen pairs of laws of each printed column, by the sampled RMSE, (43), of the runs here."
     return wb.document.Table("pairs", caption, columns, tuple(rows))
 
 
@@ -193,7 +194,7 @@ def _gains_table(results: wb.Results) -> wb.document.Table:
     rows: list[tuple[wb.document.Cell, ...]] = []
     for K in (None, *FIRM):
         smc = {scenario: six(results, scenario, K)["SMC"] for scenario in SCENARIOS}
-        scores = (wb.study.cell(smc[scenario], "RMSE (43)", joint) for scenario, joint in PLACES)
+        scores = (wb.study.cell(smc[scenario], "sampled RMSE", joint) for scenario, joint in PLACES)
         reached = (f"{reaching_time(run):.2f}" for run in smc.values())
         gain = f"{CARD['SMC: K'][0]:g}, assumed" if K is None else f"{K:g}"
         rows.append((gain, *scores, *reached, *count_pairs(results, K)))

@@ -115,10 +115,10 @@ def rest(results: wb.Results) -> wb.Section:
 def row_section(results: wb.Results) -> wb.Section:
     """The printed row of the proposed law, met with two repairs and with four."""
     about = (
-        "The error at the start, pi at each joint, dominates RMSE (43). While a law tracks, RMSE (43) therefore falls "
-        "nearly as one over the square root of the horizon, and passes through each printed value. The table has runs "
-        "in which it passes both at the same time. They differ in the repairs, in the shape of (33), in Q and in the "
-        "horizon."
+        "The error at the start, pi at each joint, dominates the sampled RMSE, which is (43) of the paper. While a law "
+        "tracks, it therefore falls nearly as one over the square root of the horizon, and passes through each printed "
+        "value. The table has runs in which it passes both at the same time. They differ in the repairs, in the shape "
+        "of (33), in Q and in the horizon."
     )
     curves = {
         "no repair, elementwise, Q = 0.01 I": results[SMALL_Q, "elementwise"],

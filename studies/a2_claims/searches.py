@@ -42,7 +42,7 @@ def beside_rest(L1: Any, L2: Any, zero: str = "down") -> wb.Ode:
 def free_loop(q: Any = REST, qd: Any = REST) -> wb.ClosedLoop:
     """The arm without torque and disturbance from (q, qd)(0), watched by (10) with the gains of section 5."""
     arm = wb.Manipulator(ARM, q=np.array(q), qd=np.array(qd))
-    return wb.ClosedLoop(arm, paper_observer(), wb.ArmPID(REST, REST, REST), wb.Hold(REST))
+    return wb.ClosedLoop(arm, paper_observer(), wb.ArmPID(REST, REST, REST), wb.Hold("q", "rad", REST))
 
 
 def free_arm() -> wb.Ode:
@@ -54,14 +54,14 @@ def printed_filter() -> wb.Ode:
     """(24) as printed beside the arm without torque, under a constant disturbance."""
     observer = wb.arms.observers.WithDisturbance(paper_observer(), wb.arms.observers.PrintedFilter(2, CARD["l"]))
     return wb.ClosedLoop(
-        wb.Manipulator(ARM, q=REST, disturbance=HELD), observer, wb.ArmPID(REST, REST, REST), wb.Hold(REST)
+        wb.Manipulator(ARM, q=REST, disturbance=HELD), observer, wb.ArmPID(REST, REST, REST), wb.Hold("q", "rad", REST)
     ).ode()
 
 
 def regulation() -> wb.ClosedLoop:
     """The repaired law at a constant reference, under a constant disturbance: as plain as Assumption 4 allows."""
     at_rest = wb.Manipulator(ARM, q=REST, disturbance=HELD)
-    return replace(proposed_repaired("FS"), plant=at_rest, reference=wb.Hold(REST))
+    return replace(proposed_repaired("FS"), plant=at_rest, reference=wb.Hold("q", "rad", REST))
 
 
 def printed_but_for_c() -> wb.ClosedLoop:

@@ -23,7 +23,7 @@ from studies.a3_riccati_gains.settings import (
 )
 from studies.paper.card import CARD, MARGIN, SCENARIOS
 
-RMSE = "RMSE (43)"
+RMSE = "sampled RMSE"
 ADAPTATION = "adaptation"
 NEAR = 0.05  # of X, within which P(t) is near it
 CHEAP = 0.05  # of the least J, by which a choice may exceed it and still be cheap

@@ -16,7 +16,7 @@ WEIGHTS = {
 }
 ASSUMED, *OTHERS = WEIGHTS
 SETTINGS = {(s, name): Setting(s, *weights) for name, weights in WEIGHTS.items() for s in SCENARIOS}
-SHOWN = ("RMSE (43)", "RMSE", "IAE", "peak error", "effort", "peak torque", "TV")
+SHOWN = ("sampled RMSE", "RMSE", "IAE", "peak error", "effort", "peak torque", "TV")
 PLACES = [(scenario, joint) for scenario in SCENARIOS for joint in (0, 1)]
 
 

@@ -75,8 +75,8 @@ def first_finding(every: Cells, limited: Cells, again: Mapping[Cell, Rerun]) -> 
         evidence="The paper prints it first in all four columns. Half of the draws have the minus of (33); with the "
         f"plus alone the share is {ends(_first_with_plus(every))}. "
         f"The largest share is {share_words(shares[top])}, under the {cell_words(top)}. {step_words(again)}",
-        statistic="Share of the draws in which the RMSE (43) of the law is below that of each rival. Answer 'yes' if "
-        "it is above one half with its interval, 'no' if below, in all columns under all priors.",
+        statistic="Share of the draws in which the sampled RMSE, (43), of the law is below that of each rival. "
+        "Answer 'yes' if it is above one half with its interval, 'no' if below, in all columns under all priors.",
         sample=SAMPLE,
         given=GIVEN,
         chosen=CHOSEN,
@@ -200,7 +200,7 @@ def ranked(every: Cells) -> dict[tuple[str, int], wb.evidence.Ranks]:
     for column in COLUMNS:
         rmse = every[name, column].rmse
         values = {law: np.where(np.isinf(rmse[:, i]), np.nan, rmse[:, i]) for i, law in enumerate(LAWS)}
-        found[column] = wb.evidence.ranks(wb.evidence.paired(values, metric="RMSE (43)", unit="rad"), TOGETHER)
+        found[column] = wb.evidence.ranks(wb.evidence.paired(values, metric="sampled RMSE", unit="rad"), TOGETHER)
     return found
 
 

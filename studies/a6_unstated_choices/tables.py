@@ -259,6 +259,6 @@ def trust_table(results: wb.Results) -> wb.document.Table:
     for law in LAWS:
         for scenario in SCENARIOS:
             kinds = named("random", law, scenario), slug("check", law, scenario)
-            rows.append((scenario, law, *(results.sample(name).note_of("RMSE (43)") for name in kinds)))
+            rows.append((scenario, law, *(results.sample(name).note_of("sampled RMSE") for name in kinds)))
     heads = tuple(map(wb.document.Column, ("scenario", "law", "draws", "fits")))
     return wb.document.Table("steps", "Steps, their errors at 30 s, and runs that diverged.", heads, tuple(rows))

@@ -59,7 +59,7 @@ class Scenario:
     @property
     def at_rest(self) -> Scenario:
         """The same arm and computer with the arm held where it starts, without disturbance and noise."""
-        return replace(self, reference=wb.Hold(self.start), push=0.0, noise=0.0)
+        return replace(self, reference=wb.Hold("q", "rad", self.start), push=0.0, noise=0.0)
 
     @property
     def disturbance(self) -> wb.SineTorque | None:
@@ -85,8 +85,8 @@ class Scenario:
 
 
 FIRST, SECOND = REFERENCES["FS"], REFERENCES["SS"]
-SLOW = wb.Sines((0.6, 0.8), (1.5, 2.2), (0.3, 1.0))
-FAST = wb.Sines((0.9, 0.6), (3.5, 5.0))
+SLOW = wb.Sines("q", "rad", (0.6, 0.8), (1.5, 2.2), (0.3, 1.0))
+FAST = wb.Sines("q", "rad", (0.9, 0.6), (3.5, 5.0))
 LIGHT, HEAVY = (0.8, 0.8), (1.2, 1.2)
 TRAINING = (  # both ends of the masses that are drawn: a light arm answers a torque with more speed, and chatters first
     Scenario("fs", "the paper's first scenario, masses 20 % below the model's", FIRST, CARD["FS: q(0)"], LIGHT),
@@ -100,7 +100,10 @@ HELD_OUT = (
         "friction", "a slower motion, ten times the friction", SLOW, (0.0, 0.5), viscous=(1.0, 1.0), coulomb=(2.0, 2.0)
     ),
     Scenario(
-        "jumps", "a square wave with other jumps than in the paper", wb.SquareWave((1.2, -0.8), 1 / LEVEL), (0.0, 0.0)
+        "jumps",
+        "a square wave with other jumps than in the paper",
+        wb.SquareWave("q", "rad", (1.2, -0.8), 1 / LEVEL),
+        (0.0, 0.0),
     ),
     Scenario(
         "push",

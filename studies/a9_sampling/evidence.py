@@ -130,7 +130,7 @@ def judged(a: Score, b: Score, margin: float = MARGIN) -> str:
 
 
 def printed(scores: Scores, margin: float = MARGIN) -> dict[str, set[Pair]]:
-    """The 60 pairs of the two published tables, by RMSE (43): below as printed, above, or too close to call."""
+    """The 60 pairs of the two published tables, by (43): below as printed, above, or too close to call."""
     kinds: dict[str, set[Pair]] = {"below": set(), "above": set(), "undecided": set()}
     for scenario, joint in PLACES:
         values = PUBLISHED[scenario, joint + 1].values

@@ -106,8 +106,8 @@ def chattering(evidence: Evidence) -> wb.Finding:
         f"variation of their torque "
         f"within {QUIET:g} times its value in continuous time; {loudest} has {rounded(growth[loudest])} times that "
         "value.",
-        f"The RMSE (43) does not show it: it changes by at most {100 * change:.2f} ± {100 * error:.2f} % ({law}, "
-        f"{scenario}, joint {joint + 1}).",
+        f"The sampled RMSE, (43), does not show it: it changes by at most {100 * change:.2f} ± {100 * error:.2f} % "
+        f"({law}, {scenario}, joint {joint + 1}).",
         statistic="The total variation of the torque in the computer, divided by that in continuous time: the largest "
         "ratio over joints and scenarios.",
         sample=f"{len(SEVEN)} laws, two scenarios, one run each with exact readings and no delay. Variations with "
@@ -265,8 +265,8 @@ def published_order(evidence: Evidence) -> wb.Finding:
         f"continuous time; {kept} of these keep it at a period of {MS} with delay and noise.",
         f"In continuous time {len(before['above'])} pairs have the opposite order and {len(before['undecided'])} are "
         f"too close to call; in the computer {len(after['above'])} and {len(after['undecided'])}.",
-        statistic=f"The order of two laws by RMSE (43), if they differ by more than {100 * MARGIN:g} % and by more "
-        "than both errors.",
+        statistic=f"The order of two laws by the sampled RMSE, (43), if they differ by more than {100 * MARGIN:g} % "
+        "and by more than both errors.",
         sample=f"{total} pairs of six laws, both joints and scenarios; with noise the mean of {NOISY} runs.",
         given=GIVEN,
         chosen=f"{CHOSEN} The margin of {100 * MARGIN:g} %; the numbers of all rivals, which the paper does not state.",

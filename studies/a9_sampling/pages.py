@@ -174,7 +174,7 @@ def places_section(evidence: Evidence) -> wb.Section:
     kinds = (f"{kind}, {way}" for way in PAIR.values() for kind in ("as printed", "opposite", "too close"))
     pairs = wb.document.Table(
         "printed_pairs",
-        "The 60 pairs of the two published tables, by RMSE (43) here.",
+        "The 60 pairs of the two published tables, by the sampled RMSE, (43), here.",
         (wb.document.Column("run by"), *map(wb.document.Column, kinds)),
         tuple((name, *(len(p) for way in PAIR for p in printed(case[way]).values())) for name, case in cases.items()),
         (

@@ -74,7 +74,7 @@ def loop(lag: float, period: float, switch: str) -> wb.DigitalLoop:
     actuator = wb.arms.FirstOrderLag(lag) if lag else wb.arms.DirectDrive()
     plant = wb.Manipulator(ARM, q=FOLDED, qd=PUSH, actuator=actuator)
     law = replace(RIVALS["SMC"], saturation=SWITCHES[switch])
-    return wb.DigitalLoop(wb.ClosedLoop(plant, wb.ArmFullState(2), law, wb.Hold(FOLDED)), period)
+    return wb.DigitalLoop(wb.ClosedLoop(plant, wb.ArmFullState(2), law, wb.Hold("q", "rad", FOLDED)), period)
 
 
 def substeps(lag: float, period: float) -> int:

@@ -24,7 +24,7 @@ BAND = 0.05  # of what the start is off
 def loop(setting: Setting, law: str, *, computer: bool = False) -> wb.ClosedLoop:
     """The loop of a plant and a law, which holds the outputs at the operating point."""
     plant, point = setting.plant, setting.point
-    holds = {name: wb.Hold([value], name, plant.outputs[name].unit) for name, value in setting.wanted.items()}
+    holds = {name: wb.Hold(name, plant.outputs[name].unit, [value]) for name, value in setting.wanted.items()}
     if law == PID:
         second = setting.pid.law(setting)
         if computer and isinstance(second, wb.PID):  # against windup; the others have no integral, or are never limited

@@ -79,7 +79,7 @@ def step_settling(name: str) -> tuple[float, float]:
     setting = replace(setting, plant=replace(plant, **rest))
     wanted = setting.wanted
     step = wb.Step("h_1", "cm", wanted["h_1"] + STEP, start=wanted["h_1"])
-    closed = replace(loop(setting, PID), reference=wb.Together((step, wb.Hold([wanted["h_2"]], "h_2", "cm"))))
+    closed = replace(loop(setting, PID), reference=wb.Together((step, wb.Hold("h_2", "cm", [wanted["h_2"]]))))
     t, off, _ = course(setting, closed)
     return settled(t, off - np.array([STEP, 0.0]), BAND * STEP)
 

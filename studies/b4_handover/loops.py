@@ -168,7 +168,7 @@ def arm_lqg(period: float, off: float = 0.1) -> wb.ClosedLoop:
     )  # it is given the error, and has its own sign for y inside
     law = wb.LinearLaw(turned, error=True, u0=point.u)
     body = wb.Manipulator(ARM, q=np.add(POSE, off), qd=(0.0, 0.0), disturbance=plant("FS").disturbance)
-    return wb.ClosedLoop(body, wb.ArmFullState(2), law, wb.Hold(POSE))
+    return wb.ClosedLoop(body, wb.ArmFullState(2), law, wb.Hold("q", "rad", POSE))
 
 
 @cache
@@ -179,7 +179,7 @@ def cart_pole(period: float, phi: float = 0.1) -> wb.ClosedLoop:
     gain = wb.lqr(upright, np.diag([5000.0, 0.0, 100.0, 0.0]), [[1.0]]).K
     W, V = np.diag([0.0, 1e-2, 0.0, 1e-2]), 1e-6 * np.eye(2)
     kalman = wb.ExtendedKalmanFilter(body, W, V, P=1e-2 * np.eye(4), period=period)
-    sine = wb.Sines([0.2], [1.0], signal="x", unit="m")
+    sine = wb.Sines("x", "m", [0.2], [1.0])
     return wb.ClosedLoop(body, kalman, wb.StateFeedback.of(body, gain, follow=("x",)), sine)
 
 

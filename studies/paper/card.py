@@ -136,7 +136,7 @@ BOLD = f"Bold: smaller than all others by more than {100 * MARGIN:g} % and both 
 
 def _column(scenario: str, joint: int, values: tuple[float, ...]) -> wb.evidence.Published:
     where = f"{scenario}, RMSE of q{joint}"
-    return wb.evidence.Published(where, "RMSE (43)", joint - 1, dict(zip(LAWS, values, strict=True)), digits=4)
+    return wb.evidence.Published(where, "sampled RMSE", joint - 1, dict(zip(LAWS, values, strict=True)), digits=4)
 
 
 # The two tables of section 5, one column each, in the order of LAWS.

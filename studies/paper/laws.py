@@ -15,8 +15,8 @@ ARM = wb.arms.mechanics.PlanarArm(LINKS, CARD["gravity"])
 SURFACE: dict[str, Any] = {"model": ARM, "Lambda": CARD["Lambda"], "phi": CARD["phi"]}
 LEARNING: dict[str, Any] = {"gamma": CARD["ASMC: gamma"], "K": CARD["ASMC: K(0)"]}
 
-SINES = wb.Sines(CARD["FS: reference amplitude"], CARD["FS: reference frequency"])
-SQUARE_WAVE = wb.SquareWave(CARD["SS: a1, a2"], CARD["SS: f"])
+SINES = wb.Sines("q", "rad", CARD["FS: reference amplitude"], CARD["FS: reference frequency"])
+SQUARE_WAVE = wb.SquareWave("q", "rad", CARD["SS: a1, a2"], CARD["SS: f"])
 REFERENCES: Mapping[str, wb.Reference] = {"FS": SINES, "SS": SQUARE_WAVE}
 
 RULES = wb.arms.laws.RuleBase(

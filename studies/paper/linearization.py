@@ -64,7 +64,7 @@ def loop_of(law: str, scenario: str = "FS") -> wb.ClosedLoop:
 def still(law: str, pose: tuple[float, ...]) -> wb.ClosedLoop:
     """The same loop at rest at a pose that it holds, undisturbed."""
     loop, q = loop_of(law), np.array(pose)
-    loop = replace(loop, plant=wb.Manipulator(ARM, q=q, qd=np.zeros(2)), reference=wb.Hold(q))
+    loop = replace(loop, plant=wb.Manipulator(ARM, q=q, qd=np.zeros(2)), reference=wb.Hold("q", "rad", q))
     if law == PROPOSED:
         state = wb.arms.observers.Luenberger(ARM, CARD["L1"], CARD["L2"], q, np.zeros(2))
         loop = replace(loop, observer=replace(loop.observer, state=state))

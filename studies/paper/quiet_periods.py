@@ -18,7 +18,7 @@ from studies.paper.laws import ARM, proposed_repaired
 from studies.paper.linearization import SEVEN, loop_of
 from studies.paper.period_rules import PeriodRules, period_rules
 
-RMSE, TV = "RMSE (43)", "TV"
+RMSE, TV = "sampled RMSE", "TV"
 SCENARIOS = ("FS", "SS")
 HORIZON = {scenario: float(PAPER[f"{scenario}: horizon"]) for scenario in SCENARIOS}  # s
 SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth

@@ -41,7 +41,7 @@ def chain(n: int) -> wb.core.Step:
     ones, rest = np.ones(n), np.zeros(n)
     arm = wb.Manipulator(wb.arms.mechanics.planar(n), q=rest)
     law = wb.ArmPID(Kp=400 * ones, Ki=rest, Kd=80 * ones)
-    return wb.rk4(wb.ClosedLoop(arm, wb.ArmFullState(n), law, wb.Hold(rest)).ode(), H)
+    return wb.rk4(wb.ClosedLoop(arm, wb.ArmFullState(n), law, wb.Hold("q", "rad", rest)).ode(), H)
 
 
 def compilation(*links: int) -> dict[str, Any]:

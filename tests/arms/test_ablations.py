@@ -75,7 +75,7 @@ STATES = {
 def loop(law: str) -> ClosedLoop:
     plant = Manipulator(ARM, q=[0.6, -0.8], disturbance=SineTorque([0.5, 0.4], [3.0, 4.0]))
     observer = OBSERVER if law == "AOSMC-RGS" else ArmFullState(2)
-    return ClosedLoop(plant, observer, LAWS[law], Sines([1.0, 0.5], [2.0, 3.0]))
+    return ClosedLoop(plant, observer, LAWS[law], Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]))
 
 
 def moving(closed: ClosedLoop) -> set[str]:

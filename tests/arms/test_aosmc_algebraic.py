@@ -33,7 +33,7 @@ def loop(**changes):
         plant=Manipulator(paper_arm(), q=(0.6, -0.8), disturbance=push),
         observer=ArmFullState(2),
         controller=AosmcRgs(**(LAW | changes)),
-        reference=Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 
@@ -76,7 +76,7 @@ def test_p_is_shown_with_its_residual_and_stays_definite():
 def test_three_joints_are_solved_by_doubling():
     arm = named("planar-3r")
     law = AosmcRgs(arm, 6.0, 0.01, 5 * np.eye(3), Q=np.eye(3), R=np.eye(3), velocity="reference", riccati="algebraic")
-    ode = ClosedLoop(Manipulator(arm, q=[0.1, 0.2, 0.3]), ArmFullState(3), law, Hold([0.1, 0.2, 0.3])).ode()
+    ode = ClosedLoop(Manipulator(arm, q=[0.1, 0.2, 0.3]), ArmFullState(3), law, Hold("q", "rad", [0.1, 0.2, 0.3])).ode()
     outputs = ode.outputs_at(0.0, ode.states.default)
     assert outputs["residual"] < 1e-12
     assert (np.linalg.eigvalsh(outputs["P"].reshape(3, 3)) > 0).all()

@@ -58,7 +58,7 @@ def loop(observer=None, q=(0.6, -0.8), **changes):
         ),
         observer=observer or ArmFullState(2),
         controller=AosmcRgs(**(LAW | changes)),
-        reference=Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 

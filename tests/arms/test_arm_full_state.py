@@ -17,7 +17,7 @@ def loop(arm, q):
         plant=Manipulator(arm, q=q, disturbance=SineTorque(amplitude=np.ones(n), frequency=np.ones(n))),
         observer=ArmFullState(n),
         controller=ArmPID(Kp=np.ones(n), Ki=np.zeros(n), Kd=np.ones(n)),
-        reference=Hold(np.zeros(n)),
+        reference=Hold("q", "rad", np.zeros(n)),
     )
 
 

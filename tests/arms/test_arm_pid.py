@@ -21,7 +21,7 @@ def loop(controller, reference=None, disturbance=None):
         plant=Manipulator(paper_arm(), q=[0.6, -0.8], disturbance=disturbance),
         observer=ArmFullState(2),
         controller=controller,
-        reference=reference or Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=reference or Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 
@@ -45,12 +45,12 @@ def test_the_motion_is_that_of_another_integrator():
 
 def test_with_gravity_in_the_law_the_arm_rests_where_it_is_told():
     """At q = q_ref nothing moves: the feedback is zero and G(q) carries the arm."""
-    ode = loop(ArmPID(**GAINS, model=paper_arm()), reference=Hold([0.6, -0.8])).ode()
+    ode = loop(ArmPID(**GAINS, model=paper_arm()), reference=Hold("q", "rad", [0.6, -0.8])).ode()
     np.testing.assert_allclose(ode.rate_at(0.0, ode.states.default), 0, atol=1e-14)  # rounding of G - G
 
 
 def test_without_gravity_the_integral_comes_to_carry_the_arm():
-    ode = loop(ArmPID(Kp=[60.0, 30.0], Ki=[60.0, 40.0], Kd=[15.0, 6.0]), reference=Hold([0.6, -0.8])).ode()
+    ode = loop(ArmPID(Kp=[60.0, 30.0], Ki=[60.0, 40.0], Kd=[15.0, 6.0]), reference=Hold("q", "rad", [0.6, -0.8])).ode()
     run = simulate(rk4(ode, 2e-3), until=40.0, every=1.0)
     G = np.array([19.62 * np.sin(0.6) + 9.81 * np.sin(-0.2), 9.81 * np.sin(-0.2)])
     np.testing.assert_allclose(run["e"][0, -1], 0, atol=1e-9)  # the slowest mode has decayed for 40 s

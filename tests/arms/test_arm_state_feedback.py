@@ -23,7 +23,7 @@ def loop(controller, q=(0.6, -0.8), reference=None, disturbance=None):
         plant=Manipulator(paper_arm(), q=q, disturbance=disturbance),
         observer=ArmFullState(2),
         controller=controller,
-        reference=reference or Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=reference or Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 
@@ -50,7 +50,10 @@ def test_the_motion_is_that_of_another_integrator():
 
 
 def test_from_the_reference_the_right_model_follows_it():
-    start = {"q": (0.0, 0.0), "reference": Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0], phase=[np.pi / 2] * 2)}
+    start = {
+        "q": (0.0, 0.0),
+        "reference": Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0], phase=[np.pi / 2] * 2),
+    }
     ode = loop(ArmStateFeedback(paper_arm(), Kp, Kd), **(start | {"q": (1.0, 0.5)})).ode()
     run = simulate(rk4(ode, 1e-4), until=2.0, every=0.1)
     np.testing.assert_allclose(run["e"], 0, atol=1e-9)  # the error of RK4, which feedback holds down
@@ -82,7 +85,7 @@ def test_near_rest_the_cost_of_the_lqr_is_x_p_x(q):
     P = solve_continuous_are(A, B, Q, R)
     law = ArmStateFeedback.of(paper_arm(), np.linalg.solve(R, B.T @ P))
     x0 = 1e-5 * np.array([1.0, -2.0, 0.0, 0.0])
-    ode = loop(law, q=np.array(q) + x0[:2], reference=Hold(list(q))).ode()
+    ode = loop(law, q=np.array(q) + x0[:2], reference=Hold("q", "rad", list(q))).ode()
     y = ode.outputs.view(ode.output)
     x, u = ca.vertcat(y["e"], y["ed"]), y["tau"] - ca.DM(weight(q))
     costly = with_quadrature(ode, {"J": (x.T @ Q @ x + u.T @ R @ u) / 1e-10})

@@ -23,7 +23,7 @@ LINKS = (PointMass(1.0, 1.0), PointMass(1.0, 1.0))
 def loop(lag, saturation="clip", gravity=9.81, q=FOLDED):
     arm = PlanarArm(LINKS, gravity)
     law = SlidingMode(arm, Lambda=[LAMBDA] * 2, K=[K] * 2, phi=PHI, saturation=saturation)
-    return ClosedLoop(Manipulator(arm, q=q, actuator=FirstOrderLag(lag)), ArmFullState(2), law, Hold(q))
+    return ClosedLoop(Manipulator(arm, q=q, actuator=FirstOrderLag(lag)), ArmFullState(2), law, Hold("q", "rad", q))
 
 
 def alone(made):

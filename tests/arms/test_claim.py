@@ -35,7 +35,7 @@ def test_a_margin_is_a_function():
 def test_a_loop_declares_what_its_blocks_do_with_their_paths():
     observer = WithDisturbance(Luenberger(ARM, [[30, 0], [0, 30]], [[50, 0], [0, 50]], 0.0), OracleFilter(2, l=20.0))
     law = SlidingMode(ARM, Lambda=6.0, K=5.0, phi=0.01)
-    found = declared(ClosedLoop(Manipulator(ARM, q=0.0), observer, law, Hold([0, 0])))
+    found = declared(ClosedLoop(Manipulator(ARM, q=0.0), observer, law, Hold("q", "rad", [0, 0])))
     assert [(said.path, said.kind) for said in found] == [
         ("observer.state.", "Luenberger"),
         ("observer.disturbance.", "OracleFilter"),

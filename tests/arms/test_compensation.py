@@ -39,7 +39,7 @@ def loop(law, observer=None, reference=None, push=(0.5, 0.4), frequency=(3.0, 4.
         Manipulator(ARM, q=[0.6, -0.8], disturbance=SineTorque(push, frequency, [0.3, np.pi / 2])),
         observer or WithDisturbance(ArmFullState(2), MomentumObserver(ARM, 20.0)),
         law,
-        reference or Sines([1.0, 0.5], [2.0, 3.0]),
+        reference or Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]),
     )
 
 
@@ -70,7 +70,8 @@ def test_a_constant_push_leaves_no_error_where_the_law_alone_keeps_one():
     """In the layer of SMC K s / phi balances what is not compensated; D_hat = D leaves nothing to balance."""
     at_rest = {
         name: simulate(
-            rk4(loop(law, reference=Hold([0.6, -0.8]), push=(1.5, -1.0), frequency=(0.0, 0.0)).ode(), 1e-3), until=20.0
+            rk4(loop(law, reference=Hold("q", "rad", [0.6, -0.8]), push=(1.5, -1.0), frequency=(0.0, 0.0)).ode(), 1e-3),
+            until=20.0,
         )["e"][0, -1]
         for name, law in {"alone": SMC, "compensated": WithCompensation(SMC)}.items()
     }

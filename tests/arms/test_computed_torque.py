@@ -35,7 +35,7 @@ def loop(law=LAW, observer=None, push=(0.5, 0.4), frequency=(3.0, 4.0), referenc
         Manipulator(ARM, q=[0.6, -0.8], disturbance=SineTorque(push, frequency, [0.3, np.pi / 2])),
         observer or ArmFullState(2),
         law,
-        reference or Sines([1.0, 0.5], [2.0, 3.0]),
+        reference or Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]),
     )
 
 
@@ -70,7 +70,7 @@ def test_with_the_right_model_the_error_of_each_joint_is_that_of_a_linear_oscill
 
 
 def test_behind_an_observer_of_the_disturbance_a_constant_push_leaves_no_error():
-    still = {"push": (1.5, -1.0), "frequency": (0.0, 0.0), "reference": Hold([0.6, -0.8])}
+    still = {"push": (1.5, -1.0), "frequency": (0.0, 0.0), "reference": Hold("q", "rad", [0.6, -0.8])}
     alone, behind = (
         simulate(rk4(loop(observer=observer, **still).ode(), 1e-3), until=20.0)["e"][0, -1]
         for observer in (None, MOMENTUM)

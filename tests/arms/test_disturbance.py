@@ -79,7 +79,7 @@ def loop(disturbance_observer, state=None, amplitude=(0.5, 0.4), frequency=(3.0,
         ),
         observer=WithDisturbance(state or ArmFullState(2), disturbance_observer),
         controller=SlidingMode(**(law | changes)),
-        reference=reference or Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=reference or Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 
@@ -197,7 +197,9 @@ def test_a_moving_disturbance_is_followed_within_its_bound(name):
 @pytest.mark.parametrize("name", HONEST)
 def test_what_the_model_leaves_out_counts_as_disturbance(name):
     """Held at rest, D_hat is D and the weight that the believed arm lacks: G of the true arm minus G of the model."""
-    ode = loop(OBSERVERS[name][0], reference=Hold([0.6, -0.8]), amplitude=(2.0, 1.0), frequency=(0.0, 0.0)).ode()
+    ode = loop(
+        OBSERVERS[name][0], reference=Hold("q", "rad", [0.6, -0.8]), amplitude=(2.0, 1.0), frequency=(0.0, 0.0)
+    ).ode()
     run = simulate(rk4(ode, 1e-3), ode.parameters.pack({"plant.arm.links[1].mass": 1.3}), until=30.0, every=1.0)
     q = run["q"][0, -1]
     tip = 0.3 * 9.81 * np.sin(q.sum())

@@ -42,7 +42,7 @@ def loop(controller):
         ),
         observer=ArmFullState(2),
         controller=controller,
-        reference=Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 

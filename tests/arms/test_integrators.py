@@ -42,7 +42,7 @@ def loop(law, observer=None):
         Manipulator(ARM, q=[0.6, -0.8]),
         observer or ArmFullState(2),
         law,
-        Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 
@@ -130,7 +130,7 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
 
         solved = replace(solved, model=named("planar-3r"), Lambda=[6.0] * 3, K=5 * np.eye(3), Q=np.eye(3), R=np.eye(3))
     q = [0.1] * n
-    closed = ClosedLoop(Manipulator(solved.model, q=q), ArmFullState(n), solved, Hold(q))
+    closed = ClosedLoop(Manipulator(solved.model, q=q), ArmFullState(n), solved, Hold("q", "rad", q))
     for step in (
         closed.digital(1e-3).step(2),
         closed.digital(1e-3, arm_instruments(n, noise_q=1e-4), delay=True).step(2),

@@ -78,7 +78,7 @@ PAIRS = [pair for pair, place in PLACES.items() if place % 8 in (0, 4)]
 @cache
 def sampled(law, observer):
     plant = Manipulator(ARM, q=START, disturbance=SineTorque([0.5, 0.4], [3.0, 4.0]))
-    loop = ClosedLoop(plant, OBSERVERS[observer], LAWS[law], Sines([1.0, 0.5], [2.0, 3.0]))
+    loop = ClosedLoop(plant, OBSERVERS[observer], LAWS[law], Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]))
     return loop.digital(PERIOD, INSTRUMENTS)
 
 

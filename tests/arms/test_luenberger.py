@@ -38,7 +38,7 @@ def loop(d=(0.5, 0.4), frequency=(3.0, 4.0), reference=None, compensated=None):
         ),
         observer=state if compensated is None else WithDisturbance(state, OracleFilter(2, l=20.0)),
         controller=ArmPID(Kp=[60.0, 30.0], Ki=[20.0, 15.0], Kd=[15.0, 6.0], model=paper_arm()),
-        reference=reference or Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=reference or Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 
@@ -82,7 +82,9 @@ def test_without_a_disturbance_the_estimates_become_the_state():
 @pytest.mark.parametrize("compensated", [False, True])
 def test_a_constant_disturbance_biases_the_observer_that_ignores_it(compensated):
     """At rest tau = G(q) + D, and L2 (q - q_hat) must make up for M^-1 (tau - C qd_hat - G(q_hat)) at the bias."""
-    ode = loop(d=(1.5, -1.0), frequency=(0.0, 0.0), reference=Hold([0.6, -0.8]), compensated=compensated).ode()
+    ode = loop(
+        d=(1.5, -1.0), frequency=(0.0, 0.0), reference=Hold("q", "rad", [0.6, -0.8]), compensated=compensated
+    ).ode()
     run = simulate(rk4(ode, 1e-3), until=60.0, every=1.0)
     np.testing.assert_allclose(ode.rate_at(60.0, run.x[0, -1])[:2], 0, atol=1e-8)  # at rest
     q_error = run["q_error"][0, -1]

@@ -29,7 +29,7 @@ from workbench.proofs.falsify import Budget, Hunt
 
 ARM = paper_arm()
 PLANT = Manipulator(ARM, q=[0.5, -0.5], disturbance=SineTorque([0.5, 0.4], [3.0, 4.0]))
-REFERENCE = Sines([1.0, 0.5], [2.0, 3.0])
+REFERENCE = Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
 SMC = SlidingMode(ARM, Lambda=6.0, K=5.0, phi=0.05)
 I = np.eye(2)
 BOX = {"plant.q": (-2.0, 2.0), "plant.qd": (-2.0, 2.0)}

@@ -37,7 +37,7 @@ def loop(**changes):
         ),
         observer=ArmFullState(2),
         controller=RbfAsmc(**(LAW | changes)),
-        reference=Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 

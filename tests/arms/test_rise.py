@@ -25,7 +25,7 @@ def loop(**changes):
         Manipulator(ARM, q=[0.6, -0.8], disturbance=SineTorque([0.5, 0.4], [3.0, 4.0], [0.0, np.pi / 2])),
         ArmFullState(2),
         Rise(**(LAW | changes)),
-        Sines([1.0, 0.5], [2.0, 3.0]),
+        Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]),
     )
 
 
@@ -85,7 +85,7 @@ def test_below_the_gain_of_the_describing_function_a_limit_cycle_stays(share, re
     """A pendulum of 1 kg m^2 hanging still: the sign comes to rest where ks + 1 > Lambda M, and not below."""
     pendulum = PlanarArm((PointMass(1.0, 1.0),), 9.81)
     law = Rise([6.0], [1.0], [share * 6.0 - 1], [5.0], 1.0, saturation="sign")
-    closed = ClosedLoop(Manipulator(pendulum, q=[0.3]), ArmFullState(1), law, Hold([0.0]))
+    closed = ClosedLoop(Manipulator(pendulum, q=[0.3]), ArmFullState(1), law, Hold("q", "rad", [0.0]))
     late = np.abs(simulate(rk4(closed.ode(), 1e-4), until=30.0, every=1e-2)["e"][0, -500:]).max()
     assert late < 1e-5 if rests else late > 1e-3
 

@@ -29,7 +29,7 @@ def loop(controller, q=(0.6, -0.8), qd=(0.0, 0.0), disturbance=None):
         plant=Manipulator(paper_arm(), q=q, qd=qd, disturbance=disturbance),
         observer=ArmFullState(2),
         controller=controller,
-        reference=Sines(amplitude=AMPLITUDE, frequency=FREQUENCY),
+        reference=Sines("q", "rad", amplitude=AMPLITUDE, frequency=FREQUENCY),
     )
 
 

@@ -27,7 +27,7 @@ def loop(reference=None, **changes):
         ),
         observer=ArmFullState(2),
         controller=Sdre(paper_arm(), **(WEIGHTS | changes)),
-        reference=reference or Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=reference or Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 
@@ -61,7 +61,7 @@ def test_along_a_run_the_equation_is_solved_to_rounding():
 
 def residual_at(speed, size):
     """At a speed in rad/s and with weights so many times heavier, or R lighter."""
-    ode = loop(reference=Hold([0.0, 0.0]), R=WEIGHTS["R"] / size).ode()
+    ode = loop(reference=Hold("q", "rad", [0.0, 0.0]), R=WEIGHTS["R"] / size).ode()
     x = ode.states.default.copy()
     x[ode.states.slice("plant.qd")] = [speed, -speed]
     return ode.outputs_at(0.0, x)["residual"].item()

@@ -27,7 +27,7 @@ def loop(**changes):
         ),
         observer=ArmFullState(2),
         controller=SlidingMode(**(LAW | changes)),
-        reference=Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 

@@ -131,7 +131,7 @@ def law(saturation, kind=SlidingMode):
 def loop(controller):
     push = SineTorque(amplitude=[0.5, 0.4], frequency=[3.0, 4.0], phase=[0.0, np.pi / 2])
     plant = Manipulator(ARM, q=[0.6, -0.8], disturbance=push)
-    return ClosedLoop(plant, ArmFullState(2), controller, Sines([1.0, 0.5], [2.0, 3.0]))
+    return ClosedLoop(plant, ArmFullState(2), controller, Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]))
 
 
 LAWS = [SlidingMode, AdaptiveSlidingMode, FuzzyAsmc, RbfAsmc, SuperTwisting]

@@ -211,4 +211,4 @@ def test_a_reference_in_radians_alone_does_not_fit_a_slide():
     arm = cart_pole()
     law = ArmStateFeedback.of(arm, np.ones((1, 4)))
     with pytest.raises(ValueError, match=r"follows 'q' in \[m, rad\], where `Sines` says it in \[rad\]"):
-        ClosedLoop(Manipulator(arm, [0.0, 0.1]), ArmFullState(2), law, Sines([0.1, 0.1], [1.0, 1.0]))
+        ClosedLoop(Manipulator(arm, [0.0, 0.1]), ArmFullState(2), law, Sines("q", "rad", [0.1, 0.1], [1.0, 1.0]))

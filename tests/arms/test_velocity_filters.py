@@ -39,7 +39,7 @@ def loop(observer, law=None, reference=None, push=(0.5, 0.4)):
         Manipulator(ARM, q=[0.6, -0.8], disturbance=SineTorque(push, [3.0, 4.0], [0.0, np.pi / 2])),
         observer,
         law or ArmPID([60.0, 30.0], [20.0, 15.0], [15.0, 6.0], ARM),
-        reference or Sines([1.0, 0.5], [2.0, 3.0]),
+        reference or Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]),
     )
 
 
@@ -92,7 +92,7 @@ def test_in_a_computer_the_derivative_at_one_over_the_period_is_the_difference_o
 def test_noise_of_the_velocity_passes_with_its_share_of_the_variance():
     """tanh(omega h / 2), for an arm that hangs still whatever the law is told."""
     law = ArmPID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
-    still = ClosedLoop(Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, 100.0), law, Hold([0.0, 0.0]))
+    still = ClosedLoop(Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, 100.0), law, Hold("q", "rad", [0.0, 0.0]))
     run = simulate(still.digital(1e-3, instruments=arm_instruments(2, noise_qd=0.01)).step(2), until=20.0, seed=3)
     filtered = run["qd_error"][0, 1000:]
     # of 38,000 samples, correlated over 1 / (omega h) = 10, the variance is known to some 2.5 %
@@ -102,7 +102,9 @@ def test_noise_of_the_velocity_passes_with_its_share_of_the_variance():
 @pytest.mark.parametrize(("omega", "lost"), [(1900.0, False), (2100.0, True)])
 def test_in_a_computer_the_derivative_is_stable_up_to_two_over_the_period(omega, lost):
     law = ArmPID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])  # the estimate drives nothing
-    still = ClosedLoop(Manipulator(ARM, q=[0.3, 0.1]), DirtyDerivative(2, omega, [0.1, 0.0]), law, Hold([0.0, 0.0]))
+    still = ClosedLoop(
+        Manipulator(ARM, q=[0.3, 0.1]), DirtyDerivative(2, omega, [0.1, 0.0]), law, Hold("q", "rad", [0.0, 0.0])
+    )
     run = simulate(still.digital(1e-3).step(2), until=1.0)
     assert (np.abs(run["qd_error"][0, -1]).max() > 1e3) == lost
 
@@ -111,7 +113,9 @@ def test_in_a_computer_the_derivative_is_stable_up_to_two_over_the_period(omega,
 def test_in_a_computer_the_filter_forgets_at_its_own_rate_whatever_the_period(omega):
     """exp(-omega h) a period, of an arm that stands still: also where explicit Euler would not be stable."""
     law = ArmPID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
-    still = ClosedLoop(Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, omega, [1.0, -2.0]), law, Hold([0.0, 0.0]))
+    still = ClosedLoop(
+        Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, omega, [1.0, -2.0]), law, Hold("q", "rad", [0.0, 0.0])
+    )
     run = simulate(still.digital(4e-3).step(2), until=0.04)
     there = -run["qd_error"][0, 1:]  # held from this instant on
     expected = np.array([1.0, -2.0]) * np.exp(-omega * 4e-3 * np.arange(1, 1 + len(there)))[:, None]

@@ -78,7 +78,7 @@ def loop(**changes) -> ClosedLoop:
         "plant": Manipulator(arm, [0.3, -0.2], [0.1, 0.0], disturbance=SineTorque([1.0, 2.0], [3.0, 4.0])),
         "observer": Watcher(),
         "controller": Gains(arm, [50.0, 40.0], [10.0, 8.0]),
-        "reference": Sines([1.0, 0.5], [1.0, 2.0]),
+        "reference": Sines("q", "rad", [1.0, 0.5], [1.0, 2.0]),
     }
     return ClosedLoop(**{**blocks, **changes})
 
@@ -179,7 +179,7 @@ def test_an_estimate_sees_the_truth_only_where_that_is_declared():
         ("plant", Manipulator(named("planar-3r"), np.zeros(3))),
         ("observer", Watcher(joints=3)),
         ("controller", Gains(named("planar-3r"), np.ones(3), np.ones(3))),
-        ("reference", Hold([0.0, 0.0, 0.0])),
+        ("reference", Hold("q", "rad", [0.0, 0.0, 0.0])),
     ],
 )
 def test_blocks_of_different_sizes_are_refused_by_socket(socket, odd):

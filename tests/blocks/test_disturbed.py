@@ -20,7 +20,7 @@ LAW = PID(SPEED, VOLTAGE, Kp=20.0, Ki=40.0)
 
 
 def run_of(by):
-    loop = ClosedLoop(Disturbed(Motor(), by), controller=LAW, reference=Hold(0.0, "omega", "rad/s"))
+    loop = ClosedLoop(Disturbed(Motor(), by), controller=LAW, reference=Hold("omega", "rad/s", 0.0))
     return simulate(rk4(loop.ode(), 1e-3), until=2.0, every=0.02)
 
 
@@ -59,8 +59,8 @@ def test_a_disturbance_is_a_truth_and_its_numbers_are_parameters():
 
 def test_a_torque_on_an_arm_is_its_own_disturbance_with_the_other_sign():
     arm, q = paper_arm(), [0.1, 0.2]
-    law, wanted = ArmPID([100.0, 100.0], [10.0, 10.0], [20.0, 20.0], arm), Sines([0.5, 0.5], 1.0)
-    added = Disturbed(Manipulator(arm, q), Sines([2.0, 1.0], [3.0, 5.0], signal="tau", unit="N m"))
+    law, wanted = ArmPID([100.0, 100.0], [10.0, 10.0], [20.0, 20.0], arm), Sines("q", "rad", [0.5, 0.5], 1.0)
+    added = Disturbed(Manipulator(arm, q), Sines("tau", "N m", [2.0, 1.0], [3.0, 5.0]))
     own = Manipulator(arm, q, disturbance=SineTorque([-2.0, -1.0], [3.0, 5.0]))
     a, b = (
         simulate(rk4(ClosedLoop(plant, ArmFullState(2), law, wanted).ode(), 1e-3), until=1.0) for plant in (added, own)
@@ -72,7 +72,7 @@ def test_a_torque_on_an_arm_is_its_own_disturbance_with_the_other_sign():
 def test_a_plant_in_discrete_time_is_disturbed_at_its_instants():
     plant = Disturbed(Counter(), Together((Step("v", "V", 1.0, time=0.25), Step("n", "V", 10.0))))
     law = PID(layout(n="V"), VOLTAGE, Kp=0.5)
-    loop = ClosedLoop(plant, controller=law, reference=Hold(10.0, "n", "V"))
+    loop = ClosedLoop(plant, controller=law, reference=Hold("n", "V", 10.0))
     with pytest.raises(ValueError, match="`Disturbed` is a recursion in discrete time"):
         loop.ode()
     run = simulate(loop.digital(0.1).step(), until=1.0)
@@ -84,7 +84,7 @@ def test_a_plant_in_discrete_time_is_disturbed_at_its_instants():
 
 def test_a_table_of_a_disturbance_ends_the_run_too():
     plant = Disturbed(Motor(), Together((Table("v", "V", [0, 1], [0, 1]),)))
-    assert ClosedLoop(plant, controller=LAW, reference=Hold(0.0, "omega", "rad/s")).ode().horizon == 1.0
+    assert ClosedLoop(plant, controller=LAW, reference=Hold("omega", "rad/s", 0.0)).ode().horizon == 1.0
     assert open_loop(plant).horizon == 1.0
 
 
@@ -104,7 +104,7 @@ def test_a_disturbance_of_no_port_is_refused(by, says):
 
 def test_equations_that_end_with_a_table_end_as_a_plant_too():
     pushed = OdePlant(open_loop(Disturbed(Motor(), Table("v", "V", [0.0, 1.0], [0.0, 1.0]))))
-    loop = ClosedLoop(Equipped(pushed), controller=LAW, reference=Hold(0.0, "omega", "rad/s"))
+    loop = ClosedLoop(Equipped(pushed), controller=LAW, reference=Hold("omega", "rad/s", 0.0))
     assert (open_loop(pushed).horizon, loop.ode().horizon, loop.digital(0.1).flow.horizon) == (1.0, 1.0, 1.0)
 
 

@@ -55,7 +55,7 @@ def test_what_is_wanted_of_an_output_is_followed_in_part_by_nobody():
         wb.PID(wb.layout(x="m"), wb.layout(phi="rad"), Kp=0.1),
         wb.PID(wb.layout(phi="rad"), wb.layout(F="N"), Kp=50.0),
     )
-    both = wb.Together((wb.Step("x", "m", 0.2), wb.Hold([0.0], "phi", "rad")))
+    both = wb.Together((wb.Step("x", "m", 0.2), wb.Hold("phi", "rad", [0.0])))
     refused(lambda: wb.ClosedLoop(CART, controller=law, reference=both), "says 'phi'", "follows 'x'", "without 'phi'")
     assert wb.ClosedLoop(CART, controller=law, reference=wb.Step("x", "m", 0.2)).follows == ("x",)
 

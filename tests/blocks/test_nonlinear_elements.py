@@ -171,7 +171,7 @@ def play(z, v, gap):
 def test_backlash_without_a_time_constant_moves_at_the_instants_of_a_computer():
     gap, wide, period = 0.5, 0.02, 0.05
     plant = wb.Equipped(
-        wb.Disturbed(wb.DCMotor(), by=wb.Sines(0.4, 3.0, signal="v", unit="V")),
+        wb.Disturbed(wb.DCMotor(), by=wb.Sines("v", "V", 0.4, 3.0)),
         (wb.DeadZone("v", -0.05, 0.05), wb.Backlash("v", gap, driven=0.1)),
         (wb.Backlash("omega", wide),),
     )

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from workbench.blocks.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, open_loop
+from workbench.blocks.laws import PID
+from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, open_loop
 from workbench.blocks.plants import BuckConverter, CartPole, DCMotor, QuadrupleTank, StirredTank, TwoMasses
-from workbench.core import Signals, block, layout, parameter, rk4
+from workbench.blocks.signals import Hold, Together
+from workbench.core import block, layout, parameter, rk4
 from workbench.core.block import Vector
 from workbench.design.linear import equilibria, linearize, operating_point
 from workbench.design.riccati import lqr
@@ -121,50 +123,17 @@ def test_the_four_tanks_have_the_relative_gain_of_their_valves(setting, gain):
     assert abs((G * np.linalg.inv(G).T)[0, 0] - one * two / (one + two - 1)) < 1e-12  # the paper's formula
 
 
-@block
-class TwoPI(AbstractController):
-    """Two loops of v_i = v_0 + K_i (e_i + integral of e_i / T_i), with e_i in volts of the sensors, 0.50 V/cm."""
-
-    K: Vector = parameter(unit="", shape=("2",))
-    T: Vector = parameter(unit="s", shape=("2",), low=0, strict=True)
-    v_0: Vector = parameter(unit="V", shape=("2",))
-
-    reads = follows = layout(h_1="cm", h_2="cm")
-    drives = layout(v_1="V", v_2="V")
-    memory = layout(z_1="V", z_2="V")
-
-    def error(self, est, ref):
-        return [0.5 * (ref[h] - est[h]) for h in ("h_1", "h_2")]
-
-    def command(self, t, z, est, ref):
-        one, two = self.error(est, ref)
-        return {
-            "v_1": self.v_0[0] + self.K[0] * (one + z["z_1"]),
-            "v_2": self.v_0[1] + self.K[1] * (two + z["z_2"]),
-        }
-
-    def rate(self, t, z, est, ref):
-        one, two = self.error(est, ref)
-        return {"z_1": one / self.T[0], "z_2": two / self.T[1]}
-
-
-@block
-class Levels(AbstractReference):
-    """Two constant levels."""
-
-    level: Vector = parameter(unit="cm", shape=("2",))
-    says = TwoPI.reads
-
-    def at(self, t):
-        return Signals(h_1=self.level[0], h_2=self.level[1])
+SENSOR = 0.5  # V/cm
 
 
 def decay(setting, K, T):
     """The decay rate of the slowest mode of the four tanks under two PI controllers, in 1/s, negative if it grows."""
     (plant, v), (_, point) = SETTINGS[setting], rest(setting)
-    loop = ClosedLoop(plant, controller=TwoPI(K, T, [v, v]), reference=Levels(point.x[:2]))
-    ode = loop.ode()
-    x = np.concatenate([point.x, np.zeros(2)])
+    gains = SENSOR * np.array(K)
+    pair = PID(plant.outputs, plant.inputs, Kp=gains, Ki=gains / np.array(T), u0=[v, v])
+    levels = Together(tuple(Hold(name, "cm", level) for name, level in zip(("h_1", "h_2"), point.x[:2], strict=True)))
+    ode = ClosedLoop(plant, controller=pair, reference=levels).ode()
+    x = np.concatenate([point.x, np.zeros(4)])
     assert np.abs(ode.rate_at(0.0, x)).max() < 1e-12
     return -np.linalg.eigvals(np.array(ode.A(0.0, x, ode.parameters.default))).real.max()
 

@@ -25,7 +25,7 @@ from workbench.blocks.signals import Sines
 from workbench.core import Entry, Layout, Signals, block, initial, layout, rk4
 from workbench.engine import simulate
 
-WANTED = Sines([1.0, 1.0], [1.0, 1.0])
+WANTED = Sines("q", "rad", [1.0, 1.0], [1.0, 1.0])
 
 
 def test_a_motor_and_a_law_of_ones_own_make_a_loop():
@@ -80,7 +80,9 @@ class OneTorque(AbstractArmController):
 def test_a_law_that_returns_one_torque_for_two_joints_is_refused():
     """It was spread over both, and the RMSE of another law was reported without a word."""
     loop = ClosedLoop(
-        Manipulator(paper_arm(), q=[0.1, 0.2]), controller=OneTorque(), reference=Sines([1.0] * 2, [1.0] * 2)
+        Manipulator(paper_arm(), q=[0.1, 0.2]),
+        controller=OneTorque(),
+        reference=Sines("q", "rad", [1.0] * 2, [1.0] * 2),
     )
     with pytest.raises(
         ValueError, match=r"`OneTorque.command\(...\)` must return 'tau' in shape \(2, 1\); it returned"

@@ -20,7 +20,7 @@ from workbench.core import Roles, grouped
 from workbench.study.evidence.law_tables import information_table
 
 ARM, I = paper_arm(), np.eye(2)
-PLANT, WANTED = Manipulator(ARM, q=[0.1, 0.2]), Sines([1.0, 1.0], [1.0, 1.0])
+PLANT, WANTED = Manipulator(ARM, q=[0.1, 0.2]), Sines("q", "rad", [1.0, 1.0], [1.0, 1.0])
 BARE, WEIGHED = ArmPID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0]), ArmPID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0], ARM)
 SMC = SlidingMode(ARM, [1.0, 1.0], [2.0, 2.0], 0.1)
 OBSERVER = Luenberger(ARM, 30 * I, 50 * I, q_hat=[0.1, 0.2])
@@ -50,7 +50,7 @@ def test_of_a_model_only_what_acts_counts():
 
 
 def test_an_observer_that_follows_a_plant_by_its_equations_is_given_a_model():
-    plant, wanted = CartPole(), Together((Hold([0.0], "x", "m"), Hold([0.0], "phi", "rad")))
+    plant, wanted = CartPole(), Together((Hold("x", "m", [0.0]), Hold("phi", "rad", [0.0])))
     law = StateFeedback.of(plant, [[-70.0, -38.0, 106.0, 21.0]], follow=("x", "phi"))
     observer = LinearObserver(plant, [[9.0, 0.0], [40.0, 0.0], [0.0, 30.0], [0.0, 300.0]])
     blind = StateFeedback.of(plant, np.zeros((1, 4)), follow=("x", "phi"))

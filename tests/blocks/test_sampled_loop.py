@@ -48,7 +48,7 @@ def loop(controller=None, observer=None):
         ),
         observer=observer or ArmFullState(2),
         controller=controller or ArmPID(**GAINS),
-        reference=Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
+        reference=Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
 
 

@@ -8,7 +8,7 @@ from scipy.signal import square
 from workbench.blocks.signals import Hold, Sines, SineTorque, SquareWave
 from workbench.core import lift
 
-SINES = Sines([1.0, 2.0], [3.0, 0.7], [0.1, -0.4])
+SINES = Sines("q", "rad", [1.0, 2.0], [3.0, 0.7], [0.1, -0.4])
 
 
 def motion(reference, times):
@@ -18,7 +18,7 @@ def motion(reference, times):
     return [np.array(part).T for part in function(np.asarray(times)[None])]
 
 
-@pytest.mark.parametrize("reference", [SINES, Hold([0.3, -0.2])])
+@pytest.mark.parametrize("reference", [SINES, Hold("q", "rad", [0.3, -0.2])])
 def test_the_derivatives_of_a_reference_are_those_of_its_position(reference):
     t, h = np.linspace(0.01, 7.0, 701), 1e-5
     before, now, after = (motion(reference, t + shift) for shift in (-h, 0.0, h))
@@ -40,7 +40,7 @@ def test_a_square_wave_is_that_of_scipy():
     # off the jumps, where the two may differ by the rounding of pi f t
     t = np.linspace(0.0, 20.0, 997)
     t = t[np.abs(f * t - np.round(f * t)) > 1e-9]
-    wave = SquareWave([2.0, -1.0], frequency=f)
+    wave = SquareWave("q", "rad", [2.0, -1.0], frequency=f)
     expected = np.outer((square(np.pi * f * t) + 1) / 2, [2.0, -1.0])
     q, qd, qdd = motion(wave, t)
     np.testing.assert_array_equal(q, expected)
@@ -49,11 +49,11 @@ def test_a_square_wave_is_that_of_scipy():
 
 
 def test_a_square_wave_begins_high_and_falls_on_the_hour():
-    q = motion(SquareWave([1.0], frequency=0.5), [0.0, 1.999, 2.0, 3.999, 4.0])[0].ravel()
+    q = motion(SquareWave("q", "rad", [1.0], frequency=0.5), [0.0, 1.999, 2.0, 3.999, 4.0])[0].ravel()
     np.testing.assert_array_equal(q, [1, 1, 0, 0, 1])
 
 
-@pytest.mark.parametrize("signal", [SINES, SquareWave([1.0, 2.0], 0.5), Hold([0.3, -0.2])])
+@pytest.mark.parametrize("signal", [SINES, SquareWave("q", "rad", [1.0, 2.0], 0.5), Hold("q", "rad", [0.3, -0.2])])
 def test_a_lifted_reference_says_the_same(signal):
     t = ca.SX.sym("t")
     lifted = lift(signal)
@@ -67,10 +67,13 @@ def test_a_lifted_reference_says_the_same(signal):
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: SquareWave([1.0], frequency=0.0), r"`SquareWave\(frequency=...\)`"),
-        (lambda: Sines([1.0, 2.0], [1.0, 2.0, 3.0]), r"`Sines\(frequency=...\)` must be an array of shape \(n = 2\)"),
+        (lambda: SquareWave("q", "rad", [1.0], frequency=0.0), r"`SquareWave\(frequency=...\)`"),
         (
-            lambda: Sines([[1.0]], 2.0),
+            lambda: Sines("q", "rad", [1.0, 2.0], [1.0, 2.0, 3.0]),
+            r"`Sines\(frequency=...\)` must be an array of shape \(n = 2\)",
+        ),
+        (
+            lambda: Sines("q", "rad", [[1.0]], 2.0),
             r"`Sines\(amplitude=...\)` must be an array of shape \(n = 1\); got shape \(1, 1\)",
         ),
         (lambda: SineTorque([np.nan], [1.0]), "must be finite"),
@@ -82,5 +85,5 @@ def test_a_signal_that_cannot_be_is_refused(make, says):
 
 
 def test_one_frequency_stands_for_all_joints():
-    np.testing.assert_array_equal(Sines([1.0, 2.0], 3.0).frequency, [3.0, 3.0])
-    assert Sines([1.0, 2.0], 3.0).dof == 2
+    np.testing.assert_array_equal(Sines("q", "rad", [1.0, 2.0], 3.0).frequency, [3.0, 3.0])
+    assert Sines("q", "rad", [1.0, 2.0], 3.0).dof == 2

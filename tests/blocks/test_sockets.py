@@ -22,7 +22,7 @@ ARM = paper_arm()
 LINK = PointMass(1.0, 1.0)
 PLANT = Manipulator(ARM, q=[0.1, 0.2])
 LAW = ArmPID([1.0, 1.0], [0.0, 0.0], [1.0, 1.0], ARM)
-WANTED = Sines([1.0, 1.0], [1.0, 1.0])
+WANTED = Sines("q", "rad", [1.0, 1.0], [1.0, 1.0])
 STATE = ArmFullState(2)
 
 
@@ -90,8 +90,8 @@ SAID = [
     (lambda: rk4(loop(), 0.1), "must be an `Ode`; got a `ClosedLoop`: a loop becomes one by its method `ode()`."),
     (lambda: PlanarArm((LINK,), zero=["down"]), "is one of 'down', 'right', 'up'; got ['down']."),
     (lambda: ArmPID([], [], []), "`ArmPID(Kp=...)` needs at least one number; got none."),
-    (lambda: Sines([], []), "`Sines(amplitude=...)` needs at least one number"),
-    (lambda: Hold([]), "needs at least one number"),
+    (lambda: Sines("q", "rad", [], []), "`Sines(amplitude=...)` needs at least one number"),
+    (lambda: Hold("q", "rad", []), "needs at least one number"),
     (lambda: Friction([], []), "needs at least one number"),
     (lambda: PlanarArm(()), "must be a tuple of at least one `Link` or `PointMass`; got none."),
 ]

@@ -34,8 +34,8 @@ OMEGA = ("omega", "rad/s")
 PAIR = ("x", "m, rad")
 TIMES, VALUES = [0.0, 1.0, 2.0, 4.0], np.array([[0.0, 1.0, 0.0, 3.0], [1.0, 2.0, 3.0, 4.0]]).T
 SMOOTH = {
-    "sines": Sines([1.0, 2.0], 3.0, signal="x", unit="m, rad"),
-    "hold": Hold([1.0, 2.0], *PAIR),
+    "sines": Sines("x", "m, rad", [1.0, 2.0], 3.0),
+    "hold": Hold(*PAIR, [1.0, 2.0]),
     "linear chirp": Chirp(*PAIR, [2.0, 1.0], 0.1, 1.0, 4.0, 0.3),
     "logarithmic chirp": Chirp(*PAIR, [2.0, 1.0], 0.1, 1.0, 4.0, [0.3, 1.0], "logarithmic"),
     "trapezoid": Trapezoid(*PAIR, [3.0, -0.2], [1.0, 1.0], [2.0, 2.0], 0.5, [0.0, 0.5]),
@@ -47,7 +47,7 @@ SMOOTH = {
 JUMPS = {
     "step": Step(*PAIR, [1.0, 2.0], [0.5, 1.0], -1.0),
     "pulses": PulseTrain(*PAIR, [1.0, 2.0], 1.0, 0.25, 0.5, -1.0),
-    "wave": SquareWave([1.0, 2.0], 0.5, *PAIR),
+    "wave": SquareWave(*PAIR, [1.0, 2.0], 0.5),
     "rows": Table(*PAIR, TIMES, VALUES, "hold"),
 }
 
@@ -253,7 +253,7 @@ def test_a_run_behind_the_end_of_a_table_is_refused_at_every_door():
 
 
 def test_several_references_are_followed_together():
-    signal = Together((Step(*OMEGA, 1.0), Sines([1.0], [2.0], signal="theta", unit="rad")))
+    signal = Together((Step(*OMEGA, 1.0), Sines("theta", "rad", [1.0], [2.0])))
     assert signal.says.names == ("omega", "omegad", "omegadd", "theta", "thetad", "thetadd")
     assert signal.primary == ("omega", "theta")
     assert loop(signal).follows == ("omega",)

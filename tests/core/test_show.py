@@ -49,7 +49,7 @@ def test_a_whole_loop_shows_itself():
         Manipulator(paper_arm(), q=[0.0, 0.0]),
         ArmFullState(2),
         SlidingMode(paper_arm(), Lambda=[6.0, 6.0], K=[5.0, 5.0], phi=0.01),
-        Sines([1.0, 0.5], [2.0, 3.0]),
+        Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]),
     )
     shown = "".join(parsed(loop._repr_html_()).itertext())
     assert "Manipulator" in shown

@@ -125,7 +125,7 @@ def test_the_compiled_march_and_numpy_have_the_same_bits_across_switches():
 
 
 def test_a_step_across_switches_is_of_fourth_order():
-    train = SquareWave([1.0], frequency=1.7, signal="u", unit="1")
+    train = SquareWave("u", "1", [1.0], frequency=1.7)
     ode = lag(lambda t, x: train.at(t)["u"] + x**2 / 4)
     edges = np.arange(0, 3 * 1.7 + 1) / 1.7
     x = 0.0

@@ -84,11 +84,11 @@ def test_a_side_that_does_not_leave_the_corner_or_is_none_is_refused():
 
 MOTOR = wb.DCMotor()
 LIMITED = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, low=0.0, high=24.0)
-AT_BOUND = wb.ClosedLoop(MOTOR, controller=LIMITED, reference=wb.Hold([0.0], "omega", "rad/s"))
+AT_BOUND = wb.ClosedLoop(MOTOR, controller=LIMITED, reference=wb.Hold("omega", "rad/s", [0.0]))
 FREE = wb.ClosedLoop(
     MOTOR,
     controller=wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0),
-    reference=wb.Hold([0.0], "omega", "rad/s"),
+    reference=wb.Hold("omega", "rad/s", [0.0]),
 )
 
 

@@ -27,7 +27,7 @@ def cut():
         Manipulator(ARM, q=[0.0, 0.0]),
         ArmFullState(2),
         ArmPID([50.0, 50.0], [0.0, 0.0], [10.0, 10.0]),
-        Hold([0.0, 0.0]),
+        Hold("q", "rad", [0.0, 0.0]),
     )
     ode = loop.broken()
     return broken_loop(ode, 0.0, ode.states.default)

@@ -203,7 +203,7 @@ def test_a_point_without_a_derivative_is_refused():
 def relay(saturation):
     """A sliding-mode loop at rest on its surface, cut at the torque."""
     law = SlidingMode(paper_arm(), [6.0, 6.0], [5.0, 5.0], phi=0.01, saturation=saturation)
-    return ClosedLoop(Manipulator(paper_arm(), q=[0, 0]), ArmFullState(2), law, Hold([0.0, 0.0])).broken()
+    return ClosedLoop(Manipulator(paper_arm(), q=[0, 0]), ArmFullState(2), law, Hold("q", "rad", [0.0, 0.0])).broken()
 
 
 def test_a_relay_on_its_surface_is_refused_and_a_saturation_is_not():

@@ -176,7 +176,7 @@ def test_a_lead_for_a_model_commands_the_input_of_the_point_where_the_error_is_z
     for law in (C, control.c2d(C, 1e-6, "tustin")):
         assert wb.LinearLaw(law, error=True).u0 == pytest.approx([15 / 28])
         assert wb.LinearLaw(law, error=True).v0 is None
-    loop = wb.ClosedLoop(buck, controller=wb.LinearLaw(C, error=True), reference=wb.Hold([15.0], "v", "V"))
+    loop = wb.ClosedLoop(buck, controller=wb.LinearLaw(C, error=True), reference=wb.Hold("v", "V", [15.0]))
     # the lead has no integral: only about its point does it hold 15 V without an error
     assert wb.simulate(wb.rk4(loop.ode(), 1e-6), until=5e-3)["v"][0, -1, 0] == pytest.approx(15.0, rel=1e-9)
 
@@ -195,7 +195,7 @@ def test_observers_of_a_design_start_at_its_point_and_know_it():
 
 
 PI = wb.PID(Boost().outputs, Boost().inputs, Kp=0.0025, Ki=5.0)
-BOOSTED = wb.ClosedLoop(Boost(), controller=PI, reference=wb.Hold([36.0], "v", "V"))
+BOOSTED = wb.ClosedLoop(Boost(), controller=PI, reference=wb.Hold("v", "V", [36.0]))
 
 
 def test_a_loop_is_cut_at_what_its_law_commands_there():

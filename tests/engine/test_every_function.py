@@ -72,7 +72,7 @@ MACHINES = [["numpy", "gcc-O0"], ["gcc-O2", "clang-O2", "browser"]]
 def all_functions():
     """A motor with the law of every function, which runs once in a hundredth of a second and reads with noise."""
     motor = wb.DCMotor()
-    loop = wb.ClosedLoop(motor, controller=EveryFunction(), reference=wb.Sines(2.0, 3.0, signal="omega", unit="rad/s"))
+    loop = wb.ClosedLoop(motor, controller=EveryFunction(), reference=wb.Sines("omega", "rad/s", 2.0, 3.0))
     return loop.digital(0.01, wb.Instruments.of(motor, noise={"omega": 0.3}))
 
 

@@ -83,7 +83,7 @@ def cart(**wanted):
 
 def arm():
     law = ArmPID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[10.0, 10.0])
-    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), ArmFullState(2), law, Hold([1.0, 0.5]))
+    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), ArmFullState(2), law, Hold("q", "rad", [1.0, 0.5]))
 
 
 def test_a_metric_without_a_signal_is_of_all_that_the_loop_follows_each_in_its_unit():

@@ -22,7 +22,7 @@ LOOP = ClosedLoop(
     Manipulator(ARM, q=[0.5, -0.5]),
     ArmFullState(2),
     ArmPID(Kp=[60.0, 40.0], Ki=[20.0, 10.0], Kd=[10.0, 8.0]),
-    Sines([1.0, 0.5], [2.0, 3.0]),
+    Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]),
 )
 ROUGH = LOOP.digital(2e-3, arm_instruments(2, noise_q=1e-4, noise_qd=1e-2, quantum_q=1e-5, limit=40.0))
 STEP = ROUGH.step(2)

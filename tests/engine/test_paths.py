@@ -81,7 +81,9 @@ def test_frozen_eigenvalues_decay_while_the_system_grows():
 
 def test_an_equation_that_jumps_has_no_exponents_here():
     law = SlidingMode(paper_arm(), [6.0, 6.0], [5.0, 5.0], phi=0.5, saturation="sign")
-    loop = ClosedLoop(Manipulator(paper_arm(), q=[0.3, -0.2]), ArmFullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
+    loop = ClosedLoop(
+        Manipulator(paper_arm(), q=[0.3, -0.2]), ArmFullState(2), law, Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
+    )
     with pytest.raises(ValueError, match="`lyapunov_exponents.*may jump where .* = 0.*`freeze`"):
         lyapunov_exponents(loop.ode(), 1.0, 0.005)
 

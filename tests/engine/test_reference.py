@@ -154,7 +154,7 @@ def aosmc(shape):
         paper_arm(), 6.0, 0.05, 5 * np.eye(2), 10 * np.eye(2), np.eye(2), np.eye(2), "reference", "raised", shape
     )
     return ClosedLoop(
-        Manipulator(paper_arm(), q=[0.6, -0.8]), ArmFullState(2), law, Sines([1.0, 0.5], [2.0, 3.0])
+        Manipulator(paper_arm(), q=[0.6, -0.8]), ArmFullState(2), law, Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     ).ode()
 
 

@@ -38,7 +38,7 @@ X0 = np.array([0.7, -0.4])
 def linear():
     arm = PlanarArm((PointMass(J, 1.0),), gravity=0.0)
     plant = Manipulator(arm, [X0[0]], [X0[1]], friction=Friction([FRICTION], [0.0]))
-    return ClosedLoop(plant, ArmFullState(1), ArmPID([KP], [0.0], [KD]), Hold([0.0]))
+    return ClosedLoop(plant, ArmFullState(1), ArmPID([KP], [0.0], [KD]), Hold("q", "rad", [0.0]))
 
 
 def exact(period, steps):
@@ -89,7 +89,7 @@ def test_integrals_run_along_in_the_substeps_and_samples_are_taken_at_the_instan
     assert got["effort"] == pytest.approx(np.sqrt(np.mean(tau[:-1] ** 2)), rel=2e-6)
     assert got["peak torque"] == pytest.approx(np.abs(tau).max(), rel=2e-6)
     assert got["TV"] == pytest.approx(np.abs(np.diff(tau)).sum() / T, rel=2e-6)
-    assert got["RMSE (43) of tau"] == pytest.approx(np.sqrt(np.mean(tau**2)), rel=2e-6)
+    assert got["sampled RMSE of tau"] == pytest.approx(np.sqrt(np.mean(tau**2)), rel=2e-6)
 
 
 def test_the_halved_run_halves_the_substep_and_never_the_period():
@@ -104,7 +104,7 @@ def test_the_halved_run_halves_the_substep_and_never_the_period():
 def test_an_observer_is_held_against_the_motion_between_its_samples():
     """q_hat = q(t_k) until t_(k+1): RMS of v (t - t_k) over a period is v period / sqrt 3."""
     plant = Manipulator(PlanarArm((PointMass(1.0, 1.0),), gravity=0.0), [0.0], [2.0])
-    coasting = ClosedLoop(plant, ArmFullState(1), ArmPID([0.0], [0.0], [0.0]), Hold([0.0]))
+    coasting = ClosedLoop(plant, ArmFullState(1), ArmPID([0.0], [0.0], [0.0]), Hold("q", "rad", [0.0]))
     score = measure(coasting.digital(0.1), (observer_error("q_error"),), until=1.0, h=0.1).score("RMS q_error")
     assert score.value[0] == pytest.approx(2.0 * 0.1 / np.sqrt(3), rel=1e-12)
 

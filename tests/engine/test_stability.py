@@ -65,7 +65,7 @@ def test_a_loop_whose_jacobian_overflows_as_it_diverges_is_a_flagged_row():
         Manipulator(paper_arm(), q=[2.0, 1.0]),
         ArmFullState(2),
         SlidingMode(paper_arm(), [10.0, 10.0], [500.0, 500.0], 0.001),
-        Sines([1.0, 0.5], [1.0, 2.0]),
+        Sines("q", "rad", [1.0, 0.5], [1.0, 2.0]),
     )
     result = measure(loop.ode(), [effort(), energy(), rmse()], until=20.0, h=0.1)
     assert result.trajectories.diverged[0]

@@ -19,7 +19,7 @@ ARM = paper_arm()
 PLANT = Manipulator(ARM, q=[0.1, 0.2])
 OBSERVER = ArmFullState(2)
 LAW = ArmPID([1.0, 1.0], [0.1, 0.1], [1.0, 1.0], ARM)
-REFERENCE = Sines([1.0, 1.0], [1.0, 1.0])
+REFERENCE = Sines("q", "rad", [1.0, 1.0], [1.0, 1.0])
 LOOP = ClosedLoop(PLANT, OBSERVER, LAW, REFERENCE)
 
 

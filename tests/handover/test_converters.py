@@ -12,7 +12,7 @@ MOTOR = wb.DCMotor()
 
 def loop(reference=None):
     law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
-    return wb.ClosedLoop(MOTOR, controller=law, reference=reference or wb.Sines(1.0, 3.0, signal="omega", unit="rad/s"))
+    return wb.ClosedLoop(MOTOR, controller=law, reference=reference or wb.Sines("omega", "rad/s", 1.0, 3.0))
 
 
 def converted(x, bits, low, high, rounding="nearest"):

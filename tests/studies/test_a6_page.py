@@ -11,7 +11,7 @@ from tests.support.samples import made_sample
 from workbench.study.document.document import Figure, Paragraph, Table
 
 POINTS = 48  # of each search
-RMSE = (("RMSE (43)", 0, "rad"), ("RMSE (43)", 1, "rad"))
+RMSE = (("sampled RMSE", 0, "rad"), ("sampled RMSE", 1, "rad"))
 PEAK = (("peak torque", 0, "N m"), ("peak torque", 1, "N m"))
 
 

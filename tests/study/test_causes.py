@@ -35,7 +35,7 @@ class Computed:
     integrator: str = "declared"
 
     def ode(self, name="loop"):
-        closed = ClosedLoop(Manipulator(ARM, q=[0.6, -0.8]), ArmFullState(2), self.law, Hold([0.5, -0.7]))
+        closed = ClosedLoop(Manipulator(ARM, q=[0.6, -0.8]), ArmFullState(2), self.law, Hold("q", "rad", [0.5, -0.7]))
         return closed.digital(PERIOD, arm_instruments(2, noise_q=1e-5), integrator=self.integrator, name=name)
 
 

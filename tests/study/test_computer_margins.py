@@ -78,7 +78,7 @@ def test_what_acts_in_time_acts_at_the_true_time():
         Manipulator(arm, [0.0], [0.0], disturbance=SineTorque([a], [w], [0.3])),
         ArmFullState(1),
         wb.ArmPID([0.0], [0.0], [0.0]),
-        Hold([0.0]),
+        Hold("q", "rad", [0.0]),
     )
     digital = free.digital(T).disturbed()
     run = simulate(digital.step(8), digital.parameters.pack({"computer.jitter": 0.5 * T}), until=4.0, seed=2)

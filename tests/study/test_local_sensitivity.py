@@ -46,7 +46,7 @@ def steered() -> ClosedLoop:
         Manipulator(paper_arm(), q=[0.5, -0.5]),
         ArmFullState(2),
         ArmPID(Kp=[300.0, 100.0], Ki=[100.0, 50.0], Kd=[50.0, 20.0]),
-        Sines([1.0, 0.5], [2.0, 3.0]),
+        Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]),
     )
 
 

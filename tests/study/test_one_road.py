@@ -147,7 +147,7 @@ def test_a_signal_is_named_by_its_label_or_its_number():
     arm = wb.ClosedLoop(
         wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]),
         controller=wb.SlidingMode(model=wb.paper_arm(), Lambda=[6.0, 6.0], K=[40.0, 20.0], phi=0.1),
-        reference=wb.Sines([1.0, 0.5], [2.0, 3.0]),
+        reference=wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]),
     )
     found = wb.measure(arm.ode(), [wb.rmse()], until=1.0, h=1e-3)
     one, other = found.score("RMSE", "joint 2"), found.score("RMSE", 1)

@@ -33,7 +33,7 @@ class Arm:
     def ode(self, name="loop"):
         """The loop between instants, and at them."""
         plant, law = Manipulator(paper_arm(), q=[0.5, -0.5]), ArmPID(Kp=[60.0, 40.0], Ki=[20.0, 10.0], Kd=[10.0, 8.0])
-        loop = ClosedLoop(plant, ArmFullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
+        loop = ClosedLoop(plant, ArmFullState(2), law, Sines("q", "rad", [1.0, 0.5], [2.0, 3.0]))
         return loop.digital(2e-3, arm_instruments(2, noise_q=1e-3, noise_qd=0.3, limit=40.0), name=name)
 
 

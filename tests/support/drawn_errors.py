@@ -12,7 +12,7 @@ from tests.support.samples import made_sample
 
 def sampled(t, values):
     """Runs with these values (N, T, 2) of RMSE."""
-    columns = (("RMSE (43)", 0, "rad"), ("RMSE (43)", 1, "rad"))
+    columns = (("sampled RMSE", 0, "rad"), ("sampled RMSE", 1, "rad"))
     runs = len(values)
     lost = np.where(np.isnan(values).any(axis=(1, 2)), 1.0, np.nan)
     none = np.empty(0, dtype=int)

@@ -28,5 +28,7 @@ class Digital:
     def ode(self, name="loop"):
         arm = paper_arm()
         law = SlidingMode(model=arm, Lambda=[6.0, 6.0], K=[40.0, 20.0], phi=0.1)
-        loop = ClosedLoop(Manipulator(arm, q=[0.5, 0.0]), ArmFullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
+        loop = ClosedLoop(
+            Manipulator(arm, q=[0.5, 0.0]), ArmFullState(2), law, Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
+        )
         return loop.digital(2e-3, arm_instruments(2, noise_q=1e-4), name=name)

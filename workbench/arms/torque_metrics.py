@@ -12,7 +12,8 @@ def peak_torque() -> Peak:
     --------
     >>> arm = wb.paper_arm()
     >>> law = wb.ArmPID(Kp=[60.0, 40.0], Ki=[0.0, 0.0], Kd=[12.0, 8.0])
-    >>> loop = wb.ClosedLoop(wb.Manipulator(arm, q=[0.2, 0.1]), wb.ArmFullState(2), law, wb.Hold([0.0, 0.0]))
+    >>> plant, rest = wb.Manipulator(arm, q=[0.2, 0.1]), wb.Hold("q", "rad", [0.0, 0.0])
+    >>> loop = wb.ClosedLoop(plant, wb.ArmFullState(2), law, rest)
     >>> found = wb.measure(loop.ode(), [wb.arms.peak_torque()], until=0.5, h=1e-3)
     >>> [score.value.round(3) for score in found.scores_of("peak torque")]
     [array([12.]), array([4.212])]

@@ -31,7 +31,7 @@ def layer() -> tuple[Ode, np.ndarray]:
     arm, folded = PlanarArm((PointMass(1.0, 1.0), PointMass(1.0, 1.0)), 0.0), [0.0, np.pi]
     law = SlidingMode(arm, Lambda=[6.0] * 2, K=[5.0] * 2, phi=0.01, saturation="clip")
     plant = Manipulator(arm, q=folded, actuator=FirstOrderLag(0.01))
-    loop = ClosedLoop(plant, ArmFullState(2), law, Hold(folded)).ode()
+    loop = ClosedLoop(plant, ArmFullState(2), law, Hold("q", "rad", folded)).ode()
     p = loop.parameters.default.copy()
     p[loop.parameters.labels.index("controller.K[1]")] = 0.0
     return loop, p

@@ -169,7 +169,7 @@ class AdaptiveSlidingMode(AbstractAdaptiveSlidingMode):
     --------
     >>> from workbench.arms.laws import AdaptiveSlidingMode, Leakage
     >>> law = AdaptiveSlidingMode(wb.paper_arm(), [6.0, 6.0], 0.1, 2.0, [20.0, 10.0], Leakage(0.1, [1.0, 1.0]), "tanh")
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
     6
     """

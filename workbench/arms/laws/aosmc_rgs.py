@@ -107,7 +107,7 @@ class AosmcRgs(AbstractSlidingMode):
     >>> from workbench.arms.observers import NonlinearDisturbanceObserver, WithDisturbance
     >>> law = AosmcRgs(wb.paper_arm(), [6.0, 6.0], 0.1, K=np.eye(2), P=np.eye(2), Q=np.eye(2), R=np.eye(2))
     >>> observer = WithDisturbance(wb.ArmFullState(2), NonlinearDisturbanceObserver(wb.paper_arm(), 20.0, [0.0, 0.0]))
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, observer, law, wanted).ode().states.size
     14
     """

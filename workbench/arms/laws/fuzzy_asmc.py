@@ -92,7 +92,7 @@ class FuzzyAsmc(AbstractAdaptiveSlidingMode):
     --------
     >>> from workbench.arms.laws import FuzzyAsmc
     >>> law = FuzzyAsmc(wb.paper_arm(), [6.0, 6.0], 0.1, 1.0, 0.1, [1.0, 1.0])
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
     8
     """

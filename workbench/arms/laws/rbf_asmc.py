@@ -42,7 +42,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
     --------
     >>> from workbench.arms.laws import RbfAsmc
     >>> law = RbfAsmc(wb.paper_arm(), [6.0, 6.0], 0.1, 1.0, 1.0, 0.1, np.ones((3, 4)), np.ones(4), [1.0, 1.0])
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
     12
     """

@@ -35,7 +35,7 @@ class Rise(AbstractSlidingMode):
     --------
     >>> from workbench.arms.laws import Rise
     >>> law = Rise([20.0, 20.0], [10.0, 10.0], [5.0, 5.0], [1.0, 1.0], 0.1, [0.0, 0.0], wb.paper_arm(), "clip")
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
     6
     """

@@ -38,7 +38,7 @@ class ScheduledFeedback(AbstractArmController):
     --------
     >>> from workbench.arms.laws import ScheduledFeedback
     >>> law = ScheduledFeedback.of(wb.paper_arm(), np.full((3, 2, 4), 10.0), horizon=2.0, series="chebyshev")
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
     4
     """

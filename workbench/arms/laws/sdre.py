@@ -34,7 +34,7 @@ class Sdre(AbstractArmController):
     --------
     >>> from workbench.arms.laws import Sdre
     >>> law = Sdre(wb.paper_arm(), Qp=np.eye(2), Qd=np.eye(2), R=np.eye(2))
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
     4
     """

@@ -32,7 +32,7 @@ class SlidingMode(AbstractSlidingMode):
     Examples
     --------
     >>> law = wb.SlidingMode(model=wb.paper_arm(), Lambda=[6.0, 6.0], K=[40.0, 20.0], phi=0.1)
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, controller=law, reference=wanted).follows
     ('q',)
     """

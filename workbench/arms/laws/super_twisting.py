@@ -52,7 +52,7 @@ class SuperTwisting(AbstractSlidingMode):
     --------
     >>> from workbench.arms.laws import SuperTwisting
     >>> law = SuperTwisting(wb.paper_arm(), [6.0, 6.0], [8.0, 8.0], [4.0, 4.0], 0.1, "sign")
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
     6
     """

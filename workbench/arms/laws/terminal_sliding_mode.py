@@ -63,7 +63,7 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
     --------
     >>> from workbench.arms.laws import NonsingularTerminalSlidingMode
     >>> law = NonsingularTerminalSlidingMode(wb.paper_arm(), [1.0, 1.0], 1.5, [5.0, 5.0], [5.0, 5.0], 0.5, 0.1, "tanh")
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
     4
     """

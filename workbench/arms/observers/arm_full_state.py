@@ -79,7 +79,7 @@ class VelocityFilter(AbstractJointCounter, AbstractArmObserver):
     --------
     >>> from workbench.arms.observers import VelocityFilter
     >>> law = wb.SlidingMode(wb.paper_arm(), [6.0, 6.0], [40.0, 20.0], 0.1)
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, VelocityFilter(2, 100.0, [0.0, 0.0]), law, wanted).ode().states.size
     6
     """
@@ -128,7 +128,7 @@ class DirtyDerivative(AbstractJointCounter, AbstractArmObserver):
     --------
     >>> from workbench.arms.observers import DirtyDerivative
     >>> law = wb.SlidingMode(wb.paper_arm(), [6.0, 6.0], [40.0, 20.0], 0.1)
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, DirtyDerivative(2, 100.0, [0.5, 0.0]), law, wanted).ode().states.size
     6
     """

@@ -48,7 +48,7 @@ class Luenberger(AbstractArmObserver):
     --------
     >>> from workbench.arms.observers import Luenberger
     >>> law = wb.SlidingMode(wb.paper_arm(), [6.0, 6.0], [40.0, 20.0], 0.1)
-    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> observer = Luenberger(wb.paper_arm(), 80.0 * np.eye(2), 1600.0 * np.eye(2), [0.5, 0.0], [0.0, 0.0])
     >>> wb.ClosedLoop(plant, observer, law, wanted).ode().states.size
     8

@@ -15,13 +15,13 @@ class Hold(AbstractSignal):
 
     Examples
     --------
-    >>> wb.Hold([0.5, 0.0]).at(3.0).q
+    >>> wb.Hold("q", "rad", [0.5, 0.0]).at(3.0).q
     SX([0.5, 0])
     """
 
+    signal: str
+    unit: str
     position: Vector = parameter(unit="{unit}", shape=("n",), symbol="q^*")
-    signal: str = "q"
-    unit: str = "rad"
 
     def motion(self, t: Number) -> Motion:
         zero = ca.SX.zeros(self.dof)
@@ -76,15 +76,15 @@ class Sines(AbstractSignal):
 
     Examples
     --------
-    >>> wb.Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]).at(0.0).qd
+    >>> wb.Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]).at(0.0).qd
     SX([2, 1.5])
     """
 
+    signal: str
+    unit: str
     amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
     frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega")
     phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta")
-    signal: str = "q"
-    unit: str = "rad"
 
     def motion(self, t: Number) -> Motion:
         a, w = self.amplitude, self.frequency
@@ -151,15 +151,15 @@ class SquareWave(AbstractSignal):
 
     Examples
     --------
-    >>> wave = wb.SquareWave([1.0], 0.25)
+    >>> wave = wb.SquareWave("q", "rad", [1.0], 0.25)
     >>> wave.signal, wave.frequency
     ('q', 0.25)
     """
 
+    signal: str
+    unit: str
     amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
     frequency: Scalar = parameter(unit="Hz", low=0, strict=True, symbol="f")
-    signal: str = "q"
-    unit: str = "rad"
 
     def motion(self, t: Number) -> Motion:
         down = ca.fmod(ca.floor(self.frequency * t), 2)

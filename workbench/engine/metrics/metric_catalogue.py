@@ -74,7 +74,7 @@ def sampled_rmse(sample: float, signal: str | None = None, name: str | None = No
     """sqrt(1/N sum of e(t_k)^2), equation (43) of the paper, on a grid of `sample` s that begins at t = 0."""
     sample = seconds("sampled_rmse(sample=...)", sample)
     about = f"root mean square of {{}} over samples every {1000 * sample:g} ms"
-    return SampledRms(name or _named("RMSE (43)", signal), "", about, Choice("error", signal), sample)
+    return SampledRms(name or _named("sampled RMSE", signal), "", about, Choice("error", signal), sample)
 
 
 @door
