@@ -34,7 +34,7 @@ def given(law, observer=None):
 
 def test_a_pid_on_readings_is_given_no_model():
     held = given(BARE)
-    assert (held.law, held.observer) == ("PID", "")
+    assert (held.law, held.observer) == ("ArmPID", "")
     assert held.readings == {"q": ("read",), "qd": ("read",)}
     assert held.reference == ("q_ref", "qd_ref")
     assert held.models == {}
