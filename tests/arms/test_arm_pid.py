@@ -58,12 +58,12 @@ def test_without_gravity_the_integral_comes_to_carry_the_arm():
 
 
 def test_a_negative_gain_is_refused():
-    with pytest.raises(ValueError, match=r"`PID\(Kd=...\)` must be finite, with 0 <= value"):
+    with pytest.raises(ValueError, match=r"`ArmPID\(Kd=...\)` must be finite, with 0 <= value"):
         ArmPID(Kp=[1.0, 1.0], Ki=[0.0, 0.0], Kd=[-1.0, 1.0])
 
 
 def test_gains_for_different_numbers_of_joints_are_refused():
-    with pytest.raises(ValueError, match=r"`PID\(Ki=...\)` must be an array of shape \(n = 2\); got shape \(3,\)"):
+    with pytest.raises(ValueError, match=r"`ArmPID\(Ki=...\)` must be an array of shape \(n = 2\); got shape \(3,\)"):
         ArmPID(Kp=[1.0, 1.0], Ki=[0.0, 0.0, 0.0], Kd=[1.0, 1.0])
 
 
@@ -73,5 +73,5 @@ def test_a_model_of_another_arm_is_refused():
 
 
 def test_one_number_for_all_joints_is_refused_as_nothing_says_how_many_there_are():
-    with pytest.raises(ValueError, match=r"`PID\(Kp=...\)` must be an array of shape \(n\)"):
+    with pytest.raises(ValueError, match=r"`ArmPID\(Kp=...\)` must be an array of shape \(n\)"):
         ArmPID(Kp=1.0, Ki=[0.0], Kd=[1.0])

@@ -20,7 +20,7 @@ from workbench.study.contract import Run
 from workbench.study.study import Case, Study
 
 def loop():
-    controller = PID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[1.0, 1.0])
+    controller = ArmPID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[1.0, 1.0])
     reference = Sines(amplitude=[1.0, 1.0], frequency=[1.0, 1.0])
     return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), FullState(2), controller, reference)
 """
@@ -63,11 +63,11 @@ SAID = {"-1.0": "-1", "0.0": "0", "float('nan')": "nan", "float('inf')": "inf", 
 
 
 OTHER_NUMBERS = [
-    ("PID(Kp=[-1.0], Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
-    ("PID(Kp=[np.nan], Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
-    ("PID(Kp=[np.inf], Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
-    ("PID(Kp='stiff', Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
-    ("PID(Kp=[1.0, 2.0], Ki=[0.0], Kd=[1.0, 1.0])", "`ArmPID(Ki=...)` must be an array of shape (n = 2)"),
+    ("ArmPID(Kp=[-1.0], Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
+    ("ArmPID(Kp=[np.nan], Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
+    ("ArmPID(Kp=[np.inf], Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
+    ("ArmPID(Kp='stiff', Ki=[0.0], Kd=[1.0])", "`ArmPID(Kp=...)` must be"),
+    ("ArmPID(Kp=[1.0, 2.0], Ki=[0.0], Kd=[1.0, 1.0])", "`ArmPID(Ki=...)` must be an array of shape (n = 2)"),
     ("Manipulator(paper_arm(), q=[0.0, 0.0, 0.0])", "`Manipulator(q=...)` must be an array of shape (n = 2)"),
     ("Manipulator(paper_arm(), q=[0.0, np.nan])", "`Manipulator(q=...)` must be finite"),
     ("Link([1.0, 2.0], 1.0, 0.5)", "`Link(mass=...)` must be a single number"),
@@ -76,7 +76,7 @@ OTHER_NUMBERS = [
     ("PlanarArm(paper_arm().links, gravity=-9.81)", "`PlanarArm(gravity=...)` must be"),
     ("loop().ode().parameters.pack({'controller.Kpp': [1.0, 1.0]})", "Did you mean 'controller.Kp'?"),
     ("loop().ode().parameters.pack({'plant.arm.links[0].mass': -1.0})", "'plant.arm.links[0].mass' must be"),
-    ("PID(Kp=[1.0], Ki=[1.0], Kd=[1.0], gama=1.0)", "gama"),
+    ("ArmPID(Kp=[1.0], Ki=[1.0], Kd=[1.0], gama=1.0)", "gama"),
     (
         "Study('../up', 'T', 'Q?', 'M.', sections=lambda results: [])",
         "`Study(name)` must be made of a-z",

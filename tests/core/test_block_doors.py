@@ -20,11 +20,11 @@ MEMORY = {"integral": TWO}
 HERE, WANTED = Signals(q=TWO, qd=TWO, d=TWO), Signals(q=TWO, qd=TWO, qdd=TWO)
 
 MISSHAPEN = [
-    (lambda: LAW.torque(TWO, MEMORY, HERE, WANTED), ValueError, "`PID.torque(t=...)` must have shape (1, 1); got (2, "),
+    (lambda: LAW.torque(TWO, MEMORY, HERE, WANTED), ValueError, "`ArmPID.torque(t=...)` must have shape (1, 1); got (2, "),
     (
         lambda: LAW.torque(0.0, MEMORY, HERE | {"qd": THREE}, WANTED),
         ValueError,
-        "`PID.torque(est=...)` must hold 'qd' in shape (2, 1); got (3, 1).",
+        "`ArmPID.torque(est=...)` must hold 'qd' in shape (2, 1); got (3, 1).",
     ),
     (lambda: LAW.torque(0.0, {}, HERE, WANTED), LookupError, "the whole memory, integral; got no 'integral'."),
     (lambda: LAW.torque(0.0, {"integral": THREE}, HERE, WANTED), ValueError, "'integral' in shape (2, 1); got (3, 1)."),
