@@ -19,7 +19,7 @@ import numpy as np  # noqa: E402
 
 import workbench as wb  # noqa: E402
 from docs.loops import gallery_loop  # noqa: E402
-from workbench.core import Entry, Layout, Step  # noqa: E402
+from workbench.core import Entry, Layout, StepMap  # noqa: E402
 from workbench.handover.fmi import Fmu, fmu  # noqa: E402
 
 FOLDER = ROOT / "docs" / "_fmus"
@@ -106,10 +106,10 @@ def of_computer(name: str, shown: Any) -> Example:
     return Example(f"computer {name}", digital, shown.h, step.h, *fields)
 
 
-def outputs_of(step: Step, steps: int, p: np.ndarray | None = None, x0: np.ndarray | None = None) -> np.ndarray:
+def outputs_of(step: StepMap, steps: int, p: np.ndarray | None = None, x0: np.ndarray | None = None) -> np.ndarray:
     """The outputs of a run (N + 1, ny) in the portable arithmetic: kept as memory, each is there one step later."""
-    names = step.outputs.prefixed("output ")
-    kept = step.extended(names, names.symbols(), ca.densify(step.rule.output))
+    names = step.outputs.with_prefix("output ")
+    kept = step.with_memory(names, names.symbols(), ca.densify(step.rule.output))
     start = None if x0 is None else np.concatenate([np.ravel(x0), names.default])
     run = wb.simulate(kept, p, start, until=round((steps + 1) * step.h, 12), arithmetic="portable")
     return run.x[0][1:, step.states.size :]

@@ -3,14 +3,14 @@
 from functools import cache
 from typing import Any, NamedTuple
 
-from studies.a8_fair_comparison.entrants import LAWS, PROPOSED
+from studies.a8_fair_comparison.entrants import LAWS, PROPOSED_LAW
 from studies.b3_any_plant.loops import loop
 from studies.b3_any_plant.settings import SETTINGS
 from studies.paper.laws import REFERENCES, plant, proposed_repaired
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 
-STIFF = PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC", "terminal SMC"  # whose boundary layers limit the step
+STIFF = PROPOSED_LAW, "ASMC", "Fuzzy-ASMC", "RBF-ASMC", "terminal SMC"  # whose boundary layers limit the step
 HORIZON, BRIEF = 10.0, 5.0  # s
 STEP, BRIEF_STEP = 4e-4, 2.5e-5  # s: below half of the stability limits of the laws, and of those that are stiff
 
@@ -38,7 +38,7 @@ def gallery_loop(name: str) -> Shown:
         return Shown(loop(setting, law, computer=False), setting.until, setting.period / 4)
     closed = ClosedLoop(plant("FS"), ArmFullState(2), ARMS[name].block, REFERENCES["FS"])
     times = (BRIEF, BRIEF_STEP) if name in STIFF else (HORIZON, STEP)
-    return Shown(proposed_repaired("FS") if name == PROPOSED else closed, *times)
+    return Shown(proposed_repaired("FS") if name == PROPOSED_LAW else closed, *times)
 
 
 def of_arms() -> dict[str, Shown]:

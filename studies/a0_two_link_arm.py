@@ -11,10 +11,10 @@ import numpy as np
 import workbench as wb
 from studies.paper.two_link_arm import (
     DEFINITE,
-    DERIVED,
+    DERIVED_DYNAMICS,
     ENTRIES,
-    PRINTED,
-    REPAIRED,
+    PRINTED_DYNAMICS,
+    REPAIRED_DYNAMICS,
     SKEW,
     SYMMETRIC,
     WRONG,
@@ -28,7 +28,7 @@ TORQUE = {"proved": "right all the same", "refuted": "wrong as well", "not refut
 
 def formula(expression: ca.SX) -> wb.notation.Formula:
     """An expression in the derived arm's symbols, with the letters of the paper."""
-    return wb.notation.formula_of(expression, DERIVED.names())
+    return wb.notation.formula_of(expression, DERIVED_DYNAMICS.names())
 
 
 def wrong_entry(entry: wb.arms.printed.EntryVerdict) -> tuple[wb.document.Verdict, wb.document.Equation]:
@@ -47,24 +47,24 @@ def wrong_entry(entry: wb.arms.printed.EntryVerdict) -> tuple[wb.document.Verdic
     return wb.document.Verdict("fails", statement, evidence), equation
 
 
-def verdict(judged: wb.arms.properties.PropertyVerdict, statement: str) -> wb.document.Verdict:
+def verdict(property_verdict: wb.arms.properties.PropertyVerdict, statement: str) -> wb.document.Verdict:
     """A judgement of `proofs` on the page; where M' - 2C is not skew, with the power that comes from nowhere."""
-    evidence = judged.evidence
-    if judged.residual is not None and judged.witness is not None:
-        qd = judged.witness.qd
+    evidence = property_verdict.evidence
+    if property_verdict.residual is not None and property_verdict.witness is not None:
+        qd = property_verdict.witness.qd
         evidence += (
             f". The kinetic energy changes by half of qd' (M' - 2C) qd, which no torque has supplied: "
-            f"{float(qd @ judged.residual @ qd) / 4:.4g} W"
+            f"{float(qd @ property_verdict.residual @ qd) / 4:.4g} W"
         )
     return wb.document.Verdict(
-        OUTCOME[judged.kind], statement, f"{evidence[:1].upper()}{evidence[1:]}.".replace("m^2", "m²")
+        OUTCOME[property_verdict.kind], statement, f"{evidence[:1].upper()}{evidence[1:]}.".replace("m^2", "m²")
     )
 
 
 def eigenvalues() -> tuple[wb.document.Figure, wb.document.Verdict]:
     """The eigenvalues of M over the second joint angle, and the bounds of Assumption 2."""
     angles = np.linspace(-np.pi, np.pi, 361)
-    least, greatest = wb.arms.properties.eigenvalues_along(DERIVED, 2, angles).T
+    least, greatest = wb.arms.properties.eigenvalues_along(DERIVED_DYNAMICS, 2, angles).T
     panel = wb.document.Panel(
         "eigenvalues of M [kg m²]",
         (
@@ -80,8 +80,8 @@ def eigenvalues() -> tuple[wb.document.Figure, wb.document.Verdict]:
     low, high = proved_bounds()
     bounds = (
         f"alpha_1 = {DEFINITE.alpha1:.6f} and alpha_2 = {DEFINITE.alpha2:.6f} kg m², both with the arm stretched. "
-        f"Intervals on {DEFINITE.boxes} boxes prove that no eigenvalue lies below {wb.proofs.shown(low, 1)} or "
-        f"above {wb.proofs.shown(high, -1)} anywhere on the torus, so that {min(DEFINITE.digits)} digits of both "
+        f"Intervals on {DEFINITE.boxes} boxes prove that no eigenvalue lies below {wb.proofs.bound_text(low, 1)} or "
+        f"above {wb.proofs.bound_text(high, -1)} anywhere on the torus, so that {min(DEFINITE.digits)} digits of both "
         "are right (sines and cosines within four units in the last place, or from ball arithmetic where the extra "
         "'rigorous' is installed)."
     )
@@ -102,8 +102,8 @@ def entry_finding() -> wb.Finding:
         "arithmetic. The wrong one is shown below at a state that anyone can replay.",
         statistic="The difference of a printed entry and a derived one, as an identity.",
         sample="All entries of M, C and G.",
-        given="Point masses at the ends of massless links, and the angles of the paper.",
-        chosen="C by Christoffel symbols.",
+        information="Point masses at the ends of massless links, and the angles of the paper.",
+        assumptions="C by Christoffel symbols.",
         answer=", ".join(wrong),
         variations=(wb.Variation("entries of C judged by the torque C qd", ", ".join(by_torque) or "none"),),
     )
@@ -118,13 +118,13 @@ def skewness_finding() -> wb.Finding:
     answers = {arm: "true" if judged.kind == "proved" else "false" for arm, judged in SKEW.items()}
     return wb.Finding(
         "assumption_3",
-        f"Assumption 3, that M' - 2C is skew-symmetric, is {answers[PRINTED.name]} for (3) as printed and "
-        f"{answers[REPAIRED.name]} with the right C[1,2].",
-        verdict(SKEW[PRINTED.name], "").evidence,
+        f"Assumption 3, that M' - 2C is skew-symmetric, is {answers[PRINTED_DYNAMICS.name]} for (3) as printed and "
+        f"{answers[REPAIRED_DYNAMICS.name]} with the right C[1,2].",
+        verdict(SKEW[PRINTED_DYNAMICS.name], "").evidence,
         statistic="The symmetric part of M' - 2C.",
         sample="Proved for all states and parameters, or refuted at one state.",
-        given="M as printed, which is right.",
-        answer=answers[PRINTED.name],
+        information="M as printed, which is right.",
+        answer=answers[PRINTED_DYNAMICS.name],
     )
 
 
@@ -134,8 +134,8 @@ def answer_line() -> str:
     skew = {arm: "holds" if judged.kind == "proved" else "fails" for arm, judged in SKEW.items()}
     return (
         f"Of the {len(ENTRIES)} printed entries of (2) to (4), {right} are right. Wrong is "
-        f"{' and '.join(map(_place, WRONG))}: with it Assumption 3 {skew[PRINTED.name]}, with the right entry it "
-        f"{skew[REPAIRED.name]}."
+        f"{' and '.join(map(_place, WRONG))}: with it Assumption 3 {skew[PRINTED_DYNAMICS.name]}, with the right "
+        f"entry it {skew[REPAIRED_DYNAMICS.name]}."
     )
 
 
@@ -147,17 +147,17 @@ def page(results: wb.Results) -> wb.Page:
     wrong = (block for entry in WRONG for block in wrong_entry(entry))
     picture, bounds = eigenvalues()
     rows = tuple(
-        (e.label, EQUATION[e.matrix], formula(e.printed), wb.document.Strong("differs") if e in WRONG else e.kind)
+        (e.label, EQUATION[e.matrix], formula(e.printed_entry), wb.document.Strong("differs") if e in WRONG else e.kind)
         for e in ENTRIES
     )
-    entries = wb.document.Table(
+    entries = wb.document.ReportTable(
         "printed_entries",
         "Each printed entry of the equations (2) to (4), compared with the derived entry.",
         (
-            wb.document.Column("entry"),
-            wb.document.Column("paper"),
-            wb.document.Column("printed"),
-            wb.document.Column("verdict"),
+            wb.document.TableColumn("entry"),
+            wb.document.TableColumn("paper"),
+            wb.document.TableColumn("printed"),
+            wb.document.TableColumn("verdict"),
         ),
         rows,
         ("same: proved, an identity in all states and all parameters.",),
@@ -169,7 +169,7 @@ def page(results: wb.Results) -> wb.Page:
     )
     matrices = (
         wb.document.Equation(
-            wb.notation.Relation(wb.notation.symbol(letter), "=", formula(getattr(DERIVED, letter))),
+            wb.notation.Relation(wb.notation.symbol(letter), "=", formula(getattr(DERIVED_DYNAMICS, letter))),
             name=f"derived_{letter.lower()}",
         )
         for letter in "MCG"

@@ -2,7 +2,8 @@
 
 `import workbench as wb` loads nothing by itself; each of the names of `wb` comes from its room when it is first asked
 for. `dir(wb)` lists them, and `help(wb.X)` tells of one, with its shapes, units and an example. A family of names has a
-room: `wb.document.Table` is a table of a report, `wb.evidence.judge` compares laws, `dir(wb.metrics)` lists metrics.
+room: `wb.document.ReportTable` is a table of a report, `wb.evidence.judge` compares laws, `dir(wb.metrics)` lists
+metrics.
 """
 
 from __future__ import annotations
@@ -13,19 +14,20 @@ from typing import Any
 __version__ = "0.1.0"
 
 _ROOMS = {
-    "core": "Layout Ode Sampled SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
+    "core": "Layout Ode SampledSystem SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
     "core.validation.refusals": "Array",
     "blocks.laws": "Cascade LinearLaw PID StateFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
     "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",
-    "blocks.plants": "Backlash BuckConverter CartPole DCMotor DeadZone Disturbed Equipped FirstOrder FurutaPendulum "
-    "LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit "
+    "blocks.plants": "Backlash BuckConverter CartPole DCMotor DeadZone DisturbedPlant EquippedPlant FirstOrder "
+    "FurutaPendulum LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit "
     "Saturation SingleTrackVehicle StirredTank TwoMasses",
-    "blocks.signals": "Chirp Hold PulseTrain Ramp Sines SineTorque SquareWave Step Table Together Trapezoid WayPoints",
+    "blocks.signals": "Chirp Constant PulseTrain Ramp Sines SineTorque SquareWave Step Table CombinedReference "
+    "Trapezoid WayPoints",
     "arms.laws": "ArmPID ArmStateFeedback SlidingMode",
     "arms.manipulator": "Manipulator",
-    "arms.mechanics": "base_parameters named paper_arm regressor",
+    "arms.mechanics": "base_parameters robot paper_arm regressor",
     "arms.mechanics.urdf": "read_urdf",
     "arms.observers": "ArmFullState ExtendedStateObserver",
     "engine": "simulate",
@@ -44,13 +46,13 @@ _ROOMS = {
     "study.document.gain_bounds": "GainBound",
     "study.evidence": "LoopLimits largest_setting",
     "study.specifications": "Specification",
-    "report.live.turned_knobs": "turned turned_linear",
+    "report.live.turned_knobs": "turn_knobs turn_knobs_linear",
     "report.loop_page": "live",
     "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values step_response",
     "report.object_plots": "plot",
     "report.pictures": "sobol_bars",
     "report.pictures.loop_gain_pictures": "loop_gain_pictures",
-    "handover.c99.c_code": "c_code",
+    "handover.c99.c_files": "c_code",
     "handover.fmi.archive": "fmu",
     "handover.law_export": "export",
     "handover.recording": "record",
@@ -63,8 +65,6 @@ _THERE = {  # the names that a room calls otherwise
     "Observer": "AbstractObserver",
     "Plant": "AbstractPlant",
     "Reference": "AbstractReference",
-    "read_urdf": "read",
-    "reference_run": "reference",
 }
 _SPACES = {  # the rooms whose families of names are used by the name of the room, as in `wb.evidence.judge`
     "arms": "arms",

@@ -7,8 +7,8 @@ from workbench import proofs as proofs
 from workbench import study as study
 from workbench.arms.laws import ArmPID, ArmStateFeedback, SlidingMode
 from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import base_parameters, named, paper_arm, regressor
-from workbench.arms.mechanics.urdf import read as read_urdf
+from workbench.arms.mechanics import base_parameters, paper_arm, regressor, robot
+from workbench.arms.mechanics.urdf import read_urdf as read_urdf
 from workbench.arms.observers import ArmFullState, ExtendedStateObserver
 from workbench.blocks import loop as loop
 from workbench.blocks import plants as plants
@@ -39,8 +39,8 @@ from workbench.blocks.plants import (
     CartPole,
     DCMotor,
     DeadZone,
-    Disturbed,
-    Equipped,
+    DisturbedPlant,
+    EquippedPlant,
     FirstOrder,
     FurutaPendulum,
     LinearPlant,
@@ -58,7 +58,8 @@ from workbench.blocks.plants import (
 )
 from workbench.blocks.signals import (
     Chirp,
-    Hold,
+    CombinedReference,
+    Constant,
     PulseTrain,
     Ramp,
     Sines,
@@ -66,7 +67,6 @@ from workbench.blocks.signals import (
     SquareWave,
     Step,
     Table,
-    Together,
     Trapezoid,
     WayPoints,
 )
@@ -74,8 +74,8 @@ from workbench.cli.script import load
 from workbench.core import (
     Layout,
     Ode,
-    Sampled,
     SampledLaw,
+    SampledSystem,
     Signals,
     block,
     initial,
@@ -113,15 +113,15 @@ from workbench.engine import simulate
 from workbench.engine.distributions import LogUniform, Uniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import effort, measure, overshoot, peak_error, rmse, settling_time, total_variation
-from workbench.engine.reference import reference as reference_run
-from workbench.handover.c99.c_code import c_code
+from workbench.engine.reference import reference_run as reference_run
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
 from workbench.handover.recording import record
 from workbench.handover.replays import replay
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
-from workbench.report.live.turned_knobs import turned, turned_linear
+from workbench.report.live.turned_knobs import turn_knobs, turn_knobs_linear
 from workbench.report.loop_page import live
 from workbench.report.loop_plots import (
     bode,
@@ -140,7 +140,6 @@ from workbench.study import evidence as evidence
 from workbench.study import provenance as provenance
 from workbench.study import tuning as tuning
 from workbench.study import uncertainty as uncertainty
-from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Page, Paragraph, Section
 from workbench.study.document.finding import Finding, Variation
 from workbench.study.document.frequency_curves import FrequencyCurve
@@ -148,10 +147,11 @@ from workbench.study.document.gain_bounds import GainBound
 from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.knob import Knob
+from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.specifications import Specification
 from workbench.study.study import Case, Results, Study
+from workbench.study.study_works import Work
 from workbench.study.uncertainty import SobolDesign, sobol
-from workbench.study.work import Work
 
 __version__: str
 __all__ = [
@@ -166,12 +166,14 @@ __all__ = [
     "Case",
     "Chirp",
     "ClosedLoop",
+    "CombinedReference",
+    "Constant",
     "Controller",
     "DCMotor",
     "DeadZone",
     "DigitalLoop",
-    "Disturbed",
-    "Equipped",
+    "DisturbedPlant",
+    "EquippedPlant",
     "ExtendedKalmanFilter",
     "ExtendedStateObserver",
     "Factor",
@@ -182,7 +184,6 @@ __all__ = [
     "FurutaPendulum",
     "GainBound",
     "GaussMarkov",
-    "Hold",
     "Instruments",
     "Knob",
     "Layout",
@@ -211,8 +212,8 @@ __all__ = [
     "Reference",
     "Results",
     "Run",
-    "Sampled",
     "SampledLaw",
+    "SampledSystem",
     "Saturation",
     "SecondOrderNoise",
     "Section",
@@ -231,7 +232,6 @@ __all__ = [
     "Study",
     "Sweep",
     "Table",
-    "Together",
     "Trapezoid",
     "TwoMasses",
     "Uniform",
@@ -276,7 +276,6 @@ __all__ = [
     "lqr",
     "measure",
     "metrics",
-    "named",
     "nichols",
     "notation",
     "nyquist",
@@ -304,6 +303,7 @@ __all__ = [
     "riccati_flow",
     "rk4",
     "rmse",
+    "robot",
     "root_locus",
     "runge_kutta_step",
     "settling_time",
@@ -319,7 +319,7 @@ __all__ = [
     "study",
     "total_variation",
     "tuning",
-    "turned",
-    "turned_linear",
+    "turn_knobs",
+    "turn_knobs_linear",
     "uncertainty",
 ]

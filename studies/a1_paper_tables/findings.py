@@ -10,7 +10,6 @@ from studies.a1_paper_tables.repairs import (
     ALL_FOUR,
     AS_PRINTED,
     FREE,
-    MENDED,
     NEAR,
     ONE_CHANGE,
     PAIRS,
@@ -18,24 +17,34 @@ from studies.a1_paper_tables.repairs import (
     SLIPS,
     SMALL,
     SMALL_Q,
+    WITH_ORACLE,
     late,
     tracks,
 )
-from studies.a1_paper_tables.row import CLOSE, FITTED, HALF_DIGIT, WITNESS, nearest
-from studies.paper.card import CARD, PROPOSED, PUBLISHED
+from studies.a1_paper_tables.row import CLOSE, FITTED_WEIGHTS, HALF_DIGIT, WITNESS, nearest
+from studies.paper.card import CARD, PROPOSED_LAW, PUBLISHED_COLUMNS
 from studies.paper.comparison import LATE
-from studies.paper.unstated import assumptions, concerning, left_out, names
+from studies.paper.unstated_choices import assumptions, choices_of, names, omitted_choices
 
-GIVEN = "Positions, the exact model and, by (24), the true disturbance."
-OURS = concerning(PROPOSED, "FS")
+INFORMATION = "Positions, the exact model and, by (24), the true disturbance."
+OURS = choices_of(PROPOSED_LAW, "FS")
 TRACKING = (
     f"A law is said to track if K stays positive definite and the late error, the largest |e_i| from {LATE:g} s on, is "
     f"at most {NEAR:.2f} rad for both joints: a tenth of the error at the start."
 )
 # The choices that the runs of this page vary, in this finding or in another one.
-VARIED = ("sign of (33)", "velocity in (28)", "D_hat of (24)", "C of (3)", "shape of (33)", "Q", "R", "horizon of FS")
-CHOSEN = assumptions(left_out(VARIED, OURS))
-UNTRIED = names(left_out((*VARIED, "observer (10)", "D_hat in (10)"), OURS))
+VARIED_CHOICES = (
+    "sign of (33)",
+    "velocity in (28)",
+    "D_hat of (24)",
+    "C of (3)",
+    "shape of (33)",
+    "Q",
+    "R",
+    "horizon of FS",
+)
+ASSUMPTIONS = assumptions(omitted_choices(VARIED_CHOICES, OURS))
+LIMITATIONS = names(omitted_choices((*VARIED_CHOICES, "observer (10)", "D_hat in (10)"), OURS))
 FIT_OF_CARD = CARD["FS: horizon"]
 
 
@@ -54,7 +63,7 @@ def two_repair_runs(results: wb.Results) -> dict[tuple[str, float], wb.study.Out
     runs = {(run.case.law, Q): run for pair, Q in PAIRS.items() for run in results.scenario(pair)}
     for run in results.scenario(WITNESS):
         shape = run.case.law.partition(",")[0]
-        runs.setdefault((shape, FITTED[shape][0]), run)
+        runs.setdefault((shape, FITTED_WEIGHTS[shape][0]), run)
     return runs
 
 
@@ -85,7 +94,7 @@ def as_printed(results: wb.Results) -> wb.Finding:
             _tracking(tracks(run)),
             _errors(run),
         )
-        for shape, run in zip(errors, results.scenario(repairs.UNOBSERVED), strict=True)
+        for shape, run in zip(errors, results.scenario(repairs.WITHOUT_OBSERVER), strict=True)
     ]
     return wb.Finding(
         "as_printed",
@@ -97,11 +106,11 @@ def as_printed(results: wb.Results) -> wb.Finding:
         sample=f"One run without noise for each point of a grid of Q, {grid.Q.low:g} I to {grid.Q.high:g} I, and R, "
         f"{grid.R.low:g} I to {grid.R.high:g} I, and for each shape of (33), over {grid.UNTIL:g} s; further "
         f"runs with Q = R = I over {SHORT:g} s, and with Q = {SMALL:g} I over {repairs.LONG:g} s.",
-        given=GIVEN,
-        chosen=CHOSEN,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
         answer=_tracking(least <= NEAR),
         variations=tuple(variations),
-        untried=UNTRIED,
+        limitations=LIMITATIONS,
     )
 
 
@@ -143,14 +152,14 @@ def two_repairs(results: wb.Results) -> wb.Finding:
         sample=(
             f"One run without noise for each shape of (33) and each Q, R = I: over {FREE:g} s with Q = {SMALL:g} I and "
             "Q = I, and with other Q over the horizon of ",
-            wb.document.Reference("witness"),
+            wb.document.CrossReference("witness"),
             f". With one repair: over {repairs.LONG:g} s.",
         ),
-        given=GIVEN,
-        chosen=CHOSEN,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
         answer=_tracking(len(kept) > len(runs) / 2),
         variations=tuple(variations),
-        untried=UNTRIED,
+        limitations=LIMITATIONS,
     )
 
 
@@ -169,7 +178,7 @@ def row_of_fs(results: wb.Results) -> wb.Finding:
     runs = two_repair_runs(results)
     misses = {key: nearest(run).miss for key, run in runs.items()}
     (shape, Q), least = min(misses.items(), key=lambda item: item[1])
-    four = results["FS", PROPOSED]
+    four = results["FS", PROPOSED_LAW]
     of_four = max(abs(percent) for percent in excess(four)) / 100
     other = nearest(results[row.OTHER_PAIR, "outer"]).miss
     one = nearest(runs[shape, Q])
@@ -185,13 +194,13 @@ def row_of_fs(results: wb.Results) -> wb.Finding:
         f"said to be met within {100 * CLOSE:g} %.",
         sample=f"One run without noise for each repair; horizons from {row.SHORTEST:g} to {FREE:g} s at each sample of "
         "(43), so far as the run goes.",
-        given=GIVEN,
-        chosen=CHOSEN,
-        fitted=f"With four repairs: {assumptions(OURS, fitted=True)}. With (3) and (28): Q, the shape of (33) and the "
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
+        fits=f"With four repairs: {assumptions(OURS, of_fit=True)}. With (3) and (28): Q, the shape of (33) and the "
         "horizon, to the printed row. With (3) and (33): R, too.",
         answer=_met(least),
         variations=tuple(_other_rows(results)),
-        untried=names(left_out((*VARIED, "D_hat in (10)"), OURS)),
+        limitations=names(omitted_choices((*VARIED_CHOICES, "D_hat in (10)"), OURS)),
         cites=("a6_unstated_choices/row_of_fs",),
     )
 
@@ -226,7 +235,7 @@ def _other_rows(results: wb.Results) -> Iterator[wb.Variation]:
     for slip, change in SLIPS.items():
         miss = nearest(results[ONE_CHANGE, change]).miss
         yield wb.Variation(f"three repairs with {slip} as printed, Q and R as with four", _met(miss), _miss(miss))
-    for words, change in (("four repairs", ALL_FOUR), ("four repairs, and D_hat given to (10)", MENDED)):
+    for words, change in (("four repairs", ALL_FOUR), ("four repairs, and D_hat given to (10)", WITH_ORACLE)):
         miss = nearest(results[ONE_CHANGE, change]).miss
         yield wb.Variation(words, _met(miss), _miss(miss))
     printed = [run for name in (AS_PRINTED["FS"], SMALL_Q) for run in results.scenario(name)]
@@ -236,7 +245,7 @@ def _other_rows(results: wb.Results) -> Iterator[wb.Variation]:
 
 def excess(outcome: wb.study.Outcome) -> list[float]:
     """Sampled RMSE of either joint above its printed value in the first scenario, in %."""
-    printed = [PUBLISHED["FS", joint].values[PROPOSED] for joint in (1, 2)]
+    printed = [PUBLISHED_COLUMNS["FS", joint].values[PROPOSED_LAW] for joint in (1, 2)]
     return [100 * (outcome.score("sampled RMSE", j).pair[0] / printed[j] - 1) for j in (0, 1)]
 
 
@@ -247,7 +256,7 @@ def late_error(results: wb.Results) -> wb.Finding:
         for (shape, Q), run in two_repair_runs(results).items()
     }
     runs |= {run.case.law: run for run in results.scenario(ONE_CHANGE) if run.case.law != ALL_FOUR}
-    errors, mended = late(results["FS", PROPOSED]), late(results[ONE_CHANGE, MENDED])
+    errors, mended = late(results["FS", PROPOSED_LAW]), late(results[ONE_CHANGE, WITH_ORACLE])
     return wb.Finding(
         "late_error",
         f"Repaired, the law keeps a late error of {errors[0]:.3f} rad (joint 1) and {errors[1]:.3f} rad (joint 2) in "
@@ -256,13 +265,13 @@ def late_error(results: wb.Results) -> wb.Finding:
         f"{mended[1]:.3f} rad.",
         statistic=f"Largest |e_i| from {LATE:g} s on; the answer is that of joint 2.",
         sample=f"One run without noise for each repair, over up to {FREE:g} s.",
-        given=GIVEN,
-        chosen=CHOSEN,
-        fitted=assumptions(OURS, fitted=True),
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
+        fits=assumptions(OURS, of_fit=True),
         answer=f"{errors[1]:.2f} rad",
         variations=tuple(wb.Variation(words, _late(run), _errors(run)) for words, run in runs.items()),
-        untried=f"Other gains L1, L2 of (10), which the paper states and a4 varies; "
-        f"{names(left_out((*VARIED, 'D_hat in (10)'), OURS))}.",
+        limitations=f"Other gains L1, L2 of (10), which the paper states and a4 varies; "
+        f"{names(omitted_choices((*VARIED_CHOICES, 'D_hat in (10)'), OURS))}.",
     )
 
 
@@ -272,7 +281,7 @@ def _late(run: wb.study.Outcome) -> str:
 
 def answer_line(results: wb.Results) -> str:
     """The answer of the page in one line."""
-    four = max(abs(percent) for percent in excess(results["FS", PROPOSED])) / 100
+    four = max(abs(percent) for percent in excess(results["FS", PROPOSED_LAW])) / 100
     two = min(nearest(run).miss for run in two_repair_runs(results).values())
     largest = max(four, two, nearest(results[row.OTHER_PAIR, "outer"]).miss)
     tracking = any(min(each) <= NEAR for each in grid.late_errors(results).values())

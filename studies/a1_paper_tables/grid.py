@@ -25,7 +25,7 @@ def sweeps(metrics: tuple[wb.metrics.AbstractMetric, ...]) -> tuple[wb.Sweep, ..
             f"printed_{shape}",
             wb.Run(proposed_as_printed("FS", shape), metrics, UNTIL, UNTIL, H),
             factors,
-            wb.uncertainty.Listed(UNIT),
+            wb.uncertainty.ListedPoints(UNIT),
         )
         for shape in wb.arms.laws.SHAPES
     )

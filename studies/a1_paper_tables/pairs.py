@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import workbench as wb
 from studies.a1_paper_tables import six_laws
-from studies.paper.card import CARD, LAWS, MARGIN, PUBLISHED, SCENARIOS
-from studies.paper.unstated import CHOICES, assumptions, left_out
+from studies.paper.card import CARD, LAWS, MARGIN, PUBLISHED_COLUMNS, SCENARIOS
+from studies.paper.unstated_choices import CHOICES, assumptions, omitted_choices
 
 
 def order_of_laws(results: wb.Results) -> wb.Finding:
@@ -24,15 +24,15 @@ def order_of_laws(results: wb.Results) -> wb.Finding:
         statistic="The share of pairs that keep their order by the sampled RMSE, (43), at a joint: fewer than half, "
         f"or half or more. A pair is too close to call within {100 * MARGIN:g} % or within both errors.",
         sample="One run without noise for each law and scenario; fifteen pairs for each scenario and joint.",
-        given="Rivals: exact positions and velocities. AOSMC-RGS: positions and the true disturbance. All: the exact "
-        "model, without torque limits.",
-        chosen=(f"The {len(CHOICES)} choices of ", wb.document.Reference("unstated"), "."),
-        fitted=f"AOSMC-RGS alone, to its printed rows: {assumptions(CHOICES, fitted=True)}. No rival.",
+        information="Rivals: exact positions and velocities. AOSMC-RGS: positions and the true disturbance. All: the "
+        "exact model, without torque limits.",
+        assumptions=(f"The {len(CHOICES)} choices of ", wb.document.CrossReference("unstated"), "."),
+        fits=f"AOSMC-RGS alone, to its printed rows: {assumptions(CHOICES, of_fit=True)}. No rival.",
         answer=_share(holds, total),
         variations=tuple(_other_orders(results)),
-        untried=(
-            f"The {len(left_out(varied))} choices of ",
-            wb.document.Reference("unstated"),
+        limitations=(
+            f"The {len(omitted_choices(varied))} choices of ",
+            wb.document.CrossReference("unstated"),
             " other than K of SMC, which a6 varies.",
         ),
     )
@@ -54,7 +54,7 @@ def _other_orders(results: wb.Results) -> Iterator[wb.Variation]:
         yield one(f"pairs apart by more than {100 * margin:g} %", six_laws.count_pairs(results, margin=margin))
     for metric in ("RMSE", "RMSE of e_hat"):
         yield one(f"{metric} in place of sampled RMSE", six_laws.count_pairs(results, metric=metric))
-    for (scenario, joint), column in PUBLISHED.items():
+    for (scenario, joint), column in PUBLISHED_COLUMNS.items():
         yield one(f"{SCENARIOS[scenario]}, joint {joint} alone", six_laws.count_pairs(results, columns=(column,)))
     for law in LAWS:
         yield one(f"without {law}", six_laws.count_pairs(results, without=law))

@@ -8,7 +8,7 @@ import numpy as np
 
 import workbench as wb
 from studies.a1_paper_tables.row import OTHER_Q, OTHER_R, nearest
-from studies.paper.card import CARD, PROPOSED, SCENARIOS
+from studies.paper.card import CARD, PROPOSED_LAW, SCENARIOS
 from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_printed, proposed_repaired, state_observer
 
 REPAIRS = (
@@ -31,7 +31,7 @@ AS_PRINTED = {scenario: f"{words} as printed, Q = I" for scenario, words in SCEN
 SMALL_Q = f"first scenario as printed, Q = {SMALL:g} I"
 ONE_CHANGE = "first scenario, one change"
 PAIRS = {f"(3) and (28) repaired, Q = {Q:g} I": Q for Q in (SMALL, 1.0)}  # Q in N m/(rad s); R = I
-MENDED = "one repair more: the observer (10) is given D_hat, an oracle"
+WITH_ORACLE = "one repair more: the observer (10) is given D_hat, an oracle"
 ALL_FOUR = "none: all four slips repaired"
 SLIPS = {
     "(3)": "slip (3): C[1,2] without velocity, in model and observer",
@@ -40,7 +40,7 @@ SLIPS = {
     "(33)": "slip (33): the minus sign",
 }
 ONE_REPAIR = f"one repair alone, Q = {SMALL:g} I"
-UNOBSERVED = "first scenario as printed, observer (10) out of the loop"
+WITHOUT_OBSERVER = "first scenario as printed, observer (10) out of the loop"
 SMALL_R = 0.1  # N m/(rad s), the least R of the grid
 GAINS = tuple((wb.notation.symbol(f"K_{i}{j}"), "controller.K", 2 * (i - 1) + j - 1) for i in (1, 2) for j in (1, 2))
 
@@ -63,7 +63,7 @@ def changes() -> dict[str, wb.ClosedLoop]:
         "(33)": law(gain_sign="printed"),
     }
     more = observer(state=replace(state, disturbance="compensated"))
-    return {ALL_FOUR: loop} | {SLIPS[slip]: one for slip, one in slips.items()} | {MENDED: more}
+    return {ALL_FOUR: loop} | {SLIPS[slip]: one for slip, one in slips.items()} | {WITH_ORACLE: more}
 
 
 def with_small_q(shape: str) -> wb.ClosedLoop:
@@ -147,7 +147,7 @@ def gain_figure(results: wb.Results) -> wb.document.Figure:
 
 def gain_table(
     name: str, caption: str, head: str, runs: Sequence[wb.study.Outcome], notes: Sequence[str] = ()
-) -> wb.document.Table:
+) -> wb.document.ReportTable:
     """A row a run: when the gain and the path are lost, the late errors, and the miss of the printed row."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     several = len({run.case.scenario for run in runs}) > 1
@@ -159,20 +159,20 @@ def gain_table(
         row = (f"{one.horizon:.2f}", wb.document.percent(one.miss).removesuffix(" %")) if of_row else (None, None)
         rows.append((*named, *times_lost(run), floor, *(wb.study.cell(run, "late error", j) for j in (0, 1)), *row))
     columns = (
-        wb.document.Column(head),
-        *((wb.document.Column("run"),) if several else ()),
-        wb.document.Column("K not positive", "s", "right"),
-        wb.document.Column(f"|e| > {FAR:g} rad", "s", "right"),
-        wb.document.Column("least eigenvalue of K", "N m", digits=3),
-        *(wb.document.Column(f"late error of q{j}", "rad", "right") for j in (1, 2)),
-        wb.document.Column("nearest horizon", "s", "right"),
-        wb.document.Column("misses the row by", "%", "right"),
+        wb.document.TableColumn(head),
+        *((wb.document.TableColumn("run"),) if several else ()),
+        wb.document.TableColumn("K not positive", "s", "right"),
+        wb.document.TableColumn(f"|e| > {FAR:g} rad", "s", "right"),
+        wb.document.TableColumn("least eigenvalue of K", "N m", digits=3),
+        *(wb.document.TableColumn(f"late error of q{j}", "rad", "right") for j in (1, 2)),
+        wb.document.TableColumn("nearest horizon", "s", "right"),
+        wb.document.TableColumn("misses the row by", "%", "right"),
     )
     nearest_note = (
         "Nearest horizon: the horizon, from 5 s on, at which the sampled RMSE, (43), of both joints is nearest to "
-        f"the printed row of {PROPOSED}. Beside it stands the larger of the two relative differences."
+        f"the printed row of {PROPOSED_LAW}. Beside it stands the larger of the two relative differences."
     )
-    return wb.document.Table(name, caption, columns, tuple(rows), (nearest_note, *notes))
+    return wb.document.ReportTable(name, caption, columns, tuple(rows), (nearest_note, *notes))
 
 
 def printed_section(results: wb.Results) -> wb.Section:
@@ -217,4 +217,4 @@ def repair_section(results: wb.Results) -> wb.Section:
 
 def one_change_of_print(results: wb.Results) -> list[wb.study.Outcome]:
     """The runs with one slip repaired, then the runs as printed without observer (10)."""
-    return [run for name in (ONE_REPAIR, UNOBSERVED) for run in results.scenario(name)]
+    return [run for name in (ONE_REPAIR, WITHOUT_OBSERVER) for run in results.scenario(name)]

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 import workbench as wb
-from studies.paper.card import CARD, PROPOSED, PUBLISHED
+from studies.paper.card import CARD, PROPOSED_LAW, PUBLISHED_COLUMNS
 
 SHORTEST = 5.0  # s, the lower end of the card's range of the horizon
 CLOSE = 0.01  # a larger miss than this share of a printed value is none that meets it
 PERIOD = float(CARD["sample time of (43)"])  # s, at which the runs are kept
-ROW = np.array([PUBLISHED["FS", joint].values[PROPOSED] for joint in (1, 2)])  # rad
+ROW = np.array([PUBLISHED_COLUMNS["FS", joint].values[PROPOSED_LAW] for joint in (1, 2)])  # rad
 HALF_DIGIT = 0.5e-4 / ROW.max()  # half a unit of the last printed digit
 # Q as a multiple of I, in N m/(rad s), and the horizon in s, which were fitted for each shape of (33); R = I.
 WITNESS = "(3) and (28) repaired, Q and the horizon fitted"
-FITTED = {"elementwise": (0.7, 39.49), "outer": (0.4, 40.06), "diagonal": (1.0, 40.0)}
+FITTED_WEIGHTS = {"elementwise": (0.7, 39.49), "outer": (0.4, 40.06), "diagonal": (1.0, 40.0)}
 # Another pair of repairs, shape 'outer': Q and R as multiples of I in N m/(rad s), and the horizon in s.
 OTHER_PAIR = "(3) and (33) repaired, Q, R and the horizon fitted"
 OTHER_Q, OTHER_R, OTHER_HORIZON = 160.0, 0.5, 42.5
@@ -79,10 +79,10 @@ def row_figure(curves: dict[str, wb.study.Outcome]) -> wb.document.Figure:
     return wb.document.Figure("horizons", caption, panels, columns=2)
 
 
-def witness_table(results: wb.Results, four: wb.study.Outcome) -> wb.document.Table:
+def witness_table(results: wb.Results, four: wb.study.Outcome) -> wb.document.ReportTable:
     """The runs with two repairs at their own horizons, beside the run with four."""
     rows: list[tuple[wb.document.Cell, ...]] = []
-    two = [(run, *FITTED[run.case.law.partition(",")[0]]) for run in results.scenario(WITNESS)]
+    two = [(run, *FITTED_WEIGHTS[run.case.law.partition(",")[0]]) for run in results.scenario(WITNESS)]
     weights = CARD["Q"][0, 0], CARD["R"][0, 0]
     sets = [("(3), (28)", run, f"{Q:g}", "1", horizon) for run, Q, horizon in two]
     sets.append(("(3), (33)", results[OTHER_PAIR, "outer"], f"{OTHER_Q:g}", f"{OTHER_R:g}", OTHER_HORIZON))
@@ -95,17 +95,17 @@ def witness_table(results: wb.Results, four: wb.study.Outcome) -> wb.document.Ta
         rows.append((repaired, shape, Q, R, f"{horizon:g}", *scores, f"{miss:.2g}"))
     rows.append(("printed", None, None, None, None, *(f"{value:.4f}" for value in ROW), None))
     columns = (
-        wb.document.Column("repaired"),
-        wb.document.Column("shape of (33)"),
-        wb.document.Column("Q", "N m/(rad s)", "right"),
-        wb.document.Column("R", "N m/(rad s)", "right"),
-        wb.document.Column("horizon", "s", "right"),
-        wb.document.Column("sampled RMSE of q1", "rad", "right"),
-        wb.document.Column("sampled RMSE of q2", "rad", "right"),
-        wb.document.Column("larger miss", "%", "right"),
+        wb.document.TableColumn("repaired"),
+        wb.document.TableColumn("shape of (33)"),
+        wb.document.TableColumn("Q", "N m/(rad s)", "right"),
+        wb.document.TableColumn("R", "N m/(rad s)", "right"),
+        wb.document.TableColumn("horizon", "s", "right"),
+        wb.document.TableColumn("sampled RMSE of q1", "rad", "right"),
+        wb.document.TableColumn("sampled RMSE of q2", "rad", "right"),
+        wb.document.TableColumn("larger miss", "%", "right"),
     )
     caption = (
         "The printed row of AOSMC-RGS in the first scenario, met by two pairs of repairs and by four repairs: Q and "
         "the horizon were fitted for each row, R in the last two. What is not named as repaired stands as printed."
     )
-    return wb.document.Table("witness", caption, columns, tuple(rows), ("Q and R are multiples of I.",))
+    return wb.document.ReportTable("witness", caption, columns, tuple(rows), ("Q and R are multiples of I.",))

@@ -7,7 +7,7 @@ import numpy as np
 
 import workbench as wb
 from studies.a1_paper_tables.repairs import GAINS
-from studies.paper.card import BOLD, CARD, LAWS, MARGIN, PROPOSED, PUBLISHED, SCENARIOS
+from studies.paper.card import BOLD, CARD, LAWS, MARGIN, PROPOSED_LAW, PUBLISHED_COLUMNS, SCENARIOS
 from studies.paper.comparison import LATE
 from studies.paper.laws import rival
 
@@ -22,7 +22,7 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {  # the tables of a
 FIRST = {"FS": 3, "SS": 11}  # the number of each scenario's first figure in the paper
 TORQUE = {"FS": (-60.0, 60.0), "SS": (-150.0, 150.0)}  # N m, the part of a torque that is drawn
 EARLY = 3.0  # s, where the left panel ends
-SEEN = 12.0  # s, where the right panel ends at the latest
+PANEL_END = 12.0  # s, where the right panel ends at the latest
 CURVES = (  # signal, joint, unit, words: six figures in the paper's order
     ("q", 0, "rad", "Angle of joint 1"),
     ("e", 0, "rad", "Tracking error of joint 1"),
@@ -52,7 +52,7 @@ def count_pairs(
     results: wb.Results,
     K: float | None = None,
     *,
-    columns: Sequence[wb.evidence.Published] = tuple(PUBLISHED.values()),
+    columns: Sequence[wb.evidence.PublishedColumn] = tuple(PUBLISHED_COLUMNS.values()),
     without: str = "",
     margin: float = MARGIN,
     metric: str = "",
@@ -62,12 +62,16 @@ def count_pairs(
     With another gain of SMC, in some columns alone, without a law, with another margin, or by another metric.
     """
     rows = []
-    for (scenario, _), column in PUBLISHED.items():
+    for (scenario, _), column in PUBLISHED_COLUMNS.items():
         if column in columns:
             values = {law: value for law, value in column.values.items() if law != without}
             asked = replace(column, values=values, metric=metric or column.metric)
             rows.append(wb.evidence.ranking(asked, six(results, scenario, K), margin))
-    return sum(len(r.holds) for r in rows), sum(len(r.fails) for r in rows), sum(len(r.undecided) for r in rows)
+    return (
+        sum(len(row.kept_pairs) for row in rows),
+        sum(len(row.reversed_pairs) for row in rows),
+        sum(len(row.undecided_pairs) for row in rows),
+    )
 
 
 def reaching_time(outcome: wb.study.Outcome) -> float:
@@ -79,15 +83,15 @@ def reaching_time(outcome: wb.study.Outcome) -> float:
 def rmse_figure(results: wb.Results) -> wb.document.Figure:
     """The two published tables as bars, beside ours; the law that was fitted to them has a colour of its own."""
     rows, start = np.arange(len(LAWS)), np.zeros(len(LAWS))
-    fitted = np.array([law == PROPOSED for law in LAWS])
+    fitted = np.array([law == PROPOSED_LAW for law in LAWS])
     panels = []
-    for (scenario, _), column in PUBLISHED.items():
+    for (scenario, _), column in PUBLISHED_COLUMNS.items():
         printed = np.array([column.values[law] for law in LAWS])
         ours = six(results, scenario)
         here = tuple(
             wb.study.bars(
                 words,
-                [run for law, run in ours.items() if (law == PROPOSED) == own],
+                [run for law, run in ours.items() if (law == PROPOSED_LAW) == own],
                 column.metric,
                 column.signal,
                 rows[fitted == own] + 0.2,
@@ -106,13 +110,15 @@ def rmse_figure(results: wb.Results) -> wb.document.Figure:
     return wb.document.Figure("rmse", caption, tuple(panels), columns=2)
 
 
-def figures(shown: Sequence[wb.study.Outcome], ours: wb.study.Outcome, scenario: str) -> tuple[wb.document.Figure, ...]:
+def figures(
+    outcomes: Sequence[wb.study.Outcome], ours: wb.study.Outcome, scenario: str
+) -> tuple[wb.document.Figure, ...]:
     """The figures of one scenario: the laws, then the observer's errors and the gains of the proposed law."""
     number, end = FIRST[scenario], float(ours.t[-1])
     first = scenario == "FS"
     whole = (
         wb.pictures.Window(0, EARLY),
-        wb.pictures.Window(LATE if first else EARLY, min(end, SEEN)),
+        wb.pictures.Window(LATE if first else EARLY, min(end, PANEL_END)),
     )  # what is small shows late as well
     large = whole[:1] if first else whole  # later the curves of the first scenario lie on each other
     drawn = tuple(replace(window, ylim=TORQUE[scenario]) for window in large)
@@ -127,7 +133,7 @@ def figures(shown: Sequence[wb.study.Outcome], ours: wb.study.Outcome, scenario:
         windows, wanted = {"tau": drawn, "q": large}.get(signal, whole), "q_ref" if signal == "q" else ""
         rest = " Later the curves lie on each other." if first and windows is not whole else ""
         laws.append(
-            wb.pictures.traces(*names(words, place, rest), shown, signal, joint, label, windows, reference=wanted)
+            wb.pictures.traces(*names(words, place, rest), outcomes, signal, joint, label, windows, reference=wanted)
         )
     errors, gains = names("Estimation errors q - q_hat of (10)", 6), names("Gains K with four repairs", 7)
     return (
@@ -150,13 +156,15 @@ def scenario_section(results: wb.Results, scenario: str) -> wb.Section:
     for j in (1, 2):
         caption = f"RMSE of joint {j} in the {title}: printed, of the runs here by (43), and the difference."
         tables.append(
-            wb.evidence.against_published(f"{key}_rmse_q{j}", caption, PUBLISHED[scenario, j], six(results, scenario))
+            wb.evidence.against_published(
+                f"{key}_rmse_q{j}", caption, PUBLISHED_COLUMNS[scenario, j], six(results, scenario)
+            )
         )
     for group, (words, metrics) in GROUPS.items():
         for j in (1, 2) if scenario in metrics else ():
             name, caption = f"{key}_all_{group}_q{j}", f"{words} of joint {j}, {title}."
             tables.append(wb.side_by_side(name, caption, runs, metrics[scenario], j - 1, margin=MARGIN))
-    drawn = figures(tuple(six(results, scenario).values()), results[scenario, PROPOSED], scenario)
+    drawn = figures(tuple(six(results, scenario).values()), results[scenario, PROPOSED_LAW], scenario)
     return wb.Section(f"The {title}", (about, *drawn, *tables))
 
 
@@ -171,25 +179,33 @@ def order_section(results: wb.Results) -> wb.Section:
     )
 
 
-def _columns_table(results: wb.Results) -> wb.document.Table:
+def _columns_table(results: wb.Results) -> wb.document.ReportTable:
     """A row a published column: its pairs, and the laws on the other side of the proposed one."""
     rows: list[tuple[wb.document.Cell, ...]] = []
-    for (scenario, _), column in PUBLISHED.items():
+    for (scenario, _), column in PUBLISHED_COLUMNS.items():
         judged = wb.evidence.ranking(column, six(results, scenario), MARGIN)
-        below = ", ".join(law for first, law in judged.fails if first == PROPOSED)
-        rows.append((column.where, len(judged.holds), len(judged.fails), len(judged.undecided), below or "none"))
+        below = ", ".join(law for first, law in judged.reversed_pairs if first == PROPOSED_LAW)
+        rows.append(
+            (
+                column.where,
+                len(judged.kept_pairs),
+                len(judged.reversed_pairs),
+                len(judged.undecided_pairs),
+                below or "none",
+            )
+        )
     columns = (
-        wb.document.Column("printed column"),
-        wb.document.Column("keep their order", align="right"),
-        wb.document.Column("reversed", align="right"),
-        wb.document.Column("too close to call", align="right"),
-        wb.document.Column(f"printed above {PROPOSED}, below it here"),
+        wb.document.TableColumn("printed column"),
+        wb.document.TableColumn("keep their order", align="right"),
+        wb.document.TableColumn("reversed", align="right"),
+        wb.document.TableColumn("too close to call", align="right"),
+        wb.document.TableColumn(f"printed above {PROPOSED_LAW}, below it here"),
     )
     caption = "The fifteen pairs of laws of each printed column, by the sampled RMSE, (43), of the runs here."
-    return wb.document.Table("pairs", caption, columns, tuple(rows))
+    return wb.document.ReportTable("pairs", caption, columns, tuple(rows))
 
 
-def _gains_table(results: wb.Results) -> wb.document.Table:
+def _gains_table(results: wb.Results) -> wb.document.ReportTable:
     """A row a gain of SMC: its RMSE, the time to its layer, and the pairs."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for K in (None, *FIRM):
@@ -199,11 +215,11 @@ def _gains_table(results: wb.Results) -> wb.document.Table:
         gain = f"{CARD['SMC: K'][0]:g}, assumed" if K is None else f"{K:g}"
         rows.append((gain, *scores, *reached, *count_pairs(results, K)))
     columns = (
-        wb.document.Column("K of SMC, N m"),
-        *(wb.document.Column(f"RMSE, {scenario}, q{joint + 1}", "rad", "right") for scenario, joint in PLACES),
-        *(wb.document.Column(f"layer reached, {scenario}", "s", "right") for scenario in SCENARIOS),
-        *(wb.document.Column(f"pairs {words}", align="right") for words in ("in order", "reversed", "too close")),
+        wb.document.TableColumn("K of SMC, N m"),
+        *(wb.document.TableColumn(f"RMSE, {scenario}, q{joint + 1}", "rad", "right") for scenario, joint in PLACES),
+        *(wb.document.TableColumn(f"layer reached, {scenario}", "s", "right") for scenario in SCENARIOS),
+        *(wb.document.TableColumn(f"pairs {words}", align="right") for words in ("in order", "reversed", "too close")),
     )
     caption = "The printed pairs with other gains of SMC than the assumed one; all other numbers stay."
     note = "Layer reached: each |s_i| has been below phi. FS, SS: first and second scenario."
-    return wb.document.Table("gains_of_smc", caption, columns, tuple(rows), (note,))
+    return wb.document.ReportTable("gains_of_smc", caption, columns, tuple(rows), (note,))

@@ -8,14 +8,14 @@ from collections.abc import Iterator, Sequence
 import workbench as wb
 from studies.a1_paper_tables import findings, grid, repairs, row, six_laws
 from studies.a1_paper_tables.repairs import AS_PRINTED, FREE, ONE_CHANGE, PAIRS, SHORT, SMALL_Q
-from studies.a1_paper_tables.row import FITTED, WITNESS
-from studies.paper import unstated
-from studies.paper.card import CARD, PROPOSED, SCENARIOS
-from studies.paper.comparison import LATE, PRINTED, PROPOSED_STEP, comparison
+from studies.a1_paper_tables.row import FITTED_WEIGHTS, WITNESS
+from studies.paper import unstated_choices
+from studies.paper.card import CARD, PROPOSED_LAW, SCENARIOS
+from studies.paper.comparison import LATE, PRINTED_METRIC, PROPOSED_STEP, comparison
 from studies.paper.laws import proposed_as_printed
 from studies.paper.rest import REST, rest_case, rest_section
 
-BRIEF = PRINTED, wb.metrics.late_error(LATE)
+BRIEF = PRINTED_METRIC, wb.metrics.late_error(LATE)
 COARSE = 2e-4  # s, for gains that stay near K(0)
 
 LIVE = (
@@ -52,14 +52,14 @@ def variants() -> Iterator[wb.Case]:
         yield from (
             brief(pair, shape, repairs.with_two_repairs(shape, Q), FREE, COARSE) for shape in wb.arms.laws.SHAPES
         )
-    for shape, (Q, horizon) in FITTED.items():
+    for shape, (Q, horizon) in FITTED_WEIGHTS.items():
         yield brief(WITNESS, f"{shape}, Q = {Q:g} I", repairs.with_two_repairs(shape, Q), horizon, 1e-4)
     for slip in repairs.SLIPS:
         for shape in wb.arms.laws.SHAPES:
             loop = repairs.with_one_repair(slip, shape)
             yield brief(repairs.ONE_REPAIR, f"{slip}, {shape}", loop, repairs.LONG, COARSE)
     for shape in wb.arms.laws.SHAPES:
-        yield brief(repairs.UNOBSERVED, f"none, {shape}", repairs.without_observer(shape), repairs.LONG, COARSE)
+        yield brief(repairs.WITHOUT_OBSERVER, f"none, {shape}", repairs.without_observer(shape), repairs.LONG, COARSE)
     yield brief(row.OTHER_PAIR, "outer", repairs.with_other_pair(), row.OTHER_HORIZON, 1e-4)
     for change, loop in repairs.changes().items():
         yield brief(ONE_CHANGE, change, loop, FREE, PROPOSED_STEP)
@@ -81,7 +81,7 @@ def numbers_section() -> wb.Section:
     tables = (
         CARD.table("stated", "stated", "Numbers that the paper states."),
         CARD.table("derived", "derived", "Numbers that follow from them."),
-        unstated.table(
+        unstated_choices.table(
             "unstated", "Numbers and readings that the paper leaves open, or states so that they cannot be run."
         ),
         added.table("assumed", "assumed", "Numbers of the seventh law, which the paper does not have."),
@@ -109,7 +109,7 @@ def rest(results: wb.Results) -> wb.Section:
         "On the HTML page the knobs move these pictures together with the runs. The knob of the first gain K reaches "
         "such gains. Q, R, the reference and the disturbance have no part in the pictures; l moves its own pole alone."
     )
-    return rest_section(results[REST, PROPOSED], results["FS", PROPOSED], "It has the four repairs.", knobs)
+    return rest_section(results[REST, PROPOSED_LAW], results["FS", PROPOSED_LAW], "It has the four repairs.", knobs)
 
 
 def row_section(results: wb.Results) -> wb.Section:
@@ -125,7 +125,7 @@ def row_section(results: wb.Results) -> wb.Section:
         "two repairs, elementwise, Q = I": results["(3) and (28) repaired, Q = 1 I", "elementwise"],
         "four repairs, fitted Q and R": results[ONE_CHANGE, repairs.ALL_FOUR],
     }
-    table = row.witness_table(results, results["FS", PROPOSED])
+    table = row.witness_table(results, results["FS", PROPOSED_LAW])
     return wb.Section("The printed row and the horizon", (row.row_figure(curves), wb.Paragraph(about), table))
 
 

@@ -4,17 +4,17 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
-from studies.a2_claims.checks import Checked, judges, literal, row
+from studies.a2_claims.checks import CheckedClaim, judges, literal, row
 from studies.a2_claims.searches import ASSUMPTION_4
 from studies.paper.card import CARD
 from studies.paper.laws import disturbance
-from studies.paper.two_link_arm import DEFINITE, ENTRIES, PRINTED, SKEW, SYMMETRIC
-from studies.paper.two_link_arm import DERIVED as ARM
+from studies.paper.two_link_arm import DEFINITE, ENTRIES, PRINTED_DYNAMICS, SKEW, SYMMETRIC
+from studies.paper.two_link_arm import DERIVED_DYNAMICS as ARM
 
 PERIOD = 6.3  # s, just above 2 pi, the period of sines of 3 and 4 rad/s
 
 
-def entries(matrix: str, name: str, statement: str) -> Checked:
+def entries(matrix: str, name: str, statement: str) -> CheckedClaim:
     """Every printed entry of a matrix beside the derived one."""
 
     def check() -> wb.proofs.Ruling:
@@ -30,7 +30,7 @@ def entries(matrix: str, name: str, statement: str) -> Checked:
         if seen is None:
             return wb.proofs.Ruling("not checkable", entry.evidence)
         matrices = f"matrices({literal(seen.q)}, {literal(seen.qd)})[1]"
-        torques = [arm.matrices(seen.q, seen.qd)[1] @ np.array(seen.qd) for arm in (PRINTED, ARM)]
+        torques = [arm.matrices(seen.q, seen.qd)[1] @ np.array(seen.qd) for arm in (PRINTED_DYNAMICS, ARM)]
         return wb.proofs.Ruling(
             "refuted",
             f"{entry.label} is {entry.printed_value:.6g} where {entry.right_value:.6g} is right, at {seen}; "
@@ -39,25 +39,25 @@ def entries(matrix: str, name: str, statement: str) -> Checked:
             f"printed.{matrices}, derived.{matrices}",
         )
 
-    return Checked(wb.core.Claim(name, f"{statement} of the arm.", name), check)
+    return CheckedClaim(wb.core.Claim(name, f"{statement} of the arm.", name), check)
 
 
-def skew_symmetric(arm: str, found: wb.arms.properties.PropertyVerdict, claim: wb.core.Claim) -> Checked:
+def skew_symmetric(arm: str, verdict: wb.arms.properties.PropertyVerdict, claim: wb.core.Claim) -> CheckedClaim:
     """Assumption 3 for one arm."""
 
     def check() -> wb.proofs.Ruling:
-        if found.kind == "proved":
+        if verdict.kind == "proved":
             return wb.proofs.Ruling("proved", "The normal form of M' - 2C plus its transpose is zero.")
-        if found.witness is None or found.residual is None:
-            return wb.proofs.Ruling("not checkable", found.evidence)
+        if verdict.witness is None or verdict.residual is None:
+            return wb.proofs.Ruling("not checkable", verdict.evidence)
         return wb.proofs.Ruling(
             "refuted",
-            f"M' - 2C plus its transpose has an entry of {np.abs(found.residual).max():.4g} kg m^2/s at "
-            f"{found.witness}.",
-            f"skewness({arm}, {literal(found.witness.q)}, {literal(found.witness.qd)})",
+            f"M' - 2C plus its transpose has an entry of {np.abs(verdict.residual).max():.4g} kg m^2/s at "
+            f"{verdict.witness}.",
+            f"skewness({arm}, {literal(verdict.witness.q)}, {literal(verdict.witness.qd)})",
         )
 
-    return Checked(claim, check)
+    return CheckedClaim(claim, check)
 
 
 inertia = entries("M", "(2)", "M is the inertia matrix")
@@ -76,13 +76,15 @@ def bounded_start() -> wb.proofs.Ruling:
 @judges("Assumption 2", "M is symmetric, and alpha1 I <= M(q) <= alpha2 I for all q, alpha1 > 0.", "(7)", inertia.claim)
 def definite() -> wb.proofs.Ruling:
     low, high = DEFINITE.beyond
-    if not (SYMMETRIC[ARM.name].kind == SYMMETRIC[PRINTED.name].kind == DEFINITE.kind == "proved" and low and high):
+    if not (
+        SYMMETRIC[ARM.name].kind == SYMMETRIC[PRINTED_DYNAMICS.name].kind == DEFINITE.kind == "proved" and low and high
+    ):
         return wb.proofs.Ruling("not refuted", DEFINITE.evidence, samples=DEFINITE.samples)
-    least, most = (wb.proofs.shown(DEFINITE.alpha1, -1), wb.proofs.shown(DEFINITE.alpha2, 1))
+    least, most = (wb.proofs.bound_text(DEFINITE.alpha1, -1), wb.proofs.bound_text(DEFINITE.alpha2, 1))
     return wb.proofs.Ruling(
         "proved",
-        f"Symmetric by normal form; on the whole torus {wb.proofs.shown(low, 1)} <= alpha1 <= {least} "
-        f"and {most} <= alpha2 <= {wb.proofs.shown(high, -1)} kg m^2 ({wb.proofs.guarantee()}).",
+        f"Symmetric by normal form; on the whole torus {wb.proofs.bound_text(low, 1)} <= alpha1 <= {least} "
+        f"and {most} <= alpha2 <= {wb.proofs.bound_text(high, -1)} kg m^2 ({wb.proofs.guarantee()}).",
     )
 
 
@@ -91,9 +93,9 @@ def bounded_disturbance() -> wb.proofs.Ruling:
     bounds, t = [], ca.SX.sym("t")
     for scenario in ("FS", "SS"):
         size, slope = wb.proofs.disturbance_bounds(disturbance(scenario).at(t), t, PERIOD)
-        if size.beyond is None or slope.beyond is None:
+        if size.bound is None or slope.bound is None:
             return wb.proofs.Ruling("not checkable", f"{scenario}: {size.why}; {slope.why}")
-        largest, fastest = (wb.proofs.shown(one.beyond, -1) for one in (size, slope) if one.beyond is not None)
+        largest, fastest = (wb.proofs.bound_text(one.bound, -1) for one in (size, slope) if one.bound is not None)
         bounds.append(f"|D| <= {largest} N m and |D'| <= {fastest} N m/s ({scenario})")
     return wb.proofs.Ruling(
         "proved",
@@ -104,8 +106,8 @@ def bounded_disturbance() -> wb.proofs.Ruling:
 
 CHECKS = (
     *(inertia, coriolis, gravity, bounded_start, definite),
-    skew_symmetric("printed", SKEW[PRINTED.name], SKEW_PRINTED),
+    skew_symmetric("printed", SKEW[PRINTED_DYNAMICS.name], SKEW_PRINTED),
     skew_symmetric("derived", SKEW[ARM.name], SKEW_DERIVED),
-    Checked(ASSUMPTION_4, bounded_disturbance),
+    CheckedClaim(ASSUMPTION_4, bounded_disturbance),
 )
 ASSUMPTIONS = (bounded_start.claim, definite.claim, SKEW_DERIVED, ASSUMPTION_4)

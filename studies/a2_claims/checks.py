@@ -117,24 +117,28 @@ def both(name: str, **values: float | tuple[float, ...]) -> tuple[wb.Array, wb.A
     return np.array(sides[0]).ravel(), np.array(sides[1]).ravel()
 
 
-class Checked(NamedTuple):
+class CheckedClaim(NamedTuple):
     """A claim with the check that judges it."""
 
     claim: wb.core.Claim
     check: wb.proofs.Check
 
 
-def judges(name: str, statement: str, source: str, *below: wb.core.Claim) -> Callable[[wb.proofs.Check], Checked]:
+def judges(name: str, statement: str, source: str, *below: wb.core.Claim) -> Callable[[wb.proofs.Check], CheckedClaim]:
     """Bind a check to its claim, with the claims below it."""
-    return lambda check: Checked(wb.core.Claim(name, statement, source, below), check)
+    return lambda check: CheckedClaim(wb.core.Claim(name, statement, source, below), check)
 
 
-def refutation(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = ()) -> wb.proofs.Ruling:
+def refutation(is_broken: bool, evidence: str, witness: str, kept_hypotheses: tuple[str, ...] = ()) -> wb.proofs.Ruling:
     """The ruling of a witness against the claim, where its numbers break it."""
-    return wb.proofs.Ruling("refuted", evidence, witness, kept=kept) if broken else unbroken()
+    return (
+        wb.proofs.Ruling("refuted", evidence, witness, kept_hypotheses=kept_hypotheses)
+        if is_broken
+        else unbroken_claim()
+    )
 
 
-def unbroken() -> wb.proofs.Ruling:
+def unbroken_claim() -> wb.proofs.Ruling:
     """The ruling where a witness does not break the claim."""
     return wb.proofs.Ruling("not refuted", "The run or state that was to break it does not.", samples=1)
 
@@ -146,14 +150,14 @@ def identity_ruling(name: str) -> wb.proofs.Ruling:
     return wb.proofs.Ruling("not checkable", judged.evidence)
 
 
-def identity(name: str, statement: str, source: str) -> Checked:
+def identity(name: str, statement: str, source: str) -> CheckedClaim:
     """An equation that is to be an identity in all its symbols."""
-    return Checked(wb.core.Claim(name, statement, source), lambda: identity_ruling(name))
+    return CheckedClaim(wb.core.Claim(name, statement, source), lambda: identity_ruling(name))
 
 
 def inequality(
     name: str, statement: str, source: str, evidence: str, *below: wb.core.Claim, **values: tuple[float, ...]
-) -> Checked:
+) -> CheckedClaim:
     """An equation whose sides differ at a plain state; `{0}` and `{1}` of the evidence are the sides there."""
     witness = ", ".join(f"{letter}={literal(value)}" for letter, value in values.items())
 
@@ -164,7 +168,7 @@ def inequality(
         )
         return refutation(differ, evidence.format(row(left), row(right)), f'both("{name}", {witness})')
 
-    return Checked(wb.core.Claim(name, statement, source, below), check)
+    return CheckedClaim(wb.core.Claim(name, statement, source, below), check)
 
 
 def row(values: object, digits: int = 4) -> str:
@@ -182,5 +186,5 @@ def numbers(*names: str) -> str:
     units = {given.name: given.unit for given in CARD}
     letters = {name: name.removeprefix("SS: ").removesuffix(" as printed") for name in names}
     return ", ".join(
-        f"{letter} = {wb.provenance.written(CARD[name])} {units[name]}" for name, letter in letters.items()
+        f"{letter} = {wb.provenance.value_text(CARD[name])} {units[name]}" for name, letter in letters.items()
     )

@@ -14,7 +14,7 @@ from studies.a2_claims.searches import (
     ASSUMPTION_4,
     CONSTANT_D,
     FLOOR,
-    KEPT,
+    PROOF_HYPOTHESES,
     V2_AT_START,
     on_path,
     regulation,
@@ -27,14 +27,14 @@ def decrease() -> wb.proofs.Ruling:
     return wb.proofs.Ruling(
         "not checkable as published",
         "With a 'bounded term' that is large enough any V2' obeys (39).",
-        unstated="the 'bounded term'",
+        unstated_numbers="the 'bounded term'",
     )
 
 
 @cache
 def kept_by(loop: Callable[[], wb.ClosedLoop], h: float) -> tuple[str, ...]:
     """The hypotheses of Theorem 2 that a run of 20 s keeps at every step."""
-    return wb.proofs.hypotheses_kept(loop().ode(), KEPT, 20.0, h)
+    return wb.proofs.hypotheses_kept(loop().ode(), PROOF_HYPOTHESES, 20.0, h)
 
 
 @judges(
@@ -59,7 +59,7 @@ def strict_decrease() -> wb.proofs.Ruling:
         "I: at one instant the sign depends on Q and R. Whatever they are, (40) would make s tend to zero, which the "
         "next line excludes.",
         "[v2_along(Q, R) for Q, R in PAIRS], v2_rate(1000, 1000), v2_rate(1, 1)",
-        kept=kept_by(on_path, 1e-4),
+        kept_hypotheses=kept_by(on_path, 1e-4),
     )
 
 
@@ -92,7 +92,7 @@ def convergence_35() -> wb.proofs.Ruling:
         f"first scenario, started on the desired path: |e1| still reaches {e:.2e} rad and |s| {s:.2e} rad/s from 15 s "
         f"to 20 s (error of the step at most {max(e_error, s_error):.0e}), small and not zero.",
         "along_35()",
-        kept=kept_by(on_path, 1e-4),
+        kept_hypotheses=kept_by(on_path, 1e-4),
     )
 
 
@@ -115,7 +115,7 @@ def convergence_10() -> wb.proofs.Ruling:
         f"Repaired, with {WEIGHTS}, under D = {row(CONSTANT_D)} N m, q - q_d is {row(error)} rad after 20 s "
         f"(changed by {np.max(change):.0e} as the step is halved).",
         "offset()",
-        kept=kept_by(regulation, 1e-3 / 12),
+        kept_hypotheses=kept_by(regulation, 1e-3 / 12),
     )
 
 
@@ -127,22 +127,22 @@ FINITE_TIME = wb.core.Claim(
 )
 
 
-def finite_time(found: wb.proofs.Found) -> wb.proofs.Ruling:
+def finite_time(result: wb.proofs.SearchResult) -> wb.proofs.Ruling:
     """The ruling on (42) from the worst run of its search."""
-    worst = worst_of(found)
+    worst = worst_of(result)
     sought: dict[str, list[float]] = {}
     for label, number in worst.sought.items():
         sought.setdefault(label.split("[")[0], []).append(number)
     return refutation(
-        found.kind == "refuted",
+        result.kind == "refuted",
         "By (41), along (35), s does not tend to zero, whatever Q and R are, so small sigma are never reached for "
         "good. A run shows the bound fail at a large sigma, too: for all sigma at once it is t |s(t)| <= V2(0) / c. As "
         f"printed but for C, with {PRINTED_WEIGHTS}, reading 'outer', first scenario, V2(0) = {V2_AT_START:.3f} J and "
         f"c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it by {worst.value:.3f} rad within 2 s (error of the "
-        f"step {worst.error:.0e}). Worst of {found.runs:,} runs of 2 s, {found.kept:,} of which kept the "
+        f"step {worst.error:.0e}). Worst of {result.runs:,} runs of 2 s, {result.admissible_runs:,} of which kept the "
         "hypotheses.",
         f"rerun({sought})",
-        kept=tuple(hypothesis.claim.name for hypothesis in KEPT),
+        kept_hypotheses=tuple(hypothesis.claim.name for hypothesis in PROOF_HYPOTHESES),
     )
 
 
@@ -161,7 +161,7 @@ def bounded_signals() -> wb.proofs.Ruling:
         f"of (33) are. For D = {row(CONSTANT_D)} N m, D_hat is {row(run, 6)} N m s after 10 s. The theorem asks "
         "for Assumptions 1 to 4 alone; its proof chooses lambda_min(K) > delta, which such a D breaks in time.",
         "drift()",
-        kept=replay.kept_by_drift(),
+        kept_hypotheses=replay.kept_by_drift(),
     )
 
 

@@ -5,56 +5,58 @@ from collections.abc import Mapping, Sequence
 
 import workbench as wb
 from studies.a2_claims.phrases import phrase
-from studies.a2_claims.printed import PRINTED, decisive
+from studies.a2_claims.printed_statements import PRINTED_STATEMENTS, decisive
 from studies.a2_claims.rivals import ALSO_AS_PUBLISHED, METRICS
 
 SUBSTITUTIONS = ("(12)", "(13)", "(16)", "(18)", "(20)", "(37)", "(38)")
-UNCHECKED: Sequence[wb.proofs.Kind] = ("not checkable as published", "not checkable", "ill-posed", "not refuted")
+UNCHECKED_KINDS: Sequence[wb.proofs.Kind] = ("not checkable as published", "not checkable", "ill-posed", "not refuted")
 WEIGHTS = "Q, R, l, the reading of (33) and the square wave, as a1 has them, where a run needs numbers"
 ROOM = "Proofs: all states. Runs: one each, with the error of the step."
 
 
-def counts(ledger: wb.proofs.Ledger) -> Mapping[wb.proofs.Kind, int]:
+def counts(ledger: wb.proofs.ClaimLedger) -> Mapping[wb.proofs.Kind, int]:
     """The number of printed equations of each verdict."""
-    return Counter(decisive(ledger, item).ruling.kind for item in PRINTED)
+    return Counter(decisive(ledger, item).ruling.kind for item in PRINTED_STATEMENTS)
 
 
-def answer(ledger: wb.proofs.Ledger) -> str:
+def answer(ledger: wb.proofs.ClaimLedger) -> str:
     """The count of printed equations by verdict, in one line."""
     count = counts(ledger)
-    theorems = all(decisive(ledger, item).ruling.kind == "refuted" for item in PRINTED if "Theorem" in item.name)
+    theorems = all(
+        decisive(ledger, item).ruling.kind == "refuted" for item in PRINTED_STATEMENTS if "Theorem" in item.name
+    )
     return (
-        f"Of the paper's {len(PRINTED)} printed equations, assumptions and theorems that assert something, "
+        f"Of the paper's {len(PRINTED_STATEMENTS)} printed equations, assumptions and theorems that assert something, "
         f"{count['proved']} are proved and {count['refuted']} refuted{', both theorems among these' * theorems}; "
         f"{count['depends on']} depend on Q and R, which it does not state; "
-        f"{sum(count[kind] for kind in UNCHECKED)} cannot be checked."
+        f"{sum(count[kind] for kind in UNCHECKED_KINDS)} cannot be checked."
     )
 
 
-def findings(ledger: wb.proofs.Ledger) -> tuple[wb.Finding, ...]:
+def findings(ledger: wb.proofs.ClaimLedger) -> tuple[wb.Finding, ...]:
     """The findings of the page."""
     return printed_equations(ledger), first_theorem(ledger), second_theorem(ledger), comparisons(ledger)
 
 
-def refuted(lines: Sequence[wb.proofs.Line], *kinds: wb.proofs.Kind) -> str:
+def refuted_count(lines: Sequence[wb.proofs.ClaimEntry], *kinds: wb.proofs.Kind) -> str:
     """The number of refuted lines among all, with other kinds that count as refuted."""
     return f"{sum(line.ruling.kind in ('refuted', *kinds) for line in lines)} of {len(lines)} refuted"
 
 
-def printed_equations(ledger: wb.proofs.Ledger) -> wb.Finding:
+def printed_equations(ledger: wb.proofs.ClaimLedger) -> wb.Finding:
     """The count of printed equations that are refuted, and the same count by other rules."""
-    items = [(item, decisive(ledger, item)) for item in PRINTED]
+    items = [(item, decisive(ledger, item)) for item in PRINTED_STATEMENTS]
     lines = [line for _, line in items]
-    split = [ledger[name] for name in dict.fromkeys(name for item in PRINTED for name in item.claims)]
+    split = [ledger[name] for name in dict.fromkeys(name for item in PRINTED_STATEMENTS for name in item.claims)]
     of_paper = [line for line in split if all(one.chosen_by == "source" or one.within for one in line.quantifiers)]
     published = [ledger[name] for name in (*(metric[0] for metric in METRICS), *ALSO_AS_PUBLISHED)]
     left = [line for item, line in items if item.name not in SUBSTITUTIONS]
     rules = {
-        "a count of each claim of the finer split": refuted(split),
-        "a count of those claims of the finer split whose ranges are the paper's": refuted(of_paper),
-        "a count of what depends on Q and R as refuted": refuted(lines, "depends on"),
-        "a count without the seven plain substitutions": refuted(left),
-        "a count of the statements on simulations as well": refuted([*lines, *published]),
+        "a count of each claim of the finer split": refuted_count(split),
+        "a count of those claims of the finer split whose ranges are the paper's": refuted_count(of_paper),
+        "a count of what depends on Q and R as refuted": refuted_count(lines, "depends on"),
+        "a count without the seven plain substitutions": refuted_count(left),
+        "a count of the statements on simulations as well": refuted_count([*lines, *published]),
     }
     names = [item.name for item, line in items if line.ruling.kind == "refuted"]
     depending = [item.name for item, line in items if line.ruling.kind == "depends on"]
@@ -67,32 +69,32 @@ def printed_equations(ledger: wb.proofs.Ledger) -> wb.Finding:
         ),
         statistic="The number of printed items by verdict: each equation, assumption and theorem once.",
         sample="All 43 numbered equations, 2 theorems and 4 assumptions; definitions and repetitions are left out.",
-        given="The printed page. Each item is judged in its most favourable reading.",
-        chosen=WEIGHTS,
-        answer=refuted(lines),
+        information="The printed page. Each item is judged in its most favourable reading.",
+        assumptions=WEIGHTS,
+        answer=refuted_count(lines),
         variations=tuple(wb.Variation(words, count) for words, count in rules.items()),
-        untried="A judge who reads 'sufficiently large' or 'bounded term' in another way.",
+        limitations="A judge who reads 'sufficiently large' or 'bounded term' in another way.",
     )
 
 
-def fails(line: wb.proofs.Line) -> str:
+def fails(line: wb.proofs.ClaimEntry) -> str:
     """The answer of a line: fails, holds, or its verdict in words."""
     return (
         "fails"
-        if line.ruling.kind in wb.proofs.BROKEN
+        if line.ruling.kind in wb.proofs.BREAKING_KINDS
         else "holds"
         if line.ruling.kind == "proved"
         else line.ruling.verdict
     )
 
 
-def comparison_count(line: wb.proofs.Line) -> str:
+def comparison_count(line: wb.proofs.ClaimEntry) -> str:
     """The comparisons of a line, counted."""
     evidence = line.ruling.evidence
     return evidence[evidence.index("below in") :].rstrip(".")
 
 
-def first_theorem(ledger: wb.proofs.Ledger) -> wb.Finding:
+def first_theorem(ledger: wb.proofs.ClaimLedger) -> wb.Finding:
     """Theorem 1 under the gains of section 5 and others."""
     main = ledger["Theorem 1, gains of section 5"]
     lines = {
@@ -108,16 +110,16 @@ def first_theorem(ledger: wb.proofs.Ledger) -> wb.Finding:
         phrase(main.ruling.evidence),
         statistic="Rest points of (10), proved by interval arithmetic; linear modes by Routh's array.",
         sample="The arm at rest, hanging or upright; gains of 1, 10 and 100 times those of section 5, and L1 = L2 = I.",
-        given="The positions, the torque and the exact model; no disturbance, as in (9).",
+        information="The positions, the torque and the exact model; no disturbance, as in (9).",
         answer=fails(main),
         variations=tuple(wb.Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
-        untried=phrase(
+        limitations=phrase(
             "Gains above 100 times those of section 5, and other ratios of L2 to L1. a4 has regions where it holds."
         ),
     )
 
 
-def second_theorem(ledger: wb.proofs.Ledger) -> wb.Finding:
+def second_theorem(ledger: wb.proofs.ClaimLedger) -> wb.Finding:
     """Theorem 2 under each of its readings."""
     main = ledger["(41), along (35)"]
     lines = {
@@ -135,20 +137,20 @@ def second_theorem(ledger: wb.proofs.Ledger) -> wb.Finding:
         phrase(main.ruling.evidence),
         statistic="The exact normal form of M e2' where s = 0 and e1 = 0; then the largest |s| and |e1| late in a run.",
         sample=ROOM,
-        given="Estimates that obey (35), which is the best that the observer could give.",
-        chosen=WEIGHTS,
+        information="Estimates that obey (35), which is the best that the observer could give.",
+        assumptions=WEIGHTS,
         answer=fails(main),
         variations=tuple(wb.Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
-        untried="No disturbance at all, or one that vanishes: Assumption 4 allows both.",
+        limitations="No disturbance at all, or one that vanishes: Assumption 4 allows both.",
     )
 
 
-def comparisons(ledger: wb.proofs.Ledger) -> wb.Finding:
+def comparisons(ledger: wb.proofs.ClaimLedger) -> wb.Finding:
     """The statements on the simulations, as published and with the numbers of a1."""
     published = [ledger[name] for name in (*(metric[0] for metric in METRICS), *ALSO_AS_PUBLISHED)]
     unchecked = sum(line.ruling.kind == "not checkable as published" for line in published)
     lines = {name: ledger[f"{name}, numbers of a1"] for name, *_ in METRICS}
-    broken = sum(line.ruling.kind in wb.proofs.BROKEN for line in lines.values())
+    broken = sum(line.ruling.kind in wb.proofs.BREAKING_KINDS for line in lines.values())
     return wb.Finding(
         "comparisons",
         f"{unchecked} of {len(published)} statements on the simulations cannot be checked as published; with the "
@@ -156,12 +158,12 @@ def comparisons(ledger: wb.proofs.Ledger) -> wb.Finding:
         "The paper states neither Q, R and l nor the horizons, the square wave or any gain of a rival.",
         statistic="Each statement by the metric of a1 that it names, against each rival at each joint.",
         sample="One run of each law in each scenario.",
-        given="Rivals: exact positions and velocities. AOSMC-RGS: positions, and the true disturbance, filtered.",
-        chosen=WEIGHTS,
+        information="Rivals: exact positions and velocities. AOSMC-RGS: positions, and the true disturbance, filtered.",
+        assumptions=WEIGHTS,
         answer="cannot be checked",
         variations=tuple(
             wb.Variation(f"{name}, with the numbers of a1", fails(line).split(" in ")[0], comparison_count(line))
             for name, line in lines.items()
         ),
-        untried="Gains of the rivals that are tuned, and noise: a8 has both.",
+        limitations="Gains of the rivals that are tuned, and noise: a8 has both.",
     )

@@ -11,14 +11,14 @@ from studies.a2_claims.checks import (
     judges,
     numbers,
     row,
-    unbroken,
+    unbroken_claim,
 )
 from studies.paper.card import CARD
 
 PRINTED_WEIGHTS = numbers("Q as printed", "R as printed", "l")
 SECOND_SCENARIO = numbers("SS: a1, a2", "SS: f")
 WEIGHTS, WEIGHTS_OF_COST = numbers("Q", "R", "l"), numbers("Q", "R")
-FITTED = CARD["Q"][0, 0], CARD["R"][0, 0]
+FITTED_WEIGHTS = CARD["Q"][0, 0], CARD["R"][0, 0]
 UNITS = "N m", "N^2 m^2"  # of a leading minor of K, by its order
 
 rate_along_10 = inequality(
@@ -69,7 +69,7 @@ replacement = inequality(
 def optimal_input() -> wb.proofs.Ruling:
     surface, minimiser = both("(34), input", q_hat=(1, 0))
     if np.allclose(surface, minimiser):
-        return unbroken()
+        return unbroken_claim()
     return wb.proofs.Ruling(
         "does not hold under",
         "On the surface s = 0 the minimiser asks for u = 0, and the surface itself for e2 = -Lambda e1: "
@@ -103,7 +103,7 @@ def gains() -> wb.proofs.Ruling:
         for found in (lost, safe)
     )
     if not all(value + error < 0 for value, error, _ in lost.values()):
-        return unbroken()
+        return unbroken_claim()
     return wb.proofs.Ruling(
         "depends on",
         f"With {PRINTED_WEIGHTS}, {SECOND_SCENARIO}, in the second scenario, the least leading minor of K's symmetric "
@@ -121,9 +121,9 @@ def gains() -> wb.proofs.Ruling:
     "(31), (32), (34)",
 )
 def least_cost() -> wb.proofs.Ruling:
-    (ours, least), (fitted, fitted_least) = replay.cost(1, 1), replay.cost(*FITTED)
+    (ours, least), (fitted, fitted_least) = replay.cost(1, 1), replay.cost(*FITTED_WEIGHTS)
     if ours <= least * (1 + 1e-6):
-        return unbroken()
+        return unbroken_claim()
     return wb.proofs.Ruling(
         "depends on",
         "Cost, horizon and input are those of (32) and (31): infinite, u = -R^-1 B^T P s, with A and B of section 5 "
@@ -133,7 +133,7 @@ def least_cost() -> wb.proofs.Ruling:
         "Riccati equation of (32) backward from the horizon, so J exceeds the least unless P(0) solves the algebraic "
         "one; by how much, depends on Q and R. Along the repaired runs, from the worst start and over "
         "the first 2.5 s, a3 finds 1.0 % (first scenario) and 2.1 % (second) above the least J.",
-        f"cost(1, 1), cost{row(FITTED)}",
+        f"cost(1, 1), cost{row(FITTED_WEIGHTS)}",
         on="Q and R, which the paper does not state",
     )
 

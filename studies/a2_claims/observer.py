@@ -4,7 +4,7 @@ import numpy as np
 
 import workbench as wb
 from studies.a2_claims import arm, replay
-from studies.a2_claims.checks import Checked, identity, identity_ruling, judges, refutation, row, unbroken
+from studies.a2_claims.checks import CheckedClaim, identity, identity_ruling, judges, refutation, row, unbroken_claim
 from studies.a2_claims.searches import ASSUMPTION_4, CONSTANT_D, REACH, SEED, I, beside_rest
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
@@ -14,7 +14,7 @@ REGION = wb.arms.observer_gains.Region(
     np.array([5.0, 5.0]), np.array([30.0, 30.0])
 )  # rad/s, N m, at any position, as in a4
 ASTRAY = ((3.1, 1.2), (-0.2, -2.9))  # q(0) [rad], qd(0) [rad/s]: of one decimal, and its neighbours go the same way
-NEAR, DRAWN, EVENLY = (0.005, 0.05), 200, 2000  # rad and rad/s; starts near it, starts anywhere
+NEAR, RANDOM_STARTS, EVEN_STARTS = (0.005, 0.05), 200, 2000  # rad and rad/s; starts near it, starts anywhere
 
 
 mean_rate = identity("(12)", "x1~' = x2~ - L1 x1~.", "(12)")
@@ -31,7 +31,7 @@ expanded_rate = identity("(20)", "V1' of (18) with the rates of (19).", "(18)-(2
 )
 def lipschitz() -> wb.proofs.Ruling:
     found = wb.arms.observer_gains.lipschitz(wb.arms.observer_gains.Mismatch.of(wb.arms.Dynamics.of(ARM)), REGION)
-    position, velocity = found.position.proved, found.velocity.proved
+    position, velocity = found.position.upper, found.velocity.upper
     if not (np.isfinite(position) and np.isfinite(velocity)):
         return wb.proofs.Ruling("not checkable", "no bound of the derivatives was proved")
     return wb.proofs.Ruling(
@@ -52,7 +52,7 @@ def lipschitz_everywhere() -> wb.proofs.Ruling:
     ratios = [replay.speed_ratio(speed) for speed in SPEEDS]
     slopes = np.diff(sizes) / np.diff(TORQUES)
     if not ((slopes > 0).all() and np.allclose(slopes, slopes[0], rtol=1e-3)):  # gravity is left, 1 % of 1000 N m
-        return unbroken()
+        return unbroken_claim()
     return wb.proofs.Ruling(
         "does not hold under",
         f"Delta is affine in tau, with the factor M^-1(q) - M^-1(q_hat): with |x1~| = 1 rad, x2~ = 0 it is "
@@ -71,7 +71,7 @@ def four_terms() -> wb.proofs.Ruling:
         "not checkable as published",
         "Where (15) holds, (21) is true for c1 and c2 that are large enough, whatever lambda1 and lambda2 are. "
         "It does not follow with lambda2 > 0 from (20), whose term x2~^T P2 L2 x1~ has either sign.",
-        unstated="the four constants",
+        unstated_numbers="the four constants",
     )
 
 
@@ -140,21 +140,22 @@ def paper_gains() -> wb.proofs.Ruling:
     arm.bounded_start.claim,
     arm.definite.claim,
 )
-def swinging() -> wb.proofs.Ruling:
+def swinging_arm() -> wb.proofs.Ruling:
     size, error = replay.astray(*ASTRAY)
     rng, start = np.random.default_rng(SEED), np.ravel(ASTRAY)
-    shares = [replay.share_astray(start + rng.uniform(-r, r, (DRAWN, 4))) for r in NEAR]
+    shares = [replay.share_astray(start + rng.uniform(-r, r, (RANDOM_STARTS, 4))) for r in NEAR]
     low, high = np.array([REACH[name] for name in ("plant.q", "plant.q", "plant.qd", "plant.qd")]).T
-    rare = replay.share_astray(rng.uniform(low, high, (EVENLY, 4)))
+    rare = replay.share_astray(rng.uniform(low, high, (EVEN_STARTS, 4)))
     if size - error <= 5:
-        return unbroken()
+        return unbroken_claim()
     return wb.proofs.Ruling(
         "does not hold under",
         f"From q(0) = {row(ASTRAY[0])} rad, qd(0) = {row(ASTRAY[1])} rad/s, exactly these digits, |q - q_hat| is "
         f"{size:.2f} rad after 2 s, by variable steps with an error below {error:.0e} rad; no torque, and q_hat(0) = "
-        f"qd_hat(0) = 0 as in section 5. Of {DRAWN} starts within {NEAR[0]:g} rad and rad/s of "
-        f"it {100 * shares[0]:.0f} % part by more than 5 rad too, of as many within {NEAR[1]:g} {100 * shares[1]:.0f} "
-        f"%. Such starts are rare: of {EVENLY:,} drawn evenly over all that the claim allows, {rare * EVENLY:.0f} do.",
+        f"qd_hat(0) = 0 as in section 5. Of {RANDOM_STARTS} starts within {NEAR[0]:g} rad and rad/s of it "
+        f"{100 * shares[0]:.0f} % part by more than 5 rad too, of as many within {NEAR[1]:g} {100 * shares[1]:.0f} %. "
+        f"Such starts are rare: of {EVEN_STARTS:,} drawn evenly over all that the claim allows, "
+        f"{rare * EVEN_STARTS:.0f} do.",
         f"astray({ASTRAY[0]}, {ASTRAY[1]})",
         under="a bound of 5 rad from 1.5 s on, which the theorem does not name",
     )
@@ -188,12 +189,12 @@ def integral_of_eta() -> wb.proofs.Ruling:
         f"{row(closed, 6)}; its unit is N m s. With eta in place of its integral the claim is true of a constant D; "
         f"for the sines of the first scenario and l = {CARD['l']:g} 1/s, |D - eta| goes on reaching {row(lag, 2)} N m.",
         "drift()",
-        kept=replay.kept_by_drift(),
+        kept_hypotheses=replay.kept_by_drift(),
     )
 
 
 CHECKS = (
     *(mean_rate, error_rate, lipschitz, lipschitz_everywhere, mismatch_rate, product_rule, expanded_rate, four_terms),
-    *(lyapunov, Checked(wb.arms.observers.THEOREM_1, any_gains)),
-    *(paper_gains, swinging, small_errors, integral_of_eta),
+    *(lyapunov, CheckedClaim(wb.arms.observers.THEOREM_1, any_gains)),
+    *(paper_gains, swinging_arm, small_errors, integral_of_eta),
 )

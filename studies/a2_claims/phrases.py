@@ -12,7 +12,7 @@ NAMES = (
     *("L1", "L2", "P1", "P2", "V1", "V2", "alpha1", "alpha2", "alpha", "Lambda", "Delta", "rho", "delta", "sigma"),
     *("phi", "eta", "pi"),
 )
-PRIMED = "MDKEPsqw"  # letters that are set as symbols where a prime follows
+PRIME_LETTERS = "MDKEPsqw"  # letters that are set as symbols where a prime follows
 SIGNS = {
     "<=": "\N{LESS-THAN OR EQUAL TO}",
     ">=": "\N{GREATER-THAN OR EQUAL TO}",
@@ -23,7 +23,7 @@ SIGNS = {
 }
 LONGEST_FIRST = "|".join(sorted(NAMES, key=len, reverse=True))
 TOKEN = re.compile(
-    rf"(?<![\w'\"])(?P<name>{LONGEST_FIRST}|[{PRIMED}](?='(?!\w))|[A-Zs](?=\^T|\^-1))"
+    rf"(?<![\w'\"])(?P<name>{LONGEST_FIRST}|[{PRIME_LETTERS}](?='(?!\w))|[A-Zs](?=\^T|\^-1))"
     r"(?P<tilde>~)?(?P<prime>'(?!\w))?(?P<power>\^T|\^-1)?(?!\w)"
 )
 

@@ -30,7 +30,7 @@ from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed
 
 FINE = 1e-3 / 12  # s, of the law as repaired
 PAIRS = [(Q, R) for Q in (0.01, 1.0, 1000.0) for R in (0.1, 1.0, 1000.0)]  # N m/(rad s), of Q I and R I in (40)
-printed, derived = wb.arms.Dynamics.of(PRINTED_ARM, "as printed"), wb.arms.Dynamics.of(ARM, "derived")
+printed_dynamics, derived_dynamics = wb.arms.Dynamics.of(PRINTED_ARM, "as printed"), wb.arms.Dynamics.of(ARM, "derived")
 growing_modes = wb.proofs.growing_modes
 
 
@@ -89,8 +89,10 @@ def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) 
     The weights are Q I and R I. The unit is (N m)^order.
     """
     loop = with_weights(proposed_as_printed("SS", reading), Q, R)
-    ode, gain = loop.ode(), wb.core.Declared(wb.arms.laws.K_STAYS_DEFINITE, "controller.")
-    found = wb.measure(wb.proofs.watching(ode, [gain]), (wb.proofs.violation(gain.claim),), until=until, h=STEP / 2)
+    ode, gain = loop.ode(), wb.core.BlockClaim(wb.arms.laws.K_STAYS_DEFINITE, "controller.")
+    found = wb.measure(
+        wb.proofs.with_violations(ode, [gain]), (wb.proofs.violation(gain.claim),), until=until, h=STEP / 2
+    )
     pairs = [score.pair for score in found.scores]
     worst = int(np.argmax([value for value, _ in pairs]))
     return -pairs[worst][0], pairs[worst][1], worst + 1
@@ -143,10 +145,12 @@ def v2_over(weights: Sequence[tuple[float, float]]) -> list[tuple[float, float]]
         V2_rate = wb.proofs.derivative(ode, ca.dot(s, M @ s) / 2 + ca.trace(y["controller.P"]) / 2)
         return -V2_rate - gain_left(y) * ca.norm_2(s)
 
-    claim = wb.core.Declared(wb.core.Claim("(40)", "V2' <= -c |s|.", "(40)", margin=margin))
+    claim = wb.core.BlockClaim(wb.core.Claim("(40)", "V2' <= -c |s|.", "(40)", margin=margin))
     Q, R = (np.multiply.outer([pair[i] for pair in weights], I) for i in (0, 1))
     rows = ode.parameters.pack({"controller.Q": Q, "controller.R": R})
-    found = wb.measure(wb.proofs.watching(ode, [claim]), (wb.proofs.violation(claim.claim),), rows, until=8.0, h=STEP)
+    found = wb.measure(
+        wb.proofs.with_violations(ode, [claim]), (wb.proofs.violation(claim.claim),), rows, until=8.0, h=STEP
+    )
     score = found.scores[0]
     return [(float(value), float(error)) for value, error in zip(score.value, score.error, strict=True)]
 
@@ -162,7 +166,7 @@ def v2_along(Q: float, R: float) -> tuple[float, float]:
 
 
 @cache
-def compared() -> wb.Results:
+def comparison_results() -> wb.Results:
     """The laws of a1 in both scenarios, each with all its metrics."""
     return wb.study.run(
         wb.Study("compared", "T", "Q?", "M.", lambda results: (), cases=(*comparison("FS"), *comparison("SS")))
@@ -171,7 +175,7 @@ def compared() -> wb.Results:
 
 def beside(metric: str) -> dict[str, list[float]]:
     """A metric of the laws in both scenarios, joint by joint, as a1 measures it."""
-    found = {one.case.name: one.measurement for one in compared().outcomes if metric in one.measurement.names}
+    found = {one.case.name: one.measurement for one in comparison_results().outcomes if metric in one.measurement.names}
     return {name: [score.pair[0] for score in one.scores_of(metric)] for name, one in found.items()}
 
 

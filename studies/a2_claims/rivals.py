@@ -1,27 +1,29 @@
 """The ledger's last lines: the paper's words on its rivals."""
 
 import workbench as wb
-from studies.a2_claims.checks import HORIZONS, Checked, judges, numbers
-from studies.paper.card import LAWS, MARGIN, PROPOSED, PUBLISHED
+from studies.a2_claims.checks import HORIZONS, CheckedClaim, judges, numbers
+from studies.paper.card import LAWS, MARGIN, PROPOSED_LAW, PUBLISHED_COLUMNS
 
-RIVALS = tuple(law for law in LAWS if law != PROPOSED)
-GIVEN = f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}"
-UNSTATED = "Q, R, l, both horizons, the levels and the frequency of the square wave, and the gains of the five rivals"
+RIVALS = tuple(law for law in LAWS if law != PROPOSED_LAW)
+GIVEN_NUMBERS = f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}"
+UNSTATED_NUMBERS = (
+    "Q, R, l, both horizons, the levels and the frequency of the square wave, and the gains of the five rivals"
+)
 EXACT = "the rivals as a1 has them, on exact q and qd where AOSMC-RGS has (10)"
 OF_A1 = "the repaired law and the numbers of a1"
-REPAIRED = "Repaired, and under the numbers that a1 assumes,"
-PAIRS = [column.values[PROPOSED] < column.values[law] for column in PUBLISHED.values() for law in RIVALS]
+REPAIRED_WORDS = "Repaired, and under the numbers that a1 assumes,"
+PAIRS = [column.values[PROPOSED_LAW] < column.values[law] for column in PUBLISHED_COLUMNS.values() for law in RIVALS]
 TABLES = (
     f"The printed RMSE of AOSMC-RGS is below the rival's in {sum(PAIRS)} of {len(PAIRS)} pairs; the runs behind the "
     "tables cannot be repeated without the numbers that are unstated. a6 meets each of the 24 printed cells within "
     "1 %, and all six rows of the second scenario together, with one square wave and one horizon. So that table is "
     "possible, and neither is confirmed."
 )
-SHOWN = (
+FIGURE_WORDS = (
     "The paper shows it in {} and prints no number for it; the runs cannot be repeated without the numbers that are "
     "unstated. What a6 finds concerns RMSE alone."
 )
-TORQUES, MOTIONS = SHOWN.format("figures 7, 8, 15 and 16"), SHOWN.format("figures 3 to 6 and 11 to 14")
+TORQUES, MOTIONS = FIGURE_WORDS.format("figures 7, 8, 15 and 16"), FIGURE_WORDS.format("figures 3 to 6 and 11 to 14")
 # Claim, statement, source; the metric by which a1 has it; the evidence in the paper.
 METRICS = (
     ("superior tracking", "tracks better than each rival, by the printed RMSE", "section 5", "sampled RMSE", TABLES),
@@ -36,10 +38,10 @@ ALSO_AS_PUBLISHED = "better disturbance rejection", "observer accuracy"
 REJECTION = "better disturbance rejection", "rejects disturbances better than each rival", "abstract, sections 5, 6"
 
 
-def as_published(name: str, words: str, source: str, evidence: str) -> Checked:
+def as_published(name: str, words: str, source: str, evidence: str) -> CheckedClaim:
     """A comparison as published."""
-    ruling = wb.proofs.Ruling("not checkable as published", evidence, unstated=UNSTATED)
-    return Checked(wb.core.Claim(name, f"AOSMC-RGS {words}.", source), lambda: ruling)
+    ruling = wb.proofs.Ruling("not checkable as published", evidence, unstated_numbers=UNSTATED_NUMBERS)
+    return CheckedClaim(wb.core.Claim(name, f"AOSMC-RGS {words}.", source), lambda: ruling)
 
 
 @judges("observer accuracy", "(10) estimates the states with minimal estimation errors.", "section 5")
@@ -48,18 +50,18 @@ def accuracy() -> wb.proofs.Ruling:
         "not checkable as published",
         "Figures 9 and 17 show the estimation errors of (10) alone. 'Minimal' names no measure, no bound and no other "
         "observer to compare with.",
-        unstated=f"the measure, and the bound or rival, of 'minimal'; {UNSTATED}",
+        unstated_numbers=f"the measure, and the bound or rival, of 'minimal'; {UNSTATED_NUMBERS}",
     )
 
 
-def ranking(results: wb.Results, name: str, source: str, metric: str) -> Checked:
+def ranking(results: wb.Results, name: str, source: str, metric: str) -> CheckedClaim:
     """The proposed law, repaired, beside each rival by one metric, at each joint and in each scenario."""
 
     def check() -> wb.proofs.Ruling:
         stood: list[str] = []
         above: list[str] = []
         for scenario in ("FS", "SS"):
-            ours = results[scenario, PROPOSED]
+            ours = results[scenario, PROPOSED_LAW]
             if metric not in ours.measurement.names:
                 continue
             unit = ours.score(metric).unit
@@ -70,7 +72,7 @@ def ranking(results: wb.Results, name: str, source: str, metric: str) -> Checked
                     numbers = f"{law} {b[0]:.4g} {unit}, AOSMC-RGS {a[0]:.4g} {unit}"
                     above.append(f"{numbers} ({scenario}, joint {joint + 1})")
         tally = (
-            f"With {GIVEN}, {EXACT}: below in {stood.count('below')} of {len(stood)} comparisons, above in "
+            f"With {GIVEN_NUMBERS}, {EXACT}: below in {stood.count('below')} of {len(stood)} comparisons, above in "
             f"{len(above)}, too close to call in {stood.count('undecided')}"
         )
         witness = f'beside("{metric}")'
@@ -80,15 +82,15 @@ def ranking(results: wb.Results, name: str, source: str, metric: str) -> Checked
             )
         return wb.proofs.Ruling("not refuted", f"{tally}.", witness, samples=len(stood), under=OF_A1)
 
-    statement = f"{REPAIRED} its {metric} is below that of each rival."
-    return Checked(wb.core.Claim(f"{name}, numbers of a1", statement, source), check)
+    statement = f"{REPAIRED_WORDS} its {metric} is below that of each rival."
+    return CheckedClaim(wb.core.Claim(f"{name}, numbers of a1", statement, source), check)
 
 
-def checks(results: wb.Results) -> tuple[Checked, ...]:
+def checks(results: wb.Results) -> tuple[CheckedClaim, ...]:
     """The comparisons as published, then the same under the numbers of a1."""
     return (
         *(as_published(name, words, source, evidence) for name, words, source, _, evidence in METRICS),
-        as_published(*REJECTION, SHOWN.format("figures of runs with D, none without,")),
+        as_published(*REJECTION, FIGURE_WORDS.format("figures of runs with D, none without,")),
         accuracy,
         *(ranking(results, name, source, metric) for name, _, source, metric, _ in METRICS),
     )

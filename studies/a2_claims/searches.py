@@ -20,7 +20,7 @@ I, REST = np.eye(2), np.zeros(2)
 D_MAX, L_D = 0.65, 2.2  # N m, N m/s: Assumption 4 in numbers, just above the needs of both scenarios
 FLOOR = 2.0  # N m, a c that lambda_min(K) - delta keeps in the runs that count
 CONSTANT_D = (0.5, 0.4)  # N m, the amplitudes of section 5, held
-HELD = wb.SineTorque(CONSTANT_D, REST, np.full(2, np.pi / 2))
+CONSTANT_TORQUE = wb.SineTorque(CONSTANT_D, REST, np.full(2, np.pi / 2))
 
 Margins = Mapping[str, ca.SX]
 
@@ -42,7 +42,7 @@ def beside_rest(L1: Any, L2: Any, zero: str = "down") -> wb.Ode:
 def free_loop(q: Any = REST, qd: Any = REST) -> wb.ClosedLoop:
     """The arm without torque and disturbance from (q, qd)(0), watched by (10) with the gains of section 5."""
     arm = wb.Manipulator(ARM, q=np.array(q), qd=np.array(qd))
-    return wb.ClosedLoop(arm, paper_observer(), wb.ArmPID(REST, REST, REST), wb.Hold("q", "rad", REST))
+    return wb.ClosedLoop(arm, paper_observer(), wb.ArmPID(REST, REST, REST), wb.Constant("q", "rad", REST))
 
 
 def free_arm() -> wb.Ode:
@@ -52,16 +52,21 @@ def free_arm() -> wb.Ode:
 
 def printed_filter() -> wb.Ode:
     """(24) as printed beside the arm without torque, under a constant disturbance."""
-    observer = wb.arms.observers.WithDisturbance(paper_observer(), wb.arms.observers.PrintedFilter(2, CARD["l"]))
+    observer = wb.arms.observers.StateAndDisturbanceObserver(
+        paper_observer(), wb.arms.observers.PrintedFilter(2, CARD["l"])
+    )
     return wb.ClosedLoop(
-        wb.Manipulator(ARM, q=REST, disturbance=HELD), observer, wb.ArmPID(REST, REST, REST), wb.Hold("q", "rad", REST)
+        wb.Manipulator(ARM, q=REST, disturbance=CONSTANT_TORQUE),
+        observer,
+        wb.ArmPID(REST, REST, REST),
+        wb.Constant("q", "rad", REST),
     ).ode()
 
 
 def regulation() -> wb.ClosedLoop:
     """The repaired law at a constant reference, under a constant disturbance: as plain as Assumption 4 allows."""
-    at_rest = wb.Manipulator(ARM, q=REST, disturbance=HELD)
-    return replace(proposed_repaired("FS"), plant=at_rest, reference=wb.Hold("q", "rad", REST))
+    at_rest = wb.Manipulator(ARM, q=REST, disturbance=CONSTANT_TORQUE)
+    return replace(proposed_repaired("FS"), plant=at_rest, reference=wb.Constant("q", "rad", REST))
 
 
 def printed_but_for_c() -> wb.ClosedLoop:
@@ -125,8 +130,8 @@ REACHES = wb.core.Claim(
     (GAIN_FLOOR,),
     lambda y: V2_AT_START / FLOOR - y["t"] * ca.norm_2(y["s"]),
 )
-WITHIN_4 = wb.core.Declared(ASSUMPTION_4)
-KEPT = (WITHIN_4, wb.core.Declared(ABOVE))  # what the proof of Theorem 2 asks of each run
+WITHIN_4 = wb.core.BlockClaim(ASSUMPTION_4)
+PROOF_HYPOTHESES = (WITHIN_4, wb.core.BlockClaim(ABOVE))  # what the proof of Theorem 2 asks of each run
 
 WITNESS = Path(__file__).with_name("finite_time.json")  # the worst run of the search
 SEED = 1
@@ -137,42 +142,42 @@ BOX = REACH | {
     "plant.disturbance.phase": (-np.pi, np.pi),
 }
 STEP = 1e-4  # s, of the law as printed
-HUNT = wb.proofs.Hunt(ODE, wb.core.Declared(REACHES), BOX, 2.0, STEP, KEPT)
+RUN_SEARCH = wb.proofs.RunSearch(ODE, wb.core.BlockClaim(REACHES), BOX, 2.0, STEP, PROOF_HYPOTHESES)
 
 
 @dataclass(frozen=True, eq=False)
 class WorstRun:
     """The outcome of the search, and |s| [rad/s] along its worst run at times t [s]."""
 
-    found: wb.proofs.Found
+    result: wb.proofs.SearchResult
     t: wb.Array
     s: wb.Array
 
 
-def search(seed: int) -> wb.proofs.Found:
+def search(seed: int) -> wb.proofs.SearchResult:
     """The outcome of the search with a seed, its worst run in as few decimals as show it."""
-    return HUNT.shortened(HUNT.search(seed, wb.proofs.Budget(32, 6, 0)))
+    return RUN_SEARCH.shorten(RUN_SEARCH.search(seed, wb.proofs.Budget(32, 6, 0)))
 
 
-def worst_of(found: wb.proofs.Found) -> wb.proofs.CounterExample:
+def worst_of(result: wb.proofs.SearchResult) -> wb.proofs.CounterExample:
     """The worst run of a search that found one."""
-    if found.worst is None:
+    if result.worst is None:
         raise ValueError("The search for (42) found no run that keeps its hypotheses.")
-    return found.worst
+    return result.worst
 
 
 def worst_run(seed: int) -> WorstRun:
     """The outcome of the search with a seed, and the sliding variable along the worst run."""
     found = search(seed)
     worst = worst_of(found)
-    p, x0 = worst.rows(HUNT.ode)
-    runs = wb.simulate(wb.rk4(HUNT.watched, STEP), p, x0, until=worst.until, every=5e-3)
+    p, x0 = worst.rows(RUN_SEARCH.ode)
+    runs = wb.simulate(wb.rk4(RUN_SEARCH.violation_equation, STEP), p, x0, until=worst.until, every=5e-3)
     return WorstRun(found, runs.t, np.linalg.norm(runs["s"][0], axis=1))
 
 
-def rerun(numbers: Mapping[str, Sequence[float]]) -> wb.proofs.Pair:
+def rerun(numbers: Mapping[str, Sequence[float]]) -> wb.proofs.StepPair:
     """A run of the search: the metric, its error, and the worst of its hypotheses, negative where all are kept."""
-    return HUNT.at(numbers)
+    return RUN_SEARCH.at(numbers)
 
 
 if __name__ == "__main__":

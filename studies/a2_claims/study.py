@@ -11,13 +11,13 @@ from studies.a2_claims import arm, convergence, findings, law, observer, rivals,
 from studies.a2_claims.checks import HORIZONS, numbers
 from studies.a2_claims.observer import ASTRAY
 from studies.a2_claims.phrases import phrase
-from studies.a2_claims.printed import DEFINITIONS, PRINTED, chosen_by, decisive, line_of
+from studies.a2_claims.printed_statements import DEFINITIONS, PRINTED_STATEMENTS, chosen_by, decisive, line_of
 from studies.a2_claims.searches import D_MAX, FLOOR, L_D, REACH, SEED, V2_AT_START, WorstRun
 from studies.paper.comparison import comparison
 
-PAPER, ASSUMED = "The claims one by one", "The comparisons with the numbers of a1"
-OURS = "Our repairs and readings"
-STEMS = {PAPER: "ledger", ASSUMED: "ledger_assumed", OURS: "ledger_ours"}
+PAPER_LEDGER, ASSUMED_LEDGER = "The claims one by one", "The comparisons with the numbers of a1"
+OUR_LEDGER = "Our repairs and readings"
+STEMS = {PAPER_LEDGER: "ledger", ASSUMED_LEDGER: "ledger_assumed", OUR_LEDGER: "ledger_ours"}
 WORDS: Mapping[str, str] = {"does not hold under": "false under a condition", "depends on": "depending on Q and R"}
 OF_OURS = (
     *("Assumption 3, derived C", "(15), everywhere", "Theorem 1, swinging arm", "Theorem 1, small errors at rest"),
@@ -55,35 +55,37 @@ CLAIMS = (*(one.claim for one in (*arm.CHECKS, *observer.CHECKS, *law.CHECKS)), 
 FREE = wb.Case("free swing", "observer (10)", wb.Run(searches.free_loop(*ASTRAY), (), until=2.0, every=5e-3, h=5e-4))
 
 
-def checked(name: str) -> wb.proofs.Ruling:
+def ruling_of(name: str) -> wb.proofs.Ruling:
     """The ruling on a claim, by its name."""
     return CHECKS[name]()
 
 
-def ledger(results: wb.Results) -> wb.proofs.Ledger:
+def ledger(results: wb.Results) -> wb.proofs.ClaimLedger:
     """Every claim with its ruling, in the order of the paper."""
     rulings: dict[str, wb.proofs.Ruling] = dict(zip(CHECKS, results.work("claims"), strict=True))
     rulings[convergence.FINITE_TIME.name] = convergence.finite_time(results.work("worst_run")[0].found)
     ours = (line_of(claim, rulings[claim.name]) for claim in CLAIMS)
-    return wb.proofs.Ledger((*ours, *wb.proofs.Ledger.of(rivals.checks(results))))
+    return wb.proofs.ClaimLedger((*ours, *wb.proofs.ClaimLedger.of(rivals.checks(results))))
 
 
-def grouped(ledger: wb.proofs.Ledger) -> Mapping[str, wb.proofs.Ledger]:
+def group_ledgers(ledger: wb.proofs.ClaimLedger) -> Mapping[str, wb.proofs.ClaimLedger]:
     """The ledger in three: each line in one of them, in its order."""
-    groups: dict[str, list[wb.proofs.Line]] = {group: [] for group in STEMS}
+    groups: dict[str, list[wb.proofs.ClaimEntry]] = {group: [] for group in STEMS}
     for line in ledger:
         name = line.claim.name
-        groups[OURS if name in OF_OURS else ASSUMED if name.endswith(", numbers of a1") else PAPER].append(line)
-    return {group: wb.proofs.Ledger(tuple(lines)) for group, lines in groups.items()}
+        groups[
+            OUR_LEDGER if name in OF_OURS else ASSUMED_LEDGER if name.endswith(", numbers of a1") else PAPER_LEDGER
+        ].append(line)
+    return {group: wb.proofs.ClaimLedger(tuple(lines)) for group, lines in groups.items()}
 
 
-def count_verdicts(ledger: wb.proofs.Ledger) -> str:
+def count_verdicts(ledger: wb.proofs.ClaimLedger) -> str:
     """The number of lines, and of the lines with each verdict."""
     counts = {kind: ledger.count(kind) for kind in get_args(wb.proofs.Kind)}
     return f"{len(ledger)}: {', '.join(f'{count} {WORDS.get(kind, kind)}' for kind, count in counts.items() if count)}"
 
 
-def swinging(results: wb.Results) -> wb.document.Figure:
+def swing_figure(results: wb.Results) -> wb.document.Figure:
     """A free swing that the observer loses."""
     runs = results[FREE.scenario, FREE.law].measurement.trajectories
     t, q = runs.t, runs["q"][0]
@@ -116,7 +118,7 @@ def finite_time(worst: WorstRun) -> wb.document.Figure:
     return wb.document.Figure("finite_time", caption, (panel,))
 
 
-def hypotheses(ledger: wb.proofs.Ledger, line: wb.proofs.Line) -> str:
+def hypotheses(ledger: wb.proofs.ClaimLedger, line: wb.proofs.ClaimEntry) -> str:
     """The hypotheses of a claim, each with its verdict, or how it stands with one that is no line of the ledger."""
     verdicts = dict(ledger.hypotheses(line.claim.name))
     return "; ".join(
@@ -125,29 +127,33 @@ def hypotheses(ledger: wb.proofs.Ledger, line: wb.proofs.Line) -> str:
     )
 
 
-def kept(line: wb.proofs.Line) -> str:
+def kept_words(line: wb.proofs.ClaimEntry) -> str:
     """The hypotheses that a witness keeps, in words."""
-    names = line.ruling.kept if line.ruling.kind in wb.proofs.WITNESSED else ()
+    names = line.ruling.kept_hypotheses if line.ruling.kind in wb.proofs.WITNESS_KINDS else ()
     return f" The witness keeps: {', '.join(names)}." if names else ""
 
 
-def row(ledger: wb.proofs.Ledger, line: wb.proofs.Line) -> tuple[wb.document.Cell, ...]:
+def row(ledger: wb.proofs.ClaimLedger, line: wb.proofs.ClaimEntry) -> tuple[wb.document.Cell, ...]:
     """A line of the ledger as a row of its table."""
     ruling, claim = line.ruling, line.claim
-    verdict = wb.document.Strong(ruling.verdict) if ruling.kind in ("proved", *wb.proofs.BROKEN) else ruling.verdict
+    verdict = (
+        wb.document.Strong(ruling.verdict) if ruling.kind in ("proved", *wb.proofs.BREAKING_KINDS) else ruling.verdict
+    )
     rests = hypotheses(ledger, line)
     words = f" {claim.statement}" + (f" Rests on: {rests}." if rests else "")
-    hollow = " It rests on a refuted hypothesis." if ruling.kind == "proved" and ledger.fallen(claim.name) else ""
-    left_out = f" Unstated: {ruling.unstated}." if ruling.unstated else ""
+    hollow = (
+        " It rests on a refuted hypothesis." if ruling.kind == "proved" and ledger.broken_hypotheses(claim.name) else ""
+    )
+    left_out = f" Unstated: {ruling.unstated_numbers}." if ruling.unstated_numbers else ""
     witness = (" ", wb.document.Code(ruling.witness)) if ruling.witness else ()
-    evidence = (*phrase(ruling.evidence + left_out + hollow + kept(line)), *witness)
+    evidence = (*phrase(ruling.evidence + left_out + hollow + kept_words(line)), *witness)
     return (wb.document.Strong(claim.name), *phrase(words)), phrase(chosen_by(line)), verdict, evidence
 
 
-def by_equation(ledger: wb.proofs.Ledger) -> wb.document.Table:
+def by_equation(ledger: wb.proofs.ClaimLedger) -> wb.document.ReportTable:
     """The printed equations that assert something, each once, with the verdict on each."""
     rows = []
-    for item in PRINTED:
+    for item in PRINTED_STATEMENTS:
         line, others = decisive(ledger, item), item.claims[1:]
         more = f" See also {', '.join(others)}." if others else ""
         rows.append(
@@ -159,32 +165,32 @@ def by_equation(ledger: wb.proofs.Ledger) -> wb.document.Table:
             )
         )
     columns = (
-        wb.document.Column("printed as"),
-        wb.document.Column("words of the paper"),
-        wb.document.Column("verdict"),
-        wb.document.Column("read as"),
+        wb.document.TableColumn("printed as"),
+        wb.document.TableColumn("words of the paper"),
+        wb.document.TableColumn("verdict"),
+        wb.document.TableColumn("read as"),
     )
     caption = "The printed equations, assumptions and theorems that assert something, each once."
     definitions = ", ".join(f"({number})" for number in DEFINITIONS)
     note = f"Models, definitions and repetitions, which assert nothing by themselves: {definitions}."
-    return wb.document.Table("by_equation", caption, columns, tuple(rows), (note,))
+    return wb.document.ReportTable("by_equation", caption, columns, tuple(rows), (note,))
 
 
 def sections(results: wb.Results) -> wb.Page:
     """The answer and its findings, two runs to look at, the printed equations, and the ledger behind them."""
     whole = ledger(results)
-    pictures = swinging(results), finite_time(*results.work("worst_run"))
+    pictures = swing_figure(results), finite_time(*results.work("worst_run"))
     columns = (
-        wb.document.Column("claim"),
-        wb.document.Column("ranges, and who chose them"),
-        wb.document.Column("verdict"),
-        wb.document.Column("evidence and witness"),
+        wb.document.TableColumn("claim"),
+        wb.document.TableColumn("ranges, and who chose them"),
+        wb.document.TableColumn("verdict"),
+        wb.document.TableColumn("evidence and witness"),
     )
     tables = (
-        wb.document.Table(
+        wb.document.ReportTable(
             STEMS[name], f"{name}, {count_verdicts(group)}.", columns, tuple(row(whole, line) for line in group)
         )
-        for name, group in grouped(whole).items()
+        for name, group in group_ledgers(whole).items()
     )
     return wb.Page(
         findings.answer(whole),
@@ -200,7 +206,9 @@ def sections(results: wb.Results) -> wb.Page:
 def headlines(results: wb.Results) -> Sequence[str]:
     """The answer, then one line for each printed equation."""
     whole = ledger(results)
-    return [findings.answer(whole)] + [f"{item.name}: {decisive(whole, item).ruling.verdict}" for item in PRINTED]
+    return [findings.answer(whole)] + [
+        f"{item.name}: {decisive(whole, item).ruling.verdict}" for item in PRINTED_STATEMENTS
+    ]
 
 
 study = wb.Study(
@@ -219,7 +227,7 @@ study = wb.Study(
     ),
     cases=(FREE, *comparison("FS"), *comparison("SS")),
     works=(
-        wb.Work("claims", checked, tuple(CHECKS), seconds=0.3),
+        wb.Work("claims", ruling_of, tuple(CHECKS), seconds=0.3),
         wb.Work("worst_run", searches.worst_run, (SEED,), seconds=0.6),
     ),
     sections=sections,

@@ -7,15 +7,15 @@ import numpy as np
 
 import workbench as wb
 from studies.a3_riccati_gains import path
-from studies.a3_riccati_gains.path import SETTLED, WINDOW, Along
+from studies.a3_riccati_gains.path import TRANSIENT, WINDOW, RunComparison
 from studies.a3_riccati_gains.settings import (
     ALGEBRAIC,
-    ASSUMED,
+    ASMC_WITH_OBSERVER,
+    ASSUMED_WEIGHTS,
     AT_START,
     FORWARD,
     MEAN,
     NONE,
-    OBSERVED,
     OTHERS,
     PLACES,
     WEIGHTS,
@@ -29,130 +29,141 @@ NEAR = 0.05  # of X, within which P(t) is near it
 CHEAP = 0.05  # of the least J, by which a choice may exceed it and still be cheap
 SMALL = 0.01  # of a metric, a change that is small
 Places = Iterable[tuple[str, int]]
-GIVEN = "All loops: positions, one observer, the true disturbance, the exact model."
+INFORMATION = "All loops: positions, one observer, the true disturbance, the exact model."
 RUNS = "Two joints in two scenarios, one run each without noise, over the whole horizon."
-CHOSEN = "Q, R, l, the horizons, the square wave and the shape of (33), as a1 has them."
-FITTED = "Q, R, l and the horizons to the printed RMSE, with P(t) of (34)."
+ASSUMPTIONS = "Q, R, l, the horizons, the square wave and the shape of (33), as a1 has them."
+FITS = "Q, R, l and the horizons to the printed RMSE, with P(t) of (34)."
 
 
 class Evidence(NamedTuple):
     """The runs, and what each setting gives along its run."""
 
     results: wb.Results
-    answers: Mapping[tuple[str, str], Along]
+    answers: Mapping[tuple[str, str], RunComparison]
 
 
-def change(held: Evidence, law: str, metric: str = RMSE, weights: str = ASSUMED, places: Places = PLACES) -> float:
+def change(
+    evidence: Evidence, law: str, metric: str = RMSE, weights: str = ASSUMED_WEIGHTS, places: Places = PLACES
+) -> float:
     """The change of a metric without (34), as a mean over places: minus one and the geometric mean of the ratios."""
     logs = []
     for scenario, joint in places:
-        frozen = scenario if law in (AT_START, NONE, OBSERVED) else scenario_of(scenario, weights)
-        without = held.results[frozen, law].score(metric, joint).pair[0]
+        frozen = scenario if law in (AT_START, NONE, ASMC_WITH_OBSERVER) else scenario_of(scenario, weights)
+        without = evidence.results[frozen, law].score(metric, joint).pair[0]
         logs.append(
-            np.log(without / held.results[scenario_of(scenario, weights), FORWARD].score(metric, joint).pair[0])
+            np.log(without / evidence.results[scenario_of(scenario, weights), FORWARD].score(metric, joint).pair[0])
         )
     return float(np.expm1(np.mean(logs)))
 
 
-def size(moved: float, part: str = "(34)") -> str:
+def size(shift: float, part: str = "(34)") -> str:
     """The worth of a part in words, by the change without it: better or worse with the part, or too close to call."""
-    if abs(moved) <= MARGIN:
+    if abs(shift) <= MARGIN:
         return f"within {100 * MARGIN:g} %"
-    return f"{'better' if moved > 0 else 'worse'} with {part}"
+    return f"{'better' if shift > 0 else 'worse'} with {part}"
 
 
-def variation(words: str, moved: float, part: str = "(34)") -> wb.Variation:
+def variation(words: str, shift: float, part: str = "(34)") -> wb.Variation:
     """A variation whose answer is the size of a change without a part."""
-    return wb.Variation(words, size(moved, part), f"{100 * moved:+.3g} %")
+    return wb.Variation(words, size(shift, part), f"{100 * shift:+.3g} %")
 
 
-def spread(held: Evidence, law: str, metric: str = RMSE) -> str:
+def spread(evidence: Evidence, law: str, metric: str = RMSE) -> str:
     """The least and the largest change over the four places, in %."""
-    moved = [100 * change(held, law, metric, places=[place]) for place in PLACES]
+    moved = [100 * change(evidence, law, metric, places=[place]) for place in PLACES]
     return f"{min(moved):+.3g} to {max(moved):+.3g} %"
 
 
-def answer(held: Evidence) -> str:
+def answer(evidence: Evidence) -> str:
     """The part of (34) in the law, in one line."""
     return (
-        f"(34) sets how fast K learns: P frozen at its mean changes RMSE by {spread(held, MEAN)} and effort by "
-        f"{spread(held, MEAN, 'effort')}; at P(0), RMSE by {spread(held, AT_START)} and effort by "
-        f"{spread(held, AT_START, 'effort')}."
+        f"(34) sets how fast K learns: P frozen at its mean changes RMSE by {spread(evidence, MEAN)} and effort by "
+        f"{spread(evidence, MEAN, 'effort')}; at P(0), RMSE by {spread(evidence, AT_START)} and effort by "
+        f"{spread(evidence, AT_START, 'effort')}."
     )
 
 
-def findings(held: Evidence) -> tuple[wb.Finding, ...]:
+def findings(evidence: Evidence) -> tuple[wb.Finding, ...]:
     """The findings of the page."""
-    return tuple(one(held) for one in (riccati_gain, adaptation, algebraic, distance, cost))
+    return tuple(one(evidence) for one in (riccati_gain, adaptation, algebraic, distance, cost))
 
 
-def riccati_gain(held: Evidence) -> wb.Finding:
+def riccati_gain(evidence: Evidence) -> wb.Finding:
     """The loop with (34) beside the loop with a constant P."""
-    kept = {weights: [held.answers[s, weights].mean.diagonal() for s in SCENARIOS] for weights in WEIGHTS}
-    level = f"{np.min(kept[ASSUMED]):.2g} to {np.max(kept[ASSUMED]):.2g}"
+    kept = {weights: [evidence.answers[s, weights].mean.diagonal() for s in SCENARIOS] for weights in WEIGHTS}
+    level = f"{np.min(kept[ASSUMED_WEIGHTS]):.2g} to {np.max(kept[ASSUMED_WEIGHTS]):.2g}"
     names = {MEAN: "frozen at its mean", AT_START: "frozen at P(0)"}
     variations = (
         *(
-            variation(f"P {names[law]}, {w}", change(held, law, weights=w))
+            variation(f"P {names[law]}, {w}", change(evidence, law, weights=w))
             for w in WEIGHTS
             for law in names
-            if (w, law) != (ASSUMED, MEAN)
+            if (w, law) != (ASSUMED_WEIGHTS, MEAN)
         ),
-        *(variation(f"joint {j + 1}, {SCENARIOS[s]} alone", change(held, MEAN, places=[(s, j)])) for s, j in PLACES),
-        *(variation(f"{metric} in place of {RMSE}", change(held, MEAN, metric)) for metric in ("IAE", "effort", "TV")),
         *(
-            variation(f"{metric} in place of {RMSE}, P frozen at P(0)", change(held, AT_START, metric))
+            variation(f"joint {j + 1}, {SCENARIOS[s]} alone", change(evidence, MEAN, places=[(s, j)]))
+            for s, j in PLACES
+        ),
+        *(
+            variation(f"{metric} in place of {RMSE}", change(evidence, MEAN, metric))
+            for metric in ("IAE", "effort", "TV")
+        ),
+        *(
+            variation(f"{metric} in place of {RMSE}, P frozen at P(0)", change(evidence, AT_START, metric))
             for metric in ("IAE", "effort", "TV")
         ),
     )
-    moved = change(held, MEAN)
+    moved = change(evidence, MEAN)
     return wb.Finding(
         "riccati_gain",
-        f"Without (34), with P frozen at its mean over the run, {RMSE} changes by {spread(held, MEAN)}; with P frozen "
-        f"at P(0) = {CARD['P(0)'][0, 0]:g} N m/rad it changes by {spread(held, AT_START)}.",
+        f"Without (34), with P frozen at its mean over the run, {RMSE} changes by {spread(evidence, MEAN)}; with P "
+        f"frozen at P(0) = {CARD['P(0)'][0, 0]:g} N m/rad it changes by {spread(evidence, AT_START)}.",
         f"The diagonal of the mean is {level} N m/rad. P is the rate at which (33) learns: a P that is frozen above "
-        f"its mean learns faster, tracks better and takes more torque (effort {spread(held, AT_START, 'effort')}). "
-        f"Frozen at its mean, it changes the effort by {spread(held, MEAN, 'effort')}.",
+        f"its mean learns faster, tracks better and takes more torque (effort {spread(evidence, AT_START, 'effort')}). "
+        f"Frozen at its mean, it changes the effort by {spread(evidence, MEAN, 'effort')}.",
         statistic=f"The change of {RMSE} when (34) is left out, as a geometric mean over joints and scenarios.",
         sample=RUNS,
-        given=GIVEN,
-        chosen=CHOSEN,
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
+        fits=FITS,
         answer=size(moved),
         variations=variations,
-        untried="Noise, sampling and other values of P; a8 has noise, and freezes P at two values.",
+        limitations="Noise, sampling and other values of P; a8 has noise, and freezes P at two values.",
     )
 
 
-def adaptation(held: Evidence) -> wb.Finding:
+def adaptation(evidence: Evidence) -> wb.Finding:
     """The loop with (34) beside the loop whose gain stays at K(0)."""
-    moved = change(held, NONE)
+    moved = change(evidence, NONE)
 
     def less(words: str, moved: float) -> wb.Variation:
         return variation(words, moved, ADAPTATION)
 
     return wb.Finding(
         "adaptation",
-        f"Without any adaptation of K, {RMSE} changes by {spread(held, NONE)}.",
-        f"K then stays at {CARD['K(0)'][0, 0]:g} N m. The effort changes by {spread(held, NONE, 'effort')}.",
+        f"Without any adaptation of K, {RMSE} changes by {spread(evidence, NONE)}.",
+        f"K then stays at {CARD['K(0)'][0, 0]:g} N m. The effort changes by {spread(evidence, NONE, 'effort')}.",
         statistic=f"The change of {RMSE}, as a geometric mean over joints and scenarios.",
         sample=RUNS,
-        given=GIVEN,
-        chosen=CHOSEN,
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
+        fits=FITS,
         answer=size(moved, ADAPTATION),
         variations=(
-            *(less(f"joint {j + 1}, {SCENARIOS[s]} alone", change(held, NONE, places=[(s, j)])) for s, j in PLACES),
-            *(less(f"{metric} in place of {RMSE}", change(held, NONE, metric)) for metric in ("IAE", "effort", "TV")),
-            *(less(f"beside (34) with {w}", change(held, NONE, weights=w)) for w in OTHERS),
+            *(less(f"joint {j + 1}, {SCENARIOS[s]} alone", change(evidence, NONE, places=[(s, j)])) for s, j in PLACES),
+            *(
+                less(f"{metric} in place of {RMSE}", change(evidence, NONE, metric))
+                for metric in ("IAE", "effort", "TV")
+            ),
+            *(less(f"beside (34) with {w}", change(evidence, NONE, weights=w)) for w in OTHERS),
         ),
-        untried="A constant K above K(0).",
+        limitations="A constant K above K(0).",
     )
 
 
-def bound(moved: float) -> str:
+def upper_percent(shift: float) -> str:
     """A change in % with two digits, rounded up."""
-    percent = 100 * moved
+    percent = 100 * shift
     step = 10.0 ** (np.floor(np.log10(percent)) - 1)
     return f"{step * np.ceil(percent / step - 1e-9):.2g}"
 
@@ -162,14 +173,14 @@ def share(part: float) -> str:
     return f"{float(f'{100 * part:.2g}'):,.6g} %"
 
 
-def algebraic(held: Evidence) -> wb.Finding:
+def algebraic(evidence: Evidence) -> wb.Finding:
     """The loop with the algebraic equation at each instant."""
 
     def said(moved: float) -> str:
         return f"at most {100 * SMALL:g} %" if moved <= SMALL else f"more than {100 * SMALL:g} %"
 
-    def largest(names: Iterable[str], places: Places = PLACES, weights: str = ASSUMED) -> float:
-        return max(abs(change(held, ALGEBRAIC, name, weights, [place])) for name in names for place in places)
+    def largest(names: Iterable[str], places: Places = PLACES, weights: str = ASSUMED_WEIGHTS) -> float:
+        return max(abs(change(evidence, ALGEBRAIC, name, weights, [place])) for name in names for place in places)
 
     three = (RMSE, "IAE", "effort")
     others = {
@@ -182,43 +193,46 @@ def algebraic(held: Evidence) -> wb.Finding:
     return wb.Finding(
         "algebraic",
         f"With the algebraic equation at each instant in place of (34), {RMSE}, IAE and effort change by at most "
-        f"{bound(largest(three))} % with the assumed Q and R.",
+        f"{upper_percent(largest(three))} % with the assumed Q and R.",
         "With these P(t) of (34) follows the algebraic solution within milliseconds; K moves in tenths of a second. "
-        f"The change is up to {' and '.join(f'{bound(largest(three, weights=w))} % with {w}' for w in OTHERS)}, where "
-        "(34) forgets P(0) more slowly.",
+        "The change is up to "
+        f"{' and '.join(f'{upper_percent(largest(three, weights=w))} % with {w}' for w in OTHERS)}, where (34) "
+        "forgets P(0) more slowly.",
         statistic="The largest change of three metrics over joints and scenarios.",
         sample=RUNS,
-        given=GIVEN,
-        chosen=CHOSEN,
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
+        fits=FITS,
         answer=said(largest(three)),
-        variations=tuple(wb.Variation(words, said(moved), f"{bound(moved)} %") for words, moved in others.items()),
-        untried="Noise, and other values of P(0).",
+        variations=tuple(
+            wb.Variation(words, said(moved), f"{upper_percent(moved)} %") for words, moved in others.items()
+        ),
+        limitations="Noise, and other values of P(0).",
     )
 
 
-def distance(held: Evidence) -> wb.Finding:
+def distance(evidence: Evidence) -> wb.Finding:
     """P(t) of (34) beside the algebraic solution."""
 
     def said(far: float) -> str:
         return f"within {100 * NEAR:g} %" if far <= NEAR else f"beyond {100 * NEAR:g} %"
 
-    gaps = {key: one.compared.gap(one.compared.X) for key, one in held.answers.items()}
-    ours = [gaps[s, ASSUMED] for s in SCENARIOS]
-    firsts = [held.answers[s, ASSUMED].compared for s in SCENARIOS]
+    gaps = {key: one.comparison.gap(one.comparison.X) for key, one in evidence.answers.items()}
+    ours = [gaps[s, ASSUMED_WEIGHTS] for s in SCENARIOS]
+    firsts = [evidence.answers[s, ASSUMED_WEIGHTS].comparison for s in SCENARIOS]
     memory = [1e3 * one.memory for one in firsts]
     rises = [path.rise(one.K, one.t) for one in firsts]
     return wb.Finding(
         "distance",
         f"P(t) of (34) is at most {share(ours[0][1])} (first scenario) and {share(ours[1][1])} (second) from the "
-        f"algebraic solution X, from {1e3 * SETTLED:g} ms on.",
+        f"algebraic solution X, from {1e3 * TRANSIENT:g} ms on.",
         f"A difference of two solutions of (34) falls to 1/e in at most {memory[0]:.3g} and {memory[1]:.3g} ms; K "
         f"takes {rises[0]:.3g} and {rises[1]:.3g} s for 63 % of its way.",
         statistic="The largest |P - X| / |X| in Frobenius norms.",
         sample=f"One run a scenario until {WINDOW:g} s.",
-        given="K and the estimate of q along the run.",
-        chosen=CHOSEN,
-        fitted=FITTED,
+        information="K and the estimate of q along the run.",
+        assumptions=ASSUMPTIONS,
+        fits=FITS,
         answer=said(max(largest for _, largest in ours)),
         variations=(
             *(
@@ -232,23 +246,23 @@ def distance(held: Evidence) -> wb.Finding:
                 for s in SCENARIOS
             ),
         ),
-        untried="Times after 2.5 s.",
+        limitations="Times after 2.5 s.",
     )
 
 
-def cost(held: Evidence) -> wb.Finding:
+def cost(evidence: Evidence) -> wb.Finding:
     """J of (32) with P(t) of (34) and with other choices."""
 
     def said(ratio: float) -> str:
         return f"at most {100 * CHEAP:g} % more" if ratio <= 1 + CHEAP else f"over {100 * CHEAP:g} % more"
 
-    ratios = {key: one.compared.ratios for key, one in held.answers.items()}
-    ours = [ratios[s, ASSUMED][path.FORWARD] for s in SCENARIOS]
+    ratios = {key: one.comparison.ratios for key, one in evidence.answers.items()}
+    ours = [ratios[s, ASSUMED_WEIGHTS][path.FORWARD] for s in SCENARIOS]
     variations = tuple(
         wb.Variation(f"{SCENARIOS[s]}, {choice}, {w}", said(ratio), f"{ratio:.4g} times the least")
         for (s, w), found in ratios.items()
         for choice, ratio in found.items()
-        if (choice, w) != (path.FORWARD, ASSUMED)
+        if (choice, w) != (path.FORWARD, ASSUMED_WEIGHTS)
     )
     return wb.Finding(
         "cost",
@@ -257,29 +271,32 @@ def cost(held: Evidence) -> wb.Finding:
         "The law applies no such u: it uses P in (33), as a rate of learning.",
         statistic=f"J of (32) over the first {WINDOW:g} s from the worst s(0), over the least J.",
         sample="A along one run a scenario.",
-        given="K and the estimate of q along the run.",
-        chosen=f"{CHOSEN} The input u, which the paper does not print.",
-        fitted=FITTED,
+        information="K and the estimate of q along the run.",
+        assumptions=f"{ASSUMPTIONS} The input u, which the paper does not print.",
+        fits=FITS,
         answer=said(max(ours)),
         variations=variations,
-        untried="Other horizons of J.",
+        limitations="Other horizons of J.",
     )
 
 
-def frozen_table(held: Evidence) -> wb.document.Table:
+def frozen_table(evidence: Evidence) -> wb.document.ReportTable:
     """The change of three metrics without (34), by the weights, the value of P and the place."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for weights in WEIGHTS:
         for law in (MEAN, AT_START):
             for s, j in PLACES:
-                P = held.answers[s, weights].mean if law == MEAN else np.asarray(CARD["P(0)"])
+                P = evidence.answers[s, weights].mean if law == MEAN else np.asarray(CARD["P(0)"])
                 values = ", ".join(f"{value:.3g}" for value in P.diagonal())
-                moved = (100 * change(held, law, name, weights, [(s, j)]) for name in (RMSE, "effort", "TV"))
+                moved = (100 * change(evidence, law, name, weights, [(s, j)]) for name in (RMSE, "effort", "TV"))
                 scenario = SCENARIOS[s].removesuffix(" scenario")
                 rows.append((weights, law, values, scenario, j + 1, *(f"{value:+.3g}" for value in moved)))
     heads = ("weights", "P in place of (34)", "its diagonal [N m/rad]", "scenario", "joint")
     changes = (f"change of {RMSE} [%]", "change of effort [%]", "change of TV [%]")
-    columns = (*map(wb.document.Column, heads), *(wb.document.Column(head, align="right") for head in changes))
+    columns = (
+        *map(wb.document.TableColumn, heads),
+        *(wb.document.TableColumn(head, align="right") for head in changes),
+    )
     caption = "Three metrics with P frozen, against the same law with P(t) of (34)."
     note = "P(0) exceeds what (34) settles at, so P = P(0) learns faster than (34) does, most of all where Q is small."
-    return wb.document.Table("frozen", caption, columns, tuple(rows), (note,))
+    return wb.document.ReportTable("frozen", caption, columns, tuple(rows), (note,))

@@ -16,7 +16,7 @@ from studies.paper.laws import mass_matrices, proposed_repaired
 
 WINDOW = 2.5  # s: the approach, and in the second scenario one jump
 EVENLY = 10_001  # evenly spaced times, of which a median over time is taken
-SETTLED = 0.05  # s: several times the time in which (34) forgets P(0)
+TRANSIENT = 0.05  # s: several times the time in which (34) forgets P(0)
 INSTANTS = 60  # at which the algebraic equation is solved
 RTOL = 1e-4  # of the equations in time: the path between kept states is a spline, and known no better
 STEP, EVERY = PROPOSED_STEP / 4, 1e-3 / 12 * 30  # s: P left at P(0) lets K grow by half as much again
@@ -45,14 +45,14 @@ class Setting(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Along:
+class RunComparison:
     """The mean of P over a whole run with (34), (2, 2) in N m/rad, and P beside its rivals early in that run."""
 
     mean: wb.Array
-    compared: Compared
+    comparison: RiccatiComparison
 
 
-def along(setting: Setting) -> Along:
+def along(setting: Setting) -> RunComparison:
     """The repaired law with (34) along the run of a setting."""
     loop = proposed_repaired(setting.scenario)
     weighted = setting.Q * np.eye(2), setting.R * np.eye(2)
@@ -64,11 +64,11 @@ def along(setting: Setting) -> Along:
     inside = run.t <= WINDOW + 1e-9
     names = "controller.K", "controller.P", "observer.state.q_hat"
     motion = Motion(run.t[inside], *(run[name][0, inside] for name in names))
-    return Along((mean + mean.T) / 2, compared(motion, *weighted))
+    return RunComparison((mean + mean.T) / 2, compare_solutions(motion, *weighted))
 
 
 @dataclass(frozen=True, eq=False)
-class Compared:
+class RiccatiComparison:
     """P of (34) and its rivals at times t (N,) of one run, all (N, 2, 2) in N m/rad, and the gain K in N m."""
 
     t: wb.Array
@@ -83,12 +83,12 @@ class Compared:
 
     def gap(self, X: wb.Array) -> tuple[float, float]:
         """The distance of (34) from another choice once P(0) is forgotten: its median over time, and its largest."""
-        late = (self.t >= SETTLED) & X.any(axis=(1, 2))  # the backward solution ends at zero
+        late = (self.t >= TRANSIENT) & X.any(axis=(1, 2))  # the backward solution ends at zero
         far = distance(self.P[late], X[late])
         return median_in_time(far, self.t[late]), float(far.max())
 
 
-def compared(run: Motion, Q: wb.Array = Q, R: wb.Array = R) -> Compared:
+def compare_solutions(run: Motion, Q: wb.Array = Q, R: wb.Array = R) -> RiccatiComparison:
     """P of (34) along a run, beside its rivals."""
     G = B @ np.linalg.solve(R, B.T)
     t, K, P = run.t, run.K, run.P
@@ -103,7 +103,7 @@ def compared(run: Motion, Q: wb.Array = Q, R: wb.Array = R) -> Compared:
         AT_START: lambda time: np.asarray(P[0]),
         "P = 0": lambda time: ZERO,
     }
-    return Compared(
+    return RiccatiComparison(
         t[kept],
         K[kept],
         P[kept],

@@ -11,19 +11,19 @@ import numpy as np
 
 import workbench as wb
 from studies.a3_riccati_gains import findings, path
-from studies.a3_riccati_gains.path import SETTLED, WINDOW, Compared
+from studies.a3_riccati_gains.path import TRANSIENT, WINDOW, RiccatiComparison
 from studies.a3_riccati_gains.settings import (
     ALGEBRAIC,
-    ASSUMED,
+    ASMC_WITH_OBSERVER,
+    ASSUMED_WEIGHTS,
     AT_START,
     FORWARD,
     FROZEN,
     MEAN,
     NONE,
-    OBSERVED,
     PLACES,
     SETTINGS,
-    SHOWN,
+    TABLE_METRICS,
     WEIGHTS,
     scenario_of,
 )
@@ -31,7 +31,7 @@ from studies.paper.card import BOLD, CARD, MARGIN, SCENARIOS
 from studies.paper.comparison import METRICS, STEPS
 from studies.paper.laws import RIVALS, proposed_repaired, repaired_observer, rival
 
-MARKED = 14  # of the algebraic solution over the window, so that it is seen under another line
+MARK_COUNT = 14  # of the algebraic solution over the window, so that it is seen under another line
 
 
 def choices_of(weights: str, mean: wb.Array) -> dict[str, dict[str, Any]]:
@@ -42,7 +42,7 @@ def choices_of(weights: str, mean: wb.Array) -> dict[str, dict[str, Any]]:
         ALGEBRAIC: {"Q": Q, "R": R, "riccati": "algebraic", "P": None},
         MEAN: FROZEN | {"P": mean},
     }
-    if weights != ASSUMED:  # P(0) and K(0) without (34) are the same for all weights
+    if weights != ASSUMED_WEIGHTS:  # P(0) and K(0) without (34) are the same for all weights
         return of_all
     return {
         FORWARD: {},
@@ -62,21 +62,21 @@ def cases(scenario: str, means: Mapping[str, wb.Array]) -> Iterator[wb.Case]:
             named, run = scenario_of(scenario, weights), wb.Run(loop, METRICS[scenario], until, path.EVERY, path.STEP)
             yield wb.Case(named, name, run, style=style)
     observed = wb.ClosedLoop(ours.plant, repaired_observer(), RIVALS["ASMC"], ours.reference)
-    for style, (name, loop) in enumerate({OBSERVED: observed, "ASMC": rival(scenario, "ASMC")}.items(), 5):
+    for style, (name, loop) in enumerate({ASMC_WITH_OBSERVER: observed, "ASMC": rival(scenario, "ASMC")}.items(), 5):
         yield wb.Case(scenario, name, wb.Run(loop, METRICS[scenario], until, 0.01, STEPS["ASMC"] / 2), style=style)
 
 
-def all_cases(found: Mapping[str, Any]) -> tuple[wb.Case, ...]:
+def all_cases(work_answers: Mapping[str, Any]) -> tuple[wb.Case, ...]:
     """The loops of both scenarios."""
-    answers = dict(zip(SETTINGS, found["riccati"], strict=True))
+    answers = dict(zip(SETTINGS, work_answers["riccati"], strict=True))
     means = {s: {name: answers[s, name].mean for name in WEIGHTS} for s in SCENARIOS}
     return tuple(case for s in SCENARIOS for case in cases(s, means[s]))
 
 
-def figure(one: Compared, scenario: str) -> wb.document.Figure:
+def figure(one: RiccatiComparison, scenario: str) -> wb.document.Figure:
     """Diagonal entries of P over time, and the distance of (34) from the algebraic solution, which has marks, too."""
     lines = {"(34)": one.P, "algebraic": one.X, "backward": one.backward.P}
-    some = np.searchsorted(one.t, np.linspace(0, one.t[-1], MARKED))
+    some = np.searchsorted(one.t, np.linspace(0, one.t[-1], MARK_COUNT))
     entries = []
     for i in (0, 1):
         curves = [wb.document.Series(label, one.t, P[:, i, i], style) for style, (label, P) in enumerate(lines.items())]
@@ -88,13 +88,13 @@ def figure(one: Compared, scenario: str) -> wb.document.Figure:
     far = wb.document.Panel("relative distance", (wb.document.Series("(34)", one.t, gap, 0),), yscale="log")
     caption = (
         f"P(t), {SCENARIOS[scenario]}: its diagonal, and the distance of (34) from the algebraic solution. The line of "
-        f"the algebraic solution lies under that of (34), so marks show it: from {1e3 * SETTLED:g} ms on the two are "
+        f"the algebraic solution lies under that of (34), so marks show it: from {1e3 * TRANSIENT:g} ms on the two are "
         f"within {findings.share(one.gap(one.X)[1])} of each other."
     )
     return wb.document.Figure(f"{scenario.lower()}_p", caption, (*entries, far), columns=3)
 
 
-def choices(one: Compared, scenario: str) -> wb.document.Table:
+def choices(one: RiccatiComparison, scenario: str) -> wb.document.ReportTable:
     """The distance of P of (34) from each other choice, and J of (32) with each."""
     others = {
         path.SDRE: one.X,
@@ -112,13 +112,13 @@ def choices(one: Compared, scenario: str) -> wb.document.Table:
         "each, and J of (32) with each for (31), u = -R^-1 B' P s, over the least J, from the worst start."
     )
     note = (
-        f"Distance: Frobenius norm of the difference over that of the other choice, from {SETTLED:g} s on, at "
+        f"Distance: Frobenius norm of the difference over that of the other choice, from {TRANSIENT:g} s on, at "
         f"{len(one.t)} instants; the median is over time. Residual of the algebraic equation at most "
         f"{one.residual:.0e}; error of the backward and of the forward solution at most "
         f"{one.backward.error.max():.0e} and {one.forward.error.max():.0e}, asked for {path.RTOL:.0e}."
     )
-    columns = (wb.document.Column("P"), *(wb.document.Column(head, align="right") for head in heads))
-    return wb.document.Table(f"{scenario.lower()}_cost", caption, columns, tuple(rows), (note,))
+    columns = (wb.document.TableColumn("P"), *(wb.document.TableColumn(head, align="right") for head in heads))
+    return wb.document.ReportTable(f"{scenario.lower()}_cost", caption, columns, tuple(rows), (note,))
 
 
 def loops(results: wb.Results) -> wb.Section:
@@ -132,14 +132,14 @@ def loops(results: wb.Results) -> wb.Section:
     tables = []
     for s, j in PLACES:
         name, caption = f"{s.lower()}_loops_q{j + 1}", f"Metrics of joint {j + 1}, {SCENARIOS[s]}."
-        tables.append(wb.side_by_side(name, caption, results.scenario(s), SHOWN, j, margin=MARGIN))
+        tables.append(wb.side_by_side(name, caption, results.scenario(s), TABLE_METRICS, j, margin=MARGIN))
     return wb.Section("The loops side by side", (about, *tables))
 
 
 def sections(results: wb.Results) -> wb.Page:
     """The answer and the findings, P(t) over time, then the tables behind them."""
     answers = dict(zip(SETTINGS, results.work("riccati"), strict=True))
-    paths = {scenario: answers[scenario, ASSUMED].compared for scenario in SCENARIOS}
+    paths = {scenario: answers[scenario, ASSUMED_WEIGHTS].compared for scenario in SCENARIOS}
     figures = (figure(one, scenario) for scenario, one in paths.items())
     tables = (choices(one, scenario) for scenario, one in paths.items())
     held = findings.Evidence(results, answers)

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import workbench as wb
 from studies.a4_observer_gains.candidates import (
     BOX,
-    CHOSEN,
     CLEAR,
+    DOUBLE_POLE,
     HOW,
     INNER,
     LATE,
@@ -22,7 +22,7 @@ from studies.a4_observer_gains.candidates import (
 )
 
 AFTER = 5.0  # s, from which an error is late
-CLEARED = {CLEAR: LATE, 0.5: "late error, 0.5 s", 1.5: "late error, 1.5 s"}  # by the seconds left out after a jump
+ERROR_LABELS = {CLEAR: LATE, 0.5: "late error, 0.5 s", 1.5: "late error, 1.5 s"}  # by the seconds left out after a jump
 OBSERVER = "The observer has positions, the torque and the exact model. It knows no disturbance, and none acts here."
 REGION = f"The region: {BOX}."
 OTHERS = tuple(name for name in HOW if name != PAPER)
@@ -30,10 +30,10 @@ OTHERS = tuple(name for name in HOW if name != PAPER)
 
 def answer(results: wb.Results) -> str:
     """The promise of the paper's gains, and what better ones do, in one line."""
-    paper, chosen = (candidates(results)[name] for name in (PAPER, CHOSEN))
-    ratios = sorted(late(results, s, PAPER) / late(results, s, CHOSEN) for s in (SCENARIOS[0], SCENARIOS[-1]))
+    paper, chosen = (candidates(results)[name] for name in (PAPER, DOUBLE_POLE))
+    ratios = sorted(late(results, s, PAPER) / late(results, s, DOUBLE_POLE) for s in (SCENARIOS[0], SCENARIOS[-1]))
     below = f"only below {100 * paper.share:.2g} % of the region's bounds" if paper.share else "nowhere"
-    errors = f"for first errors below {1e3 * (chosen.admitted or 0.0):.2g} mrad"
+    errors = f"for first errors below {1e3 * (chosen.admitted_radius or 0.0):.2g} mrad"
     upto = f"up to them, {errors}" if chosen.share == WHOLE else "nowhere"
     return (
         f"The paper's gains provably converge {below}. L1, L2 = {chosen.L1[0, 0]:.3g} I, {chosen.L2[0, 0]:.3g} I "
@@ -66,28 +66,30 @@ def frozen_modes(results: wb.Results) -> wb.Finding:
 
     others = (
         wb.Variation(
-            f"the gains '{name}'", said(every[name].growing > 0), f"{100 * every[name].growing:.1f} % of states"
+            f"the gains '{name}'",
+            said(every[name].growing_share > 0),
+            f"{100 * every[name].growing_share:.1f} % of states",
         )
         for name in OTHERS
     )
     return wb.Finding(
         "frozen_modes",
-        f"With L1 = 30 I, L2 = 50 I a mode of the observer's error grows at {100 * one.growing:.1f} % of the states of "
-        f"the region, by up to {max(-one.slowest, 0.0):.1f} 1/s.",
+        f"With L1 = 30 I, L2 = 50 I a mode of the observer's error grows at {100 * one.growing_share:.1f} % of the "
+        f"states of the region, by up to {max(-one.slowest, 0.0):.1f} 1/s.",
         "State and torque are frozen. Frozen modes that grow do not disprove Theorem 1; the false rest point of a2 "
         "does.",
         statistic="The share of states at which a mode of the exact Jacobian, frozen there, grows.",
         sample=f"{one.states:,} states and torques spread evenly over the region. {REGION}",
-        given=OBSERVER,
-        chosen="The region, which the paper does not name.",
-        answer=said(one.growing > 0),
+        information=OBSERVER,
+        assumptions="The region, which the paper does not name.",
+        answer=said(one.growing_share > 0),
         variations=(
             wb.Variation(
                 "the states along the desired motion of the first scenario", said(one.path < 0), f"{one.path:.2f} 1/s"
             ),
             *others,
         ),
-        untried="Smaller regions; modes along motions of the closed loop.",
+        limitations="Smaller regions; modes along motions of the closed loop.",
     )
 
 
@@ -95,7 +97,7 @@ def region(results: wb.Results) -> wb.Finding:
     """The region in which a decay is proved for the paper's gains."""
     every = candidates(results)
     one = every[PAPER]
-    proved = one.share is not None and one.admitted is not None
+    proved = one.share is not None and one.admitted_radius is not None
 
     def said(share: float | None) -> str:
         return "no proof" if share is None else "whole region" if share == WHOLE else "a part of it"
@@ -105,7 +107,7 @@ def region(results: wb.Results) -> wb.Finding:
         statement = (
             f"With the paper's gains the error is proved to decay at {MODEST:g} 1/s or faster where |qd_i| ≤ "
             f"{one.speed:.2g} rad/s and |tau_i| ≤ {one.torque:.2g} N m, from |q - q_hat| up to "
-            f"{1e3 * (one.admitted or 0):.2g} mrad."
+            f"{1e3 * (one.admitted_radius or 0):.2g} mrad."
         )
     return wb.Finding(
         "region",
@@ -115,19 +117,19 @@ def region(results: wb.Results) -> wb.Finding:
         statistic="The largest share of the region's bounds up to which one quadratic form proves the rate.",
         sample=f"All states of the region, proved. {REGION} The arm keeps {100 * INNER:g} % of its speeds, and "
         "qd_hat(0) = qd(0).",
-        given=OBSERVER,
-        chosen=f"The region, and the rates: {MODEST:g} 1/s for the paper's gains, {SURFACE:g} 1/s for all others.",
+        information=OBSERVER,
+        assumptions=f"The region, and the rates: {MODEST:g} 1/s for the paper's gains, {SURFACE:g} 1/s for all others.",
         answer=said(one.share),
         variations=tuple(
             wb.Variation(
                 f"the gains '{name}', at {SURFACE:g} 1/s",
                 said(every[name].share),
-                f"first errors up to {1e3 * (every[name].admitted or 0):.2g} mrad",
+                f"first errors up to {1e3 * (every[name].admitted_radius or 0):.2g} mrad",
             )
             for name in OTHERS
         ),
-        untried="Functions that are not quadratic, which may prove more.",
-        settled=proved,
+        limitations="Functions that are not quadratic, which may prove more.",
+        is_decided=proved,
     )
 
 
@@ -135,20 +137,22 @@ def mismatch(results: wb.Results) -> wb.Finding:
     """The mismatch that each of the gains bears, beside that of the arm."""
     small, whole = results.work("lipschitz")
     every = candidates(results)
-    coarse = [name for name in OTHERS if every[name].tolerated < small.position.seen and every[name].share == WHOLE]
+    coarse = [
+        name for name in OTHERS if every[name].tolerated_mismatch < small.position.seen and every[name].share == WHOLE
+    ]
 
     def said(name: str, seen: float) -> str:
-        return "bears less than the arm has" if every[name].tolerated < seen else "bears what the arm has"
+        return "bears less than the arm has" if every[name].tolerated_mismatch < seen else "bears what the arm has"
 
     part = f"{'all' if len(coarse) == len(OTHERS) else f'{len(coarse)} of the'} {len(OTHERS)} other gains"
     places = ((SMALL, small), (WHOLE, whole))
     return wb.Finding(
         "mismatch",
-        wb.document.raised(
-            f"The paper's gains bear a mismatch (15) of rho = {every[PAPER].tolerated:.2f}; the arm's |df/dq| reaches "
-            f"{small.position.seen:.0f} 1/s^2 up to {100 * SMALL:g} % of the region's bounds."
+        wb.document.superscript_powers(
+            f"The paper's gains bear a mismatch (15) of rho = {every[PAPER].tolerated_mismatch:.2f}; the arm's "
+            f"|df/dq| reaches {small.position.seen:.0f} 1/s^2 up to {100 * SMALL:g} % of the region's bounds."
         ),
-        wb.document.raised(
+        wb.document.superscript_powers(
             f"In the whole region |df/dq| reaches {whole.position.seen:.0f} 1/s^2 (proved: at most "
             f"{whole.position.proved:.0f}) and |df/dqd| {whole.velocity.seen:.1f} 1/s (at most "
             f"{whole.velocity.proved:.1f}). The bound (15) is coarse: {part} bear less, too, "
@@ -157,27 +161,27 @@ def mismatch(results: wb.Results) -> wb.Finding:
         statistic="The largest rho for which one quadratic form proves a decay for all |Delta| ≤ rho |x~|, in rad and "
         "rad/s, beside the largest |df/dq| that was seen.",
         sample=REGION,
-        given=OBSERVER,
-        chosen="The region and the units of |x~|, in which positions and velocities weigh alike.",
+        information=OBSERVER,
+        assumptions="The region and the units of |x~|, in which positions and velocities weigh alike.",
         answer=said(PAPER, small.position.seen),
         variations=tuple(
             wb.Variation(
                 f"the gains '{name}', up to {100 * share:g} % of the bounds",
                 said(name, found.position.seen),
-                f"{every[name].tolerated:.2g} against {found.position.seen:.0f}",
+                f"{every[name].tolerated_mismatch:.2g} against {found.position.seen:.0f}",
             )
             for name in HOW
             for share, found in places
             if (name, share) != (PAPER, SMALL)
         ),
-        untried="Other scalings of velocities against positions, in which both numbers differ.",
+        limitations="Other scalings of velocities against positions, in which both numbers differ.",
     )
 
 
 def better_gains(results: wb.Results) -> wb.Finding:
     """The gains that are proved in the whole region, and their price."""
     every = candidates(results)
-    ours, theirs = every[CHOSEN], every[PAPER]
+    ours, theirs = every[DOUBLE_POLE], every[PAPER]
 
     def said(name: str) -> str:
         return "proved" if every[name].share == WHOLE and name != PAPER else "not proved"
@@ -185,23 +189,23 @@ def better_gains(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         "better_gains",
         f"With {_gains(ours)} the error is proved to decay at {SURFACE:g} 1/s, as fast as the surface, in the whole "
-        f"region, from |q - q_hat| up to {1e3 * (ours.admitted or 0.0):.2g} mrad.",
+        f"region, from |q - q_hat| up to {1e3 * (ours.admitted_radius or 0.0):.2g} mrad.",
         f"The price: noise in the estimate of the velocities is {ours.noise / theirs.noise:.0f} times that with the "
         f"paper's gains, and |qd - qd_hat| peaks at {ours.peaking:.0f} rad/s for 1 rad of first error "
         f"({theirs.peaking:.1f} with the paper's gains).",
         statistic="A quadratic certificate for the whole region; the H2 norm of the noise and the peak of the error.",
         sample=f"All states of the region, proved. {REGION} The arm keeps {100 * INNER:g} % of the speeds.",
-        given=OBSERVER,
-        chosen="The region and the rate.",
-        fitted="The double pole: the least that is proved.",
-        answer=said(CHOSEN),
+        information=OBSERVER,
+        assumptions="The region and the rate.",
+        fits="The double pole: the least that is proved.",
+        answer=said(DOUBLE_POLE),
         variations=tuple(
             wb.Variation(f"the gains '{name}'", said(name), f"{every[name].noise / theirs.noise:.1f} times the noise")
             for name in HOW
-            if name != CHOSEN
+            if name != DOUBLE_POLE
         ),
-        untried="A noisy run, in which stiffer gains cost more.",
-        settled=said(CHOSEN) == "proved",
+        limitations="A noisy run, in which stiffer gains cost more.",
+        is_decided=said(DOUBLE_POLE) == "proved",
     )
 
 
@@ -209,7 +213,7 @@ class Place(NamedTuple):
     """The late error that is compared with that of the paper's gains: its scenario, gains, metric and joints."""
 
     scenario: str
-    law: str = CHOSEN
+    law: str = DOUBLE_POLE
     metric: str = LATE
     joints: tuple[int, ...] = (0, 1)
 
@@ -225,31 +229,35 @@ def late_error(results: wb.Results) -> wb.Finding:
     cases = {
         **{f"{s}": Place(s) for s in (again, second)},
         **{f"{s}, joint {j + 1} alone": Place(s, joints=(j,)) for s in SCENARIOS for j in (0, 1)},
-        **{f"{s}, gains '{name}'": Place(s, name) for s in SCENARIOS for name in OTHERS if name != CHOSEN},
+        **{f"{s}, gains '{name}'": Place(s, name) for s in SCENARIOS for name in OTHERS if name != DOUBLE_POLE},
         **{
             f"{second}, {clear:g} s left out after a jump": Place(second, metric=name)
-            for clear, name in CLEARED.items()
+            for clear, name in ERROR_LABELS.items()
             if name != LATE
         },
-        **{f"{second}, nothing left out, joint {j + 1} alone": Place(second, CHOSEN, WITH_JUMPS, (j,)) for j in (0, 1)},
+        **{
+            f"{second}, nothing left out, joint {j + 1} alone": Place(second, DOUBLE_POLE, WITH_JUMPS, (j,))
+            for j in (0, 1)
+        },
     }
     ours = {scenario: said(Place(scenario))[1] for scenario in (first, second)}
-    early = said(Place(second, metric=CLEARED[0.5]))[1]
-    peaks = [late(results, s, law, "peak torque") for s in (first, again) for law in (CHOSEN, PAPER)]
+    early = said(Place(second, metric=ERROR_LABELS[0.5]))[1]
+    peaks = [late(results, s, law, "peak torque") for s in (first, again) for law in (DOUBLE_POLE, PAPER)]
     return wb.Finding(
         "late_error",
-        f"With {_gains(candidates(results)[CHOSEN])} the late error is {ours[first]} with the paper's gains in the "
-        f"first scenario, and {ours[second]} in the second, {CLEAR:g} s and more after a jump.",
+        f"With {_gains(candidates(results)[DOUBLE_POLE])} the late error is {ours[first]} with the paper's gains in "
+        f"the first scenario, and {ours[second]} in the second, {CLEAR:g} s and more after a jump.",
         f"No law follows a jump at once: 0.5 s after it the error is {early}. With q_hat(0) = 0, as printed, "
         f"the torque peaks at {peaks[0]:.0f} N m ({peaks[1]:.0f} with the paper's gains); with "
         f"q_hat(0) at the measured positions it peaks at {peaks[2]:.0f} N m ({peaks[3]:.0f}).",
         statistic=f"The largest |e_i| from {AFTER:g} s on, of the worse joint, without the first {CLEAR:g} s after a "
         "jump.",
         sample="One noiseless run each over 10 s.",
-        given="The law has D_hat, filtered from the true disturbance. The observer has positions; (10) leaves D out.",
-        chosen="Q, R, l and the square wave, as a1 has them.",
-        fitted="Q, R and l to the printed RMSE of the first scenario, with the paper's gains.",
+        information="The law has D_hat, filtered from the true disturbance. The observer has positions; (10) leaves D "
+        "out.",
+        assumptions="Q, R, l and the square wave, as a1 has them.",
+        fits="Q, R and l to the printed RMSE of the first scenario, with the paper's gains.",
         answer=said(Place(first))[0],
         variations=tuple(wb.Variation(words, *said(case)) for words, case in cases.items()),
-        untried="Noise on the positions, which stiffer gains amplify.",
+        limitations="Noise on the positions, which stiffer gains amplify.",
     )

@@ -5,17 +5,17 @@ import numpy as np
 import workbench as wb
 from studies.a4_observer_gains.candidates import (
     BOX,
-    CHOSEN,
     CLEAR,
     CLOUD,
     COLUMNS,
+    DOUBLE_POLE,
     HOW,
     INNER,
     PAPER,
     SCENARIOS,
-    SHOWN,
     STYLES,
     SURFACE,
+    TABLE_METRICS,
     WITH_JUMPS,
     candidates,
 )
@@ -24,7 +24,7 @@ from studies.a4_observer_gains.candidates import (
 def poles(results: wb.Results) -> wb.document.Figure:
     """The frozen poles of the paper's gains and of the chosen ones, at states of the region."""
     panels = []
-    for name in (PAPER, CHOSEN):
+    for name in (PAPER, DOUBLE_POLE):
         real, imaginary = candidates(results)[name].cloud
         marks = wb.document.Series(name, real, imaginary, STYLES[name], look="marks")
         panels.append(
@@ -97,17 +97,17 @@ def gains_section(results: wb.Results) -> wb.Section:
         "has a false rest point: more gain alone does not make the promise global. The LMI minimises the bound of "
         "noise that its one P gives, not the noise itself."
     )
-    table = wb.document.Table(
+    table = wb.document.ReportTable(
         "gains",
         "The paper's gains and four others.",
         (
-            wb.document.Column("gains"),
-            wb.document.Column("how"),
-            wb.document.Column(wb.notation.symbol("L1"), "1/s"),
-            wb.document.Column(wb.notation.symbol("L2"), "1/s^2"),
+            wb.document.TableColumn("gains"),
+            wb.document.TableColumn("how"),
+            wb.document.TableColumn(wb.notation.symbol("L1"), "1/s"),
+            wb.document.TableColumn(wb.notation.symbol("L2"), "1/s^2"),
         ),
         tuple(
-            (name, HOW[name], wb.provenance.written(one.L1), wb.provenance.written(one.L2))
+            (name, HOW[name], wb.provenance.value_text(one.L1), wb.provenance.value_text(one.L2))
             for name, one in candidates(results).items()
         ),
     )
@@ -117,28 +117,28 @@ def gains_section(results: wb.Results) -> wb.Section:
     )
 
 
-def audits_table(results: wb.Results) -> wb.document.Table:
+def audits_table(results: wb.Results) -> wb.document.ReportTable:
     """The frozen modes, the proof and the price of each."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for name, one in candidates(results).items():
-        seen = 100 * one.growing, one.slowest, one.path
-        proved = (100 * one.share, 1e3 * one.admitted) if one.share and one.admitted else (None, None)
-        rows.append((name, *seen, *proved, one.tolerated, one.noise, one.peaking, one.bound))
+        seen = 100 * one.growing_share, one.slowest, one.path
+        proved = (100 * one.share, 1e3 * one.admitted_radius) if one.share and one.admitted_radius else (None, None)
+        rows.append((name, *seen, *proved, one.tolerated_mismatch, one.noise, one.peaking, one.bound))
     columns = (
-        wb.document.Column("gains"),
-        *(wb.document.Column(head, unit, digits=digits) for head, unit, digits, _ in COLUMNS),
+        wb.document.TableColumn("gains"),
+        *(wb.document.TableColumn(head, unit, digits=digits) for head, unit, digits, _ in COLUMNS),
     )
     caption = "Frozen modes, proved decay and price of the paper's gains and four others."
-    return wb.document.Table("audits", caption, columns, tuple(rows))
+    return wb.document.ReportTable("audits", caption, columns, tuple(rows))
 
 
-def definitions_table() -> wb.document.Table:
+def definitions_table() -> wb.document.ReportTable:
     """The definition of each column of the audits."""
-    rows = tuple((head, wb.document.raised(definition)) for head, *_, definition in COLUMNS)
-    return wb.document.Table(
+    rows = tuple((head, wb.document.superscript_powers(definition)) for head, *_, definition in COLUMNS)
+    return wb.document.ReportTable(
         "definitions",
         "The columns of the table above.",
-        (wb.document.Column("column"), wb.document.Column("definition")),
+        (wb.document.TableColumn("column"), wb.document.TableColumn("definition")),
         rows,
     )
 
@@ -156,6 +156,6 @@ def tracking_section(results: wb.Results) -> wb.Section:
     for place, scenario in enumerate(SCENARIOS, 1):
         for joint in (0, 1):
             name, caption = f"tracking_{place}_q{joint + 1}", f"Joint {joint + 1} with each observer, {scenario}."
-            shown = SHOWN if scenario != SCENARIOS[-1] else (*SHOWN, WITH_JUMPS)
+            shown = TABLE_METRICS if scenario != SCENARIOS[-1] else (*TABLE_METRICS, WITH_JUMPS)
             tables.append(wb.side_by_side(name, caption, results.scenario(scenario), shown, joint))
     return wb.Section("The tracking that they give", (wb.Paragraph(text), errors(results), *tables))

@@ -21,22 +21,22 @@ OF_ALL = wb.metrics.observer_error("qd_error"), wb.arms.peak_torque()
 METRICS = {
     "FS": (wb.metrics.late_error(findings.AFTER), *OF_ALL),
     "SS": (
-        *(settled_error(name, findings.AFTER, clear, APART) for clear, name in findings.CLEARED.items()),
+        *(settled_error(name, findings.AFTER, clear, APART) for clear, name in findings.ERROR_LABELS.items()),
         replace(wb.metrics.late_error(findings.AFTER), name=WITH_JUMPS),
         *OF_ALL,
     ),
 }
 
 
-def cases(found: Mapping[str, Any]) -> tuple[wb.Case, ...]:
+def cases(answers: Mapping[str, Any]) -> tuple[wb.Case, ...]:
     """The repaired law with each observer, started as in section 5 and at the measured positions."""
     starts = ("FS", CARD["q_hat(0)"]), ("FS", CARD["FS: q(0)"]), ("SS", CARD["q_hat(0)"])
     made = []
     for name, (key, q) in zip(SCENARIOS, starts, strict=True):
-        for law, mine in zip(HOW, found["gains"], strict=True):
+        for law, mine in zip(HOW, answers["gains"], strict=True):
             state = wb.arms.observers.Luenberger(ARM, mine.L1, mine.L2, q, CARD["qd_hat(0)"])
             loop = proposed_repaired(
-                key, wb.arms.observers.WithDisturbance(state, wb.arms.observers.OracleFilter(2, CARD["l"]))
+                key, wb.arms.observers.StateAndDisturbanceObserver(state, wb.arms.observers.OracleFilter(2, CARD["l"]))
             )
             made.append(wb.Case(name, law, wb.Run(loop, METRICS[key], UNTIL, EVERY, STEP), style=STYLES[law]))
     return tuple(made)

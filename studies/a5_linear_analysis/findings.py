@@ -8,7 +8,7 @@ import workbench as wb
 from studies.a5_linear_analysis.pages import (
     ADAPTIVE,
     BOX,
-    DRAWN,
+    DRAWN_LAWS,
     FREQUENCIES,
     STIFFER,
     late,
@@ -16,7 +16,7 @@ from studies.a5_linear_analysis.pages import (
     rests,
     stiffer,
 )
-from studies.paper.card import CARD, PROPOSED
+from studies.paper.card import CARD, PROPOSED_LAW
 from studies.paper.linearization import LEVEL, POSES, SEVEN, SLOW, AtRest, OnPath
 
 WEAKER = 0.9  # of the torque that is commanded
@@ -44,11 +44,11 @@ def rest_points(results: wb.Results) -> wb.document.Verdict:
     )
 
 
-def larger(first: float, learned: float) -> str:
+def larger_gain(first: float, last: float) -> str:
     """The gain with the larger margin; 'equal' where they differ by less than `ALIKE`."""
-    if abs(first - learned) <= ALIKE * max(first, learned):
+    if abs(first - last) <= ALIKE * max(first, last):
         return "equal"
-    return "first gain" if first > learned else "learned gain"
+    return "first gain" if first > last else "learned gain"
 
 
 def delays(results: wb.Results) -> wb.Finding:
@@ -60,24 +60,27 @@ def delays(results: wb.Results) -> wb.Finding:
         for pose in POSES:
             one, other = every[law][pose], every[law][late(pose)]
             for words, pair in (("delay", (one.delay, other.delay)), ("disk margin", (one.alpha, other.alpha))):
-                made.append(wb.Variation(f"{law}, {words}, {pose}", larger(*pair), f"{pair[0]:.3g} and {pair[1]:.3g}"))
+                made.append(
+                    wb.Variation(f"{law}, {words}, {pose}", larger_gain(*pair), f"{pair[0]:.3g} and {pair[1]:.3g}")
+                )
     return wb.Finding(
         name="delay_and_learned_gain",
         statement=f"With its first gain, which is that of SMC, ASMC has a delay margin of {first:.2f} ms at one "
-        f"torque; with its learned gain {learned:.2g} ms. The repaired {PROPOSED} has "
-        f"{every[PROPOSED][LEVEL].delay:.0f} ms.",
-        evidence=f"K is {CARD['SMC: K'][0]:g} N m for SMC, with which ASMC begins, and for ASMC the gain at the end of "
-        "the first scenario. A larger gain crosses over at a higher frequency, where a delay turns the phase more. "
-        f"The observer of {PROPOSED} is told the torque that is commanded, so that its loop with the law has no delay.",
+        f"torque; with its learned gain {learned:.2g} ms. The repaired {PROPOSED_LAW} has "
+        f"{every[PROPOSED_LAW][LEVEL].delay:.0f} ms.",
+        evidence=f"K is {CARD['SMC: K'][0]:g} N m for SMC, with which ASMC begins, and for ASMC the gain at the end "
+        "of the first scenario. A larger gain crosses over at a higher frequency, where a delay turns the phase "
+        f"more. The observer of {PROPOSED_LAW} is told the torque that is commanded, so that its loop with the law "
+        "has no delay.",
         statistic=f"Delay margin of the linear loop {HERE}, the smaller of both joints. Answer: the gain with the "
         f"larger margin, or equal within {100 * ALIKE:g} %.",
         sample="One pose and one run of the first scenario, without noise.",
-        given=f"SMC and ASMC: {EXACT}. {PROPOSED}: positions alone.",
-        chosen=GAINS,
-        answer=larger(first, learned),
+        information=f"SMC and ASMC: {EXACT}. {PROPOSED_LAW}: positions alone.",
+        assumptions=GAINS,
+        answer=larger_gain(first, learned),
         variations=tuple(made),
-        untried=f"a layer wider than {CARD['phi']:g} rad/s; an observer of {PROPOSED} that is told the late torque, "
-        "which puts the delay into the loop of law and observer: a9 runs it",
+        limitations=f"a layer wider than {CARD['phi']:g} rad/s; an observer of {PROPOSED_LAW} that is told the late "
+        "torque, which puts the delay into the loop of law and observer: a9 runs it",
     )
 
 
@@ -89,21 +92,21 @@ def least_of(alphas: Mapping[str, float]) -> str:
 def observer(results: wb.Results) -> wb.Finding:
     """The margin that the observer of the repaired law leaves."""
     every = rests(results)
-    ours = {pose: every[PROPOSED][pose].alpha for pose in POSES}
+    ours = {pose: every[PROPOSED_LAW][pose].alpha for pose in POSES}
     thin = min(ours, key=ours.__getitem__)
-    weak: AtRest = every[PROPOSED][thin]
+    weak: AtRest = every[PROPOSED_LAW][thin]
     pole = float(np.linalg.eigvals(weak.A - WEAKER * weak.B @ weak.Cy).real.max())
     made = [
         wb.Variation(f"leaving out the pose {pose}", least_of({k: a for k, a in ours.items() if k != pose}))
         for pose in POSES
     ]
-    made.append(wb.Variation("the learned gain", least_of({p: every[PROPOSED][late(p)].alpha for p in POSES})))
-    firm = {pose: every[PROPOSED][stiffer(pose)].alpha for pose in POSES}
+    made.append(wb.Variation("the learned gain", least_of({p: every[PROPOSED_LAW][late(p)].alpha for p in POSES})))
+    firm = {pose: every[PROPOSED_LAW][stiffer(pose)].alpha for pose in POSES}
     made.append(wb.Variation(f"an L2 of the observer {STIFFER:g} times as large", least_of(firm)))
     made += [
         wb.Variation(f"{law} in its place", least_of({p: every[law][p].alpha for p in POSES}))
         for law in SEVEN
-        if law != PROPOSED and all(every[law][p].alpha for p in POSES)
+        if law != PROPOSED_LAW and all(every[law][p].alpha for p in POSES)
     ]
     return wb.Finding(
         name="margin_of_the_observer",
@@ -113,11 +116,11 @@ def observer(results: wb.Results) -> wb.Finding:
         f"{pole:+.2f} 1/s.",
         statistic="The disk margin of both torques at once of the linear loop, the least over the poses.",
         sample=f"{len(POSES)} rest poses, with the first gain K(0).",
-        given=f"The repaired law: positions alone. All others: {EXACT}.",
-        chosen=GAINS,
+        information=f"The repaired law: positions alone. All others: {EXACT}.",
+        assumptions=GAINS,
         answer=least_of(ours),
         variations=tuple(made),
-        untried="other gains L1 of the observer",
+        limitations="other gains L1 of the observer",
     )
 
 
@@ -133,21 +136,21 @@ def slow(results: wb.Results) -> wb.Finding:
     (responses,) = results.work("responses")
     for omega in (0.01, 0.1, 1.0, 10.0, 100.0):
         row = int(np.argmin(np.abs(np.log(FREQUENCIES / omega))))
-        at = {law: float(responses[law]["largest gain of S"][row]) for law in DRAWN}
-        made.append(wb.Variation(f"a frequency of {omega:g} rad/s, of {len(DRAWN)} laws", largest(at)))
+        at = {law: float(responses[law]["largest gain of S"][row]) for law in DRAWN_LAWS}
+        made.append(wb.Variation(f"a frequency of {omega:g} rad/s, of {len(DRAWN_LAWS)} laws", largest(at)))
     return wb.Finding(
         name="slow_torques",
-        statement=f"The repaired AOSMC-RGS multiplies the effect of a slow unknown torque by {gains[PROPOSED]:.1f}, "
-        f"SMC by {gains['SMC']:.4f}, and PID by {gains['PID']:.5f}.",
+        statement="The repaired AOSMC-RGS multiplies the effect of a slow unknown torque by "
+        f"{gains[PROPOSED_LAW]:.1f}, SMC by {gains['SMC']:.4f}, and PID by {gains['PID']:.5f}.",
         evidence="In a1 its D_hat is filtered from the true disturbance, so that a1 does not show this.",
         statistic=f"Largest gain of the sensitivity at the torques at {SLOW:g} rad/s, of the linear loop {HERE}. "
         "Answer: the law with the largest gain.",
         sample=f"{len(SEVEN)} laws, first gains.",
-        given=f"The repaired law: positions alone. All others: {EXACT}.",
-        chosen=GAINS,
+        information=f"The repaired law: positions alone. All others: {EXACT}.",
+        assumptions=GAINS,
         answer=largest(gains),
         variations=tuple(made),
-        untried="an estimate of the disturbance from measurements, which the law of the paper lacks",
+        limitations="an estimate of the disturbance from measurements, which the law of the paper lacks",
     )
 
 
@@ -173,11 +176,11 @@ def twisting(results: wb.Results) -> wb.Finding:
         "term the loop oscillates at the root of k2 / phi.",
         statistic=f"Poles and the disk margin of both torques of the linear loop {HERE}.",
         sample="One pose; the others as variations.",
-        given=f"The law: {EXACT}.",
-        chosen="The layer in place of the sign, with the width of the other laws.",
+        information=f"The law: {EXACT}.",
+        assumptions="The layer in place of the sign, with the width of the other laws.",
         answer=verdict(rest),
         variations=tuple(wb.Variation(f"the pose {pose}", verdict(every[pose])) for pose in POSES if pose != LEVEL),
-        untried="a layer that smooths the root of |s| too, whose term then has a slope at s = 0",
+        limitations="a layer that smooths the root of |s| too, whose term then has a slope at s = 0",
     )
 
 
@@ -205,11 +208,11 @@ def frozen(results: wb.Results) -> wb.Finding:
         "do not decide the stability of a loop that moves.",
         statistic="The largest real part of a pole of the whole linear loop, every 0.1 s. Answer: the law that has it.",
         sample=f"One run without noise for each of {len(SEVEN)} laws.",
-        given=f"The repaired law: positions and the true disturbance. All others: {EXACT}.",
-        chosen=GAINS,
+        information=f"The repaired law: positions and the true disturbance. All others: {EXACT}.",
+        assumptions=GAINS,
         answer=worst,
         variations=made,
-        untried=OTHERS,
+        limitations=OTHERS,
     )
 
 
@@ -225,10 +228,10 @@ def late_rates(every: Mapping[str, OnPath], after: float) -> wb.Variation:
 def answer(results: wb.Results) -> str:
     """The page in one line."""
     every = rests(results)
-    ours = {pose: every[PROPOSED][pose].alpha for pose in POSES}
+    ours = {pose: every[PROPOSED_LAW][pose].alpha for pose in POSES}
     first, learned = every["SMC"][LEVEL].delay, every["ASMC"][late(LEVEL)].delay
     return (
         f"At rest at the second scenario's level SMC tolerates a delay of {first:.2f} ms, ASMC with its learned gain "
-        f"{learned:.2g} ms, {PROPOSED} {every[PROPOSED][LEVEL].delay:.0f} ms if its observer knows the torque before "
-        f"the delay; its disk margin is {ours[LEVEL]:.2f}, upright {ours['upright']:.3f}."
+        f"{learned:.2g} ms, {PROPOSED_LAW} {every[PROPOSED_LAW][LEVEL].delay:.0f} ms if its observer knows the torque "
+        f"before the delay; its disk margin is {ours[LEVEL]:.2f}, upright {ours['upright']:.3f}."
     )

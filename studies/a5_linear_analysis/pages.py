@@ -7,14 +7,14 @@ from typing import Any, Literal
 import numpy as np
 
 import workbench as wb
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.comparison import STYLES
 from studies.paper.laws import ARM
 from studies.paper.linearization import LEVEL, POSES, SEVEN, AtRest, OnPath, at_rest, loop_at_rest, motion, on_path
 
-ADAPTIVE = (PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC")
-UNDRAWN = ("Fuzzy-ASMC", "RBF-ASMC")  # in the table alone
-DRAWN = (PROPOSED, "RBF-ASMC", "PID", "SMC")
+ADAPTIVE = (PROPOSED_LAW, "ASMC", "Fuzzy-ASMC", "RBF-ASMC")
+TABLE_LAWS = ("Fuzzy-ASMC", "RBF-ASMC")  # in the table alone
+DRAWN_LAWS = (PROPOSED_LAW, "RBF-ASMC", "PID", "SMC")
 FREQUENCIES = np.geomspace(0.01, 1e5, 300)
 SEED = 1
 BOX = {"q": (-1.0, 4.0), "qd": (-5.0, 5.0)}
@@ -44,7 +44,7 @@ def arm_alone(seed: int) -> ArmAlone:
     ode = arm()
     found = wb.linear.equilibria(ode, BOX, seed=seed)
     models = [wb.linearize(ode, 0.0, point.x, at_rest=True) for point in found.points]
-    margins = tuple((wb.linear.controllability(G).margin, *observed(G)) for G in models)
+    margins = tuple((wb.linear.controllability(G).margin, *observability_margins(G)) for G in models)
     return ArmAlone(found, margins, wb.linear.lyapunov_exponents(ode, until=60.0, h=0.01, skip=20.0))
 
 
@@ -61,7 +61,7 @@ def loops_at_rest(law: Law) -> dict[str, AtRest]:
     found = {pose: at_rest(law.name, pose) for pose in POSES}
     if law.K is not None:
         found |= {late(pose): at_rest(law.name, pose, law.K) for pose in POSES}
-    if law.name == PROPOSED:
+    if law.name == PROPOSED_LAW:
         found |= {stiffer(pose): at_rest(law.name, pose, stiffer=STIFFER) for pose in POSES}
     return found
 
@@ -102,7 +102,7 @@ def works(results: wb.Results) -> tuple[wb.Work, ...]:
     return (
         wb.Work("arm", arm_alone, (SEED,), seconds=1.0),
         wb.Work("at_rest", loops_at_rest, tuple(laws), seconds=0.4),
-        wb.Work("responses", responses, (DRAWN,), seconds=0.2),
+        wb.Work("responses", responses, (DRAWN_LAWS,), seconds=0.2),
         wb.Work("on_path", on_path, tuple(map(motion, outcomes.values())), seconds=0.4),
     )
 
@@ -121,7 +121,7 @@ def along_path(results: wb.Results) -> wb.document.Figure:
     """The disk margin, the slowest and the fastest frozen pole over time."""
     margins, slow, fast = [], [], []
     for law, path in paths(results).items():
-        if law in UNDRAWN:
+        if law in TABLE_LAWS:
             continue
         style = STYLES[law]
         margins.append(wb.document.Series(law, path.sparse, path.alpha, style))
@@ -143,21 +143,21 @@ def along_path(results: wb.Results) -> wb.document.Figure:
     return wb.document.Figure("frozen", caption, panels, columns=3)
 
 
-def path_table(results: wb.Results) -> wb.document.Table:
+def path_table(results: wb.Results) -> wb.document.ReportTable:
     """The largest frozen poles, the time within the layer, and the least disk margin there."""
     rows = []
     for law, path in paths(results).items():
         inside = None if law == "PID" else 100 * path.share
         rows.append((law, float(path.largest.max()), path.within, inside, float(np.nanmin(path.alpha))))
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("largest real part", "1/s", "right", digits=3),
-        wb.document.Column("the same within the layer", "1/s", "right", digits=3),
-        wb.document.Column("time within the layer", "%", "right", digits=3),
-        wb.document.Column("least disk margin within the layer", "", "right", digits=3),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("largest real part", "1/s", "right", digits=3),
+        wb.document.TableColumn("the same within the layer", "1/s", "right", digits=3),
+        wb.document.TableColumn("time within the layer", "%", "right", digits=3),
+        wb.document.TableColumn("least disk margin within the layer", "", "right", digits=3),
     )
     notes = ("PID has no layer: its numbers are over the whole run.",)
-    return wb.document.Table("path", "The frozen loops along the first scenario.", columns, tuple(rows), notes)
+    return wb.document.ReportTable("path", "The frozen loops along the first scenario.", columns, tuple(rows), notes)
 
 
 def responses_figure(results: wb.Results) -> wb.document.Figure:
@@ -191,15 +191,15 @@ def arm_blocks(results: wb.Results) -> tuple[wb.document.Block, ...]:
     for point, margins in zip(alone.rest_points.points, alone.margins, strict=True):
         name = next(words for words, pose in POSES.items() if np.allclose(pose, point.x[:2], atol=1e-6))
         angles = (float(np.round(angle, 12)) + 0.0 for angle in point.x[:2])
-        rows.append((name, *angles, ", ".join(sorted(set(map(shown, point.poles)))), *margins))
+        rows.append((name, *angles, ", ".join(sorted(set(map(pole_text, point.poles)))), *margins))
     columns = (
-        wb.document.Column("rest point"),
-        wb.document.Column("q1", "rad", digits=4),
-        wb.document.Column("q2", "rad", digits=4),
-        wb.document.Column("poles", "1/s"),
-        wb.document.Column("controllable by", digits=2),
-        wb.document.Column("observable by, q and qd", digits=2),
-        wb.document.Column("observable by, q alone", digits=2),
+        wb.document.TableColumn("rest point"),
+        wb.document.TableColumn("q1", "rad", digits=4),
+        wb.document.TableColumn("q2", "rad", digits=4),
+        wb.document.TableColumn("poles", "1/s"),
+        wb.document.TableColumn("controllable by", digits=2),
+        wb.document.TableColumn("observable by, q and qd", digits=2),
+        wb.document.TableColumn("observable by, q alone", digits=2),
     )
     note = (
         "Controllable and observable by: the margin of the test of Popov, Belevitch and Hautus, which is the least "
@@ -212,16 +212,16 @@ def arm_blocks(results: wb.Results) -> tuple[wb.document.Block, ...]:
         f"estimated error of {error:.2f} 1/s."
     )
     caption = "The rest points of the arm without torque, and their modes."
-    return (wb.Paragraph(words), wb.document.Table("rest_points", caption, columns, tuple(rows), (note,)))
+    return (wb.Paragraph(words), wb.document.ReportTable("rest_points", caption, columns, tuple(rows), (note,)))
 
 
-def observed(G: Any) -> tuple[float, float]:
+def observability_margins(G: Any) -> tuple[float, float]:
     """The margins of observability of the arm's linear model by positions and velocities, and by positions alone."""
     positions = [i for i, label in enumerate(G.output_labels) if label.startswith("q[")]
     return wb.linear.observability(G).margin, wb.linear.observability(G[positions, :]).margin
 
 
-def shown(value: complex) -> str:
+def pole_text(value: complex) -> str:
     """A pole as it is printed; of a pair both."""
     parts = [part if abs(part) > 1e-9 * abs(value) else 0.0 for part in (value.real, abs(value.imag))]
     real, imag = ((f"{p:.0f}" if abs(p) >= 100 else f"{p:.3g}").replace("-", "\N{MINUS SIGN}") for p in parts)
@@ -240,43 +240,45 @@ def at_rest_section(results: wb.Results) -> wb.Section:
         "gain: the gain at the end of the first scenario. Largest S: of a torque at 0.001 rad/s that no block is "
         "given. A dash: the loop is not asymptotically stable."
     )
-    poses = wb.document.Table(
+    poses = wb.document.ReportTable(
         "poses",
         "The disk margin at rest, pose by pose, with first gains.",
-        (wb.document.Column("law"), *(wb.document.Column(pose, digits=3) for pose in POSES)),
+        (wb.document.TableColumn("law"), *(wb.document.TableColumn(pose, digits=3) for pose in POSES)),
         tuple((law, *(every[law][pose].alpha or None for pose in POSES)) for law in SEVEN),
     )
     return wb.Section("The laws at rest", (wb.Paragraph(words), poles_table(loops), margins_table(loops), poses))
 
 
-def poles_table(loops: dict[str, AtRest]) -> wb.document.Table:
+def poles_table(loops: dict[str, AtRest]) -> wb.document.ReportTable:
     """The poles, and the gain of slow torques."""
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("slowest pole", "1/s"),
-        wb.document.Column("fastest pole", "1/s"),
-        wb.document.Column("least damping", digits=3),
-        wb.document.Column("largest S at rest", digits=3),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("slowest pole", "1/s"),
+        wb.document.TableColumn("fastest pole", "1/s"),
+        wb.document.TableColumn("least damping", digits=3),
+        wb.document.TableColumn("largest S at rest", digits=3),
     )
     rows = []
     for name, rest in loops.items():
         damping = float(np.round(min(pole.damping for pole in rest.poles), 9)) + 0.0
-        rows.append((name, shown(rest.poles[0].value), shown(rest.poles[-1].value), damping, rest.slow_gain))
-    return wb.document.Table("at_rest", "Poles at rest at the level of the second scenario.", columns, tuple(rows))
+        rows.append((name, pole_text(rest.poles[0].value), pole_text(rest.poles[-1].value), damping, rest.slow_gain))
+    return wb.document.ReportTable(
+        "at_rest", "Poles at rest at the level of the second scenario.", columns, tuple(rows)
+    )
 
 
-def margins_table(loops: dict[str, AtRest]) -> wb.document.Table:
+def margins_table(loops: dict[str, AtRest]) -> wb.document.ReportTable:
     """The margins of one torque, and of both at once."""
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("gain down to", digits=2),
-        wb.document.Column("up to", digits=3),
-        wb.document.Column("phase", "deg", digits=3),
-        wb.document.Column("delay", "ms", digits=2),
-        wb.document.Column("disk margin", digits=3),
-        wb.document.Column("all gains from", digits=2),
-        wb.document.Column("to", digits=3),
-        wb.document.Column("all phases", "deg", digits=3),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("gain down to", digits=2),
+        wb.document.TableColumn("up to", digits=3),
+        wb.document.TableColumn("phase", "deg", digits=3),
+        wb.document.TableColumn("delay", "ms", digits=2),
+        wb.document.TableColumn("disk margin", digits=3),
+        wb.document.TableColumn("all gains from", digits=2),
+        wb.document.TableColumn("to", digits=3),
+        wb.document.TableColumn("all phases", "deg", digits=3),
     )
     rows: list[tuple[wb.document.Cell, ...]] = []
     for name, rest in loops.items():
@@ -286,4 +288,4 @@ def margins_table(loops: dict[str, AtRest]) -> wb.document.Table:
         gains, phase = [m.gain for m in rest.channels], min(m.phase for m in rest.channels)
         ends = max(low for low, _ in gains), min(high for _, high in gains)
         rows.append((name, *ends, phase, rest.delay, rest.disk.alpha, *rest.disk.gain, rest.disk.phase))
-    return wb.document.Table("margins", "Margins at the torque, as in the table before.", columns, tuple(rows))
+    return wb.document.ReportTable("margins", "Margins at the torque, as in the table before.", columns, tuple(rows))

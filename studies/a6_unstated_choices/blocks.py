@@ -14,7 +14,7 @@ import workbench as wb
 from studies.paper.printed_arm import PrintedArm
 
 
-def chosen(reading: wb.core.Scalar, *parts: ca.SX) -> ca.SX:
+def pick_part(reading: wb.core.Scalar, *parts: ca.SX) -> ca.SX:
     """The part whose place, counted from 0, is the number `reading`."""
     one = parts[-1]
     for place in reversed(range(len(parts) - 1)):
@@ -39,7 +39,7 @@ class EitherArm(wb.arms.AbstractArm):
 
     def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
         """Equation (3), either way."""
-        return chosen(self.misprint, *(arm.coriolis_matrix(q, qd) for arm in (self.repaired, self.printed)))
+        return pick_part(self.misprint, *(arm.coriolis_matrix(q, qd) for arm in (self.repaired, self.printed)))
 
     def gravity_vector(self, q: ca.SX) -> ca.SX:
         return self.repaired.gravity_vector(q)
@@ -55,7 +55,7 @@ class EitherObserver(wb.arms.AbstractArmObserver):
     """
 
     uses_truth: ClassVar[bool] = True
-    measured: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
+    measured_signals: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
 
     state: wb.arms.observers.Luenberger
     l: wb.core.Scalar = wb.parameter(unit="1/s", low=0, strict=True, symbol="l")
@@ -75,8 +75,8 @@ class EitherObserver(wb.arms.AbstractArmObserver):
 
     def estimate(self, t: ca.SX, z: wb.loop.Parts, y: wb.Signals) -> wb.Signals:
         seen = self.state.estimate(t, z, y)
-        d = chosen(self.d_hat, ca.SX.zeros(self.dof), z["eta"], z["z"])
-        return wb.Signals(q=chosen(self.inside, y.q, seen.q), qd=chosen(self.inside, y.qd, seen.qd), d=d)
+        d = pick_part(self.d_hat, ca.SX.zeros(self.dof), z["eta"], z["z"])
+        return wb.Signals(q=pick_part(self.inside, y.q, seen.q), qd=pick_part(self.inside, y.qd, seen.qd), d=d)
 
     def rate(self, t: ca.SX, z: wb.loop.Parts, y: wb.Signals, est: wb.Signals, u: wb.Signals) -> wb.loop.Parts:
         """(10), which sees its own estimates, and (24)."""
@@ -111,18 +111,20 @@ class EitherAosmcRgs(wb.arms.laws.AbstractSlidingMode):
         """(27) to (29)."""
         M, C = self.model.mass_matrix(est.q), self.model.coriolis_matrix(est.q, est.qd)
         G = self.model.gravity_vector(est.q)
-        _, _, s, qd_r, qdd_r = self._sliding(est, ref)
-        qd, qdd = chosen(self.printed, qd_r, ref.qd), chosen(self.printed, qdd_r, ref.qdd)
+        _, _, s, qd_r, qdd_r = self._sliding_variables(est, ref)
+        qd, qdd = pick_part(self.printed, qd_r, ref.qd), pick_part(self.printed, qdd_r, ref.qdd)
         return ca.SX(M @ qdd + C @ qd + G + est.d - z["K"] @ ca.fmax(ca.fmin(s / self.phi, 1), -1))
 
     def rate(self, t: ca.SX, z: wb.loop.Parts, est: wb.Signals, ref: wb.Signals) -> wb.loop.Parts:
         """(33) and (34), with Q and R that number times I."""
-        s, K, P, n = self._sliding(est, ref).s, z["K"], z["P"], self.dof
+        s, K, P, n = self._sliding_variables(est, ref).s, z["K"], z["P"], self.dof
         Ps, size = P @ s, ca.fabs(s)
-        growth = chosen(self.shape, Ps @ ca.sign(s).T, ca.diag(Ps * ca.sign(s)), P @ ca.diag(size), P * ca.sum1(size))
+        growth = pick_part(
+            self.shape, Ps @ ca.sign(s).T, ca.diag(Ps * ca.sign(s)), P @ ca.diag(size), P * ca.sum1(size)
+        )
         A, B = -wb.arms.solve_definite(self.model.mass_matrix(est.q), K), ca.diag(self.Lambda)
         return {
-            "K": chosen(self.minus, growth, -growth),
+            "K": pick_part(self.minus, growth, -growth),
             "P": A.T @ P + P @ A - P @ B @ B.T @ P / self.R + self.Q * ca.SX.eye(n),
         }
 
@@ -179,4 +181,4 @@ class EitherReference(wb.Reference):
 
     def at(self, t: ca.SX) -> wb.Signals:
         square = self.square.at(t)
-        return wb.Signals({name: chosen(self.jumps, part, square[name]) for name, part in self.sines.at(t).items()})
+        return wb.Signals({name: pick_part(self.jumps, part, square[name]) for name, part in self.sines.at(t).items()})

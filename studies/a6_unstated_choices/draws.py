@@ -13,7 +13,7 @@ from studies.a6_unstated_choices.loops import (
     LONGEST,
     NAMES,
     PID,
-    PROPOSED,
+    PROPOSED_LAW,
     RMSE,
     SHORTEST,
     SQUARE,
@@ -21,24 +21,24 @@ from studies.a6_unstated_choices.loops import (
     Reading,
     factors_of,
     loop,
-    relayed,
     slug,
+    with_relay,
 )
 from studies.paper.card import LAWS
 
 Scale: TypeAlias = Literal["linear", "log"]
 LIMIT = 100.0, 50.0  # N m, of either joint
 RANDOM = wb.uncertainty.MonteCarlo(len(NAMES), 512, seed=6)
-LIMITED = wb.uncertainty.MonteCarlo(len(NAMES), 256, seed=6)  # the first draws of RANDOM
-PAIRED = wb.SobolDesign(len(NAMES), 64, seed=6)
+LIMITED_DESIGN = wb.uncertainty.MonteCarlo(len(NAMES), 256, seed=6)  # the first draws of RANDOM
+PAIRED_DESIGN = wb.SobolDesign(len(NAMES), 64, seed=6)
 DESIGNS: Mapping[str, wb.uncertainty.MonteCarlo | wb.SobolDesign] = {
     "random": RANDOM,
-    "limited": LIMITED,
-    "paired": PAIRED,
+    "limited": LIMITED_DESIGN,
+    "paired": PAIRED_DESIGN,
 }
-HALVED = {PROPOSED: 4}  # one draw of so many is run at half of the step too
-HALVED_OF_RIVALS = 32
-PEAKED = 10.0  # s, in which the peak torque of PID is taken: its largest is at the start or at a jump
+HALF_STEP_EVERY = {PROPOSED_LAW: 4}  # one draw of so many is run at half of the step too
+RIVALS_HALF_STEP_EVERY = 32
+PEAK_HORIZON = 10.0  # s, in which the peak torque of PID is taken: its largest is at the start or at a jump
 RANGES = {"linear": wb.Uniform, "log": wb.LogUniform}
 
 
@@ -51,7 +51,7 @@ class Prior:
 
     def scales(self, law: str, scenario: str) -> tuple[Scale, ...]:
         """Those of a law's own numbers and, where there is one, of the square wave."""
-        return (self.ours if law == PROPOSED else self.rest, *((self.rest,) if scenario == "SS" else ()))
+        return (self.ours if law == PROPOSED_LAW else self.rest, *((self.rest,) if scenario == "SS" else ()))
 
     def factors(self, law: str, scenario: str) -> tuple[wb.Factor, ...]:
         """The open numbers of a law and a scenario, spread on these scales."""
@@ -86,49 +86,54 @@ def on_scale(factor: wb.Factor, scale: Scale) -> wb.Factor:
     return replace(factor, distribution=RANGES[scale](spread.low, spread.high))
 
 
-def named(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> str:
+def sweep_name(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> str:
     """The name of the runs of a law in a scenario: several priors share them."""
     return slug(kind, law, scenario, *prior.scales(law, scenario))
 
 
-def part(kind: str, factors: Sequence[wb.Factor]) -> tuple[wb.uncertainty.Listed, wb.core.Integers]:
+def part(kind: str, factors: Sequence[wb.Factor]) -> tuple[wb.uncertainty.ListedPoints, wb.core.Integers]:
     """The points of a design of all that is open that differ in some factors, and which of them stands at each (N,)."""
     return _part(kind, tuple(NAMES.index(factor.name) for factor in factors))
 
 
 @cache
-def _part(kind: str, columns: tuple[int, ...]) -> tuple[wb.uncertainty.Listed, wb.core.Integers]:
+def _part(kind: str, columns: tuple[int, ...]) -> tuple[wb.uncertainty.ListedPoints, wb.core.Integers]:
     points, places = np.unique(DESIGNS[kind].points()[:, list(columns)], axis=0, return_inverse=True)
-    return wb.uncertainty.Listed(points), places.ravel()
+    return wb.uncertainty.ListedPoints(points), places.ravel()
 
 
 def draws(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> wb.Sweep:
     """A law in a scenario, over all that they leave open: the same points of the unit cube for every prior."""
     factors = prior.factors(law, scenario)
     one = loop(law, scenario, LIMIT if kind == "limited" else None)
-    run = wb.Run(relayed(law, one), (RMSE,), LONGEST, every=1.0, h=STEPS[law])
-    halved = HALVED.get(law, HALVED_OF_RIVALS) if kind == "random" else None
-    return wb.Sweep(named(kind, law, scenario, prior), run, factors, part(kind, factors)[0], halved=halved)
+    run = wb.Run(with_relay(law, one), (RMSE,), LONGEST, every=1.0, h=STEPS[law])
+    halved = HALF_STEP_EVERY.get(law, RIVALS_HALF_STEP_EVERY) if kind == "random" else None
+    return wb.Sweep(
+        sweep_name(kind, law, scenario, prior), run, factors, part(kind, factors)[0], half_step_every=halved
+    )
 
 
 def peaks(scenario: str) -> wb.Sweep:
     """PID in a scenario over the draws of the prior of the card, for its peak torque."""
     factors = OF_CARD.factors(PID, scenario)
-    run = wb.Run(loop(PID, scenario), (wb.arms.peak_torque(),), PEAKED, h=STEPS[PID])
-    return wb.Sweep(slug("peaks", scenario), run, factors, part("random", factors)[0], halved=None)
+    run = wb.Run(loop(PID, scenario), (wb.arms.peak_torque(),), PEAK_HORIZON, h=STEPS[PID])
+    return wb.Sweep(slug("peaks", scenario), run, factors, part("random", factors)[0], half_step_every=None)
 
 
 def at_draws(results: wb.Results, kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> wb.study.Sample:
     """The runs of a law in a scenario, one a point of the whole design."""
-    sample, (_, places) = results.sample(named(kind, law, scenario, prior)), part(kind, factors_of(law, scenario))
+    sample, (_, places) = results.sample(sweep_name(kind, law, scenario, prior)), part(kind, factors_of(law, scenario))
     found = sample.measurement.only(np.empty(0, dtype=int))  # without errors
     values, lost = sample.values[places], sample.diverged_at[places]
     return replace(
-        sample, drawn=sample.drawn[places], measurement=replace(found, values=values, diverged_at=lost), design=None
+        sample,
+        factor_values=sample.factor_values[places],
+        measurement=replace(found, values=values, diverged_at=lost),
+        design=None,
     )
 
 
-def drawn(results: wb.Results, kind: str, scenario: str, prior: Prior = OF_CARD) -> dict[str, wb.Array]:
+def rmse_by_law(results: wb.Results, kind: str, scenario: str, prior: Prior = OF_CARD) -> dict[str, wb.Array]:
     """RMSE (N, 2) by law, in rad, over the same N draws of a scenario, each at its own horizon; NaN where a run
     diverged before it.
     """

@@ -25,17 +25,17 @@ from studies.a6_unstated_choices.fits import (
     until,
 )
 from studies.a6_unstated_choices.loops import (
-    MEASURED,
+    MEASUREMENT_READING,
     PID,
-    PROPOSED,
+    PROPOSED_LAW,
     RMSE,
     SQUARE,
     STEPS,
     factors_of,
     in_words,
     loop,
-    relayed,
     slug,
+    with_relay,
 )
 from studies.paper.card import LAWS
 
@@ -66,18 +66,18 @@ class OneRow:
 
 def common_search(law: str, horizon: int) -> wb.tuning.Tuning:
     """The search for the row of a law in the first scenario at one horizon in s."""
-    run = wb.Run(relayed(law, loop(law, "FS")), (RMSE,), horizon, EVERY["FS"], STEPS[law])
+    run = wb.Run(with_relay(law, loop(law, "FS")), (RMSE,), horizon, EVERY["FS"], STEPS[law])
     name, sought = slug("common", law, str(horizon)), factors_of(law, "FS")
     return wb.tuning.Tuning(
         name, (wb.tuning.Trial("fs", run),), sought, OneRow(law, "FS", horizon), OF_COMMON, COMMON_POPULATION, (SEED,)
     )
 
 
-def common_horizon(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[int, float]:
+def common_horizon(tuning_results: Mapping[str, wb.tuning.TuningResult]) -> tuple[int, float]:
     """The searches, and a horizon in s within them, at which the farthest of the six laws is nearest to its row."""
     best: list[tuple[float, int, float]] = []
     for searched in COMMON:
-        samples = [tuned[slug("common", law, str(searched))].samples["fs"] for law in LAWS]
+        samples = [tuning_results[slug("common", law, str(searched))].samples["fs"] for law in LAWS]
         t = horizons(samples[0])[0]
         near = [misses(law, "FS", horizons(one)[1]).min(axis=0) for law, one in zip(LAWS, samples, strict=True)]
         worst = np.max(near, axis=0)
@@ -87,27 +87,33 @@ def common_horizon(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[int, float]:
     return searched, horizon
 
 
-def common_points(law: str, tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[wb.tuning.Tuned, wb.core.Integers, float]:
+def common_points(
+    law: str, tuning_results: Mapping[str, wb.tuning.TuningResult]
+) -> tuple[wb.tuning.TuningResult, wb.core.Integers, float]:
     """The nearest points of a law at the one horizon, the search that has them, and the horizon in s."""
-    searched, horizon = common_horizon(tuned)
-    one = tuned[slug("common", law, str(searched))]
+    searched, horizon = common_horizon(tuning_results)
+    one = tuning_results[slug("common", law, str(searched))]
     t, rmse = horizons(one.samples["fs"])
     size = misses(law, "FS", rmse[:, int(np.argmin(np.abs(t - horizon)))])
     return one, np.argsort(size, kind="stable")[:COMMON_AGAIN], horizon
 
 
-def common_check(law: str, tuned: Mapping[str, wb.tuning.Tuned]) -> wb.Sweep:
+def common_check(law: str, tuning_results: Mapping[str, wb.tuning.TuningResult]) -> wb.Sweep:
     """The nearest points of a law at the one horizon again, with the boundary layer of the paper, at a fine step."""
-    one, places, horizon = common_points(law, tuned)
+    one, places, horizon = common_points(law, tuning_results)
     run = wb.Run(loop(law, "FS"), (RMSE,), until(horizon), FINE_TIMES, FINE)
     return wb.Sweep(
-        slug("common_check", law), run, factors_of(law, "FS"), wb.uncertainty.Listed(one.points[places]), halved=1
+        slug("common_check", law),
+        run,
+        factors_of(law, "FS"),
+        wb.uncertainty.ListedPoints(one.points[places]),
+        half_step_every=1,
     )
 
 
 def own(law: str) -> tuple[wb.Factor, ...]:
     """The open numbers of a law beside the one experiment, in which the rivals that switch read observer (10)."""
-    return tuple(factor for factor in factors_of(law, "SS") if factor not in (*SQUARE, MEASURED))
+    return tuple(factor for factor in factors_of(law, "SS") if factor not in (*SQUARE, MEASUREMENT_READING))
 
 
 def shared_loop(law: str) -> wb.ClosedLoop:
@@ -116,23 +122,25 @@ def shared_loop(law: str) -> wb.ClosedLoop:
     if not (isinstance(reference, EitherReference) and isinstance(observer, EitherObserver)):
         raise TypeError("A loop of a6 must hold both references and both observers.")
     square = replace(reference.square, amplitude=np.array(AMPLITUDES), frequency=FREQUENCY)
-    inside = 1.0 if MEASURED in factors_of(law, "SS") and law != PID else observer.inside
+    inside = 1.0 if MEASUREMENT_READING in factors_of(law, "SS") and law != PID else observer.inside
     return replace(one, reference=replace(reference, square=square), observer=replace(observer, inside=inside))
 
 
 def shared_search(law: str) -> wb.tuning.Tuning:
     """The search for the numbers and readings of a law in the one experiment."""
-    h = OUR_STEP if law == PROPOSED else STEPS[law]
-    trial = wb.tuning.Trial("ss", wb.Run(relayed(law, shared_loop(law)), (RMSE,), UNTIL, EVERY["SS"], h))
+    h = OUR_STEP if law == PROPOSED_LAW else STEPS[law]
+    trial = wb.tuning.Trial("ss", wb.Run(with_relay(law, shared_loop(law)), (RMSE,), UNTIL, EVERY["SS"], h))
     objective = OneRow(law, "SS", HORIZON)
     return wb.tuning.Tuning(slug("shared", law), (trial,), own(law), objective, EVALUATIONS, POPULATION // 2, (SEED,))
 
 
-def shared_check(law: str, tuned: wb.tuning.Tuned) -> wb.Sweep:
+def shared_check(law: str, tuning_result: wb.tuning.TuningResult) -> wb.Sweep:
     """The nearest points again, with the boundary layer of the paper, at a fine step and at half of it."""
-    design = wb.uncertainty.Listed(tuned.points[np.argsort(tuned.objectives, kind="stable")[:SHARED_AGAIN]])
+    design = wb.uncertainty.ListedPoints(
+        tuning_result.points[np.argsort(tuning_result.objectives, kind="stable")[:SHARED_AGAIN]]
+    )
     run = wb.Run(shared_loop(law), (RMSE,), UNTIL, FINE_TIMES, FINE)
-    return wb.Sweep(slug("shared_check", law), run, own(law), design, halved=1)
+    return wb.Sweep(slug("shared_check", law), run, own(law), design, half_step_every=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,13 +152,13 @@ class Experiment:
     numbers: Mapping[str, str]
 
 
-def shared(results: wb.Results) -> Experiment:
+def shared_experiment(results: wb.Results) -> Experiment:
     """The nearest to the rows of all six laws in the second scenario at once, the error by the step added."""
     factors = {law: own(law) for law in LAWS}
     return _experiment("SS", {law: results.sample(slug("shared_check", law)) for law in LAWS}, factors)
 
 
-def common(results: wb.Results) -> Experiment:
+def common_experiment(results: wb.Results) -> Experiment:
     """The nearest to the rows of all six laws in the first scenario at once, the error by the step added."""
     factors = {law: factors_of(law, "FS") for law in LAWS}
     return _experiment("FS", {law: results.sample(slug("common_check", law)) for law in LAWS}, factors)
@@ -163,7 +171,7 @@ def _experiment(
     at = int(np.argmin(np.max([size.min(axis=0) for size in every.values()], axis=0)))
     best = {law: int(np.argmin(size[:, at])) for law, size in every.items()}
     return Experiment(
-        float(samples[PROPOSED].t[at]),
+        float(samples[PROPOSED_LAW].t[at]),
         {law: float(size[best[law], at]) for law, size in every.items()},
-        {law: in_words(factors[law], sample.drawn[best[law]]) for law, sample in samples.items()},
+        {law: in_words(factors[law], sample.factor_values[best[law]]) for law, sample in samples.items()},
     )

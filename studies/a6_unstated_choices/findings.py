@@ -8,14 +8,14 @@ import workbench as wb
 from studies.a6_unstated_choices import experiments, fits, rows
 from studies.a6_unstated_choices.experiments import COMMON, Experiment
 from studies.a6_unstated_choices.fits import CLOSE, Fit, horizons, misses
-from studies.a6_unstated_choices.loops import LONGEST, NAMES, PROPOSED, SHORTEST, STIFF, factors_of, in_words, slug
+from studies.a6_unstated_choices.loops import LONGEST, NAMES, PROPOSED_LAW, SHORTEST, STIFF, factors_of, in_words, slug
 from studies.a6_unstated_choices.rows import MINUS, PLUS, TWO, Row
-from studies.a6_unstated_choices.scope import OMITTED, REST
+from studies.a6_unstated_choices.scope import OMITTED_CHOICES, REST
 from studies.paper.card import LAWS
-from studies.paper.unstated import assumptions
+from studies.paper.unstated_choices import assumptions
 
-MET, MISSED = "met", "not met"
-ROW = f"the printed row of {PROPOSED} in the first scenario"
+MET_WORD, MISSED_WORD = "met", "not met"
+ROW = f"the printed row of {PROPOSED_LAW} in the first scenario"
 BOTH_SIGNS = f"Both signs of (33) meet {ROW} within {100 * CLOSE:g} %: the row does not identify the law."
 SHORT_ROW = "Both signs of (33) meet its printed row in the first scenario, so the row identifies no law."
 SHORT = 30.0  # s, the longest horizon of an earlier search
@@ -24,12 +24,12 @@ FINE_RUNS = (
     "The error by the step is added to the miss."
 )
 OWN_RANGES = f"R from {STIFF:g} N m/(rad s) on, horizons from {SHORTEST} to {LONGEST} s"
-FIXED = f"Not varied: {assumptions(OMITTED)}."
+FIXED_CHOICES = f"Not varied: {assumptions(OMITTED_CHOICES)}."
 LONGER = f"longer searches; {REST}"
 
 
 def met_words(miss: float) -> str:
-    return MET if miss <= CLOSE else MISSED
+    return MET_WORD if miss <= CLOSE else MISSED_WORD
 
 
 def share_of(miss: float) -> str:
@@ -45,11 +45,14 @@ def fit_words(law: str, target: str, numbers: wb.Array) -> str:
 
 def row_finding(results: wb.Results, every: Sequence[Row]) -> wb.Finding:
     """The signs of (33) that meet the printed row of the proposed law in the first scenario."""
-    near = {sign: min((row for row in every if row.sign == sign), key=lambda row: row.fit.miss) for sign in rows.FIXED}
-    count = {sign: sum(row.met for row in every if row.sign == sign) for sign in rows.FIXED}
-    signs = [sign for sign in (PLUS, MINUS) if near[sign].met or (sign == MINUS and near[TWO].met)]
+    near = {
+        sign: min((row for row in every if row.sign == sign), key=lambda row: row.fit.miss)
+        for sign in rows.FIXED_READINGS
+    }
+    count = {sign: sum(row.is_met for row in every if row.sign == sign) for sign in rows.FIXED_READINGS}
+    signs = [sign for sign in (PLUS, MINUS) if near[sign].is_met or (sign == MINUS and near[TWO].is_met)]
     two = near[TWO]
-    shapes = len(every) // len(rows.FIXED)
+    shapes = len(every) // len(rows.FIXED_READINGS)
     return wb.Finding(
         name="row_of_fs",
         statement=_row_statement(signs),
@@ -61,13 +64,13 @@ def row_finding(results: wb.Results, every: Sequence[Row]) -> wb.Finding:
         sample=f"{len(every)} searches by differential evolution (seed {rows.SEED}), one for each sign and shape of "
         f"(33), {rows.EVALUATIONS[PLUS]} choices each. With two repairs alone there are {rows.EVALUATIONS[TWO]} "
         f"choices each. The {rows.AGAIN} nearest of each are run again.",
-        given="The law has the exact model, but for (3), and D(t) itself where D_hat needs it.",
-        chosen=f"{OWN_RANGES}. {FIXED}",
-        fitted="Q, R, l, the horizon and the readings that are left, each to the two printed numbers of the row.",
-        answer=MET if any(row.met for row in every) else MISSED,
+        information="The law has the exact model, but for (3), and D(t) itself where D_hat needs it.",
+        assumptions=f"{OWN_RANGES}. {FIXED_CHOICES}",
+        fits="Q, R, l, the horizon and the readings that are left, each to the two printed numbers of the row.",
+        answer=MET_WORD if any(row.is_met for row in every) else MISSED_WORD,
         variations=tuple(row_variations(results, every)),
-        untried=LONGER,
-        settled=bool(signs),
+        limitations=LONGER,
+        is_decided=bool(signs),
         cites=("a1_paper_tables/row_of_fs",),
     )
 
@@ -86,18 +89,18 @@ def row_variations(results: wb.Results, every: Sequence[Row]) -> Iterator[wb.Var
     for row in every:
         detail = f"{share_of(row.fit.miss)} at {row.fit.horizon['FS']:.1f} s"
         yield wb.Variation(f"{row.sign}, {row.shape}", met_words(row.fit.miss), detail)
-    for sign in rows.FIXED:
-        samples = [results.tuned(rows.named(sign, row.shape)).samples["fs"] for row in every if row.sign == sign]
+    for sign in rows.FIXED_READINGS:
+        samples = [results.tuning(rows.search_name(sign, row.shape)).samples["fs"] for row in every if row.sign == sign]
         least = np.inf
         for sample in samples:
             t, rmse = horizons(sample)
-            least = min(least, float(misses(PROPOSED, "FS", rmse[:, t <= SHORT + 1e-9]).min()))
+            least = min(least, float(misses(PROPOSED_LAW, "FS", rmse[:, t <= SHORT + 1e-9]).min()))
         words = f"{sign}, horizons up to {SHORT:g} s, at the step of the search"
         yield wb.Variation(words, met_words(least), share_of(least))
 
 
 def tables_finding(
-    results: wb.Results, met: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
+    results: wb.Results, law_fits: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
 ) -> wb.Finding:
     """The rows that one experiment for all laws gives in each scenario, and the other sets of cells that are met."""
     counts = [sum(miss <= CLOSE for miss in one.miss.values()) for one in (first, second)]
@@ -120,23 +123,23 @@ def tables_finding(
         sample=f"A search for each law (seed {fits.SEED}). In the first scenario it has {experiments.OF_COMMON} "
         f"choices at each of the horizons {', '.join(map(str, COMMON))} s, in the second {fits.EVALUATIONS}. The "
         f"{experiments.COMMON_AGAIN} and {experiments.SHARED_AGAIN} nearest are run again.",
-        given="Each law has gains of its own in each scenario. In the second the rivals that switch measure by (10), "
-        f"PID exactly, and {PROPOSED} by its own reading.",
-        chosen="The square wave was found by hand, outside of this study: a search of 32 square waves at once, each "
-        f"with gains for every law, over 194 generations (seed 0) ended at a1 = {experiments.BY_HAND[0]:g} rad, a2 = "
-        f"{experiments.BY_HAND[1]:g} rad, f = {experiments.FREQUENCY:g} Hz. Both amplitudes were then moved by hand, "
-        f"by {moved}, to {experiments.AMPLITUDES[0]:g} and {experiments.AMPLITUDES[1]:g} rad. Its horizon of "
-        f"{experiments.HORIZON:g} s is that search's, too. {FIXED}",
-        fitted=f"All other numbers of the {len(NAMES)} unstated ones, to the printed rows.",
-        answer=MET if settled else MISSED,
-        variations=tuple(tables_variations(results, met, first, second)),
-        untried=f"other square waves; {LONGER}",
-        settled=settled,
+        information="Each law has gains of its own in each scenario. In the second the rivals that switch measure by "
+        f"(10), PID exactly, and {PROPOSED_LAW} by its own reading.",
+        assumptions="The square wave was found by hand, outside of this study: a search of 32 square waves at once, "
+        f"each with gains for every law, over 194 generations (seed 0) ended at a1 = {experiments.BY_HAND[0]:g} rad, "
+        f"a2 = {experiments.BY_HAND[1]:g} rad, f = {experiments.FREQUENCY:g} Hz. Both amplitudes were then moved by "
+        f"hand, by {moved}, to {experiments.AMPLITUDES[0]:g} and {experiments.AMPLITUDES[1]:g} rad. Its horizon of "
+        f"{experiments.HORIZON:g} s is that search's, too. {FIXED_CHOICES}",
+        fits=f"All other numbers of the {len(NAMES)} unstated ones, to the printed rows.",
+        answer=MET_WORD if settled else MISSED_WORD,
+        variations=tuple(tables_variations(results, law_fits, first, second)),
+        limitations=f"other square waves; {LONGER}",
+        is_decided=settled,
     )
 
 
 def tables_variations(
-    results: wb.Results, met: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
+    results: wb.Results, law_fits: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
 ) -> Iterator[wb.Variation]:
     """The answer for parts of the tables, with horizons and gains of their own, and at each horizon searched."""
     both = {law: max(first.miss[law], second.miss[law]) for law in LAWS}
@@ -147,8 +150,8 @@ def tables_variations(
         ("SS", "the second scenario"),
         ("both", "all cells, same gains"),
     ):
-        groups[f"{words}, horizons of its own for each law"] = {law: met[law, target].miss for law in LAWS}
-    cells = {(law, target): met[law, target].miss for law in LAWS for target in fits.CELLS}
+        groups[f"{words}, horizons of its own for each law"] = {law: law_fits[law, target].miss for law in LAWS}
+    cells = {(law, target): law_fits[law, target].miss for law in LAWS for target in fits.CELLS}
     groups["each of the 24 cells by itself"] = {law: max(cells[law, t] for t in fits.CELLS) for law in LAWS}
     for words, misses_of in groups.items():
         law = max(misses_of, key=misses_of.__getitem__)
@@ -156,7 +159,7 @@ def tables_variations(
     for horizon in COMMON:
         worst = 0.0
         for law in LAWS:
-            sample = results.tuned(slug("common", law, str(horizon))).samples["fs"]
+            sample = results.tuning(slug("common", law, str(horizon))).samples["fs"]
             worst = max(worst, float(misses(law, "FS", sample.values[:, -1]).min()))
         yield wb.Variation(
             f"the first scenario at {horizon} s, at the step of the search", met_words(worst), share_of(worst)

@@ -10,25 +10,25 @@ import workbench as wb
 from studies.a6_unstated_choices.draws import at_draws
 from studies.a6_unstated_choices.loops import (
     LONGEST,
-    PROPOSED,
+    PROPOSED_LAW,
     RMSE,
     SCENARIOS,
     SHORTEST,
     STEPS,
     factors_of,
     loop,
-    relayed,
     slug,
+    with_relay,
 )
-from studies.paper.card import CARD, PUBLISHED
+from studies.paper.card import CARD, PUBLISHED_COLUMNS
 
 CLOSE = 0.01
 AGAIN = 3  # points that are run again for a target, the nearest, and as many from all of the search
 EVALUATIONS, POPULATION, SEED = 864, 48, 0
 FINE = 1e-3 / 12  # s
 FINE_TIMES = 0.1  # s
-SEEDS = {PROPOSED: (0, 1)}  # it has the most readings
-SEARCHED = 30.0  # s, up to which the four cells of a law are sought; its first row alone up to `LONGEST`
+SEEDS = {PROPOSED_LAW: (0, 1)}  # it has the most readings
+SEARCH_HORIZON = 30.0  # s, up to which the four cells of a law are sought; its first row alone up to `LONGEST`
 SPARE = 1.0  # s, by which a run at the fine step is longer than the longest of its horizons
 SAMPLE = float(CARD["sample time of (43)"])
 EVERY = {"FS": 1.0, "SS": 0.5}  # s
@@ -58,7 +58,7 @@ def misses(law: str, scenario: str, rmse: wb.Array, joints: Sequence[int] = (1, 
     """The largest part by which RMSE (..., 2) is off the printed cells of some joints; infinite for a run that
     diverged.
     """
-    printed = np.array([PUBLISHED[scenario, joint].values[law] for joint in (1, 2)])
+    printed = np.array([PUBLISHED_COLUMNS[scenario, joint].values[law] for joint in (1, 2)])
     size = np.abs(rmse / printed - 1)[..., [joint - 1 for joint in joints]].max(axis=-1)
     return np.where(np.isnan(size), np.inf, size)
 
@@ -106,7 +106,7 @@ def by_scenario(samples: Mapping[str, wb.study.Sample]) -> dict[str, wb.study.Sa
 
 
 def trial(law: str, scenario: str) -> wb.tuning.Trial:
-    run = wb.Run(relayed(law, loop(law, scenario)), (RMSE,), SEARCHED, EVERY[scenario], STEPS[law])
+    run = wb.Run(with_relay(law, loop(law, scenario)), (RMSE,), SEARCH_HORIZON, EVERY[scenario], STEPS[law])
     return wb.tuning.Trial(scenario.lower(), run)
 
 
@@ -119,7 +119,7 @@ def search(law: str) -> wb.tuning.Tuning:
     )
 
 
-def checked(law: str, tuned: wb.tuning.Tuned, scenario: str) -> tuple[wb.core.Integers, float]:
+def points_to_check(law: str, tuning_result: wb.tuning.TuningResult, scenario: str) -> tuple[wb.core.Integers, float]:
     """The points of a search that are run again in a scenario, each once, and the longest of their horizons in s.
 
     Of each target these are the nearest, and some from the whole course of the search that are near: the nearest are
@@ -128,22 +128,22 @@ def checked(law: str, tuned: wb.tuning.Tuned, scenario: str) -> tuple[wb.core.In
     places: list[int] = []
     longest = 0.0
     for target in (target for target, rows in TARGETS.items() if scenario in rows):
-        sizes = nearest(law, target, by_scenario(tuned.samples))
+        sizes = nearest(law, target, by_scenario(tuning_result.samples))
         order = np.argsort(sizes, kind="stable")
         near = np.sort(order[: max(AGAIN, np.count_nonzero(sizes <= CLOSE / 2))])
         again = [*order[:AGAIN], *near[np.linspace(0, len(near) - 1, AGAIN).astype(int)]]
-        found = best_horizons(law, target, scenario, tuned.samples[scenario.lower()].only(np.unique(again)))
+        found = best_horizons(law, target, scenario, tuning_result.samples[scenario.lower()].only(np.unique(again)))
         longest = max(longest, float(found.max()))
         places += again
     return np.unique(places), longest
 
 
-def check(law: str, tuned: wb.tuning.Tuned, scenario: str) -> wb.Sweep:
+def check(law: str, tuning_result: wb.tuning.TuningResult, scenario: str) -> wb.Sweep:
     """The nearest points again, with the boundary layer of the paper, at a fine step and at half of it."""
-    places, longest = checked(law, tuned, scenario)
-    design = wb.uncertainty.Listed(tuned.points[places])
+    places, longest = points_to_check(law, tuning_result, scenario)
+    design = wb.uncertainty.ListedPoints(tuning_result.points[places])
     run = wb.Run(loop(law, scenario), (RMSE,), until(longest), FINE_TIMES, FINE)
-    return wb.Sweep(slug("check", law, scenario), run, factors_of(law, "SS"), design, halved=1)
+    return wb.Sweep(slug("check", law, scenario), run, factors_of(law, "SS"), design, half_step_every=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,13 +161,17 @@ class Fit:
 
 def fits_of(results: wb.Results, law: str) -> dict[str, Fit]:
     """The nearest to each target of a law."""
-    tuned = results.tuned(slug("search", law))
-    again = {scenario: checked(law, tuned, scenario)[0] for scenario in SCENARIOS}
+    tuned = results.tuning(slug("search", law))
+    again = {scenario: points_to_check(law, tuned, scenario)[0] for scenario in SCENARIOS}
     return {target: fit(results, law, target, tuned, again) for target in TARGETS}
 
 
 def fit(
-    results: wb.Results, law: str, target: str, tuned: wb.tuning.Tuned, again: Mapping[str, wb.core.Integers]
+    results: wb.Results,
+    law: str,
+    target: str,
+    tuning_result: wb.tuning.TuningResult,
+    again: Mapping[str, wb.core.Integers],
 ) -> Fit:
     """The best of the points that were run `again` in the scenarios of a target, each scenario at its best horizon."""
     random = {scenario: at_draws(results, "random", law, scenario) for scenario in SCENARIOS}
@@ -181,10 +185,10 @@ def fit(
     one = int(np.argmin(worst))
     at = {scenario: int(np.argmin(size[one])) for scenario, size in sizes.items()}
     return Fit(
-        tuned.numbers[places[one]],
+        tuning_result.numbers[places[one]],
         {scenario: float(samples[scenario].t[i]) for scenario, i in at.items()},
         {scenario: samples[scenario].values[one, i] for scenario, i in at.items()},
         {scenario: samples[scenario].measurement.errors[one, i] for scenario, i in at.items()},
         float(worst[one]),
-        *(int((nearest(law, target, runs) <= CLOSE).sum()) for runs in (random, by_scenario(tuned.samples))),
+        *(int((nearest(law, target, runs) <= CLOSE).sum()) for runs in (random, by_scenario(tuning_result.samples))),
     )

@@ -10,7 +10,7 @@ from studies.a6_unstated_choices.blocks import EitherAosmcRgs, EitherArm, Either
 from studies.paper.card import CARD, INERTIA, LAWS, POLES
 from studies.paper.laws import ARM, PRINTED_ARM, RIVALS, SINES, SQUARE_WAVE, plant
 
-PROPOSED, PID = "AOSMC-RGS", "PID"
+PROPOSED_LAW, PID = "AOSMC-RGS", "PID"
 SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}
 PERIOD = 2e-3  # s
 # N m/(rad s): below it P' = -P Lambda R^-1 Lambda P of (34) falls from P(0) too fast for the step, which then diverges
@@ -18,7 +18,7 @@ STIFF = 0.3
 SIGNS = ("plus", "minus")  # the second is printed
 SHORTEST, LONGEST = 5, 60  # s, the horizons that are drawn and searched
 RMSE = wb.metrics.sampled_rmse(CARD["sample time of (43)"])
-STEPS = {law: 1e-3 if law == PROPOSED else PERIOD for law in LAWS}  # s
+STEPS = {law: 1e-3 if law == PROPOSED_LAW else PERIOD for law in LAWS}  # s
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def _share(name: str, path: str, low: float, high: float) -> wb.Factor:
 
 
 LEARNING = (_card("ASMC: K(0)", "controller.K", words="K(0)"), _card("ASMC: gamma", "controller.gamma", words="gamma"))
-MEASURED = _reading("rivals' measurements", ("exact", "by (10)"), "observer.inside")
+MEASUREMENT_READING = _reading("rivals' measurements", ("exact", "by (10)"), "observer.inside")
 SQUARE = (
     _card("SS: a1, a2", "reference.square.amplitude[0]", words="a1"),
     _card("SS: a1, a2", "reference.square.amplitude[1]", words="a2"),
@@ -66,7 +66,7 @@ SQUARE = (
 
 # What the paper leaves open of each law; where two laws have a factor of one name, it is the same number.
 FACTORS: Mapping[str, tuple[wb.Factor, ...]] = {
-    PROPOSED: (
+    PROPOSED_LAW: (
         _card("Q", "controller.Q", orders=True),
         wb.Factor("R", ("controller.R",), wb.LogUniform(STIFF, 1000.0)),
         _card("l", "observer.l", orders=True),
@@ -77,7 +77,7 @@ FACTORS: Mapping[str, tuple[wb.Factor, ...]] = {
         _reading("observer (10)", ("out", "in"), "observer.inside"),
         _reading("C of (3)", ("right", "printed"), "controller.model.misprint", "observer.state.model.misprint"),
     ),
-    "ASMC": (*LEARNING, MEASURED),
+    "ASMC": (*LEARNING, MEASUREMENT_READING),
     "Fuzzy-ASMC": (
         *LEARNING,
         _card("Fuzzy-ASMC: lag", "controller.lag", words="lag"),
@@ -86,7 +86,7 @@ FACTORS: Mapping[str, tuple[wb.Factor, ...]] = {
         _share("centres of the trend", "controller.rules.trends", 0.1, 2.0),
         _card("Fuzzy-ASMC: width of |s|", "controller.rules.size_width", words="width of |s|"),
         _card("Fuzzy-ASMC: width of the trend", "controller.rules.trend_width", words="width of the trend"),
-        MEASURED,
+        MEASUREMENT_READING,
     ),
     "RBF-ASMC": (
         *LEARNING,
@@ -94,18 +94,18 @@ FACTORS: Mapping[str, tuple[wb.Factor, ...]] = {
         _card("RBF-ASMC: sigma", "controller.sigma", words="sigma"),
         _share("centres", "controller.centres", 0.1, 2.0),
         _card("RBF-ASMC: widths", "controller.widths", words="widths"),
-        MEASURED,
+        MEASUREMENT_READING,
     ),
     PID: (
         _card("PID: poles", "controller.poles[0]", words="poles of joint 1"),
         _card("PID: poles", "controller.poles[1]", words="poles of joint 2"),
         _reading("G in PID", ("without", "with"), "controller.lifted"),
-        MEASURED,
+        MEASUREMENT_READING,
     ),
     "SMC": (
         _card("SMC: K", "controller.K[0]", words="K of joint 1"),
         _card("SMC: K", "controller.K[1]", words="K of joint 2"),
-        MEASURED,
+        MEASUREMENT_READING,
     ),
 }
 
@@ -135,7 +135,7 @@ def loop(law: str, scenario: str, limit: tuple[float, float] | None = None) -> w
 
     A drive limits the torques to `limit` in N m, if given, and the observer (10) reads the limited torques.
     """
-    ours = law == PROPOSED
+    ours = law == PROPOSED_LAW
     model = EitherArm(ARM, PRINTED_ARM)
     state = wb.arms.observers.Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
     observer = EitherObserver(state, CARD["l"], inside=float(ours), d_hat=float(ours))
@@ -155,12 +155,12 @@ def loop(law: str, scenario: str, limit: tuple[float, float] | None = None) -> w
     return wb.ClosedLoop(arm, observer, controller, reference)
 
 
-def relayed(law: str, one: wb.ClosedLoop) -> wb.ClosedLoop | wb.DigitalLoop:
+def with_relay(law: str, one: wb.ClosedLoop) -> wb.ClosedLoop | wb.DigitalLoop:
     """A loop as searches and draws run it: a rival that switches by a computer, as an implicit relay once in `PERIOD`.
 
     That keeps s as near to zero as the boundary layer does, whatever the gain, at steps at which the layer chatters.
     """
-    if law in (PROPOSED, PID):
+    if law in (PROPOSED_LAW, PID):
         return one
     return wb.DigitalLoop(replace(one, controller=replace(one.controller, saturation="implicit")), PERIOD)
 

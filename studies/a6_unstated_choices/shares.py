@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 import workbench as wb
-from studies.a6_unstated_choices.draws import DESIGNS, PRIORS, Prior, drawn, named, part
-from studies.a6_unstated_choices.loops import FACTORS, NAMES, PROPOSED, SCENARIOS, Reading, factors_of
+from studies.a6_unstated_choices.draws import DESIGNS, PRIORS, Prior, part, rmse_by_law, sweep_name
+from studies.a6_unstated_choices.loops import FACTORS, NAMES, PROPOSED_LAW, SCENARIOS, Reading, factors_of
 from studies.paper.card import LAWS
 
 COLUMNS = {(scenario, joint): f"{scenario}, q{joint}" for scenario in SCENARIOS for joint in (1, 2)}
@@ -61,7 +61,7 @@ def cells(results: wb.Results, kind: str = "random") -> dict[Cell, Draws]:
     every: dict[Cell, Draws] = {}
     for name, prior in PRIORS.items():
         for scenario in SCENARIOS:
-            rmse = drawn(results, kind, scenario, prior)
+            rmse = rmse_by_law(results, kind, scenario, prior)
             for joint in (1, 2):
                 table = np.column_stack([rmse[law][:, joint - 1] for law in LAWS])
                 every[name, (scenario, joint)] = Draws(np.where(np.isnan(table), np.inf, table), points)
@@ -75,7 +75,7 @@ class Rerun:
     draws: Draws
     errors: wb.Array  # (N,), of the RMSE of the proposed law by the step; infinite where not known
 
-    def moved(self, side: int) -> Draws:
+    def shifted_draws(self, side: int) -> Draws:
         """The draws with the error added to the RMSE of the proposed law, `side` 1, or taken off, `side` -1."""
         rmse = self.draws.rmse.copy()
         finite = np.isfinite(rmse[:, 0])
@@ -83,15 +83,15 @@ class Rerun:
         return Draws(rmse, self.draws.points)
 
     @cached_property
-    def beyond(self) -> wb.uncertainty.Flags:
+    def is_inaccurate(self) -> wb.uncertainty.Flags:
         """True where the error is above 1 % of the RMSE."""
         ours = self.draws.rmse[:, 0]
         return np.asarray(np.isfinite(ours) & (self.errors > 0.01 * ours))
 
     @cached_property
-    def undecided(self) -> wb.uncertainty.Flags:
+    def is_undecided(self) -> wb.uncertainty.Flags:
         """True where a rival is nearer to the proposed law than the error, so that its rank is not known."""
-        low, high = (self.moved(side).rmse for side in (-1, 1))
+        low, high = (self.shifted_draws(side).rmse for side in (-1, 1))
         return np.asarray(((low[:, :1] < low[:, 1:]) != (high[:, :1] < high[:, 1:])).any(axis=1))
 
 
@@ -107,8 +107,8 @@ def reruns(results: wb.Results, every: Cells) -> dict[Cell, Rerun]:
 
 def _errors(results: wb.Results, scenario: str, prior: Prior) -> tuple[wb.core.Integers, wb.Array]:
     """The numbers (n,) of the draws that were run at half of the step too, and the errors (n, 2) at their horizons."""
-    sample = results.sample(named("random", PROPOSED, scenario, prior))
-    _, places = part("random", factors_of(PROPOSED, scenario))
+    sample = results.sample(sweep_name("random", PROPOSED_LAW, scenario, prior))
+    _, places = part("random", factors_of(PROPOSED_LAW, scenario))
     measured = sample.measurement
     rows = np.array([int(np.flatnonzero(places == run)[0]) for run in measured.looked_at])
     times = prior.horizons_of("random", scenario)[rows]
@@ -117,7 +117,7 @@ def _errors(results: wb.Results, scenario: str, prior: Prior) -> tuple[wb.core.I
     return rows, np.where(np.isnan(errors), np.inf, errors)
 
 
-def counted(draws: Draws, flags: Callable[[Draws], wb.uncertainty.Flags]) -> wb.uncertainty.Share:
+def share_of_draws(draws: Draws, flags: Callable[[Draws], wb.uncertainty.Flags]) -> wb.uncertainty.Share:
     return wb.uncertainty.share(flags(draws), TOGETHER)
 
 

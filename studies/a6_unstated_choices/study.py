@@ -6,8 +6,18 @@ Runs in about four minutes on two cores.
 from collections.abc import Mapping, Sequence
 
 import workbench as wb
-from studies.a6_unstated_choices import deciding, draws, experiments, findings, fits, loops, ranking, rows, tables
-from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, slug
+from studies.a6_unstated_choices import (
+    deciding_factors,
+    draws,
+    experiments,
+    findings,
+    fits,
+    loops,
+    ranking,
+    rows,
+    tables,
+)
+from studies.a6_unstated_choices.loops import PROPOSED_LAW, SCENARIOS, slug
 from studies.a6_unstated_choices.shares import Cells, cells, reruns
 from studies.paper.card import LAWS
 
@@ -15,17 +25,17 @@ from studies.paper.card import LAWS
 def sections(results: wb.Results) -> wb.Page:
     every, limited = cells(results), cells(results, "limited")
     again = reruns(results, every)
-    indices, searched = deciding.indices(results), rows.rows_of(results)
-    first, second = experiments.common(results), experiments.shared(results)
+    indices, searched = deciding_factors.indices(results), rows.rows_of(results)
+    first, second = experiments.common_experiment(results), experiments.shared_experiment(results)
     met = nearest_fits(results, searched)
     found = (
         ranking.first_finding(every, limited, again),
         ranking.below_finding(results, every, limited, again),
-        deciding.deciding_finding(indices),
+        deciding_factors.deciding_finding(indices),
         findings.row_finding(results, searched),
         findings.tables_finding(results, met, first, second),
     )
-    decides = deciding.deciding_figure(results, indices), deciding.deciding_table(indices)
+    decides = deciding_factors.deciding_figure(results, indices), deciding_factors.deciding_table(indices)
     nearest = ROWS, tables.nearest_table(searched), tables.rows_table(searched)
     one_experiment = tables.experiment_table("common", first), tables.experiment_table("shared", second)
     return wb.Page(
@@ -35,7 +45,9 @@ def sections(results: wb.Results) -> wb.Page:
             wb.Section("Who is first", first_blocks(results, every, limited)),
             wb.Section("What decides", decides),
             wb.Section("The printed row of AOSMC-RGS", nearest),
-            wb.Section("The printed tables", (*one_experiment, FITTING, tables.together(met), tables.cells_table(met))),
+            wb.Section(
+                "The printed tables", (*one_experiment, FIT_METHOD, tables.together(met), tables.cells_table(met))
+            ),
             wb.Section("The rankings under four priors", (RANKING, tables.priors_table(every))),
             wb.Section("What is open", (*OPEN, tables.omitted_table(), *map(tables.open_table, LAWS))),
             wb.Section(
@@ -45,29 +57,29 @@ def sections(results: wb.Results) -> wb.Page:
     )
 
 
-def nearest_fits(results: wb.Results, searched: Sequence[rows.Row]) -> dict[tuple[str, str], fits.Fit]:
+def nearest_fits(results: wb.Results, search_rows: Sequence[rows.Row]) -> dict[tuple[str, str], fits.Fit]:
     """The nearest fit of each law to each target; of the proposed law's first row that of the searches for it alone."""
     met = {(law, target): fit for law in LAWS for target, fit in fits.fits_of(results, law).items()}
-    best = min((row.fit for row in searched), key=lambda fit: fit.miss)
-    if best.miss < met[PROPOSED, "FS"].miss:
-        met[PROPOSED, "FS"] = best
+    best = min((row.fit for row in search_rows), key=lambda fit: fit.miss)
+    if best.miss < met[PROPOSED_LAW, "FS"].miss:
+        met[PROPOSED_LAW, "FS"] = best
     return met
 
 
-def first_blocks(results: wb.Results, every: Cells, limited: Cells) -> tuple[wb.document.Block, ...]:
+def first_blocks(results: wb.Results, every: Cells, limited_cells: Cells) -> tuple[wb.document.Block, ...]:
     """The ranks, the answer by column, and the torque limit."""
-    columns = ranking.ranked(every)
+    columns = ranking.ranks_by_column(every)
     return (
         tables.ranks_figure(results, columns),
         wb.Paragraph(ranking.printed_words(columns)),
-        tables.below_table(every, limited),
+        tables.below_table(every, limited_cells),
         tables.limits_table(results),
     )
 
 
-def answer(found: tuple[wb.Finding, ...]) -> str:
+def answer(page_findings: tuple[wb.Finding, ...]) -> str:
     """The answer of the page in one line, from its findings."""
-    first, _, _, row, _ = found
+    first, _, _, row, _ = page_findings
     return f"{first.statement} {findings.SHORT_ROW if row.statement == findings.BOTH_SIGNS else row.statement}"
 
 
@@ -79,18 +91,20 @@ ROWS = wb.Paragraph(
 RANKING = wb.Paragraph(
     f"Independent draws of everything at once, {draws.RANDOM.runs} for each prior. The six laws of a draw have the "
     "same horizon and the same square wave. A range is no prior: a number can be drawn evenly, or evenly on a "
-    f"logarithmic scale. The prior of the card is logarithmic for Q, R and l of {PROPOSED}, which are known by their "
-    "order of magnitude. It is linear for all other numbers, and 'exchanged' is the opposite. sigma of RBF-ASMC, whose "
-    "range begins at 0, is always drawn evenly. A run that diverged before its horizon is worse than any other."
+    f"logarithmic scale. The prior of the card is logarithmic for Q, R and l of {PROPOSED_LAW}, which are known by "
+    "their order of magnitude. It is linear for all other numbers, and 'exchanged' is the opposite. sigma of "
+    "RBF-ASMC, whose range begins at 0, is always drawn evenly. A run that diverged before its horizon is worse than "
+    "any other."
 )
-FITTING = wb.Paragraph(
-    f"A search for each law looks at {fits.EVALUATIONS} choices by differential evolution (seed {fits.SEED}). It seeks "
-    f"one set of gains for both rows of the law, each at its own horizon up to {fits.SEARCHED:g} s. {PROPOSED}, which "
-    f"has the most readings, has two searches (seeds {' and '.join(map(str, fits.SEEDS[PROPOSED]))}). The rivals that "
-    "switch are searched as a computer with an implicit relay runs them every 2 ms. The relay keeps s as near to zero "
-    "as the boundary layer does. The nearest points, and some from the whole search that are within 0.5 %, are run "
-    f"again. These runs are in continuous time, with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and "
-    "at half of it. Only they are called fits, and the error by the step counts against them."
+FIT_METHOD = wb.Paragraph(
+    f"A search for each law looks at {fits.EVALUATIONS} choices by differential evolution (seed {fits.SEED}). It "
+    f"seeks one set of gains for both rows of the law, each at its own horizon up to {fits.SEARCH_HORIZON:g} s. "
+    f"{PROPOSED_LAW}, which has the most readings, has two searches (seeds "
+    f"{' and '.join(map(str, fits.SEEDS[PROPOSED_LAW]))}). The rivals that switch are searched as a computer with an "
+    "implicit relay runs them every 2 ms. The relay keeps s as near to zero as the boundary layer does. The nearest "
+    "points, and some from the whole search that are within 0.5 %, are run again. These runs are in continuous time, "
+    f"with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and at half of it. Only they are called fits, "
+    "and the error by the step counts against them."
 )
 OPEN = (
     wb.Paragraph(
@@ -108,20 +122,21 @@ OPEN = (
 )
 TRUST = wb.Paragraph(
     "The error of the step is twice the largest change of RMSE to half of the step. It is taken over one draw of "
-    f"{draws.HALVED[PROPOSED]} of {PROPOSED}, one of {draws.HALVED_OF_RIVALS} of the rivals, and all checks. Of a "
-    "rival that switches by a computer it is the error of the motion between two instants. The checks show how far the "
-    "computer is from the boundary layer. The chattering of a boundary layer makes every method one of first order. "
-    "The change then tells the size of the error and bounds nothing. The last table counts every run that diverges "
-    "within the longest horizon. One that diverges later than the horizon of its draw has its RMSE there."
+    f"{draws.HALF_STEP_EVERY[PROPOSED_LAW]} of {PROPOSED_LAW}, one of {draws.RIVALS_HALF_STEP_EVERY} of the rivals, "
+    "and all checks. Of a rival that switches by a computer it is the error of the motion between two instants. The "
+    "checks show how far the computer is from the boundary layer. The chattering of a boundary layer makes every "
+    "method one of first order. The change then tells the size of the error and bounds nothing. The last table "
+    "counts every run that diverges within the longest horizon. One that diverges later than the horizon of its draw "
+    "has its RMSE there."
 )
 
 
-def sweeps(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[wb.Sweep, ...]:
+def sweeps(tuning_results: Mapping[str, wb.tuning.TuningResult]) -> tuple[wb.Sweep, ...]:
     """The checks of the searches, and all draws."""
     places = [(law, scenario) for law in LAWS for scenario in SCENARIOS]
-    checks = [fits.check(law, tuned[slug("search", law)], scenario) for law, scenario in places]
-    common = [experiments.common_check(law, tuned) for law in LAWS]
-    shared = [experiments.shared_check(law, tuned[slug("shared", law)]) for law in LAWS]
+    checks = [fits.check(law, tuning_results[slug("search", law)], scenario) for law, scenario in places]
+    common = [experiments.common_check(law, tuning_results) for law in LAWS]
+    shared = [experiments.shared_check(law, tuning_results[slug("shared", law)]) for law in LAWS]
     priors = [
         draws.draws(kind, *place, prior)
         for kind in ("random", "limited")
@@ -131,7 +146,7 @@ def sweeps(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[wb.Sweep, ...]:
     paired = [draws.draws("paired", *place) for place in places]
     torques = [draws.peaks(scenario) for scenario in SCENARIOS]
     once = {one.name: one for one in priors}.values()
-    return (rows.check(tuned), *checks, *common, *shared, *once, *paired, *torques)
+    return (rows.check(tuning_results), *checks, *common, *shared, *once, *paired, *torques)
 
 
 study = wb.Study(

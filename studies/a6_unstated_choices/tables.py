@@ -7,26 +7,29 @@ import numpy as np
 
 import workbench as wb
 from studies.a6_unstated_choices import fits, loops
-from studies.a6_unstated_choices.draws import LIMIT, LIMITED, OF_CARD, PRIORS, RANDOM, drawn, named
+from studies.a6_unstated_choices.draws import LIMIT, LIMITED_DESIGN, OF_CARD, PRIORS, RANDOM, rmse_by_law, sweep_name
 from studies.a6_unstated_choices.experiments import AMPLITUDES, FREQUENCY, Experiment
 from studies.a6_unstated_choices.findings import fit_words
 from studies.a6_unstated_choices.fits import Fit
-from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, slug
+from studies.a6_unstated_choices.loops import PROPOSED_LAW, SCENARIOS, slug
 from studies.a6_unstated_choices.ranking import LIMITS, ends, most, shares_of
-from studies.a6_unstated_choices.rows import FIXED, Row
-from studies.a6_unstated_choices.scope import OMITTED
+from studies.a6_unstated_choices.rows import FIXED_READINGS, Row
+from studies.a6_unstated_choices.scope import OMITTED_CHOICES
 from studies.a6_unstated_choices.shares import COLUMNS, RIVALS, Cell, Cells, Rerun
-from studies.paper import unstated
-from studies.paper.card import LAWS, PUBLISHED
+from studies.paper import unstated_choices
+from studies.paper.card import LAWS, PUBLISHED_COLUMNS
 
 Fits = Mapping[tuple[str, str], Fit]  # by law and target
-COUNTED = (wb.document.Column("of draws", align="right"), wb.document.Column("of search", align="right"))
+COUNT_COLUMNS = (
+    wb.document.TableColumn("of draws", align="right"),
+    wb.document.TableColumn("of search", align="right"),
+)
 
 
 def ranks_figure(results: wb.Results, columns: Mapping[tuple[str, int], wb.evidence.Ranks]) -> wb.document.Figure:
     """The ranks of the laws in the four columns, a panel each."""
-    lost = sum(int(columns[scenario, 1].paired.failed.sum()) for scenario in SCENARIOS)
-    samples = [results.sample(named("random", law, scenario)) for law in LAWS for scenario in SCENARIOS]
+    lost = sum(int(columns[scenario, 1].samples.failures.sum()) for scenario in SCENARIOS)
+    samples = [results.sample(sweep_name("random", law, scenario)) for law in LAWS for scenario in SCENARIOS]
     runs = sum(int(np.isfinite(sample.diverged_at).sum()) for sample in samples)
     note = (
         f"{RANDOM.runs} draws for each scenario, prior of the card, seed {RANDOM.seed}; {lost} runs diverge before the "
@@ -41,117 +44,124 @@ def ranks_figure(results: wb.Results, columns: Mapping[tuple[str, int], wb.evide
     first = one["FS", 1]
     tables = {column: figure.numbers for column, figure in one.items() if figure.numbers is not None}
     rows = tuple((COLUMNS[column], *row) for column, table in tables.items() for row in table.rows)
-    numbers = wb.document.Table("ranks", caption, (wb.document.Column("column"), *tables["FS", 1].columns), rows)
+    numbers = wb.document.ReportTable(
+        "ranks", caption, (wb.document.TableColumn("column"), *tables["FS", 1].columns), rows
+    )
     return replace(first, panels=panels, columns=2, numbers=numbers)
 
 
-def below_table(every: Cells, limited: Cells) -> wb.document.Table:
+def below_table(every: Cells, limited_cells: Cells) -> wb.document.ReportTable:
     """The answer by column: least and largest share under the four priors."""
     rows = []
-    for words, some in (("none", every), (f"{LIMIT[0]:g}, {LIMIT[1]:g} N m", limited)):
+    for words, some in (("none", every), (f"{LIMIT[0]:g}, {LIMIT[1]:g} N m", limited_cells)):
         for rival in (*RIVALS, None):
             question = "first of six" if rival is None else f"below {rival}"
             shown = (f"{most(some, rival, at)}: {ends(shares_of(some, rival, at))}" for at in COLUMNS)
             rows.append((question, words, *shown))
     heads = (
-        wb.document.Column(f"{PROPOSED} is"),
-        wb.document.Column("torque limit"),
-        *map(wb.document.Column, COLUMNS.values()),
+        wb.document.TableColumn(f"{PROPOSED_LAW} is"),
+        wb.document.TableColumn("torque limit"),
+        *map(wb.document.TableColumn, COLUMNS.values()),
     )
     note = (
         "yes, no: the share is above or below one half under all four priors, with its interval; mixed: above under "
         "one and below under another; undecided: an interval has one half in it. Shares: least and largest of four "
         "priors."
     )
-    return wb.document.Table(
-        "below", f"Is {PROPOSED} below the rival in most draws? The answer by column.", heads, tuple(rows), (note,)
+    return wb.document.ReportTable(
+        "below", f"Is {PROPOSED_LAW} below the rival in most draws? The answer by column.", heads, tuple(rows), (note,)
     )
 
 
-def priors_table(every: Cells) -> wb.document.Table:
+def priors_table(every: Cells) -> wb.document.ReportTable:
     """The share of draws with the proposed law below each rival, and first, by column and prior."""
     rows = []
     for rival in (*RIVALS, None):
-        words = f"{PROPOSED} first" if rival is None else f"{PROPOSED} below {rival}"
+        words = f"{PROPOSED_LAW} first" if rival is None else f"{PROPOSED_LAW} below {rival}"
         for column, title in COLUMNS.items():
             shown = (
                 f"{100 * one.value:.0f} ({100 * one.low:.0f} to {100 * one.high:.0f})"
                 for one in shares_of(every, rival, column)
             )
             rows.append((words, title, *shown, most(every, rival, column)))
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "priors",
-        f"Share of draws with {PROPOSED} below a rival, or first, under each prior.",
+        f"Share of draws with {PROPOSED_LAW} below a rival, or first, under each prior.",
         (
-            wb.document.Column("event"),
-            wb.document.Column("column"),
-            *(wb.document.Column(name, "%", "right") for name in PRIORS),
-            wb.document.Column("in most draws"),
+            wb.document.TableColumn("event"),
+            wb.document.TableColumn("column"),
+            *(wb.document.TableColumn(name, "%", "right") for name in PRIORS),
+            wb.document.TableColumn("in most draws"),
         ),
         tuple(rows),
         (f"In brackets the interval, see the sample of the first finding. Seed {RANDOM.seed}; no torque limit.",),
     )
 
 
-def limits_table(results: wb.Results) -> wb.document.Table:
+def limits_table(results: wb.Results) -> wb.document.ReportTable:
     """The median RMSE of each law without and with a limit of the torques, prior of the card."""
     rows = []
     for law in LAWS:
         for (scenario, joint), title in COLUMNS.items():
             pair = []
             for kind in ("random", "limited"):
-                values = drawn(results, kind, scenario, OF_CARD)[law][: LIMITED.runs, joint - 1]
+                values = rmse_by_law(results, kind, scenario, OF_CARD)[law][: LIMITED_DESIGN.runs, joint - 1]
                 median = float(np.median(np.where(np.isnan(values), np.inf, values)))
                 pair.append(f"{median:.3f}" if np.isfinite(median) else "diverged")
             rows.append((law, title, *pair))
     heads = (
-        wb.document.Column("law"),
-        wb.document.Column("column"),
-        wb.document.Column("no limit", "rad", "right"),
-        wb.document.Column("limit", "rad", "right"),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("column"),
+        wb.document.TableColumn("no limit", "rad", "right"),
+        wb.document.TableColumn("limit", "rad", "right"),
     )
-    note = f"{LIMITED.runs} draws, prior of the card; limit: {LIMITS}. 'diverged': at least half of the runs diverged."
-    return wb.document.Table(
+    note = (
+        f"{LIMITED_DESIGN.runs} draws, prior of the card; limit: {LIMITS}. 'diverged': at least half of the runs "
+        "diverged."
+    )
+    return wb.document.ReportTable(
         "limits", "Median RMSE without and with a limit of the torques.", heads, tuple(rows), (note,)
     )
 
 
-def step_table(again: Mapping[Cell, Rerun]) -> wb.document.Table:
+def step_table(again: Mapping[Cell, Rerun]) -> wb.document.ReportTable:
     """The draws that were run at half of the step too, by prior and column."""
     rows = []
     for cell, one in again.items():
         prior, column = cell
-        rows.append((prior, COLUMNS[column], len(one.errors), int(one.beyond.sum()), int(one.undecided.sum())))
+        rows.append(
+            (prior, COLUMNS[column], len(one.errors), int(one.is_inaccurate.sum()), int(one.is_undecided.sum()))
+        )
     heads = ("prior", "column", "run again", "moved by over 1 %", "rank not known")
-    columns = tuple(wb.document.Column(head, align="right" if i > 1 else "left") for i, head in enumerate(heads))
-    caption = f"The error of the step in the draws of {PROPOSED}, each at its own horizon."
-    return wb.document.Table(
+    columns = tuple(wb.document.TableColumn(head, align="right" if i > 1 else "left") for i, head in enumerate(heads))
+    caption = f"The error of the step in the draws of {PROPOSED_LAW}, each at its own horizon."
+    return wb.document.ReportTable(
         "step", caption, columns, tuple(rows), ("Rank not known: a rival is nearer than the error of the step.",)
     )
 
 
-def cells_table(met: Fits) -> wb.document.Table:
+def cells_table(law_fits: Fits) -> wb.document.ReportTable:
     """The nearest fit of each printed cell by itself."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for target in fits.CELLS:
         ((scenario, (joint,)),) = fits.TARGETS[target].items()
         for law in LAWS:
-            one, printed = met[law, target], PUBLISHED[scenario, joint].values[law]
+            one, printed = law_fits[law, target], PUBLISHED_COLUMNS[scenario, joint].values[law]
             value, error = (float(part[scenario][joint - 1]) for part in (one.values, one.errors))
             shown: tuple[wb.document.Cell, ...] = ("diverged", None)
             if np.isfinite([value, error]).all():
-                shown = (wb.document.Measured(value, abs(error)), f"{100 * (value / printed - 1):+.2f}")
+                shown = (wb.document.ValueWithError(value, abs(error)), f"{100 * (value / printed - 1):+.2f}")
             horizon = f"{one.horizon[scenario]:.1f}"
             rows.append((target, law, f"{printed:.4f}", *shown, horizon, one.of_draws, one.of_search))
     units = {"printed": "rad", "nearest": "rad", "off": "%", "horizon": "s"}
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "cells",
         "The 24 printed cells: the nearest fit, its distance, and the number of choices within 1 %.",
         (
-            wb.document.Column("cell"),
-            wb.document.Column("law"),
-            *(wb.document.Column(name, unit, "right") for name, unit in units.items()),
-            *COUNTED,
+            wb.document.TableColumn("cell"),
+            wb.document.TableColumn("law"),
+            *(wb.document.TableColumn(name, unit, "right") for name, unit in units.items()),
+            *COUNT_COLUMNS,
         ),
         tuple(rows),
         (
@@ -161,42 +171,46 @@ def cells_table(met: Fits) -> wb.document.Table:
     )
 
 
-def together(met: Fits) -> wb.document.Table:
+def together(law_fits: Fits) -> wb.document.ReportTable:
     """The nearest fit of the rows and of all four cells of a law, and the choice that it is made of."""
     rows = []
     for target in ("FS", "SS", "both"):
         for law in LAWS:
-            one = met[law, target]
+            one = law_fits[law, target]
             times = " and ".join(f"{T:.1f}" for T in one.horizon.values())
             words = fit_words(law, target, one.numbers)
             rows.append((target, law, f"{100 * one.miss:.2f}", times, one.of_draws, one.of_search, words))
     heads = (
-        wb.document.Column("cells"),
-        wb.document.Column("law"),
-        wb.document.Column("largest miss", "%", "right"),
-        wb.document.Column("horizon", "s", "right"),
+        wb.document.TableColumn("cells"),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("largest miss", "%", "right"),
+        wb.document.TableColumn("horizon", "s", "right"),
     )
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "together",
         "Cells met by one choice: both joints of a scenario, and all four cells of a law.",
-        (*heads, *COUNTED, wb.document.Column("numbers and readings")),
+        (*heads, *COUNT_COLUMNS, wb.document.TableColumn("numbers and readings")),
         tuple(rows),
     )
 
 
-def nearest_table(every: Sequence[Row]) -> wb.document.Table:
+def nearest_table(every: Sequence[Row]) -> wb.document.ReportTable:
     """The nearest miss of each sign and shape of (33)."""
     shapes = list(dict.fromkeys(row.shape for row in every))
     by = {(row.sign, row.shape): row for row in every}
-    rows = tuple((sign, *(f"{100 * by[sign, shape].fit.miss:.2g}" for shape in shapes)) for sign in FIXED)
-    heads = (wb.document.Column("sign of (33)"), *(wb.document.Column(shape, "%", "right") for shape in shapes))
-    caption = (
-        f"The larger miss of the two printed cells of {PROPOSED} in the first scenario: the nearest by sign and shape."
+    rows = tuple((sign, *(f"{100 * by[sign, shape].fit.miss:.2g}" for shape in shapes)) for sign in FIXED_READINGS)
+    heads = (
+        wb.document.TableColumn("sign of (33)"),
+        *(wb.document.TableColumn(shape, "%", "right") for shape in shapes),
     )
-    return wb.document.Table("row_nearest", caption, heads, rows)
+    caption = (
+        f"The larger miss of the two printed cells of {PROPOSED_LAW} in the first scenario: the nearest by sign and "
+        "shape."
+    )
+    return wb.document.ReportTable("row_nearest", caption, heads, rows)
 
 
-def rows_table(every: Sequence[Row]) -> wb.document.Table:
+def rows_table(every: Sequence[Row]) -> wb.document.ReportTable:
     """The nearest choice of each search."""
     rows = tuple(
         (
@@ -211,21 +225,21 @@ def rows_table(every: Sequence[Row]) -> wb.document.Table:
         for row in every
     )
     heads = (
-        wb.document.Column("sign"),
-        wb.document.Column("shape"),
-        wb.document.Column("miss", "%", "right"),
-        wb.document.Column("horizon", "s", "right"),
-        wb.document.Column("not as printed"),
-        wb.document.Column("within 1 %", align="right"),
-        wb.document.Column("numbers"),
+        wb.document.TableColumn("sign"),
+        wb.document.TableColumn("shape"),
+        wb.document.TableColumn("miss", "%", "right"),
+        wb.document.TableColumn("horizon", "s", "right"),
+        wb.document.TableColumn("not as printed"),
+        wb.document.TableColumn("within 1 %", align="right"),
+        wb.document.TableColumn("numbers"),
     )
     caption = (
         "The choices of these misses, the readings that are not as printed, and the points of each search within 1 %."
     )
-    return wb.document.Table("rows", caption, heads, rows)
+    return wb.document.ReportTable("rows", caption, heads, rows)
 
 
-def experiment_table(name: str, one: Experiment) -> wb.document.Table:
+def experiment_table(name: str, one: Experiment) -> wb.document.ReportTable:
     """The miss of each law in one experiment, and its numbers."""
     wave = f"a1 {AMPLITUDES[0]:g} rad, a2 {AMPLITUDES[1]:g} rad, f {FREQUENCY:g} Hz, horizon {one.horizon:.1f} s"
     caption, note = {
@@ -233,20 +247,20 @@ def experiment_table(name: str, one: Experiment) -> wb.document.Table:
         "shared": ("One square wave and one horizon for all laws in the second scenario.", f"{wave}."),
     }[name]
     heads = (
-        wb.document.Column("law"),
-        wb.document.Column("larger miss", "%", "right"),
-        wb.document.Column("numbers and readings"),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("larger miss", "%", "right"),
+        wb.document.TableColumn("numbers and readings"),
     )
     rows = tuple((law, f"{100 * one.miss[law]:.2g}", one.numbers[law]) for law in LAWS)
-    return wb.document.Table(name, caption, heads, rows, (note,))
+    return wb.document.ReportTable(name, caption, heads, rows, (note,))
 
 
-def omitted_table() -> wb.document.Table:
+def omitted_table() -> wb.document.ReportTable:
     """The choices that no factor varies."""
-    return unstated.table("omitted", "Choices of a1 that this study does not vary.", OMITTED)
+    return unstated_choices.table("omitted", "Choices of a1 that this study does not vary.", OMITTED_CHOICES)
 
 
-def open_table(law: str) -> wb.document.Table:
+def open_table(law: str) -> wb.document.ReportTable:
     equations = loops.loop(law, "SS").ode()
     space = wb.uncertainty.Space(loops.factors_of(law, "SS"), equations.parameters, equations.states)
     return wb.uncertainty.factor_table(
@@ -254,11 +268,11 @@ def open_table(law: str) -> wb.document.Table:
     )
 
 
-def trust_table(results: wb.Results) -> wb.document.Table:
+def trust_table(results: wb.Results) -> wb.document.ReportTable:
     rows = []
     for law in LAWS:
         for scenario in SCENARIOS:
-            kinds = named("random", law, scenario), slug("check", law, scenario)
+            kinds = sweep_name("random", law, scenario), slug("check", law, scenario)
             rows.append((scenario, law, *(results.sample(name).note_of("sampled RMSE") for name in kinds)))
-    heads = tuple(map(wb.document.Column, ("scenario", "law", "draws", "fits")))
-    return wb.document.Table("steps", "Steps, their errors at 30 s, and runs that diverged.", heads, tuple(rows))
+    heads = tuple(map(wb.document.TableColumn, ("scenario", "law", "draws", "fits")))
+    return wb.document.ReportTable("steps", "Steps, their errors at 30 s, and runs that diverged.", heads, tuple(rows))

@@ -6,25 +6,34 @@ import numpy as np
 
 import workbench as wb
 from studies.a7_sensitivity.late_errors import FEW, INDICES, OURS
-from studies.a7_sensitivity.results import ROBUST, Derivatives, LawResults, interval, leaders, named, narrow, percent
-from studies.a7_sensitivity.sweeps import METRICS, NARROW, OF_LATE, PROPOSED, UNTIL
-from studies.paper.factors import SPAN, TOLERANCE, group_of, written
+from studies.a7_sensitivity.results import (
+    ROBUST,
+    Derivatives,
+    LawResults,
+    interval,
+    leaders,
+    narrow,
+    output_name,
+    percent,
+)
+from studies.a7_sensitivity.sweeps import METRICS, NARROW, OF_LATE, PROPOSED_LAW, UNTIL
+from studies.paper.factors import SPAN, TOLERANCE, factor_phrase, group_of
 
 ALIKE = f"{percent(TOLERANCE)} for all numbers"
 
 
 def answer(laws: Mapping[str, LawResults]) -> str:
     """The numbers that decide about the proposed law, in one line."""
-    ours = laws[PROPOSED]
+    ours = laws[PROPOSED_LAW]
 
     def both(of: wb.uncertainty.SobolIndices, group: str) -> str:
-        parts = [of[named("RMSE", joint)].of_group(group) for joint in (0, 1)]
+        parts = [of[output_name("RMSE", joint)].of_group(group) for joint in (0, 1)]
         return " and ".join(percent(float(one.value)) for one in parts)
 
     return (
-        f"At joints 1 and 2, the arm's numbers cause {both(ours.shares, 'arm')} of the variance of {PROPOSED}'s RMSE. "
-        f"Its gains cause {both(ours.shares, 'gains')}, or {both(ours.equal_shares, 'gains')} if all numbers vary "
-        "equally."
+        f"At joints 1 and 2, the arm's numbers cause {both(ours.shares, 'arm')} of the variance of {PROPOSED_LAW}'s "
+        f"RMSE. Its gains cause {both(ours.shares, 'gains')}, or {both(ours.equal_shares, 'gains')} if all numbers "
+        "vary equally."
     )
 
 
@@ -39,7 +48,7 @@ def gains_of(ours: LawResults) -> list[str]:
 def totals_of(ours: LawResults, shares: wb.uncertainty.SobolIndices, metric: str) -> Totals:
     """The total indices of the gains at both joints."""
     places = [shares.factors.index(name) for name in gains_of(ours)]
-    every = [shares[named(metric, joint)].ST for joint in (0, 1)]
+    every = [shares[output_name(metric, joint)].ST for joint in (0, 1)]
     return [wb.uncertainty.Estimate(one.value[places], one.half[places]) for one in every]
 
 
@@ -48,7 +57,7 @@ def other_totals(ours: LawResults, near: Derivatives, metric: str) -> dict[str, 
     names, joints = gains_of(ours), (0, 1)
     places = [ours.shares.factors.index(name) for name in names]
     spots = [ours.effects.factors.index(name) for name in names]
-    effects = [ours.effects[named(metric, joint)].mu_star for joint in joints]
+    effects = [ours.effects[output_name(metric, joint)].mu_star for joint in joints]
     slopes = {"the exact gradient": near.equal, "slopes of runs over 1 %": near.of_runs.equal}
     return {
         ALIKE: totals_of(ours, ours.equal_shares, metric),
@@ -80,7 +89,7 @@ def largest(names: Sequence[str], totals: wb.uncertainty.Estimate) -> str:
 
 def parts_of(shares: wb.uncertainty.SobolIndices, group: str, metric: str = "RMSE") -> str:
     """The first-order parts of a group at joints 1 and 2."""
-    return " and ".join(interval(shares[named(metric, joint)].of_group(group)) for joint in (0, 1))
+    return " and ".join(interval(shares[output_name(metric, joint)].of_group(group)) for joint in (0, 1))
 
 
 def leading_gains(ours: LawResults, totals: Totals) -> str:
@@ -95,7 +104,7 @@ def deciding_gain(ours: LawResults, near: Derivatives, metric: str = "RMSE") -> 
     (first, second), alike = ([largest(names, one) for one in some] for some in (totals, others[ALIKE]))
     return wb.Finding(
         "deciding_gain",
-        f"The gain of {PROPOSED} that decides most about its {metric} is {leading_gains(ours, totals)}, as Q and R "
+        f"The gain of {PROPOSED_LAW} that decides most about its {metric} is {leading_gains(ours, totals)}, as Q and R "
         f"vary by a factor of {SPAN:g} either way and the other gains by {percent(TOLERANCE)}. With {ALIKE} it is "
         f"{leading_gains(ours, others[ALIKE])}.",
         f"Total indices of the gains over the unequal ranges, joint 1: {first}; joint 2: {second}. With {ALIKE}, joint "
@@ -103,39 +112,39 @@ def deciding_gain(ours: LawResults, near: Derivatives, metric: str = "RMSE") -> 
         f"{parts_of(ours.equal_shares, 'gains')} at joints 1 and 2, the arm {parts_of(ours.equal_shares, 'arm')}.",
         statistic=f"The largest total index ST among the gains, for the {metric} up to {UNTIL:g} s, {INDICES}.",
         sample=f"{len(ours.indices):,} runs of the first scenario, and {len(ours.equal or ()):,} with equal ranges.",
-        given=OURS,
-        chosen=f"The ranges: Q and R a factor of {SPAN:g} either way, as the paper does not state them; the gains that "
-        "it states 10 %.",
+        information=OURS,
+        assumptions=f"The ranges: Q and R a factor of {SPAN:g} either way, as the paper does not state them; the "
+        "gains that it states 10 %.",
         answer=leading_gains(ours, totals),
         variations=tuple(wb.Variation(words, leading_gains(ours, one)) for words, one in others.items()),
-        untried="Ranges as wide as those on the card.",
-        settled=narrow(*totals) and all(len(leaders(names, one)) == 1 for one in totals),
+        limitations="Ranges as wide as those on the card.",
+        is_decided=narrow(*totals) and all(len(leaders(names, one)) == 1 for one in totals),
     )
 
 
 def idle_gains(ours: LawResults, names: tuple[str, ...] = ("phi", "K(0)", "P(0)", "l")) -> str:
     """The effect of some gains on the tracking error beside the effect of the strongest factor, by the screening."""
     places = [ours.effects.factors.index(name) for name in names]
-    sizes = [ours.effects[named("RMSE", joint)].mu_star for joint in (0, 1)]
+    sizes = [ours.effects[output_name("RMSE", joint)].mu_star for joint in (0, 1)]
     shares = [percent(size.value[places].max() / size.value.max()) for size in sizes]
     most = percent(max(size.high[places].max() / size.value.max() for size in sizes))
     return (
         f"By the screening, the mean effect mu* of each of {', '.join(names[:-1])} and {names[-1]} on the RMSE of "
-        f"{PROPOSED} is at most {most} of that of the strongest factor. This is the upper end of an interval; the "
+        f"{PROPOSED_LAW} is at most {most} of that of the strongest factor. This is the upper end of an interval; the "
         f"largest estimates are {shares[0]} at joint 1 and {shares[1]} at joint 2. The ranges are 10 % either way for "
         f"phi, K(0) and P(0), and a factor of {SPAN:g} either way for l; wider ones may give more."
     )
 
 
-def leaders_table(laws: Mapping[str, LawResults]) -> wb.document.Table:
+def leaders_table(laws: Mapping[str, LawResults]) -> wb.document.ReportTable:
     """The factor with the largest total index, law by law and metric by metric."""
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "leaders",
         "The factor with the largest total index ST, and its interval of 95 %, which holds by itself. Where the "
         "intervals leave room for others, these follow. Where its own is wider than "
         f"{NARROW:g}, the cell is open. 'model' before a letter: the number in the law's model of the arm. {OF_LATE} "
         "The late TV is that of the same time.",
-        tuple(map(wb.document.Column, ("law", "metric", "joint 1", "joint 2"))),
+        tuple(map(wb.document.TableColumn, ("law", "metric", "joint 1", "joint 2"))),
         tuple(
             (law, metric.name, *(_leading(one, metric.name, joint) for joint in (0, 1)))
             for law, one in laws.items()
@@ -145,12 +154,12 @@ def leaders_table(laws: Mapping[str, LawResults]) -> wb.document.Table:
 
 
 def _leading(one: LawResults, metric: str, joint: int) -> wb.document.Phrase:
-    total = one.shares[named(metric, joint)].ST
+    total = one.shares[output_name(metric, joint)].ST
     first, *others = leaders(one.shares.factors, total)
     top = total[one.shares.factors.index(first)]
-    known = (*written(first), f" {interval(top)}")
+    known = (*factor_phrase(first), f" {interval(top)}")
     if not narrow(top):
         return ("open: ", *known)
     if len(others) >= FEW:
         return (*known, f" or {len(others)} others")
-    return (*known, *(part for other in others for part in (" or ", *written(other))))
+    return (*known, *(part for other in others for part in (" or ", *factor_phrase(other))))

@@ -7,8 +7,8 @@ import numpy as np
 
 import workbench as wb
 from studies.a7_sensitivity.late_errors import FEW
-from studies.a7_sensitivity.results import Derivatives, LawResults, interval, named, narrow
-from studies.a7_sensitivity.sweeps import PROPOSED
+from studies.a7_sensitivity.results import Derivatives, LawResults, interval, narrow, output_name
+from studies.a7_sensitivity.sweeps import PROPOSED_LAW
 
 NEAR = 0.1  # of a variance: how far a linear share may lie from S1 and still foretell it
 # By the answer for a law at a joint: the sentence that names those with it.
@@ -26,16 +26,16 @@ class Comparison:
     """The distance of the linear shares of a law from S1 at a joint, and what else decides the answer."""
 
     far: wb.uncertainty.Estimate
-    known: bool  # the intervals of S1 are narrow
-    slope: bool  # the gradient is the slope of the runs
+    is_known: bool  # the intervals of S1 are narrow
+    is_slope: bool  # the gradient is the slope of the runs
 
     def answer(self, bound: float = NEAR) -> str:
         """One of `ANSWERS`."""
         if not self.far.low <= bound:  # without a gradient, where the difference is NaN, nothing is foretold
             return "not foretold"
-        if self.far.high > bound or not self.known:
+        if self.far.high > bound or not self.is_known:
             return "open"
-        return "foretold" if self.slope else "near by luck"
+        return "foretold" if self.is_slope else "near by luck"
 
     @property
     def words(self) -> str:
@@ -45,24 +45,26 @@ class Comparison:
 
 def gap(one: LawResults, near: Derivatives, metric: str, joint: int) -> wb.uncertainty.Estimate:
     """The largest distance of a linear share from S1, up to the largest with its interval; NaN without a gradient."""
-    first = one.shares[named(metric, joint)].S1
+    first = one.shares[output_name(metric, joint)].S1
     apart = np.abs(near.shares(metric, joint) - first.value)
     most = apart.max()  # of NumPy, whose largest value is NaN where one is
     return wb.uncertainty.Estimate(most, (apart + first.half).max() - most)
 
 
-def comparison(one: LawResults, near: Derivatives, metric: str, joint: int, slope: bool | None = None) -> Comparison:
-    """The comparison for one law at one joint; `slope` if it is known that the derivatives are slopes."""
-    known = narrow(one.shares[named(metric, joint)].S1)
-    return Comparison(gap(one, near, metric, joint), known, near.hold(metric, joint) if slope is None else slope)
+def comparison(one: LawResults, near: Derivatives, metric: str, joint: int, is_slope: bool | None = None) -> Comparison:
+    """The comparison for one law at one joint; `is_slope` if it is known that the derivatives are slopes."""
+    known = narrow(one.shares[output_name(metric, joint)].S1)
+    return Comparison(gap(one, near, metric, joint), known, near.hold(metric, joint) if is_slope is None else is_slope)
 
 
-def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], metric: str = "RMSE") -> wb.Finding:
+def gradient_finding(
+    laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], metric: str = "RMSE"
+) -> wb.Finding:
     """The derivatives at one point against the indices over the whole range."""
     found = {(law, joint): comparison(laws[law], near[law], metric, joint) for law in near for joint in (0, 1)}
     of = {answer: [pair for pair, one in found.items() if one.answer() == answer] for answer in ANSWERS}
-    first = (PROPOSED, 0)
-    ours = laws[PROPOSED], near[PROPOSED].of_runs, metric
+    first = (PROPOSED_LAW, 0)
+    ours = laws[PROPOSED_LAW], near[PROPOSED_LAW].of_runs, metric
     by_runs = {joint: comparison(*ours, joint, True) for joint in (0, 1)}
     exceptions = [words.format(pairs_words(of[answer])) for answer, words in ANSWERS.items() if of[answer] and words]
     return wb.Finding(
@@ -79,15 +81,15 @@ def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], me
         "the exact gradient: the largest difference, and what the intervals of S1 add to it. A slope compares runs "
         "over 0.01 % and over 1 % of a number.",
         sample="All runs of the indices, and one run with its derivatives for each law.",
-        given="The ranges of this study, by the same rule for all laws.",
-        chosen="The ranges, and the gains of the rivals.",
+        information="The ranges of this study, by the same rule for all laws.",
+        assumptions="The ranges, and the gains of the rivals.",
         answer=found[first].answer(),
         variations=(
             wb.Variation(
                 f"within {NEAR / 2:g} in place of {NEAR:g}", found[first].answer(NEAR / 2), found[first].words
             ),
             *(
-                wb.Variation(f"{PROPOSED}, joint {joint + 1}, slopes of runs over 1 %", one.answer(), one.words)
+                wb.Variation(f"{PROPOSED_LAW}, joint {joint + 1}, slopes of runs over 1 %", one.answer(), one.words)
                 for joint, one in by_runs.items()
             ),
             *(
@@ -96,18 +98,18 @@ def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], me
                 if (law, joint) != first
             ),
         ),
-        untried="Wider ranges, over which gains act by curves.",
-        settled=not of["open"],
+        limitations="Wider ranges, over which gains act by curves.",
+        is_decided=not of["open"],
     )
 
 
 def evidence(
-    laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], found: Mapping[Pair, Comparison], metric: str
+    laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], comparisons: Mapping[Pair, Comparison], metric: str
 ) -> str:
     """The largest distances, the size of what is foretold, and where the gradient is a slope."""
-    farthest = sorted(found, key=lambda pair: -np.nan_to_num(found[pair].far.value, nan=np.inf))[:FEW]
-    listed = ", ".join(f"{found[law, joint].words} for {law} at joint {joint + 1}" for law, joint in farthest)
-    indices = np.concatenate([laws[law].shares[named(metric, joint)].S1.value for law, joint in found])
+    farthest = sorted(comparisons, key=lambda pair: -np.nan_to_num(comparisons[pair].far.value, nan=np.inf))[:FEW]
+    listed = ", ".join(f"{comparisons[law, joint].words} for {law} at joint {joint + 1}" for law, joint in farthest)
+    indices = np.concatenate([laws[law].shares[output_name(metric, joint)].S1.value for law, joint in comparisons])
     return (
         f"The largest differences between its shares of the variance and S1 are {listed}. For scale: "
         f"{int((indices < NEAR).sum())} of the {indices.size} indices are below {NEAR:g} themselves. "

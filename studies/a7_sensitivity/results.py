@@ -9,13 +9,24 @@ from functools import cached_property, partial
 import numpy as np
 
 import workbench as wb
-from studies.a7_sensitivity.sweeps import EVERY, METRICS, NARROW, PROPOSED, STEPS, UNTIL, called, free, loop, metrics
+from studies.a7_sensitivity.sweeps import (
+    EVERY,
+    METRICS,
+    NARROW,
+    PROPOSED_LAW,
+    STEPS,
+    UNTIL,
+    free,
+    loop,
+    metrics,
+    sweep_name,
+)
 from studies.paper.factors import GROUPS, group_of
 
 LEVELS = (0.05, 0.5, 0.95)
 FLOOR = 1e-4  # rad: what smaller errors add to an integral that holds the start is lost in its rounding
 WORST = 3  # runs a joint with the largest TV, which are run again
-KEPT = 0.01  # s between the states at which the limit of stability is looked for
+STATE_INTERVAL = 0.01  # s between the states at which the limit of stability is looked for
 Output = tuple[str, int]  # a metric and a joint
 
 
@@ -63,7 +74,7 @@ class LawResults:
         """The indices of a metric at both joints, whose values (N,) are changed first."""
         sample = self.indices
         values = np.stack([change(sample.score(metric, joint).value) for joint in (0, 1)], axis=1)
-        names = [named(metric, joint) for joint in (0, 1)]
+        names = [output_name(metric, joint) for joint in (0, 1)]
         design = sample.design_of(wb.SobolDesign)
         return wb.sobol(design, values, names, factors=sample.factors, groups=self.groups, control=True)
 
@@ -76,7 +87,7 @@ class LawResults:
             total = sample.over_time(metric, joint) * sample.t
             return (total[:, at[1]] - (0.0 if at[0] is None else total[:, at[0]])) / (end - begin)
 
-        names = [named(metric, joint) for joint in (0, 1)]
+        names = [output_name(metric, joint) for joint in (0, 1)]
         values = np.stack([inside(joint) for joint in (0, 1)], axis=1)
         design = sample.design_of(wb.SobolDesign)
         return wb.sobol(design, values, names, factors=sample.factors, groups=self.groups, control=True)
@@ -85,7 +96,7 @@ class LawResults:
     def single(self) -> wb.study.Sample:
         """The runs of the proposed law with one factor at a time."""
         if self.swings is None:
-            raise ValueError(f"{self.law} has no runs with one factor at a time; {PROPOSED} alone has them.")
+            raise ValueError(f"{self.law} has no runs with one factor at a time; {PROPOSED_LAW} alone has them.")
         return self.swings
 
     @cached_property
@@ -104,7 +115,7 @@ class LawResults:
         """The swing of an output with each factor by itself."""
         sample = self.single
         design, values = sample.design_of(wb.uncertainty.OneAtATime), sample.score(metric, joint).value
-        return wb.uncertainty.tornado(design, values, [named(metric, joint)], factors=sample.factors)
+        return wb.uncertainty.tornado(design, values, [output_name(metric, joint)], factors=sample.factors)
 
     def bands(self, joint: int) -> wb.uncertainty.Quantiles:
         """Quantiles over random runs of the decimal logarithm of the root mean square error of each window of time."""
@@ -120,12 +131,12 @@ def _columns(sample: wb.study.Sample, outputs: Sequence[Output]) -> tuple[wb.Arr
     """The values and the errors (N, M) of some outputs, and their names."""
     values = np.stack([sample.score(*output).value for output in outputs], axis=1)
     errors = np.stack([sample.score(*output).error for output in outputs], axis=1)
-    return values, errors, [named(*output) for output in outputs]
+    return values, errors, [output_name(*output) for output in outputs]
 
 
 def results_of(results: wb.Results, law: str) -> LawResults:
-    kinds = ("screening", "indices", "bands", *(("tornado", "equal") if law == PROPOSED else ()))
-    return LawResults(law, *(results.sample(called(law, kind)) for kind in kinds))
+    kinds = ("screening", "indices", "bands", *(("tornado", "equal") if law == PROPOSED_LAW else ()))
+    return LawResults(law, *(results.sample(sweep_name(law, kind)) for kind in kinds))
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,11 +215,11 @@ def worst_runs(one: LawResults) -> WorstRuns:
     return WorstRuns(one.law, tuple(map(tuple, points.tolist())), tuple(values.std(axis=0).tolist()))
 
 
-def stressed(worst: WorstRuns) -> Stress:
+def measure_stress(worst: WorstRuns) -> Stress:
     """These runs again, with their states kept."""
     ode = loop(worst.law).ode()
     p, x0 = wb.uncertainty.Space(free(worst.law), ode.parameters, ode.states).rows(np.array(worst.points))
-    again = wb.measure(ode, metrics(worst.law), p, x0, until=UNTIL, h=STEPS[worst.law], every=KEPT)
+    again = wb.measure(ode, metrics(worst.law), p, x0, until=UNTIL, h=STEPS[worst.law], every=STATE_INTERVAL)
     errors = np.stack([again.score("TV", joint).error for joint in (0, 1)], axis=1)
     return Stress(again.limit.limit, float((errors / worst.deviation).max()))
 
@@ -219,7 +230,7 @@ def numbers_of(ode: wb.Ode, factor: wb.Factor) -> Sequence[str]:
     return [of.labels[i] for path, of in layouts for i in of.indices(path) if of.default[i] != 0]
 
 
-def named(metric: str, joint: int) -> str:
+def output_name(metric: str, joint: int) -> str:
     """An output as tables call it."""
     return f"{metric} of joint {joint + 1}"
 
@@ -245,19 +256,19 @@ def interval(one: wb.uncertainty.Estimate, digits: int = 2) -> str:
 percent = partial(wb.document.percent, decimals=0)
 
 
-def capped(values: wb.Array) -> wb.Array:
+def winsorize_largest(values: wb.Array) -> wb.Array:
     """The values with the largest one lowered to the next."""
     return np.asarray(np.minimum(values, np.sort(values)[-2]))
 
 
-def trimmed(values: wb.Array) -> wb.Array:
+def winsorize_tail(values: wb.Array) -> wb.Array:
     """The values with the largest 1 % lowered to the largest of the others."""
     return np.minimum(values, np.quantile(values, 0.99))
 
 
 # By words: what may be taken in place of a metric whose variance a few runs could carry.
 ROBUST: dict[str, Callable[[wb.Array], wb.Array]] = {
-    "the largest run lowered to the next": capped,
-    "the largest 1 % of the runs lowered to the rest": trimmed,
+    "the largest run lowered to the next": winsorize_largest,
+    "the largest 1 % of the runs lowered to the rest": winsorize_tail,
     "the decimal logarithm in place of the error": np.log10,
 }

@@ -14,7 +14,7 @@ from studies.paper.factors import SEED, factors
 ASTRAY = 1.0  # rad, of a late error: as large as the reference itself
 BOUNDS = (ASTRAY / 2, 2 * ASTRAY)  # rad, beside it
 FROM, TO = 18.0, 20.0  # s: the later look at runs that are astray from `LATE` to `UNTIL`
-REDRAWN = 400  # sets of gains
+REDRAW_COUNT = 400  # sets of gains
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Numbers:
 def late_errors(of: Numbers, begin: float, end: float) -> wb.Array:
     """The largest |e| (N, 2) of each joint from `begin` to `end` s; NaN where a run diverges."""
     ode, metrics = loop(of.law).ode(), (wb.metrics.late_error(begin),)
-    step = wb.metrics.measured(ode, metrics, STEPS[of.law])
+    step = wb.metrics.step_with_metrics(ode, metrics, STEPS[of.law])
     p, x0 = of.rows(ode)
     more = np.tile(step.states.default[x0.shape[1] :], (len(x0), 1))
     runs = wb.simulate(step, p=p, x0=np.hstack([x0, more]), until=end, every=end)
@@ -67,7 +67,9 @@ def beyond(errors: wb.Array, bound: float = ASTRAY) -> wb.uncertainty.Flags:
 def suspects(one: LawResults) -> tuple[Numbers, ...]:
     """The runs of each sample of a law that could stray by any of the bounds; none where a sample has none."""
     flagged = [(sample, beyond(late_errors_of(sample), min(BOUNDS))) for sample in one.samples]
-    return tuple(Numbers(one.law, sample.factors, sample.drawn[flags]) for sample, flags in flagged if flags.any())
+    return tuple(
+        Numbers(one.law, sample.factors, sample.factor_values[flags]) for sample, flags in flagged if flags.any()
+    )
 
 
 def look_later(runs: Numbers) -> Later:
@@ -79,9 +81,9 @@ def redrawn_gains(ours: LawResults) -> Numbers:
     """The run that has most of the variance of the late error, with random gains in place of its own."""
     sample = ours.indices
     run, _ = heaviest_run(sample)
-    values = np.tile(sample.drawn[run], (REDRAWN, 1))
+    values = np.tile(sample.factor_values[run], (REDRAW_COUNT, 1))
     gains = [factor for factor in factors(ours.law) if factor.name in ours.groups["gains"]]
-    for factor, u in zip(gains, wb.uncertainty.MonteCarlo(len(gains), REDRAWN, SEED).points().T, strict=True):
+    for factor, u in zip(gains, wb.uncertainty.MonteCarlo(len(gains), REDRAW_COUNT, SEED).points().T, strict=True):
         values[:, sample.factors.index(factor.name)] = factor.distribution.quantile(u)
     return Numbers(ours.law, sample.factors, values)
 
@@ -91,10 +93,10 @@ def redraw(runs: Numbers) -> Later:
     return Later(late_errors(runs, LATE, UNTIL))
 
 
-def redrawn_words(ours: LawResults, redrawn: Later) -> str:
+def redrawn_words(ours: LawResults, redraws: Later) -> str:
     """The share of the redrawn runs that stray."""
     run, _ = heaviest_run(ours.indices)
-    stray, runs = int(beyond(redrawn.errors).sum()), len(redrawn.errors)
+    stray, runs = int(beyond(redraws.errors).sum()), len(redraws.errors)
     helps = ": the gains help to decide whether it strays" if 0 < stray < runs else ""
     return (
         f"With the arm and the model of run {run + 1:,}, and {runs} random draws of its gains "

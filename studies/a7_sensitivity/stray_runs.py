@@ -21,7 +21,7 @@ from studies.a7_sensitivity.second_looks import (
     redrawn_words,
     suspects,
 )
-from studies.a7_sensitivity.sweeps import LATE, LAWS, PROPOSED, UNTIL
+from studies.a7_sensitivity.sweeps import LATE, LAWS, PROPOSED_LAW, UNTIL
 
 FEW = 0.01  # of the runs
 
@@ -32,23 +32,23 @@ class Strays:
 
     runs: int
     first: int
-    lasting: int
+    lasting_strays: int
     random: int  # of the lasting ones, those among the random draws
     draws: int
 
     @property
     def answer(self) -> str:
         """The share of the runs that stray for good, in words."""
-        if not self.lasting:
+        if not self.lasting_strays:
             return "none"
-        few = self.lasting < FEW * self.runs
+        few = self.lasting_strays < FEW * self.runs
         return f"fewer than {percent(FEW)}" if few else f"{percent(FEW)} or more"
 
     @property
     def words(self) -> str:
         """The counts."""
         part = wb.uncertainty.share(np.arange(self.draws) < self.random)
-        again = f", {self.lasting:,} of these from {FROM:g} to {TO:g} s, too" if self.first else ""
+        again = f", {self.lasting_strays:,} of these from {FROM:g} to {TO:g} s, too" if self.first else ""
         return (
             f"{self.first:,} of {self.runs:,} from {LATE:g} to {UNTIL:g} s{again}; of random draws "
             f"{percent(part.low)} to {percent(part.high)}"
@@ -77,46 +77,48 @@ def later_by_law(laws: Mapping[str, LawResults], answers: Sequence[Later]) -> di
 
 
 def strays(
-    laws: Mapping[str, LawResults], later: Mapping[str, Sequence[Later]], redrawn: Later, own: Mapping[str, float]
+    laws: Mapping[str, LawResults], later: Mapping[str, Sequence[Later]], redraws: Later, own: Mapping[str, float]
 ) -> wb.Finding:
     """The number of runs that leave their reference for good; `own` are the late errors with the card's numbers."""
     counts = {law: strays_of(one, later[law]) for law, one in laws.items()}
-    ours, others = counts[PROPOSED], [law for law in laws if law != PROPOSED]
-    worst = max(np.nanmax(late_errors_of(sample)) for sample in laws[PROPOSED].samples)
+    ours, others = counts[PROPOSED_LAW], [law for law in laws if law != PROPOSED_LAW]
+    worst = max(np.nanmax(late_errors_of(sample)) for sample in laws[PROPOSED_LAW].samples)
     part = wb.uncertainty.share(np.arange(ours.draws) < ours.random)
-    bounds = {bound: strays_of(laws[PROPOSED], later[PROPOSED], bound) for bound in BOUNDS}
+    bounds = {bound: strays_of(laws[PROPOSED_LAW], later[PROPOSED_LAW], bound) for bound in BOUNDS}
     return wb.Finding(
         "strays",
         f"The error of a joint exceeds {ASTRAY:g} rad between {LATE:g} and {UNTIL:g} s in {ours.first:,} of "
-        f"{ours.runs:,} runs of {PROPOSED}, and in {ours.lasting:,} of these between {FROM:g} and {TO:g} s, too.",
-        f"The largest error between {LATE:g} and {UNTIL:g} s is {worst:.2g} rad. Of the random draws of {PROPOSED}, "
-        f"{percent(part.low)} to {percent(part.high)} are beyond {ASTRAY:g} rad at both times. "
-        f"{redrawn_words(laws[PROPOSED], redrawn)} {slow_words(counts, own)}",
+        f"{ours.runs:,} runs of {PROPOSED_LAW}, and in {ours.lasting_strays:,} of these between {FROM:g} and {TO:g} "
+        "s, too.",
+        f"The largest error between {LATE:g} and {UNTIL:g} s is {worst:.2g} rad. Of the random draws of "
+        f"{PROPOSED_LAW}, {percent(part.low)} to {percent(part.high)} are beyond {ASTRAY:g} rad at both times. "
+        f"{redrawn_words(laws[PROPOSED_LAW], redraws)} {slow_words(counts, own)}",
         statistic="Counts over all runs of a law. They are no probabilities, as the corners of the screening are among "
         "them. Shares of the random draws have the interval of Clopper and Pearson, 95 %. A run that diverges counts.",
-        sample=f"All runs of each law: screening, indices and random draws; of {PROPOSED} also the tornado and the "
+        sample=f"All runs of each law: screening, indices and random draws; of {PROPOSED_LAW} also the tornado and the "
         "indices with equal ranges.",
-        given=f"{EXACT}. SMC has the gain of 5 N m that a1 assumes.",
-        chosen="The ranges, and the gains of the rivals.",
+        information=f"{EXACT}. SMC has the gain of 5 N m that a1 assumes.",
+        assumptions="The ranges, and the gains of the rivals.",
         answer=ours.answer,
         variations=(
             *(wb.Variation(f"a bound of {bound:g} rad", one.answer, one.words) for bound, one in bounds.items()),
             *(wb.Variation(law, counts[law].answer, counts[law].words) for law in others),
         ),
-        untried=f"Runs that leave their reference after {UNTIL:g} s; ranges without the corners of the screening; for "
-        "SMC a larger gain.",
+        limitations=f"Runs that leave their reference after {UNTIL:g} s; ranges without the corners of the screening; "
+        "for SMC a larger gain.",
     )
 
 
 def slow_words(counts: Mapping[str, Strays], own: Mapping[str, float]) -> str:
     """The rivals that exceed the bound at first: whether they stray or arrive late."""
-    slow = [law for law, one in counts.items() if law != PROPOSED and one.first]
+    slow = [law for law, one in counts.items() if law != PROPOSED_LAW and one.first]
     if not slow:
         return f"No run of the other {len(counts) - 1} laws exceeds {ASTRAY:g} rad after {LATE:g} s."
     parts = [
         f"{law} exceeds {ASTRAY:g} rad in {counts[law].first:,} of {counts[law].runs:,} runs from {LATE:g} to "
-        f"{UNTIL:g} s, and in {counts[law].lasting:,} of these from {FROM:g} to {TO:g} s, too: the rest only arrives "
-        f"late. With the numbers of the card and an exact model, its error from {LATE:g} s on is {own[law]:.2f} rad."
+        f"{UNTIL:g} s, and in {counts[law].lasting_strays:,} of these from {FROM:g} to {TO:g} s, too: the rest only "
+        f"arrives late. With the numbers of the card and an exact model, its error from {LATE:g} s on is "
+        f"{own[law]:.2f} rad."
         for law in slow
     ]
     return " ".join(parts)

@@ -9,7 +9,7 @@ import numpy as np
 
 import workbench as wb
 from studies.a7_sensitivity import findings, late_errors, sweeps
-from studies.a7_sensitivity.gradients import foretold
+from studies.a7_sensitivity.gradients import gradient_finding
 from studies.a7_sensitivity.results import (
     FLOOR,
     WORST,
@@ -17,22 +17,22 @@ from studies.a7_sensitivity.results import (
     Stress,
     derivatives,
     interval,
-    named,
+    measure_stress,
+    output_name,
     percent,
     results_of,
-    stressed,
     worst_runs,
 )
 from studies.a7_sensitivity.second_looks import look_later, redraw, redrawn_gains, redrawn_words, suspects
 from studies.a7_sensitivity.stray_runs import later_by_law, strays
-from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, SCENARIO, called, loop
+from studies.a7_sensitivity.sweeps import METRICS, PROPOSED_LAW, SCENARIO, loop, sweep_name
 from studies.a7_sensitivity.torque_variation import torque_variation
-from studies.paper.factors import GROUPS, SEED, SPAN, TOLERANCE, factors, group_of, written
+from studies.paper.factors import GROUPS, SEED, SPAN, TOLERANCE, factor_phrase, factors, group_of
 from studies.paper.rest import REST, rest_section
 
-FELT = 0.02  # of the variance, below which a pair is not worth a word
-SHOWN = ("RMSE", "late error", "TV")
-TURNED = (
+LEAST_PAIR_INDEX = 0.02  # of the variance, below which a pair is not worth a word
+FIGURE_METRICS = ("RMSE", "late error", "TV")
+KNOB_WORDS = (
     "Each law with the numbers of the card. In the page of this report the factors of the sweeps are knobs, each a "
     "share of its number."
 )
@@ -42,22 +42,22 @@ def indices_figure(one: LawResults, joint: int) -> wb.document.Figure:
     return wb.sobol_bars(
         f"aosmc_rgs_sobol_q{joint + 1}",
         f"Sobol indices of {one.law}, joint {joint + 1}.",
-        one.shares_of([(metric, joint) for metric in SHOWN]),
-        tuple(one.indices.source(metric, joint, one.law) for metric in SHOWN),
+        one.shares_of([(metric, joint) for metric in FIGURE_METRICS]),
+        tuple(one.indices.source(metric, joint, one.law) for metric in FIGURE_METRICS),
         labels=labels(one.indices.factors),
     )
 
 
 def bands_figure(laws: Mapping[str, LawResults]) -> wb.document.Figure:
-    first = laws[PROPOSED].random
-    lost = ", ".join(f"{law} {one.random.failed}" for law, one in laws.items())
+    first = laws[PROPOSED_LAW].random
+    lost = ", ".join(f"{law} {one.random.diverged_count}" for law, one in laws.items())
     return wb.pictures.quantile_bands(
         "bands",
         f"The error of joint 1 in each window of {sweeps.EVERY:g} s, over random draws of all factors. Errors below "
         f"{1e3 * FLOOR:g} mrad are drawn as {1e3 * FLOOR:g} mrad, as rounding hides them.",
         first.t - sweeps.EVERY / 2,
         {law: one.bands(0) for law, one in laws.items()},
-        f"Of each law {first.note_of('ISE', 0)} (the errors are those of {PROPOSED}). Failed runs: {lost}",
+        f"Of each law {first.note_of('ISE', 0)} (the errors are those of {PROPOSED_LAW}). Failed runs: {lost}",
         "log10 of the error [rad]",
     )
 
@@ -66,7 +66,7 @@ def proposed_section(one: LawResults) -> wb.Section:
     effects = one.effects_on([("RMSE", 0), ("RMSE", 1)])
     tornado = wb.pictures.tornado_figure(
         "aosmc_rgs_tornado",
-        f"The RMSE of joint 1 of {PROPOSED} with one factor at a time at either end of its range.",
+        f"The RMSE of joint 1 of {PROPOSED_LAW} with one factor at a time at either end of its range.",
         one.tornado_of("RMSE", 0),
         one.single.source("RMSE", 0, one.law),
         "rad",
@@ -74,18 +74,18 @@ def proposed_section(one: LawResults) -> wb.Section:
     )
     plane = wb.pictures.morris_plane(
         "aosmc_rgs_morris",
-        f"Elementary effects on the RMSE of {PROPOSED}.",
+        f"Elementary effects on the RMSE of {PROPOSED_LAW}.",
         effects,
         tuple(one.screening.source("RMSE", joint, one.law) for joint in (0, 1)),
         "rad",
         labels=labels(effects.factors),
     )
     texts = wb.Paragraph(findings.idle_gains(one)), wb.Paragraph(acting_pairs(one.shares))
-    return wb.Section(f"{PROPOSED} in full", (indices_figure(one, 1), plane, tornado, *texts))
+    return wb.Section(f"{PROPOSED_LAW} in full", (indices_figure(one, 1), plane, tornado, *texts))
 
 
 def labels(names: Sequence[str]) -> dict[str, tuple[str | wb.notation.Formula, ...]]:
-    return {name: written(name) for name in names}
+    return {name: factor_phrase(name) for name in names}
 
 
 def _together(indices: wb.uncertainty.SobolIndices, output: str) -> wb.uncertainty.Estimate:
@@ -102,38 +102,42 @@ def acting_pairs(indices: wb.uncertainty.SobolIndices) -> str:
     pairs = [
         f"{names[place]} ({output})"
         for output in indices.names
-        for place in np.flatnonzero(_together(indices, output).low > FELT)
+        for place in np.flatnonzero(_together(indices, output).low > LEAST_PAIR_INDEX)
     ]
     outputs = len(indices.names)
-    reach = sum(int((_together(indices, output).high > FELT).sum()) for output in indices.names)
-    surely = f"lies wholly above {FELT:g} for {', '.join(pairs)}" if pairs else f"does not lie wholly above {FELT:g}"
+    reach = sum(int((_together(indices, output).high > LEAST_PAIR_INDEX).sum()) for output in indices.names)
+    surely = (
+        f"lies wholly above {LEAST_PAIR_INDEX:g} for {', '.join(pairs)}"
+        if pairs
+        else f"does not lie wholly above {LEAST_PAIR_INDEX:g}"
+    )
     return (
         f"The index S2 is the part of the variance that two factors have by acting together. For each of {outputs} "
         f"outputs, {len(names)} pairs were looked at. The interval of S2, which holds for all pairs of an output at "
-        f"once, {surely}{'' if pairs else ' for any of them'}. It reaches beyond {FELT:g} for {reach:,} of "
+        f"once, {surely}{'' if pairs else ' for any of them'}. It reaches beyond {LEAST_PAIR_INDEX:g} for {reach:,} of "
         f"{outputs * len(names):,}, so that a larger part is not ruled out for these."
     )
 
 
-def groups_table(laws: Mapping[str, LawResults]) -> wb.document.Table:
+def groups_table(laws: Mapping[str, LawResults]) -> wb.document.ReportTable:
     """First-order parts of gains, arm and model, and what is left for factors that act together."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law, one in laws.items():
         has = {group_of(factor) for factor in one.shares.factors}
         for metric, joint in ((metric.name, joint) for metric in METRICS for joint in (0, 1)):
-            shares = one.shares[named(metric, joint)]
+            shares = one.shares[output_name(metric, joint)]
             whole = shares.of_group("all")
             cells = (interval(shares.of_group(group)) if group in has else None for group in GROUPS)
             rest = interval(wb.uncertainty.Estimate(1 - whole.value, whole.half))
             rows.append((law, metric, joint + 1, f"{float(shares.deviation):.2g}", *cells, rest))
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "groups",
         "The parts of the variance of each metric that gains, arm and model have by themselves (sums of S1, intervals "
         "of 95 %), and what is left, which is due to factors that act together. Deviations are in rad, of the TV in "
         f"N m/s, of the effort in N m; an interval wider than {sweeps.NARROW:g} decides nothing here.",
         (
-            *map(wb.document.Column, ("law", "metric", "joint")),
-            *(wb.document.Column(head, align="right") for head in ("standard deviation", *GROUPS, "together")),
+            *map(wb.document.TableColumn, ("law", "metric", "joint")),
+            *(wb.document.TableColumn(head, align="right") for head in ("standard deviation", *GROUPS, "together")),
         ),
         tuple(rows),
     )
@@ -156,29 +160,29 @@ def varied_section(laws: Mapping[str, LawResults]) -> wb.Section:
     return wb.Section("What is varied", (wb.Paragraph(text), left_table(laws), *map(ranges_table, laws)))
 
 
-def ranges_table(law: str) -> wb.document.Table:
+def ranges_table(law: str) -> wb.document.ReportTable:
     ode = loop(law).ode()
     space = wb.uncertainty.Space(factors(law), ode.parameters, ode.states)
-    return wb.uncertainty.factor_table(space, called(law, "ranges"), f"What is varied of {law}.")
+    return wb.uncertainty.factor_table(space, sweep_name(law, "ranges"), f"What is varied of {law}.")
 
 
-def left_table(laws: Mapping[str, LawResults]) -> wb.document.Table:
+def left_table(laws: Mapping[str, LawResults]) -> wb.document.ReportTable:
     """The factors that the screening left at their values, held against its rule."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law, one in laws.items():
-        if not sweeps.HELD[law]:
+        if not sweeps.HELD_FACTORS[law]:
             continue
-        size, places = one.effects.mu_star, [one.effects.factors.index(name) for name in sweeps.HELD[law]]
+        size, places = one.effects.mu_star, [one.effects.factors.index(name) for name in sweeps.HELD_FACTORS[law]]
         most = size.value.max(axis=1, keepdims=True)
         share, high = (float((part / most)[:, places].max()) for part in (size.value, size.high))
-        kept = "yes" if high < sweeps.CLEARED else "no" if share >= sweeps.CLEARED else "open"
-        rows.append((law, ", ".join(sweeps.HELD[law]), percent(share), percent(high), kept))
-    return wb.document.Table(
+        kept = "yes" if high < sweeps.SCREENING_SHARE else "no" if share >= sweeps.SCREENING_SHARE else "open"
+        rows.append((law, ", ".join(sweeps.HELD_FACTORS[law]), percent(share), percent(high), kept))
+    return wb.document.ReportTable(
         "left",
         "The factors that stay at their values in the runs of the Sobol indices, and the largest mu* among them, "
         "relative to the largest mu* of the same output. 'At most' is the upper end of its interval; by the rule it "
-        f"should be below {percent(sweeps.CLEARED)}.",
-        tuple(map(wb.document.Column, ("law", "left at its value", "largest mu*", "at most", "rule kept"))),
+        f"should be below {percent(sweeps.SCREENING_SHARE)}.",
+        tuple(map(wb.document.TableColumn, ("law", "left at its value", "largest mu*", "at most", "rule kept"))),
         tuple(rows),
     )
 
@@ -187,22 +191,25 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
     """Runs, failures, steps, and the runs with the largest TV beside the limit of stability."""
     runs = sum(len(sample) for one in laws.values() for sample in one.samples)
     text = (
-        f"{runs:,} runs of {sweeps.UNTIL:g} s, seed {SEED}. A sample with a failed run has no indices. One run "
-        f"in {sweeps.HALVED} is run at half of the step, too. The step errs most in runs whose gains grow largest, and "
-        f"their torque varies most: so the {WORST} runs of each joint with the largest TV are run again. A step "
-        "beyond the limit of stability would make a TV that is partly its own."
+        f"{runs:,} runs of {sweeps.UNTIL:g} s, seed {SEED}. A sample with a failed run has no indices. One run in "
+        f"{sweeps.HALF_STEP_EVERY} is run at half of the step, too. The step errs most in runs whose gains grow "
+        f"largest, and their torque varies most: so the {WORST} runs of each joint with the largest TV are run again. "
+        "A step beyond the limit of stability would make a TV that is partly its own."
     )
     rows = []
     for law, one in laws.items():
         worst = stress[law]
         within = f"{1e3 * worst.limit:.3g}{'' if sweeps.STEPS[law] <= worst.limit else ', passed'}"
         rows.append((law, one.indices.note_of("TV"), within, f"{worst.error:.1g}"))
-    heads = (wb.document.Column("limit", "ms", "right"), wb.document.Column("error of the largest TV", align="right"))
-    steps = wb.document.Table(
+    heads = (
+        wb.document.TableColumn("limit", "ms", "right"),
+        wb.document.TableColumn("error of the largest TV", align="right"),
+    )
+    steps = wb.document.ReportTable(
         "steps",
         "The runs of the indices; the longest stable step along the runs with the largest TV, and the error of that "
         "TV by the step, relative to its standard deviation over the runs.",
-        (wb.document.Column("law"), wb.document.Column("runs of the indices"), *heads),
+        (wb.document.TableColumn("law"), wb.document.TableColumn("runs of the indices"), *heads),
         tuple(rows),
     )
     return wb.Section("Can the numbers be trusted?", (wb.Paragraph(text), steps))
@@ -214,7 +221,7 @@ def rest(results: wb.Results) -> wb.Section:
         "On the HTML page the knobs move these pictures together with the runs. P(0), Q, R and D have no part in them; "
         "l moves its own pole alone."
     )
-    return rest_section(results[REST, PROPOSED], results[SCENARIO, PROPOSED], "It is repaired as in a1.", knobs)
+    return rest_section(results[REST, PROPOSED_LAW], results[SCENARIO, PROPOSED_LAW], "It is repaired as in a1.", knobs)
 
 
 def works(results: wb.Results) -> tuple[wb.Work, ...]:
@@ -224,9 +231,9 @@ def works(results: wb.Results) -> tuple[wb.Work, ...]:
     astray = tuple(runs for one in laws.values() for runs in suspects(one))
     return (
         wb.Work("derivatives", derivatives, sweeps.LAWS, seconds=5.0),
-        wb.Work("stress", stressed, worst, seconds=1.0),
+        wb.Work("stress", measure_stress, worst, seconds=1.0),
         wb.Work("later", look_later, astray, seconds=20.0),
-        wb.Work("redrawn", redraw, (redrawn_gains(laws[PROPOSED]),), seconds=20.0),
+        wb.Work("redrawn", redraw, (redrawn_gains(laws[PROPOSED_LAW]),), seconds=20.0),
     )
 
 
@@ -238,18 +245,18 @@ def sections(results: wb.Results) -> wb.Page:
         one.case.law: max(float(one.score("late error", joint).value[0]) for joint in (0, 1))
         for one in results.scenario(SCENARIO)
     }
-    ours = laws[PROPOSED]
+    ours = laws[PROPOSED_LAW]
     pictures = indices_figure(ours, 0), bands_figure(laws)
     words = f"{late_errors.heaviest(ours.indices)} {redrawn_words(ours, redrawn)}"
     heavy = wb.Paragraph(words), late_errors.heavy_table(ours.indices)
     return wb.Page(
         findings.answer(laws),
         (
-            findings.deciding_gain(ours, near[PROPOSED]),
+            findings.deciding_gain(ours, near[PROPOSED_LAW]),
             late_errors.late_error_of(ours, redrawn),
             torque_variation(ours),
             strays(laws, later, redrawn, own),
-            foretold(laws, near),
+            gradient_finding(laws, near),
         ),
         (
             wb.Section("Indices and bands", (*pictures, findings.leaders_table(laws))),
@@ -258,7 +265,7 @@ def sections(results: wb.Results) -> wb.Page:
             wb.Section("Gains, arm or model", (groups_table(laws),)),
             varied_section(laws),
             trust_section(laws, dict(zip(sweeps.LAWS, results.work("stress"), strict=True))),
-            wb.pictures.loops_section("The laws, to be turned", TURNED, results.scenario(SCENARIO)),
+            wb.pictures.loops_section("The laws, to be turned", KNOB_WORDS, results.scenario(SCENARIO)),
             rest(results),
         ),
     )

@@ -4,8 +4,8 @@ import numpy as np
 
 import workbench as wb
 from studies.a7_sensitivity.late_errors import BODY, INDICES, OURS
-from studies.a7_sensitivity.results import ROBUST, LawResults, interval, named, narrow, percent
-from studies.a7_sensitivity.sweeps import LATE, PROPOSED, SAMPLE, SECOND, UNTIL
+from studies.a7_sensitivity.results import ROBUST, LawResults, interval, narrow, output_name, percent
+from studies.a7_sensitivity.sweeps import LATE, PROPOSED_LAW, SAMPLE, SECOND, UNTIL
 from studies.paper.card import CARD
 from studies.paper.factors import GROUPS, SPAN
 
@@ -16,7 +16,7 @@ FIRST_ERROR = float(np.abs(np.subtract(CARD["FS: q(0)"], CARD["q_hat(0)"])).max(
 
 def parts_of(shares: wb.uncertainty.SobolIndices, metric: str = "TV") -> dict[str, list[wb.uncertainty.Estimate]]:
     """The sums of S1 over gains, arm and model, at both joints."""
-    return {group: [shares[named(metric, joint)].of_group(group) for joint in (0, 1)] for group in GROUPS}
+    return {group: [shares[output_name(metric, joint)].of_group(group) for joint in (0, 1)] for group in GROUPS}
 
 
 def leading_group(parts: dict[str, list[wb.uncertainty.Estimate]]) -> str:
@@ -68,7 +68,7 @@ def torque_variation(ours: LawResults) -> wb.Finding:
     leader = leading_group(whole)
     return wb.Finding(
         "torque_variation",
-        f"Of the variance of the total variation (TV) of the torque of {PROPOSED} over {UNTIL:g} s, "
+        f"Of the variance of the total variation (TV) of the torque of {PROPOSED_LAW} over {UNTIL:g} s, "
         f"{leader_words(whole)}. From {LATE:g} s on, {leader_words(late)}.",
         f"{percent(early[0])} and {percent(early[1])} of the TV fall in the first second, as the observer starts "
         f"{FIRST_ERROR:.2f} rad away from each joint. So the TV over {UNTIL:g} s says little about chattering. "
@@ -77,9 +77,9 @@ def torque_variation(ours: LawResults) -> wb.Finding:
         statistic=f"Sums of S1 of the total variation of the torque, sampled every {1e3 * SAMPLE:g} ms, {INDICES}. The "
         "share of the first second is the mean over the runs.",
         sample=f"{len(ours.indices):,} runs of the first scenario.",
-        given=OURS,
-        chosen=f"The ranges: four numbers of the model and the stated gains 10 % off, Q and R a factor of {SPAN:g}; "
-        "phi stays at its value.",
+        information=OURS,
+        assumptions="The ranges: four numbers of the model and the stated gains 10 % off, Q and R a factor of "
+        f"{SPAN:g}; phi stays at its value.",
         answer=leader,
         variations=(
             wb.Variation(f"the TV from {SECOND:g} to {LATE:g} s", leading_group(middle), group_words(middle)),
@@ -90,6 +90,6 @@ def torque_variation(ours: LawResults) -> wb.Finding:
                 for key, change in ROBUST.items()
             ),
         ),
-        untried="A model known to 2 %, or wider ranges of the gains.",
-        settled=leader != NO_GROUP and narrow(*(one for group in whole.values() for one in group)),
+        limitations="A model known to 2 %, or wider ranges of the gains.",
+        is_decided=leader != NO_GROUP and narrow(*(one for group in whole.values() for one in group)),
     )

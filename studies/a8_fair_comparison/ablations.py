@@ -9,13 +9,23 @@ import numpy as np
 
 import workbench as wb
 from studies.a8_fair_comparison.conditions import HELD_OUT, Scenario
-from studies.a8_fair_comparison.entrants import AOSMC, BOTH, ENTRANTS, OBSERVER, PROPOSAL, PROPOSED, Entrant, Given, Law
+from studies.a8_fair_comparison.entrants import (
+    AOSMC,
+    BOTH,
+    ENTRANTS,
+    OBSERVER,
+    PROPOSAL,
+    PROPOSED_LAW,
+    Entrant,
+    Information,
+    Law,
+)
 from studies.paper.laws import mass_matrices, own_law
 
 RICCATI = "Riccati equation"
 PARTS = tuple(PROPOSAL.loop(HELD_OUT[0]).ablations())
 STEADY = f"{RICCATI}, P at its steady value"
-UNUSED = {  # the numbers of the whole law that nothing reads once a part is gone
+UNUSED_NUMBERS = {  # the numbers of the whole law that nothing reads once a part is gone
     "state observer": ("L1", "L2"),
     "adaptation of K": ("P(0)", "Q", "R"),
     RICCATI: ("Q", "R"),
@@ -23,30 +33,32 @@ UNUSED = {  # the numbers of the whole law that nothing reads once a part is gon
 }
 
 
-def retuned(part: str) -> Entrant:
+def retuned_entrant(part: str) -> Entrant:
     """AOSMC-RGS without a part, to be tuned by itself: behind observer (10) alone it is an entrant as it stands."""
     if part == "disturbance estimate":
-        return next(one for one in ENTRANTS[OBSERVER.key] if one.name == PROPOSED)
+        return next(one for one in ENTRANTS[OBSERVER.key] if one.name == PROPOSED_LAW)
     observers = BOTH.observer.without()
     block = AOSMC if part in observers else AOSMC.without()[part]
     given = BOTH if part not in observers else momentum_alone()
-    tuned = tuple(one for one in PROPOSAL.law.tuned if one.name not in UNUSED.get(part, ()))
+    tuned = tuple(one for one in PROPOSAL.law.tuned_numbers if one.name not in UNUSED_NUMBERS.get(part, ()))
     return Entrant(Law(f"without {part}", block, tuned, counts_on_d=True), given)
 
 
-def momentum_alone() -> Given:
+def momentum_alone() -> Information:
     """Positions and velocities as they are read, and the observer of the momentum."""
     observer = BOTH.observer
-    if not isinstance(observer, wb.arms.observers.WithDisturbance):
+    if not isinstance(observer, wb.arms.observers.StateAndDisturbanceObserver):
         raise TypeError("The observers of the whole law must have the observer of the momentum among them.")
-    number = tuple(one for one in BOTH.tuned if one.name == "l")
-    return Given(
+    number = tuple(one for one in BOTH.tuned_numbers if one.name == "l")
+    return Information(
         "momentum", "raw readings and D_hat", "raw readings, D_hat", replace(observer, state=wb.ArmFullState(2)), number
     )
 
 
-RETUNED: Mapping[str, Entrant] = {part: retuned(part) for part in PARTS}
-NEW = tuple(one for one in RETUNED.values() if one.name != PROPOSED)  # those that are not entrants by themselves
+RETUNED_ENTRANTS: Mapping[str, Entrant] = {part: retuned_entrant(part) for part in PARTS}
+NEW = tuple(
+    one for one in RETUNED_ENTRANTS.values() if one.name != PROPOSED_LAW
+)  # those that are not entrants by themselves
 
 
 def as_tuned(scenario: Scenario, numbers: Mapping[str, float]) -> dict[str, wb.DigitalLoop]:

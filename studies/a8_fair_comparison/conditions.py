@@ -59,7 +59,7 @@ class Scenario:
     @property
     def at_rest(self) -> Scenario:
         """The same arm and computer with the arm held where it starts, without disturbance and noise."""
-        return replace(self, reference=wb.Hold("q", "rad", self.start), push=0.0, noise=0.0)
+        return replace(self, reference=wb.Constant("q", "rad", self.start), push=0.0, noise=0.0)
 
     @property
     def disturbance(self) -> wb.SineTorque | None:

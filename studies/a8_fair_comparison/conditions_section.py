@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import workbench as wb
 from studies.a8_fair_comparison import conditions
-from studies.a8_fair_comparison.changes import SEEN, quoted
+from studies.a8_fair_comparison.changes import SEEN_SCENARIOS, quote_names
 from studies.a8_fair_comparison.conditions import HELD_OUT, TERMS
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, READINGS
+from studies.a8_fair_comparison.entrants import ALL_INFORMATION, BOTH, ENTRANTS, PROPOSAL, READINGS
 
 
 def conditions_section() -> wb.Section:
@@ -40,9 +40,9 @@ def conditions_section() -> wb.Section:
                 (
                     "The cost is the sum of the terms, the same for all laws. It is linear, so that no law gains by "
                     "giving up motion for a still torque. The acceptable values are our choice; ",
-                    wb.document.Reference(f"changes_{BOTH.key}"),
+                    wb.document.CrossReference(f"changes_{BOTH.key}"),
                     " and ",
-                    wb.document.Reference(f"changes_{READINGS.key}"),
+                    wb.document.CrossReference(f"changes_{READINGS.key}"),
                     " have the results with other weights.",
                 )
             ),
@@ -50,16 +50,16 @@ def conditions_section() -> wb.Section:
     )
 
 
-def objective() -> wb.document.Table:
+def objective() -> wb.document.ReportTable:
     """The terms of the cost."""
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "objective",
         "The terms of the cost. Each metric of both joints together is divided by its acceptable value.",
         (
-            wb.document.Column("metric"),
-            wb.document.Column("acceptable", align="right"),
-            wb.document.Column("unit"),
-            wb.document.Column("what it stands for"),
+            wb.document.TableColumn("metric"),
+            wb.document.TableColumn("acceptable", align="right"),
+            wb.document.TableColumn("unit"),
+            wb.document.TableColumn("what it stands for"),
         ),
         tuple((term.metric, term.acceptable, term.unit, term.why) for term in TERMS),
         (
@@ -70,31 +70,33 @@ def objective() -> wb.document.Table:
     )
 
 
-def information() -> wb.document.Table:
+def information() -> wb.document.ReportTable:
     entrants = {one.name: one for one in ENTRANTS[BOTH.key]}
-    others = (one for given in GIVEN if given != BOTH for one in ENTRANTS[given.key] if one.name in ("SMC", "PID"))
-    entrants |= {f"{one.name}, {one.given.name}": one for one in others}
+    others = (
+        one for given in ALL_INFORMATION if given != BOTH for one in ENTRANTS[given.key] if one.name in ("SMC", "PID")
+    )
+    entrants |= {f"{one.name}, {one.information.name}": one for one in others}
     return wb.evidence.information_table(
         "information",
         "The measurements and the model of each law behind both observers, and of two laws with other measurements.",
         {name: one.loop(HELD_OUT[0]).loop for name, one in entrants.items()},
-        {name: len(one.tuned) for name, one in entrants.items()},
+        {name: len(one.tuned_numbers) for name, one in entrants.items()},
     )
 
 
-def scenarios() -> wb.document.Table:
+def scenarios() -> wb.document.ReportTable:
     usual = HELD_OUT[0]
     limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (conditions.LIMIT, usual.viscous, usual.coulomb))
     rows = [(one.name, "tuning", one.words) for one in conditions.TRAINING]
     rows += [(one.name, "comparison", one.words) for one in HELD_OUT]
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "scenarios",
-        f"The scenarios. No law is tuned in a scenario of the comparison. But {quoted(SEEN)} have the motion of 'fs', "
-        "and 'paper' its start, too; 'paper' differs from it by the masses and by what is drawn.",
+        f"The scenarios. No law is tuned in a scenario of the comparison. But {quote_names(SEEN_SCENARIOS)} have the "
+        "motion of 'fs', and 'paper' its start, too; 'paper' differs from it by the masses and by what is drawn.",
         (
-            wb.document.Column("name"),
-            wb.document.Column("used for"),
-            wb.document.Column("wanted motion and what is unusual", width=24),
+            wb.document.TableColumn("name"),
+            wb.document.TableColumn("used for"),
+            wb.document.TableColumn("wanted motion and what is unusual", width=24),
         ),
         tuple(rows),
         (

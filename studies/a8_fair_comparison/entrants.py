@@ -14,13 +14,13 @@ from studies.a8_fair_comparison.conditions import Scenario, first_estimates
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, arm_law
 
-PROPOSED = "AOSMC-RGS"
+PROPOSED_LAW = "AOSMC-RGS"
 FARTHER = 1e3  # times a range: as far as a search may go beyond where it begins
 EACH, DIAGONAL = ("[0]", "[1]"), ("[0,0]", "[1,1]")  # the places of both joints in a vector and a matrix
 
 
 @dataclass(frozen=True)
-class Sought:
+class TunedNumber:
     """A number that is tuned."""
 
     name: str
@@ -45,18 +45,20 @@ class Law:
 
     name: str
     block: wb.arms.AbstractArmController
-    tuned: tuple[Sought, ...]
+    tuned_numbers: tuple[TunedNumber, ...]
     counts_on_d: bool = False
 
 
 def one(
     path: str, low: float, high: float, unit: str, at: tuple[str, ...] = ("",), name: str = "", **physical: Any
-) -> Sought:
+) -> TunedNumber:
     """One number of a loop, at one or several places of a field."""
-    return Sought(name or path.split(".")[-1], tuple(f"{path}{place}" for place in at), low, high, unit, **physical)
+    return TunedNumber(
+        name or path.split(".")[-1], tuple(f"{path}{place}" for place in at), low, high, unit, **physical
+    )
 
 
-def two(field: str, low: float, high: float, unit: str, at: tuple[str, str] = EACH) -> tuple[Sought, ...]:
+def two(field: str, low: float, high: float, unit: str, at: tuple[str, str] = EACH) -> tuple[TunedNumber, ...]:
     """A number of a law for each joint."""
     return tuple(one(f"controller.{field}", low, high, unit, (at[j],), f"{field}_{j + 1}") for j in (0, 1))
 
@@ -65,7 +67,7 @@ LAYER = "s stays within such a wide layer, where only the ratio of gain and phi 
 LAG = "with such a long lag the gain follows no rule, and with such a short one it follows at once"
 ORDER = "the law asks for 1 < gamma < 2"
 GAIN = (1.0, 500.0)  # N m, of a switching torque
-STIFF, DAMPED = (5.0, 2000.0), (0.5, 200.0)  # N m/rad, N m s/rad
+STIFFNESS_RANGE, DAMPING_RANGE = (5.0, 2000.0), (0.5, 200.0)  # N m/rad, N m s/rad
 SURFACE = (
     *two("Lambda", 1.0, 40.0, "1/s"),
     one("controller.phi", 0.01, 10.0, "rad/s", ends=(1e-5, 100.0), why=LAYER),
@@ -77,24 +79,24 @@ OF_PROPOSED = (
     one("controller.Q", 0.01, 1000.0, "N m/(rad s)", DIAGONAL),
     one("controller.R", 0.001, 1000.0, "N m/(rad s)", DIAGONAL),
 )
-LEARNED = (
+ADAPTIVE_NUMBERS = (
     *SURFACE,
     one("controller.K", *GAIN, "N m", name="K(0)"),
     one("controller.gamma", 0.1, 100.0, "N m/rad"),
 )
 OF_FUZZY = (
-    *LEARNED,
+    *ADAPTIVE_NUMBERS,
     one("controller.lag", 0.005, 0.5, "s", ends=(5e-6, 500.0), why=LAG),
 )
 OF_RBF = (
-    *LEARNED,
+    *ADAPTIVE_NUMBERS,
     one("controller.Gamma", 0.1, 1000.0, "N m/rad"),
     one("controller.sigma", 0.01, 10.0, "1/s"),
 )
 OF_PID = (
-    *two("Kp", *STIFF, "N m/rad"),
+    *two("Kp", *STIFFNESS_RANGE, "N m/rad"),
     *two("Ki", 5.0, 5000.0, "N m/(rad s)"),
-    *two("Kd", *DAMPED, "N m s/rad"),
+    *two("Kd", *DAMPING_RANGE, "N m s/rad"),
 )
 OF_SMC = (*SURFACE, *two("K", *GAIN, "N m"))
 OF_SUPER_TWISTING = (
@@ -103,8 +105,8 @@ OF_SUPER_TWISTING = (
     one("controller.k2", 1.0, 1000.0, "rad/s^3"),
 )
 OF_FEEDFORWARD = (
-    *two("Kp", *STIFF, "N m/rad", DIAGONAL),
-    *two("Kd", *DAMPED, "N m s/rad", DIAGONAL),
+    *two("Kp", *STIFFNESS_RANGE, "N m/rad", DIAGONAL),
+    *two("Kd", *DAMPING_RANGE, "N m s/rad", DIAGONAL),
 )
 OF_COMPUTED_TORQUE = (
     *two("Kp", 10.0, 2000.0, "1/s^2"),
@@ -134,8 +136,8 @@ AOSMC = wb.arms.laws.AosmcRgs(  # with the four repairs of a1, and (34) in Cayle
     integrator="cayley",
 )
 LAWS = (
-    Law(PROPOSED, AOSMC, OF_PROPOSED, counts_on_d=True),
-    Law("ASMC", arm_law("ASMC"), LEARNED),
+    Law(PROPOSED_LAW, AOSMC, OF_PROPOSED, counts_on_d=True),
+    Law("ASMC", arm_law("ASMC"), ADAPTIVE_NUMBERS),
     Law("Fuzzy-ASMC", arm_law("Fuzzy-ASMC"), OF_FUZZY),
     Law("RBF-ASMC", replace(arm_law("RBF-ASMC"), integrator="exact"), OF_RBF),
     Law("PID", arm_law("PID"), OF_PID),
@@ -164,17 +166,17 @@ T = TypeVar("T", bound=wb.Observer | wb.Controller)
 
 
 @dataclass(frozen=True)
-class Given:
+class Information:
     """All that stands between the instruments and a law: in files by its `key`, in columns by its `name`."""
 
     key: str
     name: str
     words: str
     observer: wb.Observer
-    tuned: tuple[Sought, ...] = ()
+    tuned_numbers: tuple[TunedNumber, ...] = ()
 
 
-def gains(path: str) -> tuple[Sought, Sought]:
+def gains(path: str) -> tuple[TunedNumber, TunedNumber]:
     return (
         one(f"{path}.L1", 1.0, 400.0, "1/s", DIAGONAL),
         one(f"{path}.L2", 50.0, 40000.0, "1/s^2", DIAGONAL),
@@ -184,23 +186,23 @@ def gains(path: str) -> tuple[Sought, Sought]:
 PASSES = "the filter passes its input on"
 LUENBERGER = wb.arms.observers.Luenberger(ARM, CARD["L1"], CARD["L2"], q_hat=(0.0, 0.0), integrator="cayley")
 ALL_GAINS = (*gains("observer.state"), one("observer.disturbance.l", 1.0, 100.0, "1/s"))
-READINGS = Given("readings", "raw readings", "positions and velocities as read", wb.ArmFullState(2))
-FILTER = Given(
+READINGS = Information("readings", "raw readings", "positions and velocities as read", wb.ArmFullState(2))
+FILTER = Information(
     "filter",
     "filtered velocity",
     "positions as read, velocities through a filter of first order",
     wb.arms.observers.VelocityFilter(2, 200.0),
     (one("observer.omega", 10.0, 1000.0, "rad/s", ends=(0.01, 10000.0), why=PASSES),),
 )
-OBSERVER = Given("observer", "observer (10)", "positions, and observer (10)", LUENBERGER, gains("observer"))
-BOTH = Given(
+OBSERVER = Information("observer", "observer (10)", "positions, and observer (10)", LUENBERGER, gains("observer"))
+BOTH = Information(
     "both",
     "observer (10) and D_hat",
     "positions, observer (10), and an observer of the momentum for D",
-    wb.arms.observers.WithDisturbance(LUENBERGER, wb.arms.observers.MomentumObserver(ARM, CARD["l"])),
+    wb.arms.observers.StateAndDisturbanceObserver(LUENBERGER, wb.arms.observers.MomentumObserver(ARM, CARD["l"])),
     ALL_GAINS,
 )
-GIVEN = (READINGS, FILTER, OBSERVER, BOTH)  # from what an instrument gives
+ALL_INFORMATION = (READINGS, FILTER, OBSERVER, BOTH)  # from what an instrument gives
 
 
 @dataclass(frozen=True)
@@ -208,7 +210,7 @@ class Entrant:
     """A law behind what it is given, with all numbers that are tuned."""
 
     law: Law
-    given: Given
+    information: Information
 
     @property
     def name(self) -> str:
@@ -217,31 +219,34 @@ class Entrant:
 
     @property
     def key(self) -> str:
-        return f"{''.join(c if c.isalnum() else '_' for c in self.law.name.lower())}_{self.given.key}"
+        return f"{''.join(c if c.isalnum() else '_' for c in self.law.name.lower())}_{self.information.key}"
 
     @property
-    def compensated(self) -> bool:
+    def has_compensation(self) -> bool:
         """True if D_hat is estimated, and added to the torque of the law from outside."""
-        return isinstance(self.given.observer, wb.arms.observers.WithDisturbance) and not self.law.counts_on_d
+        return (
+            isinstance(self.information.observer, wb.arms.observers.StateAndDisturbanceObserver)
+            and not self.law.counts_on_d
+        )
 
     @property
-    def tuned(self) -> tuple[Sought, ...]:
+    def tuned_numbers(self) -> tuple[TunedNumber, ...]:
         """The numbers of the law, then those of what stands before it."""
-        inside = "controller.law." if self.compensated else "controller."
+        inside = "controller.law." if self.has_compensation else "controller."
         own = (
             replace(sought, paths=tuple(path.replace("controller.", inside) for path in sought.paths))
-            for sought in self.law.tuned
+            for sought in self.law.tuned_numbers
         )
-        return (*own, *self.given.tuned)
+        return (*own, *self.information.tuned_numbers)
 
     def _numbers_by_path(self, numbers: Mapping[str, float]) -> Iterator[tuple[str, float]]:
-        for sought in self.tuned if numbers else ():
+        for sought in self.tuned_numbers if numbers else ():
             yield from ((path, numbers[sought.name]) for path in sought.paths)
 
     def loop(self, scenario: Scenario, numbers: Mapping[str, float] | None = None) -> wb.DigitalLoop:
         """The law with these numbers in a scenario, or with those that a1 assumes."""
-        law = wb.arms.laws.WithCompensation(self.law.block) if self.compensated else self.law.block
-        observer = self.given.observer
+        law = wb.arms.laws.DisturbanceCompensation(self.law.block) if self.has_compensation else self.law.block
+        observer = self.information.observer
         for path in first_estimates(observer):
             observer = with_number(observer, path, scenario.start)
         blocks: dict[str, Any] = {"controller": law, "observer": observer}
@@ -263,6 +268,6 @@ def with_number(block: T, path: str, value: float | tuple[float, ...]) -> T:
     return replace(block, **{name: new if new.shape else float(new)})
 
 
-ENTRANTS = {given.key: tuple(Entrant(law, given) for law in LAWS) for given in GIVEN}
-PROPOSAL = next(entrant for entrant in ENTRANTS[BOTH.key] if entrant.name == PROPOSED)
+ENTRANTS = {given.key: tuple(Entrant(law, given) for law in LAWS) for given in ALL_INFORMATION}
+PROPOSAL = next(entrant for entrant in ENTRANTS[BOTH.key] if entrant.name == PROPOSED_LAW)
 ALL = tuple(entrant for entrants in ENTRANTS.values() for entrant in entrants)

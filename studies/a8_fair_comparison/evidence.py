@@ -9,21 +9,30 @@ from functools import partial
 import numpy as np
 
 import workbench as wb
-from studies.a8_fair_comparison.ablations import PARTS, RETUNED, STEADY
+from studies.a8_fair_comparison.ablations import PARTS, RETUNED_ENTRANTS, STEADY
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
-from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, READINGS, Entrant
+from studies.a8_fair_comparison.entrants import (
+    ALL,
+    ALL_INFORMATION,
+    BOTH,
+    ENTRANTS,
+    PROPOSAL,
+    PROPOSED_LAW,
+    READINGS,
+    Entrant,
+)
 from studies.a8_fair_comparison.other_numbers import AGAIN, NUMBERS, PLAIN, RIVALS, contenders, run_name
 
 Samples = Mapping[str, wb.study.Sample]  # by the names of laws
 ACCEPTABLE = float(len(TERMS))  # a cost at which all terms are acceptable, or make up for each other
-ASKED = wb.evidence.Mean()
+PRIMARY = wb.evidence.Mean()
 OTHERS = (wb.evidence.Median(), wb.evidence.Quantile(0.9), wb.evidence.Tail(0.9), wb.evidence.Success(ACCEPTABLE))
 MARGIN = 0.02  # of the smaller value: what is closer is no difference to an engineer, however sure
 FAMILY = 0.95  # that all intervals of a measure hold at once, in all held-out scenarios
 CONFIDENCE = 1 - (1 - FAMILY) / len(HELD_OUT)  # of those of one scenario (Bonferroni)
 RESAMPLES, SEED = 4000, 88
-DRAWS, DRAWN = 160, 8  # of each scenario, and their seed
-WEIGHED = (BOTH.key, READINGS.key)  # what is given to the laws that are judged with other weights, too
+DRAWS, DRAW_SEED = 160, 8  # of each scenario, and their seed
+REWEIGHTED_KEYS = (BOTH.key, READINGS.key)  # what is given to the laws that are judged with other weights, too
 WEIGHTS = {
     "error alone": (1.0, 1.0, 0.0, 0.0),
     "late error four times": (1.0, 4.0, 1.0, 1.0),
@@ -37,8 +46,8 @@ WEIGHTS = {
 def sweep(name: str, loop: wb.DigitalLoop, scenario: Scenario) -> wb.Sweep:
     """A loop over the draws of a scenario, the same for all."""
     factors = uncertain(scenario, loop)
-    design = wb.uncertainty.MonteCarlo(len(factors), DRAWS, DRAWN)
-    return wb.Sweep(name, wb.Run(loop, metrics(scenario), HORIZON, h=scenario.period, seed=DRAWN), factors, design)
+    design = wb.uncertainty.MonteCarlo(len(factors), DRAWS, DRAW_SEED)
+    return wb.Sweep(name, wb.Run(loop, metrics(scenario), HORIZON, h=scenario.period, seed=DRAW_SEED), factors, design)
 
 
 def name_of(scenario: Scenario, key: str) -> str:
@@ -46,15 +55,19 @@ def name_of(scenario: Scenario, key: str) -> str:
     return f"{scenario.name}_{''.join(c if c.isalnum() else '_' for c in key.lower())}"
 
 
-def cost_of(held: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost", unit: str = "") -> wb.evidence.Paired:
+def cost_of(
+    samples: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost", unit: str = ""
+) -> wb.evidence.PairedSamples:
     """The cost of each run; its error is the largest of the runs that were run again."""
-    values = {law: cost(sample, terms) for law, sample in held.items()}
+    values = {law: cost(sample, terms) for law, sample in samples.items()}
     repeated = {
-        law: np.sum([step_errors(s, t.metric) / t.acceptable for t in terms], axis=0) for law, s in held.items()
+        law: np.sum([step_errors(s, t.metric) / t.acceptable for t in terms], axis=0) for law, s in samples.items()
     }
     errors = {law: float(np.max(off[~np.isnan(off)], initial=-np.inf)) for law, off in repeated.items()}
     errors = {law: off if off >= 0 else float("nan") for law, off in errors.items()}  # no run was run again
-    return wb.evidence.paired(values, metric=metric, unit=unit, errors=errors, samples=held, repeated=repeated)
+    return wb.evidence.pair_samples(
+        values, metric=metric, unit=unit, errors=errors, samples=samples, step_errors=repeated
+    )
 
 
 def step_errors(sample: wb.study.Sample, metric: str) -> wb.Array:
@@ -67,23 +80,23 @@ def step_errors(sample: wb.study.Sample, metric: str) -> wb.Array:
     return np.where(np.isnan(sample.diverged_at), errors, np.nan)
 
 
-def weighted(held: Samples, weights: tuple[float, ...]) -> wb.evidence.Paired:
+def weighted_cost(samples: Samples, weights: tuple[float, ...]) -> wb.evidence.PairedSamples:
     """The cost with other weights: a term that counts w times has 1 / w of its acceptable value."""
     terms = (replace(term, acceptable=term.acceptable / w) for term, w in zip(TERMS, weights, strict=True) if w)
-    return cost_of(held, tuple(terms))
+    return cost_of(samples, tuple(terms))
 
 
 def judge_laws(
-    values: wb.evidence.Paired,
+    values: wb.evidence.PairedSamples,
     others: Sequence[wb.evidence.Median | wb.evidence.Quantile | wb.evidence.Tail | wb.evidence.Success] = OTHERS,
-) -> wb.evidence.Judgement:
+) -> wb.evidence.LawJudgement:
     """Laws by the mean and by all else, sure enough for verdicts over all scenarios."""
     return wb.evidence.judge(
-        values, ASKED, others, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED
+        values, PRIMARY, others, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED
     )
 
 
-def judge_means(values: wb.evidence.Paired) -> wb.evidence.Judgement:
+def judge_means(values: wb.evidence.PairedSamples) -> wb.evidence.LawJudgement:
     """Laws by the mean alone."""
     return judge_laws(values, ())
 
@@ -94,13 +107,13 @@ class Evidence:
 
     runs: Mapping[str, Mapping[str, Samples]]  # by the key of what a law is given, and by scenario
     cost: Mapping[str, wb.evidence.Standings]  # by the same key
-    pooled: Mapping[
-        str, Mapping[wb.evidence.Way, wb.evidence.Pooled]
+    pooled_judgements: Mapping[
+        str, Mapping[wb.evidence.Way, wb.evidence.PooledJudgement]
     ]  # by key: all scenarios together, and without each
-    again: Mapping[
+    changed_standings: Mapping[
         str, Mapping[str, wb.evidence.Standings]
     ]  # by key and by what was changed for the laws of least training cost
-    weighted: Mapping[
+    weighted_standings: Mapping[
         str, Mapping[str, wb.evidence.Standings]
     ]  # by key of WEIGHED: the cost with other weights of its terms
     causes: Mapping[
@@ -113,10 +126,12 @@ class Evidence:
 class Parts:
     """AOSMC-RGS beside itself without each of its parts, and beside plain ASMC, over all scenarios."""
 
-    frozen: wb.evidence.Pooled  # with the numbers of the whole law; P at P(0) without (34), and at its steady value
-    retuned: Mapping[wb.evidence.Way, wb.evidence.Pooled]  # tuned again without the part
+    frozen_parts: (
+        wb.evidence.PooledJudgement
+    )  # with the numbers of the whole law; P at P(0) without (34), and at its steady value
+    retuned_parts: Mapping[wb.evidence.Way, wb.evidence.PooledJudgement]  # tuned again without the part
     searches: (
-        wb.evidence.Pooled
+        wb.evidence.PooledJudgement
     )  # the whole law, the law without (34) and plain ASMC, each with other numbers, by `run_name`
     by_term: tuple[wb.evidence.Comparison, ...]  # the same by the cost and each of its terms, by the geometric mean
 
@@ -135,11 +150,11 @@ def evidence(results: wb.Results) -> Evidence:
         {key: with_other_numbers(results, key, runs[key]) for key in ENTRANTS},
         {
             key: {
-                words: wb.evidence.Standings({s: judge_means(weighted(held, weights)) for s, held in by.items()})
+                words: wb.evidence.Standings({s: judge_means(weighted_cost(held, weights)) for s, held in by.items()})
                 for words, weights in WEIGHTS.items()
             }
             for key, by in runs.items()
-            if key in WEIGHED
+            if key in REWEIGHTED_KEYS
         },
         dict(zip(losses(results), results.work("causes"), strict=True)),
         without_parts(results, runs[BOTH.key]),
@@ -158,7 +173,7 @@ def with_other_numbers(results: wb.Results, key: str, runs: Mapping[str, Samples
 
     Among fewer laws there are fewer comparisons, with narrower intervals, so that laws alone are a change of their own.
     """
-    some = contenders(ENTRANTS[key], {one.key: results.tuned(one.key) for one in ENTRANTS[key]})
+    some = contenders(ENTRANTS[key], {one.key: results.tuning(one.key) for one in ENTRANTS[key]})
     count = NUMBERS[len(some)]
     found = {}
     for words, kind in {"": "", **{words: kind for kind, (words, _) in AGAIN.items()}}.items():
@@ -190,13 +205,13 @@ class LostRuns:
 def losses(results: wb.Results) -> dict[tuple[str, str, str], LostRuns]:
     """The lost runs by scenario, law and words of what it is given."""
     lost = {}
-    for given in GIVEN:
+    for given in ALL_INFORMATION:
         for scenario in HELD_OUT:
             for one in ENTRANTS[given.key]:
                 sample = results.sample(name_of(scenario, one.key))
-                if sample.failed:
+                if sample.diverged_count:
                     runs = np.flatnonzero(np.isfinite(sample.diverged_at)).tolist()
-                    best = tuple(results.tuned(one.key).best.items())
+                    best = tuple(results.tuning(one.key).best.items())
                     lost[scenario.name, one.name, given.words] = LostRuns(scenario.name, one.key, tuple(runs), best)
     return lost
 
@@ -206,20 +221,20 @@ def works(results: wb.Results) -> tuple[wb.Work, ...]:
     return (wb.Work("causes", cause_of, tuple(losses(results).values()), seconds=0.5),)
 
 
-def cause_of(lost: LostRuns) -> wb.evidence.Causes:
+def cause_of(runs: LostRuns) -> wb.evidence.Causes:
     """The causes of lost runs: the integrator, if they last where the memories move near their exact flow."""
-    scenario = next(one for one in HELD_OUT if one.name == lost.scenario)
-    loop = next(one for one in ALL if one.key == lost.entrant).loop(scenario, dict(lost.best))
+    scenario = next(one for one in HELD_OUT if one.name == runs.scenario)
+    loop = next(one for one in ALL if one.key == runs.entrant).loop(scenario, dict(runs.best))
     ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
     return wb.evidence.causes_in_sweep(
-        sweep(name_of(scenario, lost.entrant), loop, scenario), np.array(lost.runs), ways
+        sweep(name_of(scenario, runs.entrant), loop, scenario), np.array(runs.runs), ways
     )
 
 
 def without_parts(results: wb.Results, runs: Mapping[str, Samples]) -> Parts:
     """AOSMC-RGS beside itself without each of its parts, over all scenarios."""
     less = {**{part: part for part in PARTS}, STEADY: STEADY}
-    again = {part: one.key for part, one in RETUNED.items()}
+    again = {part: one.key for part, one in RETUNED_ENTRANTS.items()}
 
     def beside(others: Mapping[str, str], *laws: str) -> dict[str, Samples]:
         """The laws as they are judged above, with other runs, by scenario."""
@@ -230,36 +245,39 @@ def without_parts(results: wb.Results, runs: Mapping[str, Samples]) -> Parts:
         }
 
     frozen, retuned = (
-        {name: cost_of(held) for name, held in beside(others, PROPOSED, PLAIN).items()} for others in (less, again)
+        {name: cost_of(held) for name, held in beside(others, PROPOSED_LAW, PLAIN).items()} for others in (less, again)
     )
-    alone = beside(again, PROPOSED)
-    costs: list[Callable[[Samples], wb.evidence.Paired]] = [cost_of, *(partial(term_of, term=term) for term in TERMS)]
+    alone = beside(again, PROPOSED_LAW)
+    costs: list[Callable[[Samples], wb.evidence.PairedSamples]] = [
+        cost_of,
+        *(partial(term_of, term=term) for term in TERMS),
+    ]
     return Parts(
         wb.evidence.leave_one_out(frozen, judge_means),
         {way: wb.evidence.leave_one_out(retuned, judge_means, way) for way in wb.evidence.WAYS},
-        wb.evidence.leave_one_out({s.name: cost_of(searched(results, s)) for s in HELD_OUT}, judge_means),
+        wb.evidence.leave_one_out({s.name: cost_of(search_samples(results, s)) for s in HELD_OUT}, judge_means),
         tuple(
-            judge_means(wb.evidence.pool({name: of(held) for name, held in alone.items()})).by[ASKED.words]
+            judge_means(wb.evidence.pool({name: of(held) for name, held in alone.items()})).by[PRIMARY.words]
             for of in costs
         ),
     )
 
 
-def searched(results: wb.Results, scenario: Scenario) -> dict[str, wb.study.Sample]:
+def search_samples(results: wb.Results, scenario: Scenario) -> dict[str, wb.study.Sample]:
     """The runs of AOSMC-RGS, of the law without (34) and of plain ASMC, as tuned and with other numbers."""
     return {
         run_name(law, kind): results.sample(name_of(scenario, one.key + kind))
-        for law, one in ((PROPOSED, PROPOSAL), *RIVALS.items())
+        for law, one in ((PROPOSED_LAW, PROPOSAL), *RIVALS.items())
         for kind in ("", *AGAIN)
     }
 
 
-def together(standings: wb.evidence.Standings) -> wb.evidence.Judgement:
+def together(standings: wb.evidence.Standings) -> wb.evidence.LawJudgement:
     """The laws of several scenarios by the geometric mean of their costs, mean over the draws."""
-    return judge_means(wb.evidence.pool({name: one.paired for name, one in standings.judgements.items()}))
+    return judge_means(wb.evidence.pool({name: one.samples for name, one in standings.judgements.items()}))
 
 
-def by_mean_costs(members: Mapping[str, wb.evidence.Paired]) -> wb.evidence.Judgement:
+def by_mean_costs(members: Mapping[str, wb.evidence.PairedSamples]) -> wb.evidence.LawJudgement:
     """The laws by the geometric mean over the scenarios of their mean costs m_s, G = (prod_s m_s)^(1/S).
 
     Draw k counts as G (1/S) sum_s y_sk / m_s, of which the mean is G, so that intervals hold to first order. The errors
@@ -271,19 +289,19 @@ def by_mean_costs(members: Mapping[str, wb.evidence.Paired]) -> wb.evidence.Judg
     parts = {}
     for name, one in members.items():
         factor = level[kept] / means[name][kept]
-        off = None if one.repeated is None else one.repeated[:, kept] * factor
+        off = None if one.step_errors is None else one.step_errors[:, kept] * factor
         parts[name] = replace(
             one,
             laws=tuple(one.laws[i] for i in kept),
             values=one.values[:, kept] * factor,
             errors=one.errors[kept] * factor,
-            failed=one.failed[kept],
+            failures=one.failures[kept],
             sources=(),
-            repeated=off,
+            step_errors=off,
         )
     return judge_means(wb.evidence.pool(parts, "arithmetic mean"))
 
 
-def term_of(held: Samples, term: Term) -> wb.evidence.Paired:
+def term_of(samples: Samples, term: Term) -> wb.evidence.PairedSamples:
     """A term of the cost in its own unit."""
-    return cost_of(held, (replace(term, acceptable=1.0),), term.metric, term.unit)
+    return cost_of(samples, (replace(term, acceptable=1.0),), term.metric, term.unit)

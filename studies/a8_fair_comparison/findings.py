@@ -8,71 +8,71 @@ import numpy as np
 
 import workbench as wb
 from studies.a8_fair_comparison.changes import (
+    ASSUMPTIONS,
     BASE,
-    CHOSEN,
+    FITS,
     LESS,
     MEASURE,
     NOBODY,
     SCENARIOS,
     SUM,
-    TUNED,
     WHOLE,
     Change,
     base,
     changes,
     compared_pairs,
     count_wins,
-    counted,
     counted_change,
-    described,
     heaviest,
-    leading,
+    leading_laws,
     sample,
+    scenario_words,
+    tally_words,
 )
-from studies.a8_fair_comparison.entrants import BOTH, FILTER, GIVEN, LAWS, PROPOSED, READINGS, Given
-from studies.a8_fair_comparison.evidence import ASKED, DRAWS, FAMILY, MARGIN, Evidence, by_mean_costs, together
+from studies.a8_fair_comparison.entrants import ALL_INFORMATION, BOTH, FILTER, LAWS, PROPOSED_LAW, READINGS, Information
+from studies.a8_fair_comparison.evidence import DRAWS, FAMILY, MARGIN, PRIMARY, Evidence, by_mean_costs, together
 from studies.a8_fair_comparison.riccati_worth import CHATTERS, more_or_less, riccati, spread
 
-__all__ = ["answer", "diverged", "pooled_cost", "proposed", "riccati", "winner"]
+__all__ = ["answer", "divergence_words", "pooled_cost", "proposed_finding", "riccati", "winner"]
 
 NAMES = {READINGS.key: "raw_readings", BOTH.key: "own_observers"}
 PLACES = {READINGS.key: "with raw readings", BOTH.key: "behind both observers"}
-UNTRIED = "Other scenarios and ranges, a cost with other terms, and laws that are tuned for another cost."
+LIMITATIONS = "Other scenarios and ranges, a cost with other terms, and laws that are tuned for another cost."
 
 
-def winner(evidence: Evidence, given: Given) -> wb.Finding:
+def winner(evidence: Evidence, information: Information) -> wb.Finding:
     """The law that is best in most scenarios among laws with the same measurements."""
-    first, pooled = base(evidence, given.key), evidence.pooled[given.key][BASE]
-    variations = tuple(change.variation for change in changes(evidence, given.key))
-    whole = pooled.whole.by[ASKED.words]
-    models = "; all but PID have a model" if given in (READINGS, FILTER) else ""
-    place = PLACES[given.key]
+    first, pooled = base(evidence, information.key), evidence.pooled_judgements[information.key][BASE]
+    variations = tuple(change.variation for change in changes(evidence, information.key))
+    whole = pooled.whole.by[PRIMARY.words]
+    models = "; all but PID have a model" if information in (READINGS, FILTER) else ""
+    place = PLACES[information.key]
     return wb.Finding(
-        NAMES[given.key],
+        NAMES[information.key],
         f"{place[0].upper()}{place[1:]}, {first.answer} has the lowest {MEASURE} in most of the {SCENARIOS} "
-        f"scenarios: {counted(first.counts or {}, SCENARIOS)}.",
-        f"A law is lowest in a scenario if its advantage over every other law exceeds {100 * MARGIN:g} %, the interval "
-        f"of the difference and the error of the step; where no law is, the scenario is undecided. "
-        f"{other_searches(evidence, given)} By the geometric mean over all scenarios, {whole.best or 'no law'} is "
-        f"lowest: {leading(whole)}.",
+        f"scenarios: {tally_words(first.counts or {}, SCENARIOS)}.",
+        f"A law is lowest in a scenario if its advantage over every other law exceeds {100 * MARGIN:g} %, the "
+        "interval of the difference and the error of the step; where no law is, the scenario is undecided. "
+        f"{other_searches(evidence, information)} By the geometric mean over all scenarios, {whole.best or 'no law'} "
+        f"is lowest: {leading_laws(whole)}.",
         statistic=f"{MEASURE.capitalize()} in each scenario, declared before the runs. The intervals of all pairs of "
         f"laws in all scenarios hold at once with {100 * FAMILY:g} %.",
         sample=sample(evidence),
-        given=f"Each of the {len(LAWS)} laws has {given.words}{models}.",
-        chosen=CHOSEN,
-        fitted=TUNED,
+        information=f"Each of the {len(LAWS)} laws has {information.words}{models}.",
+        assumptions=ASSUMPTIONS,
+        fits=FITS,
         answer=first.answer,
         variations=variations,
-        untried=UNTRIED,
-        settled=first.answer != NOBODY or any(one.answer != NOBODY for one in variations),
+        limitations=LIMITATIONS,
+        is_decided=first.answer != NOBODY or any(one.answer != NOBODY for one in variations),
     )
 
 
-def other_searches(evidence: Evidence, given: Given) -> str:
+def other_searches(evidence: Evidence, information: Information) -> str:
     """The tallies by the second and the third best search of the laws that run with other numbers."""
     found = [
-        f"with {words}, {counted(count_wins(standings), len(standings.judgements))}"
-        for words, standings in evidence.again[given.key].items()
+        f"with {words}, {tally_words(count_wins(standings), len(standings.judgements))}"
+        for words, standings in evidence.changed_standings[information.key].items()
         if words.endswith("laws") and "search" in words
     ]
     return f"The counts change with the tuning search: {'; '.join(found)}." if found else ""
@@ -80,44 +80,44 @@ def other_searches(evidence: Evidence, given: Given) -> str:
 
 def pooled_variations(evidence: Evidence) -> list[wb.Variation]:
     """Other numbers, weights, ways to pool, each scenario left out of each, and the other measurements."""
-    by = evidence.pooled[BOTH.key]
+    by = evidence.pooled_judgements[BOTH.key]
     first = by[BASE]
-    weights = {f"weights: {words}": one for words, one in evidence.weighted.get(BOTH.key, {}).items()}
+    weights = {f"weights: {words}": one for words, one in evidence.weighted_standings.get(BOTH.key, {}).items()}
     cost = evidence.cost[BOTH.key]
-    again = evidence.again[BOTH.key]
+    again = evidence.changed_standings[BOTH.key]
     others = {words: together(one) for words, one in {**again, **weights}.items()}
     others["the geometric mean of the mean costs"] = by_mean_costs(first.members)
     pairs = {words: compared_pairs(one, cost) for words, one in again.items()}
     searched = [
-        wb.Variation(words, one.answer, f"{leading(one, 2)}{pairs.get(words, '')}", WHOLE)
-        for words, one in ((words, judgement.by[ASKED.words]) for words, judgement in others.items())
+        wb.Variation(words, one.answer, f"{leading_laws(one, 2)}{pairs.get(words, '')}", WHOLE)
+        for words, one in ((words, judgement.by[PRIMARY.words]) for words, judgement in others.items())
     ]
     variations = [
-        wb.Variation(f"the {way}", p.answer, leading(p.whole.by[ASKED.words], 2), WHOLE)
+        wb.Variation(f"the {way}", p.answer, leading_laws(p.whole.by[PRIMARY.words], 2), WHOLE)
         for way, p in by.items()
         if p is not first
     ]
     variations += [
-        wb.Variation(f"the {way} without '{s}'", one.answer, leading(one, 2), LESS)
+        wb.Variation(f"the {way} without '{s}'", one.answer, leading_laws(one, 2), LESS)
         for way, p in by.items()
-        for s, one in ((s, judgement.by[ASKED.words]) for s, judgement in p.without.items())
+        for s, one in ((s, judgement.by[PRIMARY.words]) for s, judgement in p.without.items())
     ]
     variations += [
-        wb.Variation(f"the {BASE} with {given.name}", p.answer, leading(p.whole.by[ASKED.words], 2), WHOLE)
-        for given in GIVEN
-        if (p := evidence.pooled[given.key][BASE]) is not first
+        wb.Variation(f"the {BASE} with {given.name}", p.answer, leading_laws(p.whole.by[PRIMARY.words], 2), WHOLE)
+        for given in ALL_INFORMATION
+        if (p := evidence.pooled_judgements[given.key][BASE]) is not first
     ]
     return searched + variations
 
 
 def pooled_cost(evidence: Evidence) -> wb.Finding:
     """The laws over all scenarios together, and the scenario on which that rests."""
-    by = evidence.pooled[BOTH.key]
+    by = evidence.pooled_judgements[BOTH.key]
     first, total = by[BASE], by[SUM]
-    one = first.whole.by[ASKED.words]
+    one = first.whole.by[PRIMARY.words]
     name, share = heaviest(total)
     heavy = [100 * part for part in share.values() if 2 * part > 1]
-    rest = total.without[name].by[ASKED.words]
+    rest = total.without[name].by[PRIMARY.words]
     parts = " to ".join(dict.fromkeys(f"{part:.0f}" for part in (min(heavy), max(heavy)))) if heavy else ""
     part = (
         f"'{name}' makes up {parts} % of the sum for {len(heavy)} law{'s' * (len(heavy) > 1)}"
@@ -128,57 +128,57 @@ def pooled_cost(evidence: Evidence) -> wb.Finding:
         "pooled_cost",
         f"Over all {SCENARIOS} scenarios together, behind both observers, "
         + (
-            f"{one.best} has the lowest geometric mean of the cost: {leading(one)}."
+            f"{one.best} has the lowest geometric mean of the cost: {leading_laws(one)}."
             if one.best
-            else f"the lowest geometric mean of the cost is {one.answer}: {leading(one)}."
+            else f"the lowest geometric mean of the cost is {one.answer}: {leading_laws(one)}."
         ),
-        f"Without {described(name)}, the lowest are {leading(first.without[name].by[ASKED.words])}. In the "
-        f"arithmetic mean, {part}. The lowest arithmetic means are {leading(total.whole.by[ASKED.words])}; without "
-        f"'{name}' they are {leading(rest, 5)}.",
+        f"Without {scenario_words(name)}, the lowest are {leading_laws(first.without[name].by[PRIMARY.words])}. In "
+        f"the arithmetic mean, {part}. The lowest arithmetic means are {leading_laws(total.whole.by[PRIMARY.words])}; "
+        f"without '{name}' they are {leading_laws(rest, 5)}.",
         statistic="For each draw, the geometric mean of the costs over the scenarios; of these the mean over the "
         "draws. A ratio counts the same in every scenario. The geometric mean of the mean costs is another number, and "
         "one of the variations.",
         sample=sample(evidence),
-        given=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
-        chosen=CHOSEN,
-        fitted=TUNED,
+        information=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
+        assumptions=ASSUMPTIONS,
+        fits=FITS,
         answer=first.answer,
         variations=tuple(pooled_variations(evidence)),
-        untried=UNTRIED,
+        limitations=LIMITATIONS,
     )
 
 
-def proposed(evidence: Evidence) -> wb.Finding:
+def proposed_finding(evidence: Evidence) -> wb.Finding:
     """The number of scenarios in which AOSMC-RGS is best, whatever it measures."""
     first = base(evidence, BOTH.key)
     others = [change for change in changes(evidence, BOTH.key) if change.counts is not None]
     others += [
         counted_change(f"with {given.name} in place of both observers", evidence.cost[given.key])
-        for given in GIVEN
+        for given in ALL_INFORMATION
         if given != BOTH
     ]
-    comparisons = [one.by[ASKED.words] for one in evidence.cost[BOTH.key].judgements.values()]
+    comparisons = [one.by[PRIMARY.words] for one in evidence.cost[BOTH.key].judgements.values()]
     lower, higher = (
-        balance(Counter(law for one in comparisons for law in one.paired.laws if one.order(law, PROPOSED) == side))
+        balance(Counter(law for one in comparisons for law in one.samples.laws if one.order(law, PROPOSED_LAW) == side))
         for side in ("below", "above")
     )
     return wb.Finding(
         "proposed_law",
-        f"Behind both observers, which are its own, {PROPOSED} has the lowest {MEASURE} in {places(first) or 'none'} "
-        f"of the {SCENARIOS} scenarios.",
-        f"Laws with a significantly lower mean cost than {PROPOSED}, by the number of scenarios: {lower}. Laws with a "
-        f"significantly higher one: {higher}.",
+        f"Behind both observers, which are its own, {PROPOSED_LAW} has the lowest {MEASURE} in "
+        f"{places(first) or 'none'} of the {SCENARIOS} scenarios.",
+        f"Laws with a significantly lower mean cost than {PROPOSED_LAW}, by the number of scenarios: {lower}. Laws "
+        f"with a significantly higher one: {higher}.",
         statistic=f"Number of scenarios in which the {MEASURE} is below that of every other law, by more than "
         f"{100 * MARGIN:g} %, the interval of the difference and the error of the step.",
         sample=sample(evidence),
-        given=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
-        chosen=f"{CHOSEN} The four repairs of the law in a1.",
-        fitted=TUNED,
+        information=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
+        assumptions=f"{ASSUMPTIONS} The four repairs of the law in a1.",
+        fits=FITS,
         answer=frequency(first),
         variations=tuple(
             wb.Variation(one.words, frequency(one), f"{places(one)} of {one.scenarios}") for one in others
         ),
-        untried=UNTRIED,
+        limitations=LIMITATIONS,
     )
 
 
@@ -192,7 +192,7 @@ def balance(scenarios: Counter[str]) -> str:
 
 def places(change: Change) -> int:
     """The number of scenarios in which AOSMC-RGS is best."""
-    return (change.counts or {}).get(PROPOSED, 0)
+    return (change.counts or {}).get(PROPOSED_LAW, 0)
 
 
 def frequency(change: Change) -> str:
@@ -201,11 +201,11 @@ def frequency(change: Change) -> str:
     return "in most scenarios" if 2 * n > change.scenarios else "in some scenarios" if n else "in no scenario"
 
 
-def diverged(evidence: Evidence) -> str:
+def divergence_words(evidence: Evidence) -> str:
     """The runs that did not last, whether the law or its integrator lost them, and those that last at a high cost."""
     runs = [one for by in evidence.runs.values() for laws in by.values() for one in laws.values()]
     causes = evidence.causes.values()
-    failed, total = sum(one.failed for one in runs), sum(map(len, runs))
+    failed, total = sum(one.diverged_count for one in runs), sum(map(len, runs))
     if not failed:
         return (
             f"In none of {total:,} runs does a state become infinite, or an angle exceed 1e12 rad. Runs with other "
@@ -214,25 +214,25 @@ def diverged(evidence: Evidence) -> str:
         )
     by_law, by_integrator = sum(one.by_law for one in causes), sum(one.by_integrator for one in causes)
     where = "; ".join(
-        f"{law} with {words} in '{scenario}', {len(one.lost['fine'])} of {DRAWS} ({one.sentence})"
+        f"{law} with {words} in '{scenario}', {len(one.diverges['fine'])} of {DRAWS} ({one.sentence})"
         for (scenario, law, words), one in evidence.causes.items()
     )
     return (
         f"{failed:,} of {total:,} runs diverge: {by_law} by the law, {by_integrator} by its integrator, and "
-        f"{sum(one.unsettled for one in causes)} for a reason that is not settled. {where}. A run diverges if a state "
-        "is no longer finite, or an angle is beyond 1e12 rad. The integrator is the reason if the run lasts where the "
-        f"memories of law and observer move near their exact flow. {costly(evidence)}"
+        f"{sum(one.undecided_runs for one in causes)} for a reason that is not settled. {where}. A run diverges if a "
+        "state is no longer finite, or an angle is beyond 1e12 rad. The integrator is the reason if the run lasts "
+        f"where the memories of law and observer move near their exact flow. {costly(evidence)}"
     )
 
 
 def costly(evidence: Evidence) -> str:
     """The runs with a high cost, and the laws of which all runs in a scenario have one."""
-    costs = [one.paired for by in evidence.cost.values() for one in by.judgements.values()]
+    costs = [one.samples for by in evidence.cost.values() for one in by.judgements.values()]
     high = np.array([(one.values > CHATTERS).sum(axis=0) for one in costs])
     every: dict[str, list[str]] = {}
     for scenario, one in evidence.cost[BOTH.key].judgements.items():
-        always = np.asarray((one.paired.values > CHATTERS).all(axis=0))
-        every[scenario] = [law for law, high_in_all in zip(one.paired.laws, always, strict=True) if high_in_all]
+        always = np.asarray((one.samples.values > CHATTERS).all(axis=0))
+        every[scenario] = [law for law, high_in_all in zip(one.samples.laws, always, strict=True) if high_in_all]
     where = "; ".join(f"{', '.join(laws)} in '{scenario}'" for scenario, laws in every.items() if laws)
     return (
         f"A cost of more than {CHATTERS:g} is five times an acceptable one; {high.sum():,} runs have it, in "
@@ -250,7 +250,7 @@ def answer(evidence: Evidence) -> str:
     search = ", depending on the search" if span[0] != span[1] else ""
     return (
         f"With raw readings, {found} of {readings.scenarios} scenarios; behind both observers, {leads(both, law)}. "
-        f"Retuned without its Riccati equation, {PROPOSED} costs {more_or_less(span)}{search}."
+        f"Retuned without its Riccati equation, {PROPOSED_LAW} costs {more_or_less(span)}{search}."
     )
 
 
@@ -267,5 +267,9 @@ def leads(change: Change, before: str) -> str:
     undecided = change.scenarios - sum((change.counts or {}).values())
     rest = f" ({undecided} undecided)" if undecided else ""
     if law == before:
-        return f"in {count}{rest}" + ("" if law == PROPOSED else f", and {PROPOSED} in {places(change) or 'none'}")
-    return f"{law} in {count}{rest}" + ("" if law == PROPOSED else f", {PROPOSED} in {places(change) or 'none'}")
+        return f"in {count}{rest}" + (
+            "" if law == PROPOSED_LAW else f", and {PROPOSED_LAW} in {places(change) or 'none'}"
+        )
+    return f"{law} in {count}{rest}" + (
+        "" if law == PROPOSED_LAW else f", {PROPOSED_LAW} in {places(change) or 'none'}"
+    )

@@ -6,11 +6,20 @@ from dataclasses import replace
 
 import workbench as wb
 from studies.a8_fair_comparison import changes, findings, riccati_worth
-from studies.a8_fair_comparison.ablations import PARTS, RETUNED, RICCATI, STEADY
+from studies.a8_fair_comparison.ablations import PARTS, RETUNED_ENTRANTS, RICCATI, STEADY
 from studies.a8_fair_comparison.conditions import HELD_OUT, PERIOD
 from studies.a8_fair_comparison.conditions_section import conditions_section
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, OBSERVER, PROPOSED, READINGS, Given
-from studies.a8_fair_comparison.evidence import ACCEPTABLE, ASKED, MARGIN, Evidence, evidence
+from studies.a8_fair_comparison.entrants import (
+    ALL_INFORMATION,
+    BOTH,
+    ENTRANTS,
+    FILTER,
+    OBSERVER,
+    PROPOSED_LAW,
+    READINGS,
+    Information,
+)
+from studies.a8_fair_comparison.evidence import ACCEPTABLE, MARGIN, PRIMARY, Evidence, evidence
 from studies.a8_fair_comparison.other_numbers import PLAIN, run_name
 from studies.a8_fair_comparison.tuning_section import trust, tuning
 from studies.paper.rest import REST, rest_section
@@ -26,7 +35,7 @@ ERRORS = (
 )
 START = 1.0  # s, in which the laws come to the wanted motion
 LEFT_OUT = {f"without scenario '{one.name}'" for one in HELD_OUT}  # changes with a table of their own
-ORDER = (BOTH, *(given for given in GIVEN if given != BOTH))  # as the findings stand
+ORDER = (BOTH, *(given for given in ALL_INFORMATION if given != BOTH))  # as the findings stand
 BRACKETS = wb.evidence.HALF.replace("in brackets", "In brackets:")
 
 
@@ -38,12 +47,12 @@ def sections(results: wb.Results) -> wb.Page:
             findings.winner(held, BOTH),
             findings.winner(held, READINGS),
             findings.pooled_cost(held),
-            findings.proposed(held),
+            findings.proposed_finding(held),
             findings.riccati(held),
         ),
         sections=(
             wb.Section("Cost in each scenario", (standings(held, BOTH), without_note(standings(held, READINGS)))),
-            changed(held),
+            changes_section(held),
             together(held),
             parts(held),
             wb.Section(
@@ -72,13 +81,13 @@ def rest(results: wb.Results) -> wb.Section:
         "and friction move these pictures together with the runs. Disturbance, phases and starts have no part in them."
     )
     law = f"It has its tuned numbers, both observers, and a computer with a period of {1e3 * PERIOD:g} ms."
-    return rest_section(results[REST, PROPOSED], results[HELD_OUT[0].name, PROPOSED], law, knobs)
+    return rest_section(results[REST, PROPOSED_LAW], results[HELD_OUT[0].name, PROPOSED_LAW], law, knobs)
 
 
-def lead(held: Evidence) -> str:
+def lead(evidence: Evidence) -> str:
     """A reason for the lead of RBF-ASMC with raw readings, with its counts."""
     law = "RBF-ASMC"
-    raw, filtered = (changes.count_wins(held.cost[given.key]).get(law, 0) for given in (READINGS, FILTER))
+    raw, filtered = (changes.count_wins(evidence.cost[given.key]).get(law, 0) for given in (READINGS, FILTER))
     return (
         f"The network of {law} has a leak. Near e = 0 it acts as a low-pass filter of s beside the gain K / phi. With "
         f"raw readings, {law} is therefore the only law with a filter against the noise of the velocity. With filtered "
@@ -86,23 +95,23 @@ def lead(held: Evidence) -> str:
     )
 
 
-def standings(held: Evidence, given: Given) -> wb.document.Figure:
-    judgements = held.cost[given.key].judgements
+def standings(evidence: Evidence, information: Information) -> wb.document.Figure:
+    judgements = evidence.cost[information.key].judgements
     return wb.pictures.standings_figure(
-        f"standings_{given.key}",
-        f"Mean cost of each law in each scenario. Every law has {given.words}.",
+        f"standings_{information.key}",
+        f"Mean cost of each law in each scenario. Every law has {information.words}.",
         {scenario: one.by for scenario, one in judgements.items()},
-        ASKED.words,
+        PRIMARY.words,
         (),
     )
 
 
-def without_note(shown: wb.document.Figure) -> wb.document.Figure:
+def without_note(figure: wb.document.Figure) -> wb.document.Figure:
     """A figure without the note that the first of its kind has."""
-    return shown if shown.numbers is None else replace(shown, caption=shown.numbers.caption)
+    return figure if figure.numbers is None else replace(figure, caption=figure.numbers.caption)
 
 
-def changed(held: Evidence) -> wb.Section:
+def changes_section(evidence: Evidence) -> wb.Section:
     """The number of scenarios in which each law is best, by what was done otherwise."""
     words = (
         "Each row of these tables changes one thing. The second column has the law with the lowest cost in more than "
@@ -120,56 +129,56 @@ def changed(held: Evidence) -> wb.Section:
         "search alone. In the second row these few laws are compared alone. There are then fewer pairs of laws, the "
         "intervals are narrower, and more scenarios are decided."
     )
-    tables = (table for given in ORDER for table in (changes_table(held, given), without_table(held, given)))
+    tables = (table for given in ORDER for table in (changes_table(evidence, given), without_table(evidence, given)))
     return wb.Section("What changes the answer", (wb.Paragraph(words), wb.Paragraph(care), *tables))
 
 
-def changes_table(held: Evidence, given: Given) -> wb.document.Table:
+def changes_table(evidence: Evidence, information: Information) -> wb.document.ReportTable:
     """One row a change of all scenarios: the law that is lowest in most of them, and the tally."""
-    whole = {f"all scenarios together, {way}" for way in held.pooled[given.key]}
-    rows = [changes.base(held, given.key), *changes.changes(held, given.key)]
+    whole = {f"all scenarios together, {way}" for way in evidence.pooled_judgements[information.key]}
+    rows = [changes.base(evidence, information.key), *changes.changes(evidence, information.key)]
     rows = [row for row in rows if (row.counts is not None or row.words in whole) and row.words not in LEFT_OUT]
-    return wb.document.Table(
-        f"changes_{given.key}",
-        f"The law with the lowest cost in most scenarios, by what is changed. Every law has {given.words}.",
+    return wb.document.ReportTable(
+        f"changes_{information.key}",
+        f"The law with the lowest cost in most scenarios, by what is changed. Every law has {information.words}.",
         (
-            wb.document.Column("what is changed", width=24),
-            wb.document.Column("lowest in most", width=12),
-            wb.document.Column("scenarios in which each law is lowest, or lowest means", width=24),
+            wb.document.TableColumn("what is changed", width=24),
+            wb.document.TableColumn("lowest in most", width=12),
+            wb.document.TableColumn("scenarios in which each law is lowest, or lowest means", width=24),
         ),
         tuple((row.words, row.answer, row.detail) for row in rows),
     )
 
 
-def without_table(held: Evidence, given: Given) -> wb.document.Table:
+def without_table(evidence: Evidence, information: Information) -> wb.document.ReportTable:
     """The law that is lowest in most scenarios but one, and over all of them by each way to pool."""
-    pools, cost = held.pooled[given.key], held.cost[given.key]
-    one, others = changes.base(held, given.key), [changes.without_scenario(cost, s.name) for s in HELD_OUT]
+    pools, cost = evidence.pooled_judgements[information.key], evidence.cost[information.key]
+    one, others = changes.base(evidence, information.key), [changes.without_scenario(cost, s.name) for s in HELD_OUT]
     rows = [("none", one.answer, one.detail, *(best(pool.whole) for pool in pools.values()))]
     rows += [
         (s.name, one.answer, one.detail, *(best(pool.without[s.name]) for pool in pools.values()))
         for s, one in zip(HELD_OUT, others, strict=True)
     ]
-    return wb.document.Table(
-        f"without_{given.key}",
+    return wb.document.ReportTable(
+        f"without_{information.key}",
         "The law with the lowest cost when one scenario is left out: in most of the others, and over all the others "
-        f"together by each mean. Every law has {given.words}.",
+        f"together by each mean. Every law has {information.words}.",
         (
-            wb.document.Column("scenario left out"),
-            wb.document.Column("lowest in most"),
-            wb.document.Column("scenarios in which each law is lowest", width=18),
-            *(wb.document.Column(way) for way in pools),
+            wb.document.TableColumn("scenario left out"),
+            wb.document.TableColumn("lowest in most"),
+            wb.document.TableColumn("scenarios in which each law is lowest", width=18),
+            *(wb.document.TableColumn(way) for way in pools),
         ),
         tuple(rows),
     )
 
 
-def best(judgement: wb.evidence.Judgement) -> str:
+def best(judgement: wb.evidence.LawJudgement) -> str:
     """The law that is significantly lowest, or `NOBODY`."""
-    return judgement.by[ASKED.words].best or changes.NOBODY
+    return judgement.by[PRIMARY.words].best or changes.NOBODY
 
 
-def together(held: Evidence) -> wb.Section:
+def together(evidence: Evidence) -> wb.Section:
     words = (
         "The costs of ten scenarios become one number in three ways. The arithmetic mean depends most on the scenario "
         "with the largest costs. The geometric mean, and the mean ratio to the best law of each scenario, do not "
@@ -177,94 +186,102 @@ def together(held: Evidence) -> wb.Section:
         "scenario that dominates it for most laws, and the scenario with the largest part of a law's sum. The "
         "geometric mean is taken over the scenarios in each draw, and then averaged over the draws. It is therefore "
         "not the geometric mean of the mean costs in the figures above, which a few draws with chattering raise more. "
-        f"{rare(held)}"
+        f"{rare(evidence)}"
     )
     return wb.Section(
-        "All scenarios together", (wb.Paragraph(words), *(together_table(held, given) for given in ORDER))
+        "All scenarios together", (wb.Paragraph(words), *(together_table(evidence, given) for given in ORDER))
     )
 
 
-def rare(held: Evidence) -> str:
+def rare(evidence: Evidence) -> str:
     """The draws of the dominant scenario in which the law of least cost is above what is acceptable."""
-    pooled = held.pooled[BOTH.key]
+    pooled = evidence.pooled_judgements[BOTH.key]
     name, _ = changes.heaviest(pooled[changes.SUM])
-    one, paired = pooled[changes.BASE].whole.by[ASKED.words], pooled[changes.BASE].members[name]
-    law = min(paired.laws, key=lambda law: one.level.value[one.paired.place(law)])
+    one, paired = pooled[changes.BASE].whole.by[PRIMARY.words], pooled[changes.BASE].members[name]
+    law = min(paired.laws, key=lambda law: one.level.value[one.samples.place(law)])
     values = paired.values[:, paired.place(law)]
     above = int((values > ACCEPTABLE).sum())
     return (
         f"In '{name}' most laws behind both observers do not track, but chatter in a limit cycle. {law} costs more "
-        f"than {ACCEPTABLE:g} there in {above} of {len(values)} draws, and at most {changes.rounded(values.max())}."
+        f"than {ACCEPTABLE:g} there in {above} of {len(values)} draws, and at most "
+        f"{changes.three_digits(values.max())}."
     )
 
 
-def together_table(held: Evidence, given: Given) -> wb.document.Table:
-    by = held.pooled[given.key]
+def together_table(evidence: Evidence, information: Information) -> wb.document.ReportTable:
+    by = evidence.pooled_judgements[information.key]
     total = by[changes.SUM]
     name, _ = changes.heaviest(total)
-    comparisons = [one.whole.by[ASKED.words] for one in by.values()] + [total.without[name].by[ASKED.words]]
+    comparisons = [one.whole.by[PRIMARY.words] for one in by.values()] + [total.without[name].by[PRIMARY.words]]
     heads = (*by, f"{changes.SUM} without '{name}'")
     rows = []
-    for law in comparisons[0].paired.laws:
+    for law in comparisons[0].samples.laws:
         parts = {scenario: share[law] for scenario, share in total.shares.items() if law in share}
         largest = max(parts, key=lambda scenario: parts[scenario]) if parts else None
         part = 100 * parts[largest] if largest else None
         rows.append((law, *(wb.evidence.level_of(one, law) for one in comparisons), largest, part))
     columns = (
-        wb.document.Column("law"),
-        *(wb.document.Column(head, align="right") for head in heads),
-        wb.document.Column("largest part"),
-        wb.document.Column("of the sum", "%", "right", digits=2),
+        wb.document.TableColumn("law"),
+        *(wb.document.TableColumn(head, align="right") for head in heads),
+        wb.document.TableColumn("largest part"),
+        wb.document.TableColumn("of the sum", "%", "right", digits=2),
     )
     whole = comparisons[0]
-    notes = (f"{wb.evidence.BOLD} {BRACKETS}; {whole.holds}.", whole.paired.said)
-    return wb.document.Table(
-        f"together_{given.key}", f"Cost over all scenarios. Every law has {given.words}.", columns, tuple(rows), notes
+    notes = (f"{wb.evidence.BOLD} {BRACKETS}; {whole.holds}.", whole.samples.footnote)
+    return wb.document.ReportTable(
+        f"together_{information.key}",
+        f"Cost over all scenarios. Every law has {information.words}.",
+        columns,
+        tuple(rows),
+        notes,
     )
 
 
-def parts_table(held: Evidence) -> wb.document.Table:
+def parts_table(evidence: Evidence) -> wb.document.ReportTable:
     """One row a part: the change of the pooled cost without it, with the numbers of the whole law and tuned again."""
-    frozen, retuned = held.parts.frozen.whole.by[ASKED.words], held.parts.retuned[changes.BASE].whole.by[ASKED.words]
-    name = riccati_worth.decisive(held.parts)
-    rest = held.parts.retuned[changes.BASE].without[name].by[ASKED.words]
-    searches = held.parts.searches.whole.by[ASKED.words]
-    other, *_ = riccati_worth.change_of(searches, run_name(PROPOSED, "_other"))
+    frozen, retuned = (
+        evidence.parts.frozen_parts.whole.by[PRIMARY.words],
+        evidence.parts.retuned_parts[changes.BASE].whole.by[PRIMARY.words],
+    )
+    name = riccati_worth.decisive(evidence.parts)
+    rest = evidence.parts.retuned_parts[changes.BASE].without[name].by[PRIMARY.words]
+    searches = evidence.parts.searches.whole.by[PRIMARY.words]
+    other, *_ = riccati_worth.change_of(searches, run_name(PROPOSED_LAW, "_other"))
     rows: list[tuple[wb.document.Cell, ...]] = [
         (
             f"without {part}",
-            wb.evidence.change_without(frozen, part, PROPOSED),
-            wb.evidence.change_without(frozen, STEADY, PROPOSED) if part == RICCATI else None,
-            wb.evidence.change_without(retuned, part, PROPOSED),
-            wb.evidence.change_without(rest, part, PROPOSED),
-            len(RETUNED[part].tuned),
+            wb.evidence.change_without(frozen, part, PROPOSED_LAW),
+            wb.evidence.change_without(frozen, STEADY, PROPOSED_LAW) if part == RICCATI else None,
+            wb.evidence.change_without(retuned, part, PROPOSED_LAW),
+            wb.evidence.change_without(rest, part, PROPOSED_LAW),
+            len(RETUNED_ENTRANTS[part].tuned_numbers),
         )
         for part in PARTS
     ]
-    plain = (wb.evidence.change_without(one, PLAIN, PROPOSED) for one in (retuned, rest))
-    rows.append((f"plain {PLAIN}", None, None, *plain, len(ENTRANTS[BOTH.key][1].tuned)))
-    return wb.document.Table(
+    plain = (wb.evidence.change_without(one, PLAIN, PROPOSED_LAW) for one in (retuned, rest))
+    rows.append((f"plain {PLAIN}", None, None, *plain, len(ENTRANTS[BOTH.key][1].tuned_numbers)))
+    return wb.document.ReportTable(
         "parts",
-        f"Change of the geometric mean of the cost over all scenarios when {PROPOSED} loses one of its parts.",
+        f"Change of the geometric mean of the cost over all scenarios when {PROPOSED_LAW} loses one of its parts.",
         (
-            wb.document.Column("law"),
-            wb.document.Column("not tuned again", "%", "right"),
-            wb.document.Column("not tuned again, P at its steady value", "%", "right"),
-            wb.document.Column("tuned again", "%", "right"),
-            wb.document.Column(f"tuned again, without '{name}'", "%", "right"),
-            wb.document.Column("numbers tuned", align="right"),
+            wb.document.TableColumn("law"),
+            wb.document.TableColumn("not tuned again", "%", "right"),
+            wb.document.TableColumn("not tuned again, P at its steady value", "%", "right"),
+            wb.document.TableColumn("tuned again", "%", "right"),
+            wb.document.TableColumn(f"tuned again, without '{name}'", "%", "right"),
+            wb.document.TableColumn("numbers tuned", align="right"),
         ),
         tuple(rows),
         (
             "A positive change means that the part lowers the cost. Bold: significant among the draws, which says "
             "nothing about searches: the second best search of the whole law changes its cost by "
             f"{riccati_worth.digits(other, '+')} %. {BRACKETS}; {retuned.holds}.",
-            retuned.paired.said,
+            retuned.samples.footnote,
         ),
     )
 
 
-def parts(held: Evidence) -> wb.Section:
+def parts(evidence: Evidence) -> wb.Section:
     """The worth of each part of AOSMC-RGS, as tuned and tuned again."""
     words = (
         "The numbers of the whole law do not suit a law that has lost a part. Each law without a part is therefore "
@@ -274,13 +291,15 @@ def parts(held: Evidence) -> wb.Section:
         "column therefore keeps P at its steady value, for K(0) and the posture in which a scenario starts. In a3, "
         "P(0) is near the steady value, so that to keep it changes the error by a few percent only. Without the state "
         "observer the law takes the noisy readings; without the disturbance estimate it is "
-        f"{PROPOSED} behind observer (10). The last table has the worth of (34) by other searches."
+        f"{PROPOSED_LAW} behind observer (10). The last table has the worth of (34) by other searches."
     )
     by_term = wb.evidence.ablation_table(
         "parts_by_term",
         "Change of the cost and of each of its terms when a part is taken out and the law is tuned again.",
-        held.parts.by_term,
-        PROPOSED,
+        evidence.parts.by_term,
+        PROPOSED_LAW,
     )
-    last = riccati_worth.searches_table(held.parts)
-    return wb.Section("What each part of AOSMC-RGS is worth", (wb.Paragraph(words), parts_table(held), by_term, last))
+    last = riccati_worth.searches_table(evidence.parts)
+    return wb.Section(
+        "What each part of AOSMC-RGS is worth", (wb.Paragraph(words), parts_table(evidence), by_term, last)
+    )

@@ -10,18 +10,18 @@ import numpy as np
 import workbench as wb
 from studies.a8_fair_comparison.ablations import RICCATI, STEADY
 from studies.a8_fair_comparison.changes import (
+    ASSUMPTIONS,
     BASE,
-    CHOSEN,
+    FITS,
     LESS,
     SCENARIOS,
-    TUNED,
     WHOLE,
-    described,
-    rounded,
     sample,
+    scenario_words,
+    three_digits,
 )
-from studies.a8_fair_comparison.entrants import BOTH, PROPOSED
-from studies.a8_fair_comparison.evidence import ASKED, Evidence, Parts
+from studies.a8_fair_comparison.entrants import BOTH, PROPOSED_LAW
+from studies.a8_fair_comparison.evidence import PRIMARY, Evidence, Parts
 from studies.a8_fair_comparison.other_numbers import AGAIN, PLAIN, run_name
 
 TIMES = 1000  # percent, from which on a change is told as a factor
@@ -37,31 +37,31 @@ PAIRS = (
 )  # of the whole law, of the other
 
 
-def effect(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED) -> str:
+def effect(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED_LAW) -> str:
     """The effect of a part on the cost of AOSMC-RGS, in words."""
     if one.alike(whole, without):
         return "no difference"
     return {"below": "better with (34)", "above": "worse with (34)"}.get(one.order(whole, without), OPEN)
 
 
-def change_of(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED) -> tuple[float, float, float]:
+def change_of(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED_LAW) -> tuple[float, float, float]:
     """The change of the cost of AOSMC-RGS without a part, in percent, and the ends of its interval."""
-    at, i, d = one.paired.place(whole), one.paired.place(without), one.difference
+    at, i, d = one.samples.place(whole), one.samples.place(without), one.difference
     value, low, high = (100 * float(part[i, at] / one.level.value[at]) for part in (d.value, d.low, d.high))
     return value, low, high
 
 
-def least_change(pooled: wb.evidence.Pooled, law: str) -> tuple[str, float]:
+def least_change(pooled_judgement: wb.evidence.PooledJudgement, law: str) -> tuple[str, float]:
     """The scenario without which the change of the cost is smallest in size, and that change in percent."""
-    changed = {scenario: change_of(one.by[ASKED.words], law)[0] for scenario, one in pooled.without.items()}
+    changed = {scenario: change_of(one.by[PRIMARY.words], law)[0] for scenario, one in pooled_judgement.without.items()}
     return min(changed.items(), key=lambda pair: abs(pair[1]))
 
 
-def moves(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED) -> str:
+def moves(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED_LAW) -> str:
     """The change of the cost of AOSMC-RGS without a part, as a verb with its figure and its interval."""
     value, low, high = change_of(one, without, whole)
     if value >= TIMES:
-        return f"rises to {rounded(1 + value / 100)} times its value"
+        return f"rises to {three_digits(1 + value / 100)} times its value"
     verb = "rises" if value > 0 else "falls"
     return f"{verb} by {digits(abs(value))} % ({digits(low, '+')} to {digits(high, '+')} %)"
 
@@ -72,10 +72,10 @@ def digits(percent: float, sign: str = "") -> str:
     return f"{percent:{sign}#.2g}".rstrip(".") if 0 < abs(percent) < 99.5 else f"{percent:{sign}.0f}"
 
 
-def spread(judgement: wb.evidence.Judgement, rival: str = RICCATI) -> tuple[float, float]:
+def spread(judgement: wb.evidence.LawJudgement, rival: str = RICCATI) -> tuple[float, float]:
     """The least and the greatest change of the cost without (34), in percent, among all pairs of searches."""
-    one = judgement.by[ASKED.words]
-    changed = [change_of(one, run_name(rival, b), run_name(PROPOSED, a))[0] for a, b in product(SEARCHES, SEARCHES)]
+    one = judgement.by[PRIMARY.words]
+    changed = [change_of(one, run_name(rival, b), run_name(PROPOSED_LAW, a))[0] for a, b in product(SEARCHES, SEARCHES)]
     return min(changed), max(changed)
 
 
@@ -87,9 +87,9 @@ def decisive(parts: Parts) -> str:
 
 def worth(parts: Parts) -> str:
     """The effect of (34), if it is the same between all pairs of searches of both laws; else it is not decided."""
-    one = parts.searches.whole.by[ASKED.words]
-    first = effect(parts.retuned[BASE].whole.by[ASKED.words], RICCATI)
-    others = {effect(one, run_name(RICCATI, b), run_name(PROPOSED, a)) for a, b in product(SEARCHES, SEARCHES)}
+    one = parts.searches.whole.by[PRIMARY.words]
+    first = effect(parts.retuned_parts[BASE].whole.by[PRIMARY.words], RICCATI)
+    others = {effect(one, run_name(RICCATI, b), run_name(PROPOSED_LAW, a)) for a, b in product(SEARCHES, SEARCHES)}
     return first if others == {first} else OPEN
 
 
@@ -105,22 +105,22 @@ def search_variations(parts: Parts) -> Iterator[wb.Variation]:
     pooled, name = parts.searches, decisive(parts)
     for rival, (whole, other) in product((RICCATI, PLAIN), PAIRS):
         if whole or other:
-            words, laws = pair_words(rival, whole, other), (run_name(rival, other), run_name(PROPOSED, whole))
+            words, laws = pair_words(rival, whole, other), (run_name(rival, other), run_name(PROPOSED_LAW, whole))
             yield effect_of(words, pooled.whole, *laws)
             yield effect_of(f"{words}, without '{name}'", pooled.without[name], *laws, question=LESS)
 
 
 def riccati_variations(parts: Parts) -> list[wb.Variation]:
     """The worth of (34) by other searches, other pools and other laws without it, and with each scenario left out."""
-    rivals: list[tuple[str, wb.evidence.Pooled, str]] = [
-        (f"the best search of each law, {way}", pooled, RICCATI) for way, pooled in parts.retuned.items()
+    rivals: list[tuple[str, wb.evidence.PooledJudgement, str]] = [
+        (f"the best search of each law, {way}", pooled, RICCATI) for way, pooled in parts.retuned_parts.items()
     ]
     rivals += [
-        ("P at its steady value, not tuned again", parts.frozen, STEADY),
-        ("P at the tuned P(0), not tuned again", parts.frozen, RICCATI),
+        ("P at its steady value, not tuned again", parts.frozen_parts, STEADY),
+        ("P at the tuned P(0), not tuned again", parts.frozen_parts, RICCATI),
     ]
-    rivals += [(f"plain {PLAIN}, {way}", p, PLAIN) for way, p in parts.retuned.items()]
-    base_of = (parts.retuned[BASE], RICCATI) if worth(parts) != OPEN else ()
+    rivals += [(f"plain {PLAIN}, {way}", p, PLAIN) for way, p in parts.retuned_parts.items()]
+    base_of = (parts.retuned_parts[BASE], RICCATI) if worth(parts) != OPEN else ()
     variations = [effect_of(words, p.whole, law) for words, p, law in rivals if (p, law) != base_of]
     variations += [
         effect_of(f"{words}, without '{s}'", less, law, question=LESS)
@@ -131,27 +131,27 @@ def riccati_variations(parts: Parts) -> list[wb.Variation]:
 
 
 def effect_of(
-    words: str, judgement: wb.evidence.Judgement, law: str, whole: str = PROPOSED, question: str = WHOLE
+    words: str, judgement: wb.evidence.LawJudgement, law: str, whole: str = PROPOSED_LAW, question: str = WHOLE
 ) -> wb.Variation:
     """A variation of the worth of (34)."""
-    one = judgement.by[ASKED.words]
+    one = judgement.by[PRIMARY.words]
     return wb.Variation(words, effect(one, law, whole), moves(one, law, whole), question)
 
 
 def headline(parts: Parts) -> str:
     """The change of the cost of AOSMC-RGS without (34), by the searches, where these have different answers."""
-    one, name = parts.retuned[BASE].whole.by[ASKED.words], decisive(parts)
+    one, name = parts.retuned_parts[BASE].whole.by[PRIMARY.words], decisive(parts)
     if worth(parts) != OPEN:
-        scenario, less = least_change(parts.retuned[BASE], RICCATI)
+        scenario, less = least_change(parts.retuned_parts[BASE], RICCATI)
         return (
-            f"With a constant P in place of (34) and tuned again, the cost of {PROPOSED} {moves(one, RICCATI)} over "
-            f"all scenarios together, and changes by {digits(less, '+')} % without '{scenario}'."
+            f"With a constant P in place of (34) and tuned again, the cost of {PROPOSED_LAW} {moves(one, RICCATI)} "
+            f"over all scenarios together, and changes by {digits(less, '+')} % without '{scenario}'."
         )
     all_of_them, rest = (spread(judgement) for judgement in (parts.searches.whole, parts.searches.without[name]))
     return (
-        f"The worth of the Riccati equation (34) is not decided. Tuned again with a constant P, {PROPOSED} costs "
+        f"The worth of the Riccati equation (34) is not decided. Tuned again with a constant P, {PROPOSED_LAW} costs "
         f"{more_or_less(all_of_them)} over all scenarios together, depending on which searches of both laws are "
-        f"compared. Without scenario {described(name)}, it costs {more_or_less(rest)}."
+        f"compared. Without scenario {scenario_words(name)}, it costs {more_or_less(rest)}."
     )
 
 
@@ -176,11 +176,13 @@ def failures(parts: Parts) -> str:
     for name, paired in parts.searches.members.items():
         high = {
             law: [int((paired.values[:, paired.place(run_name(law, kind))] > CHATTERS).sum()) for kind in SEARCHES]
-            for law in (PROPOSED, RICCATI)
+            for law in (PROPOSED_LAW, RICCATI)
         }
         if 2 * max(max(counts) for counts in high.values()) > len(paired):
             whole, less = (f"{', '.join(map(str, first))} and {last}" for *first, last in high.values())
-            where = f"'{name}'" if name == decisive(parts) else described(name)  # the headline has described that one
+            where = (
+                f"'{name}'" if name == decisive(parts) else scenario_words(name)
+            )  # the headline has described that one
             said.append(f"in {where}, {whole} of {len(paired)} with the whole law, and {less} without (34)")
     if not said:
         return ""
@@ -193,9 +195,9 @@ def failures(parts: Parts) -> str:
 def riccati(evidence: Evidence) -> wb.Finding:
     """The worth of the Riccati equation (34) in AOSMC-RGS."""
     parts = evidence.parts
-    one, frozen = parts.retuned[BASE].whole.by[ASKED.words], parts.frozen.whole.by[ASKED.words]
+    one, frozen = parts.retuned_parts[BASE].whole.by[PRIMARY.words], parts.frozen_parts.whole.by[PRIMARY.words]
     plain = change_of(one, PLAIN)[0]
-    name, rest = least_change(parts.retuned[BASE], PLAIN)
+    name, rest = least_change(parts.retuned_parts[BASE], PLAIN)
     answer = worth(parts)
     by_best = (
         f"Between the best searches of both laws, the cost {moves(one, RICCATI)} without (34).{failures(parts)} "
@@ -212,41 +214,41 @@ def riccati(evidence: Evidence) -> wb.Finding:
         statistic=f"Change of the {BASE} of the cost over the {SCENARIOS} scenarios, with its interval. The answer is "
         "that of the best searches if all pairs of searches of both laws have it, and 'undecided' otherwise.",
         sample=sample(evidence),
-        given=f"Both laws have {BOTH.words}.",
-        chosen=f"{CHOSEN} P is steady for K(0) and the posture in which a scenario starts.",
-        fitted=TUNED,
+        information=f"Both laws have {BOTH.words}.",
+        assumptions=f"{ASSUMPTIONS} P is steady for K(0) and the posture in which a scenario starts.",
+        fits=FITS,
         answer=answer,
         variations=tuple(riccati_variations(parts)),
-        untried="Other shapes of (33), a larger budget, and more than three searches.",
-        settled=answer != OPEN,
+        limitations="Other shapes of (33), a larger budget, and more than three searches.",
+        is_decided=answer != OPEN,
         cites=("a3_riccati_gains/riccati_gain",) if answer == A3 else (),
     )
 
 
-def searches_table(parts: Parts) -> wb.document.Table:
+def searches_table(parts: Parts) -> wb.document.ReportTable:
     """One row a pair of searches: the change of the cost without (34), and with scenarios left out."""
     pooled, name = parts.searches, decisive(parts)
-    whole, rest = pooled.whole.by[ASKED.words], pooled.without[name].by[ASKED.words]
-    others = [one.by[ASKED.words] for scenario, one in pooled.without.items() if scenario != name]
+    whole, rest = pooled.whole.by[PRIMARY.words], pooled.without[name].by[PRIMARY.words]
+    others = [one.by[PRIMARY.words] for scenario, one in pooled.without.items() if scenario != name]
     rows: list[tuple[wb.document.Cell, ...]] = []
     for rival, (first, second) in product((RICCATI, PLAIN), PAIRS):
-        laws = run_name(rival, second), run_name(PROPOSED, first)
+        laws = run_name(rival, second), run_name(PROPOSED_LAW, first)
         changed = [change_of(one, *laws)[0] for one in others]
         cells = (wb.evidence.change_without(one, *laws) for one in (whole, rest))
         rows.append((pair_words(rival, first, second), *cells, ends((min(changed), max(changed)))))
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "searches_of_34",
         f"Change of the {BASE} of the cost without (34), by the searches that are compared.",
         (
-            wb.document.Column("searches that are compared", width=30),
-            wb.document.Column("all scenarios", "%", "right"),
-            wb.document.Column(f"without '{name}'", "%", "right"),
-            wb.document.Column("without one other scenario", "%", "right"),
+            wb.document.TableColumn("searches that are compared", width=30),
+            wb.document.TableColumn("all scenarios", "%", "right"),
+            wb.document.TableColumn(f"without '{name}'", "%", "right"),
+            wb.document.TableColumn("without one other scenario", "%", "right"),
         ),
         tuple(rows),
         (
             f"A positive change means that the whole law costs less. The last column has the least and the greatest "
             f"change as each scenario but '{name}' is left out. Bold: significant; {whole.holds}.",
-            whole.paired.said,
+            whole.samples.footnote,
         ),
     )

@@ -9,14 +9,14 @@ import workbench as wb
 from studies.a8_fair_comparison.ablations import NEW, as_tuned
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
 from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
-from studies.a8_fair_comparison.evidence import ASKED, DRAWN, OTHERS, name_of, sweep, works
+from studies.a8_fair_comparison.evidence import DRAW_SEED, OTHERS, PRIMARY, name_of, sweep, works
 from studies.a8_fair_comparison.other_numbers import AGAIN, run_again
 from studies.a8_fair_comparison.pages import sections
 from studies.paper.rest import REST, UNTIL
 
 EVALUATIONS, SEEDS = 160, (1, 2, 3)  # for each number that is tuned, at most; one search each
-SETTLED = 0.4  # of its evaluations, from which on a search that has settled ends
-SHOWN = 0.01  # s, between two points of a curve
+LEAST_SEARCH_SHARE = 0.4  # of its evaluations, from which on a search that has settled ends
+CURVE_INTERVAL = 0.01  # s, between two points of a curve
 TRAINING_SEED = 80  # of the noise of the first training scenario: no law is judged by noise that it was tuned for
 
 
@@ -32,34 +32,38 @@ def tunings() -> tuple[wb.tuning.Tuning, ...]:
     """Every law behind all that it is given, and AOSMC-RGS without each of its parts."""
     tuned = (*ALL, *NEW)
     return wb.tuning.equal_budget(
-        {one.key: (trials(one), tuple(number.factor for number in one.tuned)) for one in tuned},
+        {one.key: (trials(one), tuple(number.factor for number in one.tuned_numbers)) for one in tuned},
         objective,
         evaluations_per_number=EVALUATIONS,
         seeds=SEEDS,
-        starts={one.key: {number.name: (number.low, number.high) for number in one.tuned} for one in tuned},
+        starts={one.key: {number.name: (number.low, number.high) for number in one.tuned_numbers} for one in tuned},
         physical={
-            one.key: {(number.name, end): number.why for number in one.tuned if number.ends for end in ("low", "high")}
+            one.key: {
+                (number.name, end): number.why for number in one.tuned_numbers if number.ends for end in ("low", "high")
+            }
             for one in tuned
         },
-        settle=SETTLED,
+        settle=LEAST_SEARCH_SHARE,
     )
 
 
-def sweeps(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[wb.Sweep, ...]:
+def sweeps(tuning_results: Mapping[str, wb.tuning.TuningResult]) -> tuple[wb.Sweep, ...]:
     """Every law behind all that it is given in every scenario, some with other numbers, and AOSMC-RGS without its "
     "parts.
     """
     made = []
     for scenario in HELD_OUT:
-        loops = {one.key: one.loop(scenario, tuned[one.key].best) for one in (*ALL, *NEW)}
-        for one in run_again(tuned):
-            loops |= {one.key + kind: one.loop(scenario, best(tuned[one.key])) for kind, (_, best) in AGAIN.items()}
-        loops |= as_tuned(scenario, tuned[PROPOSAL.key].best)
+        loops = {one.key: one.loop(scenario, tuning_results[one.key].best) for one in (*ALL, *NEW)}
+        for one in run_again(tuning_results):
+            loops |= {
+                one.key + kind: one.loop(scenario, best(tuning_results[one.key])) for kind, (_, best) in AGAIN.items()
+            }
+        loops |= as_tuned(scenario, tuning_results[PROPOSAL.key].best)
         made += [sweep(name_of(scenario, key), loop, scenario) for key, loop in loops.items()]
     return tuple(made)
 
 
-def cases(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[wb.Case, ...]:
+def cases(tuning_results: Mapping[str, wb.tuning.TuningResult]) -> tuple[wb.Case, ...]:
     """Each law behind what BOTH gives it, as it was tuned, in the first held-out scenario, for the page to turn.
 
     The last case holds the proposed law still, for its linear pictures.
@@ -69,13 +73,23 @@ def cases(tuned: Mapping[str, wb.tuning.Tuned]) -> tuple[wb.Case, ...]:
         wb.Case(
             scenario.name,
             one.name,
-            wb.Run(one.loop(scenario, tuned[one.key].best), metrics(scenario), HORIZON, SHOWN, PERIOD / 2, seed=DRAWN),
+            wb.Run(
+                one.loop(scenario, tuning_results[one.key].best),
+                metrics(scenario),
+                HORIZON,
+                CURVE_INTERVAL,
+                PERIOD / 2,
+                seed=DRAW_SEED,
+            ),
             style=i,
         )
         for i, one in enumerate(ENTRANTS[BOTH.key])
     )
-    still = PROPOSAL.loop(scenario.at_rest, tuned[PROPOSAL.key].best)
-    return (*tracking, wb.Case(REST, PROPOSAL.name, wb.Run(still, (wb.rmse(),), UNTIL, SHOWN, PERIOD / 2, seed=DRAWN)))
+    still = PROPOSAL.loop(scenario.at_rest, tuning_results[PROPOSAL.key].best)
+    return (
+        *tracking,
+        wb.Case(REST, PROPOSAL.name, wb.Run(still, (wb.rmse(),), UNTIL, CURVE_INTERVAL, PERIOD / 2, seed=DRAW_SEED)),
+    )
 
 
 study = wb.Study(
@@ -98,8 +112,8 @@ study = wb.Study(
     tunings=tunings(),
     cases=cases,
     sweeps=sweeps,
-    least=wb.evidence.least_draws((ASKED, *OTHERS)),
+    least=wb.evidence.least_draws((PRIMARY, *OTHERS)),
     works=works,
     sections=sections,
-    seed=DRAWN,
+    seed=DRAW_SEED,
 )

@@ -11,16 +11,16 @@ import workbench as wb
 from studies.a8_fair_comparison import findings
 from studies.a8_fair_comparison.ablations import NEW
 from studies.a8_fair_comparison.conditions import HELD_OUT, LATE, both
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSED, Entrant
+from studies.a8_fair_comparison.entrants import ALL_INFORMATION, BOTH, ENTRANTS, PROPOSED_LAW, Entrant
 from studies.a8_fair_comparison.evidence import CONFIDENCE, FAMILY, Evidence
 
-PARTED = (
-    f"The law is {PROPOSED} without one of its parts; without the disturbance estimate it is {PROPOSED} behind "
+PARTS_WORDS = (
+    f"The law is {PROPOSED_LAW} without one of its parts; without the disturbance estimate it is {PROPOSED_LAW} behind "
     "observer (10)."
 )
 GROUPS: Mapping[str, tuple[str, Sequence[Entrant]]] = {  # laws that were tuned: a sentence, and the laws
-    **{given.key: (f"Every law has {given.words}.", ENTRANTS[given.key]) for given in GIVEN},
-    "parts": (PARTED, NEW),
+    **{given.key: (f"Every law has {given.words}.", ENTRANTS[given.key]) for given in ALL_INFORMATION},
+    "parts": (PARTS_WORDS, NEW),
 }
 NOTE = (
     "This note is also for the tables of other measurements. The least cost is the mean over both training scenarios "
@@ -33,11 +33,11 @@ RANGES = (
 )
 
 
-def trust(results: wb.Results, held: Evidence) -> wb.Section:
+def trust(results: wb.Results, evidence: Evidence) -> wb.Section:
     return wb.Section(
         "How far to trust this",
         (
-            wb.Paragraph(findings.diverged(held)),
+            wb.Paragraph(findings.divergence_words(evidence)),
             wb.Paragraph(
                 f"Intervals cover the chance of the draws. All intervals of one scenario hold at once with "
                 f"{100 * CONFIDENCE:g} %, and therefore all intervals of a statistic in all {len(HELD_OUT)} scenarios "
@@ -57,13 +57,13 @@ def trust(results: wb.Results, held: Evidence) -> wb.Section:
                 "robust, at many times the cost. The nodes of the network of RBF-ASMC and the rules of Fuzzy-ASMC were "
                 "not tuned: they are those of a1."
             ),
-            *noted(partial(tuned_numbers, results), RANGES),
+            *tables_with_note(partial(tuned_numbers, results), RANGES),
         ),
     )
 
 
 def tuning(results: wb.Results) -> wb.Section:
-    shown = {one.name: results.tuned(one.key) for one in ENTRANTS[BOTH.key]}
+    shown = {one.name: results.tuning(one.key) for one in ENTRANTS[BOTH.key]}
     note = next(iter(shown.values())).note
     budget = wb.pictures.budget_curves(
         "budget",
@@ -85,47 +85,51 @@ def tuning(results: wb.Results) -> wb.Section:
         "late RMSE [rad]",
         "TV [N m/s]",
     )
-    return wb.Section("Tuning with the same budget", (budget, front, *noted(partial(searches, results), NOTE)))
+    return wb.Section(
+        "Tuning with the same budget", (budget, front, *tables_with_note(partial(searches, results), NOTE))
+    )
 
 
-def searches(results: wb.Results, key: str, notes: tuple[str, ...]) -> wb.document.Table:
+def searches(results: wb.Results, key: str, notes: tuple[str, ...]) -> wb.document.ReportTable:
     """The searches of a group of laws that were tuned: budget, least costs, and the doubts about them."""
     words, entrants = GROUPS[key]
     rows = []
     for entrant in entrants:
-        tuned = results.tuned(entrant.key)
+        tuned = results.tuning(entrant.key)
         cost, bests = (
-            wb.document.Measured(tuned.objective, tuned.step_error),
+            wb.document.ValueWithError(tuned.objective, tuned.step_error),
             ", ".join(f"{best:#.4g}" for best in tuned.bests),
         )
         physical = (f"'{name}' is at a physical limit: {why}." for name, why in tuned.at_physical.items())
-        rows.append((entrant.name, len(entrant.tuned), cost, bests, " ".join((*tuned.warnings, *physical))))
+        rows.append((entrant.name, len(entrant.tuned_numbers), cost, bests, " ".join((*tuned.warnings, *physical))))
     heads = (
-        wb.document.Column("law"),
-        *(wb.document.Column(name, align="right") for name in ("numbers", "least cost")),
+        wb.document.TableColumn("law"),
+        *(wb.document.TableColumn(name, align="right") for name in ("numbers", "least cost")),
     )
     columns = (
         *heads,
-        wb.document.Column("least cost of each search", width=20),
-        wb.document.Column("doubts and limits", width=24),
+        wb.document.TableColumn("least cost of each search", width=20),
+        wb.document.TableColumn("doubts and limits", width=24),
     )
-    return wb.document.Table(f"searches_{key}", f"The searches. {words}", columns, tuple(rows), notes)
+    return wb.document.ReportTable(f"searches_{key}", f"The searches. {words}", columns, tuple(rows), notes)
 
 
-def tuned_numbers(results: wb.Results, key: str, notes: tuple[str, ...]) -> wb.document.Table:
+def tuned_numbers(results: wb.Results, key: str, notes: tuple[str, ...]) -> wb.document.ReportTable:
     """The numbers of a group of laws as tuned, with the ranges in which the searches begin."""
     words, entrants = GROUPS[key]
     rows = []
     for entrant in entrants:
-        best = results.tuned(entrant.key).best
-        for one in entrant.tuned:
+        best = results.tuning(entrant.key).best
+        for one in entrant.tuned_numbers:
             spread, tuned = f"{one.low:g} to {one.high:g}", f"{best[one.name]:.7g}"
-            rows.append((entrant.name, letter(one.name), wb.document.raised(one.unit), spread, tuned))
-    heads = tuple(map(wb.document.Column, ("law", "number", "unit", "a search begins within", "as tuned")))
-    return wb.document.Table(f"numbers_{key}", f"The numbers as tuned. {words}", heads, tuple(rows), notes)
+            rows.append((entrant.name, letter(one.name), wb.document.superscript_powers(one.unit), spread, tuned))
+    heads = tuple(map(wb.document.TableColumn, ("law", "number", "unit", "a search begins within", "as tuned")))
+    return wb.document.ReportTable(f"numbers_{key}", f"The numbers as tuned. {words}", heads, tuple(rows), notes)
 
 
-def noted(make: Callable[[str, tuple[str, ...]], wb.document.Table], note: str) -> tuple[wb.document.Table, ...]:
+def tables_with_note(
+    make: Callable[[str, tuple[str, ...]], wb.document.ReportTable], note: str
+) -> tuple[wb.document.ReportTable, ...]:
     """A table of each group of laws, the first with a note."""
     return tuple(make(key, () if i else (note,)) for i, key in enumerate(GROUPS))
 
@@ -138,8 +142,8 @@ def letter(name: str) -> wb.document.Phrase:
     )
 
 
-def curves(one: wb.tuning.Tuned) -> tuple[wb.Array, wb.Array]:
+def curves(one: wb.tuning.TuningResult) -> tuple[wb.Array, wb.Array]:
     """The evaluations, and the best so far of each search; one that ended early stays where it was."""
-    longest = max(one.searches, key=lambda search: len(search.bests)).spent
+    longest = max(one.searches, key=lambda search: len(search.bests)).evaluations
     bests = [np.append(s.bests, np.full(len(longest) - len(s.bests), s.bests[-1])) for s in one.searches]
     return longest, np.stack(bests)

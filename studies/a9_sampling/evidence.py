@@ -10,7 +10,7 @@ import numpy as np
 
 import workbench as wb
 from studies.a9_sampling.loops import REALISTIC, WAYS, Audit, Computer, name_of
-from studies.paper.card import MARGIN, PROPOSED, PUBLISHED
+from studies.paper.card import MARGIN, PROPOSED_LAW, PUBLISHED_COLUMNS
 from studies.paper.linearization import SEVEN, loop_of
 from studies.paper.quiet_periods import RMSE, SCENARIOS, TV, QuietPeriod, paper_searches, quiet_period
 
@@ -22,9 +22,9 @@ SHORT = 10.0  # s, of the runs over the step
 SWITCHING = {"clip": "layer", "sign": "relay"}
 PLACES = tuple((scenario, joint) for scenario in SCENARIOS for joint in (0, 1))
 ROWS = (  # of tables and figures: a law, how its memory steps, and what it is called there
-    (PROPOSED, "euler", f"{PROPOSED}, Euler"),
-    (PROPOSED, "cayley", f"{PROPOSED}, Cayley"),
-    *((law, "euler", law) for law in SEVEN if law != PROPOSED),
+    (PROPOSED_LAW, "euler", f"{PROPOSED_LAW}, Euler"),
+    (PROPOSED_LAW, "cayley", f"{PROPOSED_LAW}, Cayley"),
+    *((law, "euler", law) for law in SEVEN if law != PROPOSED_LAW),
 )
 Key = tuple[str, str, Computer | None]  # law, scenario, and the computer; None for continuous time
 Pair = tuple[str, int, str, str]  # scenario, joint, the law that is lower, the law that is higher
@@ -39,20 +39,20 @@ class Evidence:
     audits: Mapping[Key, Audit]
     quiet: tuple[QuietPeriod, ...]
 
-    def found(self, law: str, scenario: str, period: float, stepping: str = "euler", delay: bool = False) -> Audit:
+    def audit(self, law: str, scenario: str, period: float, stepping: str = "euler", delay: bool = False) -> Audit:
         """A law with its layer run by a computer; AOSMC-RGS steps in one of `WAYS`, all others by explicit Euler."""
-        way = stepping if law == PROPOSED else "euler"
+        way = stepping if law == PROPOSED_LAW else "euler"
         return self.audits[law, scenario, Computer(period, delay, stepping=way)]
 
-    def still(self, metric: str) -> Scores:
+    def continuous_scores(self, metric: str) -> Scores:
         """The scores in continuous time."""
         return lambda law, scenario, joint: self.audits[law, scenario, None].score(metric, joint)
 
-    def at(
+    def computer_scores(
         self, metric: str, period: float, stepping: str = "euler", delay: bool = False, noisy: bool = False
     ) -> Scores:
         """The scores with a computer."""
-        return lambda law, scenario, joint: self.found(law, scenario, period, stepping, delay).score(
+        return lambda law, scenario, joint: self.audit(law, scenario, period, stepping, delay).score(
             metric, joint, noisy
         )
 
@@ -63,8 +63,8 @@ class Evidence:
 
         The run with exact readings comes first.
         """
-        audit = self.found(PROPOSED, scenario, period, way, delay)
-        still = [self.still(RMSE)(PROPOSED, scenario, joint)[0] for joint in (0, 1)]
+        audit = self.audit(PROPOSED_LAW, scenario, period, way, delay)
+        still = [self.continuous_scores(RMSE)(PROPOSED_LAW, scenario, joint)[0] for joint in (0, 1)]
         errors = np.vstack([audit.values[RMSE], audit.noisy[RMSE]])
         return (np.isnan(errors) | (errors > above * np.array(still))).any(axis=1).astype(int)
 
@@ -75,23 +75,23 @@ class Evidence:
 
     def worst_step(self, metric: str, period: float) -> float:
         """The largest relative error of a metric by half the substep, of all runs of `ROWS` that stayed finite."""
-        scores = (self.at(metric, period, way)(law, *place) for law, way, _ in ROWS for place in PLACES)
+        scores = (self.computer_scores(metric, period, way)(law, *place) for law, way, _ in ROWS for place in PLACES)
         return max(error / value for value, error in scores if np.isfinite(value))
 
     def growth(self, metric: str, law: str, now: Scores, scenarios: tuple[str, ...] = SCENARIOS) -> float:
         """The largest ratio of a metric with a computer to the same in continuous time, over joints and scenarios."""
-        still = self.still(metric)
+        still = self.continuous_scores(metric)
         places = [place for place in PLACES if place[0] in scenarios]
         return max(now(law, *place)[0] / still(law, *place)[0] for place in places)
 
-    def searched(self, **fields: object) -> tuple[QuietPeriod, ...]:
+    def searches_with(self, **fields: object) -> tuple[QuietPeriod, ...]:
         """The searches whose fields have these values."""
         return tuple(
             one for one in self.quiet if all(getattr(one.search, name) == value for name, value in fields.items())
         )
 
 
-def gathered(results: wb.Results) -> Evidence:
+def gather_evidence(results: wb.Results) -> Evidence:
     """The evidence in the runs and searches of the study."""
     audits: dict[Key, Audit] = {(o.case.law, o.case.scenario, None): _continuous(o) for o in results.outcomes}
     audits |= {one: Audit.of(results.sample(name_of(*one))) for one in plan()}
@@ -105,14 +105,14 @@ def works() -> tuple[wb.Work, ...]:
 
 def plan() -> Iterator[tuple[str, str, Computer]]:
     """The laws and the computers on which they run."""
-    for law, way in (*((law, "euler") for law in SEVEN), (PROPOSED, "cayley")):
+    for law, way in (*((law, "euler") for law in SEVEN), (PROPOSED_LAW, "cayley")):
         for scenario in SCENARIOS:
             yield from ((law, scenario, Computer(period, stepping=way)) for period in PERIODS)
             yield law, scenario, Computer(REALISTIC, delay=True, stepping=way)
     for scenario, period, way in product(SCENARIOS, APART, WAYS):
         if way in ("cayley34", "fine"):
-            yield PROPOSED, scenario, Computer(period, stepping=way)
-        yield PROPOSED, scenario, Computer(period, delay=True, stepping=way)
+            yield PROPOSED_LAW, scenario, Computer(period, stepping=way)
+        yield PROPOSED_LAW, scenario, Computer(period, delay=True, stepping=way)
 
 
 def _continuous(outcome: wb.study.Outcome) -> Audit:
@@ -122,20 +122,20 @@ def _continuous(outcome: wb.study.Outcome) -> Audit:
     return Audit(values, errors, {})
 
 
-def judged(a: Score, b: Score, margin: float = MARGIN) -> str:
+def side_of(a: Score, b: Score, margin: float = MARGIN) -> str:
     """The side of b on which a lies; a run that diverged is above all others, and beside another one undecided."""
     if np.isinf(a[0]) or np.isinf(b[0]):
         return "undecided" if a[0] == b[0] else "above" if np.isinf(a[0]) else "below"
     return wb.evidence.order(a, b, margin)
 
 
-def printed(scores: Scores, margin: float = MARGIN) -> dict[str, set[Pair]]:
+def printed_pairs(scores: Scores, margin: float = MARGIN) -> dict[str, set[Pair]]:
     """The 60 pairs of the two published tables, by (43): below as printed, above, or too close to call."""
     kinds: dict[str, set[Pair]] = {"below": set(), "above": set(), "undecided": set()}
     for scenario, joint in PLACES:
-        values = PUBLISHED[scenario, joint + 1].values
+        values = PUBLISHED_COLUMNS[scenario, joint + 1].values
         for a, b in combinations(sorted(values, key=lambda law: values[law]), 2):
-            side = judged(scores(a, scenario, joint), scores(b, scenario, joint), margin)
+            side = side_of(scores(a, scenario, joint), scores(b, scenario, joint), margin)
             kinds[side].add((scenario, joint, a, b))
     return kinds
 
@@ -151,7 +151,7 @@ class Curve:
     TV: wb.Array
 
 
-CURVES = tuple((law, way, held) for law in ("SMC", PROPOSED) for way in SWITCHING for held in (False, True))
+CURVES = tuple((law, way, held) for law in ("SMC", PROPOSED_LAW) for way in SWITCHING for held in (False, True))
 
 
 def curve(kind: tuple[str, str, bool]) -> Curve:

@@ -15,14 +15,16 @@ from studies.paper.quiet_periods import HORIZON, RMSE, SUBSTEP, TV, metrics
 
 CARD = wb.provenance.Card(
     (
-        wb.provenance.assumed("realistic period", 1e-3, "s", "a usual rate of robot controllers, 1 kHz", 2.5e-4, 4e-3),
-        wb.provenance.assumed("delay", "one period", "", "the torque is computed while the one before acts"),
-        wb.provenance.assumed(
+        wb.provenance.assumed_entry(
+            "realistic period", 1e-3, "s", "a usual rate of robot controllers, 1 kHz", 2.5e-4, 4e-3
+        ),
+        wb.provenance.assumed_entry("delay", "one period", "", "the torque is computed while the one before acts"),
+        wb.provenance.assumed_entry(
             "steps of q", 2 * np.pi / 2**16, "rad", "an encoder of 16 bits on each joint", 1e-6, 1e-3
         ),
-        wb.provenance.assumed("noise of q", 5e-5, "rad", "half a step of the encoder", 1e-6, 1e-3),
-        wb.provenance.assumed("steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point", 0.0, 1e-2),
-        wb.provenance.assumed(
+        wb.provenance.assumed_entry("noise of q", 5e-5, "rad", "half a step of the encoder", 1e-6, 1e-3),
+        wb.provenance.assumed_entry("steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point", 0.0, 1e-2),
+        wb.provenance.assumed_entry(
             "noise of qd", 5e-3, "rad/s", "half of the boundary layer; a plain difference has more", 5e-4, 0.1
         ),
     )
@@ -44,7 +46,7 @@ WAYS = {
 }
 SENSORS = tuple(f"instruments.sensors[{i}].{name}" for i in (0, 1) for name in ("noise", "quantum"))
 READINGS = wb.Factor("noise and steps", SENSORS, wb.Uniform(0.0, 1.0), share=True)
-RUNS = wb.uncertainty.Listed(np.array([0.0] + [1.0] * NOISY)[:, np.newaxis])  # the first reads exactly
+RUNS = wb.uncertainty.ListedPoints(np.array([0.0] + [1.0] * NOISY)[:, np.newaxis])  # the first reads exactly
 Values = Mapping[str, wb.Array]
 
 
@@ -82,7 +84,7 @@ class Audit:
         return Audit({n: value[0] for n, value in values.items()}, errors, {n: v[1:] for n, v in values.items()})
 
     @property
-    def lost(self) -> wb.core.Integers:
+    def is_lost(self) -> wb.core.Integers:
         """(1 + runs,): 1 for a run that diverged, that with exact readings first."""
         return np.isnan([self.values[RMSE][0], *self.noisy[RMSE][:, 0]]).astype(int)
 
@@ -128,4 +130,4 @@ def sweep(law: str, scenario: str, computer: Computer) -> wb.Sweep:
     h = computer.period / (2 * computer.substeps)
     loop = digital(law, scenario, computer, ROUGH)
     run = wb.Run(loop, metrics(computer.period), HORIZON[scenario], h=h, seed=SEED)
-    return wb.Sweep(name_of(law, scenario, computer), run, (READINGS,), RUNS, halved=1 + NOISY)
+    return wb.Sweep(name_of(law, scenario, computer), run, (READINGS,), RUNS, half_step_every=1 + NOISY)

@@ -13,16 +13,16 @@ from studies.a9_sampling.evidence import (
     Evidence,
     Score,
     Scores,
-    printed,
+    printed_pairs,
 )
 from studies.a9_sampling.findings import PAIR, ROUGH
 from studies.a9_sampling.loops import CARD, MS, NOISY, REALISTIC, WAYS
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.card import SCENARIOS as TITLES
 from studies.paper.comparison import STYLES
 from studies.paper.period_rules import BOUND, HALF, MATRIX, RULE
 from studies.paper.quiet_periods import (
-    ACTING,
+    ACTING_TORQUE,
     GRID,
     OBSERVERS,
     ON_REFERENCE,
@@ -39,7 +39,7 @@ from studies.paper.quiet_periods import (
     ends,
 )
 
-SHOWN = {RMSE: (1e-4, 1e-3, 5e-3, 1e-2), TV: (1e-4, 1e-3, 1e-2)}  # s, as a page is wide
+TABLE_STEPS = {RMSE: (1e-4, 1e-3, 5e-3, 1e-2), TV: (1e-4, 1e-3, 1e-2)}  # s, as a page is wide
 UNITS = {RMSE: ("rad", 1.0), TV: ("kN m/s", 1e-3)}  # with what makes them of rad and N m/s
 
 
@@ -49,8 +49,11 @@ def over_periods(evidence: Evidence, metric: str, name: str) -> wb.document.Figu
     for scenario, joint in PLACES:
         series = []
         for law, way, label in ROWS:
-            y = np.array([evidence.at(metric, T, way)(law, scenario, joint)[0] for T in PERIODS])
-            style, still = STYLES[law] if way == "euler" else len(STYLES), evidence.still(metric)(law, scenario, joint)
+            y = np.array([evidence.computer_scores(metric, T, way)(law, scenario, joint)[0] for T in PERIODS])
+            style, still = (
+                STYLES[law] if way == "euler" else len(STYLES),
+                evidence.continuous_scores(metric)(law, scenario, joint),
+            )
             series.append(wb.document.Series(label, x, np.where(np.isinf(y), np.nan, y), style))
             series.append(wb.document.Series(label, x[:1], np.array(still[:1]), style, look="marks"))
         title, unit = f"{TITLES[scenario]}, joint {joint + 1}", "rad" if metric == RMSE else "N m/s"
@@ -65,26 +68,26 @@ def over_periods(evidence: Evidence, metric: str, name: str) -> wb.document.Figu
 
 def cell(score: Score, scale: float = 1.0) -> wb.document.Cell:
     """A value with its error in another unit, or that the run diverged."""
-    return "diverged" if np.isinf(score[0]) else wb.document.Measured(scale * score[0], scale * score[1])
+    return "diverged" if np.isinf(score[0]) else wb.document.ValueWithError(scale * score[0], scale * score[1])
 
 
-def scores_table(metric: str, name: str, evidence: Evidence) -> wb.document.Table:
+def scores_table(metric: str, name: str, evidence: Evidence) -> wb.document.ReportTable:
     """A metric of all laws and places over the period, and at one period with delay and noise."""
     unit, scale = UNITS[metric]
-    heads = ["continuous", *(f"{1e3 * T:g} ms" for T in SHOWN[metric]), *(f"{MS}, {how}" for how in ROUGH)]
+    heads = ["continuous", *(f"{1e3 * T:g} ms" for T in TABLE_STEPS[metric]), *(f"{MS}, {how}" for how in ROUGH)]
     rows = []
     for scenario, joint in PLACES:
         for law, way, label in ROWS:
-            over = [evidence.at(metric, T, way) for T in SHOWN[metric]]
-            over += [evidence.at(metric, REALISTIC, way, *how) for how in ROUGH.values()]
-            cells = (cell(of(law, scenario, joint), scale) for of in (evidence.still(metric), *over))
+            over = [evidence.computer_scores(metric, T, way) for T in TABLE_STEPS[metric]]
+            over += [evidence.computer_scores(metric, REALISTIC, way, *how) for how in ROUGH.values()]
+            cells = (cell(of(law, scenario, joint), scale) for of in (evidence.continuous_scores(metric), *over))
             rows.append((label, f"{scenario} {joint + 1}", *cells))
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("joint"),
-        *(wb.document.Column(head, unit, "right") for head in heads),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("joint"),
+        *(wb.document.TableColumn(head, unit, "right") for head in heads),
     )
-    return wb.document.Table(
+    return wb.document.ReportTable(
         name, f"{metric} over the sampling period, and at {MS} with delay and noise.", columns, tuple(rows)
     )
 
@@ -124,16 +127,16 @@ def apart_section(evidence: Evidence) -> wb.Section:
     """AOSMC-RGS with four ways to step its memories."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for scenario, period, way in ((s, T, way) for s in SCENARIOS for T in APART for way in WAYS):
-        found = evidence.found(PROPOSED, scenario, period, way)
+        found = evidence.audit(PROPOSED_LAW, scenario, period, way)
         scores = (cell(found.score(m, joint), UNITS[m][1]) for m in (RMSE, TV) for joint in (0, 1))
-        rows.append((scenario, 1e3 * period, WAYS[way], f"{found.lost.sum()} of {1 + NOISY}", *scores))
+        rows.append((scenario, 1e3 * period, WAYS[way], f"{found.is_lost.sum()} of {1 + NOISY}", *scores))
     columns = (
-        wb.document.Column("scenario"),
-        wb.document.Column("period", "ms"),
-        wb.document.Column("memories step by"),
-        wb.document.Column("diverged", "", "right"),
+        wb.document.TableColumn("scenario"),
+        wb.document.TableColumn("period", "ms"),
+        wb.document.TableColumn("memories step by"),
+        wb.document.TableColumn("diverged", "", "right"),
         *(
-            wb.document.Column(f"{metric}, joint {j}", UNITS[metric][0], "right")
+            wb.document.TableColumn(f"{metric}, joint {j}", UNITS[metric][0], "right")
             for metric in (RMSE, TV)
             for j in (1, 2)
         ),
@@ -145,38 +148,51 @@ def apart_section(evidence: Evidence) -> wb.Section:
         "exact solution of their equations; readings, reference and torque stay constant in the period. If these finer "
         "steps keep a run finite, the integrator lost it. If every way loses the run, the law lost it."
     )
-    caption = f"{PROPOSED} with four ways to step its memories and the same noise in each; values are without noise."
-    table = wb.document.Table("integrators", caption, columns, tuple(rows))
+    caption = (
+        f"{PROPOSED_LAW} with four ways to step its memories and the same noise in each; values are without noise."
+    )
+    table = wb.document.ReportTable("integrators", caption, columns, tuple(rows))
     return wb.Section(
         "What the integrator loses and what the law loses", (wb.Paragraph(words), table, lost_table(evidence))
     )
 
 
-def lost_table(evidence: Evidence) -> wb.document.Table:
+def lost_table(evidence: Evidence) -> wb.document.ReportTable:
     """The runs that diverge, by law and period."""
     runs = len(SCENARIOS) * (1 + NOISY)
     rows: list[tuple[wb.document.Cell, ...]] = [
-        (label, *(sum(int(evidence.found(law, at, T, way).lost.sum()) for at in SCENARIOS) for T in PERIODS))
+        (label, *(sum(int(evidence.audit(law, at, T, way).is_lost.sum()) for at in SCENARIOS) for T in PERIODS))
         for law, way, label in ROWS
     ]
-    columns = (wb.document.Column("law"), *(wb.document.Column(f"{1e3 * T:g} ms", align="right") for T in PERIODS))
+    columns = (
+        wb.document.TableColumn("law"),
+        *(wb.document.TableColumn(f"{1e3 * T:g} ms", align="right") for T in PERIODS),
+    )
     caption = (
         f"Runs that diverge, of {runs} at each period: both scenarios, one run with exact readings, {NOISY} noisy."
     )
-    return wb.document.Table("lost", caption, columns, tuple(rows))
+    return wb.document.ReportTable("lost", caption, columns, tuple(rows))
 
 
 def places_section(evidence: Evidence) -> wb.Section:
     """The published order over the period."""
-    cases: dict[str, Mapping[str, Scores]] = {"continuous time": {way: evidence.still(RMSE) for way in PAIR}}
-    cases |= {f"{1e3 * period:g} ms": {way: evidence.at(RMSE, period, way) for way in PAIR} for period in PERIODS}
-    cases |= {f"{MS}, {n}": {w: evidence.at(RMSE, REALISTIC, w, *how) for w in PAIR} for n, how in ROUGH.items()}
+    cases: dict[str, Mapping[str, Scores]] = {
+        "continuous time": {way: evidence.continuous_scores(RMSE) for way in PAIR}
+    }
+    cases |= {
+        f"{1e3 * period:g} ms": {way: evidence.computer_scores(RMSE, period, way) for way in PAIR} for period in PERIODS
+    }
+    cases |= {
+        f"{MS}, {n}": {w: evidence.computer_scores(RMSE, REALISTIC, w, *how) for w in PAIR} for n, how in ROUGH.items()
+    }
     kinds = (f"{kind}, {way}" for way in PAIR.values() for kind in ("as printed", "opposite", "too close"))
-    pairs = wb.document.Table(
+    pairs = wb.document.ReportTable(
         "printed_pairs",
         "The 60 pairs of the two published tables, by the sampled RMSE, (43), here.",
-        (wb.document.Column("run by"), *map(wb.document.Column, kinds)),
-        tuple((name, *(len(p) for way in PAIR for p in printed(case[way]).values())) for name, case in cases.items()),
+        (wb.document.TableColumn("run by"), *map(wb.document.TableColumn, kinds)),
+        tuple(
+            (name, *(len(p) for way in PAIR for p in printed_pairs(case[way]).values())) for name, case in cases.items()
+        ),
         (
             "Euler and Cayley: the steps of AOSMC-RGS. Too close: the difference is below 2 % or below both errors. A "
             "run that diverged counts as larger than all others.",
@@ -187,8 +203,8 @@ def places_section(evidence: Evidence) -> wb.Section:
 
 def safe_section(evidence: Evidence) -> wb.Section:
     """The longest quiet periods of all laws, by scenario and start, beside the two rules."""
-    again = [one.search.law for one in evidence.quiet if one.found.threshold.beyond]
-    unsure = [one.search.law for one in evidence.quiet if not one.found.sure]
+    again = [one.search.law for one in evidence.quiet if one.largest_setting.threshold.beyond]
+    unsure = [one.search.law for one in evidence.quiet if not one.largest_setting.sure]
     words = (
         f"A period is quiet if TV is at most {QUIET:g} times its value in continuous time, at both joints. The search "
         f"tries {len(PARTS)} periods from {1e3 * GRID / PARTS[0]:g} to {1e3 * GRID / PARTS[-1]:g} ms. It then tries "
@@ -217,32 +233,38 @@ def safe_section(evidence: Evidence) -> wb.Section:
 def gain_of_start(evidence: Evidence) -> str:
     """The longest quiet period of AOSMC-RGS in SS from a start on the reference over that from the paper's start."""
     near, far = (
-        next(one for one in evidence.quiet if one.search == QuietSearch(PROPOSED, "SS", start))
+        next(one for one in evidence.quiet if one.search == QuietSearch(PROPOSED_LAW, "SS", start))
         for start in (ON_REFERENCE, PAPERS)
     )
     times = ends(near)[0] / ends(far)[0]
-    return f"; from a start on it {PROPOSED} is still quiet up to {times:.1f} times as long a period"
+    return f"; from a start on it {PROPOSED_LAW} is still quiet up to {times:.1f} times as long a period"
 
 
-def quiet_table(evidence: Evidence) -> wb.document.Table:
+def quiet_table(evidence: Evidence) -> wb.document.ReportTable:
     """The two ends of each search beside the rules."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for one in evidence.quiet:
         search = one.search
         label = search.law if search.observer == TRUTH else f"{search.law}, {OBSERVERS[search.observer]}"
-        torque = "at once" if not search.delay else "late, the command known" if search.counts_on != ACTING else "late"
+        torque = (
+            "at once"
+            if not search.delay
+            else "late, the command known"
+            if search.counts_on != ACTING_TORQUE
+            else "late"
+        )
         rule, bound = (None if value is None else 1e3 * value for value in (one.rule, one.bound))
         K = None if one.rules is None else one.rules.K
         rows.append((label, search.scenario, STARTS[search.start], torque, K, bound, rule, bracket_words(ends(one))))
     columns = (
-        *map(wb.document.Column, ("law", "scenario", "start", "torque")),
-        wb.document.Column("largest K", "N m", digits=2),
-        *(wb.document.Column(name, "ms", digits=3) for name in ("bound", "rule")),
-        wb.document.Column("quiet up to, not at", "ms"),
+        *map(wb.document.TableColumn, ("law", "scenario", "start", "torque")),
+        wb.document.TableColumn("largest K", "N m", digits=2),
+        *(wb.document.TableColumn(name, "ms", digits=3) for name in ("bound", "rule")),
+        wb.document.TableColumn("quiet up to, not at", "ms"),
     )
     caption = "The longest quiet period of each law and the next period tried, beside the rule and the bound."
     notes = (
         "Late: a period, and the observer counts on the torque that acts. The command known: the observer counts on "
         "the commanded torque. A dash: no gain K.",
     )
-    return wb.document.Table("quiet", caption, columns, tuple(rows), notes)
+    return wb.document.ReportTable("quiet", caption, columns, tuple(rows), notes)

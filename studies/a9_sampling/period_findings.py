@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import workbench as wb
 from studies.a9_sampling.evidence import Evidence
-from studies.a9_sampling.words import CHOSEN, COUNTS_ON, FITTED, GIVEN
-from studies.paper.card import PROPOSED
+from studies.a9_sampling.words import ASSUMPTIONS, COUNTS_ON, FITS, INFORMATION
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.period_rules import BOUND, HALF, MATRIX, RULE
 from studies.paper.quiet_periods import (
-    ACTING,
-    COMMANDED,
+    ACTING_TORQUE,
+    COMMANDED_TORQUE,
     FACTORS,
     HANDED_OVER,
     ON_REFERENCE,
@@ -30,12 +30,12 @@ from studies.paper.quiet_periods import (
     in_ms,
 )
 
-BASE = QuietSearch(PROPOSED, delay=True)
+BASE = QuietSearch(PROPOSED_LAW, delay=True)
 
 
 def one_of(evidence: Evidence, **fields: object) -> QuietPeriod:
     """The search whose fields have these values."""
-    (found,) = evidence.searched(**fields)
+    (found,) = evidence.searches_with(**fields)
     return found
 
 
@@ -44,24 +44,24 @@ def base(evidence: Evidence) -> QuietPeriod:
     return next(one for one in evidence.quiet if one.search == BASE)
 
 
-def reference(evidence: Evidence, counts_on: str = ACTING) -> QuietPeriod:
+def reference(evidence: Evidence, counts_on: str = ACTING_TORQUE) -> QuietPeriod:
     """The same search from a start on the reference."""
     fields = {"scenario": "FS", "start": ON_REFERENCE, "delay": True, "observer": TRUTH}
-    return one_of(evidence, law=PROPOSED, counts_on=counts_on, **fields)
+    return one_of(evidence, law=PROPOSED_LAW, counts_on=counts_on, **fields)
 
 
-def commanded(evidence: Evidence) -> QuietPeriod:
+def commanded_search(evidence: Evidence) -> QuietPeriod:
     """The search of `base` with an observer that counts on the commanded torque."""
-    return next(one for one in evidence.quiet if one.search == replace(BASE, counts_on=COMMANDED))
+    return next(one for one in evidence.quiet if one.search == replace(BASE, counts_on=COMMANDED_TORQUE))
 
 
 def longest_period(evidence: Evidence) -> wb.Finding:
     """The longest quiet period of AOSMC-RGS, by start."""
     late, near = base(evidence), reference(evidence)
-    told, told_near = commanded(evidence), reference(evidence, COMMANDED)
+    told, told_near = commanded_search(evidence), reference(evidence, COMMANDED_TORQUE)
     variations = [
         wb.Variation(conditions(one.search), at_hand_over(one), detail(one))
-        for one in evidence.searched(law=PROPOSED)
+        for one in evidence.searches_with(law=PROPOSED_LAW)
         if one.search != BASE
     ]
     variations += [
@@ -74,9 +74,9 @@ def longest_period(evidence: Evidence) -> wb.Finding:
     ]
     return wb.Finding(
         "longest_period",
-        f"In the first scenario, with a torque a period late, {PROPOSED} is quiet up to {in_ms(ends(late))} ms from "
-        f"the paper's start and up to {in_ms(ends(near))} ms from a start on the reference; b4 hands it over with a "
-        f"period of {1e3 * HANDED_OVER:g} ms.",
+        f"In the first scenario, with a torque a period late, {PROPOSED_LAW} is quiet up to {in_ms(ends(late))} ms "
+        f"from the paper's start and up to {in_ms(ends(near))} ms from a start on the reference; b4 hands it over "
+        f"with a period of {1e3 * HANDED_OVER:g} ms.",
         (
             "What decides is ρ, the largest eigenvalue of ",
             MATRIX,
@@ -91,12 +91,12 @@ def longest_period(evidence: Evidence) -> wb.Finding:
         statistic=f"The longest period tried up to which the total variation of the torque is at most {QUIET:g} times "
         "its value in continuous time, at both joints.",
         sample="One run a period, first scenario, exact readings.",
-        given=GIVEN,
-        chosen=f"{CHOSEN} {COUNTS_ON} The limit of {QUIET:g} times; explicit Euler; a torque without limit.",
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=f"{ASSUMPTIONS} {COUNTS_ON} The limit of {QUIET:g} times; explicit Euler; a torque without limit.",
+        fits=FITS,
         answer=at_hand_over(late),
         variations=tuple(variations),
-        untried="Noise in the readings; other numbers of the law.",
+        limitations="Noise in the readings; other numbers of the law.",
         cites=("b4_handover/longest_period",),
     )
 
@@ -149,16 +149,18 @@ def farthest(ratios: Ratios) -> tuple[tuple[str, str], float]:
 
 def rule_variations(evidence: Evidence) -> Iterator[wb.Variation]:
     """The loops for which a rule is too long: the bound, each scenario, other starts and delays, other limits."""
-    still = evidence.searched(start=PAPERS, delay=False)
+    still = evidence.searches_with(start=PAPERS, delay=False)
     cases = [("the bound in place of the eigenvalue", ratios_of(still, by="bound"))]
     cases += [(f"{one} alone", ratios_of(each for each in still if each.search.scenario == one)) for one in SCENARIOS]
     for start in STARTS:
         for delay in (False, True):
-            for told in (ACTING, COMMANDED) if delay else (ACTING,):
+            for told in (ACTING_TORQUE, COMMANDED_TORQUE) if delay else (ACTING_TORQUE,):
                 if (start, delay) != (PAPERS, False):
                     words = f"{STARTS[start]}, {'torque a period late' if delay else 'no delay'}"
-                    words += f", {PROPOSED} alone, whose observer counts on the command" * (told == COMMANDED)
-                    cases.append((words, ratios_of(evidence.searched(start=start, delay=delay, counts_on=told))))
+                    words += f", {PROPOSED_LAW} alone, whose observer counts on the command" * (
+                        told == COMMANDED_TORQUE
+                    )
+                    cases.append((words, ratios_of(evidence.searches_with(start=start, delay=delay, counts_on=told))))
     for factor in FACTORS:
         cases.append((f"at most {factor:g} times the total variation", ratios_of(still, factor)))
     for words, ratios in cases:
@@ -169,11 +171,13 @@ def rule_variations(evidence: Evidence) -> Iterator[wb.Variation]:
 
 def rule_of_thumb(evidence: Evidence) -> wb.Finding:
     """The period that the eigenvalues of M^-1 K give, and the bound, beside the longest quiet period."""
-    still = evidence.searched(start=PAPERS, delay=False)
+    still = evidence.searches_with(start=PAPERS, delay=False)
     ratios, bounds = ratios_of(still), ratios_of(still, by="bound")
     _, off = farthest(ratios)
     others = f" In the others it is off by at most {100 * off:.2g} %." if off else ""
-    own = wb.document.join_names(f"{ratio_words(bounds[PROPOSED, one])} times the bound in {one}" for one in SCENARIOS)
+    own = wb.document.join_names(
+        f"{ratio_words(bounds[PROPOSED_LAW, one])} times the bound in {one}" for one in SCENARIOS
+    )
     return wb.Finding(
         "rule_of_thumb",
         (
@@ -185,8 +189,8 @@ def rule_of_thumb(evidence: Evidence) -> wb.Finding:
         (
             "The bound ",
             BOUND,
-            f" needs no eigenvalue of a product, but may be much shorter: the longest quiet period of {PROPOSED} is "
-            f"{own}; over all loops the ratio is {min(low for low, _ in bounds.values()):.2g} to "
+            f" needs no eigenvalue of a product, but may be much shorter: the longest quiet period of {PROPOSED_LAW} "
+            f"is {own}; over all loops the ratio is {min(low for low, _ in bounds.values()):.2g} to "
             f"{max(high for _, high in bounds.values()):.2g}.",
         ),
         statistic=(
@@ -198,12 +202,12 @@ def rule_of_thumb(evidence: Evidence) -> wb.Finding:
         ),
         sample=f"{len(ratios)} loops: {len({law for law, _ in ratios})} laws, two scenarios, the paper's start, one "
         "run a period.",
-        given=GIVEN,
-        chosen=f"{CHOSEN} Quiet: at most {QUIET:g} times the total variation of continuous time.",
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=f"{ASSUMPTIONS} Quiet: at most {QUIET:g} times the total variation of continuous time.",
+        fits=FITS,
         answer=f"too long for {too_long(ratios)}",
         variations=tuple(rule_variations(evidence)),
-        untried="Arms with other masses.",
+        limitations="Arms with other masses.",
     )
 
 

@@ -5,7 +5,7 @@ Runs in about four minutes on two idle cores.
 
 import workbench as wb
 from studies.a9_sampling import pages, trust
-from studies.a9_sampling.evidence import gathered, plan, works
+from studies.a9_sampling.evidence import gather_evidence, plan, works
 from studies.a9_sampling.findings import answer, findings
 from studies.a9_sampling.loops import SEED, sweep
 from studies.paper.comparison import PROPOSED_STEP, STEPS, STYLES
@@ -22,7 +22,7 @@ def continuous(scenario: str, law: str) -> wb.Case:
 
 def sections(results: wb.Results) -> wb.Page:
     """The whole page."""
-    evidence = gathered(results)
+    evidence = gather_evidence(results)
     pictures = (pages.over_periods(evidence, TV, "tv_periods"), pages.over_periods(evidence, RMSE, "rmse_periods"))
     return wb.Page(
         answer(evidence),

@@ -36,7 +36,7 @@ def steps_figure(curves: Sequence[Curve]) -> wb.document.Figure:
     return wb.document.Figure("tv_steps", caption, tuple(panels), columns=2)
 
 
-def steps_table(curves: Sequence[Curve]) -> wb.document.Table:
+def steps_table(curves: Sequence[Curve]) -> wb.document.ReportTable:
     """The change of total variation with the step of the simulation."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for one in curves:
@@ -45,12 +45,12 @@ def steps_table(curves: Sequence[Curve]) -> wb.document.Table:
             (one.law, SWITCHING[one.switching], by, len(one.h), float((one.TV.max(axis=0) / one.TV.min(axis=0)).max()))
         )
     columns = (
-        *map(wb.document.Column, ("law", "switching", "run in")),
-        wb.document.Column("steps tried", align="right"),
-        wb.document.Column("largest TV over smallest", "times", "right", digits=4),
+        *map(wb.document.TableColumn, ("law", "switching", "run in")),
+        wb.document.TableColumn("steps tried", align="right"),
+        wb.document.TableColumn("largest TV over smallest", "times", "right", digits=4),
     )
     notes = ("The larger ratio of the two joints, first scenario, 10 s. The period of the computer stays the same.",)
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "steps", "How much the step of the simulation changes the total variation.", columns, tuple(rows), notes
     )
 
@@ -59,17 +59,17 @@ def trust_section(evidence: Evidence, curves: Sequence[Curve]) -> wb.Section:
     """The errors of the step, and the share of chattering that the simulation alone makes."""
     rows = [(1e3 * T, *(100 * evidence.worst_step(metric, T) for metric in (RMSE, TV))) for T in PERIODS]
     columns = (
-        wb.document.Column("period", "ms"),
-        *(wb.document.Column(name, "%", "right", digits=2) for name in (RMSE, TV)),
+        wb.document.TableColumn("period", "ms"),
+        *(wb.document.TableColumn(name, "%", "right", digits=2) for name in (RMSE, TV)),
     )
-    errors = wb.document.Table(
+    errors = wb.document.ReportTable(
         "errors",
         "The largest error of the step, over all laws, joints and scenarios, with exact readings.",
         columns,
         tuple(rows),
         ("Twice the change by half the substep, in parts of the value; of all runs that stay finite.",),
     )
-    lost = np.array([one.lost for (_, _, computer), one in evidence.audits.items() if computer])
+    lost = np.array([one.is_lost for (_, _, computer), one in evidence.audits.items() if computer])
     words = (
         "In continuous time RK4 runs at half of the steps of a1, and at a quarter for the error. Beyond the stability "
         "limit of RK4 it is the step that chatters, and a relay in continuous time varies more at each shorter step. A "

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-GIVEN = (
+INFORMATION = (
     "AOSMC-RGS: positions and the true disturbance. Other laws: positions and velocities. All laws but PID: the exact "
     "model."
 )
-CHOSEN = "Scenarios, horizons and the numbers of the laws as in a1; the computer of Table 1."
+ASSUMPTIONS = "Scenarios, horizons and the numbers of the laws as in a1; the computer of Table 1."
 COUNTS_ON = "The observer counts on the torque that acts, which may be late; that of a5 counts on the commanded one."
-FITTED = "Q, R and the horizon of the first scenario: to the printed RMSE of AOSMC-RGS (a1)."
+FITS = "Q, R and the horizon of the first scenario: to the printed RMSE of AOSMC-RGS (a1)."
 
 
-def rounded(value: float) -> str:
+def two_digits(value: float) -> str:
     """A number with two digits."""
     return f"{float(f'{value:.2g}'):,.6g}"

@@ -32,7 +32,7 @@ class Robot:
     ----------
     operations
         Of M, C, G, of all three together, of those with numbers for letters, and of tau; equal ones count once.
-    made, derived, differentiated
+    making_seconds, derivation_seconds, differentiation_seconds
         Seconds of each repetition: to make the arm with its checks, to derive M, C, G and tau up to functions, and with
         all first derivatives of inverse and forward dynamics.
     by_energies, by_mujoco
@@ -43,9 +43,9 @@ class Robot:
     joints: int
     letters: int
     operations: tuple[int, ...]
-    made: tuple[float, ...]
-    derived: tuple[float, ...]
-    differentiated: tuple[float, ...]
+    making_seconds: tuple[float, ...]
+    derivation_seconds: tuple[float, ...]
+    differentiation_seconds: tuple[float, ...]
     by_energies: float
     by_mujoco: float | None
 
@@ -81,11 +81,11 @@ def robot(name: str) -> Robot:
         arm.dof,
         letters.p.size,
         tuple(map(operations, (*matrices, *together))),
-        made=seconds(wb.arms.mechanics.CATALOGUE[name]),
-        derived=seconds(lambda: wb.arms.Dynamics.of(arm).matrices(rest, rest)),
-        differentiated=seconds(lambda: differentiate(arm)),
+        making_seconds=seconds(wb.arms.mechanics.CATALOGUE[name]),
+        derivation_seconds=seconds(lambda: wb.arms.Dynamics.of(arm).matrices(rest, rest)),
+        differentiation_seconds=seconds(lambda: differentiate(arm)),
         by_energies=by_energies(arm, numbers),
-        by_mujoco=by_mujoco(arm, numbers) if mujoco_arm.INSTALLED else None,
+        by_mujoco=by_mujoco(arm, numbers) if mujoco_arm.HAS_MUJOCO else None,
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import workbench as wb
 
-INSTALLED = importlib.util.find_spec("mujoco") is not None
+HAS_MUJOCO = importlib.util.find_spec("mujoco") is not None
 # MuJoCo asks for positive moments: those of a point mass are raised to this, far below rounding.
 LEAST = 2e-15
 

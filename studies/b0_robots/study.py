@@ -33,9 +33,9 @@ def sections(results: wb.Results) -> wb.Page:
     )
 
 
-def word(reached: bool) -> str:
+def word(is_reached: bool) -> str:
     """The answer of a bar."""
-    return "reached" if reached else "missed"
+    return "reached" if is_reached else "missed"
 
 
 def seven() -> Robot:
@@ -51,7 +51,7 @@ def answer() -> str:
     agree = "" if engine is None else f"; all {len(robots())} arms agree with MuJoCo to {engine:.0e}"
     return (
         f"On one machine the equations of a seven-joint arm with all first derivatives take "
-        f"{median(seven().differentiated):.2g} s{faster}{agree}."
+        f"{median(seven().differentiation_seconds):.2g} s{faster}{agree}."
     )
 
 
@@ -70,7 +70,7 @@ def findings() -> tuple[wb.Finding, ...]:
 
 def time_finding() -> wb.Finding:
     """The time to an arm of seven joints, in each repetition."""
-    spent, without = seven().differentiated, median(seven().derived)
+    spent, without = seven().differentiation_seconds, median(seven().derivation_seconds)
     middle = median(spent)
     steady = middle >= without  # a time with more work in it that is the shorter one shows how much they scatter
     scatter = (
@@ -84,15 +84,15 @@ def time_finding() -> wb.Finding:
         statistic="Seconds of a core from the arm to functions of M, C, G and both dynamics with first derivatives, "
         "median of the repetitions.",
         sample=f"{len(spent)} repetitions, one after the other in one process.",
-        given=MACHINE,
-        chosen="The bar.",
+        information=MACHINE,
+        assumptions="The bar.",
         answer=word(middle <= LONGEST),
         variations=tuple(
             wb.Variation(f"repetition {i}", word(one <= LONGEST), f"{one:.3g} s")
             for i, one in enumerate(spent, start=1)
         ),
-        untried="another machine, and one that others use too",
-        settled=steady,
+        limitations="another machine, and one that others use too",
+        is_decided=steady,
     )
 
 
@@ -124,11 +124,11 @@ def sympy_findings() -> tuple[wb.Finding, ...]:
             "SymPy gives M and the whole bias; C and G are made of them by this study, which is part of its time.",
             statistic="Ratio of seconds of a core: SymPy once, ours the median of several repetitions.",
             sample=f"Planar chains of {first.links} to {longest.links} links, once by either method of SymPy.",
-            given=MACHINE,
-            chosen="The bar, and the chain that it holds for.",
+            information=MACHINE,
+            assumptions="The bar, and the chain that it holds for.",
             answer=word(longest.ratio >= FASTER),
             variations=tuple(made),
-            untried="simplified or compiled expressions of SymPy, and spatial arms",
+            limitations="simplified or compiled expressions of SymPy, and spatial arms",
         ),
     )
 
@@ -150,8 +150,8 @@ def error_finding() -> wb.Finding:
         "of the algebra alone; M and the torque of a spatial arm come from a recursion.",
         statistic=f"Largest error over random states relative to the largest term. Answer: below {ROUNDING:g} or not.",
         sample=f"{len(robots())} arms, {STATES} states each.",
-        given="The same numbers of each arm.",
-        chosen="Ranges of the states.",
+        information="The same numbers of each arm.",
+        assumptions="Ranges of the states.",
         answer=size(energies if engine is None else engine),
         variations=tuple(wb.Variation(words, size(one), f"{one:.1g}") for words, one in ends),
     )
@@ -167,7 +167,7 @@ def size(error: float) -> str:
     return f"below {ROUNDING:g}" if error < ROUNDING else f"not below {ROUNDING:g}"
 
 
-def counts() -> wb.document.Table:
+def counts() -> wb.document.ReportTable:
     """Operations of the equations."""
     heads = ("robot", "joints", "symbols", "M", "C", "G", "M, C, G", "with numbers", "torque")
     rows: tuple[tuple[wb.document.Cell, ...], ...] = tuple(
@@ -180,19 +180,24 @@ def counts() -> wb.document.Table:
     caption = (
         "The number of operations in the equations of each arm: additions, products, sines; equal ones count once."
     )
-    return wb.document.Table("operations", caption, tuple(map(wb.document.Column, heads)), rows, notes)
+    return wb.document.ReportTable("operations", caption, tuple(map(wb.document.TableColumn, heads)), rows, notes)
 
 
-def oracles() -> wb.document.Table:
+def oracles() -> wb.document.ReportTable:
     """Times and errors."""
     columns = (
-        wb.document.Column("robot"),
-        wb.document.Column("arm made", unit="ms", digits=2),
-        *(wb.document.Column(head, unit="ms", digits=3) for head in ("equations derived", "with derivatives")),
-        *(wb.document.Column(head, digits=2) for head in ("error by MuJoCo", "error by energies")),
+        wb.document.TableColumn("robot"),
+        wb.document.TableColumn("arm made", unit="ms", digits=2),
+        *(wb.document.TableColumn(head, unit="ms", digits=3) for head in ("equations derived", "with derivatives")),
+        *(wb.document.TableColumn(head, digits=2) for head in ("error by MuJoCo", "error by energies")),
     )
     rows = tuple(
-        (r.name, *(1e3 * median(one) for one in (r.made, r.derived, r.differentiated)), r.by_mujoco, r.by_energies)
+        (
+            r.name,
+            *(1e3 * median(one) for one in (r.making_seconds, r.derivation_seconds, r.differentiation_seconds)),
+            r.by_mujoco,
+            r.by_energies,
+        )
         for r in robots()
     )
     notes = (
@@ -201,24 +206,28 @@ def oracles() -> wb.document.Table:
         "their five first derivatives. Each is timed by itself, so that two times that differ by less than they "
         "scatter may stand in the wrong order. A dash: not installed here.",
     )
-    return wb.document.Table("oracles", "Times of one core to each arm, and its largest errors.", columns, rows, notes)
+    return wb.document.ReportTable(
+        "oracles", "Times of one core to each arm, and its largest errors.", columns, rows, notes
+    )
 
 
-def peers() -> wb.document.Table:
+def peers() -> wb.document.ReportTable:
     """SymPy beside us."""
     times = [f"{name}: {what}" for what in ("M, C qd + G", "M, C, G") for name in METHODS]
     columns = (
-        wb.document.Column("links"),
-        *(wb.document.Column(head, unit="s", digits=3) for head in ("ours: M, C, G", *times)),
-        wb.document.Column("times as fast", digits=3),
-        wb.document.Column("difference", digits=2),
+        wb.document.TableColumn("links"),
+        *(wb.document.TableColumn(head, unit="s", digits=3) for head in ("ours: M, C, G", *times)),
+        wb.document.TableColumn("times as fast", digits=3),
+        wb.document.TableColumn("difference", digits=2),
     )
     rows = tuple((one.links, one.ours, *one.bias, *one.matrices, one.ratio, one.error) for one in chains())
     note = (
         f"A dash: SymPy is not installed, or had no answer in {PATIENCE:g} s. Times as fast: beside its faster method. "
         "Difference: of the numbers of both at one state, relative to the largest entry."
     )
-    return wb.document.Table("sympy", "Seconds of a core to the equations of a planar chain.", columns, rows, (note,))
+    return wb.document.ReportTable(
+        "sympy", "Seconds of a core to the equations of a planar chain.", columns, rows, (note,)
+    )
 
 
 def times() -> wb.document.Figure:

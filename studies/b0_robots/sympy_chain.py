@@ -75,9 +75,9 @@ def lagrange(joints: int) -> tuple[Any, Any, Chain]:
 METHODS: dict[str, Callable[[int], tuple[Any, Any, Chain]]] = {"kane": kane, "lagrange": lagrange}
 
 
-def coriolis(M: Any, made: Chain) -> list[list[Any]]:
+def coriolis(M: Any, chain: Chain) -> list[list[Any]]:
     """C of the Christoffel symbols, which no method of the package gives; each derivative of M is taken once."""
-    n, q, qd = len(made.q), made.q, made.qd
+    n, q, qd = len(chain.q), chain.q, chain.qd
     D = {}
     for i in range(n):
         for j in range(i, n):
@@ -110,11 +110,11 @@ def values(joints: int) -> tuple[list[float], list[float]]:
     return [0.3 + 0.5 * i for i in range(joints)], [1.0 - 0.4 * i for i in range(joints)]
 
 
-def numbers(made: Chain) -> dict[Any, float]:
+def numbers(chain: Chain) -> dict[Any, float]:
     """The speeds come first: where they are derivatives of q they would vanish with it."""
-    q, qd = values(len(made.q))
-    known = dict(zip([*made.qd, *made.q], [*qd, *q], strict=True)) | {made.g: 9.81}
-    for letters, value in zip(made.rods, (1.0, 1.0, 0.5, 1 / 12), strict=True):
+    q, qd = values(len(chain.q))
+    known = dict(zip([*chain.qd, *chain.q], [*qd, *q], strict=True)) | {chain.g: 9.81}
+    for letters, value in zip(chain.rods, (1.0, 1.0, 0.5, 1 / 12), strict=True):
         known |= dict.fromkeys(letters, value)
     return known
 

@@ -17,13 +17,13 @@ def errors_of(rows: Sequence[Row]) -> np.ndarray:
     return 100 * np.array([frequency, [abs(one.amplitude / run.amplitude - 1) for one, run in pairs]])
 
 
-def met(rows: Sequence[Row], near: float = NEARLY) -> str:
+def agreement_count(rows: Sequence[Row], near: float = NEARLY) -> str:
     """In how many of the rows with an exact cycle the simulated amplitude is its smallest one."""
     regular = [(r.cycle.amplitude, r.relay[1].amplitude) for r in rows if r.cycle]
     return f"{sum(exact / near <= run <= exact * near for exact, run in regular)} of {len(regular)}"
 
 
-def varied(
+def variations(
     every: Sequence[Sequence[Row]], word: Callable[[Sequence[Row]], str], detail: Callable[[Sequence[Row]], str]
 ) -> tuple[wb.Variation, ...]:
     """The answer from each other start, and without each lag and each period by turns."""
@@ -43,8 +43,8 @@ def findings(every: Sequence[Sequence[Row]]) -> tuple[wb.Finding, wb.Finding, wb
     return layer_finding(every), balance_finding(every), cycle_finding(every)
 
 
-GIVEN = f"SMC with K = {K:g} N m: exact positions and velocities."
-CHOSEN = "Lags, periods and starts; the folded arm, where M is diagonal and each joint is a loop by itself."
+INFORMATION = f"SMC with K = {K:g} N m: exact positions and velocities."
+ASSUMPTIONS = "Lags, periods and starts; the folded arm, where M is diagonal and each joint is a loop by itself."
 
 
 def sample_of(rows: Sequence[Row]) -> str:
@@ -54,7 +54,7 @@ def sample_of(rows: Sequence[Row]) -> str:
 
 def agreement(rows: Sequence[Row]) -> str:
     """The verdict on the layer."""
-    agreed = sum(r.agreed for r in rows)
+    agreed = sum(r.layer_agrees for r in rows)
     return "all" if agreed == len(rows) else f"{agreed} of {len(rows)}"
 
 
@@ -80,7 +80,7 @@ def spans(every: Sequence[Sequence[Row]]) -> tuple[str, str]:
 
 def smallest(rows: Sequence[Row]) -> str:
     """The verdict on exact cycles."""
-    return "all" if all_or(met(rows)).startswith("all ") else met(rows)
+    return "all" if all_or(agreement_count(rows)).startswith("all ") else agreement_count(rows)
 
 
 def all_or(part: str) -> str:
@@ -92,7 +92,7 @@ def all_or(part: str) -> str:
 def layer_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
     """Rest or oscillation in the layer."""
     rows = every[0]
-    agreed, thin = sum(r.agreed for r in rows), sum(r.layer[0].least_phi >= PHI for r in rows)
+    agreed, thin = sum(r.layer_agrees for r in rows), sum(r.layer[0].least_phi >= PHI for r in rows)
     nearest = 100 * min(abs(r.layer[0].least_phi / PHI - 1) for r in rows)
     return wb.Finding(
         name="layer_ends_chattering",
@@ -103,11 +103,11 @@ def layer_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
         f"is unstable. No pair is a close case: it is {np.floor(nearest):.0f} % or more off {PHI:g} rad/s in each.",
         statistic="Rest or oscillation of s of joint 1.",
         sample=sample_of(rows),
-        given=GIVEN,
-        chosen=CHOSEN,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
         answer=agreement(rows),
-        variations=varied(every, agreement, lambda some: f"{sum(r.agreed for r in some)} of {len(some)}"),
-        untried="a pose where M couples the joints and both switch",
+        variations=variations(every, agreement, lambda some: f"{sum(r.layer_agrees for r in some)} of {len(some)}"),
+        limitations="a pose where M couples the joints and both switch",
     )
 
 
@@ -126,11 +126,11 @@ def balance_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
         "another frequency.",
         statistic="Error relative to the simulated oscillation. Answer: the number with the smaller median error.",
         sample=f"s of joint 1 from {LATE:g} s on, {len(rows)} pairs of lag and period, {len(every)} starts.",
-        given=GIVEN,
-        chosen=CHOSEN,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
         answer=nearer(rows),
-        variations=varied(every, nearer, medians),
-        untried="other gains K and other poses",
+        variations=variations(every, nearer, medians),
+        limitations="other gains K and other poses",
     )
 
 
@@ -140,16 +140,16 @@ def cycle_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
     regular = sum(r.cycle is not None for r in rows)
     return wb.Finding(
         name="exact_cycle",
-        statement=f"Of {len(rows)} pairs {regular} oscillate regularly; in {all_or(met(rows))} of these half the "
-        "swing of s is that of the exact cycle at the simulated switching period.",
+        statement=f"Of {len(rows)} pairs {regular} oscillate regularly; in {all_or(agreement_count(rows))} of these "
+        "half the swing of s is that of the exact cycle at the simulated switching period.",
         evidence="An exact cycle may keep an offset of s, which raises its peak only; half of the swing is free of "
-        f"it. From other starts: {', '.join(map(met, every[1:]))}.",
+        f"it. From other starts: {', '.join(map(agreement_count, every[1:]))}.",
         statistic=f"Half of the highest minus the lowest s, to {100 * (NEARLY - 1):.1g} %, where the oscillation "
         "is symmetric about its offset and its periods are equal.",
         sample=sample_of(rows),
-        given=f"{GIVEN} Exact theory: the simulated switching period.",
-        chosen=CHOSEN,
+        information=f"{INFORMATION} Exact theory: the simulated switching period.",
+        assumptions=ASSUMPTIONS,
         answer=smallest(rows),
-        variations=varied(every, smallest, met),
-        untried="other gains K and other poses",
+        variations=variations(every, smallest, agreement_count),
+        limitations="other gains K and other poses",
     )

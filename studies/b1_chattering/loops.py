@@ -13,7 +13,7 @@ from studies.paper.laws import ARM, RIVALS
 LAGS, PERIODS = (0.0, 2e-3, 1e-2, 2e-2), (1e-3, 2e-3, 5e-3)  # s
 PAIRS = tuple((lag, period) for lag in LAGS for period in PERIODS)
 SWITCHES = {"relay": "sign", "layer": "clip"}
-FOLDED = np.array([0.0, np.pi])  # here M is diagonal: each joint chatters by itself
+FOLDED_POSE = np.array([0.0, np.pi])  # here M is diagonal: each joint chatters by itself
 PUSH = np.array([0.3, -0.2])  # rad/s, from which a run starts
 STARTS = ((0.1, 0.1), (-0.6, 0.4), (1.0, -0.5))  # rad/s, others
 UNTIL, LATE = 6.0, 4.0  # s: what is measured is after `LATE`
@@ -63,7 +63,7 @@ class Row:
         return Row(lag, period, (foreseen.relay, relay), cycle, (foreseen.layer, layer))
 
     @property
-    def agreed(self) -> bool:
+    def layer_agrees(self) -> bool:
         """The layer comes to rest where it is wider than the least of the balance, and oscillates where it is not."""
         balance, run = self.layer
         return (balance.least_phi < PHI) is (run.amplitude <= QUIET)
@@ -72,9 +72,9 @@ class Row:
 def loop(lag: float, period: float, switch: str) -> wb.DigitalLoop:
     """The first joint's loop: SMC of the card, pushed off the folded rest point."""
     actuator = wb.arms.FirstOrderLag(lag) if lag else wb.arms.DirectDrive()
-    plant = wb.Manipulator(ARM, q=FOLDED, qd=PUSH, actuator=actuator)
+    plant = wb.Manipulator(ARM, q=FOLDED_POSE, qd=PUSH, actuator=actuator)
     law = replace(RIVALS["SMC"], saturation=SWITCHES[switch])
-    return wb.DigitalLoop(wb.ClosedLoop(plant, wb.ArmFullState(2), law, wb.Hold("q", "rad", FOLDED)), period)
+    return wb.DigitalLoop(wb.ClosedLoop(plant, wb.ArmFullState(2), law, wb.Constant("q", "rad", FOLDED_POSE)), period)
 
 
 def substeps(lag: float, period: float) -> int:
@@ -87,7 +87,7 @@ def linear_part(lag: float, period: float) -> wb.chattering.LinearPart:
     step = loop(lag, period, "layer").ode().step(substeps(lag, period))
     p = step.parameters.default.copy()
     p[step.parameters.labels.index("controller.K[1]")] = 0.0
-    return wb.chattering.cut(step, step.states.pack({"plant.qd": np.zeros(2)}), p)
+    return wb.chattering.linear_part_of(step, step.states.pack({"plant.qd": np.zeros(2)}), p)
 
 
 def predict(pair: tuple[float, float]) -> Prediction:
@@ -112,7 +112,7 @@ def words(lag: float, period: float) -> str:
     return f"lag of {1e3 * lag:g} ms, period of {1e3 * period:g} ms"
 
 
-def recorded(outcome: wb.study.Outcome) -> wb.chattering.RecordedOscillation:
+def record_oscillation(outcome: wb.study.Outcome) -> wb.chattering.RecordedOscillation:
     """The oscillation of s of the first joint in a run."""
     late = outcome.t >= LATE
     return wb.chattering.record_oscillation(outcome.t[late], outcome.signal("s", 0)[late])
@@ -136,7 +136,7 @@ def rows_of(results: wb.Results) -> list[list[Row]]:
     """A row for each lag and period: from the start of the cases, then from each of the others."""
     first, others = [], []
     for pair, foreseen in zip(PAIRS, results.work("predictions"), strict=True):
-        runs = (recorded(results[words(*pair), switch]) for switch in SWITCHES)
+        runs = (record_oscillation(results[words(*pair), switch]) for switch in SWITCHES)
         first.append(Row.of(pair, foreseen, *runs))
     for i in range(len(STARTS)):
         every = zip(PAIRS, results.work("predictions"), results.work("starts"), strict=True)

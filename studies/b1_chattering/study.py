@@ -61,7 +61,7 @@ def picture(rows: Sequence[Row]) -> wb.document.Figure:
     return wb.document.Figure("relay", caption, (panel,))
 
 
-def relay_table(rows: Sequence[Row]) -> wb.document.Table:
+def relay_table(rows: Sequence[Row]) -> wb.document.ReportTable:
     """Frequency and amplitude of each pair under a relay."""
     heads = (
         *(("lag", "ms"), ("period", "ms"), ("balance", "Hz"), ("balance", "rad/s"), ("exact, least", "rad/s")),
@@ -77,16 +77,16 @@ def relay_table(rows: Sequence[Row]) -> wb.document.Table:
         "simulated switching period, and simulated."
     )
     note = "No exact amplitude: the simulated oscillation is not symmetric, or its periods differ."
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "relay_numbers",
         caption,
-        tuple(wb.document.Column(*head, "right", digits=3) for head in heads),
+        tuple(wb.document.TableColumn(*head, "right", digits=3) for head in heads),
         tuple(cells),
         (note,),
     )
 
 
-def layer_table(rows: Sequence[Row]) -> wb.document.Table:
+def layer_table(rows: Sequence[Row]) -> wb.document.ReportTable:
     """The least width of the layer, and the oscillation within it."""
     heads = (
         *(("lag", "ms"), ("period", "ms"), ("least width", "rad/s"), ("balance", "Hz"), ("balance", "rad/s")),
@@ -102,8 +102,11 @@ def layer_table(rows: Sequence[Row]) -> wb.document.Table:
         f"Frequency and amplitude of s of joint 1 under a boundary layer of {PHI:g} rad/s. Least width: from that "
         "width on the balance has no oscillation."
     )
-    return wb.document.Table(
-        "layer_numbers", caption, tuple(wb.document.Column(*head, "right", digits=3) for head in heads), tuple(cells)
+    return wb.document.ReportTable(
+        "layer_numbers",
+        caption,
+        tuple(wb.document.TableColumn(*head, "right", digits=3) for head in heads),
+        tuple(cells),
     )
 
 
@@ -117,7 +120,7 @@ def numbers(
 ) -> tuple[wb.document.Cell, wb.document.Cell]:
     """Frequency in Hz and amplitude in rad/s; rest where there is no oscillation."""
     if one is None:
-        return wb.document.Missing(REST), wb.document.Missing(REST)
+        return wb.document.MissingCell(REST), wb.document.MissingCell(REST)
     return (one.frequency or 0.0) / (2 * np.pi), one.amplitude
 
 

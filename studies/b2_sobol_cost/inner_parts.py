@@ -3,9 +3,9 @@
 No engineer needs them, and the other files of the study have them from here.
 """
 
-from workbench.study.compiled import CompiledSweep, compile_sweep
+from workbench.study.compiled_sweep import CompiledSweep, compile_sweep
 from workbench.study.executors import on_threads
-from workbench.study.ledger.store import complete, opened
+from workbench.study.ledger.store import complete, open_ledger
 from workbench.study.sweep_runs import tasks_of
 
-__all__ = ["CompiledSweep", "compile_sweep", "complete", "on_threads", "opened", "tasks_of"]
+__all__ = ["CompiledSweep", "compile_sweep", "complete", "on_threads", "open_ledger", "tasks_of"]

@@ -18,7 +18,7 @@ from time import process_time
 import numpy as np
 
 import workbench as wb
-from studies.b2_sobol_cost.inner_parts import CompiledSweep, compile_sweep, complete, on_threads, opened, tasks_of
+from studies.b2_sobol_cost.inner_parts import CompiledSweep, compile_sweep, complete, on_threads, open_ledger, tasks_of
 from studies.b2_sobol_cost.workload import SEED, sweep
 from studies.paper.workload import loop
 
@@ -79,20 +79,20 @@ def cost() -> Cost:
     one = compile_sweep(sweep())
     one.chunk(0, 8)  # compiled before it is timed
     commands = tuple(command() for _ in range(COMMANDS))
-    turns = tuple((timed(lambda: march(one)), timed(lambda: record(one))) for _ in range(TURNS))
+    turns = tuple((core_seconds(lambda: march(one)), core_seconds(lambda: record(one))) for _ in range(TURNS))
     size = one.sweep.design.size
-    again = len(range(0, size, halved(one)))
+    again = len(range(0, size, half_step_every(one)))
     return Cost(size, again, commands, turns, others)
 
 
-def halved(one: CompiledSweep) -> int:
+def half_step_every(one: CompiledSweep) -> int:
     """The sweep runs one row in this many again, at half of the step."""
-    if one.sweep.halved is None:
+    if one.sweep.half_step_every is None:
         raise ValueError("The sweep of workload W must run some rows again at half of the step.")
-    return one.sweep.halved
+    return one.sweep.half_step_every
 
 
-def timed(work: Callable[[], object]) -> float:
+def core_seconds(work: Callable[[], object]) -> float:
     """Seconds of one core, to which the work is held: two threads on one core would slow each other."""
     with wb.study.one_core():
         start = process_time()
@@ -105,7 +105,7 @@ def march(one: CompiledSweep) -> None:
     for first, last in one.chunks:
         p, x0 = one.rows(first, last)
         runs = np.arange(first, last)
-        again = runs % halved(one) == 0
+        again = runs % half_step_every(one) == 0
         for step, some in ((one.run.half, again), (one.run.step, runs >= 0)):
             start = one.run.start(x0[some])
             wb.simulate(step, p[some], start, until=one.run.until, every=one.run.every, runs=runs[some])
@@ -113,7 +113,7 @@ def march(one: CompiledSweep) -> None:
 
 def record(one: CompiledSweep) -> wb.study.Sample:
     """The same through plan, executor, ledger and sample, in a folder of its own."""
-    with TemporaryDirectory(prefix="workbench-b2-") as folder, opened(Path(folder), False) as ledger:
+    with TemporaryDirectory(prefix="workbench-b2-") as folder, open_ledger(Path(folder), False) as ledger:
         tasks = tasks_of([one])
         complete(tasks, ledger, lambda missing: on_threads([one], missing))
         return one.sample(ledger.read(task.name) for task in tasks)
@@ -147,9 +147,9 @@ def sections(results: wb.Results) -> wb.Page:
     )
 
 
-def word(reached: bool) -> str:
+def word(is_reached: bool) -> str:
     """The answer of a bar."""
-    return "reached" if reached else "missed"
+    return "reached" if is_reached else "missed"
 
 
 percent = partial(wb.document.percent, decimals=1)
@@ -158,14 +158,14 @@ percent = partial(wb.document.percent, decimals=1)
 def answer(cost: Cost) -> str:
     """The page in one line."""
     low, high = percent(min(cost.shares)), percent(max(cost.shares))
-    share = f"{low} to {high} of the processor time" if decided(cost) else f"{low} to {high}, which decides nothing"
+    share = f"{low} to {high} of the processor time" if is_decided(cost) else f"{low} to {high}, which decides nothing"
     return (
         f"On one machine {cost.runs:,} runs, from command to report, take {cost.wall:.1f} s and {cost.memory:.2f} GB; "
         f"the part of ledger and orchestration is {share}."
     )
 
 
-def decided(cost: Cost) -> bool:
+def is_decided(cost: Cost) -> bool:
     """True if the share of the ledger lies on one side of its bar in every turn."""
     return len({share <= SHARE for share in cost.shares}) == 1
 
@@ -175,7 +175,7 @@ def findings(cost: Cost) -> tuple[wb.Finding, wb.Finding, wb.Finding]:
     return wall_finding(cost), memory_finding(cost), share_finding(cost)
 
 
-GIVEN, CHOSEN = "One machine, named below.", "The bar, and workload W."
+INFORMATION, ASSUMPTIONS = "One machine, named below.", "The bar, and workload W."
 ELSEWHERE = "another machine, and one that others use too"
 
 
@@ -200,10 +200,10 @@ def wall_finding(cost: Cost) -> wb.Finding:
             wb.Variation(f"run {i} of the command", word(one.wall <= WALL), f"{one.wall:.1f} s")
             for i, one in enumerate(cost.commands, start=1)
         ),
-        settled=quick or idle,
-        untried=ELSEWHERE,
-        given=GIVEN,
-        chosen=CHOSEN,
+        is_decided=quick or idle,
+        limitations=ELSEWHERE,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
     )
 
 
@@ -220,16 +220,16 @@ def memory_finding(cost: Cost) -> wb.Finding:
             wb.Variation(f"run {i} of the command", word(one.memory <= MEMORY), f"{one.memory:.2f} GB")
             for i, one in enumerate(cost.commands, start=1)
         ),
-        untried=ELSEWHERE,
-        given=GIVEN,
-        chosen=CHOSEN,
+        limitations=ELSEWHERE,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
     )
 
 
 def share_finding(cost: Cost) -> wb.Finding:
     """The part of ledger and orchestration in the processor time."""
     middle, low, high = (percent(of(cost.shares)) for of in (median, min, max))
-    noise = "" if decided(cost) else " The turns lie on both sides of the bar."
+    noise = "" if is_decided(cost) else " The turns lie on both sides of the bar."
     return wb.Finding(
         name="ledger_share",
         statement=f"Ledger and orchestration have {middle} of the processor time; the bar is {100 * SHARE:.0f} %.",
@@ -241,25 +241,25 @@ def share_finding(cost: Cost) -> wb.Finding:
             wb.Variation(f"turn {i}", word(share <= SHARE), percent(share))
             for i, share in enumerate(cost.shares, start=1)
         ),
-        settled=decided(cost),
-        untried=f"{ELSEWHERE}, and more turns",
-        given=GIVEN,
-        chosen=CHOSEN,
+        is_decided=is_decided(cost),
+        limitations=f"{ELSEWHERE}, and more turns",
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
     )
 
 
-def cost_table(cost: Cost) -> wb.document.Table:
+def cost_table(cost: Cost) -> wb.document.ReportTable:
     """The processor time of each turn."""
     rows = [
         (i, *turn, 100 * share) for i, (turn, share) in enumerate(zip(cost.turns, cost.shares, strict=True), start=1)
     ]
     columns = (
-        wb.document.Column("turn", align="right"),
-        wb.document.Column("engine alone", "s", "right", digits=3),
-        wb.document.Column("through the ledger", "s", "right", digits=3),
-        wb.document.Column("share of the ledger", "%", "right", digits=2),
+        wb.document.TableColumn("turn", align="right"),
+        wb.document.TableColumn("engine alone", "s", "right", digits=3),
+        wb.document.TableColumn("through the ledger", "s", "right", digits=3),
+        wb.document.TableColumn("share of the ledger", "%", "right", digits=2),
     )
-    return wb.document.Table("turns", "Processor time of the same rows, in turns.", columns, tuple(rows))
+    return wb.document.ReportTable("turns", "Processor time of the same rows, in turns.", columns, tuple(rows))
 
 
 study = wb.Study(

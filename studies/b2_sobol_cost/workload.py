@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import workbench as wb
-from studies.paper.workload import HORIZON, PARAMETERS, VARIED, H, loop
+from studies.paper.workload import HORIZON, PARAMETERS, VARIATION_RANGES, H, loop
 
 BASE, SEED = 1024, 1
 METRICS = (wb.rmse(), wb.metrics.TotalVariation("TV", "N m/s", "total variation of tau a second", "tau", H))
@@ -18,7 +18,7 @@ def factors() -> tuple[wb.Factor, ...]:
     """The ten numbers that the bench varies, each over its range: shares of their values."""
     return tuple(
         wb.Factor(label, (label,), wb.Uniform(*span), share=True)
-        for name, span in VARIED.items()
+        for name, span in VARIATION_RANGES.items()
         for label in PARAMETERS[name].labels()
     )
 

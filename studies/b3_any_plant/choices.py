@@ -9,7 +9,7 @@ from studies.b3_any_plant.loops import COARSE, SUBSTEPS
 from studies.b3_any_plant.settings import SETTINGS, Setting, digits
 
 
-def choice_tables() -> tuple[wb.document.Table, ...]:
+def choice_tables() -> tuple[wb.document.ReportTable, ...]:
     """All of them."""
     return starts_table(), weights_table(), gains_table(), pid_table(), numbers_table()
 
@@ -19,13 +19,13 @@ def duration_words(seconds: float) -> str:
     return f"{1e3 * seconds:g} ms" if seconds < 1 else f"{seconds:,g} s"
 
 
-def starts_table() -> wb.document.Table:
+def starts_table() -> wb.document.ReportTable:
     """The initial state, what is wanted, the horizon and the steps."""
     rows = []
     for setting in SETTINGS:
         entries = zip(setting.plant.states.entries, setting.open.states.default, strict=True)
         start = ", ".join(f"{e.name} = {digits(x)} {e.unit}".strip() for e, x in entries)
-        wanted = ", ".join(f"{name} = {digits(y)}" for name, y in setting.wanted.items())
+        wanted = ", ".join(f"{name} = {digits(y)}" for name, y in setting.operating_outputs.items())
         steps = (duration_words(setting.period / parts) for parts in (SUBSTEPS, COARSE))
         rows.append((setting.name, start, wanted, duration_words(setting.until), *steps))
     heads = ("plant", "start", "reference", "horizon", "step of a run", "step over parameters")
@@ -33,12 +33,12 @@ def starts_table() -> wb.document.Table:
         "The observer of LQG starts at the outputs of the start; states that are not outputs start at the operating "
         "point in it. The integrals of PID start at zero, its derivative filters at the first reading.",
     )
-    return wb.document.Table(
-        "starts", "Starts, references and horizons.", tuple(map(wb.document.Column, heads)), tuple(rows), notes
+    return wb.document.ReportTable(
+        "starts", "Starts, references and horizons.", tuple(map(wb.document.TableColumn, heads)), tuple(rows), notes
     )
 
 
-def weights_table() -> wb.document.Table:
+def weights_table() -> wb.document.ReportTable:
     """The sizes that make the weights of LQG, and the noise that its filter is made for."""
     rows = []
     for setting in SETTINGS:
@@ -54,28 +54,28 @@ def weights_table() -> wb.document.Table:
         "intensity push\N{SUPERSCRIPT TWO} T at each input, and noise\N{SUPERSCRIPT TWO} T at each reading. Units are "
         "those of the states, inputs and outputs.",
     )
-    return wb.document.Table(
-        "weights", "The weights of LQG.", tuple(map(wb.document.Column, heads)), tuple(rows), notes
+    return wb.document.ReportTable(
+        "weights", "The weights of LQG.", tuple(map(wb.document.TableColumn, heads)), tuple(rows), notes
     )
 
 
-def gains_table() -> wb.document.Table:
+def gains_table() -> wb.document.ReportTable:
     """The gains of regulator and filter."""
     rows = [(s.name, digits(s.design.regulator.K), digits(s.design.estimator.K)) for s in SETTINGS]
     columns = (
-        wb.document.Column("plant"),
-        wb.document.Column("K of the regulator"),
-        wb.document.Column("L of the filter"),
+        wb.document.TableColumn("plant"),
+        wb.document.TableColumn("K of the regulator"),
+        wb.document.TableColumn("L of the filter"),
     )
     notes = (
         "u = u_0 \N{MINUS SIGN} K (x_hat \N{MINUS SIGN} x_0), a row for each input; x_hat' = A (x_hat \N{MINUS SIGN} "
         "x_0) + B (u \N{MINUS SIGN} u_0) + L (y \N{MINUS SIGN} y_hat), a row for each state. Units follow from states, "
         "inputs and outputs.",
     )
-    return wb.document.Table("gains", "The gains of LQG, by the weights above.", columns, tuple(rows), notes)
+    return wb.document.ReportTable("gains", "The gains of LQG, by the weights above.", columns, tuple(rows), notes)
 
 
-def pid_table() -> wb.document.Table:
+def pid_table() -> wb.document.ReportTable:
     """The second law of each plant with its gains and their origin."""
     rows = tuple((s.name, s.pid.words, s.pid.origin, s.pid.gains(s)) for s in SETTINGS)
     notes = (
@@ -84,16 +84,18 @@ def pid_table() -> wb.document.Table:
         "that table, its velocities replaced by filtered derivatives, so that both laws differ by their filter alone.",
     )
     heads = ("plant", "PID is", "gains", "numbers")
-    return wb.document.Table("pid", "The second law of each plant.", tuple(map(wb.document.Column, heads)), rows, notes)
+    return wb.document.ReportTable(
+        "pid", "The second law of each plant.", tuple(map(wb.document.TableColumn, heads)), rows, notes
+    )
 
 
-def numbers_table() -> wb.document.Table:
+def numbers_table() -> wb.document.ReportTable:
     """The numbers of each plant, and those that are varied."""
     rows = tuple((s.name, numbers(s), ranges(s)) for s in SETTINGS)
     heads = ("plant", "numbers", "varied by")
     notes = ("Varied: each by itself and evenly within this share of its own value; both laws keep what they believe.",)
-    return wb.document.Table(
-        "numbers", "The numbers of the plants.", tuple(map(wb.document.Column, heads)), rows, notes
+    return wb.document.ReportTable(
+        "numbers", "The numbers of the plants.", tuple(map(wb.document.TableColumn, heads)), rows, notes
     )
 
 

@@ -11,7 +11,7 @@ from studies.b3_any_plant.loops import (
     LQG,
     LQR,
     PID,
-    PUSHED,
+    PUSHED_CASES,
     PUSHES,
     all_margins,
     errors,
@@ -31,7 +31,7 @@ def findings(results: wb.Results) -> tuple[wb.Finding, ...]:
     return tuple(one(results) for one in made)
 
 
-def given() -> str:
+def information() -> str:
     """The information that each law has, with the origin of the gains of PID."""
     return f"Both laws: the same outputs. LQG: the linear model with the plant's true numbers. PID: {ORIGIN}."
 
@@ -58,11 +58,11 @@ def rest_finding(results: wb.Results) -> wb.Finding:
         statistic="Settling: the error of one output stays within 5 % of the error at the start. RMSE: of that output "
         "over the whole run.",
         sample=f"{COUNT} settings of eight plants, two laws, one start and one draw of the noise each.",
-        given=given(),
-        chosen=LAST,
+        information=information(),
+        assumptions=LAST,
         answer=f"{settled[1]} of {len(pairs)}",
         variations=(wb.Variation("in continuous time", f"{settled[0]} of {len(pairs)}"),),
-        untried="other starts, other draws of the noise, and longer periods; the least delay margin is "
+        limitations="other starts, other draws of the noise, and longer periods; the least delay margin is "
         f"{delays[name, law]:.1f} periods ({name}, {law}), where the computer itself uses 1.5",
     )
 
@@ -86,17 +86,17 @@ def error_finding(results: wb.Results) -> wb.Finding:
         statistic="The law with the smaller RMSE of one output over the run, counted over the settings. A difference "
         "within the errors of the step counts for neither.",
         sample=f"{COUNT} settings, one start each, in continuous time; in a computer one draw of the noise.",
-        given=given(),
-        chosen=LAST,
+        information=information(),
+        assumptions=LAST,
         answer=leader(every[first]),
         variations=variations_of(every),
-        untried="other weights of LQG and other gains of PID: neither was searched for",
+        limitations="other weights of LQG and other gains of PID: neither was searched for",
     )
 
 
 def margin_finding(results: wb.Results) -> wb.Finding:
     """The disk margin with all states read, and behind a filter."""
-    by, pushed = all_margins(results), dict(zip(PUSHED, results.work("recovery"), strict=True))
+    by, pushed = all_margins(results), dict(zip(PUSHED_CASES, results.work("recovery"), strict=True))
     disks = {s.name: [by[s.name, law].disk for law in (LQR, LQG, PID)] for s in SETTINGS}
     worst = min(disks, key=lambda name: disks[name][1] / disks[name][0])
     fewer = sum(behind < full for full, behind, _ in disks.values())
@@ -120,14 +120,14 @@ def margin_finding(results: wb.Results) -> wb.Finding:
         f"not for {left}, with a zero in the right half-plane.",
         statistic="The disk margin of all inputs at once, of the linear loop at rest.",
         sample=f"{COUNT} settings, each with a regulator of all states, LQG and PID.",
-        given=f"The regulator alone: all states. {given()}",
-        chosen=LAST,
+        information=f"The regulator alone: all states. {information()}",
+        assumptions=LAST,
         answer=f"smaller in {fewer} of {COUNT}",
         variations=(
             wb.Variation("the delay margin of the worst input", f"smaller in {sum(delays)} of {COUNT}"),
             *varied,
         ),
-        untried="other weights of the regulator",
+        limitations="other weights of the regulator",
     )
 
 
@@ -166,12 +166,12 @@ def parameter_finding(results: wb.Results) -> wb.Finding:
         "another input at rest than the believed one stays off its level.",
         statistic="Standard deviation over mean of the RMSE of one output, over the ranges of the plant's parameters.",
         sample=f"{sum(len(sample) for sample in results.samples):,} runs in continuous time, of which "
-        f"{sum(sample.failed for sample in results.samples)} diverged; the same points for both laws.",
-        given=given(),
-        chosen=f"Ranges of the parameters. {LAST}",
+        f"{sum(sample.diverged_count for sample in results.samples)} diverged; the same points for both laws.",
+        information=information(),
+        assumptions=f"Ranges of the parameters. {LAST}",
         answer="LQG",
         variations=variations_of(every, larger=True),
-        untried="an integral of the error in LQG, and narrower ranges",
+        limitations="an integral of the error in LQG, and narrower ranges",
     )
 
 

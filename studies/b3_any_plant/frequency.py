@@ -61,7 +61,7 @@ def frequency_answer(item: tuple[str, str]) -> FrequencyAnswer:
         try:
             linear = linear_at_rest(setting, law, computer=computer)
             found.append(answer_of(linear))
-        except (wb.linear.Refused, ValueError) as refused:
+        except (wb.linear.DesignError, ValueError) as refused:
             reasons.append(str(refused))
             found.append(None)
             continue

@@ -6,12 +6,12 @@ import numpy as np
 
 import workbench as wb
 from studies.b3_any_plant.frequency import ITEMS, FrequencyAnswer, LinearAnswer, answers
-from studies.b3_any_plant.loops import COMPUTER, LQG, called, laws_of
+from studies.b3_any_plant.loops import COMPUTER, LQG, laws_of, sweep_name
 from studies.b3_any_plant.settings import Setting
 
-UNSTABLE = wb.document.Missing("not stable")
-TURNED = {"cart-pole": f"{LQG} {COMPUTER}", "two masses": LQG}  # of each the loop whose pictures a reader can turn
-UNDAMPED = {"two masses": " The plant swings undamped: there L is infinite, and its phase jumps."}
+UNSTABLE = wb.document.MissingCell("not stable")
+LIVE_LOOPS = {"cart-pole": f"{LQG} {COMPUTER}", "two masses": LQG}  # of each the loop whose pictures a reader can turn
+UNDAMPED_REMARKS = {"two masses": " The plant swings undamped: there L is infinite, and its phase jumps."}
 
 
 def frequency_blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
@@ -25,25 +25,24 @@ def frequency_blocks(setting: Setting, results: wb.Results) -> tuple[wb.document
     )
     if not curves:
         return missing
-    stem = called(setting, "").strip("_")
+    stem = sweep_name(setting, "").strip("_")
     several = len(setting.inputs) > 1
     where = "each input, the other one closed" if several else f"the input {setting.plant.inputs.names[0]}"
-    words = (
-        f"plot of the loop gain of the {setting.name} at {where}, in continuous time.{UNDAMPED.get(setting.name, '')}"
-    )
+    remark = UNDAMPED_REMARKS.get(setting.name, "")
+    words = f"plot of the loop gain of the {setting.name} at {where}, in continuous time.{remark}"
     figures = (
         wb.loop_pictures.bode_figure(f"bode_{stem}", f"Bode {words}", curves),
         wb.loop_pictures.nyquist_figure(f"nyquist_{stem}", f"Nyquist {words}", curves),
     )
-    return (*figures, *missing, *turned(setting, results))
+    return (*figures, *missing, *live_blocks(setting, results))
 
 
-def turned(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
+def live_blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
     """The linear pictures of one loop of a plant, which move with its numbers; none for most plants."""
-    law = TURNED.get(setting.name)
+    law = LIVE_LOOPS.get(setting.name)
     if law is None:
         return ()
-    stem = called(setting, "").strip("_")
+    stem = sweep_name(setting, "").strip("_")
     head = wb.Paragraph(
         f"The next pictures are those of {law}. On the page they move with the knobs, which turn numbers of the plant."
     )
@@ -67,7 +66,7 @@ def curves_of(law: str, own: FrequencyAnswer) -> list[wb.FrequencyCurve]:
     ]
 
 
-def frequency_table(results: wb.Results) -> wb.document.Table:
+def frequency_table(results: wb.Results) -> wb.document.ReportTable:
     """Margins and poles of each loop, in continuous time and in the computer of its plant."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     last = ""
@@ -78,7 +77,7 @@ def frequency_table(results: wb.Results) -> wb.document.Table:
             plant = name if name != last else ""
             last = name
             if found is None:
-                rows.append((plant, law, place, wb.document.Missing("no linear answer"), *(8 * (None,))))
+                rows.append((plant, law, place, wb.document.MissingCell("no linear answer"), *(8 * (None,))))
                 continue
             for k, margins in enumerate(found.margins):
                 head = (plant if not k else "", law if not k else "", place if not k else "", found.inputs[k])
@@ -87,18 +86,18 @@ def frequency_table(results: wb.Results) -> wb.document.Table:
                 )
                 rows.append((*head, *margin_cells(margins), *common))
     columns = (
-        wb.document.Column("plant"),
-        wb.document.Column("law"),
-        wb.document.Column("time"),
-        wb.document.Column("input"),
-        wb.document.Column("least gain", align="right"),
-        wb.document.Column("largest gain", align="right"),
-        wb.document.Column("phase margin", "deg", "right"),
-        wb.document.Column("delay margin", "s", "right"),
-        wb.document.Column("Ms", "", "right", digits=3),
-        wb.document.Column("disk margin", "", "right", digits=3),
-        wb.document.Column("disk margin of all inputs", "", "right", digits=3),
-        wb.document.Column("slowest pole"),
+        wb.document.TableColumn("plant"),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("time"),
+        wb.document.TableColumn("input"),
+        wb.document.TableColumn("least gain", align="right"),
+        wb.document.TableColumn("largest gain", align="right"),
+        wb.document.TableColumn("phase margin", "deg", "right"),
+        wb.document.TableColumn("delay margin", "s", "right"),
+        wb.document.TableColumn("Ms", "", "right", digits=3),
+        wb.document.TableColumn("disk margin", "", "right", digits=3),
+        wb.document.TableColumn("disk margin of all inputs", "", "right", digits=3),
+        wb.document.TableColumn("slowest pole"),
     )
     notes = (
         "At rest at the operating point, each input cut with the others closed. Computer: that of the plant, whose "
@@ -106,7 +105,7 @@ def frequency_table(results: wb.Results) -> wb.document.Table:
         "factors at the input the loop stays stable. No limit: no such change makes it unstable. Slowest pole: in 1/s; "
         "in a computer its absolute value.",
     )
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "frequency",
         "Margins and poles of the linear loops, in continuous time and in a computer.",
         columns,
@@ -115,15 +114,15 @@ def frequency_table(results: wb.Results) -> wb.document.Table:
     )
 
 
-def margin_cells(found: wb.frequency.StabilityMargins) -> tuple[wb.document.Cell, ...]:
+def margin_cells(margins: wb.frequency.StabilityMargins) -> tuple[wb.document.Cell, ...]:
     """Gain, phase and delay margins, Ms and the disk margin of one input."""
-    held = found.margins
+    held = margins.margins
     if held is None:
         return (UNSTABLE, *(5 * (None,)))
     high, delay = held.gain_high.value, held.delay_margin.value
     phase = held.phase_margin.value
     return (
-        digits(held.gain_low.value if held.gain_low.value > wb.loop_pictures.ROUNDED else 0.0),
+        digits(held.gain_low.value if held.gain_low.value > wb.loop_pictures.ROUNDING else 0.0),
         digits(high),
         digits(phase),
         digits(delay),
@@ -137,10 +136,10 @@ def digits(value: float) -> str:
     return f"{value:.3g}" if np.isfinite(value) else "no limit"
 
 
-def pole_words(found: LinearAnswer) -> str:
+def pole_words(answer: LinearAnswer) -> str:
     """The slowest pole of a loop."""
-    pole = found.largest
-    if found.computer:
+    pole = answer.largest
+    if answer.computer:
         return f"|z| = {abs(pole):.4f}"
     imaginary = f" ± {abs(pole.imag):.3g}i" if pole.imag else ""
     return f"{pole.real:.3g}{imaginary}".replace("-", "\N{MINUS SIGN}")

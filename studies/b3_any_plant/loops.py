@@ -15,32 +15,34 @@ LQR = "LQR"  # of all states: no loop here has that, and its margins are what an
 PLACED = "placed"  # of the tanks at P+ alone: a gain and an observer with poles that were chosen
 REGULATOR, OBSERVER = (-0.05, -0.06, -0.07, -0.08), (-0.06, -0.08, -0.9, -1.2)  # 1/s, poles of `PLACED`
 COMPUTER = "in a computer"
-SEED, BASE, KEPT = 11, 256, 1200
+SEED, BASE, STATE_COUNT = 11, 256, 1200
 SUBSTEPS, COARSE = 8, 4  # of a period, of a case and of a sweep
-HALVED = 64  # one run of a sweep in so many is run again at half of the step
+HALF_STEP_EVERY = 64  # one run of a sweep in so many is run again at half of the step
 BAND = 0.05  # of what the start is off
 
 
 def loop(setting: Setting, law: str, *, computer: bool = False) -> wb.ClosedLoop:
     """The loop of a plant and a law, which holds the outputs at the operating point."""
     plant, point = setting.plant, setting.point
-    holds = {name: wb.Hold(name, plant.outputs[name].unit, [value]) for name, value in setting.wanted.items()}
+    holds = {
+        name: wb.Constant(name, plant.outputs[name].unit, [value]) for name, value in setting.operating_outputs.items()
+    }
     if law == PID:
         second = setting.pid.law(setting)
         if computer and isinstance(second, wb.PID):  # against windup; the others have no integral, or are never limited
             second = replace(second, low=setting.limit[0], high=setting.limit[1])
-        reference = wb.Together(tuple(hold for name, hold in holds.items() if name in second.follows))
+        reference = wb.CombinedReference(tuple(hold for name, hold in holds.items() if name in second.follows))
         return wb.ClosedLoop(plant, controller=second, reference=reference)
-    K, L = placed(setting) if law == PLACED else (setting.design.regulator.K, setting.design.estimator.K)
+    K, L = placed_gains(setting) if law == PLACED else (setting.design.regulator.K, setting.design.estimator.K)
     rest = {name: float(np.squeeze(part)) for name, part in setting.open.states.unpack(point.x).items()}
     believed: Any = plant
     model = replace(believed, **rest | setting.start)  # what is not read is believed to rest where it shall
     observer = wb.LinearObserver(model, L, x_0=point.x, u_0=point.u)
     regulator = wb.StateFeedback.of(plant, K, point.x, point.u, follow=plant.outputs.names)
-    return wb.ClosedLoop(plant, observer, regulator, wb.Together(tuple(holds.values())))
+    return wb.ClosedLoop(plant, observer, regulator, wb.CombinedReference(tuple(holds.values())))
 
 
-def placed(setting: Setting, factor: float = 1.0) -> tuple[wb.Array, wb.Array]:
+def placed_gains(setting: Setting, factor: float = 1.0) -> tuple[wb.Array, wb.Array]:
     """The gains of regulator and observer whose poles are `factor` times those of `PLACED`."""
     model = setting.model
     x, u, y = (
@@ -61,9 +63,9 @@ def cut(setting: Setting, law: str) -> Any:
             wb.core.LinearSystem(plant.states, plant.inputs, plant.states, model.A, model.B, np.eye(n))
         )
         closed = wb.ClosedLoop(seen, controller=wb.StateFeedback.of(seen, setting.design.regulator.K))
-        return wb.linear.broken_loop(closed.broken(), 0.0, np.zeros(n))
+        return wb.linear.broken_loop(closed.cut(), 0.0, np.zeros(n))
     closed = loop(setting, law)
-    ode = closed.broken(f"{setting.name}, {law}")
+    ode = closed.cut(f"{setting.name}, {law}")
     if isinstance(closed.controller, wb.Cascade):  # of PD: their integrals stand still, which is no pole of the loop
         ode = wb.linear.freeze(ode, ("controller.outer.integral", "controller.inner.integral"))
     whole, rest = closed.ode(), setting.open.states.unpack(point.x)
@@ -108,14 +110,14 @@ def recovery(item: tuple[str, float]) -> float:
 
 
 PUSHES = (10.0, 100.0, 1000.0)
-PUSHED = tuple((setting.name, factor) for setting in SETTINGS for factor in PUSHES)
+PUSHED_CASES = tuple((setting.name, factor) for setting in SETTINGS for factor in PUSHES)
 
 
 def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS) -> wb.Run:
     """One run from off the operating point."""
     closed = loop(setting, law, computer=computer)
     h = setting.period / substeps
-    every = setting.period * max(round(setting.until / setting.period / KEPT), 1)
+    every = setting.period * max(round(setting.until / setting.period / STATE_COUNT), 1)
     metrics = (wb.rmse(setting.main), wb.settling_time(setting.main, BAND), wb.total_variation(setting.period))
     if not computer:
         return wb.Run(closed, metrics, setting.until, every, h)
@@ -140,7 +142,7 @@ def laws_of(setting: Setting) -> tuple[str, ...]:
     return (*LAWS, PLACED) if setting.name == HARD else LAWS
 
 
-def called(setting: Setting, law: str) -> str:
+def sweep_name(setting: Setting, law: str) -> str:
     """The name of the sweep of a plant and a law."""
     signs = str.maketrans({" ": "_", "-": "_", "\N{MINUS SIGN}": "m", "+": "p"})
     return f"{setting.name}_{law}".lower().translate(signs)
@@ -153,7 +155,11 @@ def sweeps() -> tuple[wb.Sweep, ...]:
         for law in LAWS:
             ends = replace(run(setting, law, computer=False, substeps=COARSE), every=None)
             moved, least = factors(setting), wb.study.least_base(len(setting.spread))
-            made.append(wb.Sweep(called(setting, law), ends, moved, design(setting), halved=HALVED, least=least))
+            made.append(
+                wb.Sweep(
+                    sweep_name(setting, law), ends, moved, design(setting), half_step_every=HALF_STEP_EVERY, least=least
+                )
+            )
     return tuple(made)
 
 
@@ -172,12 +178,12 @@ def design(setting: Setting) -> wb.SobolDesign:
 
 def errors(results: wb.Results, setting: Setting, law: str) -> wb.Array:
     """The RMSE of each run of the sweep of a plant and a law."""
-    return np.asarray(results.sample(called(setting, law)).score(f"RMSE of {setting.main}").value)
+    return np.asarray(results.sample(sweep_name(setting, law)).score(f"RMSE of {setting.main}").value)
 
 
 def indices(setting: Setting, results: wb.Results) -> wb.uncertainty.SobolIndices:
     """Sobol indices of the RMSE, an output a law."""
-    sample = results.sample(called(setting, LQG))
+    sample = results.sample(sweep_name(setting, LQG))
     outputs = np.stack([errors(results, setting, law) for law in LAWS], axis=1)
     design = sample.design_of(wb.SobolDesign)
     return wb.sobol(design, outputs, LAWS, factors=sample.factors, control=True)

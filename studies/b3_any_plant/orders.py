@@ -37,12 +37,12 @@ def orders(results: wb.Results) -> dict[str, Orders]:
             words = f"{'total variation of the command' if name == 'TV' else name}{where or ' in continuous time'}"
             made[words] = {s.name: _order(results, s, where, name) for s in SETTINGS}
     made["mean RMSE over the parameters"] = {
-        s.name: compared(*(float(np.nanmean(one)) for one in both(results, s))) for s in SETTINGS
+        s.name: order_of(*(float(np.nanmean(one)) for one in both(results, s))) for s in SETTINGS
     }
     by = all_margins(results)
     for words in ("disk", "delay"):
         made[f"{words} margin"] = {
-            s.name: compared(*(-getattr(by[s.name, law], words) for law in LAWS)) for s in SETTINGS
+            s.name: order_of(*(-getattr(by[s.name, law], words) for law in LAWS)) for s in SETTINGS
         }
     return made
 
@@ -52,7 +52,7 @@ def both(results: wb.Results, setting: object) -> Iterable[np.ndarray]:
     return (errors(results, setting, law) for law in LAWS)  # type: ignore[arg-type]
 
 
-def compared(one: float, other: float) -> str:
+def order_of(one: float, other: float) -> str:
     """The order of two numbers without an error."""
     return "below" if one < other else "above" if one > other else "equal"
 
@@ -75,7 +75,7 @@ def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple
     for i, (words, one) in enumerate(every.items()):
         whole = leader(one, larger=larger)
         if i:
-            made.append(wb.Variation(f"{words}", whole, counted(one)))
+            made.append(wb.Variation(f"{words}", whole, count_words(one)))
         without = {name: {k: v for k, v in one.items() if k != name} for name in one}
         other = {name: leader(rest, larger=larger) for name, rest in without.items()}
         changed = {name: word for name, word in other.items() if word != whole}
@@ -84,13 +84,13 @@ def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple
         some = {s.name: one[s.name] for s in SETTINGS if s.pid.origin != REGULATOR}
         made.append(
             wb.Variation(
-                f"{words}, in settings where PID has gains of its own", leader(some, larger=larger), counted(some)
+                f"{words}, in settings where PID has gains of its own", leader(some, larger=larger), count_words(some)
             )
         )
     return tuple(made)
 
 
-def counted(one: Orders) -> str:
+def count_words(one: Orders) -> str:
     """Both counts in words."""
     less, more = standing(one)
     return f"LQG below in {less}, PID in {more}"

@@ -11,7 +11,7 @@ import workbench as wb
 from studies.b3_any_plant.choices import choice_tables
 from studies.b3_any_plant.findings import answer, findings, mass_claim
 from studies.b3_any_plant.frequency_pages import frequency_blocks, frequency_table
-from studies.b3_any_plant.loops import COMPUTER, LAWS, all_margins, called, indices, laws_of, loop
+from studies.b3_any_plant.loops import COMPUTER, LAWS, all_margins, indices, laws_of, loop, sweep_name
 from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from studies.b3_any_plant.tank_findings import tanks_table
 from studies.b3_any_plant.tanks import SIDES
@@ -53,7 +53,7 @@ def scale_of(setting: Setting) -> tuple[float, str]:
     return (1e3, "ms") if setting.until < SHORT else (1.0, "s")
 
 
-def summary_table(results: wb.Results) -> wb.document.Table:
+def summary_table(results: wb.Results) -> wb.document.ReportTable:
     """Margins, errors and settling times, two rows a plant."""
     rows = []
     for setting in SETTINGS:
@@ -67,14 +67,14 @@ def summary_table(results: wb.Results) -> wb.document.Table:
             settling = (wb.study.cell(run, f"settling time of {setting.main}", 0, scale, second) for run in runs)
             rows.append((name, law, own.disk, periods, *errors, *settling))
     columns = (
-        wb.document.Column("plant"),
-        wb.document.Column("law"),
-        wb.document.Column("disk margin", align="right", digits=3),
-        wb.document.Column("delay margin", "periods", "right", digits=2),
-        wb.document.Column("RMSE", align="right"),
-        wb.document.Column("RMSE in a computer", align="right"),
-        wb.document.Column("settling time", align="right"),
-        wb.document.Column("settling time in a computer", align="right"),
+        wb.document.TableColumn("plant"),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("disk margin", align="right", digits=3),
+        wb.document.TableColumn("delay margin", "periods", "right", digits=2),
+        wb.document.TableColumn("RMSE", align="right"),
+        wb.document.TableColumn("RMSE in a computer", align="right"),
+        wb.document.TableColumn("settling time", align="right"),
+        wb.document.TableColumn("settling time in a computer", align="right"),
     )
     notes = (
         "Below a plant's name stand the output with the unit of its RMSE, and the unit of the settling time. RMSE: "
@@ -83,10 +83,10 @@ def summary_table(results: wb.Results) -> wb.document.Table:
         "Margins at the inputs of the plant: the disk margin of all inputs at once, and the delay margin of the worst "
         "input, in periods of the computer; the computer itself uses 1.5. Any: the loop gain is always below one.",
     )
-    return wb.document.Table("summary", "Two laws on each plant.", columns, tuple(rows), notes)
+    return wb.document.ReportTable("summary", "Two laws on each plant.", columns, tuple(rows), notes)
 
 
-def laws_table() -> wb.document.Table:
+def laws_table() -> wb.document.ReportTable:
     """The information of either law on each plant, as its equations say."""
     rows = []
     for setting in SETTINGS:
@@ -112,12 +112,12 @@ def laws_table() -> wb.document.Table:
         "derivatives in the place of velocities. Both laws begin with the outputs at the start; the filter believes "
         "the other states at the operating point.",
     )
-    return wb.document.Table(
-        "laws", "What the two laws are given.", tuple(map(wb.document.Column, heads)), tuple(rows), notes
+    return wb.document.ReportTable(
+        "laws", "What the two laws are given.", tuple(map(wb.document.TableColumn, heads)), tuple(rows), notes
     )
 
 
-def computers_table(results: wb.Results) -> wb.document.Table:
+def computers_table(results: wb.Results) -> wb.document.ReportTable:
     """The computer of each plant, and how much the commands move in it."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for setting in SETTINGS:
@@ -128,22 +128,22 @@ def computers_table(results: wb.Results) -> wb.document.Table:
         moves = (results[setting.name, f"{law} {COMPUTER}"].score("TV").pair[0] for law in LAWS)
         rows.append((setting.name, period, ", ".join(noise), limits, *moves))
     plain = (
-        wb.document.Column("plant"),
-        wb.document.Column("period", align="right"),
-        wb.document.Column("noise"),
-        wb.document.Column("limits"),
+        wb.document.TableColumn("plant"),
+        wb.document.TableColumn("period", align="right"),
+        wb.document.TableColumn("noise"),
+        wb.document.TableColumn("limits"),
     )
-    columns = (*plain, *(wb.document.Column(f"TV of {law}", "1/s", "right", digits=3) for law in LAWS))
+    columns = (*plain, *(wb.document.TableColumn(f"TV of {law}", "1/s", "right", digits=3) for law in LAWS))
     notes = (
         "Noise: the standard deviation of each reading. TV: total variation of the first input per second, in the unit "
         "of its limits, at the instants of the computer, with one draw of the noise.",
     )
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "computers", "The computer of each plant, and how its commands move.", columns, tuple(rows), notes
     )
 
 
-def plants_table() -> wb.document.Table:
+def plants_table() -> wb.document.ReportTable:
     """The operating point of each plant, its poles and zeros there, and the certificate of its gains."""
     rows = []
     for setting in SETTINGS:
@@ -155,17 +155,17 @@ def plants_table() -> wb.document.Table:
         condition = setting.design.certificate.condition
         rows.append((setting.name, ", ".join(named) or "zero", spots(model.poles()), zeros, slowest, condition))
     columns = (
-        wb.document.Column("plant"),
-        wb.document.Column("operating point"),
-        *(wb.document.Column(head, "1/s") for head in ("poles", "zeros", "slowest pole with LQG")),
-        wb.document.Column("condition of the Riccati equations", align="right", digits=1),
+        wb.document.TableColumn("plant"),
+        wb.document.TableColumn("operating point"),
+        *(wb.document.TableColumn(head, "1/s") for head in ("poles", "zeros", "slowest pole with LQG")),
+        wb.document.TableColumn("condition of the Riccati equations", align="right", digits=1),
     )
     notes = (
         "States that are not named are zero there. Equal poles or zeros are named once; zeros are those of plants with "
         "as many outputs as inputs. The published zeros of P\N{MINUS SIGN}, "
         "\N{MINUS SIGN}0.0172 and \N{MINUS SIGN}0.0580 1/s, are those at levels that are rounded.",
     )
-    return wb.document.Table("plants", "The plants where they are linearised.", columns, tuple(rows), notes)
+    return wb.document.ReportTable("plants", "The plants where they are linearised.", columns, tuple(rows), notes)
 
 
 def spots(values: Iterable[complex]) -> str | None:
@@ -202,7 +202,7 @@ def picture(setting: Setting, results: wb.Results) -> wb.document.Figure:
                 for law, run in runs
             ]
             if name in outputs:
-                wanted = np.full(2, setting.wanted[name])
+                wanted = np.full(2, setting.operating_outputs[name])
                 series.append(wb.document.Series("reference", np.array([0.0, scale * end]), wanted, "reference"))
             label, title = f"{name} [{unit}]" if unit else name, where.strip() or "in continuous time"
             panels.append(wb.document.Panel(label, tuple(series), f"time [{second}]", (0.0, scale * end), title=title))
@@ -211,16 +211,16 @@ def picture(setting: Setting, results: wb.Results) -> wb.document.Figure:
         f"{capital(setting.name)}: {' and '.join(outputs)}, and the first input, from a start off the operating point. "
         f"PID: {setting.pid.words}, gains {setting.pid.origin}.{cut if end < setting.until else ''}"
     )
-    return wb.document.Figure(f"runs_{called(setting, '').strip('_')}", caption, tuple(panels), columns=2)
+    return wb.document.Figure(f"runs_{sweep_name(setting, '').strip('_')}", caption, tuple(panels), columns=2)
 
 
 def bars(setting: Setting, results: wb.Results) -> wb.document.Figure:
     """Sobol indices of the error under both laws."""
-    samples = {law: results.sample(called(setting, law)) for law in LAWS}
+    samples = {law: results.sample(sweep_name(setting, law)) for law in LAWS}
     sources = tuple(sample.source(f"RMSE of {setting.main}", 0, law) for law, sample in samples.items())
     ranges = {f"{100 * (high - 1):.0f} %" for _, high in setting.spread.values()}
     caption = (
         f"{capital(setting.name)}: which parameter decides the RMSE of {setting.main} in continuous time, as parts of "
         f"its variance; each parameter is within {', '.join(sorted(ranges))} of its own value."
     )
-    return wb.sobol_bars(f"sobol_{called(setting, '').strip('_')}", caption, indices(setting, results), sources)
+    return wb.sobol_bars(f"sobol_{sweep_name(setting, '').strip('_')}", caption, indices(setting, results), sources)

@@ -47,7 +47,7 @@ class Setting:
         return wb.open_loop(self.plant)
 
     @cached_property
-    def point(self) -> wb.linear.OperatingPoint:
+    def point(self) -> wb.linear.TrimPoint:
         """The operating point."""
         return wb.linear.operating_point(self.open, self.at)
 
@@ -65,7 +65,7 @@ class Setting:
         return wb.lqg(self.model, Q, R, driven, heard, G=self.model.B)
 
     @property
-    def wanted(self) -> dict[str, float]:
+    def operating_outputs(self) -> dict[str, float]:
         """The outputs at the operating point, each of them a state."""
         x = self.open.states.unpack(self.point.x)
         return {name: float(np.squeeze(x[name])) for name in self.plant.outputs.names}
@@ -123,7 +123,7 @@ def cascade(N: float) -> Pid:
         slow, fast = (wb.Layout((entry,)) for entry in plant.outputs.entries)
         (above, above_d), (below, below_d) = pairs(setting)
         place, angle = slow.names[0], fast.names[0]
-        outer = wb.PID(slow, fast, above, 0.0, above_d, N, c=0.0, u0=setting.wanted[angle], y0=y0[place])
+        outer = wb.PID(slow, fast, above, 0.0, above_d, N, c=0.0, u0=setting.operating_outputs[angle], y0=y0[place])
         inner = wb.PID(fast, plant.inputs, below, 0.0, below_d, N, c=0.0, u0=point.u, y0=y0[angle])
         return wb.Cascade(outer, inner)
 
@@ -140,12 +140,12 @@ def parallel(N: float) -> Pid:
 
     def pair(setting: Setting) -> list[wb.Array]:
         """Kp and Kd, an input a row."""
-        return list(np.split(setting.design.regulator.K, [len(setting.wanted)], axis=1))
+        return list(np.split(setting.design.regulator.K, [len(setting.operating_outputs)], axis=1))
 
     def law(setting: Setting) -> wb.LinearLaw:
-        ny = len(setting.wanted)
+        ny = len(setting.operating_outputs)
         Kp, Kd = pair(setting)
-        off = np.array([setting.wanted[name] - y for name, y in setting.start.items()])
+        off = np.array([setting.operating_outputs[name] - y for name, y in setting.start.items()])
         return linear(setting, -N * np.eye(ny), N * np.eye(ny), -N * Kd, Kp + N * Kd, off)
 
     def text(setting: Setting) -> str:

@@ -6,7 +6,7 @@ Runs in about one and a half minutes on two cores.
 import workbench as wb
 from studies.b3_any_plant.frequency import ITEMS as LOOPS
 from studies.b3_any_plant.frequency import frequency_answer
-from studies.b3_any_plant.loops import ITEMS, PUSHED, SEED, cases, margins, recovery, sweeps
+from studies.b3_any_plant.loops import ITEMS, PUSHED_CASES, SEED, cases, margins, recovery, sweeps
 from studies.b3_any_plant.pages import sections
 from studies.b3_any_plant.tanks import SIDES, TANKS, levels, step_settling
 
@@ -28,7 +28,7 @@ study = wb.Study(
     sweeps=sweeps(),
     works=(
         wb.Work("margins", margins, ITEMS, seconds=0.3),
-        wb.Work("recovery", recovery, PUSHED, seconds=0.3),
+        wb.Work("recovery", recovery, PUSHED_CASES, seconds=0.3),
         wb.Work("frequency", frequency_answer, LOOPS, seconds=2.0),
         wb.Work("tanks", levels, TANKS, seconds=0.5),
         wb.Work("tank_steps", step_settling, SIDES, seconds=0.5),

@@ -35,11 +35,11 @@ def tank_finding(results: wb.Results) -> wb.Finding:
         f"image, a mode at \N{MINUS SIGN}{optimal.decay:.4f} 1/s, because its weights make control cheap.",
         statistic="Ratio of two settling times: h_1 within 5 % of its distance at the start.",
         sample="One start in each setting, in continuous time.",
-        given="PI: one level each. LQG and the placed design: both levels and the linear model.",
-        chosen="Starts, weights of LQG, and the poles of the placed design.",
+        information="PI: one level each. LQG and the placed design: both levels and the linear model.",
+        assumptions="Starts, weights of LQG, and the poles of the placed design.",
         answer=f"{slow[0] / easy[0]:.1f}",
         variations=ratios(results),
-        untried=f"the experiment of the publication, which says {PUBLICATION} times; other starts",
+        limitations=f"the experiment of the publication, which says {PUBLICATION} times; other starts",
     )
 
 
@@ -70,25 +70,25 @@ def ratio(words: str, pair: list[float], unit: str = "s") -> wb.Variation:
     return wb.Variation(words, known, f"{ends[1]} against {ends[0]}")
 
 
-def tanks_table(results: wb.Results) -> wb.document.Table:
+def tanks_table(results: wb.Results) -> wb.document.ReportTable:
     """Settling, swing, voltages, slowest mode, disk margin and the weighted integral of each run of the tanks."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for (name, law, factor), one in all_levels(results).items():
         law_name = law if law != PLACED or factor == 1.0 else f"{law}, poles times {factor:g}"
-        times = (float(t) if np.isfinite(t) else wb.document.Missing("never") for t in one.settling)
+        times = (float(t) if np.isfinite(t) else wb.document.MissingCell("never") for t in one.settling)
         volts = (f"{volt:.1f}".replace("-", "\N{MINUS SIGN}") for volt in one.voltages)
-        fixed = one.fixed if name == HARD else None
+        fixed = one.fixed_integral if name == HARD else None
         side = name.removeprefix("quadruple tank ")
         rows.append((f"{side}, {law_name}", *times, one.farthest, " to ".join(volts), one.decay, one.disk, fixed))
     columns = (
-        wb.document.Column("setting, law"),
-        wb.document.Column("h_1 settles", "s", "right", digits=3),
-        wb.document.Column("h_2 settles", "s", "right", digits=3),
-        wb.document.Column("farthest h_2", "cm", "right", digits=2),
-        wb.document.Column("voltages", "V"),
-        wb.document.Column("slowest mode", "1/s", "right", digits=3),
-        wb.document.Column("disk margin", "", "right", digits=2),
-        wb.document.Column("weighted integral", "cm s", "right", digits=3),
+        wb.document.TableColumn("setting, law"),
+        wb.document.TableColumn("h_1 settles", "s", "right", digits=3),
+        wb.document.TableColumn("h_2 settles", "s", "right", digits=3),
+        wb.document.TableColumn("farthest h_2", "cm", "right", digits=2),
+        wb.document.TableColumn("voltages", "V"),
+        wb.document.TableColumn("slowest mode", "1/s", "right", digits=3),
+        wb.document.TableColumn("disk margin", "", "right", digits=2),
+        wb.document.TableColumn("weighted integral", "cm s", "right", digits=3),
     )
     (z, psi), predicted = zero_of(tank(HARD)), predicted_integral(tank(HARD))
     notes = (
@@ -106,7 +106,7 @@ def tanks_table(results: wb.Results) -> wb.document.Table:
         "The four tanks: how fast both levels settle, and what that costs. Faster placed poles need more voltage, let "
         "h_2 swing farther, and leave less margin."
     )
-    return wb.document.Table("tanks", caption, columns, tuple(rows), notes)
+    return wb.document.ReportTable("tanks", caption, columns, tuple(rows), notes)
 
 
 def poles_text(poles: tuple[float, ...]) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
-from studies.b3_any_plant.loops import BAND, LAWS, PID, PLACED, SUBSTEPS, loop, placed
+from studies.b3_any_plant.loops import BAND, LAWS, PID, PLACED, SUBSTEPS, loop, placed_gains
 from studies.b3_any_plant.settings import EASY, HARD, SETTINGS, Setting
 
 FACTORS = (0.4, 1.0, 2.0, 4.0)  # of the poles of the placed design
@@ -25,7 +25,7 @@ class Levels:
 
     `settling` are the times in s from which on h_1, and h_2, stay within the band about their rest, `farthest` the
     largest distance of h_2 from its rest in cm, `voltages` the lowest and the highest, `decay` that of the slowest
-    mode in 1/s, `disk` the disk margin, and `fixed` the weighted integral of both levels in cm s, by the run.
+    mode in 1/s, `disk` the disk margin, and `fixed_integral` the weighted integral of both levels in cm s, by the run.
     """
 
     settling: tuple[float, float]
@@ -33,7 +33,7 @@ class Levels:
     voltages: tuple[float, float]
     decay: float
     disk: float
-    fixed: float
+    fixed_integral: float
 
 
 def tank(name: str) -> Setting:
@@ -41,12 +41,12 @@ def tank(name: str) -> Setting:
     return next(setting for setting in SETTINGS if setting.name == name)
 
 
-def designed(setting: Setting, law: str, factor: float) -> wb.ClosedLoop:
+def design_loop(setting: Setting, law: str, factor: float) -> wb.ClosedLoop:
     """The loop of the tanks under a law; of the placed design with poles `factor` times as far."""
     closed = loop(setting, law)
     if law != PLACED or factor == 1.0:
         return closed
-    K, L = placed(setting, factor)
+    K, L = placed_gains(setting, factor)
     regulator = wb.StateFeedback.of(
         setting.plant, K, setting.point.x, setting.point.u, follow=setting.plant.outputs.names
     )
@@ -58,11 +58,11 @@ def levels(item: tuple[str, str, float]) -> Levels:
     """The tanks of a setting under a law, from the start of the study."""
     name, law, factor = item
     setting = tank(name)
-    closed = designed(setting, law, factor)
+    closed = design_loop(setting, law, factor)
     t, off, volts = course(setting, closed)
     opened = opened_at_rest(setting, closed)
     return Levels(
-        settled(t, off, BAND * np.abs(off[0]).max()),
+        settling_times(t, off, BAND * np.abs(off[0]).max()),
         float(np.abs(off[:, 1]).max()),
         (float(volts.min()), float(volts.max())),
         float(-wb.linear.sensitivity(opened).poles().real.max()),
@@ -77,23 +77,25 @@ def step_settling(name: str) -> tuple[float, float]:
     rest = {key: float(np.squeeze(part)) for key, part in setting.open.states.unpack(setting.point.x).items()}
     plant: Any = setting.plant
     setting = replace(setting, plant=replace(plant, **rest))
-    wanted = setting.wanted
+    wanted = setting.operating_outputs
     step = wb.Step("h_1", "cm", wanted["h_1"] + STEP, start=wanted["h_1"])
-    closed = replace(loop(setting, PID), reference=wb.Together((step, wb.Hold("h_2", "cm", [wanted["h_2"]]))))
+    closed = replace(
+        loop(setting, PID), reference=wb.CombinedReference((step, wb.Constant("h_2", "cm", [wanted["h_2"]])))
+    )
     t, off, _ = course(setting, closed)
-    return settled(t, off - np.array([STEP, 0.0]), BAND * STEP)
+    return settling_times(t, off - np.array([STEP, 0.0]), BAND * STEP)
 
 
-def course(setting: Setting, closed: wb.ClosedLoop) -> tuple[wb.Array, wb.Array, wb.Array]:
+def course(setting: Setting, closed_loop: wb.ClosedLoop) -> tuple[wb.Array, wb.Array, wb.Array]:
     """The times, both levels minus those at rest, and both voltages of a run."""
-    out = wb.simulate(wb.rk4(closed.ode(), setting.period / SUBSTEPS), until=setting.until, every=EVERY)
-    rest = [setting.wanted[name] for name in setting.plant.outputs.names]
+    out = wb.simulate(wb.rk4(closed_loop.ode(), setting.period / SUBSTEPS), until=setting.until, every=EVERY)
+    rest = [setting.operating_outputs[name] for name in setting.plant.outputs.names]
     both = np.stack([out[name][0].ravel() for name in setting.plant.outputs.names], axis=1)
     volts = np.stack([out[name][0].ravel() for name in setting.plant.inputs.names], axis=1)
     return np.asarray(out.t), both - rest, volts
 
 
-def settled(t: wb.Array, off: wb.Array, band: float) -> tuple[float, float]:
+def settling_times(t: wb.Array, off: wb.Array, band: float) -> tuple[float, float]:
     """The time from which on each column stays within the band; infinite where it does not."""
     outside = (np.flatnonzero(np.abs(column) > band) for column in off.T)
     ends = (0 if not rows.size else rows[-1] + 1 for rows in outside)
@@ -101,9 +103,9 @@ def settled(t: wb.Array, off: wb.Array, band: float) -> tuple[float, float]:
     return first, second
 
 
-def opened_at_rest(setting: Setting, closed: wb.ClosedLoop) -> object:
+def opened_at_rest(setting: Setting, closed_loop: wb.ClosedLoop) -> object:
     """The loop gain at the voltages about the rest, a `StateSpace` of python-control."""
-    ode, whole = closed.broken(setting.name), closed.ode()
+    ode, whole = closed_loop.cut(setting.name), closed_loop.ode()
     wanted = {f"plant.{name}": part for name, part in setting.open.states.unpack(setting.point.x).items()}
     at_rest = whole.states.unpack(wb.linear.operating_point(whole, wanted).x)
     return wb.linear.broken_loop(ode, 0.0, np.concatenate([np.ravel(at_rest[name]) for name in ode.states.names]))

@@ -12,17 +12,17 @@ from studies.b4_handover.loops import (
     ERROR,
     FAR_START,
     NEAR_START,
-    SETTLED,
     STATISTICS,
-    Handed,
-    handed,
+    TRANSIENT_SHARE,
+    HandoverLoop,
+    handover_loops,
 )
 from studies.b4_handover.margins import (
     BOTH,
     DRAWS,
     JITTER,
     MEAN,
-    MISSED,
+    MISSED_SHARE,
     NEAR,
     OVER_DRAWS,
     Loss,
@@ -32,10 +32,10 @@ from studies.b4_handover.margins import (
     quiet_periods,
     scans,
 )
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.period_rules import HALF, MATRIX
 from studies.paper.quiet_periods import (
-    COMMANDED,
+    COMMANDED_TORQUE,
     FACTORS,
     HANDED_OVER,
     ON_REFERENCE,
@@ -48,14 +48,14 @@ from studies.paper.quiet_periods import (
     in_ms,
 )
 
-GIVEN = (
+INFORMATION = (
     "AOSMC-RGS, SMC, super-twisting: positions, velocities and the exact model. PID: positions and velocities. LQG: "
     "positions, velocities and the linear model at the pose. EKF and LQR: position, angle and the exact model. "
     "AOSMC-RGS estimates the disturbance."
 )
-CHOSEN = "Periods, delay, limits and steps of the readings as in Table 2"
-FITTED = "AOSMC-RGS: Q and R to the paper's printed RMSE (a1). The other laws: nothing."
-CLOCK = f"jitter of {100 * JITTER:g} % of the period and {100 * MISSED:g} % missed periods"
+ASSUMPTIONS = "Periods, delay, limits and steps of the readings as in Table 2"
+FITS = "AOSMC-RGS: Q and R to the paper's printed RMSE (a1). The other laws: nothing."
+CLOCK = f"jitter of {100 * JITTER:g} % of the period and {100 * MISSED_SHARE:g} % missed periods"
 START_WORDS = {NEAR_START: "starts near each loop's own", FAR_START: "farther starts (the paper's for its arm)"}
 PATHS = {NEAR_START: ON_REFERENCE, FAR_START: PAPERS}  # the starts of the paper's laws, as a9 calls them
 PARTS = {"single": "single precision alone", "jitter": "jitter alone", "missed": "missed periods alone"}
@@ -75,25 +75,25 @@ def amount(value: float, unit: str) -> str:
 # The longest period
 
 
-def _allowed_from(results: wb.Results, start: str, one: Handed) -> float:
-    return allowed(results, one, start)
+def _allowed_from(results: wb.Results, start: str, one: HandoverLoop) -> float:
+    return allowed_period(results, one, start)
 
 
-def allowed(results: wb.Results, one: Handed, start: str = NEAR_START) -> float:
+def allowed_period(results: wb.Results, one: HandoverLoop, start: str = NEAR_START) -> float:
     """The longest period allowed in s, of a loop from a start."""
     scan = scans(results).periods.get((one.key, start))
     return scan.threshold.largest if scan else ends(quiet_periods(results)[one.name, PATHS[start]])[0]
 
 
-def declared_too_long(longest: Callable[[Handed], float]) -> list[str]:
+def declared_too_long(longest: Callable[[HandoverLoop], float]) -> list[str]:
     """The laws whose declared period is longer than a period that is given by loop."""
-    return [one.name for one in handed() if longest(one) < one.period]
+    return [one.name for one in handover_loops() if longest(one) < one.period]
 
 
 def longest_period(results: wb.Results) -> wb.Finding:
     """The longest period beside the declared one, by start."""
     quiet = quiet_periods(results)
-    near, far = (quiet[PROPOSED, start] for start in (ON_REFERENCE, PAPERS))
+    near, far = (quiet[PROPOSED_LAW, start] for start in (ON_REFERENCE, PAPERS))
     variations = [wb.Variation(conditions(near.search), at_hand_over(near), f"{bracket_words(ends(near))} ms")]
     variations += [
         wb.Variation(
@@ -107,13 +107,14 @@ def longest_period(results: wb.Results) -> wb.Finding:
     variations += [
         wb.Variation(conditions(one.search), at_hand_over(one), f"{bracket_words(ends(one))} ms")
         for one in results.work("quiet")
-        if one.search.law == PROPOSED and (one.search.limit is not None or one.search.counts_on == COMMANDED)
+        if one.search.law == PROPOSED_LAW and (one.search.limit is not None or one.search.counts_on == COMMANDED_TORQUE)
     ]
     too_long = [wb.document.join_names(declared_too_long(partial(_allowed_from, results, start))) for start in BOTH]
     return wb.Finding(
         "longest_period",
-        f"With commands a period late, {PROPOSED} is quiet up to {in_ms(ends(near))} ms from a start on the reference "
-        f"but up to {in_ms(ends(far))} ms from the paper's start; its declared period is {1e3 * HANDED_OVER:g} ms.",
+        f"With commands a period late, {PROPOSED_LAW} is quiet up to {in_ms(ends(near))} ms from a start on the "
+        f"reference but up to {in_ms(ends(far))} ms from the paper's start; its declared period is "
+        f"{1e3 * HANDED_OVER:g} ms.",
         (
             "What decides is ρ, the largest eigenvalue of ",
             MATRIX,
@@ -125,16 +126,16 @@ def longest_period(results: wb.Results) -> wb.Finding:
         ),
         statistic="The longest period allowed, with commands a period late and exact readings. Laws of the paper's "
         f"arm: the search of a9, total variation at most {QUIET:g} times its value in continuous time. "
-        f"LQG, and EKF and LQR, designed anew for each period: error at most {wb.evidence.KEPT:g} and total "
+        f"LQG, and EKF and LQR, designed anew for each period: error at most {wb.evidence.KEEPS_RATIO:g} and total "
         f"variation at most {QUIET:g} times their values at a quarter of the declared period.",
         sample="One run a period, exact readings, the first scenario for the laws of the paper.",
-        given=GIVEN,
-        chosen=f"{CHOSEN}; both limits; the farther starts of LQG and of the cart-pole. The observer of the momentum "
-        "counts on the torque that acts, which is late.",
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=f"{ASSUMPTIONS}; both limits; the farther starts of LQG and of the cart-pole. The observer of the "
+        "momentum counts on the torque that acts, which is late.",
+        fits=FITS,
         answer=at_hand_over(far),
         variations=tuple(variations),
-        untried="Noise in the readings.",
+        limitations="Noise in the readings.",
         cites=("a9_sampling/longest_period",),
     )
 
@@ -146,7 +147,7 @@ def all_losses(
     results: wb.Results, metric: str = ERROR, start: str = NEAR_START, joint: int | None = None, over: str = MEAN
 ) -> dict[str, Losses]:
     """The losses by the name of the loop."""
-    return {one.name: losses(results, one, metric, start, joint, over) for one in handed()}
+    return {one.name: losses(results, one, metric, start, joint, over) for one in handover_loops()}
 
 
 def worst_loop(by: dict[str, Losses], part: str = "together") -> str:
@@ -156,8 +157,8 @@ def worst_loop(by: dict[str, Losses], part: str = "together") -> str:
 
 def error_of(results: wb.Results, name: str, metric: str = ERROR, start: str = NEAR_START) -> tuple[float, float, str]:
     """The error of a loop with a perfect clock, the step of the reading that it is of, and their unit."""
-    one = next(one for one in handed() if one.name == name)
-    unit = one.made(one.period).plant.outputs[one.follows].unit
+    one = next(one for one in handover_loops() if one.name == name)
+    unit = one.near(one.period).plant.outputs[one.follows].unit
     base = margins(results, one, metric=metric, start=start).without.mean(axis=0)
     return float(base.max()), one.quantum[one.follows], unit
 
@@ -167,17 +168,17 @@ def loss_variations(results: wb.Results) -> Iterator[wb.Variation]:
     for start in BOTH:
         for metric in STATISTICS:
             if (start, metric) != (NEAR_START, ERROR):
-                yield told(f"{metric}, {START_WORDS[start]}", all_losses(results, metric, start))
+                yield worst_variation(f"{metric}, {START_WORDS[start]}", all_losses(results, metric, start))
     for joint in (0, 1):
-        yield told(f"joint {joint + 1} alone", all_losses(results, joint=joint))
+        yield worst_variation(f"joint {joint + 1} alone", all_losses(results, joint=joint))
     for over in OVER_DRAWS:
         if over != MEAN:
-            yield told(f"the {over} over the draws", all_losses(results, over=over))
+            yield worst_variation(f"the {over} over the draws", all_losses(results, over=over))
     for part, words in PARTS.items():
-        yield told(words, all_losses(results), part)
+        yield worst_variation(words, all_losses(results), part)
 
 
-def told(words: str, by: dict[str, Losses], part: str = "together") -> wb.Variation:
+def worst_variation(words: str, by: dict[str, Losses], part: str = "together") -> wb.Variation:
     """A variation of the loop that loses most."""
     worst = worst_loop(by, part)
     return wb.Variation(words, worst, loss_words(getattr(by[worst], part)))
@@ -191,7 +192,7 @@ def loss_finding(results: wb.Results) -> wb.Finding:
     error, step, unit = error_of(results, worst)
     grown = error * (1 + by[worst].together.value)
     far = all_losses(results, start=FAR_START)[worst].together
-    chattering = declared_too_long(lambda one: allowed(results, one, FAR_START))
+    chattering = declared_too_long(lambda one: allowed_period(results, one, FAR_START))
     return wb.Finding(
         "error_growth",
         f"Single precision, {CLOCK} together raise the error of {worst} most: by {loss_words(by[worst].together)}, "
@@ -199,14 +200,15 @@ def loss_finding(results: wb.Results) -> wb.Finding:
         f"The step of its readings is {amount(step, unit)}, {step / error:.2g} times that error. From a farther start "
         f"{'it chatters at its declared period: ' * (worst in chattering)}its error is "
         f"{amount(error_of(results, worst, start=FAR_START)[0], unit)}, and changes by {loss_words(far)}.",
-        statistic=f"{ERROR}: the root of the mean square from {100 * SETTLED:.0f} % of the run on, the worst joint, as "
-        "a ratio to the run of the same start in double precision with a perfect clock; the mean over the draws. That "
-        f"run chatters from farther starts, and is no sound base there: {wb.document.join_names(chattering)}.",
+        statistic=f"{ERROR}: the root of the mean square from {100 * TRANSIENT_SHARE:.0f} % of the run on, the worst "
+        "joint, as a ratio to the run of the same start in double precision with a perfect clock; the mean over the "
+        "draws. That run chatters from farther starts, and is no sound base there: "
+        f"{wb.document.join_names(chattering)}.",
         sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, each with its own jitter.",
-        given=GIVEN,
-        chosen=f"{CHOSEN}; the statistic; the starts; {CLOCK}.",
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=f"{ASSUMPTIONS}; the statistic; the starts; {CLOCK}.",
+        fits=FITS,
         answer=worst,
         variations=tuple(loss_variations(results)),
-        untried="Noise in the readings, longer periods, missed periods in bursts.",
+        limitations="Noise in the readings, longer periods, missed periods in bursts.",
     )

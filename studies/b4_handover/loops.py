@@ -11,13 +11,13 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.laws import ARM, plant, rival
 from studies.paper.quiet_periods import HANDED_OVER, momentum_loop, on_reference
 
 CARD = wb.provenance.Card(
     (
-        wb.provenance.assumed(
+        wb.provenance.assumed_entry(
             "period of sliding laws",
             HANDED_OVER,
             "s",
@@ -25,26 +25,26 @@ CARD = wb.provenance.Card(
             1e-4,
             1e-3,
         ),
-        wb.provenance.assumed(
+        wb.provenance.assumed_entry(
             "period of the arm", 1e-3, "s", "1 kHz, a usual rate of robot controllers, as in a9", 2.5e-4, 4e-3
         ),
-        wb.provenance.assumed("period of the cart", 1e-2, "s", "100 Hz, as in the README", 2e-3, 2e-2),
-        wb.provenance.assumed(
+        wb.provenance.assumed_entry("period of the cart", 1e-2, "s", "100 Hz, as in the README", 2e-3, 2e-2),
+        wb.provenance.assumed_entry(
             "steps of q", 2 * np.pi / 2**16, "rad", "an encoder of 16 bits on each joint, as in a9", 1e-6, 1e-3
         ),
-        wb.provenance.assumed(
+        wb.provenance.assumed_entry(
             "steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point, as in a9", 0.0, 1e-2
         ),
-        wb.provenance.assumed("steps of x", 1e-4, "m", "an encoder of 0.1 mm", 1e-6, 1e-3),
-        wb.provenance.assumed("steps of phi", 2 * np.pi / 2**14, "rad", "an encoder of 14 bits", 1e-6, 1e-2),
-        wb.provenance.assumed(
+        wb.provenance.assumed_entry("steps of x", 1e-4, "m", "an encoder of 0.1 mm", 1e-6, 1e-3),
+        wb.provenance.assumed_entry("steps of phi", 2 * np.pi / 2**14, "rad", "an encoder of 14 bits", 1e-6, 1e-2),
+        wb.provenance.assumed_entry(
             "limit of tau", 150.0, "N m", "above what any law asks for after the first instants", 50.0, 500.0
         ),
-        wb.provenance.assumed("limit of F", 10.0, "N", "as in the README", 5.0, 50.0),
+        wb.provenance.assumed_entry("limit of F", 10.0, "N", "as in the README", 5.0, 50.0),
     )
 )
 PERIODS = 10_000  # of a replay; set it to a million for the figures that a release states
-SETTLED = 0.25  # the part of a run after which the settled errors count, so that they leave out the approach
+TRANSIENT_SHARE = 0.25  # the part of a run after which the settled errors count, so that they leave out the approach
 ERROR, SIZE, WHOLE, TV = "RMSE, settled", "mean |e|, settled", "RMSE, whole run", "TV"
 STATISTICS = (ERROR, SIZE, WHOLE)
 NEAR_START, FAR_START = "near", "far"
@@ -64,7 +64,7 @@ def settled_rmse(signal: str | None, start: float, name: str = ERROR) -> wb.metr
         return np.sqrt(np.maximum(integral, 0) / (horizon - start))
 
     about = f"the root of the mean square from {start:g} s on"
-    return wb.metrics.Integral(name, "", about, g, root, signal=wb.metrics.Choice("error", signal), measure=str)
+    return wb.metrics.Integral(name, "", about, g, root, signal=wb.metrics.SignalChoice("error", signal), measure=str)
 
 
 def settled_size(signal: str | None, start: float) -> wb.metrics.Integral:
@@ -77,26 +77,26 @@ def settled_size(signal: str | None, start: float) -> wb.metrics.Integral:
         return integral / (horizon - start)
 
     about = f"the mean size from {start:g} s on"
-    return wb.metrics.Integral(SIZE, "", about, g, mean, signal=wb.metrics.Choice("error", signal), measure=str)
+    return wb.metrics.Integral(SIZE, "", about, g, mean, signal=wb.metrics.SignalChoice("error", signal), measure=str)
 
 
 @dataclass(frozen=True, eq=False)
-class Handed:
-    """A loop and its computer; `made` gives the loop for a period in s, as filters know theirs.
+class HandoverLoop:
+    """A loop and its computer; `near` gives the loop for a period in s, as filters know theirs.
 
-    `farther` gives the same loop from a start that is farther off, and `starts` says both starts in words.
+    `far` gives the same loop from a start that is farther off, and `starts` says both starts in words.
     """
 
     name: str
-    made: Callable[[float], wb.ClosedLoop]
-    farther: Callable[[float], wb.ClosedLoop]
+    near: Callable[[float], wb.ClosedLoop]
+    far: Callable[[float], wb.ClosedLoop]
     starts: tuple[str, str]
     period: float
     until: float  # s
     quantum: Mapping[str, float]
     limit: Mapping[str, tuple[float, float]]
     follows: str  # the output whose error counts
-    given: str  # to the law, in words
+    information: str  # to the law, in words
 
     @property
     def key(self) -> str:
@@ -106,46 +106,50 @@ class Handed:
     @property
     def metrics(self) -> tuple[wb.metrics.AbstractMetric, ...]:
         """The error by three statistics, and the total variation of the commands at the instants of the computer."""
-        late = SETTLED * self.until
+        late = TRANSIENT_SHARE * self.until
         errors = (settled_rmse(self.follows, late), settled_size(self.follows, late))
         return (*errors, settled_rmse(self.follows, 0.0, WHOLE), wb.total_variation(self.period))
 
-    def computed(
+    def computer_loop(
         self, period: float | None = None, delay: float = 1, *, exact: bool = False, start: str = NEAR_START
     ) -> wb.DigitalLoop:
         """The loop in its computer, or in one with another period and delay, with exact readings, or another start."""
         length = self.period if period is None else period
-        loop = (self.made if start == NEAR_START else self.farther)(length)
+        loop = (self.near if start == NEAR_START else self.far)(length)
         instruments = wb.Instruments.of(loop.plant, quantum={} if exact else self.quantum, limit=self.limit)
         return wb.DigitalLoop(loop, length, instruments, delay)
 
-    def digital(self, *, exact: bool = False, start: str = NEAR_START) -> wb.Sampled:
+    def digital(self, *, exact: bool = False, start: str = NEAR_START) -> wb.SampledSystem:
         """The loop as its computer runs it, or one with exact readings or another start."""
         return digital_of(self, exact, start)
 
 
 @cache
-def digital_of(one: Handed, exact: bool, start: str) -> wb.Sampled:
+def digital_of(one: HandoverLoop, exact: bool, start: str) -> wb.SampledSystem:
     """The loop as its computer runs it, built once for all sweeps that vary it."""
-    return one.computed(exact=exact, start=start).ode(one.name)
+    return one.computer_loop(exact=exact, start=start).ode(one.name)
 
 
-Made = Callable[[float], wb.ClosedLoop]
+LoopMaker = Callable[[float], wb.ClosedLoop]
 
 
-def arm(name: str, made: tuple[Made, Made], given: str, starts: tuple[str, str], period: str) -> Handed:
+def arm(
+    name: str, makers: tuple[LoopMaker, LoopMaker], information: str, starts: tuple[str, str], period: str
+) -> HandoverLoop:
     """A law of the arm in its computer, with its loop from the near start and from the far one."""
     most = float(CARD["limit of tau"])
     steps = {name: float(CARD[f"steps of {name}"]) for name in ("q", "qd")}
-    return Handed(name, *made, starts, float(CARD[period]), 10.0, steps, {"tau": (-most, most)}, "q", given)
+    return HandoverLoop(
+        name, *makers, starts, float(CARD[period]), 10.0, steps, {"tau": (-most, most)}, "q", information
+    )
 
 
-def rival_of(law: str) -> tuple[Made, Made]:
+def rival_of(law: str) -> tuple[LoopMaker, LoopMaker]:
     """A law of the paper by its name, from a start on the reference and from the paper's."""
     return (lambda period: on_reference(rival("FS", law)), lambda period: rival("FS", law))
 
 
-def proposed() -> tuple[Made, Made]:
+def proposed_law() -> tuple[LoopMaker, LoopMaker]:
     """AOSMC-RGS with an observer of the momentum, from a start on the reference and from the paper's."""
     return (lambda period: on_reference(momentum_loop()), lambda period: momentum_loop())
 
@@ -168,7 +172,7 @@ def arm_lqg(period: float, off: float = 0.1) -> wb.ClosedLoop:
     )  # it is given the error, and has its own sign for y inside
     law = wb.LinearLaw(turned, error=True, u0=point.u)
     body = wb.Manipulator(ARM, q=np.add(POSE, off), qd=(0.0, 0.0), disturbance=plant("FS").disturbance)
-    return wb.ClosedLoop(body, wb.ArmFullState(2), law, wb.Hold("q", "rad", POSE))
+    return wb.ClosedLoop(body, wb.ArmFullState(2), law, wb.Constant("q", "rad", POSE))
 
 
 @cache
@@ -183,18 +187,18 @@ def cart_pole(period: float, phi: float = 0.1) -> wb.ClosedLoop:
     return wb.ClosedLoop(body, kalman, wb.StateFeedback.of(body, gain, follow=("x",)), sine)
 
 
-def by_key(key: str) -> Handed:
+def by_key(key: str) -> HandoverLoop:
     """The loop of a key."""
-    return next(one for one in handed() if one.key == key)
+    return next(one for one in handover_loops() if one.key == key)
 
 
 @cache
-def handed() -> tuple[Handed, ...]:
+def handover_loops() -> tuple[HandoverLoop, ...]:
     """The six of them."""
     both, fast, slow = "positions and velocities", "period of sliding laws", "period of the arm"
     path = ("on the reference of the first scenario", "at the start that the paper states")
     pose = ("0.1 rad off the pose", f"{FAR_POSE:g} rad off the pose")
-    cart = Handed(
+    cart = HandoverLoop(
         EKF,
         cart_pole,
         partial(cart_pole, phi=FAR_ANGLE),
@@ -207,7 +211,7 @@ def handed() -> tuple[Handed, ...]:
         "position and angle, exact model",
     )
     return (
-        arm(PROPOSED, proposed(), f"{both}, exact model, D by an observer", path, fast),
+        arm(PROPOSED_LAW, proposed_law(), f"{both}, exact model, D by an observer", path, fast),
         arm(SMC, rival_of(SMC), f"{both}, exact model", path, fast),
         arm(TWISTING, rival_of(TWISTING), f"{both}, exact model", path, slow),
         arm(PID, rival_of(PID), f"{both}, no model", path, slow),

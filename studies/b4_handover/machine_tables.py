@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from studies.b4_handover.loops import FAR_START, NEAR_START, handed
+from studies.b4_handover.loops import FAR_START, NEAR_START, handover_loops
 from studies.b4_handover.machines import BOARDS, FEW, SINGLY, by_target, fit_of, replays, without_compiler
 from studies.b4_handover.operations import operations_table
 
-SHOWN = ("gcc-O0", "gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m4f-libgcc", "cortex-m7")
+TABLE_TARGETS = ("gcc-O0", "gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m4f-libgcc", "cortex-m7")
 STACK = 4096  # bytes, at most
 
 
@@ -38,7 +38,7 @@ def machines_section(results: wb.Results) -> wb.Section:
     )
 
 
-def bits_table(results: wb.Results) -> wb.document.Table:
+def bits_table(results: wb.Results) -> wb.document.ReportTable:
     """A row for each target, over all laws."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for name, laws in by_target(results).items():
@@ -53,61 +53,63 @@ def bits_table(results: wb.Results) -> wb.document.Table:
         )
     heads = ("periods", "bits compared", "bits of commands that differ", "periods with another memory", "flags")
     columns = (
-        wb.document.Column("target"),
-        *(wb.document.Column(head, align="right") for head in heads),
-        wb.document.Column("first difference"),
+        wb.document.TableColumn("target"),
+        *(wb.document.TableColumn(head, align="right") for head in heads),
+        wb.document.TableColumn("first difference"),
     )
     notes = (
-        f"All {len(handed())} laws together. A flag is raised where a number is not finite. 64-bit ARM and the Cortex "
-        "processors run under QEMU, by gcc -O2; V8, Chrome's engine, in Node.",
+        f"All {len(handover_loops())} laws together. A flag is raised where a number is not finite. 64-bit ARM and "
+        "the Cortex processors run under QEMU, by gcc -O2; V8, Chrome's engine, in Node.",
     )
     caption = "Bits of commands and memories on each target, compared with the portable arithmetic."
-    return wb.document.Table("bits", caption, columns, tuple(rows), notes)
+    return wb.document.ReportTable("bits", caption, columns, tuple(rows), notes)
 
 
-def counts_table(results: wb.Results) -> wb.document.Table:
+def counts_table(results: wb.Results) -> wb.document.ReportTable:
     """Instructions a period, by law and target."""
-    names = [wb.handover.TARGETS[key].name for key in SHOWN]
+    names = [wb.handover.TARGETS[key].name for key in TABLE_TARGETS]
     by = by_target(results)
-    rows = [(one.name, *(rounded(by[name][one.name].figures.instructions) for name in names)) for one in handed()]
+    rows = [
+        (one.name, *(count_cell(by[name][one.name].figures.instructions) for name in names)) for one in handover_loops()
+    ]
     columns = (
-        wb.document.Column("law"),
-        *(wb.document.Column(without_compiler(name), align="right") for name in names),
+        wb.document.TableColumn("law"),
+        *(wb.document.TableColumn(without_compiler(name), align="right") for name in names),
     )
     notes = (
         "The mean, by Callgrind for this machine's compilers and by QEMU for the others, with gcc -O2. A Cortex-M4F "
         "calls a routine for each operation in double precision.",
     )
-    return wb.document.Table("counts", "Instructions a period.", columns, tuple(rows), notes)
+    return wb.document.ReportTable("counts", "Instructions a period.", columns, tuple(rows), notes)
 
 
-def single_table(results: wb.Results) -> wb.document.Table:
+def single_table(results: wb.Results) -> wb.document.ReportTable:
     """The laws in single precision: bits compared with NumPy's floats, and instructions."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law, each in replays(results, "single_replays").items():
         ran = [result for result in each if result.ran]
-        differing = sum(result.differing + result.memories for result in ran)
-        counts = [rounded(result.figures.instructions) for result in each]
+        differing = sum(result.differing_bits + result.memories for result in ran)
+        counts = [count_cell(result.figures.instructions) for result in each]
         rows.append((law, sum(result.bits for result in ran), differing, *counts))
     heads = [without_compiler(wb.handover.TARGETS[key].name) for key in SINGLY]
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("bits compared", align="right"),
-        wb.document.Column("differing", align="right"),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("bits compared", align="right"),
+        wb.document.TableColumn("differing", align="right"),
     )
     notes = (
         f"{FEW:,} periods of each law on the readings of the loop in double precision, compared with NumPy's numbers "
         "of 32 bits. The columns of targets have instructions a period. A Cortex-M4F computes these numbers in "
         "hardware.",
     )
-    all_columns = (*columns, *(wb.document.Column(head, align="right") for head in heads))
-    return wb.document.Table("single", "The laws in single precision.", all_columns, tuple(rows), notes)
+    all_columns = (*columns, *(wb.document.TableColumn(head, align="right") for head in heads))
+    return wb.document.ReportTable("single", "The laws in single precision.", all_columns, tuple(rows), notes)
 
 
-def sizes_table(results: wb.Results) -> wb.document.Table:
+def sizes_table(results: wb.Results) -> wb.document.ReportTable:
     """Stack, code and data, the time of a period, and its share of the longest period allowed, by microcontroller."""
     rows: list[tuple[wb.document.Cell, ...]] = []
-    for one in handed():
+    for one in handover_loops():
         for key, clock in BOARDS.items():
             figures = by_target(results)[wb.handover.TARGETS[key].name][one.name].figures
             time: wb.document.Cell = 1e6 * figures.instructions / clock if figures.instructions else None
@@ -119,11 +121,11 @@ def sizes_table(results: wb.Results) -> wb.document.Table:
             rows.append((one.name, name, figures.stack, figures.code, figures.data, time, *shares))
     shared = (f"{precision}, {start}" for precision in ("doubles", "singles") for start in ("near", "far"))
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("machine"),
-        *(wb.document.Column(head, "bytes", "right") for head in ("stack", "code", "data")),
-        wb.document.Column("doubles", "\N{MICRO SIGN}s", "right", digits=3),
-        *(wb.document.Column(head, "%", "right", digits=2) for head in shared),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("machine"),
+        *(wb.document.TableColumn(head, "bytes", "right") for head in ("stack", "code", "data")),
+        wb.document.TableColumn("doubles", "\N{MICRO SIGN}s", "right", digits=3),
+        *(wb.document.TableColumn(head, "%", "right", digits=2) for head in shared),
     )
     clocks = " and ".join(
         f"{without_compiler(wb.handover.TARGETS[key].name)} at {clock / 1e6:g} MHz"
@@ -136,11 +138,11 @@ def sizes_table(results: wb.Results) -> wb.document.Table:
         f"deepest chain of calls from the step, by the compiler's account; at most {STACK:,} bytes are wanted. Code: "
         "with constants, at -O2. Data: what changes, without the state.",
     )
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "sizes", "What each law takes of a microcontroller in a period.", columns, tuple(rows), notes
     )
 
 
-def rounded(value: float | None) -> wb.document.Cell:
+def count_cell(value: float | None) -> wb.document.Cell:
     """A count as a whole number."""
     return None if value is None else int(np.round(value))

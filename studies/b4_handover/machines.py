@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import workbench as wb
-from studies.b4_handover.findings import FITTED, START_WORDS, allowed
-from studies.b4_handover.loops import FAR_START, NEAR_START, PERIODS, Handed, by_key, handed
+from studies.b4_handover.findings import FITS, START_WORDS, allowed_period
+from studies.b4_handover.loops import FAR_START, NEAR_START, PERIODS, HandoverLoop, by_key, handover_loops
 from studies.b4_handover.margins import BOTH
 from studies.b4_handover.operations import operations_by_target
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 
 M4F = "cortex-m4f"
 SINGLY = ("gcc-O2", "clang-O2", "arm64", M4F, "cortex-m7")  # in single precision
@@ -23,7 +23,7 @@ TargetResults = tuple[wb.handover.TargetResult, ...]
 
 def replay_works() -> tuple[wb.Work, wb.Work]:
     """The replays of all loops, in double and in single precision."""
-    keys = tuple(one.key for one in handed())
+    keys = tuple(one.key for one in handover_loops())
     return wb.Work("replays", in_doubles, keys, seconds=30.0), wb.Work("single_replays", in_singles, keys, seconds=10.0)
 
 
@@ -39,7 +39,7 @@ def in_singles(key: str) -> TargetResults:
 
 def replays(results: wb.Results, work: str = "replays") -> Mapping[str, TargetResults]:
     """The results of all targets by the name of the loop."""
-    return dict(zip((one.name for one in handed()), results.work(work), strict=True))
+    return dict(zip((one.name for one in handover_loops()), results.work(work), strict=True))
 
 
 def by_target(results: wb.Results) -> dict[str, dict[str, wb.handover.TargetResult]]:
@@ -50,23 +50,23 @@ def by_target(results: wb.Results) -> dict[str, dict[str, wb.handover.TargetResu
 
 
 def fit_of(
-    results: wb.Results, one: Handed, key: str, start: str = NEAR_START, precision: str = "double"
-) -> wb.handover.Fit | None:
+    results: wb.Results, one: HandoverLoop, key: str, start: str = NEAR_START, precision: str = "double"
+) -> wb.handover.PeriodShare | None:
     """The count of a law at the clock of a microcontroller, on the longest period allowed from a start."""
     work = "replays" if precision == "double" else "single_replays"
     each = replays(results, work)[one.name]
     count = next((r.figures.instructions for r in each if r.target == wb.handover.TARGETS[key].name), None)
-    return wb.handover.fits(count, allowed(results, one, start), wb.handover.CLOCKS[key]) if count else None
+    return wb.handover.fits(count, allowed_period(results, one, start), wb.handover.CLOCKS[key]) if count else None
 
 
 def machine_findings(results: wb.Results) -> tuple[wb.Finding, ...]:
     """The findings of the replays."""
-    law = next(one for one in handed() if one.name == PROPOSED)
+    law = next(one for one in handover_loops() if one.name == PROPOSED_LAW)
     near, far = (fit_of(results, law, M4F, start) for start in BOTH)
     return (bits_finding(results), *((fit_finding(results, near, far),) if near and far else ()))
 
 
-def differing(results: wb.Results, work: str = "replays", laws: tuple[str, ...] = ()) -> dict[str, list[str]]:
+def differing_laws(results: wb.Results, work: str = "replays", laws: tuple[str, ...] = ()) -> dict[str, list[str]]:
     """The targets that ran, each with the laws of which a bit differs there."""
     targets: dict[str, list[str]] = {}
     for law, each in replays(results, work).items():
@@ -84,7 +84,7 @@ def differing_words(targets: Mapping[str, Sequence[str]]) -> str:
 def bits_finding(results: wb.Results) -> wb.Finding:
     """The targets on which each law has the bits of the portable arithmetic."""
     by_law = replays(results)
-    targets = differing(results)
+    targets = differing_laws(results)
     other = {name: laws for name, laws in targets.items() if laws}
     equal = len(targets) - len(other)
     each = [result for of_law in by_law.values() for result in of_law]
@@ -96,8 +96,10 @@ def bits_finding(results: wb.Results) -> wb.Finding:
         for name, laws in other.items()
     )
     alone = operations_by_target(results)
-    variations = [wb.Variation(f"{law} alone", differing_words(differing(results, laws=(law,)))) for law in by_law]
-    variations.append(wb.Variation("laws in single precision", differing_words(differing(results, "single_replays"))))
+    variations = [wb.Variation(f"{law} alone", differing_words(differing_laws(results, laws=(law,)))) for law in by_law]
+    variations.append(
+        wb.Variation("laws in single precision", differing_words(differing_laws(results, "single_replays")))
+    )
     variations.append(
         wb.Variation(
             "single operations in place of laws",
@@ -115,19 +117,19 @@ def bits_finding(results: wb.Results) -> wb.Finding:
         statistic="Bits of commands and of the memory behind each period. As all commands agree, a replay equals the "
         "closed loop with that machine.",
         sample=f"{PERIODS:,} periods of each law on each target, from the start near its own.",
-        given="Each law's C in double precision, or its graph, with the same readings and references.",
-        chosen="The targets: those installed here. Our own functions for sine, cosine and others; our own sum on one "
-        "target.",
+        information="Each law's C in double precision, or its graph, with the same readings and references.",
+        assumptions="The targets: those installed here. Our own functions for sine, cosine and others; our own sum "
+        "on one target.",
         answer=differing_words(targets),
         variations=tuple(variations),
-        untried="Other compilers, options that allow a compiler to fuse or reorder, and other libraries.",
-        settled=bool(targets),
+        limitations="Other compilers, options that allow a compiler to fuse or reorder, and other libraries.",
+        is_decided=bool(targets),
     )
 
 
 def unfit(results: wb.Results, key: str, start: str, precision: str = "double", cycles: float = 1.0) -> tuple[str, str]:
     """The laws that do not fit a microcontroller at a number of cycles an instruction, and the largest share."""
-    fitted = {one.name: fit for one in handed() if (fit := fit_of(results, one, key, start, precision))}
+    fitted = {one.name: fit for one in handover_loops() if (fit := fit_of(results, one, key, start, precision))}
     most = max(fitted, key=lambda name: fitted[name].share)
     return (
         wb.document.join_names(name for name, fit in fitted.items() if cycles * fit.share > 1),
@@ -135,9 +137,9 @@ def unfit(results: wb.Results, key: str, start: str, precision: str = "double", 
     )
 
 
-def fit_finding(results: wb.Results, near: wb.handover.Fit, far: wb.handover.Fit) -> wb.Finding:
+def fit_finding(results: wb.Results, near: wb.handover.PeriodShare, far: wb.handover.PeriodShare) -> wb.Finding:
     """The count of instructions beside the longest period, by start; `near` and `far` are of AOSMC-RGS in doubles."""
-    law = next(one for one in handed() if one.name == PROPOSED)
+    law = next(one for one in handover_loops() if one.name == PROPOSED_LAW)
     single = fit_of(results, law, M4F, FAR_START, "single")
     variations = [
         wb.Variation(
@@ -160,7 +162,7 @@ def fit_finding(results: wb.Results, near: wb.handover.Fit, far: wb.handover.Fit
     other = f"; in single precision {percent_of(single)}" if single else ""
     return wb.Finding(
         "period_used",
-        f"In double precision {PROPOSED} takes {1e3 * far.count / far.clock:.2g} ms a period on a Cortex-M4F: "
+        f"In double precision {PROPOSED_LAW} takes {1e3 * far.count / far.clock:.2g} ms a period on a Cortex-M4F: "
         f"{percent_of(near)} of the longest period allowed from a start on the reference, {percent_of(far)} from the "
         f"paper's start{other}.",
         f"The longest periods allowed are {1e3 * near.period:.2g} and {1e3 * far.period:.2g} ms. Doubles that do not "
@@ -169,16 +171,17 @@ def fit_finding(results: wb.Results, near: wb.handover.Fit, far: wb.handover.Fit
         statistic=f"Mean count of instructions a period under QEMU, at one instruction a cycle and "
         f"{wb.handover.CLOCKS[M4F] / 1e6:g} MHz, over the longest period allowed (the finding longest_period).",
         sample="Six laws by gcc -O2; the processors Cortex-M4F and Cortex-M7; two starts.",
-        given="Double precision, which the Cortex-M4F has in software alone.",
-        chosen="The clocks, 168 and 480 MHz, and one cycle an instruction: waits for memory and divisions take more.",
-        fitted=FITTED,
+        information="Double precision, which the Cortex-M4F has in software alone.",
+        assumptions="The clocks, 168 and 480 MHz, and one cycle an instruction: waits for memory and divisions take "
+        "more.",
+        fits=FITS,
         answer=unfit(results, M4F, FAR_START)[0],
         variations=tuple(variations),
-        untried="Cycles on a real board, and other work of the same processor.",
+        limitations="Cycles on a real board, and other work of the same processor.",
     )
 
 
-def percent_of(fit: wb.handover.Fit) -> str:
+def percent_of(fit: wb.handover.PeriodShare) -> str:
     """The share of a period in per cent."""
     return wb.document.percent(fit.share)
 

@@ -21,13 +21,13 @@ from studies.b4_handover.loops import (
     SMC,
     TV,
     TWISTING,
-    Handed,
+    HandoverLoop,
     by_key,
-    handed,
+    handover_loops,
 )
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.quiet_periods import (
-    ACTING,
+    ACTING_TORQUE,
     MOMENTUM,
     QUIET,
     TRUTH,
@@ -38,11 +38,11 @@ from studies.paper.quiet_periods import (
 )
 
 DRAWS = 16
-JITTER, MISSED = 0.05, 1e-3  # declared: the largest delay in parts of the period, and the share of missed periods
+JITTER, MISSED_SHARE = 0.05, 1e-3  # declared: the largest delay in parts of the period, and the share of missed periods
 SHORTEST, RATIO, LONGEST = 1 / 4, 1.25, 40.0  # of the declared period: the scan over periods
 MOST_LATE = 40  # periods
 SUBSTEP = 2.5e-3  # s, at most, as in a9
-DESIGNED = (LQG, EKF)  # for their period, and so without a loop in continuous time
+DIGITAL_DESIGNS = (LQG, EKF)  # for their period, and so without a loop in continuous time
 NEAR = 0.01  # rad or m: starts differ by so much either way
 WAYS = ("double", "single", "exact")  # the computers that are swept
 BOTH = (NEAR_START, FAR_START)
@@ -50,37 +50,39 @@ MEAN = "mean"
 OVER_DRAWS: Mapping[str, Callable[[wb.Array], float]] = {MEAN: np.mean, "median": np.median, "largest": np.max}
 
 
-def loop_of(one: Handed, way: str, start: str = NEAR_START) -> wb.Sampled:
+def loop_of(one: HandoverLoop, way: str, start: str = NEAR_START) -> wb.SampledSystem:
     """A loop with a computer that may be late: as declared, in single precision, or with exact readings."""
     plain = punctual(one, way == "exact", start)
     if way == "single":
-        return wb.handover.in_single_precision(plain, plain.law()).disturbed()
-    return plain.disturbed()
+        return wb.handover.in_single_precision(plain, plain.law()).with_timing_faults()
+    return plain.with_timing_faults()
 
 
 @cache
-def punctual(one: Handed, exact: bool, start: str) -> wb.Sampled:
+def punctual(one: HandoverLoop, exact: bool, start: str) -> wb.SampledSystem:
     """A loop with a computer that is never late, written down once for all that may be late."""
     return one.digital(exact=exact, start=start)
 
 
-def effects(one: Handed, way: str) -> tuple[wb.evidence.ComputerEffect, ...]:
+def effects(one: HandoverLoop, way: str) -> tuple[wb.evidence.ComputerEffect, ...]:
     """All effects with all levels in double precision, and those of the clock at their declared levels elsewhere."""
     own = effects_of(one)
     if way == "double":
         return own
-    return tuple(replace(effect, levels=(effect.declared,)) for effect in own if effect.declared != effect.least)
+    return tuple(
+        replace(effect, levels=(effect.declared_level,)) for effect in own if effect.declared_level != effect.least
+    )
 
 
 @cache
-def effects_of(one: Handed) -> tuple[wb.evidence.ComputerEffect, ...]:
+def effects_of(one: HandoverLoop) -> tuple[wb.evidence.ComputerEffect, ...]:
     """The effects on a loop."""
-    return wb.evidence.computer_effects(loop_of(one, "double"), JITTER * one.period, MISSED)
+    return wb.evidence.computer_effects(loop_of(one, "double"), JITTER * one.period, MISSED_SHARE)
 
 
-def starts(one: Handed, start: str = NEAR_START) -> tuple[wb.Factor, ...]:
+def starts(one: HandoverLoop, start: str = NEAR_START) -> tuple[wb.Factor, ...]:
     """The initial positions, near those of the loop from one of its two starts."""
-    states = one.computed(start=start).loop.plant.states
+    states = one.computer_loop(start=start).loop.plant.states
     port = states.entries[0]  # of an arm q, of a cart x
     near = [(label, value) for label, value in zip(port.labels(), np.ravel(port.default), strict=True)]
     spread = ((label, wb.Uniform(value - NEAR, value + NEAR)) for label, value in near)
@@ -90,7 +92,7 @@ def starts(one: Handed, start: str = NEAR_START) -> tuple[wb.Factor, ...]:
 def sweeps() -> tuple[wb.Sweep, ...]:
     """Each loop under each computer from each of its two starts, with the same draws about it."""
     made = []
-    for one in handed():
+    for one in handover_loops():
         for start in BOTH:
             near = starts(one, start)
             for way in WAYS:
@@ -101,13 +103,13 @@ def sweeps() -> tuple[wb.Sweep, ...]:
     return tuple(made)
 
 
-def sample_name(one: Handed, way: str, start: str) -> str:
+def sample_name(one: HandoverLoop, way: str, start: str) -> str:
     """The name of the sweep of a loop under a computer from a start."""
     return f"{one.key}_{way}" if start == NEAR_START else f"{one.key}_{start}_{way}"
 
 
 def margins(
-    results: wb.Results, one: Handed, way: str = "double", metric: str = ERROR, start: str = NEAR_START
+    results: wb.Results, one: HandoverLoop, way: str = "double", metric: str = ERROR, start: str = NEAR_START
 ) -> wb.evidence.ComputerMargins:
     """The margins of a loop, by the samples of its sweeps."""
     return wb.evidence.computer_margins(results.sample(sample_name(one, way, start)), effects(one, way), metric)
@@ -133,22 +135,22 @@ class Loss:
 class Losses:
     """The growths of the error of a loop, by what makes it grow.
 
-    `readings`: exact readings become those of the instruments. `single`, `jitter`, `missed`: from there on single
-    precision, jitter, and missed periods. `together`: these three at once; `noisier` is the growth of the total
+    `readings`: exact readings become those of the instruments. `single`, `jitter`, `missed_periods`: from there on
+    single precision, jitter, and missed periods. `together`: these three at once; `noisier` is the growth of the total
     variation of the commands by these three.
     """
 
     readings: Loss
     single: Loss
     jitter: Loss
-    missed: Loss
+    missed_periods: Loss
     together: Loss
     noisier: Loss
 
 
 def losses(
     results: wb.Results,
-    one: Handed,
+    one: HandoverLoop,
     metric: str = ERROR,
     start: str = NEAR_START,
     joint: int | None = None,
@@ -156,7 +158,9 @@ def losses(
 ) -> Losses:
     """The losses of a loop at the declared effects: by a metric, from a start, of one joint or the worst joint."""
     double, single, exact = (margins(results, one, way, metric, start) for way in WAYS)
-    clock = {each.effect.name: each.values[each.effect.levels.index(each.effect.declared)] for each in double.each[1:]}
+    clock = {
+        each.effect.name: each.values[each.effect.levels.index(each.effect.declared_level)] for each in double.each[1:]
+    }
     busy = [margins(results, one, way, TV, start) for way in ("double", "single")]
 
     def loss(values: wb.Array, base: wb.Array) -> Loss:
@@ -169,8 +173,8 @@ def losses(
         loss(single.without, double.without),
         loss(clock["jitter"], double.without),
         loss(clock["missed periods"], double.without),
-        loss(single.declared, double.without),
-        Loss.of(busy[1].declared, busy[0].without, over),
+        loss(single.declared_values, double.without),
+        Loss.of(busy[1].declared_values, busy[0].without, over),
     )
 
 
@@ -185,15 +189,15 @@ class Scan:
     TV: wb.Array | None = None  # where it has a limit
 
     @staticmethod
-    def of(found: wb.evidence.LargestSetting) -> Scan:
+    def of(search: wb.evidence.LargestSetting) -> Scan:
         """The scan of a search."""
-        busy = QUIET * found.worst(TV) if TV in found.trials[0][0].shares else None
-        return Scan(found.threshold, wb.evidence.KEPT * found.worst(ERROR), busy)
+        busy = QUIET * search.worst(TV) if TV in search.trials[0][0].shares else None
+        return Scan(search.threshold, wb.evidence.KEEPS_RATIO * search.worst(ERROR), busy)
 
 
 @dataclass(frozen=True, eq=False)
 class Scans:
-    """The scans over the period of the loops of `DESIGNED`, by key and start; over the delay of all loops, by key."""
+    """The scans over the period of the loops of `DIGITAL_DESIGNS`, by key and start; over the delay of all, by key."""
 
     periods: dict[tuple[str, str], Scan]
     delays: dict[str, Scan]
@@ -202,37 +206,39 @@ class Scans:
 def scans(results: wb.Results) -> Scans:
     """All scans."""
     periods, delays = (map(Scan.of, results.work(name)) for name in ("periods", "delays"))
-    keys = [one.key for one in handed()]
-    return Scans(dict(zip(designed(), periods, strict=True)), dict(zip(keys, delays, strict=True)))
+    keys = [one.key for one in handover_loops()]
+    return Scans(dict(zip(digital_design_items(), periods, strict=True)), dict(zip(keys, delays, strict=True)))
 
 
 def quiet_periods(results: wb.Results) -> dict[tuple[str, str], QuietPeriod]:
     """The longest quiet periods of the laws of the paper's arm, a period late, by their names and starts."""
     found = results.work("quiet")
-    handed_over = (each for each in found if each.search.limit is None and each.search.counts_on == ACTING)
+    handed_over = (each for each in found if each.search.limit is None and each.search.counts_on == ACTING_TORQUE)
     return {(each.search.law, each.search.start): each for each in handed_over}
 
 
 def searches() -> tuple[QuietSearch, ...]:
     """The searches of a9 that are about the laws that are handed over here, and these with a limited torque."""
-    ours = {(PROPOSED, MOMENTUM), *((law, TRUTH) for law in (SMC, TWISTING, PID))}
+    ours = {(PROPOSED_LAW, MOMENTUM), *((law, TRUTH) for law in (SMC, TWISTING, PID))}
     shared = [one for one in paper_searches() if one.scenario == "FS" and one.delay and (one.law, one.observer) in ours]
     most = float(CARD["limit of tau"])
-    limited = [replace(one, limit=most) for one in shared if one.law in (PROPOSED, SMC) and one.counts_on == ACTING]
+    limited = [
+        replace(one, limit=most) for one in shared if one.law in (PROPOSED_LAW, SMC) and one.counts_on == ACTING_TORQUE
+    ]
     return (*shared, *limited)
 
 
-def designed() -> tuple[tuple[str, str], ...]:
+def digital_design_items() -> tuple[tuple[str, str], ...]:
     """The loops whose law is designed for its period and has no continuous time, with their starts."""
-    return tuple((one.key, start) for one in handed() if one.name in DESIGNED for start in BOTH)
+    return tuple((one.key, start) for one in handover_loops() if one.name in DIGITAL_DESIGNS for start in BOTH)
 
 
 def scan_works() -> tuple[wb.Work, ...]:
     """The searches over the period, and the scans over the period and the delay."""
-    keys = tuple(one.key for one in handed())
+    keys = tuple(one.key for one in handover_loops())
     return (
         wb.Work("quiet", quiet_period, searches(), seconds=10.0),
-        wb.Work("periods", over_periods, designed(), seconds=8.0),
+        wb.Work("periods", over_periods, digital_design_items(), seconds=8.0),
         wb.Work("delays", over_delays, keys, seconds=8.0),
     )
 
@@ -242,7 +248,7 @@ def over_periods(item: tuple[str, str]) -> wb.evidence.LargestSetting:
     one = by_key(item[0])
     count = int(np.log(LONGEST / SHORTEST) / np.log(RATIO))
     periods = [one.period * SHORTEST * RATIO**i for i in range(count + 1)]
-    return growth(periods_of(*item), periods, {ERROR: wb.evidence.KEPT, TV: QUIET})
+    return growth(periods_of(*item), periods, {ERROR: wb.evidence.KEEPS_RATIO, TV: QUIET})
 
 
 def periods_of(key: str, start: str = NEAR_START) -> wb.LoopLimits:
@@ -257,7 +263,7 @@ def over_delays(key: str) -> wb.evidence.LargestSetting:
     one = by_key(key)
     late = [float(count) for count in range(1, MOST_LATE + 1)]
     looked_at = wb.LoopLimits(partial(with_delay, key), lambda _: one.metrics, {ERROR: 1.0}, one.until, SUBSTEP, SEED)
-    return growth(looked_at, late, {ERROR: wb.evidence.KEPT})
+    return growth(looked_at, late, {ERROR: wb.evidence.KEEPS_RATIO})
 
 
 def growth(looked_at: wb.LoopLimits, settings: list[float], most: dict[str, float]) -> wb.evidence.LargestSetting:
@@ -269,12 +275,12 @@ def growth(looked_at: wb.LoopLimits, settings: list[float], most: dict[str, floa
 
 def with_period(key: str, start: str, period: float) -> wb.DigitalLoop:
     """A loop with exact readings and another period."""
-    return by_key(key).computed(period, exact=True, start=start)
+    return by_key(key).computer_loop(period, exact=True, start=start)
 
 
 def with_delay(key: str, delay: float) -> wb.DigitalLoop:
     """A loop with another delay, in periods."""
-    return by_key(key).computed(delay=delay)
+    return by_key(key).computer_loop(delay=delay)
 
 
 def metrics_of(key: str, period: float) -> tuple[wb.metrics.AbstractMetric, ...]:

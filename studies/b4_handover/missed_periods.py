@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 import workbench as wb
-from studies.b4_handover.findings import CHOSEN, FITTED, GIVEN, START_WORDS, amount
+from studies.b4_handover.findings import ASSUMPTIONS, FITS, INFORMATION, START_WORDS, amount
 from studies.b4_handover.loops import (
     CARD,
     ERROR,
@@ -20,43 +20,45 @@ from studies.b4_handover.loops import (
     SMC,
     STATISTICS,
     TWISTING,
-    Handed,
-    handed,
+    HandoverLoop,
+    handover_loops,
 )
 from studies.b4_handover.margins import BOTH, DRAWS, NEAR, effects_of, loop_of, margins, starts
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.laws import arm_law
 from studies.paper.quiet_periods import momentum_loop, on_reference
 
-KEPT = wb.evidence.KEPT
+KEEPS_RATIO = wb.evidence.KEEPS_RATIO
 EFFECT = "missed periods"
-SHARED = float(CARD["period of sliding laws"])  # s, of AOSMC-RGS and SMC, at which the other laws of the arm run, too
-MS = f"{1e3 * SHARED:g} ms"
-OBSERVED = f"SMC with the observer of {PROPOSED}"
+SHARED_PERIOD = float(
+    CARD["period of sliding laws"]
+)  # s, of AOSMC-RGS and SMC, at which the other laws of the arm run, too
+MS = f"{1e3 * SHARED_PERIOD:g} ms"
+SMC_WITH_OBSERVER = f"SMC with the observer of {PROPOSED_LAW}"
 PART = 0.1  # of a step of the readings, by which an error may grow in place of a part of itself
 
 
 def observed_smc() -> wb.ClosedLoop:
     """SMC with the disturbance that the observer of AOSMC-RGS estimates added to its torque."""
-    return replace(momentum_loop(), controller=wb.arms.laws.WithCompensation(arm_law(SMC)))
+    return replace(momentum_loop(), controller=wb.arms.laws.DisturbanceCompensation(arm_law(SMC)))
 
 
 @cache
-def shared_period() -> tuple[Handed, ...]:
+def shared_period() -> tuple[HandoverLoop, ...]:
     """The loops of the arm whose own period is longer, at that of AOSMC-RGS, and SMC with the observer of AOSMC-RGS."""
-    moved = [replace(one, period=SHARED) for one in handed() if one.name in (TWISTING, PID, LQG)]
-    smc = next(one for one in handed() if one.name == SMC)
+    moved = [replace(one, period=SHARED_PERIOD) for one in handover_loops() if one.name in (TWISTING, PID, LQG)]
+    smc = next(one for one in handover_loops() if one.name == SMC)
     observed = replace(
         smc,
-        name=OBSERVED,
-        made=lambda period: on_reference(observed_smc()),
-        farther=lambda period: observed_smc(),
-        given=f"{smc.given}, D by an observer",
+        name=SMC_WITH_OBSERVER,
+        near=lambda period: on_reference(observed_smc()),
+        far=lambda period: observed_smc(),
+        information=f"{smc.information}, D by an observer",
     )
     return (*moved, observed)
 
 
-def missed(one: Handed) -> wb.evidence.ComputerEffect:
+def missed_period_effect(one: HandoverLoop) -> wb.evidence.ComputerEffect:
     """The effect of missed periods on a loop."""
     return next(effect for effect in effects_of(one) if effect.name == EFFECT)
 
@@ -66,11 +68,11 @@ def shared_sweeps() -> tuple[wb.Sweep, ...]:
     made = []
     for one in shared_period():
         run = wb.Run(loop_of(one, "double"), one.metrics, one.until, h=one.period, seed=SEED)
-        made.append(wb.evidence.computer_sweep(name_of(one), run, (missed(one),), starts(one), DRAWS))
+        made.append(wb.evidence.computer_sweep(name_of(one), run, (missed_period_effect(one),), starts(one), DRAWS))
     return tuple(made)
 
 
-def name_of(one: Handed) -> str:
+def name_of(one: HandoverLoop) -> str:
     """The name of the sweep of a loop at the shared period."""
     return f"{one.key}_shared_period"
 
@@ -78,12 +80,12 @@ def name_of(one: Handed) -> str:
 def at_shared_period(results: wb.Results, metric: str = ERROR) -> dict[str, tuple[wb.evidence.ComputerMargin, float]]:
     """By loop of the arm at the shared period, its margin for missed periods, and its error without them."""
     found = {}
-    for one in handed():
-        if one.period == SHARED:
+    for one in handover_loops():
+        if one.period == SHARED_PERIOD:
             error = margins(results, one, metric=metric).without.mean(axis=0).max()
             found[one.name] = effect_margin(results, one, EFFECT, metric), float(error)
     for one in shared_period():
-        own = wb.evidence.computer_margins(results.sample(name_of(one)), (missed(one),), metric)
+        own = wb.evidence.computer_margins(results.sample(name_of(one)), (missed_period_effect(one),), metric)
         found[one.name] = own.each[0], float(own.without.mean(axis=0).max())
     return found
 
@@ -91,7 +93,7 @@ def at_shared_period(results: wb.Results, metric: str = ERROR) -> dict[str, tupl
 def shared_reach(results: wb.Results, left_out: str) -> dict[str, float]:
     """By loop at the shared period but for one, the largest share of missed periods that keeps its error."""
     each = at_shared_period(results)
-    return {name: margin.largest(wb.evidence.KEPT) for name, (margin, _) in each.items() if name != left_out}
+    return {name: margin.largest(wb.evidence.KEEPS_RATIO) for name, (margin, _) in each.items() if name != left_out}
 
 
 def frailest(reach: Mapping[str, float]) -> str:
@@ -101,20 +103,24 @@ def frailest(reach: Mapping[str, float]) -> str:
 
 
 def reach_of(
-    results: wb.Results, effect: str, most: float = wb.evidence.KEPT, metric: str = ERROR, start: str = NEAR_START
+    results: wb.Results,
+    effect: str,
+    most: float = wb.evidence.KEEPS_RATIO,
+    metric: str = ERROR,
+    start: str = NEAR_START,
 ) -> dict[str, float]:
     """By loop, the largest level of an effect up to which no run has more than `most` times its error."""
     return {
         one.name: effect_margin(results, one, effect, metric, start).largest(most)
         / (one.period if effect == "jitter" else 1)
-        for one in handed()
+        for one in handover_loops()
     }
 
 
 def reach_in_steps(results: wb.Results) -> dict[str, float]:
     """By loop, the largest share of missed periods up to which no error grows by more than `PART` of a step."""
     reach = {}
-    for one in handed():
+    for one in handover_loops():
         without, effect = margins(results, one).without, effect_margin(results, one, EFFECT)
         kept = np.asarray((effect.values - without <= PART * one.quantum[one.follows]).all(axis=(1, 2)))
         reach[one.name] = (0.0, *effect.effect.levels)[len(kept) if kept.all() else int(np.argmin(kept))]
@@ -122,7 +128,7 @@ def reach_in_steps(results: wb.Results) -> dict[str, float]:
 
 
 def effect_margin(
-    results: wb.Results, one: Handed, effect: str, metric: str = ERROR, start: str = NEAR_START
+    results: wb.Results, one: HandoverLoop, effect: str, metric: str = ERROR, start: str = NEAR_START
 ) -> wb.evidence.ComputerMargin:
     """The margin of a loop for one effect."""
     own = margins(results, one, metric=metric, start=start)
@@ -133,50 +139,56 @@ def clock_finding(results: wb.Results) -> wb.Finding:
     """The missed periods that each loop stands."""
     reach = reach_of(results, EFFECT)
     frail = frailest(reach)
-    shared = shared_reach(results, OBSERVED)
+    shared = shared_reach(results, SMC_WITH_OBSERVER)
     (first, level), *rest = ((name, level) for name, level in shared.items() if name != frail)
     each = at_shared_period(results)
-    observed, error = each[OBSERVED][0].largest(wb.evidence.KEPT), each[OBSERVED][1]
-    own = amount(each[PROPOSED][1], "rad")
-    alike = f", as {PROPOSED} its own of {own}: the observer decides, not the law" * (observed == shared[PROPOSED])
+    observed, error = each[SMC_WITH_OBSERVER][0].largest(wb.evidence.KEEPS_RATIO), each[SMC_WITH_OBSERVER][1]
+    own = amount(each[PROPOSED_LAW][1], "rad")
+    alike = f", as {PROPOSED_LAW} its own of {own}: the observer decides, not the law" * (
+        observed == shared[PROPOSED_LAW]
+    )
     levels = ", ".join(f"{100 * level:.3g}" for level in missed_levels())
     return wb.Finding(
         "missed_periods",
-        f"With missed periods {frail} keeps its settled error within {100 * (wb.evidence.KEPT - 1):.0f} % "
-        f"{level_words(min(reach.values()))}. At the period of {PROPOSED}, {MS}, {first} keeps it up to "
+        f"With missed periods {frail} keeps its settled error within {100 * (wb.evidence.KEEPS_RATIO - 1):.0f} % "
+        f"{level_words(min(reach.values()))}. At the period of {PROPOSED_LAW}, {MS}, {first} keeps it up to "
         f"{wb.document.join_names([f'{100 * level:.3g} %', *levels_of(rest)])}.",
-        f"{OBSERVED}, at {MS}, keeps its error of {amount(error, 'rad')} {level_words(observed)}{alike}. "
+        f"{SMC_WITH_OBSERVER}, at {MS}, keeps its error of {amount(error, 'rad')} {level_words(observed)}{alike}. "
         "At each loop's own period the largest levels tried that keep the error are: "
         f"{wb.document.join_names(levels_of(reach.items()))}. Between two neighbours of the levels nothing was run.",
-        statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
-        "worst joint; each effect by itself, in double precision.",
+        statistic=f"The largest level tried up to which no run has more than {KEEPS_RATIO:g} times its settled RMSE "
+        "at the worst joint; each effect by itself, in double precision.",
         sample=f"Six loops at their own periods, and those of the arm at {MS}; {DRAWS} starts within {NEAR:g} rad or m "
         "of each loop's own, nine levels.",
-        given=GIVEN,
-        chosen=f"{CHOSEN}; the limit of {KEPT:g} times; the levels, {levels} %; periods missed independently.",
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=f"{ASSUMPTIONS}; the limit of {KEEPS_RATIO:g} times; the levels, {levels} %; periods missed "
+        "independently.",
+        fits=FITS,
         answer=frail,
         variations=clock_variations(results),
-        untried="Missed periods in bursts.",
+        limitations="Missed periods in bursts.",
     )
 
 
 def clock_variations(results: wb.Results) -> tuple[wb.Variation, ...]:
     """The frailest loops by other statistics, starts, limits, periods and effects."""
     asked = [
-        (f"{metric}, {START_WORDS[start]}", reach_of(results, EFFECT, wb.evidence.KEPT, metric, start))
+        (f"{metric}, {START_WORDS[start]}", reach_of(results, EFFECT, wb.evidence.KEEPS_RATIO, metric, start))
         for start in BOTH
         for metric in STATISTICS
         if (start, metric) != (NEAR_START, ERROR)
     ]
     asked += [
-        (f"error at most {wb.evidence.STANDS:g} times", reach_of(results, EFFECT, wb.evidence.STANDS)),
         (
-            f"error at most {PART:g} steps of the reading larger, in place of {KEPT:g} times",
+            f"error at most {wb.evidence.STANDS_RATIO:g} times",
+            reach_of(results, EFFECT, wb.evidence.STANDS_RATIO),
+        ),
+        (
+            f"error at most {PART:g} steps of the reading larger, in place of {KEEPS_RATIO:g} times",
             reach_in_steps(results),
         ),
-        (f"the laws of the arm alone, all at {MS}", shared_reach(results, OBSERVED)),
-        (f"these with {OBSERVED} in place of {PROPOSED}", shared_reach(results, PROPOSED)),
+        (f"the laws of the arm alone, all at {MS}", shared_reach(results, SMC_WITH_OBSERVER)),
+        (f"these with {SMC_WITH_OBSERVER} in place of {PROPOSED_LAW}", shared_reach(results, PROPOSED_LAW)),
     ]
     others = (
         wb.Variation(f"{effect} in place of missed periods", frailest(reach_of(results, effect)))
@@ -192,7 +204,7 @@ def levels_of(reach: Iterable[tuple[str, float]]) -> list[str]:
 
 def missed_levels() -> tuple[float, ...]:
     """The levels of missed periods that are tried, the same for each loop."""
-    return missed(handed()[0]).levels
+    return missed_period_effect(handover_loops()[0]).levels
 
 
 def level_words(level: float) -> str:
@@ -205,27 +217,27 @@ def level_words(level: float) -> str:
     return f"up to {100 * level:.3g} % but not at {100 * later[0]:.3g} %"
 
 
-def shared_table(results: wb.Results) -> wb.document.Table:
+def shared_table(results: wb.Results) -> wb.document.ReportTable:
     """The loops of the arm with missed periods, all at the period of AOSMC-RGS."""
     shown = missed_levels()[:3]
     rows: list[tuple[wb.document.Cell, ...]] = []
     for name, (margin, error) in at_shared_period(results).items():
-        kept = margin.largest(wb.evidence.KEPT)
+        kept = margin.largest(wb.evidence.KEEPS_RATIO)
         later = [level for level in margin.effect.levels if level > kept]
         grown = (100 * float(margin.ratios[margin.effect.levels.index(level)].max() - 1) for level in shown)
         limits = 100 * kept, 100 * later[0] if later else "none tried"
         rows.append((name, amount(error, "rad"), *limits, *("lost" if np.isinf(g) else g for g in grown)))
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column(ERROR, align="right"),
-        wb.document.Column("kept up to", "%", "right", digits=3),
-        wb.document.Column("not kept at", "%", "right", digits=3),
-        *(wb.document.Column(f"growth at {100 * level:.3g} %", "%", "right", digits=2) for level in shown),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn(ERROR, align="right"),
+        wb.document.TableColumn("kept up to", "%", "right", digits=3),
+        wb.document.TableColumn("not kept at", "%", "right", digits=3),
+        *(wb.document.TableColumn(f"growth at {100 * level:.3g} %", "%", "right", digits=2) for level in shown),
     )
-    caption = f"Missed periods at the period of {PROPOSED}, {MS}: the laws of the arm, and {OBSERVED}."
+    caption = f"Missed periods at the period of {PROPOSED_LAW}, {MS}: the laws of the arm, and {SMC_WITH_OBSERVER}."
     notes = (
-        f"{ERROR}: without missed periods. Kept: no run has more than {KEPT:g} times its error. Growth: the largest of "
-        f"{DRAWS} runs near the start on the reference, LQG near its pose. {OBSERVED} adds the estimate of the "
-        "disturbance to its torque. LQG is designed for this period.",
+        f"{ERROR}: without missed periods. Kept: no run has more than {KEEPS_RATIO:g} times its error. Growth: the "
+        f"largest of {DRAWS} runs near the start on the reference, LQG near its pose. {SMC_WITH_OBSERVER} adds the "
+        "estimate of the disturbance to its torque. LQG is designed for this period.",
     )
-    return wb.document.Table("missed_shared", caption, columns, tuple(rows), notes)
+    return wb.document.ReportTable("missed_shared", caption, columns, tuple(rows), notes)

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
-from studies.b4_handover.loops import SEED, handed
+from studies.b4_handover.loops import SEED, handover_loops
 
 PAIRS = 40_000
 NAMES = ("sum", "difference", "product", "reciprocal", "root")
@@ -43,7 +43,7 @@ def operations_work() -> wb.Work:
 
 def operations_of(key: str) -> wb.handover.TargetResult:
     """A target against NumPy, whose processor is that of IEEE 754."""
-    one, own, y = handed()[0].digital(), law(), operands()
+    one, own, y = handover_loops()[0].digital(), law(), operands()
     a, b = y.T
     u = np.stack([a + b, a - b, a * b, 1 / b, np.sqrt(np.abs(a))], axis=1)
     digests = np.full(PAIRS, wb.handover.BASIS, dtype=np.uint64)
@@ -56,7 +56,7 @@ def operations_by_target(results: wb.Results) -> dict[str, int]:
     return {one.target: one.differing for one in results.work("operations") if one.ran}
 
 
-def operations_table(results: wb.Results) -> wb.document.Table:
+def operations_table(results: wb.Results) -> wb.document.ReportTable:
     """The targets whose operations are not rounded as IEEE 754 requires."""
     rows = [
         (one.target.split(",")[0], one.bits, one.differing, one.first or "none")
@@ -64,9 +64,9 @@ def operations_table(results: wb.Results) -> wb.document.Table:
         if one.ran
     ]
     columns = (
-        wb.document.Column("target"),
-        *(wb.document.Column(head, align="right") for head in ("bits compared", "bits that differ")),
-        wb.document.Column("first difference"),
+        wb.document.TableColumn("target"),
+        *(wb.document.TableColumn(head, align="right") for head in ("bits compared", "bits that differ")),
+        wb.document.TableColumn("first difference"),
     )
     notes = (
         f"{', '.join(NAMES)} of {PAIRS:,} pairs of operands, up to {FARTHEST} binary digits apart; half of the pairs "
@@ -74,4 +74,4 @@ def operations_table(results: wb.Results) -> wb.document.Table:
         "nearest number.",
     )
     caption = "Single operations in double precision on each target, compared with IEEE 754."
-    return wb.document.Table("operations", caption, columns, tuple(rows), notes)
+    return wb.document.ReportTable("operations", caption, columns, tuple(rows), notes)

@@ -15,15 +15,15 @@ from studies.b4_handover.findings import (
     longest_period,
     loss_finding,
 )
-from studies.b4_handover.loops import CARD, ERROR, NEAR_START, SETTLED, TV, handed
+from studies.b4_handover.loops import CARD, ERROR, NEAR_START, TRANSIENT_SHARE, TV, handover_loops
 from studies.b4_handover.machine_tables import machines_section
-from studies.b4_handover.machines import M4F, differing, fit_of, machine_findings, percent_of
+from studies.b4_handover.machines import M4F, differing_laws, fit_of, machine_findings, percent_of
 from studies.b4_handover.margins import BOTH, DRAWS, NEAR, Loss, margins, quiet_periods, scans
 from studies.b4_handover.missed_periods import clock_finding, shared_table
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.quiet_periods import QUIET, ends
 
-KEPT, STANDS = wb.evidence.KEPT, wb.evidence.STANDS
+KEEPS_RATIO, STANDS_RATIO = wb.evidence.KEEPS_RATIO, wb.evidence.STANDS_RATIO
 
 
 def sections(results: wb.Results) -> wb.Page:
@@ -49,23 +49,24 @@ def sections(results: wb.Results) -> wb.Page:
 
 def answer(results: wb.Results) -> str:
     """The answer of the page in one line."""
-    targets = differing(results)
+    targets = differing_laws(results)
     equal = sum(not laws for laws in targets.values())
-    law = next(one for one in handed() if one.name == PROPOSED)
+    law = next(one for one in handover_loops() if one.name == PROPOSED_LAW)
     near, far = (fit_of(results, law, M4F, start) for start in BOTH)
-    bits = f"{len(handed())} laws keep their bits on {equal} of {len(targets)} targets."
+    bits = f"{len(handover_loops())} laws keep their bits on {equal} of {len(targets)} targets."
     if not (near and far):
         return bits
     return (
-        f"{bits} {PROPOSED} in doubles takes {1e3 * far.count / far.clock:.2g} ms on a Cortex-M4F: {percent_of(near)} "
-        f"of the longest period allowed from a start on the reference, {percent_of(far)} from the paper's start."
+        f"{bits} {PROPOSED_LAW} in doubles takes {1e3 * far.count / far.clock:.2g} ms on a Cortex-M4F: "
+        f"{percent_of(near)} of the longest period allowed from a start on the reference, {percent_of(far)} from the "
+        "paper's start."
     )
 
 
 def handed_section() -> wb.Section:
     """The laws, their computers, and their fingerprints."""
     rows = []
-    for one in handed():
+    for one in handover_loops():
         law = one.digital().law()
         limits = ", ".join(f"±{high:g} {law.commands[name].unit}" for name, (_, high) in one.limit.items())
         late = max(law.delay.values(), default=0)
@@ -74,13 +75,13 @@ def handed_section() -> wb.Section:
             (one.name, 1e3 * one.period, late, limits, steps, law.memory.size, wb.document.Code(law.fingerprint[:12]))
         )
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("period", "ms", "right"),
-        wb.document.Column("delay", "periods", "right"),
-        wb.document.Column("limits"),
-        wb.document.Column("steps of the readings"),
-        wb.document.Column("numbers kept", align="right"),
-        wb.document.Column("fingerprint"),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("period", "ms", "right"),
+        wb.document.TableColumn("delay", "periods", "right"),
+        wb.document.TableColumn("limits"),
+        wb.document.TableColumn("steps of the readings"),
+        wb.document.TableColumn("numbers kept", align="right"),
+        wb.document.TableColumn("fingerprint"),
     )
     words = (
         "Each law leaves with its observer, limits, memory and the queue of a command that is a period late, for the "
@@ -89,10 +90,10 @@ def handed_section() -> wb.Section:
         "cart-pole that follows a sine. AOSMC-RGS is the repaired law of a1. An observer of the momentum replaces the "
         "true disturbance, which no instrument gives."
     )
-    given = "; ".join(f"{one.name}: {one.given}" for one in handed())
-    starts = "; ".join(f"{one.name}: {one.starts[0]}, and {one.starts[1]}" for one in handed())
+    given = "; ".join(f"{one.name}: {one.information}" for one in handover_loops())
+    starts = "; ".join(f"{one.name}: {one.starts[0]}, and {one.starts[1]}" for one in handover_loops())
     caption = "What is handed over, and to which computer."
-    handed_table = wb.document.Table(
+    handed_table = wb.document.ReportTable(
         "handed", caption, columns, tuple(rows), (f"Given: {given}.", f"Starts, near and far: {starts}.")
     )
     return wb.Section(
@@ -104,27 +105,30 @@ def margins_section(results: wb.Results) -> wb.Section:
     """Each effect by itself."""
     caption = (
         "Each effect of the computer by itself, from {}: the growth of the error at the declared level, and the "
-        f"largest level up to which no run has more than {KEPT:g} and {STANDS:g} times its error."
+        f"largest level up to which no run has more than {KEEPS_RATIO:g} and {STANDS_RATIO:g} times its error."
     )
     tables = [
         wb.evidence.computer_table(
             f"margins{'' if start == NEAR_START else '_far'}",
             caption.format(START_WORDS[start]),
-            [(one.name, margins(results, one, start=start)) for one in handed()],
+            [(one.name, margins(results, one, start=start)) for one in handover_loops()],
         )
         for start in BOTH
     ]
     late = {key: scan.threshold for key, scan in scans(results).delays.items()}
-    delays = wb.document.Table(
+    delays = wb.document.ReportTable(
         "delays",
         "The longest delay from reading to command, from starts near each loop's own; one period is declared.",
         (
-            wb.document.Column("loop"),
-            wb.document.Column("error kept up to", "periods", "right"),
-            wb.document.Column("not kept at", "periods", "right"),
+            wb.document.TableColumn("loop"),
+            wb.document.TableColumn("error kept up to", "periods", "right"),
+            wb.document.TableColumn("not kept at", "periods", "right"),
         ),
-        tuple((one.name, int(late[one.key].largest), finite(late[one.key].next)) for one in handed()),
-        (f"Kept: at most {KEPT:g} times the error with one period. One run each; no period is shortened for a delay.",),
+        tuple((one.name, int(late[one.key].largest), finite(late[one.key].next)) for one in handover_loops()),
+        (
+            f"Kept: at most {KEEPS_RATIO:g} times the error with one period. One run each; no period is shortened for "
+            "a delay.",
+        ),
     )
     words = (
         "With jitter, each instant comes late by a new random delay, uniform up to the stated level; law and reference "
@@ -156,7 +160,7 @@ def ladders(results: wb.Results) -> wb.document.Figure:
         ("missed periods", "missed periods [%]"),
     ):
         series = []
-        for style, one in enumerate(handed()):
+        for style, one in enumerate(handover_loops()):
             held = next(each for each in margins(results, one).each if each.effect.name == name)
             scale = {"jitter": 100 / one.period, "missed periods": 100.0}.get(name, 1.0)
             worst = held.ratios.max(axis=1)
@@ -175,11 +179,11 @@ def periods_figure(results: wb.Results) -> wb.document.Figure:
     panels = []
     for start in BOTH:
         series = []
-        for style, one in enumerate(handed()):
+        for style, one in enumerate(handover_loops()):
             found = quiet_periods(results).get((one.name, PATHS[start]))
             if found:
-                y = QUIET * found.found.worst(TV)
-                x = 1e3 * np.array(found.found.threshold.values)
+                y = QUIET * found.largest_setting.worst(TV)
+                x = 1e3 * np.array(found.largest_setting.threshold.values)
             else:
                 scan = scans(results).periods[one.key, start]
                 x, y = 1e3 * np.array(scan.threshold.values), np.asarray(scan.TV)
@@ -198,7 +202,7 @@ def periods_figure(results: wb.Results) -> wb.document.Figure:
 def periods_section(results: wb.Results) -> wb.Section:
     """The longest period allowed, by start."""
     rows: list[tuple[wb.document.Cell, ...]] = []
-    for one in handed():
+    for one in handover_loops():
         cells: list[wb.document.Cell] = []
         for start in BOTH:
             found = quiet_periods(results).get((one.name, PATHS[start]))
@@ -207,27 +211,28 @@ def periods_section(results: wb.Results) -> wb.Section:
             cells += [rule, 1e3 * low, 1e3 * high if np.isfinite(high) else "none tried"]
         rows.append((one.name, 1e3 * one.period, *cells))
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("declared", "ms", "right", digits=3),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("declared", "ms", "right", digits=3),
         *(
             column
             for start in ("near", "far")
             for column in (
-                wb.document.Column(f"rule, {start}", "ms", "right", digits=3),
-                wb.document.Column(f"allowed up to, {start}", "ms", "right", digits=3),
-                wb.document.Column(f"not allowed at, {start}", "ms", "right", digits=3),
+                wb.document.TableColumn(f"rule, {start}", "ms", "right", digits=3),
+                wb.document.TableColumn(f"allowed up to, {start}", "ms", "right", digits=3),
+                wb.document.TableColumn(f"not allowed at, {start}", "ms", "right", digits=3),
             )
         ),
     )
     notes = (
-        f"Laws of the paper's arm: total variation at most {QUIET:g} times its value in continuous time, by the search "
-        f"of a9. LQG, and EKF and LQR: error at most {KEPT:g} and total variation at most {QUIET:g} times their values "
-        "at a quarter of the declared period, at periods that rise by a quarter. Near and far: the starts that stand "
-        "below the table of what is handed over. Rule: the period from which on the layer is unstable, by the largest "
-        "eigenvalue of M^-1 K along the run in continuous time (a9); a dash where there is no gain K.",
+        f"Laws of the paper's arm: total variation at most {QUIET:g} times its value in continuous time, by the "
+        f"search of a9. LQG, and EKF and LQR: error at most {KEEPS_RATIO:g} and total variation at most {QUIET:g} "
+        "times their values at a quarter of the declared period, at periods that rise by a quarter. Near and far: "
+        "the starts that stand below the table of what is handed over. Rule: the period from which on the layer is "
+        "unstable, by the largest eigenvalue of M^-1 K along the run in continuous time (a9); a dash where there is "
+        "no gain K.",
     )
     caption = "The longest period allowed from the near and from the far start."
-    table = wb.document.Table("periods_table", caption, columns, tuple(rows), notes)
+    table = wb.document.ReportTable("periods_table", caption, columns, tuple(rows), notes)
     return wb.Section("The longest period allowed", (table,))
 
 
@@ -236,9 +241,9 @@ def bracket(threshold: wb.evidence.Threshold) -> tuple[float, float]:
     return threshold.largest, threshold.next
 
 
-def shown(loss: Loss) -> wb.document.Cell:
+def loss_cell(loss: Loss) -> wb.document.Cell:
     """A loss in per cent, as a cell."""
-    return wb.document.Measured(100 * loss.value, 100 * loss.error) if np.isfinite(loss.value) else "lost"
+    return wb.document.ValueWithError(100 * loss.value, 100 * loss.error) if np.isfinite(loss.value) else "lost"
 
 
 def losses_section(results: wb.Results) -> wb.Section:
@@ -247,30 +252,30 @@ def losses_section(results: wb.Results) -> wb.Section:
     return wb.Section("What single precision and an imperfect clock cost", tuple(tables))
 
 
-def losses_table(results: wb.Results, start: str) -> wb.document.Table:
+def losses_table(results: wb.Results, start: str) -> wb.document.ReportTable:
     """The growth of the error of each loop from a start."""
     rows: list[tuple[wb.document.Cell, ...]] = []
-    for one in handed():
+    for one in handover_loops():
         own = all_losses(results, start=start)[one.name]
         error, _, unit = error_of(results, one.name, start=start)
         more = error * own.together.value
         growth = amount(more, unit).replace("-", "\N{MINUS SIGN}") if np.isfinite(more) else "lost"
-        parts = (own.readings, own.single, own.jitter, own.missed, own.together, own.noisier)
-        rows.append((one.name, amount(error, unit), growth, *map(shown, parts)))
+        parts = (own.readings, own.single, own.jitter, own.missed_periods, own.together, own.noisier)
+        rows.append((one.name, amount(error, unit), growth, *map(loss_cell, parts)))
     heads = ("readings", "single", "jitter", "missed", "all three", "TV, all three")
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column(ERROR, align="right"),
-        wb.document.Column("growth, all three", align="right"),
-        *(wb.document.Column(head, "%", "right") for head in heads),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn(ERROR, align="right"),
+        wb.document.TableColumn("growth, all three", align="right"),
+        *(wb.document.TableColumn(head, "%", "right") for head in heads),
     )
     notes = (
-        f"Growth of the error from {100 * SETTLED:.0f} % of the run on, at the worst joint: the mean over {DRAWS} "
-        "starts, with twice its standard error. Readings: from exact readings to those with steps. The other columns "
-        f"compare with double precision and a perfect clock at the same readings: single precision; {CLOCK}; all three "
-        "together. TV: the total variation of the commands.",
+        f"Growth of the error from {100 * TRANSIENT_SHARE:.0f} % of the run on, at the worst joint: the mean over "
+        f"{DRAWS} starts, with twice its standard error. Readings: from exact readings to those with steps. The other "
+        f"columns compare with double precision and a perfect clock at the same readings: single precision; {CLOCK}; "
+        "all three together. TV: the total variation of the commands.",
     )
     name = "losses" if start == NEAR_START else f"losses_{start}"
-    return wb.document.Table(
+    return wb.document.ReportTable(
         name, f"The growth of the settled error, from {START_WORDS[start]}.", columns, tuple(rows), notes
     )

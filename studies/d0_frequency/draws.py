@@ -10,16 +10,16 @@ import numpy as np
 import workbench as wb
 from studies.d0_frequency.loops import AtPose, linear
 from studies.d0_frequency.rest_answers import JOINTS, Complex
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.factors import SEED, factors
 from studies.paper.linearization import LEVEL
 
 COUNT = 100
 OMEGA = np.geomspace(0.1, 1e4, 81)  # rad/s
 DRAWN_POSES = (LEVEL, "upright")
-LAWS_DRAWN = (PROPOSED, "SMC", "PID")
+LAWS_DRAWN = (PROPOSED_LAW, "SMC", "PID")
 ITEMS = tuple(AtPose(law, pose) for law in LAWS_DRAWN for pose in DRAWN_POSES)
-UNMOVED = ("D",)  # at rest nothing disturbs
+FIXED_FACTORS = ("D",)  # at rest nothing disturbs
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class DrawnLoops:
     reason: str
 
     @property
-    def resting(self) -> int:
+    def rest_count(self) -> int:
         """The number of draws that rest."""
         return int(np.isfinite(self.alpha).sum())
 
@@ -46,14 +46,14 @@ class DrawnLoops:
         return int(np.nanargmin(self.alpha))
 
 
-def moved(law: str) -> tuple[wb.Factor, ...]:
+def rest_factors(law: str) -> tuple[wb.Factor, ...]:
     """The factors of a7 that a loop at rest has."""
-    return tuple(factor for factor in factors(law) if factor.name not in UNMOVED)
+    return tuple(factor for factor in factors(law) if factor.name not in FIXED_FACTORS)
 
 
 def values(loop: wb.linear_loops.LinearLoop, law: str) -> dict[str, wb.Array]:
     """The draws by the names of parameters, (N, *shape) each."""
-    space = wb.uncertainty.Space(moved(law), loop.parameters, loop.states)
+    space = wb.uncertainty.Space(rest_factors(law), loop.parameters, loop.states)
     p, x = space.rows(wb.study.MonteCarlo(len(space.factors), COUNT, seed=SEED).points())
     del x  # the start of a loop that rests
     names = [
@@ -67,7 +67,7 @@ def drawn_loops(one: AtPose) -> DrawnLoops:
     both, single = linear(one), linear(one, at=JOINTS[0])
     rows = both.rows(values(both, one.law))
     model, alpha = rows.models.kind("drawn_loops", "L"), np.full(COUNT, np.nan)
-    for i in np.flatnonzero(~rows.flagged):
+    for i in np.flatnonzero(~rows.flagged_rows):
         try:
             alpha[i] = wb.linear.disk_margin(model.row(int(i)).system()).alpha
         except ValueError:
@@ -77,6 +77,6 @@ def drawn_loops(one: AtPose) -> DrawnLoops:
     return DrawnLoops(both.disk_margin.alpha, alpha, answers, reason)
 
 
-def drawn(results: wb.Results) -> Mapping[AtPose, DrawnLoops]:
+def draws_by_pose(results: wb.Results) -> Mapping[AtPose, DrawnLoops]:
     """The draws of each law at each pose."""
     return dict(zip(ITEMS, results.work("draws"), strict=True))

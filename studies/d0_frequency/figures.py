@@ -6,13 +6,13 @@ import numpy as np
 
 import workbench as wb
 from studies.d0_frequency.draws import OMEGA as OF_DRAWS
-from studies.d0_frequency.draws import drawn
+from studies.d0_frequency.draws import draws_by_pose
 from studies.d0_frequency.limit_cycles import PERIODS, PHI, K, LimitCycle, linear_part
-from studies.d0_frequency.loops import CONTINUOUS, DRAWN, RUNS, SHORT, AtPose
+from studies.d0_frequency.loops import CONTINUOUS, DRAWN_LAWS, RUNS, SHORT, AtPose
 from studies.d0_frequency.period_limits import STARTS, limits
 from studies.d0_frequency.rest_answers import Curves, all_curves, rests
 from studies.d0_frequency.step_sizes import SIZES, settlings
-from studies.paper.card import LAWS, PROPOSED
+from studies.paper.card import LAWS, PROPOSED_LAW
 from studies.paper.linearization import LEVEL
 
 STYLES = {law: i for i, law in enumerate(LAWS)}
@@ -57,7 +57,7 @@ def matrix_of(results: wb.Results, law: str, late: bool = False) -> wb.loop_pict
 
 def bode(results: wb.Results, joint: int, late: bool = False) -> wb.document.Figure:
     """The Bode plot of a joint with the other one closed."""
-    curves = [curve_of(results, law, joint, late) for law in DRAWN]
+    curves = [curve_of(results, law, joint, late) for law in DRAWN_LAWS]
     time = f"in a computer with a period of {1e3 * SHORT:g} ms, a period late" if late else "in continuous time"
     caption = f"Bode plot of the loop gain of joint {joint + 1}, the other joint closed, {WHERE}, {time}. {SAME}"
     return wb.loop_pictures.bode_figure(f"bode_{joint + 1}{'_late' * late}", caption, curves)
@@ -65,7 +65,7 @@ def bode(results: wb.Results, joint: int, late: bool = False) -> wb.document.Fig
 
 def nyquist(results: wb.Results, joint: int) -> wb.document.Figure:
     """The Nyquist plot of a joint with the other one closed."""
-    curves = [curve_of(results, law, joint) for law in DRAWN]
+    curves = [curve_of(results, law, joint) for law in DRAWN_LAWS]
     loop = f"the loop gain of joint {joint + 1}, the other joint closed"
     caption = f"Nyquist plot of {loop}, {WHERE}, in continuous time. {SAME}"
     return wb.loop_pictures.nyquist_figure(f"nyquist_{joint + 1}", caption, curves, reach=3.0)
@@ -73,7 +73,7 @@ def nyquist(results: wb.Results, joint: int) -> wb.document.Figure:
 
 def several_channels(results: wb.Results) -> tuple[wb.document.Figure, ...]:
     """Singular values, det(I + L) and characteristic loci of both torques at once."""
-    every = [matrix_of(results, law) for law in DRAWN]
+    every = [matrix_of(results, law) for law in DRAWN_LAWS]
     caption = f"The singular values of the loop gain L at both torques, {WHERE}, in continuous time. {SAME}"
     found = [wb.loop_pictures.singular_value_figure("singular_values", caption, every)]
     caption = (
@@ -81,7 +81,7 @@ def several_channels(results: wb.Results) -> tuple[wb.document.Figure, ...]:
         "undamped: at its two natural frequencies L is infinite, and the curve jumps."
     )
     found.append(wb.loop_pictures.determinant_figure("determinant", caption, every, reach=3.0))
-    for law in (PROPOSED, "PID"):
+    for law in (PROPOSED_LAW, "PID"):
         caption = f"The characteristic loci of {law}, the eigenvalues of L over frequency, {WHERE}, in continuous time."
         name = f"loci_{law.lower().replace('-', '_')}"
         found.append(wb.loop_pictures.characteristic_loci_figure(name, caption, matrix_of(results, law), reach=3.0))
@@ -91,7 +91,7 @@ def several_channels(results: wb.Results) -> tuple[wb.document.Figure, ...]:
 def poles(results: wb.Results) -> wb.document.Figure:
     """The slow poles of each loop that is drawn."""
     sets = []
-    for law in DRAWN:
+    for law in DRAWN_LAWS:
         held = rests(results)[AtPose(law, LEVEL)][CONTINUOUS].poles
         sets.append(wb.loop_pictures.PoleZeroSet(law, held[np.abs(held) < SLOW], style=STYLES[law]))
     caption = (
@@ -125,8 +125,8 @@ def gang_of_six(results: wb.Results) -> wb.document.Figure:
 def envelopes(results: wb.Results) -> tuple[wb.document.Figure, ...]:
     """The loop gain of joint 1 over the draws, a figure a law."""
     found = []
-    for law in (PROPOSED, "SMC", "PID"):
-        own = drawn(results)[AtPose(law, LEVEL)]
+    for law in (PROPOSED_LAW, "SMC", "PID"):
+        own = draws_by_pose(results)[AtPose(law, LEVEL)]
         worst = own.worst
         name = f"draw {worst}, disk margin {own.alpha[worst]:.3g}"
         caption = f"{law}: the loop gain of joint 1, joint 2 closed, {WHERE}, with numbers drawn at random."
@@ -173,7 +173,7 @@ def size_figure(results: wb.Results) -> wb.document.Figure:
     series = []
     for law in LAWS:
         own = every[AtPose(law, LEVEL)]
-        share = np.where(np.isfinite(own.runs), own.runs / own.predicted, np.nan)
+        share = np.where(np.isfinite(own.runs), own.runs / own.prediction, np.nan)
         series.append(wb.document.Series(law, np.array(SIZES), share, STYLES[law]))
     caption = (
         "The settling time of runs over that of the linear loop, by how far off rest both joints start, at the level "
@@ -208,9 +208,9 @@ def cycle_figures(results: wb.Results) -> tuple[wb.document.Figure, ...]:
     )
     panels = []
     for place, label in ((1, "amplitude of s of joint 1 [rad/s]"), (0, "frequency of s of joint 1 [rad/s]")):
-        moving = [(T, one) for T, one in held.items() if one.predicted is not None and not one.rest]
+        moving = [(T, one) for T, one in held.items() if one.prediction is not None and not one.rest]
         x = np.array([1e3 * T for T, _ in moving])
-        balance = np.array([(one.predicted or (0.0, 0.0))[place] for _, one in moving])
+        balance = np.array([(one.prediction or (0.0, 0.0))[place] for _, one in moving])
         seen = np.array([[(run.frequency or np.nan, run.amplitude)[place] for run in one.runs] for _, one in moving])
         series = (
             wb.document.Series("balance", x, balance, 0),

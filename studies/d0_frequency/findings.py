@@ -8,18 +8,22 @@ import numpy as np
 
 import workbench as wb
 from studies.d0_frequency.limit_cycles import PERIODS, PUSHES, QUIET, LimitCycle
-from studies.d0_frequency.loops import CONTINUOUS, LAYERED, RUN_POSES, RUNS, AtPose
+from studies.d0_frequency.loops import CONTINUOUS, LAYER_LAWS, RUN_POSES, RUNS, AtPose
 from studies.d0_frequency.margin_findings import one_channel
 from studies.d0_frequency.period_limits import STARTS, PeriodLimit, limits
 from studies.d0_frequency.rest_answers import rests
 from studies.d0_frequency.step_sizes import SIZE_POSES, settlings
 from studies.d0_frequency.tables import MINUS, number, span
-from studies.paper.card import LAWS, PROPOSED
+from studies.paper.card import LAWS, PROPOSED_LAW
 from studies.paper.linearization import LEVEL
 
-GIVEN = "AOSMC-RGS: positions alone. Other laws: exact positions and velocities. All laws but PID: the exact model."
-CHOSEN = "The numbers of the laws as in a1; gains that adapt are held at K(0) in the linear loop; starts and poses."
-FITTED = "Q and R of AOSMC-RGS, to its printed RMSE (a1)."
+INFORMATION = (
+    "AOSMC-RGS: positions alone. Other laws: exact positions and velocities. All laws but PID: the exact model."
+)
+ASSUMPTIONS = (
+    "The numbers of the laws as in a1; gains that adapt are held at K(0) in the linear loop; starts and poses."
+)
+FITS = "Q and R of AOSMC-RGS, to its printed RMSE (a1)."
 INSIDE = (0.97, 1.03)  # shares of the predicted period between which the limit of the runs lies if both agree
 WIDER = (0.8, 1.25)
 FAR = "a start 0.3 rad off rest"
@@ -35,7 +39,7 @@ def findings(results: wb.Results) -> tuple[wb.Finding, ...]:
 def answer(results: wb.Results) -> str:
     """The answer of the page in one line."""
     every = limits(results)
-    small = agreed(every, RUNS, "small")
+    small = agreement_count(every, RUNS, "small")
     ratio = over_rule(results)
     size = valid_size(results)
     laws = sorted(ratio, key=lambda law: -max(ratio[law]))
@@ -46,7 +50,7 @@ def answer(results: wb.Results) -> str:
     )
 
 
-def agreed(
+def agreement_count(
     every: Mapping[AtPose, PeriodLimit], some: Iterable[AtPose], start: str, inside: tuple[float, float] = INSIDE
 ) -> str:
     """The loops whose runs rest up to the lower share of the predicted period, and no longer at the higher one."""
@@ -55,9 +59,9 @@ def agreed(
     return f"{count} of {len(held)}"
 
 
-def learned(every: Mapping[AtPose, PeriodLimit], start: str) -> str:
+def learned_gain_count(every: Mapping[AtPose, PeriodLimit], start: str) -> str:
     """The loops whose limit the linear map foretells with the gain that the run has learned."""
-    verdicts = [one.learned[list(STARTS).index(start)] for one in every.values()]
+    verdicts = [one.learned_gain_agrees[list(STARTS).index(start)] for one in every.values()]
     held = [verdict for verdict in verdicts if verdict is not None]
     return f"{sum(held)} of {len(held)}"
 
@@ -65,19 +69,21 @@ def learned(every: Mapping[AtPose, PeriodLimit], start: str) -> str:
 def period_limit(results: wb.Results) -> wb.Finding:
     """The linear map of the period beside runs from rest."""
     every = limits(results)
-    small, large = (agreed(every, RUNS, start) for start in STARTS)
+    small, large = (agreement_count(every, RUNS, start) for start in STARTS)
     earlier = [one for one in RUNS if every[one].ends("large")[1] < 1]
     later = [one for one in RUNS if every[one].ends("large")[0] > 1]
     variations = [
         wb.Variation(FAR, large, f"a shorter period in {len(earlier)}, a longer one in {len(later)}"),
-        wb.Variation(f"{FAR}, linear with the learned gain, the loops that learn one", learned(every, "large")),
+        wb.Variation(
+            f"{FAR}, linear with the learned gain, the loops that learn one", learned_gain_count(every, "large")
+        ),
         *(
-            wb.Variation(f"{law} alone", agreed(every, [one for one in RUNS if one.law == law], "small"))
+            wb.Variation(f"{law} alone", agreement_count(every, [one for one in RUNS if one.law == law], "small"))
             for law in LAWS
         ),
         wb.Variation(
             f"{FAR}, between {WIDER[0]:g} and {WIDER[1]:g} times the predicted period",
-            agreed(every, RUNS, "large", WIDER),
+            agreement_count(every, RUNS, "large", WIDER),
         ),
     ]
     whole = small.split(" of ")
@@ -86,22 +92,22 @@ def period_limit(results: wb.Results) -> wb.Finding:
         statement=f"In {small} loops a run that starts 10 µrad off rest comes to rest up to {INSIDE[0]:g} times the "
         f"sampling period at which the linear loop becomes unstable, and no longer at {INSIDE[1]:g} times. The same "
         f"holds in {large} from {FAR}.",
-        evidence="From 0.3 rad the gains that adapt end at other values than K(0). Made linear with the gain that the "
-        f"run has learned, {learned(every, 'large')} loops that learn one are stable at the longest period at which it "
-        "rests, and unstable at the next one tried.",
+        evidence="From 0.3 rad the gains that adapt end at other values than K(0). Made linear with the gain that "
+        f"the run has learned, {learned_gain_count(every, 'large')} loops that learn one are stable at the longest "
+        "period at which it rests, and unstable at the next one tried.",
         statistic="The longest period at which the torque comes to rest, over the period at which a pole of the linear "
         "loop reaches the unit circle. At rest: a total variation below 10 N m/s after 6 s.",
         sample=f"{len(LAWS)} laws at {len(RUN_POSES)} poses ({', '.join(RUN_POSES)}), one run each, the torque one "
         "period late, readings exact.",
-        given=GIVEN,
-        chosen=CHOSEN,
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
+        fits=FITS,
         answer="all" if whole[0] == whole[1] else small,
         variations=tuple(
             wb.Variation(v.words, "all" if len(set(v.answer.split(" of "))) == 1 else v.answer, v.detail)
             for v in variations
         ),
-        untried="noise in the readings, which keeps a loop near its limit from rest",
+        limitations="noise in the readings, which keeps a loop near its limit from rest",
     )
 
 
@@ -134,22 +140,22 @@ def delay_rule(results: wb.Results) -> wb.Finding:
         statement=f"The delay margin of continuous time, divided by {HOLD:g}, is {span(ratio[worst])} times the "
         f"longest stable sampling period for {worst}, and {span(r for law in others for r in others[law])} times for "
         "the other laws.",
-        evidence="A torque that acts one period late, and is then held for one, is late by 1.5 periods. The margin of "
-        f"{PROPOSED} is that of a delay of which its observer does not know. A computer also samples the loop between "
-        "law and observer, which no margin at the torque sees.",
+        evidence="A torque that acts one period late, and is then held for one, is late by 1.5 periods. The margin "
+        f"of {PROPOSED_LAW} is that of a delay of which its observer does not know. A computer also samples the loop "
+        "between law and observer, which no margin at the torque sees.",
         statistic="Delay margin of the worse joint over 1.5, divided by the period at which the linear loop becomes "
         "unstable. Answer: the law with the largest quotient.",
         sample=f"{len(LAWS)} laws at {len(RUN_POSES)} poses.",
-        given=GIVEN,
-        chosen=CHOSEN,
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
+        fits=FITS,
         answer=worst,
         variations=tuple(variations),
-        untried="a cut between the law and its observer, at which the delay margin would be short",
+        limitations="a cut between the law and its observer, at which the delay margin would be short",
     )
 
 
-def valid_size(results: wb.Results, tolerance: float = CLOSE, laws: Iterable[str] = LAYERED) -> float:
+def valid_size(results: wb.Results, tolerance: float = CLOSE, laws: Iterable[str] = LAYER_LAWS) -> float:
     """The largest size in rad up to which the settling times of all these laws at all poses are as predicted."""
     every = settlings(results)
     return min(every[AtPose(law, pose)].valid(tolerance) for law in laws for pose in SIZE_POSES)
@@ -163,8 +169,8 @@ def step_size(results: wb.Results) -> wb.Finding:
         return f"{number(1e3 * value)} mrad" if value else "none tried"
 
     at_level = {law: every[AtPose(law, LEVEL)] for law in LAWS}
-    largest = {law: own.runs[-2] / own.predicted for law, own in at_level.items()}
-    slow = max(LAYERED, key=lambda law: largest[law])
+    largest = {law: own.runs[-2] / own.prediction for law, own in at_level.items()}
+    slow = max(LAYER_LAWS, key=lambda law: largest[law])
     variations = [
         *(
             wb.Variation(f"a tolerance of {100 * share:g} %", words(valid_size(results, share)))
@@ -175,30 +181,30 @@ def step_size(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         name="size_of_linear_motion",
         statement=f"Settling takes as long as the linear loop predicts, within {100 * CLOSE:g} %, from starts up to "
-        f"{words(size)} off rest under all {len(LAYERED)} laws with a boundary layer, and up to "
+        f"{words(size)} off rest under all {len(LAYER_LAWS)} laws with a boundary layer, and up to "
         f"{words(valid_size(results, laws=('PID',)))} under PID.",
         evidence="The boundary layer of 0.01 rad/s ends 1.7 mrad off rest. From 0.3 rad the settling time over the "
-        f"predicted one is {largest[slow]:.2f} under {slow}, {largest[PROPOSED]:.2f} under {PROPOSED} and "
+        f"predicted one is {largest[slow]:.2f} under {slow}, {largest[PROPOSED_LAW]:.2f} under {PROPOSED_LAW} and "
         f"{largest['PID']:.2f} under PID.",
         statistic="The largest start tried up to which the settling time of the slower joint, to 5 % of the start, is "
         "within 10 % of the linear one; the least over laws and poses.",
         sample=f"{len(LAWS)} laws at {len(SIZE_POSES)} poses, nine starts from 0.1 mrad to 1 rad, both joints off to "
         "the same side, in continuous time.",
-        given=GIVEN,
-        chosen=CHOSEN,
-        fitted=FITTED,
+        information=INFORMATION,
+        assumptions=ASSUMPTIONS,
+        fits=FITS,
         answer=words(size),
         variations=tuple(variations),
-        untried="starts with a velocity, or with the joints off to opposite sides",
+        limitations="starts with a velocity, or with the joints off to opposite sides",
     )
 
 
-def cycle_errors(held: Mapping[float, LimitCycle], run: int) -> np.ndarray:
+def cycle_errors(cycles: Mapping[float, LimitCycle], run: int) -> np.ndarray:
     """Errors of the balance in %, (periods, 2): of frequency and amplitude, where a run oscillates as predicted."""
     rows = [
-        (abs(one.predicted[0] / found.frequency - 1), abs(one.predicted[1] / found.amplitude - 1))
-        for one in held.values()
-        if one.predicted is not None and not one.rest
+        (abs(one.prediction[0] / found.frequency - 1), abs(one.prediction[1] / found.amplitude - 1))
+        for one in cycles.values()
+        if one.prediction is not None and not one.rest
         for found in (one.runs[run],)
         if found.frequency and found.amplitude > QUIET
     ]
@@ -229,8 +235,8 @@ def limit_cycle(results: wb.Results) -> wb.Finding:
         statistic="Rest or oscillation of s of joint 1 after 4 s; errors relative to the run.",
         sample=f"SMC on the folded arm, where M is diagonal, {len(held)} periods from 0.5 to 10 ms, the torque one "
         "period late, one start; three others as variations.",
-        given="SMC: exact positions and velocities, and the exact model.",
-        chosen=CHOSEN,
+        information="SMC: exact positions and velocities, and the exact model.",
+        assumptions=ASSUMPTIONS,
         answer=verdict(counts[0]),
         variations=tuple(
             wb.Variation(
@@ -241,5 +247,5 @@ def limit_cycle(results: wb.Results) -> wb.Finding:
             for run in runs
             if run
         ),
-        untried="poses where M couples both joints, and other laws",
+        limitations="poses where M couples both joints, and other laws",
     )

@@ -9,7 +9,7 @@ import numpy as np
 import workbench as wb
 from studies.d0_frequency.loops import substeps
 from studies.paper.card import CARD as PAPER
-from studies.paper.linearization import POSES, holding, still
+from studies.paper.linearization import POSES, holding_torque, still
 
 POSE = POSES["folded down"]  # there M is diagonal: each joint is a loop by itself
 PERIODS = (5e-4, 1e-3, 1.5e-3, 1.8e-3, 2.2e-3, 2.5e-3, 3e-3, 4e-3, 5e-3, 7.5e-3, 1e-2)  # s
@@ -27,7 +27,7 @@ class LimitCycle:
     runs: tuple[wb.chattering.RecordedOscillation, ...]
 
     @property
-    def predicted(self) -> tuple[float, float] | None:
+    def prediction(self) -> tuple[float, float] | None:
         """The frequency in rad/s and the amplitude in rad/s of the oscillation that attracts, None at rest."""
         held = [one for one in self.balance.oscillations if one.stable]
         return (held[-1].frequency, held[-1].amplitude) if held else None
@@ -42,10 +42,10 @@ class LimitCycle:
         return self.rest is (self.runs[run].amplitude <= QUIET)
 
 
-def late_step(period: float) -> wb.core.Step:
+def late_step(period: float) -> wb.core.StepMap:
     """The step of the arm under SMC in a computer whose torque acts a period late."""
-    waiting = {"tau": holding(POSE)}
-    return wb.DigitalLoop(still("SMC", POSE), period, delay=True, waiting=waiting).ode().step(substeps(period))
+    waiting = {"tau": holding_torque(POSE)}
+    return wb.DigitalLoop(still("SMC", POSE), period, delay=True, initial_commands=waiting).ode().step(substeps(period))
 
 
 def linear_part(period: float) -> wb.chattering.LinearPart:
@@ -53,7 +53,7 @@ def linear_part(period: float) -> wb.chattering.LinearPart:
     step = late_step(period)
     p = step.parameters.default.copy()
     p[step.parameters.labels.index("controller.K[1]")] = 0.0
-    return wb.chattering.cut(step, step.states.default, p)
+    return wb.chattering.linear_part_of(step, step.states.default, p)
 
 
 def limit_cycle(period: float) -> LimitCycle:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from studies.d0_frequency.draws import COUNT, DRAWN_POSES, drawn
+from studies.d0_frequency.draws import COUNT, DRAWN_POSES, draws_by_pose
 from studies.d0_frequency.loops import ARM_POSES, CONTINUOUS, SHORT, AtPose
 from studies.d0_frequency.rest_answers import over_poses, rests
 from studies.d0_frequency.tables import number
@@ -23,10 +23,10 @@ def shares(results: wb.Results) -> dict[str, dict[str, float]]:
     }
 
 
-def least(held: dict[str, dict[str, float]]) -> tuple[str, str]:
+def least(margin_shares: dict[str, dict[str, float]]) -> tuple[str, str]:
     """The law and the pose with the least share."""
-    places = [(law, pose) for law, poses in held.items() for pose in poses]
-    return min(places, key=lambda place: held[place[0]][place[1]])
+    places = [(law, pose) for law, poses in margin_shares.items() for pose in poses]
+    return min(places, key=lambda place: margin_shares[place[0]][place[1]])
 
 
 def one_channel(results: wb.Results) -> wb.Finding:
@@ -56,25 +56,26 @@ def one_channel(results: wb.Results) -> wb.Finding:
         "Answer: the law with the least share.",
         sample=f"{len(LAWS)} laws at {len(ARM_POSES)} poses in continuous time; {COUNT} draws of three laws at "
         f"{len(DRAWN_POSES)} poses.",
-        given="AOSMC-RGS: positions alone. Other laws: exact positions and velocities. All laws but PID: the exact "
-        "model, in the draws one that is off.",
-        chosen="The numbers of the laws as in a1, the adapting gains held at K(0); the ranges of the draws, as in a7.",
-        fitted="Q and R of AOSMC-RGS, to its printed RMSE (a1).",
+        information="AOSMC-RGS: positions alone. Other laws: exact positions and velocities. All laws but PID: the "
+        "exact model, in the draws one that is off.",
+        assumptions="The numbers of the laws as in a1, the adapting gains held at K(0); the ranges of the draws, as in "
+        "a7.",
+        fits="Q and R of AOSMC-RGS, to its printed RMSE (a1).",
         answer=law,
         variations=tuple(variations),
-        untried="cuts at the readings, and draws of learned gains",
+        limitations="cuts at the readings, and draws of learned gains",
     )
 
 
 def drawn_words(results: wb.Results) -> str:
     """A sentence on the draws: those without rest, and the loss of margin of the worst."""
-    every = drawn(results)
-    lost = {one: COUNT - own.resting for one, own in every.items()}
+    every = draws_by_pose(results)
+    lost = {one: COUNT - own.rest_count for one, own in every.items()}
     without = max(lost, key=lambda one: lost[one])
     falls = {one: own.own - float(np.nanmin(own.alpha)) for one, own in every.items()}
     worst = max(falls, key=lambda one: falls[one])
     unstable = sum(int((own.alpha == 0).sum()) for own in every.values())
-    rested = sum(own.resting for own in every.values())
+    rested = sum(own.rest_count for own in every.values())
     return (
         f"With the numbers of arm, model and law drawn at random, {unstable} of {rested} loops at rest are unstable. "
         f"The margin of both joints falls farthest for {worst.law} ({worst.pose}), from {number(every[worst].own)} to "

@@ -5,12 +5,12 @@ from __future__ import annotations
 import workbench as wb
 from studies.d0_frequency import figures, tables
 from studies.d0_frequency.findings import answer, findings
-from studies.d0_frequency.loops import CARD, DRAWN, step_of_reference
+from studies.d0_frequency.loops import CARD, DRAWN_LAWS, step_of_reference
 from studies.paper.comparison import PROPOSED_STEP, STEPS
 
 STEP = 0.1  # rad, of the reference of both joints
 JUMP = f"a step of {STEP:g} rad"
-UNTIL, KEPT = 3.0, 0.01  # s
+UNTIL, STATE_INTERVAL = 3.0, 0.01  # s
 GAINS = ("Kp", "Ki", "Kd")
 METRICS = (wb.settling_time("q", 0.05), wb.rmse(), wb.total_variation(1e-3))
 LIVE = (
@@ -31,9 +31,9 @@ LIVE = (
 def cases() -> tuple[wb.Case, ...]:
     """A step of the reference of both joints, from the hanging arm at rest."""
     made = []
-    for law in DRAWN:
+    for law in DRAWN_LAWS:
         h = STEPS.get(law, PROPOSED_STEP) / 2
-        run = wb.Run(step_of_reference(law, STEP), METRICS, UNTIL, KEPT, h)
+        run = wb.Run(step_of_reference(law, STEP), METRICS, UNTIL, STATE_INTERVAL, h)
         made.append(wb.Case(JUMP, law, run, figures.STYLES[law]))
     return tuple(made)
 
@@ -74,7 +74,7 @@ def period_section(results: wb.Results) -> wb.Section:
 
 def size_section(results: wb.Results) -> wb.Section:
     """Settling times by size, and a step to turn."""
-    runs = [results[JUMP, law] for law in DRAWN]
+    runs = [results[JUMP, law] for law in DRAWN_LAWS]
     caption = f"Position of joint 1 after a step of its reference by {STEP:g} rad, from the hanging arm at rest."
     step = wb.pictures.traces("step", caption, runs, "q", 0, "q1 [rad]", (wb.pictures.Window(0.0, UNTIL),), "q_ref")
     return wb.Section(

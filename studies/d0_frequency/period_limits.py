@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import workbench as wb
-from studies.d0_frequency.loops import CARD, RUNS, AtPose, digital, linear, started, substeps
-from studies.paper.linearization import HELD
+from studies.d0_frequency.loops import CARD, RUNS, AtPose, digital, linear, start_states, substeps
+from studies.paper.linearization import HELD_STATES
 
 SCAN = tuple(1.5e-4 * 3.0**k for k in range(6))  # s, of the linear prediction, which a bisection then narrows
 RATIO = 1.02  # of the ends of its bracket
@@ -25,14 +25,15 @@ class PeriodLimit:
 
     The linear map is stable at the period `stable` in s, and not at `unstable`. `late` (2, shares) is the total
     variation of the torque after `LATE` from both starts, in N m/s: the larger of both joints, NaN if the run diverged.
-    `learned` says of each start if the linear map at the gain with which the run ends is stable at the longest period
-    at which the run rests and unstable at the next; None where the gain is not learned, or either end was not tried.
+    `learned_gain_agrees` says of each start if the linear map at the gain with which the run ends is stable at the
+    longest period at which the run rests and unstable at the next; None where the gain is not learned, or either end
+    was not tried.
     """
 
     stable: float
     unstable: float
     late: wb.Array
-    learned: tuple[bool | None, bool | None]
+    learned_gain_agrees: tuple[bool | None, bool | None]
 
     @property
     def limit(self) -> float:
@@ -63,7 +64,7 @@ def period_limit(one: AtPose) -> PeriodLimit:
     runs = [_run(one, share * limit) for share in SHARES]
     late = np.array([values for values, _ in runs]).T
     made = PeriodLimit(found.largest, found.next, late, (None, None))
-    if "controller.K" not in HELD.get(one.law, ()):
+    if "controller.K" not in HELD_STATES.get(one.law, ()):
         return made
     gains = [K for _, K in runs]
     first, second = (_learned(one, made, start, gains) for start in STARTS)
@@ -75,11 +76,11 @@ def _run(one: AtPose, period: float) -> tuple[wb.Array, wb.Array]:
     equation = digital(one, period).ode()
     until = period * round(UNTIL / period)
     metric = wb.total_variation(period, after=LATE)
-    x = started(equation, one, np.array(list(STARTS.values())))
+    x = start_states(equation, one, np.array(list(STARTS.values())))
     found = wb.measure(equation, [metric], x0=x, until=until, h=period / substeps(period), every=until)
     worst = np.max([score.value for score in found.scores_of("late TV")], axis=0)
     path = found.trajectories
-    gains = path["controller.K"][:, -1] if "controller.K" in HELD.get(one.law, ()) else np.zeros((2, 0))
+    gains = path["controller.K"][:, -1] if "controller.K" in HELD_STATES.get(one.law, ()) else np.zeros((2, 0))
     return worst, gains
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
-from studies.d0_frequency.loops import ARM_POSES, COMPUTERS, CONTINUOUS, DRAWN, EVERY, SHORT, AtPose, linear
+from studies.d0_frequency.loops import ARM_POSES, COMPUTERS, CONTINUOUS, DRAWN_LAWS, EVERY, SHORT, AtPose, linear
 from studies.paper.linearization import LEVEL
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
@@ -123,11 +123,11 @@ def rests(results: wb.Results) -> Mapping[AtPose, Mapping[str, RestAnswer]]:
     return dict(zip(EVERY, results.work("rests"), strict=True))
 
 
-def over_poses(held: Mapping[AtPose, Mapping[str, RestAnswer]], law: str) -> dict[str, RestAnswer]:
+def over_poses(answers: Mapping[AtPose, Mapping[str, RestAnswer]], law: str) -> dict[str, RestAnswer]:
     """The answers of a law in continuous time, by pose."""
-    return {pose: held[AtPose(law, pose)][CONTINUOUS] for pose in ARM_POSES}
+    return {pose: answers[AtPose(law, pose)][CONTINUOUS] for pose in ARM_POSES}
 
 
 def all_curves(results: wb.Results) -> Mapping[str, tuple[Curves, Curves]]:
     """The curves of each law that is drawn, in continuous time and at the short period."""
-    return dict(zip(DRAWN, results.work("curves"), strict=True))
+    return dict(zip(DRAWN_LAWS, results.work("curves"), strict=True))

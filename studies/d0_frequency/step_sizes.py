@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import expm
 
 import workbench as wb
-from studies.d0_frequency.loops import AtPose, linear, resting, started
+from studies.d0_frequency.loops import AtPose, linear, loop_at_rest, start_states
 from studies.paper.card import LAWS
 from studies.paper.comparison import PROPOSED_STEP, STEPS
 from studies.paper.linearization import LEVEL
@@ -30,31 +30,31 @@ class Settling:
     Infinite if a joint does not settle within the run; `error` (sizes,) is that of the runs by half the step.
     """
 
-    predicted: float
+    prediction: float
     runs: wb.Array
     error: wb.Array
 
     def valid(self, tolerance: float) -> float:
         """The largest size in rad up to which all runs are within a share of the prediction; 0 if none is."""
-        good = np.abs(self.runs / self.predicted - 1) <= tolerance
+        good = np.abs(self.runs / self.prediction - 1) <= tolerance
         count = len(good) if good.all() else int(np.argmin(good))
         return (0.0, *SIZES)[count]
 
 
 def settling(one: AtPose) -> Settling:
     """The settling times of a law at a pose."""
-    equation = resting(one).ode()
+    equation = loop_at_rest(one).ode()
     h = HALF * STEPS.get(one.law, PROPOSED_STEP)
-    x = started(equation, one, np.array(SIZES))
+    x = start_states(equation, one, np.array(SIZES))
     found = wb.measure(equation, [wb.settling_time("q", BAND)], x0=x, until=h * round(UNTIL / h), h=h, every=UNTIL)
     pairs = [(score.value, score.error) for score in found.scores_of("settling time of q")]
     values, errors = (np.array([pair[i] for pair in pairs]) for i in (0, 1))
     slower = np.argmax(values, axis=0)
     runs, error = (np.take_along_axis(part, slower[np.newaxis], 0)[0] for part in (values, errors))
-    return Settling(predicted(one), runs, error)
+    return Settling(predict_settling(one), runs, error)
 
 
-def predicted(one: AtPose) -> float:
+def predict_settling(one: AtPose) -> float:
     """The settling time of the linear part in s, which is the same for all sizes."""
     loop = linear(one)
     system, layout = loop.system("closed", outputs=("q",)), loop.states

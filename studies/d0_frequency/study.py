@@ -8,7 +8,7 @@ from __future__ import annotations
 import workbench as wb
 from studies.d0_frequency.draws import ITEMS, drawn_loops
 from studies.d0_frequency.limit_cycles import PERIODS, limit_cycle
-from studies.d0_frequency.loops import DRAWN, EVERY, RUNS
+from studies.d0_frequency.loops import DRAWN_LAWS, EVERY, RUNS
 from studies.d0_frequency.pages import LIVE, cases, sections
 from studies.d0_frequency.period_limits import period_limit
 from studies.d0_frequency.rest_answers import curves, rest_answers
@@ -32,7 +32,7 @@ study = wb.Study(
     ),
     cases=cases(),
     works=(
-        wb.Work("curves", curves, DRAWN, seconds=3.0),
+        wb.Work("curves", curves, DRAWN_LAWS, seconds=3.0),
         wb.Work("rests", rest_answers, EVERY, seconds=1.0),
         wb.Work("limit_cycles", limit_cycle, PERIODS, seconds=0.5),
         wb.Work("period_limits", period_limit, RUNS, seconds=5.0),

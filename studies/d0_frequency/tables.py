@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 import workbench as wb
-from studies.d0_frequency.draws import COUNT, ITEMS, drawn
+from studies.d0_frequency.draws import COUNT, ITEMS, draws_by_pose
 from studies.d0_frequency.limit_cycles import PERIODS, QUIET, LimitCycle
 from studies.d0_frequency.loops import ARM_POSES, COMPUTERS, CONTINUOUS, RUN_POSES, AtPose
 from studies.d0_frequency.period_limits import limits
@@ -18,7 +18,7 @@ from studies.paper.card import LAWS
 from studies.paper.linearization import LEVEL
 
 MINUS = "\N{MINUS SIGN}"
-UNSTABLE = wb.document.Missing("unstable")
+UNSTABLE = wb.document.MissingCell("unstable")
 PLACES = (CONTINUOUS, *COMPUTERS)
 
 
@@ -35,7 +35,7 @@ def number(value: float, digits: int = 3) -> str:
     return text.replace("-", MINUS)
 
 
-def margins_table(results: wb.Results) -> wb.document.Table:
+def margins_table(results: wb.Results) -> wb.document.ReportTable:
     """The margins of each joint beside the disk margin of both, at the level of the second scenario."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law in LAWS:
@@ -53,16 +53,16 @@ def margins_table(results: wb.Results) -> wb.document.Table:
                 times = number(1e3 * held.delay_margin.value), held.Ms.gain.value
                 rows.append((*head, *parts, *times, held.disk_margin.value, answer.alpha if not joint else ""))
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("period"),
-        wb.document.Column("joint"),
-        wb.document.Column("least gain", align="right"),
-        wb.document.Column("largest gain", align="right"),
-        wb.document.Column("phase margin", "deg", "right"),
-        wb.document.Column("delay margin", "ms", "right"),
-        wb.document.Column("Ms", "", "right", digits=3),
-        wb.document.Column("disk margin of the joint", "", "right", digits=3),
-        wb.document.Column("disk margin of both", "", "right", digits=3),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("period"),
+        wb.document.TableColumn("joint"),
+        wb.document.TableColumn("least gain", align="right"),
+        wb.document.TableColumn("largest gain", align="right"),
+        wb.document.TableColumn("phase margin", "deg", "right"),
+        wb.document.TableColumn("delay margin", "ms", "right"),
+        wb.document.TableColumn("Ms", "", "right", digits=3),
+        wb.document.TableColumn("disk margin of the joint", "", "right", digits=3),
+        wb.document.TableColumn("disk margin of both", "", "right", digits=3),
     )
     notes = (
         "Margins of a joint: with the other joint closed. Least and largest gain: between these factors at the torque "
@@ -71,10 +71,10 @@ def margins_table(results: wb.Results) -> wb.document.Table:
         "leaves. A delay at the torque is none between AOSMC-RGS and its observer.",
     )
     caption = "Stability margins at the torques, at rest at the level of SS."
-    return wb.document.Table("margins", caption, columns, tuple(rows), notes)
+    return wb.document.ReportTable("margins", caption, columns, tuple(rows), notes)
 
 
-def ranges_table(results: wb.Results) -> wb.document.Table:
+def ranges_table(results: wb.Results) -> wb.document.ReportTable:
     """The ranges over the poses."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law in LAWS:
@@ -87,21 +87,21 @@ def ranges_table(results: wb.Results) -> wb.document.Table:
         slow = span(sorted(float(one.poles.real.max()) for one in stable))
         rows.append((law, f"{len(stable)} of {len(every)}", *margins, delays, peaks, slow, fastest))
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("stable poses"),
-        wb.document.Column("disk margin of both"),
-        wb.document.Column("disk margin of the worse joint"),
-        wb.document.Column("delay margin of the worse joint", "ms"),
-        wb.document.Column("Ms of the worse joint"),
-        wb.document.Column("slowest pole", "1/s"),
-        wb.document.Column("fastest pole", "1/s", "right"),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("stable poses"),
+        wb.document.TableColumn("disk margin of both"),
+        wb.document.TableColumn("disk margin of the worse joint"),
+        wb.document.TableColumn("delay margin of the worse joint", "ms"),
+        wb.document.TableColumn("Ms of the worse joint"),
+        wb.document.TableColumn("slowest pole", "1/s"),
+        wb.document.TableColumn("fastest pole", "1/s", "right"),
     )
     notes = (f"Poses: {', '.join(ARM_POSES)}. Of the slowest and the fastest pole the real part is printed.",)
     caption = "Margins and poles in continuous time over six poses: the least and the largest of each."
-    return wb.document.Table("ranges", caption, columns, tuple(rows), notes)
+    return wb.document.ReportTable("ranges", caption, columns, tuple(rows), notes)
 
 
-def limits_table(results: wb.Results) -> wb.document.Table:
+def limits_table(results: wb.Results) -> wb.document.ReportTable:
     """The longest periods, predicted and in runs."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law in LAWS:
@@ -110,18 +110,18 @@ def limits_table(results: wb.Results) -> wb.document.Table:
             own = limits(results)[one]
             rule = rests(results)[one][CONTINUOUS].delay / 1.5
             brackets = [bracket(own.ends(start), own.limit) for start in ("small", "large")]
-            learned = own.learned[1]
+            learned = own.learned_gain_agrees[1]
             verdict = None if learned is None else ("yes" if learned else "no")
             first = law if pose == RUN_POSES[0] else ""
             rows.append((first, pose, number(1e3 * rule), 1e3 * own.limit, *brackets, verdict))
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("pose"),
-        wb.document.Column("delay margin / 1.5", "ms", "right"),
-        wb.document.Column("linear loop", "ms", "right", digits=3),
-        wb.document.Column("run from 10 µrad: rests, chatters", "ms"),
-        wb.document.Column("run from 0.3 rad: rests, chatters", "ms"),
-        wb.document.Column("linear with the learned gain: right"),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("pose"),
+        wb.document.TableColumn("delay margin / 1.5", "ms", "right"),
+        wb.document.TableColumn("linear loop", "ms", "right", digits=3),
+        wb.document.TableColumn("run from 10 µrad: rests, chatters", "ms"),
+        wb.document.TableColumn("run from 0.3 rad: rests, chatters", "ms"),
+        wb.document.TableColumn("linear with the learned gain: right"),
     )
     notes = (
         "Delay margin / 1.5: the period at which a delay of one period, and half a period for the hold, use up the "
@@ -131,7 +131,7 @@ def limits_table(results: wb.Results) -> wb.document.Table:
         "one period and unstable at the other. A dash: the law learns no gain, or one of the two was not tried.",
     )
     caption = "The longest sampling period, predicted and in runs, with the torque one period late."
-    return wb.document.Table("period_limits_table", caption, columns, tuple(rows), notes)
+    return wb.document.ReportTable("period_limits_table", caption, columns, tuple(rows), notes)
 
 
 def bracket(ends: tuple[float, float], limit: float) -> str:
@@ -141,19 +141,19 @@ def bracket(ends: tuple[float, float], limit: float) -> str:
     return f"{number(low)}, {last}" if low else f"none tried, {last}"
 
 
-def sizes_table(results: wb.Results) -> wb.document.Table:
+def sizes_table(results: wb.Results) -> wb.document.ReportTable:
     """Settling times by size at the level, and the range of the prediction over the poses."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law in LAWS:
         own = settlings(results)[AtPose(law, LEVEL)]
-        cells = (value if np.isfinite(value) else wb.document.Missing("never") for value in map(float, own.runs))
-        over = span(settlings(results)[AtPose(law, pose)].predicted for pose in SIZE_POSES)
-        rows.append((law, over, own.predicted, *cells))
+        cells = (value if np.isfinite(value) else wb.document.MissingCell("never") for value in map(float, own.runs))
+        over = span(settlings(results)[AtPose(law, pose)].prediction for pose in SIZE_POSES)
+        rows.append((law, over, own.prediction, *cells))
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("linear, both poses", "s"),
-        wb.document.Column("linear", "s", "right", digits=3),
-        *(wb.document.Column(f"{1e3 * size:,g} mrad", "s", "right", digits=3) for size in SIZES),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("linear, both poses", "s"),
+        wb.document.TableColumn("linear", "s", "right", digits=3),
+        *(wb.document.TableColumn(f"{1e3 * size:,g} mrad", "s", "right", digits=3) for size in SIZES),
     )
     notes = (
         "Settling time: until the slower joint stays within 5 % of the start. Linear: of the linear loop, the same for "
@@ -162,36 +162,36 @@ def sizes_table(results: wb.Results) -> wb.document.Table:
     caption = (
         "Settling times of the linear loop, and of runs that start with both joints off rest by 0.1 to 1,000 mrad."
     )
-    return wb.document.Table("settling", caption, columns, tuple(rows), notes)
+    return wb.document.ReportTable("settling", caption, columns, tuple(rows), notes)
 
 
-def draws_table(results: wb.Results) -> wb.document.Table:
+def draws_table(results: wb.Results) -> wb.document.ReportTable:
     """The disk margins over the draws."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for one in ITEMS:
-        own = drawn(results)[one]
+        own = draws_by_pose(results)[one]
         low, middle, high = np.nanquantile(own.alpha, (0.05, 0.5, 0.95))
         unstable = int((own.alpha == 0).sum())
         cells = (float(low), float(middle), float(high), float(np.nanmin(own.alpha)), own.worst)
-        rows.append((one.law, one.pose, own.resting, unstable, own.own, *cells))
+        rows.append((one.law, one.pose, own.rest_count, unstable, own.own, *cells))
     columns = (
-        wb.document.Column("law"),
-        wb.document.Column("pose"),
-        wb.document.Column(f"draws at rest, of {COUNT}"),
-        wb.document.Column("of these unstable"),
-        wb.document.Column("without draws", "", "right", digits=3),
-        wb.document.Column("5 % quantile", "", "right", digits=3),
-        wb.document.Column("median", "", "right", digits=3),
-        wb.document.Column("95 % quantile", "", "right", digits=3),
-        wb.document.Column("least", "", "right", digits=3),
-        wb.document.Column("draw with the least"),
+        wb.document.TableColumn("law"),
+        wb.document.TableColumn("pose"),
+        wb.document.TableColumn(f"draws at rest, of {COUNT}"),
+        wb.document.TableColumn("of these unstable"),
+        wb.document.TableColumn("without draws", "", "right", digits=3),
+        wb.document.TableColumn("5 % quantile", "", "right", digits=3),
+        wb.document.TableColumn("median", "", "right", digits=3),
+        wb.document.TableColumn("95 % quantile", "", "right", digits=3),
+        wb.document.TableColumn("least", "", "right", digits=3),
+        wb.document.TableColumn("draw with the least"),
     )
     notes = (
         "Drawn: the numbers that a7 varies, over its ranges; those of the arm apart from those of the model that the "
         "law believes. The margin of an unstable loop is 0. A draw without rest has no linear answer: to hold what the "
         "model misses, s must leave the layer.",
     )
-    return wb.document.Table(
+    return wb.document.ReportTable(
         "draws",
         "The disk margin of both torques at once, with numbers of arm, model and law drawn at random.",
         columns,
@@ -200,14 +200,14 @@ def draws_table(results: wb.Results) -> wb.document.Table:
     )
 
 
-def cycles_table(results: wb.Results) -> wb.document.Table:
+def cycles_table(results: wb.Results) -> wb.document.ReportTable:
     """Harmonic balance and runs by period."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     held: dict[float, LimitCycle] = dict(zip(PERIODS, results.work("limit_cycles"), strict=True))
     for T, one in held.items():
-        still = wb.document.Missing("rest")
+        still = wb.document.MissingCell("rest")
         balance: tuple[wb.document.Cell, wb.document.Cell] = (
-            (still, still) if one.rest or one.predicted is None else one.predicted
+            (still, still) if one.rest or one.prediction is None else one.prediction
         )
         moving = [run for run in one.runs if run.amplitude > QUIET]
         runs: tuple[wb.document.Cell, wb.document.Cell] = (still, still)
@@ -215,17 +215,17 @@ def cycles_table(results: wb.Results) -> wb.document.Table:
             runs = span(run.frequency or 0.0 for run in moving), span(run.amplitude for run in moving)
         rows.append((1e3 * T, one.balance.least_phi, *balance, *runs, f"{len(moving)} of {len(one.runs)}"))
     columns = (
-        wb.document.Column("period", "ms", "right"),
-        wb.document.Column("narrowest layer at rest", "rad/s", "right", digits=3),
-        wb.document.Column("frequency by balance", "rad/s", "right", digits=3),
-        wb.document.Column("amplitude by balance", "rad/s", "right", digits=3),
-        wb.document.Column("frequency in runs", "rad/s", "right"),
-        wb.document.Column("amplitude in runs", "rad/s", "right"),
-        wb.document.Column("runs that oscillate"),
+        wb.document.TableColumn("period", "ms", "right"),
+        wb.document.TableColumn("narrowest layer at rest", "rad/s", "right", digits=3),
+        wb.document.TableColumn("frequency by balance", "rad/s", "right", digits=3),
+        wb.document.TableColumn("amplitude by balance", "rad/s", "right", digits=3),
+        wb.document.TableColumn("frequency in runs", "rad/s", "right"),
+        wb.document.TableColumn("amplitude in runs", "rad/s", "right"),
+        wb.document.TableColumn("runs that oscillate"),
     )
     notes = (
         "Amplitude: of s of joint 1. Narrowest layer: by the balance a narrower one oscillates. Four runs start with "
         "different velocities; where they differ, the least and the largest are printed.",
     )
     caption = "The oscillation of SMC on the folded arm, its torque one period late, in a boundary layer of 0.01 rad/s."
-    return wb.document.Table("cycles", caption, columns, tuple(rows), notes)
+    return wb.document.ReportTable("cycles", caption, columns, tuple(rows), notes)

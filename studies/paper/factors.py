@@ -94,17 +94,17 @@ def factor(name: str, card: str, paths: tuple[str, ...]) -> wb.Factor:
     return wb.Factor(name, paths, spread(given), given.mark, share=True)
 
 
-def spread(given: wb.provenance.Given) -> wb.uncertainty.AbstractDistribution:
+def spread(entry: wb.provenance.CardEntry) -> wb.uncertainty.AbstractDistribution:
     """The distribution of a number's share, by the mark of the number."""
-    if given.mark != "assumed":
+    if entry.mark != "assumed":
         return wb.Uniform(1 - TOLERANCE, 1 + TOLERANCE)
-    largest = float(np.abs(given.value).max())
-    low = max(1 / SPAN, (given.low or 0.0) / largest) if (given.low or 0.0) > 0 else 1 / SPAN
-    high = SPAN if given.high is None else min(SPAN, given.high / largest)
+    largest = float(np.abs(entry.value).max())
+    low = max(1 / SPAN, (entry.low or 0.0) / largest) if (entry.low or 0.0) > 0 else 1 / SPAN
+    high = SPAN if entry.high is None else min(SPAN, entry.high / largest)
     return wb.LogUniform(low, high)
 
 
-def written(factor: str) -> tuple[str | wb.notation.Formula, ...]:
+def factor_phrase(factor: str) -> tuple[str | wb.notation.Formula, ...]:
     """A factor as a page prints it."""
     name = factor.removeprefix(MODEL)
     start = name.removesuffix("(0)")

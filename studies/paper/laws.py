@@ -73,7 +73,7 @@ def proposed_as_printed(scenario: str, shape: str = "outer") -> wb.ClosedLoop:
     law = wb.arms.laws.AosmcRgs(
         **SURFACE | {"model": PRINTED_ARM}, K=CARD["K(0)"], P=CARD["P(0)"], **weights, gain_shape=shape
     )
-    observer = wb.arms.observers.WithDisturbance(
+    observer = wb.arms.observers.StateAndDisturbanceObserver(
         paper_observer(PRINTED_ARM), wb.arms.observers.PrintedFilter(2, CARD["l"])
     )
     return wb.ClosedLoop(plant(scenario), observer, law, REFERENCES[scenario])
@@ -113,16 +113,16 @@ def state_observer(loop: wb.ClosedLoop) -> wb.arms.observers.Luenberger:
     """Observer (10) of a loop that has it."""
     observer = loop.observer
     if not (
-        isinstance(observer, wb.arms.observers.WithDisturbance)
+        isinstance(observer, wb.arms.observers.StateAndDisturbanceObserver)
         and isinstance(observer.state, wb.arms.observers.Luenberger)
     ):
         raise TypeError("The observer of the loop must have observer (10) for its states.")
     return observer.state
 
 
-def repaired_observer() -> wb.arms.observers.WithDisturbance:
+def repaired_observer() -> wb.arms.observers.StateAndDisturbanceObserver:
     """(10) as printed, and (24) with D_hat = eta, which follows D but must know it."""
-    return wb.arms.observers.WithDisturbance(paper_observer(), wb.arms.observers.OracleFilter(2, CARD["l"]))
+    return wb.arms.observers.StateAndDisturbanceObserver(paper_observer(), wb.arms.observers.OracleFilter(2, CARD["l"]))
 
 
 def paper_observer(model: wb.arms.AbstractArm = ARM) -> wb.arms.observers.Luenberger:

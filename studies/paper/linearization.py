@@ -8,13 +8,13 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
-from studies.paper.card import CARD, LAWS, PROPOSED
+from studies.paper.card import CARD, LAWS, PROPOSED_LAW
 from studies.paper.laws import ARM, proposed_repaired, rival
 
 SEVEN = (*LAWS, "super-twisting")
-HELD: dict[str, tuple[str, ...]] = {
+HELD_STATES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("ASMC", "Fuzzy-ASMC", "RBF-ASMC"), ("controller.K",)),
-    PROPOSED: ("controller.K", "controller.P"),
+    PROPOSED_LAW: ("controller.K", "controller.P"),
 }
 POSES = {
     "hanging": (0.0, 0.0),
@@ -58,14 +58,14 @@ class AtRest:
 @cache
 def loop_of(law: str, scenario: str = "FS") -> wb.ClosedLoop:
     """The loop of a law as in a1."""
-    return proposed_repaired(scenario) if law == PROPOSED else rival(scenario, law)
+    return proposed_repaired(scenario) if law == PROPOSED_LAW else rival(scenario, law)
 
 
 def still(law: str, pose: tuple[float, ...]) -> wb.ClosedLoop:
     """The same loop at rest at a pose that it holds, undisturbed."""
     loop, q = loop_of(law), np.array(pose)
-    loop = replace(loop, plant=wb.Manipulator(ARM, q=q, qd=np.zeros(2)), reference=wb.Hold("q", "rad", q))
-    if law == PROPOSED:
+    loop = replace(loop, plant=wb.Manipulator(ARM, q=q, qd=np.zeros(2)), reference=wb.Constant("q", "rad", q))
+    if law == PROPOSED_LAW:
         state = wb.arms.observers.Luenberger(ARM, CARD["L1"], CARD["L2"], q, np.zeros(2))
         loop = replace(loop, observer=replace(loop.observer, state=state))
     return loop
@@ -73,14 +73,14 @@ def still(law: str, pose: tuple[float, ...]) -> wb.ClosedLoop:
 
 def cut(loop: wb.ClosedLoop, law: str) -> wb.Ode:
     """The loop cut at the torque, with the gains that adapt held."""
-    ode = loop.broken(law)
-    return wb.linear.freeze(ode, HELD[law]) if law in HELD else ode
+    ode = loop.cut(law)
+    return wb.linear.freeze(ode, HELD_STATES[law]) if law in HELD_STATES else ode
 
 
 def loop_at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, stiffer: float = 1.0) -> Any:
     """L at rest at a pose, a `StateSpace`: the adaptive gain at K(0) or at K, L2 of the observer so much stiffer."""
     ode = cut(still(law, POSES[pose]), law)
-    values: dict[str, Any] = {"drive": holding(POSES[pose])}
+    values: dict[str, Any] = {"drive": holding_torque(POSES[pose])}
     if K is not None:
         values["controller.K"] = np.reshape(K, ode.parameters["controller.K"].shape)
     if stiffer != 1.0:
@@ -103,7 +103,7 @@ def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, sti
         return replace(found, why=str(none))
 
 
-def holding(pose: tuple[float, ...]) -> wb.Array:
+def holding_torque(pose: tuple[float, ...]) -> wb.Array:
     """The torque that holds the arm at a pose, (n,), in N m."""
     return np.array(ca.DM(ARM.gravity_vector(ca.SX(ca.DM(pose))))).ravel()
 

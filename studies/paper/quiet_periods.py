@@ -11,7 +11,7 @@ import numpy as np
 
 import workbench as wb
 from studies.paper.card import CARD as PAPER
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.comparison import PROPOSED_STEP, STEPS
 from studies.paper.late_drive import LateDrive
 from studies.paper.laws import ARM, proposed_repaired
@@ -32,7 +32,10 @@ FINER = 1e-1  # s, whose parts are tried where two neighbours of the grid are fa
 HANDED_OVER = 2.5e-4  # s, the period at which b4 hands AOSMC-RGS over
 PAPERS, ON_REFERENCE = "paper", "reference"  # starts
 STARTS = {PAPERS: "the paper's start", ON_REFERENCE: "a start on the reference"}
-ACTING, COMMANDED = "acting", "commanded"  # the torque on which the observer of AOSMC-RGS counts, if it comes late
+ACTING_TORQUE, COMMANDED_TORQUE = (
+    "acting",
+    "commanded",
+)  # the torque on which the observer of AOSMC-RGS counts, if it comes late
 TRUTH, MOMENTUM = "truth", "momentum"  # what AOSMC-RGS knows of the disturbance
 OBSERVERS = {
     TRUTH: "observer (10) and the true disturbance",
@@ -54,7 +57,7 @@ class QuietSearch:
     delay: bool = False
     observer: str = TRUTH
     limit: float | None = None
-    counts_on: str = ACTING
+    counts_on: str = ACTING_TORQUE
 
     @property
     def loop(self) -> wb.ClosedLoop:
@@ -72,7 +75,7 @@ class QuietPeriod:
     """
 
     search: QuietSearch
-    found: wb.evidence.LargestSetting
+    largest_setting: wb.evidence.LargestSetting
     TV: wb.Array
     rules: PeriodRules | None
 
@@ -94,7 +97,7 @@ class QuietPeriod:
     @property
     def _periods(self) -> int:
         search = self.search
-        makes_up = search.law == PROPOSED and search.observer == TRUTH and search.counts_on == COMMANDED
+        makes_up = search.law == PROPOSED_LAW and search.observer == TRUTH and search.counts_on == COMMANDED_TORQUE
         return 2 if search.delay and not makes_up else 1
 
 
@@ -103,7 +106,7 @@ def conditions(search: QuietSearch) -> str:
     parts = [search.scenario, STARTS[search.start], "torque a period late" if search.delay else "no delay"]
     if search.observer != TRUTH:
         parts.append(OBSERVERS[search.observer])
-    if search.counts_on == COMMANDED:
+    if search.counts_on == COMMANDED_TORQUE:
         parts.append("the observer counts on the commanded torque")
     if search.limit is not None:
         parts.append(f"torque within {search.limit:g} N m")
@@ -115,9 +118,9 @@ def ends(quiet: QuietPeriod, factor: float = QUIET) -> tuple[float, float]:
 
     In s; the first is 0 if no period is quiet, the second infinite if all are.
     """
-    met = QUIET * quiet.found.worst(TV) <= factor
+    met = QUIET * quiet.largest_setting.worst(TV) <= factor
     count = len(met) if met.all() else int(np.argmin(met))
-    values = quiet.found.threshold.values
+    values = quiet.largest_setting.threshold.values
     return (0.0, *values)[count], (*values, float("inf"))[count]
 
 
@@ -154,10 +157,10 @@ def paper_searches() -> tuple[QuietSearch, ...]:
         for scenario, start in (("FS", PAPERS), ("SS", PAPERS), ("FS", ON_REFERENCE))
         for delay in (False, True)
     ]
-    made += [QuietSearch(PROPOSED, "SS", ON_REFERENCE, delay) for delay in (False, True)]
-    made += [QuietSearch(PROPOSED, "FS", start, True, MOMENTUM) for start in STARTS]
-    late = [one for one in made if one.law == PROPOSED and one.delay]
-    return (*made, *(replace(one, counts_on=COMMANDED) for one in late))
+    made += [QuietSearch(PROPOSED_LAW, "SS", ON_REFERENCE, delay) for delay in (False, True)]
+    made += [QuietSearch(PROPOSED_LAW, "FS", start, True, MOMENTUM) for start in STARTS]
+    late = [one for one in made if one.law == PROPOSED_LAW and one.delay]
+    return (*made, *(replace(one, counts_on=COMMANDED_TORQUE) for one in late))
 
 
 def on_reference(loop: wb.ClosedLoop) -> wb.ClosedLoop:
@@ -170,7 +173,7 @@ def on_reference(loop: wb.ClosedLoop) -> wb.ClosedLoop:
         raise TypeError("The loop must follow one of the paper's references.")
     q, qd = (np.array(ca.DM(part)).ravel() for part in wanted.motion(ca.SX(0.0))[:2])
     loop = replace(loop, plant=replace(loop.plant, q=q, qd=qd))
-    if not isinstance(loop.observer, wb.arms.observers.WithDisturbance):
+    if not isinstance(loop.observer, wb.arms.observers.StateAndDisturbanceObserver):
         return loop
     state, disturbance = loop.observer.state, loop.observer.disturbance
     if not isinstance(state, wb.ArmFullState):
@@ -184,7 +187,9 @@ def momentum_loop(scenario: str = "FS") -> wb.ClosedLoop:
     """AOSMC-RGS, repaired, on readings of q and qd; an observer of the momentum stands for the true disturbance."""
     return proposed_repaired(
         scenario,
-        wb.arms.observers.WithDisturbance(wb.ArmFullState(2), wb.arms.observers.MomentumObserver(ARM, PAPER["l"])),
+        wb.arms.observers.StateAndDisturbanceObserver(
+            wb.ArmFullState(2), wb.arms.observers.MomentumObserver(ARM, PAPER["l"])
+        ),
     )
 
 
@@ -201,7 +206,9 @@ def quiet_period(search: QuietSearch) -> QuietPeriod:
     h = STEPS.get(search.law, PROPOSED_STEP) / 2
     still = wb.measure(search.loop.ode(), metrics(1e-3), until=HORIZON[search.scenario], h=h, every=GRID)
     most = np.array([still.score(TV, joint).pair[0] for joint in (0, 1)])
-    limits = wb.LoopLimits(partial(computed, search), variation, {TV: QUIET * most}, HORIZON[search.scenario], SUBSTEP)
+    limits = wb.LoopLimits(
+        partial(computer_loop, search), variation, {TV: QUIET * most}, HORIZON[search.scenario], SUBSTEP
+    )
     found = wb.largest_setting(limits, [GRID / part for part in PARTS], ratio=CLOSE, between=middle)
     return QuietPeriod(search, found, most, period_rules(search.law, still))
 
@@ -211,7 +218,7 @@ def variation(period: float) -> tuple[wb.metrics.AbstractMetric, ...]:
     return (wb.total_variation(period),)
 
 
-def computed(search: QuietSearch, period: float) -> wb.DigitalLoop:
+def computer_loop(search: QuietSearch, period: float) -> wb.DigitalLoop:
     """The loop of a search in a computer with exact readings and a period in s."""
     loop = search.loop
     bounds: Mapping[str, tuple[float, float]] = {"tau": (-search.limit, search.limit)} if search.limit else {}
@@ -221,9 +228,9 @@ def computed(search: QuietSearch, period: float) -> wb.DigitalLoop:
         ode = loop.ode()
         first = ode.outputs_at(0.0, ode.states.default)["tau"]
         waiting = {"tau": first if search.limit is None else np.clip(first, -search.limit, search.limit)}
-        if search.counts_on == COMMANDED:
+        if search.counts_on == COMMANDED_TORQUE:
             drive = LateDrive("tau", waits=waiting["tau"])
-            return wb.DigitalLoop(replace(loop, plant=wb.Equipped(loop.plant, (drive,))), period, instruments)
+            return wb.DigitalLoop(replace(loop, plant=wb.EquippedPlant(loop.plant, (drive,))), period, instruments)
     return wb.DigitalLoop(loop, period, instruments, search.delay, waiting)
 
 

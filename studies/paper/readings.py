@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 
 RIVAL = ("section 5", "the name of the law")
 
@@ -14,27 +14,27 @@ class Choice:
     """A number or a reading that the paper leaves open, with its options and with what a1 assumes.
 
     `law` is the law that it belongs to, "rivals", or empty for the experiment; `scenario` is empty for both. `factors`
-    are the names under which a6 varies it; `fitted` is true where a1 chose it for its fit to printed numbers.
+    are the names under which a6 varies it; `is_fitted` is true where a1 chose it for its fit to printed numbers.
     """
 
     name: str
     where: str  # the equation or the section that leaves it open
     states: str  # what the paper states there
     options: str  # the readings, or the range, in words
-    assumed: str
+    assumption: str
     why: str
     law: str = ""
     scenario: str = ""
     readings: tuple[str, ...] = ()
     factors: tuple[str, ...] = ()
-    fitted: bool = False
+    is_fitted: bool = False
 
     def __str__(self) -> str:
-        return f"{self.name}: {self.assumed}"
+        return f"{self.name}: {self.assumption}"
 
 
 def _reading(
-    name: str, where: str, states: str, readings: tuple[str, ...], assumed: str, why: str, law: str = PROPOSED
+    name: str, where: str, states: str, readings: tuple[str, ...], assumed: str, why: str, law: str = PROPOSED_LAW
 ) -> Choice:
     return Choice(name, where, states, " / ".join(readings), assumed, why, law, readings=readings, factors=(name,))
 

@@ -3,15 +3,15 @@
 import workbench as wb
 from studies.paper.printed_arm import PrintedArm
 
-DERIVED = wb.arms.Dynamics.of(wb.paper_arm(), "derived from the energies")
-PRINTED = wb.arms.Dynamics.of(PrintedArm(), "as printed")
-REPAIRED = wb.arms.Dynamics.of(PrintedArm(coriolis="repaired"), "printed, with C[1,2] repaired")
+DERIVED_DYNAMICS = wb.arms.Dynamics.of(wb.paper_arm(), "derived from the energies")
+PRINTED_DYNAMICS = wb.arms.Dynamics.of(PrintedArm(), "as printed")
+REPAIRED_DYNAMICS = wb.arms.Dynamics.of(PrintedArm(coriolis="repaired"), "printed, with C[1,2] repaired")
 
-ENTRIES = wb.arms.printed.compare(PRINTED, DERIVED)
+ENTRIES = wb.arms.printed.compare(PRINTED_DYNAMICS, DERIVED_DYNAMICS)
 WRONG = tuple(entry for entry in ENTRIES if entry.kind == "differs")
-SKEW = {arm.name: wb.arms.properties.skew(arm) for arm in (PRINTED, REPAIRED, DERIVED)}
-SYMMETRIC = {arm.name: wb.arms.properties.symmetric(arm) for arm in (PRINTED, DERIVED)}
-DEFINITE = wb.arms.properties.positive_definite(DERIVED)
+SKEW = {arm.name: wb.arms.properties.skew(arm) for arm in (PRINTED_DYNAMICS, REPAIRED_DYNAMICS, DERIVED_DYNAMICS)}
+SYMMETRIC = {arm.name: wb.arms.properties.symmetric(arm) for arm in (PRINTED_DYNAMICS, DERIVED_DYNAMICS)}
+DEFINITE = wb.arms.properties.positive_definite(DERIVED_DYNAMICS)
 
 
 def proved_bounds() -> tuple[float, float]:

@@ -55,7 +55,7 @@ PARAMETERS = wb.Layout(
     )
 )
 # The ten numbers that differ from run to run, each drawn evenly between these multiples of its default.
-VARIED: Mapping[str, tuple[float, float]] = {
+VARIATION_RANGES: Mapping[str, tuple[float, float]] = {
     "arm.mass": (0.9, 1.1),
     "arm.length": (0.95, 1.05),
     "arm.friction": (0.0, 2.0),
@@ -63,7 +63,7 @@ VARIED: Mapping[str, tuple[float, float]] = {
     "gamma": (0.5, 1.5),
     "sigma": (0.5, 1.5),
 }
-VARIED_COLUMNS = tuple(i for name in VARIED for i in range(PARAMETERS.size)[PARAMETERS.slice(name)])
+VARIED_COLUMNS = tuple(i for name in VARIATION_RANGES for i in range(PARAMETERS.size)[PARAMETERS.slice(name)])
 MEMORY = wb.Layout((wb.core.Entry("tau_before", np.zeros(2), "N m"), wb.core.Entry("variation", np.zeros(()), "N m")))
 
 
@@ -137,13 +137,13 @@ def loop() -> wb.Ode:
 
 
 @cache
-def workload(h: float = H) -> wb.core.Step:
+def workload(h: float = H) -> wb.core.StepMap:
     """W by RK4 at the step h [s], with the total variation of the torque summed over the steps beside it."""
     step = wb.rk4(loop(), h)
     symbols = MEMORY.symbols()
     tau, z = step.outputs.view(step.rule.output)["tau"], MEMORY.view(symbols)
     change = ca.if_else(step.rule.k > 0, ca.sum1(ca.fabs(tau - z["tau_before"])), 0)
-    return step.extended(MEMORY, symbols, MEMORY.flatten({"tau_before": tau, "variation": z["variation"] + change}))
+    return step.with_memory(MEMORY, symbols, MEMORY.flatten({"tau_before": tau, "variation": z["variation"] + change}))
 
 
 def rows_of(runs: int) -> wb.Array:
@@ -151,7 +151,7 @@ def rows_of(runs: int) -> wb.Array:
     rows, column = np.tile(PARAMETERS.default, (runs, 1)), 0
     # drawn row by row, so that more runs begin with the same ones
     even = np.random.default_rng(SEED).random((runs, len(VARIED_COLUMNS)))
-    for name, (low, high) in VARIED.items():
+    for name, (low, high) in VARIATION_RANGES.items():
         size = PARAMETERS[name].size
         rows[:, PARAMETERS.slice(name)] *= low + (high - low) * even[:, column : column + size]
         column += size

@@ -16,7 +16,7 @@ COSTS = {"@llvm.fma": 2, "@llvm.sqrt": 1, "fadd": 1, "fsub": 1, "fmul": 1, "fdiv
 OPERATION = re.compile(r" = (?:call [^@]*)?(@llvm\.[a-z]+|f[a-z]+)\b")
 # of operations that need each other: more than any processor's latency times its units, less than registers
 CHAINS = 12
-UNROLLED, ALIGNMENT = 8, 64
+UNROLL_COUNT, ALIGNMENT = 8, 64
 PEAK = """declare {v} {fma}({v}, {v}, {v})
 define void @workbench_peak(i64 %rounds, ptr %numbers) {{
 start:
@@ -40,14 +40,14 @@ end:
 }}"""
 
 
-def time_loop(step: wb.core.Step, varied: Sequence[int]) -> str:
+def time_loop(step: wb.core.StepMap, varied_places: Sequence[int]) -> str:
     """The time loop as LLVM IR for this processor, some of its parameters being those of each run."""
-    return lower(Plan.of_step(step, tuple(varied)), llvm.lanes())
+    return lower(Plan.of_step(step, tuple(varied_places)), llvm.lanes())
 
 
-def flops(step: wb.core.Step, varied: Sequence[int]) -> int:
+def flops(step: wb.core.StepMap, varied_places: Sequence[int]) -> int:
     """Floating-point operations of one step of one run inside the loop: two for fma, one for + - * / and sqrt."""
-    body = time_loop(step, varied).split("\nstep:\n")[1].split("\nkeep:\n")[0]
+    body = time_loop(step, varied_places).split("\nstep:\n")[1].split("\nkeep:\n")[0]
     found = (OPERATION.search(line) for line in body.splitlines())
     return sum(COSTS.get(operation[1], 0) for operation in found if operation)
 
@@ -60,20 +60,24 @@ def peak_kernel(width: int) -> str:
         fma=fma,
         width=width,
         align=8 * width,
-        unrolled=UNROLLED,
+        unrolled=UNROLL_COUNT,
         last=CHAINS - 1,
-        phis="\n".join(f"  %s0_{i} = phi {v} [ zeroinitializer, %start ], [ %s{UNROLLED}_{i}, %loop ]" for i in each),
-        steps="\n".join(
-            f"  %s{k + 1}_{i} = call {v} {fma}({v} %s{k}_{i}, {v} %a, {v} %b)" for k in range(UNROLLED) for i in each
+        phis="\n".join(
+            f"  %s0_{i} = phi {v} [ zeroinitializer, %start ], [ %s{UNROLL_COUNT}_{i}, %loop ]" for i in each
         ),
-        sums="\n".join(f"  %t{i} = fadd {v} %t{i - 1}, %s{UNROLLED}_{i}" for i in each[1:]),
+        steps="\n".join(
+            f"  %s{k + 1}_{i} = call {v} {fma}({v} %s{k}_{i}, {v} %a, {v} %b)"
+            for k in range(UNROLL_COUNT)
+            for i in each
+        ),
+        sums="\n".join(f"  %t{i} = fadd {v} %t{i - 1}, %s{UNROLL_COUNT}_{i}" for i in each[1:]),
     )
 
 
 def peak_sum(rounds: int) -> wb.Array:
-    """The sum of all chains in each lane (width,), each of which has added 1 `rounds` times `UNROLLED`."""
+    """The sum of all chains in each lane (width,), each of which has added 1 `rounds` times `UNROLL_COUNT`."""
     width = llvm.lanes()
-    function = llvm.compiled(peak_kernel(width)).function("workbench_peak", ctypes.c_int64, ctypes.c_void_p)
+    function = llvm.compile_module(peak_kernel(width)).function("workbench_peak", ctypes.c_int64, ctypes.c_void_p)
     room = np.ones(3 * width + ALIGNMENT // 8)
     start = (-room.ctypes.data % ALIGNMENT) // 8
     numbers = room[start : start + 3 * width]
@@ -86,4 +90,4 @@ def peak(rounds: int = 1_000_000) -> float:
     peak_sum(1)
     begin = process_time()
     peak_sum(rounds)
-    return 2.0 * CHAINS * UNROLLED * llvm.lanes() * rounds / (process_time() - begin)
+    return 2.0 * CHAINS * UNROLL_COUNT * llvm.lanes() * rounds / (process_time() - begin)

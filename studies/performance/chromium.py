@@ -137,10 +137,10 @@ class Page:
 
     def open(self, address: str) -> None:
         """Go to an address and wait until the page is there."""
-        before = len(self.told("Page.loadEventFired"))
+        before = len(self.events("Page.loadEventFired"))
         self.call("Page.navigate", url=address)
         end = time.monotonic() + PATIENCE
-        while len(self.told("Page.loadEventFired")) == before:
+        while len(self.events("Page.loadEventFired")) == before:
             if time.monotonic() > end:
                 raise TimeoutError(f"{address} was not there in {PATIENCE:g} s")
             self.browser.listen(0.1)
@@ -155,7 +155,7 @@ class Page:
             time.sleep(0.02)
         raise TimeoutError(f"no frame in {PATIENCE:g} s")
 
-    def told(self, method: str) -> list[dict[str, Any]]:
+    def events(self, method: str) -> list[dict[str, Any]]:
         """The events of one kind that this page has told of."""
         mine = (event for event in self.browser.events if event.get("sessionId") == self.session)
         return [event["params"] for event in mine if event["method"] == method]
@@ -167,18 +167,18 @@ class Page:
             event["exceptionDetails"]["text"]
             + " "
             + event["exceptionDetails"].get("exception", {}).get("description", "")
-            for event in self.told("Runtime.exceptionThrown")
+            for event in self.events("Runtime.exceptionThrown")
         ]
         logged = [
-            e["entry"]["text"] for e in self.told("Log.entryAdded") if e["entry"]["level"] in ("error", "warning")
+            e["entry"]["text"] for e in self.events("Log.entryAdded") if e["entry"]["level"] in ("error", "warning")
         ]
-        calls = [str(e["args"]) for e in self.told("Runtime.consoleAPICalled") if e["type"] in ("error", "warning")]
+        calls = [str(e["args"]) for e in self.events("Runtime.consoleAPICalled") if e["type"] in ("error", "warning")]
         return thrown + logged + calls
 
     @property
     def requests(self) -> list[str]:
         """The addresses that it asked for, without what it holds itself."""
-        asked = [event["request"]["url"] for event in self.told("Network.requestWillBeSent")]
+        asked = [event["request"]["url"] for event in self.events("Network.requestWillBeSent")]
         return [address for address in asked if not address.startswith(("data:", "blob:"))]
 
     def value(self, expression: str) -> Any:

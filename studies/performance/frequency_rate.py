@@ -7,14 +7,14 @@ from functools import cache
 import numpy as np
 
 import workbench as wb
-from studies.paper.card import PROPOSED
-from studies.paper.linearization import HELD, LEVEL, POSES, still
+from studies.paper.card import PROPOSED_LAW
+from studies.paper.linearization import HELD_STATES, LEVEL, POSES, still
 from studies.paper.workload import SEED
-from studies.performance.measurements import Effort, Row, alternated, cpu_seconds
+from studies.performance.measurements import Effort, Row, alternate_rates, cpu_seconds
 from studies.performance.peers import control_responses
 
 FREQUENCIES = np.geomspace(0.1, 1e3, 200)  # rad/s
-DRAWN = ("controller.K", "observer.state.L1", "observer.state.L2")
+DRAWN_NUMBERS = ("controller.K", "observer.state.L1", "observer.state.L2")
 SPREAD = 0.2  # of each number, to both sides
 RATE, ERROR = "frequency answers of 1,000 draws, beside python-control", "largest error of these answers"
 
@@ -22,14 +22,17 @@ RATE, ERROR = "frequency answers of 1,000 draws, beside python-control", "larges
 @cache
 def loop_at_rest() -> wb.linear_loops.LinearLoop:
     """The repaired AOSMC-RGS loop of the paper at rest, cut at the torques, its adapting gains frozen."""
-    return wb.linear_loop(still(PROPOSED, POSES[LEVEL]), freeze=HELD[PROPOSED])
+    return wb.linear_loop(still(PROPOSED_LAW, POSES[LEVEL]), freeze=HELD_STATES[PROPOSED_LAW])
 
 
 def draws(count: int) -> dict[str, wb.Array]:
     """The gains of the law and of the observer, each number drawn evenly about its own."""
     linear, even = loop_at_rest(), np.random.default_rng(SEED)
     own = linear.parameters.unpack(linear.p0[np.newaxis])
-    return {name: own[name][0] * even.uniform(1 - SPREAD, 1 + SPREAD, (count, *own[name][0].shape)) for name in DRAWN}
+    return {
+        name: own[name][0] * even.uniform(1 - SPREAD, 1 + SPREAD, (count, *own[name][0].shape))
+        for name in DRAWN_NUMBERS
+    }
 
 
 def frequency_rows(effort: Effort) -> tuple[Row, ...]:
@@ -44,13 +47,13 @@ def frequency_rows(effort: Effort) -> tuple[Row, ...]:
         return count / seconds
 
     with wb.study.one_core():
-        mine, theirs = alternated(
+        mine, theirs = alternate_rates(
             effort,
             lambda: rate(cpu_seconds(lambda: rows.response(FREQUENCIES)), effort.draws),
             lambda: rate(cpu_seconds(lambda: control_responses(systems, FREQUENCIES)), len(systems)),
         )
         chain = cpu_seconds(lambda: linear.rows(values).response(FREQUENCIES))
-    sound = ~response.flagged
+    sound = ~response.flagged_rows
     sizes = np.abs(response.values[sound])
     error = float((response.errors[sound] / sizes).max())
     apart = np.abs(control_responses(systems, FREQUENCIES) - response.values[: len(systems)])

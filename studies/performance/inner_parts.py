@@ -13,14 +13,14 @@ from workbench.engine.kernel import llvm, native
 from workbench.engine.kernel.lowering import lower
 from workbench.engine.kernel.plan import Plan
 from workbench.engine.pilot_selection import pilot_runs
-from workbench.engine.step_choice import Choice, Pilots, search_step
+from workbench.engine.step_choice import Pilots, StepChoice, search_step
 from workbench.report.html_page import html
 from workbench.report.live.live_data import live_data
 from workbench.report.live.loop_study import loop_study
 
 __all__ = [
     "METHODS",
-    "Choice",
+    "StepChoice",
     "Job",
     "Pilots",
     "Plan",

@@ -14,7 +14,7 @@ from time import perf_counter
 import numpy as np
 
 import workbench as wb
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.laws import RIVALS, proposed_repaired, rival
 from studies.paper.linearization import LEVEL, POSES, still
 from studies.paper.workload import HORIZON, H, loop
@@ -36,16 +36,16 @@ def live_rows(effort: Effort) -> tuple[Row, ...]:
             Row(name, bar, unit=unit, at_most=True, note="no Chromium here") for name, bar, unit in _bars(names)
         )
     w, linear, laws = names
-    with opened(page_of_w(), "phi") as page:
-        spans = turned(page, "phi", 0.002, 0.1, TURNS[w])
+    with open_bench(page_of_w(), "phi") as page:
+        spans = turn_times(page, "phi", 0.002, 0.1, TURNS[w])
         ours, theirs = kernels(page, effort)
-    with opened(page_of_laws(), "mass") as page:
-        seven = turned(page, "mass", 0.5, 2.0, TURNS[laws])
-    with opened(page_at_rest(), "phi") as page:
-        answers = turned(page, "phi", 0.002, 0.1, TURNS[linear])
+    with open_bench(page_of_laws(), "mass") as page:
+        seven = turn_times(page, "mass", 0.5, 2.0, TURNS[laws])
+    with open_bench(page_at_rest(), "phi") as page:
+        answers = turn_times(page, "phi", 0.002, 0.1, TURNS[linear])
         painted = median(page.value("painted"))
-    with opened(page_at_rest(linear=False), "phi") as page:
-        without = median(turned(page, "phi", 0.002, 0.1, TURNS[linear]))
+    with open_bench(page_at_rest(linear=False), "phi") as page:
+        without = median(turn_times(page, "phi", 0.002, 0.1, TURNS[linear]))
     said = f"median of {TURNS[w]} turns, until the pictures of all {HORIZON:g} s at {1e3 * H:g} ms are drawn"
     ratio = (
         f"{median(answers) / without:.2f} times as long as the same bench without them, {without:.3g} ms; "
@@ -97,7 +97,7 @@ def page_of_laws() -> str:
 def page_at_rest(linear: bool = True) -> str:
     """The bench of the repaired law of the paper at rest, cut at the torques, with or without its linear pictures."""
     knob = wb.Knob("phi", "controller.phi", 0.002, 0.1, log=True)
-    bench = loop_study(still(PROPOSED, POSES[LEVEL]), HORIZON, H, (wb.rmse(),), (knob,))
+    bench = loop_study(still(PROPOSED_LAW, POSES[LEVEL]), HORIZON, H, (wb.rmse(),), (knob,))
 
     def without(results: wb.Results) -> list[wb.Section]:
         sections = bench.sections(results)
@@ -129,7 +129,7 @@ def page_of_study(study: wb.Study, bench: bool = False) -> str:
 
 
 @contextmanager
-def opened(text: str, knob: str) -> Iterator[Page]:
+def open_bench(text: str, knob: str) -> Iterator[Page]:
     """A page in Chromium with its bench open, and a knob turned once, so that all is compiled."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "page.html"
@@ -137,11 +137,11 @@ def opened(text: str, knob: str) -> Iterator[Page]:
         with open_page(path, width=1300, height=1000) as page:
             page.value(SCRIPT.read_text("utf-8"))
             page.value("openBench()")
-            turned(page, knob, 0.6, 0.7, 3)
+            turn_times(page, knob, 0.6, 0.7, 3)
             yield page
 
 
-def turned(page: Page, knob: str, low: float, high: float, turns: int) -> list[float]:
+def turn_times(page: Page, knob: str, low: float, high: float, turns: int) -> list[float]:
     """The time in ms from each turn of a knob to the frame in which all new curves and numbers are drawn."""
     found: list[float] = page.value(f"turned({json.dumps(knob)}, {low}, {high}, {turns})")
     return found

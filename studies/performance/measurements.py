@@ -16,10 +16,10 @@ import workbench as wb
 from studies.paper.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
 from studies.performance import processes
 from studies.performance.arithmetic import flops, peak
-from studies.performance.inner_parts import METHODS, Choice
+from studies.performance.inner_parts import METHODS, StepChoice
 from studies.performance.peers import PEERS, Peer, Runner, casadi_cvodes
 from studies.performance.processes import in_a_process
-from studies.performance.steps_of_workload import by_choice, chosen
+from studies.performance.steps_of_workload import by_choice, choose_step
 
 EQUAL = ((1e-3, 20.0), (3e-5, 12.0))  # the error of the RMSE, and how many times as fast we must be
 TOLERANCES, OURS = (1e-9, 1e-2), (1e-6, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
@@ -71,7 +71,7 @@ class Row:
     note: str = ""
 
     @property
-    def reached(self) -> bool | None:
+    def is_reached(self) -> bool | None:
         """The verdict; None if nothing was measured."""
         if self.value is None:
             return None
@@ -108,7 +108,7 @@ def our_rate(effort: Effort, runs: int = 0) -> float:
     return rate(lambda p: run(p, effort.horizon), rows_of(runs or effort.runs), effort)
 
 
-def alternated(effort: Effort, mine: Callable[[], float], theirs: Callable[[], float]) -> tuple[float, float]:
+def alternate_rates(effort: Effort, mine: Callable[[], float], theirs: Callable[[], float]) -> tuple[float, float]:
     """The median rates of two, measured in turns so that a disturbance of the machine meets both."""
     pairs = [(mine(), theirs()) for _ in range(effort.repetitions)]
     return median(pair[0] for pair in pairs), median(pair[1] for pair in pairs)
@@ -120,16 +120,16 @@ def reference(effort: Effort) -> wb.Array:
     return run(rows_of(effort.samples), effort.horizon, effort.fine)
 
 
-def error(found: wb.Array, wanted: wb.Array) -> float:
+def error(values: wb.Array, references: wb.Array) -> float:
     """The median over runs of the relative error of the RMSE, of the worse joint of each; infinite if one is NaN."""
-    both = min(len(found), len(wanted))
-    worse = np.abs(found[:both] / wanted[:both] - 1).max(axis=1)
+    both = min(len(values), len(references))
+    worse = np.abs(values[:both] / references[:both] - 1).max(axis=1)
     return float(np.median(np.where(np.isnan(worse), np.inf, worse)))
 
 
 def peer_row(peer: Peer, effort: Effort) -> Row:
     """A peer at its settings against us at the step of W."""
-    if not peer.installed:
+    if not peer.is_installed:
         return Row(peer.name, peer.bar, note="not installed: pip install control-workbench[peers]")
     runner = peer.runner(effort.horizon)
     batches = np.split(rows_of(peer.runs * (1 + effort.repetitions)), 1 + effort.repetitions)
@@ -141,7 +141,7 @@ def peer_row(peer: Peer, effort: Effort) -> Row:
         found.append(results[-1])
         return speed
 
-    fast, slow = alternated(effort, lambda: our_rate(effort), theirs)
+    fast, slow = alternate_rates(effort, lambda: our_rate(effort), theirs)
     wrong = error(np.concatenate(found), reference(effort))
     return Row(peer.name, peer.bar, fast / slow, runs_per_s=slow, error=wrong)
 
@@ -154,7 +154,7 @@ def coarsest(error_of: Callable[[float], float], target: float, low: float, high
     raise ValueError(f"`coarsest(target={target:g})` has a larger error at every setting down to {low:g}.")
 
 
-def by_pilot(target: float, effort: Effort) -> tuple[Runner, Choice]:
+def by_pilot(target: float, effort: Effort) -> tuple[Runner, StepChoice]:
     """The fastest runner of W with that error of the RMSE, by a pilot in each call, and what the pilot chooses there.
 
     The tolerance is looked for with the runs of a timed call, which the pilot will see there.
@@ -163,13 +163,13 @@ def by_pilot(target: float, effort: Effort) -> tuple[Runner, Choice]:
 
     def error_of(tolerance: float) -> float:
         try:
-            choice = chosen(rows, tolerance, horizon)
+            choice = choose_step(rows, tolerance, horizon)
         except ValueError:  # no step keeps it
             return np.inf
         return error(by_choice(choice, rows[: effort.samples], horizon), wanted)
 
     tolerance = coarsest(error_of, target, *OURS)
-    return lambda p: by_choice(chosen(p, tolerance, horizon), p, horizon), chosen(rows, tolerance, horizon)
+    return lambda p: by_choice(choose_step(p, tolerance, horizon), p, horizon), choose_step(rows, tolerance, horizon)
 
 
 def cvodes_row(target: float, bar: float, effort: Effort) -> Row:
@@ -178,7 +178,7 @@ def cvodes_row(target: float, bar: float, effort: Effort) -> Row:
     p, many = rows_of(effort.samples), rows_of(effort.batch)
     tolerance = coarsest(lambda t: error(casadi_cvodes(effort.horizon, t)(p), wanted), target, *TOLERANCES)
     theirs, (mine, pilot) = casadi_cvodes(effort.horizon, tolerance), by_pilot(target, effort)
-    fast, slow = alternated(effort, lambda: rate(mine, many, effort), lambda: rate(theirs, p, effort))
+    fast, slow = alternate_rates(effort, lambda: rate(mine, many, effort), lambda: rate(theirs, p, effort))
     note = (
         f"tolerance {tolerance:.1e}; ours in calls of {effort.batch:,}, each with pilot runs, whose tolerance is "
         f"{pilot.tolerance:.1e} and whose choice {1e3 * pilot.h:.3g} ms by {METHODS[pilot.method].about}: "
@@ -192,7 +192,7 @@ def share(effort: Effort) -> Row:
     """The floating-point operations of W in a second, of all that one core can do."""
     step = flops(workload(), VARIED_COLUMNS)
     with wb.study.one_core():
-        ours, most = alternated(effort, lambda: our_rate(effort), peak)
+        ours, most = alternate_rates(effort, lambda: our_rate(effort), peak)
     done = ours * step * HORIZON / H
     note = f"{done / 1e9:.3g} of {most / 1e9:.3g} Gflop/s, {step:,} flop a step"
     return Row("share of one core's FMA peak", 70.0, 100 * done / most, "%", runs_per_s=ours, note=note)

@@ -16,7 +16,7 @@ WHERE = "the page of 25 November 2026, on an AMD EPYC with AVX-512"
 
 
 @dataclass(frozen=True)
-class Printed:
+class PrintedRow:
     """A measured value with its unit, and the verdict."""
 
     value: str
@@ -24,28 +24,30 @@ class Printed:
 
 
 @cache
-def printed() -> dict[str, Printed]:
+def printed_rows() -> dict[str, PrintedRow]:
     """The rows of that page by their names."""
     with FILE.open(encoding="utf-8", newline="") as lines:
-        return {row["against, or what"]: Printed(row["measured"], row["verdict"]) for row in csv.DictReader(lines)}
+        return {row["against, or what"]: PrintedRow(row["measured"], row["verdict"]) for row in csv.DictReader(lines)}
 
 
 def count() -> str:
     """The number of bars reached there."""
-    verdicts = [one.verdict for one in printed().values()]
+    verdicts = [one.verdict for one in printed_rows().values()]
     measured = [one for one in verdicts if one in ("reached", "MISSED")]
     return f"{measured.count('reached')} of {len(measured)}"
 
 
-def machines(here: Sequence[tuple[Row, str]]) -> wb.document.Table:
+def machines(here: Sequence[tuple[Row, str]]) -> wb.document.ReportTable:
     """Each row as measured here, in words, beside what was measured there."""
-    rows = tuple((row.name, words or None, there.value) for row, words in here if (there := printed().get(row.name)))
+    rows = tuple(
+        (row.name, words or None, there.value) for row, words in here if (there := printed_rows().get(row.name))
+    )
     columns = (
-        wb.document.Column("against, or what"),
-        *(wb.document.Column(head, align="right") for head in ("this machine", "AVX-512")),
+        wb.document.TableColumn("against, or what"),
+        *(wb.document.TableColumn(head, align="right") for head in ("this machine", "AVX-512")),
     )
     note = (
         f"AVX-512: {WHERE}, by an earlier version of this code. Its vectors hold eight numbers; the last lines of this "
         "section name the machine of this page."
     )
-    return wb.document.Table("machines", "The same rows on two machines.", columns, rows, (note,))
+    return wb.document.ReportTable("machines", "The same rows on two machines.", columns, rows, (note,))

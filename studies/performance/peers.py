@@ -34,7 +34,7 @@ class Peer:
     runner: Callable[[float], Runner]
 
     @property
-    def installed(self) -> bool:
+    def is_installed(self) -> bool:
         """True where the package is here."""
         return find_spec(self.package) is not None
 

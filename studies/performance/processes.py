@@ -30,18 +30,18 @@ def kernel_load() -> dict[str, Any]:
 
     text = time_loop(workload(), VARIED_COLUMNS)
     begin = process_time()
-    llvm.compiled(text)
+    llvm.compile_module(text)
     return {"load": process_time() - begin}
 
 
-def chain(n: int) -> wb.core.Step:
+def chain(n: int) -> wb.core.StepMap:
     """A planar arm of n links under proportional and derivative action, by RK4 at the step of W."""
     import workbench as wb
 
     ones, rest = np.ones(n), np.zeros(n)
     arm = wb.Manipulator(wb.arms.mechanics.planar(n), q=rest)
     law = wb.ArmPID(Kp=400 * ones, Ki=rest, Kd=80 * ones)
-    return wb.rk4(wb.ClosedLoop(arm, wb.ArmFullState(n), law, wb.Hold("q", "rad", rest)).ode(), H)
+    return wb.rk4(wb.ClosedLoop(arm, wb.ArmFullState(n), law, wb.Constant("q", "rad", rest)).ode(), H)
 
 
 def compilation(*links: int) -> dict[str, Any]:
@@ -50,12 +50,12 @@ def compilation(*links: int) -> dict[str, Any]:
     from studies.performance.inner_parts import llvm
 
     found: dict[str, list[float]] = {"flops": [], "cpu": []}
-    llvm.compiled(time_loop(chain(1), (0,)))  # LLVM's own beginnings
+    llvm.compile_module(time_loop(chain(1), (0,)))  # LLVM's own beginnings
     for n in links:
         step = chain(n)
         _ = step.F
         begin = process_time()
-        llvm.compiled(time_loop(step, (0,)))
+        llvm.compile_module(time_loop(step, (0,)))
         found["cpu"].append(process_time() - begin)
         found["flops"].append(flops(step, (0,)))
     return found

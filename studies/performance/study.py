@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from functools import cache
 
 import workbench as wb
-from studies.paper.workload import SEED, VARIED, loop
+from studies.paper.workload import SEED, VARIATION_RANGES, loop
 from studies.performance.figures import compile_figure, flat_figure, precision_figure, speed_figure
 from studies.performance.frequency_rate import frequency_rows
 from studies.performance.live_page import live_rows
@@ -64,24 +64,27 @@ def speed_words() -> str:
     )
 
 
-def ranges() -> wb.document.Table:
+def ranges() -> wb.document.ReportTable:
     """The parameters that differ from run to run."""
     columns = (
-        wb.document.Column("parameter"),
-        wb.document.Column("from", align="right"),
-        wb.document.Column("to", align="right"),
+        wb.document.TableColumn("parameter"),
+        wb.document.TableColumn("from", align="right"),
+        wb.document.TableColumn("to", align="right"),
     )
-    rows = tuple((name, low, high) for name, (low, high) in VARIED.items())
-    return wb.document.Table(
+    rows = tuple((name, low, high) for name, (low, high) in VARIATION_RANGES.items())
+    return wb.document.ReportTable(
         "ranges", "Multiples of the nominal value, between which each parameter is drawn.", columns, rows
     )
 
 
-def notes(every: Sequence[Row]) -> wb.document.Table:
+def notes(every: Sequence[Row]) -> wb.document.ReportTable:
     """The way in which each row was measured, and what else came out of it."""
     rows = tuple((row.name, row.note) for row in every if row.note)
-    return wb.document.Table(
-        "notes", "How each was measured.", (wb.document.Column("against, or what"), wb.document.Column("how")), rows
+    return wb.document.ReportTable(
+        "notes",
+        "How each was measured.",
+        (wb.document.TableColumn("against, or what"), wb.document.TableColumn("how")),
+        rows,
     )
 
 
@@ -98,11 +101,11 @@ def peers_of(every: Sequence[Row]) -> list[Row]:
 def answer(every: Sequence[Row]) -> str:
     """The page in one line."""
     ratios = [row.value for row in peers_of(every) if row.value is not None]
-    measured = [row for row in every if row.reached is not None]
+    measured = [row for row in every if row.is_reached is not None]
     fast = f"the engine is {span(ratios)} times as fast as its peers" if ratios else ""
     return (
-        f"On one machine in one run {fast or 'no peer was measured'}, and {reached(measured)} bars are reached; an "
-        f"earlier version reached {count()} on a processor with AVX-512."
+        f"On one machine in one run {fast or 'no peer was measured'}, and {reached_count(measured)} bars are reached; "
+        f"an earlier version reached {count()} on a processor with AVX-512."
     )
 
 
@@ -114,7 +117,7 @@ def first_of(words: Sequence[str], most: int) -> str:
 
 def findings(every: Sequence[Row]) -> tuple[wb.Finding, ...]:
     """The speed beside the peers, and the bars."""
-    return (*peer_findings(peers_of(every)), bars_finding([row for row in every if row.reached is not None]))
+    return (*peer_findings(peers_of(every)), bars_finding([row for row in every if row.is_reached is not None]))
 
 
 def missed_words(row: Row) -> str:
@@ -143,8 +146,8 @@ def peer_findings(peers: Sequence[Row]) -> tuple[wb.Finding, ...]:
             "at equal error; the others run at their own settings, with their errors in the table.",
             statistic="Ratio of runs a second of one core, medians.",
             sample=f"{len(peers)} rows of peers, at least {EFFORT.repetitions} repetitions each.",
-            given=MACHINE,
-            chosen="The workload, its step, and the settings of the peers.",
+            information=MACHINE,
+            assumptions="The workload, its step, and the settings of the peers.",
             answer="the engine is faster",
             variations=(
                 *(
@@ -161,7 +164,7 @@ def peer_findings(peers: Sequence[Row]) -> tuple[wb.Finding, ...]:
                     if name in IN_MATRICES
                 ),
             ),
-            untried="another machine, other workloads, several threads, graphics cards",
+            limitations="another machine, other workloads, several threads, graphics cards",
         ),
     )
 
@@ -176,47 +179,49 @@ def span(ratios: Sequence[float]) -> str:
     return wb.document.span(ratios, three_digits)
 
 
-def bars_finding(measured: Sequence[Row]) -> wb.Finding:
+def bars_finding(rows: Sequence[Row]) -> wb.Finding:
     """The bars that are reached and missed, and those so near to their figure that another run may turn them."""
-    missed = [row for row in measured if not row.reached]
-    near = [row for row in measured if abs((row.value or 0.0) / row.bar - 1) < NEAR]
+    missed = [row for row in rows if not row.is_reached]
+    near = [row for row in rows if abs((row.value or 0.0) / row.bar - 1) < NEAR]
     named = first_of([missed_words(row) for row in missed], 3)
     turning = f" {len(near)} lie within {100 * NEAR:.0f} % of their figure: {first_of([row.name for row in near], 3)}."
     return wb.Finding(
         name="bars_reached",
-        statement=f"{len(measured) - len(missed)} of {len(measured)} bars that were measured are reached"
+        statement=f"{len(rows) - len(missed)} of {len(rows)} bars that were measured are reached"
         f"{f', and {len(missed)} missed: {named}' if missed else ''}.",
         evidence="The table has every bar with what was measured. Times differ from run to run, and more from machine "
         f"to machine.{turning if near else ''}",
         statistic="Each as the table names it. Answer: the number of bars that are reached.",
         sample="One run of the page.",
-        given=MACHINE,
-        chosen="The bars.",
-        answer=reached(measured),
+        information=MACHINE,
+        assumptions="The bars.",
+        answer=reached_count(rows),
         variations=(
             wb.Variation(WHERE, count()),
             *(
-                wb.Variation(f"{row.name} on the other side of its bar", reached(measured, but=row), missed_words(row))
+                wb.Variation(
+                    f"{row.name} on the other side of its bar", reached_count(rows, but=row), missed_words(row)
+                )
                 for row in near
             ),
         ),
-        untried="another machine, other load, and repetitions of the page",
-        settled=not near,
+        limitations="another machine, other load, and repetitions of the page",
+        is_decided=not near,
     )
 
 
-def reached(measured: Sequence[Row], but: Row | None = None) -> str:
+def reached_count(rows: Sequence[Row], but: Row | None = None) -> str:
     """The number of bars that are reached, if that of one row were on its other side."""
-    return f"{sum(bool(row.reached) != (row is but) for row in measured)} of {len(measured)}"
+    return f"{sum(bool(row.is_reached) != (row is but) for row in rows)} of {len(rows)}"
 
 
-def bars(every: Sequence[Row]) -> wb.document.Table:
+def bars(every: Sequence[Row]) -> wb.document.ReportTable:
     """Every row with its bar and its verdict."""
     heads = ("runs/s of one core", "measured", "bar", "error of RMSE")
     columns = (
-        wb.document.Column("against, or what"),
-        *(wb.document.Column(head, align="right") for head in heads),
-        wb.document.Column("verdict"),
+        wb.document.TableColumn("against, or what"),
+        *(wb.document.TableColumn(head, align="right") for head in heads),
+        wb.document.TableColumn("verdict"),
     )
     verdicts: dict[bool | None, wb.document.Phrase] = {
         True: "reached",
@@ -230,12 +235,12 @@ def bars(every: Sequence[Row]) -> wb.document.Table:
             None if row.value is None else f"{three_digits(row.value)} {row.unit}",
             bar(row),
             row.error and f"{row.error:.1e}",
-            verdicts[row.reached],
+            verdicts[row.is_reached],
         )
         for row in every
     )
     caption = "What was asked of the engine, and what was measured; a rate beside a ratio is that of the peer."
-    return wb.document.Table("bars", caption, columns, cells, ("x: how many times as fast the engine is.",))
+    return wb.document.ReportTable("bars", caption, columns, cells, ("x: how many times as fast the engine is.",))
 
 
 def bar(row: Row) -> str:

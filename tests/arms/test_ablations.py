@@ -22,7 +22,7 @@ from workbench.arms.laws import (
 )
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, StateAndDisturbanceObserver
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
@@ -53,7 +53,7 @@ PARTS = {
     "NTSMC": {"linear reaching", "switched reaching", "boundary layer"},
     "AOSMC-RGS": {"adaptation of K", "Riccati equation", "model in the torque", "boundary layer"},
 }
-OBSERVER = WithDisturbance(
+OBSERVER = StateAndDisturbanceObserver(
     Luenberger(ARM, 30 * I, 50 * I, q_hat=[0.1, 0.0], disturbance="compensated"), MomentumObserver(ARM, 10.0)
 )
 # what of the memory is gone, or stands still, without a part

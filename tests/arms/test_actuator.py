@@ -44,7 +44,7 @@ def test_the_command_of_a_lag_is_limited_before_it_is_followed():
 
 def test_the_torque_of_a_lag_is_what_it_holds_now():
     np.testing.assert_array_equal(
-        np.array(ca.evalf(FirstOrderLag(0.05).applied({"tau_m": ca.SX([1.0, 2.0])}, ca.SX([9.0, 9.0])))).ravel(),
+        np.array(ca.evalf(FirstOrderLag(0.05).applied_torque({"tau_m": ca.SX([1.0, 2.0])}, ca.SX([9.0, 9.0])))).ravel(),
         [1.0, 2.0],
     )
 

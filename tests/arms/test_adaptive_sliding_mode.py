@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.support.oracles import adaptive_sliding_mode, closed_loop, integrate, worst_difference
-from workbench.arms.laws import AdaptiveSlidingMode, DeadZone, Leakage, Plain
+from workbench.arms.laws import AdaptiveSlidingMode, DeadZoneAdaptation, LeakageAdaptation, PlainAdaptation
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
@@ -15,7 +15,11 @@ from workbench.core import rk4, with_quadrature
 from workbench.engine import simulate
 
 LAW = {"model": paper_arm(), "Lambda": [6.0, 5.0], "phi": 0.1, "gamma": 3.0, "K": [1.0, 0.5]}
-FORMS = {"plain": Plain(), "dead_zone": DeadZone(width=0.8), "leakage": Leakage(sigma=0.7, level=[1.0, 0.5])}
+FORMS = {
+    "plain": PlainAdaptation(),
+    "dead_zone": DeadZoneAdaptation(width=0.8),
+    "leakage": LeakageAdaptation(sigma=0.7, level=[1.0, 0.5]),
+}
 
 
 def loop(**changes):
@@ -65,7 +69,7 @@ def test_the_plain_gain_grows_by_gamma_times_the_integral_of_the_size_of_s():
 def test_with_a_layer_the_plain_gain_keeps_growing_and_the_dead_zone_stops_it():
     gains = {
         name: simulate(rk4(loop(adaptation=form).ode(), 5e-4), until=16.0, every=2.0)["controller.K"][0]
-        for name, form in {"plain": Plain(), "dead zone": DeadZone(width=0.1)}.items()
+        for name, form in {"plain": PlainAdaptation(), "dead zone": DeadZoneAdaptation(width=0.1)}.items()
     }
     assert (gains["plain"][-1] - gains["plain"][-3] > 0.05).all()
     np.testing.assert_array_equal(gains["dead zone"][-1], gains["dead zone"][-3])
@@ -94,9 +98,9 @@ def test_gains_that_start_below_zero_are_refused():
 
 def test_a_leak_to_a_level_of_another_number_of_joints_is_refused():
     with pytest.raises(ValueError, match="one number for each of the 2 gains it leaks to; got 3"):
-        AdaptiveSlidingMode(**LAW, adaptation=Leakage(sigma=1.0, level=[0.0, 0.0, 0.0]))
+        AdaptiveSlidingMode(**LAW, adaptation=LeakageAdaptation(sigma=1.0, level=[0.0, 0.0, 0.0]))
 
 
 def test_a_dead_zone_without_width_is_refused():
     with pytest.raises(ValueError, match=r"`DeadZone\(width=...\)` must be finite, with 0 < value"):
-        DeadZone(width=0.0)
+        DeadZoneAdaptation(width=0.0)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.support.cases import heavy_but
-from workbench.arms.laws.algebraic_riccati import closed_form, doubled, norm, residual, stabilising
+from workbench.arms.laws.algebraic_riccati import closed_form, doubling_solution, norm, residual, stabilising_solution
 from workbench.design.riccati import care
 
 
@@ -45,7 +45,7 @@ def test_the_closed_form_is_the_solution_of_the_solver(n):
 @pytest.mark.parametrize("n", heavy_but([2, 4], 2))
 def test_doubling_is_the_solution_of_the_solver_where_the_poles_are_near_its_rate(n):
     rng = np.random.default_rng(22)
-    P = function(n, lambda A, G, Q: doubled(A, G, Q, norm(A) + ca.sqrt(norm(G) * norm(Q)), 10))
+    P = function(n, lambda A, G, Q: doubling_solution(A, G, Q, norm(A) + ca.sqrt(norm(G) * norm(Q)), 10))
     checked = 0
     for _ in range(25):
         A, G, Q = cases(n, 0.3, rng)
@@ -63,7 +63,7 @@ def test_doubling_is_the_solution_of_the_solver_where_the_poles_are_near_its_rat
 def test_the_residual_tells_where_doubling_has_not_come_to_its_end():
     """A pole 10,000 times slower than the rate, and three doublings."""
     A, G, Q = np.diag([-1e-3, -10.0, -1.0]), 1e-6 * np.eye(3), 1e-6 * np.eye(3)
-    P, left = function(3, lambda A, G, Q: stabilising(A, G, Q, 3))(A, G, Q)
+    P, left = function(3, lambda A, G, Q: stabilising_solution(A, G, Q, 3))(A, G, Q)
     X = care(A, 1e-3 * np.eye(3), Q, np.eye(3)).X
     assert apart(P, X) > 0.1
     assert float(left) > 1e-3
@@ -72,6 +72,6 @@ def test_the_residual_tells_where_doubling_has_not_come_to_its_end():
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_where_nothing_costs_the_residual_is_zero_and_not_undefined(n):
     A, G, Q = -np.eye(n) - np.eye(n, k=1), np.eye(n), np.zeros((n, n))
-    P = stabilising(ca.SX(A), ca.SX(G), ca.SX(Q), 8)
+    P = stabilising_solution(ca.SX(A), ca.SX(G), ca.SX(Q), 8)
     np.testing.assert_allclose(np.array(ca.evalf(P)), 0, atol=1e-15)
     assert float(ca.evalf(residual(ca.SX(A), ca.SX(G), ca.SX(Q), ca.SX(Q)))) == 0

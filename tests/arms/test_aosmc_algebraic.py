@@ -7,14 +7,14 @@ from scipy.linalg import solve_continuous_are
 from tests.support.oracles import aosmc_rgs, closed_loop, matrices, worst_difference
 from workbench.arms.laws import AosmcRgs
 from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.mechanics import paper_arm, robot
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.blocks.signals import Constant, Sines, SineTorque
 from workbench.core import rk4
-from workbench.core.claim import declared
+from workbench.core.claim import claims_of
 from workbench.engine import simulate
-from workbench.proofs.claim_margins import violation, watching
+from workbench.proofs.claim_margins import violation, with_violations
 
 LAW = {
     "model": paper_arm(),
@@ -63,8 +63,8 @@ def test_the_loop_is_the_one_written_by_hand(shape):
 
 def test_p_is_shown_with_its_residual_and_stays_definite():
     ode = loop(velocity="reference", gain_sign="raised", gain_shape="norm").ode()
-    claims = [said for said in declared(loop().controller, "controller.") if said.claim.name.startswith("P stays")]
-    run = simulate(rk4(watching(ode, claims), 1e-3), until=2.0, every=0.1)
+    claims = [said for said in claims_of(loop().controller, "controller.") if said.claim.name.startswith("P stays")]
+    run = simulate(rk4(with_violations(ode, claims), 1e-3), until=2.0, every=0.1)
     p = ode.parameters.unpack(ode.parameters.default)
     for i in range(len(run.t)):
         X = riccati_of(p, run["controller.K"][0, i], run["plant.q"][0, i])
@@ -74,9 +74,11 @@ def test_p_is_shown_with_its_residual_and_stays_definite():
 
 
 def test_three_joints_are_solved_by_doubling():
-    arm = named("planar-3r")
+    arm = robot("planar-3r")
     law = AosmcRgs(arm, 6.0, 0.01, 5 * np.eye(3), Q=np.eye(3), R=np.eye(3), velocity="reference", riccati="algebraic")
-    ode = ClosedLoop(Manipulator(arm, q=[0.1, 0.2, 0.3]), ArmFullState(3), law, Hold("q", "rad", [0.1, 0.2, 0.3])).ode()
+    ode = ClosedLoop(
+        Manipulator(arm, q=[0.1, 0.2, 0.3]), ArmFullState(3), law, Constant("q", "rad", [0.1, 0.2, 0.3])
+    ).ode()
     outputs = ode.outputs_at(0.0, ode.states.default)
     assert outputs["residual"] < 1e-12
     assert (np.linalg.eigvalsh(outputs["P"].reshape(3, 3)) > 0).all()

@@ -24,7 +24,7 @@ from tests.support.oracles import (
 from workbench.arms.laws import AosmcRgs
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import ArmFullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, OracleFilter, PrintedFilter, StateAndDisturbanceObserver
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
@@ -46,7 +46,7 @@ REPAIRED = {"velocity": "reference", "gain_sign": "raised", "gain_shape": "outer
 
 def observer_of_the_paper(filter_of_d=None, q_hat=(0.0, 0.0)):
     state = Luenberger(paper_arm(), L1=30 * np.eye(2), L2=50 * np.eye(2), q_hat=q_hat)
-    return WithDisturbance(state, filter_of_d) if filter_of_d else state
+    return StateAndDisturbanceObserver(state, filter_of_d) if filter_of_d else state
 
 
 def loop(observer=None, q=(0.6, -0.8), **changes):
@@ -115,7 +115,7 @@ def test_the_motion_is_that_of_another_integrator(shape):
 @pytest.mark.parametrize("velocity", ["printed", "reference"])
 def test_only_the_reference_velocity_leaves_s_to_the_switching_torque(velocity):
     """M s' + C s = -K sat(s / phi) + D_hat - D; as printed M Lambda ed + C Lambda e stays beside it."""
-    ode = loop(observer=WithDisturbance(ArmFullState(2), OracleFilter(2, l=20.0)), velocity=velocity).ode()
+    ode = loop(observer=StateAndDisturbanceObserver(ArmFullState(2), OracleFilter(2, l=20.0)), velocity=velocity).ode()
     rng = np.random.default_rng(15)
     p = ode.parameters.unpack(ode.parameters.default)
     for _ in range(20):

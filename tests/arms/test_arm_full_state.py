@@ -5,10 +5,10 @@ import pytest
 
 from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.mechanics import paper_arm, robot
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, SineTorque
+from workbench.blocks.signals import Constant, SineTorque
 
 
 def loop(arm, q):
@@ -17,7 +17,7 @@ def loop(arm, q):
         plant=Manipulator(arm, q=q, disturbance=SineTorque(amplitude=np.ones(n), frequency=np.ones(n))),
         observer=ArmFullState(n),
         controller=ArmPID(Kp=np.ones(n), Ki=np.zeros(n), Kd=np.ones(n)),
-        reference=Hold("q", "rad", np.zeros(n)),
+        reference=Constant("q", "rad", np.zeros(n)),
     )
 
 
@@ -29,7 +29,7 @@ def test_the_state_is_estimated_without_error_and_the_disturbance_as_zero():
 
 
 def test_it_serves_arms_of_any_number_of_joints():
-    assert loop(named("planar-4r"), [0.1, 0.2, 0.3, 0.4]).ode().states.size == 12
+    assert loop(robot("planar-4r"), [0.1, 0.2, 0.3, 0.4]).ode().states.size == 12
 
 
 def test_it_does_not_use_the_truth():

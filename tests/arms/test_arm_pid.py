@@ -6,10 +6,10 @@ import pytest
 from tests.support.oracles import closed_loop, integrate, pid, worst_difference
 from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.mechanics import paper_arm, robot
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.blocks.signals import Constant, Sines, SineTorque
 from workbench.core import rk4
 from workbench.engine import simulate
 
@@ -45,12 +45,14 @@ def test_the_motion_is_that_of_another_integrator():
 
 def test_with_gravity_in_the_law_the_arm_rests_where_it_is_told():
     """At q = q_ref nothing moves: the feedback is zero and G(q) carries the arm."""
-    ode = loop(ArmPID(**GAINS, model=paper_arm()), reference=Hold("q", "rad", [0.6, -0.8])).ode()
+    ode = loop(ArmPID(**GAINS, model=paper_arm()), reference=Constant("q", "rad", [0.6, -0.8])).ode()
     np.testing.assert_allclose(ode.rate_at(0.0, ode.states.default), 0, atol=1e-14)  # rounding of G - G
 
 
 def test_without_gravity_the_integral_comes_to_carry_the_arm():
-    ode = loop(ArmPID(Kp=[60.0, 30.0], Ki=[60.0, 40.0], Kd=[15.0, 6.0]), reference=Hold("q", "rad", [0.6, -0.8])).ode()
+    ode = loop(
+        ArmPID(Kp=[60.0, 30.0], Ki=[60.0, 40.0], Kd=[15.0, 6.0]), reference=Constant("q", "rad", [0.6, -0.8])
+    ).ode()
     run = simulate(rk4(ode, 2e-3), until=40.0, every=1.0)
     G = np.array([19.62 * np.sin(0.6) + 9.81 * np.sin(-0.2), 9.81 * np.sin(-0.2)])
     np.testing.assert_allclose(run["e"][0, -1], 0, atol=1e-9)  # the slowest mode has decayed for 40 s
@@ -69,7 +71,7 @@ def test_gains_for_different_numbers_of_joints_are_refused():
 
 def test_a_model_of_another_arm_is_refused():
     with pytest.raises(ValueError, match="a model of 3 joints and 2 gains"):
-        ArmPID(**GAINS, model=named("planar-3r"))
+        ArmPID(**GAINS, model=robot("planar-3r"))
 
 
 def test_one_number_for_all_joints_is_refused_as_nothing_says_how_many_there_are():

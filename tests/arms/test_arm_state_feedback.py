@@ -11,7 +11,7 @@ from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.blocks.signals import Constant, Sines, SineTorque
 from workbench.core import rk4, with_quadrature
 from workbench.engine import simulate
 
@@ -85,7 +85,7 @@ def test_near_rest_the_cost_of_the_lqr_is_x_p_x(q):
     P = solve_continuous_are(A, B, Q, R)
     law = ArmStateFeedback.of(paper_arm(), np.linalg.solve(R, B.T @ P))
     x0 = 1e-5 * np.array([1.0, -2.0, 0.0, 0.0])
-    ode = loop(law, q=np.array(q) + x0[:2], reference=Hold("q", "rad", list(q))).ode()
+    ode = loop(law, q=np.array(q) + x0[:2], reference=Constant("q", "rad", list(q))).ode()
     y = ode.outputs.view(ode.output)
     x, u = ca.vertcat(y["e"], y["ed"]), y["tau"] - ca.DM(weight(q))
     costly = with_quadrature(ode, {"J": (x.T @ Q @ x + u.T @ R @ u) / 1e-10})

@@ -105,12 +105,12 @@ def test_a_two_link_arm_in_space_has_the_same_set():
 def test_a_planar_arm_has_three_base_parameters_a_link(n):
     # Gautier and Khalil (1990), Direct calculation of minimum set of inertial parameters, IEEE Trans. Robotics 6(3):
     # of parallel axes the mass of each link is grouped with the link before, and m and I_zz of the first one vanish
-    assert len(wb.base_parameters(wb.named(f"planar-{n}r")).theta) == 3 * n
+    assert len(wb.base_parameters(wb.robot(f"planar-{n}r")).theta) == 3 * n
 
 
 def test_the_panda_has_as_many_base_parameters_as_its_identification_found():
     # Gaz et al. (2019), Dynamic identification of the Franka Emika Panda robot: 43 coefficients without friction
-    base = wb.base_parameters(wb.named("panda"))
+    base = wb.base_parameters(wb.robot("panda"))
     assert len(base.theta) == 43
     assert base.gap > 1e12
     assert base.residual < ROUNDING
@@ -123,8 +123,8 @@ def test_the_panda_has_as_many_base_parameters_as_its_identification_found():
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: wb.named("scara"),
-        lambda: wb.named("cart-pole"),
+        lambda: wb.robot("scara"),
+        lambda: wb.robot("cart-pole"),
         lambda: random_tree(4, np.random.default_rng(2), rotor=0.1),
     ],
 )
@@ -138,7 +138,7 @@ def test_the_base_parameters_make_the_same_torque_and_no_fewer_do(make, seed):
         np.testing.assert_allclose(base.at(*state) @ base.theta, tau, rtol=0, atol=ROUNDING * np.abs(tau).max())
     rows = base.at(*rng.uniform(-3, 3, (3, 200, arm.dof)))
     assert np.linalg.matrix_rank(rows / np.linalg.norm(rows, axis=0)) == len(base.theta)
-    np.testing.assert_array_equal(base.K[:, base.kept], np.eye(len(base.theta)))
+    np.testing.assert_array_equal(base.K[:, base.kept_columns], np.eye(len(base.theta)))
 
 
 def test_the_base_parameters_are_what_a_fit_of_torques_finds():

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import CATALOGUE, named, paper_arm
+from workbench.arms.mechanics import CATALOGUE, paper_arm, robot
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_every_arm_of_the_catalogue_has_a_positive_definite_mass_matrix(name):
-    dynamics = Dynamics.of(named(name), name)
+    dynamics = Dynamics.of(robot(name), name)
     M, C, G = dynamics.matrices(np.full(dynamics.dof, 0.5), np.ones(dynamics.dof))
     assert np.linalg.eigvalsh(M).min() > 0
     assert np.isfinite(C).all()
@@ -24,26 +24,26 @@ def test_the_paper_arm_is_that_of_section_5():
 
 
 def test_a_slender_rod_swings_with_its_known_inertia():
-    M, _, G = Dynamics.of(named("planar-1r")).matrices([np.pi / 2], [0.0])
+    M, _, G = Dynamics.of(robot("planar-1r")).matrices([np.pi / 2], [0.0])
     np.testing.assert_allclose(M, [[1 / 3]], rtol=1e-15)
     np.testing.assert_allclose(G, [9.81 / 2], rtol=1e-15)
 
 
 def test_an_unknown_arm_is_answered_with_the_nearest_or_with_all():
     with pytest.raises(LookupError, match=r"There is no 'planar-5r' among the 12 robots.*Did you mean 'planar-\dr'\?"):
-        named("planar-5r")
+        robot("planar-5r")
     with pytest.raises(LookupError, match="They are: paper-arm, planar-1r"):
-        named("zzz")
+        robot("zzz")
 
 
 @pytest.mark.parametrize("name", [None, 3, ["planar-1r"]])
 def test_a_name_that_is_no_text_is_refused(name):
     with pytest.raises(LookupError, match=r"The robots of the catalogue go by names, which are text; got"):
-        named(name)
+        robot(name)
 
 
 def test_the_pelican_has_the_mass_matrix_that_its_book_prints():
-    d = Dynamics.of(named("pelican"))
+    d = Dynamics.of(robot("pelican"))
     for q2 in (0.0, 1.0, 2.5):
         M, _, _ = d.matrices([0.7, q2], [0.0, 0.0])
         c = np.cos(q2)
@@ -52,7 +52,7 @@ def test_the_pelican_has_the_mass_matrix_that_its_book_prints():
 
 
 def test_the_arm_of_slotine_and_li_has_the_four_numbers_of_its_book():
-    d = Dynamics.of(named("slotine-li"))
+    d = Dynamics.of(robot("slotine-li"))
     a1, a2, a3, a4 = 3.34, 0.97, 1.2 * np.cos(np.pi / 6), 0.6  # the book rounds them to 3.3, 0.97, 1.04 and 0.6
     for q2 in (0.0, 1.0, 2.5):
         M, C, G = d.matrices([0.7, q2], [0.4, -0.9])
@@ -65,7 +65,7 @@ def test_the_arm_of_slotine_and_li_has_the_four_numbers_of_its_book():
 
 
 def test_the_cart_pole_moves_as_its_equations_say():
-    d = Dynamics.of(named("cart-pole"))
+    d = Dynamics.of(robot("cart-pole"))
     cart, pole, half, g = 1.0, 0.1, 0.5, 9.8
     force, angle, rate = 3.0, 0.3, -0.7
     M, C, G = d.matrices([1.0, angle], [0.5, rate])
@@ -83,7 +83,7 @@ def test_the_cart_pole_moves_as_its_equations_say():
 
 
 def test_the_hand_of_the_panda_is_part_of_its_last_link():
-    last = named("panda").links[6]
+    last = robot("panda").links[6]
     np.testing.assert_allclose(last.mass, 0.735522 + 0.73 + 2 * 0.015, rtol=1e-15)
     # along the axis: the link's own centre, and hand and fingers beyond the flange at 0.107
     heights = 0.735522 * 0.061597 + 0.73 * (0.107 + 0.03) + 0.03 * (0.107 + 0.0584)

@@ -5,11 +5,11 @@ import pytest
 from workbench.arms.laws import AosmcRgs, ArmPID, SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import ArmFullState, Luenberger, OracleFilter, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, OracleFilter, StateAndDisturbanceObserver
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold
+from workbench.blocks.signals import Constant
 from workbench.core import Claim
-from workbench.core.claim import declared
+from workbench.core.claim import claims_of
 
 ARM = paper_arm()
 
@@ -33,9 +33,11 @@ def test_a_margin_is_a_function():
 
 
 def test_a_loop_declares_what_its_blocks_do_with_their_paths():
-    observer = WithDisturbance(Luenberger(ARM, [[30, 0], [0, 30]], [[50, 0], [0, 50]], 0.0), OracleFilter(2, l=20.0))
+    observer = StateAndDisturbanceObserver(
+        Luenberger(ARM, [[30, 0], [0, 30]], [[50, 0], [0, 50]], 0.0), OracleFilter(2, l=20.0)
+    )
     law = SlidingMode(ARM, Lambda=6.0, K=5.0, phi=0.01)
-    found = declared(ClosedLoop(Manipulator(ARM, q=0.0), observer, law, Hold("q", "rad", [0, 0])))
+    found = claims_of(ClosedLoop(Manipulator(ARM, q=0.0), observer, law, Constant("q", "rad", [0, 0])))
     assert [(said.path, said.kind) for said in found] == [
         ("observer.state.", "Luenberger"),
         ("observer.disturbance.", "OracleFilter"),
@@ -44,8 +46,8 @@ def test_a_loop_declares_what_its_blocks_do_with_their_paths():
 
 
 def test_a_block_that_promises_nothing_declares_nothing():
-    assert declared(ArmPID([1.0], [0.0], [0.0])) == ()
-    assert declared(ArmFullState(1)) == ()
+    assert claims_of(ArmPID([1.0], [0.0], [0.0])) == ()
+    assert claims_of(ArmFullState(1)) == ()
 
 
 def test_every_declared_claim_names_a_source_and_no_two_of_a_block_share_a_name():

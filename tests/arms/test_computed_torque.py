@@ -16,18 +16,18 @@ from tests.support.oracles import (
 )
 from workbench.arms.laws import ComputedTorque
 from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import named, paper_arm
-from workbench.arms.observers import ArmFullState, MomentumObserver, WithDisturbance
+from workbench.arms.mechanics import paper_arm, robot
+from workbench.arms.observers import ArmFullState, MomentumObserver, StateAndDisturbanceObserver
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.blocks.signals import Constant, Sines, SineTorque
 from workbench.core import rk4
-from workbench.core.claim import declared
+from workbench.core.claim import claims_of
 from workbench.engine import simulate
-from workbench.proofs.falsify import Budget, Hunt
+from workbench.proofs.falsify import Budget, RunSearch
 
 ARM, Kp, Kd = paper_arm(), np.array([64.0, 49.0]), np.array([16.0, 10.0])
 LAW = ComputedTorque(ARM, Kp, Kd)
-MOMENTUM = WithDisturbance(ArmFullState(2), MomentumObserver(ARM, l=20.0))
+MOMENTUM = StateAndDisturbanceObserver(ArmFullState(2), MomentumObserver(ARM, l=20.0))
 
 
 def loop(law=LAW, observer=None, push=(0.5, 0.4), frequency=(3.0, 4.0), reference=None):
@@ -70,7 +70,7 @@ def test_with_the_right_model_the_error_of_each_joint_is_that_of_a_linear_oscill
 
 
 def test_behind_an_observer_of_the_disturbance_a_constant_push_leaves_no_error():
-    still = {"push": (1.5, -1.0), "frequency": (0.0, 0.0), "reference": Hold("q", "rad", [0.6, -0.8])}
+    still = {"push": (1.5, -1.0), "frequency": (0.0, 0.0), "reference": Constant("q", "rad", [0.6, -0.8])}
     alone, behind = (
         simulate(rk4(loop(observer=observer, **still).ode(), 1e-3), until=20.0)["e"][0, -1]
         for observer in (None, MOMENTUM)
@@ -96,7 +96,7 @@ BOX = {"plant.q": (-2.0, 2.0), "plant.qd": (-2.0, 2.0)}
 )
 def test_its_promise_holds_with_the_right_model_and_where_no_disturbance_is_unknown(law, push, kind):
     kept = loop(law, push=(push, push))
-    assert Hunt(kept.ode(), declared(kept)[-1], BOX, 0.5, 5e-4).search(1, Budget(16, 3, 0)).kind == kind
+    assert RunSearch(kept.ode(), claims_of(kept)[-1], BOX, 0.5, 5e-4).search(1, Budget(16, 3, 0)).kind == kind
 
 
 def test_a_negative_gain_is_refused():
@@ -106,4 +106,4 @@ def test_a_negative_gain_is_refused():
 
 def test_gains_for_another_arm_are_refused():
     with pytest.raises(ValueError, match=r"`ComputedTorque\(Kp=...\)` must be an array of shape \(n = 3\)"):
-        ComputedTorque(named("planar-3r"), Kp, Kd)
+        ComputedTorque(robot("planar-3r"), Kp, Kd)

@@ -14,7 +14,7 @@ from tests.support.arms import random_arm
 from tests.support.cases import heavy_but
 from workbench.arms.code.arm_equations import in_numbers
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import SpatialArm, SpatialLink, named, urdf
+from workbench.arms.mechanics import SpatialArm, SpatialLink, robot, urdf
 from workbench.arms.mechanics.arm_catalogue import planar
 from workbench.cli.derive import FORMS, text_of
 
@@ -38,7 +38,7 @@ def names_in(text):
 
 
 def test_short_entries_have_the_form_of_a_textbook_and_long_ones_common_parts(long_arm):
-    assert not names_in(text_of(Dynamics.of(named("planar-4r")), "text"))
+    assert not names_in(text_of(Dynamics.of(robot("planar-4r")), "text"))
     assert len(names_in(printed(long_arm, "text"))) > 100
 
 
@@ -72,7 +72,7 @@ def test_what_common_parts_say_has_the_values_of_the_model(long_arm):
 
 @cache
 def derived_twice(robot):
-    return tuple(Dynamics.of(named(robot), robot) for _ in range(2))
+    return tuple(Dynamics.of(robot(robot), robot) for _ in range(2))
 
 
 @pytest.mark.parametrize("robot", heavy_but(["paper-arm", "planar-3r"], "paper-arm"))
@@ -100,7 +100,7 @@ def measured(folder, equations):
     "robot", heavy_but(["paper-arm", "planar-4r", "planar-6r", "scara", "ur5"], "paper-arm", "scara")
 )
 def test_no_equation_of_typst_leaves_the_page(tmp_path, robot):
-    model = Dynamics.of(named(robot))
+    model = Dynamics.of(robot(robot))
     equations = re.findall(r"^\$ .*? \$$", text_of(model, "typst"), re.DOTALL | re.MULTILINE)
     assert "".join(equations).count(" & = ") >= 2 * model.dof**2 + model.dof
     assert max(measured(tmp_path, equations)) <= PAGE + INDENT
@@ -138,7 +138,7 @@ def link(name, **drive):
 
 
 def test_the_numbers_of_an_arm_may_stand_in_place_of_its_letters():
-    printed = text_of(in_numbers(named("scara"), "scara"), "text")
+    printed = text_of(in_numbers(robot("scara"), "scara"), "text")
     assert "M_33 = 3/2" in printed
     assert "m_1" not in printed
 
@@ -192,22 +192,22 @@ def test_a_true_term_stays_however_small():
 
 
 def test_a_sum_of_decimals_is_printed_as_the_decimal_that_it_is():
-    assert "M_22 = 0.012672837978\n" in text_of(in_numbers(named("pelican")), "text")
-    assert "M_22 = 4 + " in text_of(in_numbers(named("planar-4r")), "text")
+    assert "M_22 = 0.012672837978\n" in text_of(in_numbers(robot("pelican")), "text")
+    assert "M_22 = 4 + " in text_of(in_numbers(robot("planar-4r")), "text")
 
 
 @pytest.mark.parametrize("robot", ["paper-arm", "pelican", "slotine-li", "cart-pole", "scara", "planar-6r"])
 def test_numbers_put_in_exactly_give_what_doubles_give(robot):
-    arm = named(robot)
+    arm = robot(robot)
     q, qd = np.random.default_rng(3).uniform(-2, 2, (2, arm.dof))
     for exact, rounded in zip(in_numbers(arm).matrices(q, qd), Dynamics.of(arm).matrices(q, qd), strict=True):
         np.testing.assert_allclose(exact, rounded, rtol=0, atol=1e-14 * max(1.0, np.abs(rounded).max()))
 
 
 def test_a_joint_without_a_motor_and_the_units_of_a_slide_are_said():
-    model = Dynamics.of(named("cart-pole"), "cart-pole")
+    model = Dynamics.of(robot("cart-pole"), "cart-pole")
     for form in ("text", "latex", "typst", "c", "python", "casadi"):
         assert "= tau, n = 2, without a motor: tau_2 = 0\n" in text_of(model, form)
     assert "accelerations of the joints, in (m, rad), per s and s^2" in text_of(model, "c")
     assert "what drives the joints, in (N, N m)" in text_of(model, "c")
-    assert "without a motor" not in text_of(Dynamics.of(named("planar-2r")), "text")
+    assert "without a motor" not in text_of(Dynamics.of(robot("planar-2r")), "text")

@@ -14,7 +14,7 @@ import pytest
 from tests.support.arms import random_arm
 from tests.support.cases import heavy_but
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import SpatialArm, SpatialLink, named, paper_arm
+from workbench.arms.mechanics import SpatialArm, SpatialLink, paper_arm, robot
 from workbench.arms.mechanics.arm_catalogue import planar
 from workbench.cli.derive import text_of
 
@@ -28,7 +28,7 @@ ARMS = {
     "paper-arm": paper_arm(),
     **{f"planar-{n}r": planar(n) for n in (1, 3, 6)},
     **{f"random-{n}r": random_arm(n, np.random.default_rng(n)) for n in (2, 4)},
-    **{name: named(name) for name in ("cart-pole", "scara", "ur5")},
+    **{name: robot(name) for name in ("cart-pole", "scara", "ur5")},
     "rubbing": SpatialArm((RUBBING, SpatialLink("hinge", 2.0, (0.3, 0.1, 0.0), RUBBING.inertia, parent=0))),
 }
 
@@ -36,7 +36,7 @@ ARMS = {
 @cache
 def model_of(name):
     """The model of an arm, of which every language prints its program."""
-    return Dynamics.of(ARMS[name], name) if name in ARMS else Dynamics.of(named(name), name, symbolic=False)
+    return Dynamics.of(ARMS[name], name) if name in ARMS else Dynamics.of(robot(name), name, symbolic=False)
 
 
 COMPILER = shutil.which("cc")

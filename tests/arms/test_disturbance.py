@@ -19,7 +19,7 @@ from tests.support.oracles import (
 )
 from workbench.arms.laws import SlidingMode
 from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.mechanics import paper_arm, robot
 from workbench.arms.observers import (
     AbstractDisturbanceObserver,
     ArmFullState,
@@ -28,10 +28,10 @@ from workbench.arms.observers import (
     NonlinearDisturbanceObserver,
     OracleFilter,
     PrintedFilter,
-    WithDisturbance,
+    StateAndDisturbanceObserver,
 )
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.blocks.signals import Constant, Sines, SineTorque
 from workbench.core import Layout, block, rk4
 from workbench.engine import simulate
 
@@ -77,7 +77,7 @@ def loop(disturbance_observer, state=None, amplitude=(0.5, 0.4), frequency=(3.0,
             q=[0.6, -0.8],
             disturbance=SineTorque(amplitude=amplitude, frequency=frequency, phase=[0.3, np.pi / 2]),
         ),
-        observer=WithDisturbance(state or ArmFullState(2), disturbance_observer),
+        observer=StateAndDisturbanceObserver(state or ArmFullState(2), disturbance_observer),
         controller=SlidingMode(**(law | changes)),
         reference=reference or Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
@@ -198,7 +198,7 @@ def test_a_moving_disturbance_is_followed_within_its_bound(name):
 def test_what_the_model_leaves_out_counts_as_disturbance(name):
     """Held at rest, D_hat is D and the weight that the believed arm lacks: G of the true arm minus G of the model."""
     ode = loop(
-        OBSERVERS[name][0], reference=Hold("q", "rad", [0.6, -0.8]), amplitude=(2.0, 1.0), frequency=(0.0, 0.0)
+        OBSERVERS[name][0], reference=Constant("q", "rad", [0.6, -0.8]), amplitude=(2.0, 1.0), frequency=(0.0, 0.0)
     ).ode()
     run = simulate(rk4(ode, 1e-3), ode.parameters.pack({"plant.arm.links[1].mass": 1.3}), until=30.0, every=1.0)
     q = run["q"][0, -1]
@@ -215,7 +215,9 @@ def test_who_uses_the_truth_says_so(name):
 
 
 def test_who_takes_the_truth_without_saying_so_cannot_be_built():
-    with pytest.raises(LookupError, match=r"`WithDisturbance.estimate\(...\)` asks for a signal that its ports do not"):
+    with pytest.raises(
+        LookupError, match=r"`StateAndDisturbanceObserver.estimate\(...\)` asks for a signal that its ports do not"
+    ):
         loop(Cheat()).ode()
 
 
@@ -230,7 +232,7 @@ def test_the_state_of_each_lies_below_its_name():
 
 def test_observers_of_different_arms_are_refused():
     with pytest.raises(ValueError, match="a state of 2 joints and a disturbance of 3"):
-        WithDisturbance(ArmFullState(2), MomentumObserver(named("planar-3r"), l=10.0))
+        StateAndDisturbanceObserver(ArmFullState(2), MomentumObserver(robot("planar-3r"), l=10.0))
 
 
 def test_a_rate_of_zero_is_refused():

@@ -6,7 +6,7 @@ import pytest
 
 from tests.support.arms import random_arm, random_tree
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.mechanics import paper_arm, robot
 
 
 def test_the_matrices_of_the_paper_arm_are_those_of_its_equations():
@@ -103,7 +103,7 @@ def test_torque_and_acceleration_undo_each_other():
 
 
 def test_the_equations_of_an_arm_of_seven_joints_share_their_terms():
-    d = Dynamics.of(named("panda"))
+    d = Dynamics.of(robot("panda"))
     assert [d.inverse_dynamics.n_out(), d.forward_dynamics.n_out()] == [3, 4]  # the derivatives with the values
     # by recursion some 13,000 and 17,000 steps; matrices written out per entry take hundreds of thousands
     assert d.inverse_dynamics.n_instructions() < 15_000

@@ -8,7 +8,7 @@ import pytest
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.printed.arm_letters import narrowed
+from workbench.arms.printed.arm_letters import fix_parameters
 from workbench.arms.printed.entry_units import read_unit, units_of
 from workbench.arms.printed.printed_equations import read_sheet
 from workbench.core import Entry, Layout
@@ -79,7 +79,7 @@ def test_a_joint_that_slides_has_a_unit_of_its_own():
 
 
 def test_where_a_parameter_is_given_as_a_number_numbers_may_have_its_unit():
-    assert units_of(narrowed(PAPER, {"gravity": 10.0})) is None
+    assert units_of(fix_parameters(PAPER, {"gravity": 10.0})) is None
 
 
 def test_an_arm_with_an_unknown_unit_has_none():

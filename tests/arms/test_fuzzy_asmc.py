@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 
 from tests.support.oracles import closed_loop, fuzzy_asmc, integrate, worst_difference
-from workbench.arms.laws import AdaptiveSlidingMode, DeadZone, FuzzyAsmc, Leakage, Plain, RuleBase
+from workbench.arms.laws import (
+    AdaptiveSlidingMode,
+    DeadZoneAdaptation,
+    FuzzyAsmc,
+    LeakageAdaptation,
+    PlainAdaptation,
+    RuleBase,
+)
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
@@ -30,7 +37,11 @@ LAW = {
     "K": [1.0, 0.5],
     "rules": RULES,
 }
-FORMS = {"plain": Plain(), "dead_zone": DeadZone(width=0.8), "leakage": Leakage(sigma=0.7, level=[1.0, 0.5])}
+FORMS = {
+    "plain": PlainAdaptation(),
+    "dead_zone": DeadZoneAdaptation(width=0.8),
+    "leakage": LeakageAdaptation(sigma=0.7, level=[1.0, 0.5]),
+}
 
 
 def loop(controller):

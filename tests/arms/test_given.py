@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import named, paper_arm
-from workbench.arms.printed.arm_letters import narrowed
+from workbench.arms.mechanics import paper_arm, robot
+from workbench.arms.printed.arm_letters import fix_parameters
 from workbench.arms.printed.entry_comparison import compare_sheet
 from workbench.arms.printed.printed_equations import read_sheet
 from workbench.arms.printed.tokens import FormulaError
 
 PAPER = Dynamics.of(paper_arm())
-RODS = Dynamics.of(named("planar-2r"))
+RODS = Dynamics.of(robot("planar-2r"))
 
 NUMBERS = {
     "1 + 1": 2,
@@ -69,10 +69,10 @@ def test_a_letter_of_the_robot_may_be_short_for_a_function_of_the_joints_or_for_
 
 def test_the_line_of_a_witness_replays_on_the_robot_at_the_numbers_that_a_sheet_gives():
     sheet = read_sheet("m_2 = 0.7\nl_2 = 3\nM_22 = m_2*l_2", PAPER, "text")
-    (verdict,) = compare_sheet(sheet, narrowed(PAPER, sheet.fixed))
+    (verdict,) = compare_sheet(sheet, fix_parameters(PAPER, sheet.fixed_values))
     assert verdict.witness is not None
     assert "links[1].mass = 0.7, links[1].length = 3" in verdict.evidence
-    M, _, _ = PAPER.matrices(verdict.witness.q, verdict.witness.qd, PAPER.p.pack(verdict.witness.changed)[0])
+    M, _, _ = PAPER.matrices(verdict.witness.q, verdict.witness.qd, PAPER.p.pack(verdict.witness.changed_parameters)[0])
     assert str({"links[1].mass": 0.7, "links[1].length": 3.0}) in verdict.witness.replay
     np.testing.assert_allclose(M[1, 1], verdict.right_value, rtol=1e-14)  # a few roundings
     np.testing.assert_allclose([verdict.printed_value, verdict.right_value], [2.1, 6.3], rtol=1e-14)
@@ -81,10 +81,10 @@ def test_the_line_of_a_witness_replays_on_the_robot_at_the_numbers_that_a_sheet_
 def test_a_witness_leaves_out_what_is_zero_in_the_robot_too():
     sheet = read_sheet("M_22 = m_2*c_2^2 + 2*I_2", RODS, "text")
     assert sheet.zeros == {"links[0].offset", "links[1].offset"}
-    (verdict,) = compare_sheet(sheet, narrowed(RODS, sheet.fixed))
+    (verdict,) = compare_sheet(sheet, fix_parameters(RODS, sheet.fixed_values))
     assert verdict.witness is not None
-    assert verdict.witness.changed == {}
+    assert verdict.witness.changed_parameters == {}
     sheet = read_sheet("links[1].offset = 0.5\nM_22 = m_2*c_2^2 + 2*I_2", RODS, "text")
-    (verdict,) = compare_sheet(sheet, narrowed(RODS, sheet.fixed))
+    (verdict,) = compare_sheet(sheet, fix_parameters(RODS, sheet.fixed_values))
     assert verdict.witness is not None
-    assert verdict.witness.changed == {"links[1].offset": 0.5}
+    assert verdict.witness.changed_parameters == {"links[1].offset": 0.5}

@@ -11,12 +11,12 @@ from scipy.linalg import expm, solve_continuous_are
 from tests.support.arms import arm_instruments
 from tests.support.cases import heavy_but
 from tests.support.riccati_steps import cayley, hamiltonian, moebius
-from workbench.arms.laws import AosmcRgs, ArmPID, RbfAsmc, SuperTwisting, WithCompensation
+from workbench.arms.laws import AosmcRgs, ArmPID, DisturbanceCompensation, RbfAsmc, SuperTwisting
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, StateAndDisturbanceObserver
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines
+from workbench.blocks.signals import Constant, Sines
 from workbench.core import Signals
 from workbench.engine import simulate
 
@@ -126,11 +126,11 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
     """Its matrix among the signals stopped the loop from being made: 'hold.P' had the shape of a column."""
     solved = AosmcRgs(**{k: v for k, v in LAW.items() if k != "P"} | {"K": 5 * I}, riccati="algebraic")
     if n == 3:
-        from workbench.arms.mechanics import named
+        from workbench.arms.mechanics import robot
 
-        solved = replace(solved, model=named("planar-3r"), Lambda=[6.0] * 3, K=5 * np.eye(3), Q=np.eye(3), R=np.eye(3))
+        solved = replace(solved, model=robot("planar-3r"), Lambda=[6.0] * 3, K=5 * np.eye(3), Q=np.eye(3), R=np.eye(3))
     q = [0.1] * n
-    closed = ClosedLoop(Manipulator(solved.model, q=q), ArmFullState(n), solved, Hold("q", "rad", q))
+    closed = ClosedLoop(Manipulator(solved.model, q=q), ArmFullState(n), solved, Constant("q", "rad", q))
     for step in (
         closed.digital(1e-3).step(2),
         closed.digital(1e-3, arm_instruments(n, noise_q=1e-4), delay=True).step(2),
@@ -165,7 +165,7 @@ def test_fine_is_the_exact_flow_of_the_memories_with_all_else_held():
 
 
 def test_a_loop_names_the_method_of_each_block_that_has_a_memory():
-    behind = WithDisturbance(Luenberger(**TUNED, integrator="cayley"), MomentumObserver(ARM, 5.0))
+    behind = StateAndDisturbanceObserver(Luenberger(**TUNED, integrator="cayley"), MomentumObserver(ARM, 5.0))
     assert loop(AosmcRgs(**LAW, integrator="cayley"), behind).digital(1e-3).methods == (
         "memory of the observer: Cayley step of (10), D_hat by explicit Euler",
         "memory of the controller: K by explicit Euler, P by a Cayley step of (34)",
@@ -218,12 +218,12 @@ def test_the_network_forgets_exactly_over_a_period(sigma):
 def test_a_law_with_compensation_steps_as_the_law_does():
     nodes = {"centres": np.outer([-1.0, 0.0, 1.0], np.ones(4)), "widths": np.ones(4)}
     law = RbfAsmc(ARM, [6.0, 5.0], 0.1, 2.0, 30.0, 900.0, K=[5.0, 5.0], **nodes, integrator="exact")
-    behind = WithDisturbance(Luenberger(**TUNED), MomentumObserver(ARM, 5.0))
+    behind = StateAndDisturbanceObserver(Luenberger(**TUNED), MomentumObserver(ARM, 5.0))
     assert (
         "memory of the controller: exact step of W, K by explicit Euler"
-        in loop(WithCompensation(law), behind).digital(1e-3).methods
+        in loop(DisturbanceCompensation(law), behind).digital(1e-3).methods
     )
     alone, summed = (
-        simulate(loop(one).digital(4e-3).step(2), until=0.1)["tau"] for one in (law, WithCompensation(law))
+        simulate(loop(one).digital(4e-3).step(2), until=0.1)["tau"] for one in (law, DisturbanceCompensation(law))
     )
     np.testing.assert_array_equal(alone, summed)  # beside an observer without a disturbance D_hat = 0

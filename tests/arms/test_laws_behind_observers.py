@@ -14,13 +14,13 @@ from workbench.arms.laws import (
     ArmPID,
     ArmStateFeedback,
     ComputedTorque,
+    DisturbanceCompensation,
     FuzzyAsmc,
     NonsingularTerminalSlidingMode,
     RbfAsmc,
     Rise,
     SlidingMode,
     SuperTwisting,
-    WithCompensation,
 )
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
@@ -29,8 +29,8 @@ from workbench.arms.observers import (
     DirtyDerivative,
     Luenberger,
     MomentumObserver,
+    StateAndDisturbanceObserver,
     VelocityFilter,
-    WithDisturbance,
 )
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
@@ -53,7 +53,7 @@ ALONE = {
 }
 LAWS = (
     ALONE
-    | {f"{name}, compensated": WithCompensation(law) for name, law in ALONE.items()}
+    | {f"{name}, compensated": DisturbanceCompensation(law) for name, law in ALONE.items()}
     | {"computed torque": ComputedTorque(ARM, 64.0, 16.0)}
     | {"AOSMC-RGS": AosmcRgs(**SURFACE, K=5 * I, P=2 * I, Q=I, R=I, velocity="reference", gain_sign="raised")}
 )
@@ -64,7 +64,8 @@ STATES = {
     "Luenberger": Luenberger(ARM, 60 * I, 900 * I, q_hat=START),
 }
 OBSERVERS = STATES | {
-    f"{name} and momentum": WithDisturbance(state, MomentumObserver(ARM, 20.0)) for name, state in STATES.items()
+    f"{name} and momentum": StateAndDisturbanceObserver(state, MomentumObserver(ARM, 20.0))
+    for name, state in STATES.items()
 }
 INSTRUMENTS = arm_instruments(2, noise_q=1e-4, noise_qd=5e-3, limit=[100.0, 50.0])
 INSTANT = ["readings", "readings and momentum"]  # where a reading of the velocity reaches the law at once

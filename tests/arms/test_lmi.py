@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 from workbench.arms.observer_gains import matrix_inequalities
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 
 def test_a_common_lyapunov_matrix_satisfies_every_inequality():
@@ -20,7 +20,7 @@ def test_a_common_lyapunov_matrix_satisfies_every_inequality():
 def test_two_stable_matrices_without_a_common_one_are_refused():
     """Both are Hurwitz, and switching between them grows: no quadratic form falls for both."""
     A = np.array([[[-0.1, 1.0], [-10.0, -0.1]], [[-0.1, 10.0], [-1.0, -0.1]]])
-    with pytest.raises(Refused, match="infeasible"):
+    with pytest.raises(DesignError, match="infeasible"):
         matrix_inequalities.common_lyapunov(A, 0.05)
 
 
@@ -42,5 +42,5 @@ def test_of_one_matrix_the_least_noise_is_kalmans():
 
 def test_without_the_extra_one_sentence_says_how_to_get_it(monkeypatch):
     monkeypatch.setattr(matrix_inequalities, "find_spec", lambda name: None)
-    with pytest.raises(Refused, match=r"pip install control-workbench\[lmi\]"):
+    with pytest.raises(DesignError, match=r"pip install control-workbench\[lmi\]"):
         matrix_inequalities.common_lyapunov(-np.eye(2)[None], 0.1)

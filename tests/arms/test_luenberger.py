@@ -16,9 +16,9 @@ from tests.support.oracles import (
 from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import Luenberger, OracleFilter, WithDisturbance
+from workbench.arms.observers import Luenberger, OracleFilter, StateAndDisturbanceObserver
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.blocks.signals import Constant, Sines, SineTorque
 from workbench.core import rk4
 from workbench.engine import simulate
 
@@ -36,7 +36,7 @@ def loop(d=(0.5, 0.4), frequency=(3.0, 4.0), reference=None, compensated=None):
             q=[0.6, -0.8],
             disturbance=SineTorque(amplitude=d, frequency=frequency, phase=[np.pi / 2, np.pi / 2]),
         ),
-        observer=state if compensated is None else WithDisturbance(state, OracleFilter(2, l=20.0)),
+        observer=state if compensated is None else StateAndDisturbanceObserver(state, OracleFilter(2, l=20.0)),
         controller=ArmPID(Kp=[60.0, 30.0], Ki=[20.0, 15.0], Kd=[15.0, 6.0], model=paper_arm()),
         reference=reference or Sines("q", "rad", amplitude=[1.0, 0.5], frequency=[2.0, 3.0]),
     )
@@ -83,7 +83,7 @@ def test_without_a_disturbance_the_estimates_become_the_state():
 def test_a_constant_disturbance_biases_the_observer_that_ignores_it(compensated):
     """At rest tau = G(q) + D, and L2 (q - q_hat) must make up for M^-1 (tau - C qd_hat - G(q_hat)) at the bias."""
     ode = loop(
-        d=(1.5, -1.0), frequency=(0.0, 0.0), reference=Hold("q", "rad", [0.6, -0.8]), compensated=compensated
+        d=(1.5, -1.0), frequency=(0.0, 0.0), reference=Constant("q", "rad", [0.6, -0.8]), compensated=compensated
     ).ode()
     run = simulate(rk4(ode, 1e-3), until=60.0, every=1.0)
     np.testing.assert_allclose(ode.rate_at(60.0, run.x[0, -1])[:2], 0, atol=1e-8)  # at rest

@@ -6,7 +6,7 @@ import pytest
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Friction, Manipulator
-from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.mechanics import paper_arm, robot
 from workbench.blocks.loop import open_loop
 from workbench.blocks.signals import SineTorque
 
@@ -72,15 +72,15 @@ def test_the_instruments_show_the_true_disturbance_to_those_who_may_see_it():
         (lambda: Manipulator(paper_arm(), [0.0]), r"`Manipulator\(q=...\)` must be an array of shape \(n = 2\)"),
         (lambda: Manipulator(paper_arm(), [0.0, np.nan]), "must be finite"),
         (
-            lambda: Manipulator(named("planar-3r"), np.zeros(3), disturbance=SineTorque([1.0, 1.0], 2.0)),
+            lambda: Manipulator(robot("planar-3r"), np.zeros(3), disturbance=SineTorque([1.0, 1.0], 2.0)),
             "acts on 2 joints, the arm has 3",
         ),
         (
-            lambda: Manipulator(named("planar-3r"), np.zeros(3), friction=Friction([1.0, 1.0], [1.0, 1.0])),
+            lambda: Manipulator(robot("planar-3r"), np.zeros(3), friction=Friction([1.0, 1.0], [1.0, 1.0])),
             r"`Manipulator\(friction=...\)`",
         ),
         (
-            lambda: Manipulator(named("planar-3r"), np.zeros(3), actuator=DirectDrive([1.0, 1.0])),
+            lambda: Manipulator(robot("planar-3r"), np.zeros(3), actuator=DirectDrive([1.0, 1.0])),
             r"`Manipulator\(actuator=...\)`",
         ),
         (lambda: Friction([1.0, 1.0], [1.0, 1.0, 1.0]), r"`Friction\(coulomb=...\)`"),

@@ -5,7 +5,7 @@ import pytest
 
 from tests.support.arms import random_arm, random_tree
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import named
+from workbench.arms.mechanics import robot
 from workbench.arms.mechanics.planar_arm import DIRECTIONS
 from workbench.arms.mechanics.spatial_vectors import tensor
 
@@ -112,7 +112,7 @@ def test_an_arm_moves_as_in_mujoco(joints, seed):
         np.testing.assert_allclose(qdd, theirs.acceleration(q, qd, tau), rtol=0, atol=CLOSE * size)
 
 
-SPATIAL = {name: lambda name=name: named(name) for name in ("ur5", "panda", "scara")} | {
+SPATIAL = {name: lambda name=name: robot(name) for name in ("ur5", "panda", "scara")} | {
     f"tree {seed}": lambda seed=seed: random_tree(1 + seed, np.random.default_rng(seed)) for seed in range(8)
 }
 

@@ -13,10 +13,10 @@ from workbench.arms.observer_gains import (
     Gains,
     Mismatch,
     Region,
-    along,
     audit,
     by_poles,
-    over,
+    frozen_poles_along,
+    frozen_poles_over,
 )
 
 I, ZERO = np.eye(2), np.zeros((1, 2))
@@ -59,18 +59,18 @@ def test_a_region_that_is_none_is_refused(given, words):
 
 def test_a_path_that_leaves_the_region_is_refused_with_its_row():
     q, qd, tau = np.zeros((4, 2)), np.zeros((4, 2)), np.zeros((4, 2))
-    assert along(MISMATCH, PAPER, BOX, q, qd, tau).unstable == 0
+    assert frozen_poles_along(MISMATCH, PAPER, BOX, q, qd, tau).unstable == 0
     qd[2, 1] = 6.0
     with pytest.raises(ValueError, match="row 2 leaves it"):
-        along(MISMATCH, PAPER, BOX, q, qd, tau)
+        frozen_poles_along(MISMATCH, PAPER, BOX, q, qd, tau)
     qd[2, 1] = np.nan
     with pytest.raises(ValueError, match="finite"):
-        along(MISMATCH, PAPER, BOX, q, qd, tau)
+        frozen_poles_along(MISMATCH, PAPER, BOX, q, qd, tau)
 
 
 def test_gains_of_another_arm_are_refused():
     with pytest.raises(ValueError, match="2 joints"):
-        over(MISMATCH, by_poles(3, -1, -1), BOX)
+        frozen_poles_over(MISMATCH, by_poles(3, -1, -1), BOX)
 
 
 @pytest.mark.parametrize(("inner", "rate", "words"), [(1.0, 0.1, "share"), (0.0, 0.1, "positive"), (0.8, -1.0, "rate")])

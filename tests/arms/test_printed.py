@@ -8,9 +8,9 @@ import pytest
 
 from studies.paper.printed_arm import PrintedArm
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import PlanarArm, named, paper_arm
+from workbench.arms.mechanics import PlanarArm, paper_arm, robot
 from workbench.arms.mechanics.planar_arm import PointMass
-from workbench.arms.printed.entry_comparison import compare, compare_sheet, judged
+from workbench.arms.printed.entry_comparison import compare, compare_sheet, entry_verdicts
 from workbench.arms.printed.printed_equations import read_sheet
 
 DERIVED = Dynamics.of(paper_arm())
@@ -63,7 +63,7 @@ def test_anyone_can_replay_the_witness():
 
 def test_the_right_entry_is_an_expression_of_the_derived_arm():
     verdict, d = by_label(PAPER)["C[1,2]"], DERIVED
-    at = ca.Function("at", [d.q, d.qd, d.symbols], [verdict.right, verdict.difference, verdict.printed])
+    at = ca.Function("at", [d.q, d.qd, d.symbols], [verdict.right, verdict.difference, verdict.printed_entry])
     right, difference, printed = (float(x) for x in at([0.3, 0.7], [2.0, 0.5], d.p.default))
     assert right == pytest.approx(-np.sin(0.7) * 2.5, rel=1e-14)
     assert difference == pytest.approx(printed - right, rel=1e-14)
@@ -114,7 +114,7 @@ def test_each_kind_of_misprint_is_found_in_its_entry_alone(misprint):
 def test_a_misprint_that_hides_at_the_nominal_parameters_is_found_at_others():
     # all lengths and masses of the paper's arm are 1, so l1 for l2 shows nowhere at its nominal parameters
     verdict = by_label(with_entry("M", (1, 1), lambda q, qd, m1, l1, m2, l2, g: m2 * l1**2))["M[2,2]"]
-    assert verdict.witness.changed
+    assert verdict.witness.changed_parameters
     assert "links[1].length" in str(verdict.witness)
     dynamics = DERIVED  # the name in the line to replay
     names = {"dynamics": dynamics}
@@ -144,9 +144,9 @@ def test_entries_that_are_not_numbers_somewhere_do_not_hide_a_difference():
 
 def test_arms_that_cannot_be_compared_are_refused():
     with pytest.raises(ValueError, match="2 printed and 3 derived"):
-        compare(PAPER, Dynamics.of(named("planar-3r")))
+        compare(PAPER, Dynamics.of(robot("planar-3r")))
     with pytest.raises(LookupError, match=r"no 'links\[0\].com' among"):
-        compare(Dynamics.of(named("planar-2r")), DERIVED)
+        compare(Dynamics.of(robot("planar-2r")), DERIVED)
 
 
 def test_parameters_are_matched_by_name_and_not_by_place():
@@ -179,8 +179,8 @@ def test_the_study_names_the_wrong_entry_and_prints_the_right_one():
 
 
 def test_a_sheet_is_compared_with_the_arm_it_was_read_for():
-    one, two = (Dynamics.of(named(name)) for name in ("planar-1r", "planar-2r"))
+    one, two = (Dynamics.of(robot(name)) for name in ("planar-1r", "planar-2r"))
     with pytest.raises(LookupError, match="this one has no '._2'"):
         compare_sheet(read_sheet("M_11 = m_2*l_2^2", two, "text"), one)
     with pytest.raises(LookupError, match=r"An arm with 1 joint has no entry 'M'\[0,1\]"):
-        judged({("M", 0, 1): ca.SX(1)}, one)
+        entry_verdicts({("M", 0, 1): ca.SX(1)}, one)

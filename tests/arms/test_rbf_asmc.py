@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.oracles import closed_loop, disturbance, integrate, matrices, rbf_asmc, wanted, worst_difference
-from workbench.arms.laws import DeadZone, Leakage, Plain, RbfAsmc
+from workbench.arms.laws import DeadZoneAdaptation, LeakageAdaptation, PlainAdaptation, RbfAsmc
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
@@ -25,7 +25,11 @@ LAW = {
     "widths": [1.0, 1.2, 2.0, 2.2],
     "K": [1.0, 0.5],
 }
-FORMS = {"plain": Plain(), "dead_zone": DeadZone(width=0.8), "leakage": Leakage(sigma=0.7, level=[1.0, 0.5])}
+FORMS = {
+    "plain": PlainAdaptation(),
+    "dead_zone": DeadZoneAdaptation(width=0.8),
+    "leakage": LeakageAdaptation(sigma=0.7, level=[1.0, 0.5]),
+}
 
 
 def loop(**changes):

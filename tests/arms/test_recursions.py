@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from tests.support.arms import random_tree
-from workbench.arms.mechanics import CATALOGUE, SpatialArm, SpatialLink, energies, named, recursions
+from workbench.arms.mechanics import CATALOGUE, SpatialArm, SpatialLink, energies, recursions, robot
 
-SPATIAL = [name for name in CATALOGUE if isinstance(named(name), SpatialArm)]
+SPATIAL = [name for name in CATALOGUE if isinstance(robot(name), SpatialArm)]
 ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the largest
 
 
@@ -20,13 +20,13 @@ def states(arm, rng, count=20):
 def test_the_recursion_and_the_energies_give_one_torque(joints, seed):
     rng = np.random.default_rng([joints, seed])
     arm = random_tree(joints, rng)
-    assert energies.difference(energies.roads(arm), states(arm, rng)).max() < ROUNDING
+    assert energies.difference(energies.torque_functions(arm), states(arm, rng)).max() < ROUNDING
 
 
 @pytest.mark.parametrize("name", SPATIAL)
 def test_both_roads_agree_for_the_arms_of_the_catalogue(name):
-    arm = named(name)
-    assert energies.difference(energies.roads(arm), states(arm, np.random.default_rng(5))).max() < ROUNDING
+    arm = robot(name)
+    assert energies.difference(energies.torque_functions(arm), states(arm, np.random.default_rng(5))).max() < ROUNDING
 
 
 def test_both_energies_are_one():
@@ -45,14 +45,14 @@ def test_an_arm_whose_roads_differ_is_refused_when_it_is_made(monkeypatch):
     cross = recursions.cross
     monkeypatch.setattr(recursions, "cross", lambda v: cross(v) * 1.000001)  # a wrong Coriolis term
     with pytest.raises(ValueError, match=r"recursion and Lagrange's equation must give one torque; they differ by"):
-        named("scara")
+        robot("scara")
 
 
 def test_an_arm_whose_m_belongs_to_another_is_refused_when_it_is_made(monkeypatch):
     M = recursions.mass_matrix
     monkeypatch.setattr(recursions, "mass_matrix", lambda bodies: 1.000001 * M(bodies))
     with pytest.raises(ValueError, match=r"must give one torque; they differ by"):
-        named("scara")
+        robot("scara")
 
 
 def test_a_joint_that_moves_no_mass_is_refused_by_name():

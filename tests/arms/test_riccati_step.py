@@ -9,13 +9,13 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_continuous_are
 
 from tests.support.riccati_steps import cayley, hamiltonian, moebius
-from workbench.arms.laws.algebraic_riccati import stepped
+from workbench.arms.laws.algebraic_riccati import cayley_step
 
 
 def step_of(n):
     matrices = [ca.SX.sym(name, n, n) for name in "AGQP"]
     h = ca.SX.sym("h")
-    return ca.Function("step", [*matrices, h], [stepped(*matrices, h)])
+    return ca.Function("step", [*matrices, h], [cayley_step(*matrices, h)])
 
 
 STEP = {n: step_of(n) for n in (1, 2, 3)}

@@ -6,15 +6,15 @@ import pytest
 from tests.support.oracles import closed_loop, integrate, matrices, sat, worst_difference
 from workbench.arms.laws import Rise
 from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.mechanics import paper_arm, robot
 from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.blocks.signals import Constant, Sines, SineTorque
 from workbench.core import rk4
-from workbench.core.claim import declared
+from workbench.core.claim import claims_of
 from workbench.engine import simulate
-from workbench.proofs.falsify import Budget, Hunt
+from workbench.proofs.falsify import Budget, RunSearch
 
 ARM = paper_arm()
 LAW = {"Lambda": [6.0, 5.0], "alpha": [4.0, 3.0], "ks": [60.0, 25.0], "beta": [12.0, 9.0], "phi": 0.1, "model": ARM}
@@ -85,7 +85,7 @@ def test_below_the_gain_of_the_describing_function_a_limit_cycle_stays(share, re
     """A pendulum of 1 kg m^2 hanging still: the sign comes to rest where ks + 1 > Lambda M, and not below."""
     pendulum = PlanarArm((PointMass(1.0, 1.0),), 9.81)
     law = Rise([6.0], [1.0], [share * 6.0 - 1], [5.0], 1.0, saturation="sign")
-    closed = ClosedLoop(Manipulator(pendulum, q=[0.3]), ArmFullState(1), law, Hold("q", "rad", [0.0]))
+    closed = ClosedLoop(Manipulator(pendulum, q=[0.3]), ArmFullState(1), law, Constant("q", "rad", [0.0]))
     late = np.abs(simulate(rk4(closed.ode(), 1e-4), until=30.0, every=1e-2)["e"][0, -500:]).max()
     assert late < 1e-5 if rests else late > 1e-3
 
@@ -103,12 +103,12 @@ def test_the_layer_leaves_what_its_slope_and_the_integral_balance():
 def test_no_run_breaks_what_it_promises():
     kept = loop()
     box = {"plant.q": (-2.0, 2.0), "plant.qd": (-2.0, 2.0)}
-    assert Hunt(kept.ode(), declared(kept)[-1], box, 0.5, 5e-4).search(1, Budget(16, 3, 0)).kind == "not refuted"
+    assert RunSearch(kept.ode(), claims_of(kept)[-1], box, 0.5, 5e-4).search(1, Budget(16, 3, 0)).kind == "not refuted"
 
 
 def test_a_model_of_another_arm_is_refused():
     with pytest.raises(ValueError, match="a model of 3 joints and 2 numbers"):
-        Rise(**(LAW | {"model": named("planar-3r")}))
+        Rise(**(LAW | {"model": robot("planar-3r")}))
 
 
 def test_a_negative_gain_is_refused():

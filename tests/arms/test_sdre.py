@@ -10,8 +10,8 @@ from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines, SineTorque
-from workbench.design.matrices import Refused
+from workbench.blocks.signals import Constant, Sines, SineTorque
+from workbench.design.matrices import DesignError
 from workbench.design.riccati_flow import sdre
 from workbench.engine import simulate
 
@@ -61,7 +61,7 @@ def test_along_a_run_the_equation_is_solved_to_rounding():
 
 def residual_at(speed, size):
     """At a speed in rad/s and with weights so many times heavier, or R lighter."""
-    ode = loop(reference=Hold("q", "rad", [0.0, 0.0]), R=WEIGHTS["R"] / size).ode()
+    ode = loop(reference=Constant("q", "rad", [0.0, 0.0]), R=WEIGHTS["R"] / size).ode()
     x = ode.states.default.copy()
     x[ode.states.slice("plant.qd")] = [speed, -speed]
     return ode.outputs_at(0.0, x)["residual"].item()
@@ -102,7 +102,7 @@ def test_the_design_room_solves_it_at_every_state():
 
 def test_a_state_without_a_solution_is_refused_by_its_place():
     """x' = x^3 + (x - 1) u: at x = 1 no input reaches an unstable state."""
-    with pytest.raises(Refused, match=r"at state 1, \[1.0\]"):
+    with pytest.raises(DesignError, match=r"at state 1, \[1.0\]"):
         sdre(lambda x: ([[x[0] ** 2]], [[x[0] - 1.0]]), [[0.5], [1.0]], 1.0, 1.0)
 
 

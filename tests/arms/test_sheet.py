@@ -7,9 +7,9 @@ import pytest
 from tests.support.cases import heavy_but
 from workbench.arms.code.arm_equations import as_latex
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.identity import candidates
-from workbench.arms.mechanics import named, paper_arm, urdf
-from workbench.arms.printed.arm_letters import narrowed, symbols_of
+from workbench.arms.identity_proofs import candidates
+from workbench.arms.mechanics import paper_arm, robot, urdf
+from workbench.arms.printed.arm_letters import fix_parameters, symbols_of
 from workbench.arms.printed.entry_comparison import compare_sheet
 from workbench.arms.printed.formula_values import CASADI, evaluate
 from workbench.arms.printed.printed_equations import read_sheet
@@ -19,8 +19,8 @@ from workbench.core.notation.formula import Matrix, Relation, equations, symbol
 from workbench.core.notation.normal_form import NormalForm, to_formula
 
 PAPER = Dynamics.of(paper_arm())
-RODS = Dynamics.of(named("planar-2r"))
-CART_POLE = Dynamics.of(named("cart-pole"))
+RODS = Dynamics.of(robot("planar-2r"))
+CART_POLE = Dynamics.of(robot("cart-pole"))
 LINK = """<link name="{0}"><inertial><origin xyz="{1} 0 0"/><mass value="2"/>
 <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.2"/></inertial></link>"""
 JOINT = """<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/>
@@ -135,31 +135,34 @@ def test_a_declaration_comes_before_the_robots_own_letter():
 
 def test_a_number_given_to_a_parameter_holds_for_the_robot_too():
     sheet = read_sheet("m_1 = 2.5\nlinks[1].length = 1/4\nM_22 = m_1*l_2", PAPER, "text")
-    assert sheet.fixed == {"links[0].mass": 2.5, "links[1].length": 0.25}
-    arm = narrowed(PAPER, sheet.fixed)
-    wanted = PAPER.p.pack(sheet.fixed)[0]
+    assert sheet.fixed_values == {"links[0].mass": 2.5, "links[1].length": 0.25}
+    arm = fix_parameters(PAPER, sheet.fixed_values)
+    wanted = PAPER.p.pack(sheet.fixed_values)[0]
     np.testing.assert_array_equal(arm.p.default, wanted)
     for one, other in zip(arm.matrices([0.3, 1], [1, 2]), PAPER.matrices([0.3, 1], [1, 2], wanted), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-14)
-    assert all((s.p[0], s.p[3]) == (2.5, 0.25) and s.changed.items() >= sheet.fixed.items() for s in candidates(arm))
+    assert all(
+        (s.p[0], s.p[3]) == (2.5, 0.25) and s.changed_parameters.items() >= sheet.fixed_values.items()
+        for s in candidates(arm)
+    )
 
 
 def test_whole_numbers_are_put_into_the_matrices_and_others_keep_their_letter():
-    arm = narrowed(PAPER, {"links[0].mass": 2.0, "links[1].length": 0.1})
+    arm = fix_parameters(PAPER, {"links[0].mass": 2.0, "links[1].length": 0.1})
     assert {"links[0].mass", "links[1].length"} & {s.name() for s in ca.symvar(arm.M)} == {"links[1].length"}
 
 
 def test_what_is_zero_in_the_robot_and_not_on_the_sheet_is_zero():
     said = "M_22 = m_2*c_2^2 + I_2"
-    assert set(read_sheet(said, RODS, "text").fixed) == {"links[0].offset", "links[1].offset"}
-    assert set(read_sheet(f"{said} + m_2*d_2^2", RODS, "text").fixed) == {"links[0].offset"}
+    assert set(read_sheet(said, RODS, "text").fixed_values) == {"links[0].offset", "links[1].offset"}
+    assert set(read_sheet(f"{said} + m_2*d_2^2", RODS, "text").fixed_values) == {"links[0].offset"}
 
 
 @pytest.mark.parametrize(
     "robot", heavy_but(["paper-arm", "planar-1r", "planar-2r", "planar-3r"], "paper-arm", "planar-1r")
 )
 def test_what_is_derived_and_printed_is_proved_right_when_read_again(robot):
-    arm = Dynamics.of(named(robot), robot)
+    arm = Dynamics.of(robot(robot), robot)
     letters = {name: symbol(said) for name, said in arm.names().items()}
     rows = []
     for matrix in "MCG":
@@ -182,7 +185,7 @@ def test_a_matrix_that_is_broken_over_lines_is_read_as_one():
 def kinds(said: str, arm=PAPER, language="text") -> list[str]:
     """The verdict on each entry, as the command gives it."""
     sheet = read_sheet(said, arm, language)
-    return [verdict.kind for verdict in compare_sheet(sheet, narrowed(arm, sheet.fixed))]
+    return [verdict.kind for verdict in compare_sheet(sheet, fix_parameters(arm, sheet.fixed_values))]
 
 
 CART = "l = links[1].com[2]\nI = links[1].inertia[3]\n"
@@ -190,7 +193,7 @@ CART += "M_12 = m_2*l*cos(q_2)\nM_22 = I + m_2*l^2\nC_12 = -m_2*l*qd_2*sin(q_2)\
 
 
 def test_what_is_zero_in_a_vector_of_a_spatial_arm_and_not_on_the_sheet_is_zero():
-    assert read_sheet(CART, CART_POLE, "text").fixed == {"links[1].com[0]": 0}
+    assert read_sheet(CART, CART_POLE, "text").fixed_values == {"links[1].com[0]": 0}
     assert kinds(CART, CART_POLE) == ["same"] * 4
     assert kinds(CART.replace("-m_2*l*qd_2", "m_2*l*qd_2"), CART_POLE) == ["same", "same", "differs", "same"]
 
@@ -198,8 +201,8 @@ def test_what_is_zero_in_a_vector_of_a_spatial_arm_and_not_on_the_sheet_is_zero(
 @pytest.mark.parametrize("said", ["c_21 = 0", "links[1].com[0] = 0", "c_21 = 0.25 - 1/4"])
 def test_a_number_may_be_given_to_a_component_of_a_vector(said):
     sheet = read_sheet(f"{said}\nM_12 = m_2*c_23*cos(q_2)", CART_POLE, "text")
-    assert sheet.fixed == {"links[1].com[0]": 0}
-    arm = narrowed(CART_POLE, {"links[1].com[0]": 0.25, "links[1].com[2]": 2.0})
+    assert sheet.fixed_values == {"links[1].com[0]": 0}
+    arm = fix_parameters(CART_POLE, {"links[1].com[0]": 0.25, "links[1].com[2]": 2.0})
     assert arm.p.labels == CART_POLE.p.labels
     assert arm.names() == CART_POLE.names()
     wanted = CART_POLE.p.pack({"links[1].com[0]": 0.25, "links[1].com[2]": 2.0})[0]
@@ -224,7 +227,7 @@ FACTORED = "C = [[-0.018*qd_2*sin(q_2), -0.009*qd_2*sin(q_2)], [0.009*qd_1*sin(q
 
 def test_decimals_are_the_fractions_that_they_are_printed_as():
     sheet = read_sheet(DECIMALS + FACTORED, PAPER, "text")
-    verdicts = compare_sheet(sheet, narrowed(PAPER, sheet.fixed))
+    verdicts = compare_sheet(sheet, fix_parameters(PAPER, sheet.fixed_values))
     assert [v.kind for v in verdicts] == ["differs", "differs", "same", "same"]
     assert [v.same_torque for v in verdicts[:2]] == ["proved", "proved"]
     assert kinds("g = 9.81\nm_1 = m_2 = l_1 = l_2 = 1\nG_1 = 9.81*(2*sin(q_1) + sin(q_1 + q_2))") == ["same"]

@@ -3,20 +3,20 @@
 import pytest
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import named, paper_arm
-from workbench.arms.printed.arm_letters import narrowed
+from workbench.arms.mechanics import paper_arm, robot
+from workbench.arms.printed.arm_letters import fix_parameters
 from workbench.arms.printed.entry_comparison import compare_sheet
 from workbench.arms.printed.entry_diagnosis import diagnose, first_wrong, in_common
 from workbench.arms.printed.printed_equations import read_sheet
 
 PAPER = Dynamics.of(paper_arm())
-PELICAN = Dynamics.of(named("pelican"))
-RODS = Dynamics.of(named("planar-3r"))
+PELICAN = Dynamics.of(robot("pelican"))
+RODS = Dynamics.of(robot("planar-3r"))
 
 
 def diagnoses(said: str, arm=PAPER):
     sheet = read_sheet(said, arm, "text")
-    derived = narrowed(arm, sheet.fixed)
+    derived = fix_parameters(arm, sheet.fixed_values)
     verdicts = compare_sheet(sheet, derived)
     found = diagnose(sheet, verdicts, derived)
     return found, in_common(verdicts, found)
@@ -59,17 +59,17 @@ SLIPS = {
 @pytest.mark.parametrize("said", SLIPS)
 def test_each_kind_of_slip_is_named(said):
     ((_, diagnosis),) = diagnoses(said)[0].items()
-    assert (diagnosis.slip.kind, diagnosis.slip.said) == SLIPS[said]
+    assert (diagnosis.slip.kind, diagnosis.slip.description) == SLIPS[said]
 
 
 def test_a_letter_that_is_wrong_throughout_is_named_once():
     (found,) = diagnoses("M_12 = m_1*l_2^2 + m_1*l_1*l_2*cos(q_2)")[0].values()
-    assert found.slip.said == "m_1 stands throughout where m_2 is right"
+    assert found.slip.description == "m_1 stands throughout where m_2 is right"
 
 
 def test_two_terms_that_became_one_doubled_are_told_apart_again():
     (found,) = diagnoses("G_1 = 2*m_2*g*l_1*sin(q_1) + m_2*g*l_2*sin(q_1 + q_2)")[0].values()
-    assert found.slip.said == "m_2 stands where m_1 is right"
+    assert found.slip.description == "m_2 stands where m_1 is right"
 
 
 def test_a_slip_within_a_long_entry_is_found_in_its_term():
@@ -78,7 +78,7 @@ def test_a_slip_within_a_long_entry_is_found_in_its_term():
         " + 2*l_1*l_2*cos(q_2) + 2*l_2*c_3*cos(q_3) + 2*l_1*c_3*cos(q_3))"
     )
     (found,) = diagnoses(said, RODS)[0].values()
-    assert found.slip.said == "cos(q_3) stands where cos(q_2 + q_3) is right"
+    assert found.slip.description == "cos(q_3) stands where cos(q_2 + q_3) is right"
 
 
 def test_a_sign_that_a_whole_matrix_has_is_said_once_for_all():
@@ -99,18 +99,18 @@ ROUNDED = "agrees with the right value to the digits printed, at the nominal par
 @pytest.mark.parametrize("said", ["M_22 = 0.0127", "M_12 = 0.01267 + 0.01218*cos(q_2)", "G_2 = 0.4596*sin(q_1 + q_2)"])
 def test_numbers_that_were_rounded_for_print_are_no_missing_terms(said):
     (found,) = diagnoses(said, PELICAN)[0].values()
-    assert found.slip.said == ROUNDED
+    assert found.slip.description == ROUNDED
 
 
 @pytest.mark.parametrize("said", ["M_22 = 0.0128", "M_22 = 0.01", "M_12 = 0.01267 + 0.01228*cos(q_2)"])
 def test_a_number_that_is_wrong_in_a_digit_or_has_only_one_is_not_called_rounded(said):
     (found,) = diagnoses(said, PELICAN)[0].values()
-    assert found.slip is None or found.slip.said != ROUNDED
+    assert found.slip is None or found.slip.description != ROUNDED
 
 
 def test_a_letter_that_is_given_as_zero_is_never_meant():
     (found,) = diagnoses("G_1 = 0", PELICAN)[0].values()
-    assert found.slip.said == "the whole entry is missing"
+    assert found.slip.description == "the whole entry is missing"
 
 
 H = "h = m_2*l_1*l_2*sin(q_2)"
@@ -120,7 +120,7 @@ def test_the_misprint_in_another_factorisation_is_told_from_the_entries_that_are
     said = f"C = [[-2*h*qd_2, -h*qd_1], [h*qd_1, 0]]\n{H}"  # h qd_2 in the second place would be right
     found, _ = diagnoses(said)
     assert {label: one.instead for label, one in found.items()} == {"C[1,1]": "C[1,2]", "C[1,2]": ""}
-    assert (found["C[1,1]"].slip, found["C[1,2]"].slip.said) == (None, "qd_1 stands where qd_2 is right")
+    assert (found["C[1,1]"].slip, found["C[1,2]"].slip.description) == (None, "qd_1 stands where qd_2 is right")
     sheet = read_sheet(said, PAPER, "text")
     assert first_wrong(sheet, compare_sheet(sheet, PAPER), PAPER).label == "C[1,2]"
     repaired = read_sheet(said.replace("-h*qd_1]", "-h*qd_2]"), PAPER, "text")

@@ -7,7 +7,7 @@ import pytest
 from tests.support.arms import random_arm, random_tree
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import SpatialArm, SpatialLink, lagrange, named
+from workbench.arms.mechanics import SpatialArm, SpatialLink, lagrange, robot
 from workbench.arms.mechanics.planar_arm import DIRECTIONS
 from workbench.blocks.loop import open_loop
 from workbench.core import lift, rk4
@@ -174,7 +174,7 @@ def test_a_rotor_stands_on_the_diagonal_of_m_with_the_square_of_its_gear():
 
 
 def test_an_arm_without_friction_has_no_term_and_no_parameter_of_it():
-    lifted = lift(named("ur5"))
+    lifted = lift(robot("ur5"))
     assert not [name for name in lifted.layout.names if name.endswith(("viscous", "coulomb", "rotor", "gear"))]
     assert lifted.block.friction(ca.SX.sym("qd", 6)).nnz() == 0
     rough = lift(random_tree(2, np.random.default_rng(2), viscous=0.1))
@@ -182,7 +182,7 @@ def test_an_arm_without_friction_has_no_term_and_no_parameter_of_it():
 
 
 def test_parameters_move_the_matrices_and_the_shape_does_not_vary():
-    arm = named("panda")
+    arm = robot("panda")
     d = Dynamics.of(arm)
     heavy = d.p.pack({"links[6].mass": 3.0, "gravity": 0.0})[0]
     q, qd = np.full(7, 0.3), np.ones(7)
@@ -196,7 +196,7 @@ def test_parameters_move_the_matrices_and_the_shape_does_not_vary():
 
 
 def test_m_c_and_g_are_exact_after_many_turns():
-    arm = named("panda")
+    arm = robot("panda")
     d = Dynamics.of(arm, symbolic=False)
     q, qd = np.linspace(-1, 1, 7), np.linspace(2, -1, 7)
     far = q + 2 * np.pi * 10**6
@@ -207,7 +207,7 @@ def test_m_c_and_g_are_exact_after_many_turns():
 
 
 def test_a_spatial_arm_swings_in_the_loop_without_gaining_energy():
-    arm = named("scara")
+    arm = robot("scara")
     plant = Manipulator(arm, q=[0.3, -0.4, 0.1, 0.2], qd=[1.0, -2.0, 0.0, 3.0])
     ode = open_loop(plant)
     run = simulate(rk4(ode, 1e-3), until=0.5, every=0.1)

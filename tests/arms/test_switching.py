@@ -12,7 +12,7 @@ from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
-from workbench.core import Entry, Layout, Ode, Sampled
+from workbench.core import Entry, Layout, Ode, SampledSystem
 from workbench.engine import simulate
 from workbench.engine.metrics import measure, total_variation
 
@@ -74,7 +74,7 @@ def scalar(kind, h, d=0.0, k=2.0, start=0.75):
     t, x, j = ca.SX.sym("t"), states.symbols(), ca.SX.sym("k")
     u = ca.sign(x[0]) if kind == "sign" else relay(x[0], ca.SX(1), ca.SX(k), h) / k
     flow = Ode.of("relay", states, Layout(), (t, x, ca.SX(0, 1)), {"s": -k * x[1] + d, "u": ca.SX(0)}, {"relay": x[1]})
-    return simulate(Sampled(flow, h, j, ca.SX(0, 1), ca.vertcat(x[0], u)).step(), until=1.0)
+    return simulate(SampledSystem(flow, h, j, ca.SX(0, 1), ca.vertcat(x[0], u)).step(), until=1.0)
 
 
 @pytest.mark.parametrize("h", [0.01, 0.005])

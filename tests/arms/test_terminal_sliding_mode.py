@@ -9,11 +9,11 @@ from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.blocks.signals import Constant, Sines, SineTorque
 from workbench.core import rk4
-from workbench.core.claim import declared
+from workbench.core.claim import claims_of
 from workbench.engine import simulate
-from workbench.proofs.falsify import Budget, Hunt
+from workbench.proofs.falsify import Budget, RunSearch
 
 ARM = paper_arm()
 LAW = {"beta": [4.0, 5.0], "gamma": 1.5, "k1": [10.0, 8.0], "k2": [15.0, 12.0], "rho": 0.5, "phi": 0.1}
@@ -65,7 +65,7 @@ def test_the_motion_is_that_of_another_integrator():
 @pytest.mark.parametrize("saturation", ["clip", "sign"])
 def test_at_rest_beside_the_reference_torque_and_jacobian_are_finite(saturation):
     """ed = 0 with e != 0, where the torque of a singular terminal law is infinite."""
-    ode = loop(reference=Hold("q", "rad", [0.0, 0.0]), saturation=saturation).ode()
+    ode = loop(reference=Constant("q", "rad", [0.0, 0.0]), saturation=saturation).ode()
     x = ode.states.default
     y = ode.outputs_at(0.0, x)
     np.testing.assert_array_equal(y["ed"], 0)
@@ -80,7 +80,7 @@ def test_at_rest_beside_the_reference_torque_and_jacobian_are_finite(saturation)
 
 def test_near_ed_zero_the_torque_shrinks_with_ed_where_a_singular_law_s_would_grow():
     """The share of the surface, beta / gamma |ed|^(2 - gamma): below 1e-3 rad/s^2 at 1e-8 rad/s."""
-    ode = loop(reference=Hold("q", "rad", [0.0, 0.0])).ode()
+    ode = loop(reference=Constant("q", "rad", [0.0, 0.0])).ode()
     x, y = ode.states.default.copy(), ode.outputs_at(0.0, ode.states.default)
     x[ode.states.slice("plant.qd")] = 1e-8
     np.testing.assert_allclose(ode.outputs_at(0.0, x)["tau"], y["tau"], atol=3e-3)  # M at most 5 kg m^2
@@ -90,7 +90,7 @@ def test_on_the_surface_the_error_ends_at_the_time_of_the_theorem():
     """|e|^(1 - 1/gamma) falls along a line that ends at gamma / (gamma - 1) beta^(-1/gamma) |e(0)|^(1 - 1/gamma)."""
     e, beta, gamma = np.array([0.6, -0.8]), np.array(LAW["beta"]), LAW["gamma"]
     on = -sig(beta * e, 1 / gamma)
-    run = simulate(rk4(loop(e, on, (0.0, 0.0), Hold("q", "rad", [0.0, 0.0])).ode(), 1e-4), until=1.5, every=1e-2)
+    run = simulate(rk4(loop(e, on, (0.0, 0.0), Constant("q", "rad", [0.0, 0.0])).ode(), 1e-4), until=1.5, every=1e-2)
     ends = gamma / (gamma - 1) * beta ** (-1 / gamma) * np.abs(e) ** (1 - 1 / gamma)
     line = np.abs(e) ** (1 - 1 / gamma) * np.maximum(1 - run.t[:, None] / ends, 0)
     before = run.t[:, None] < 0.95 * ends  # at the end ed^(2 - gamma) has no slope, and RK4 no order
@@ -114,7 +114,7 @@ def test_a_relay_reaches_the_surface_and_holds_it_against_the_disturbance():
 def test_no_run_breaks_what_it_promises():
     kept = loop()
     box = {"plant.q": (-2.0, 2.0), "plant.qd": (-2.0, 2.0)}
-    assert Hunt(kept.ode(), declared(kept)[-1], box, 0.5, 5e-4).search(1, Budget(16, 3, 0)).kind == "not refuted"
+    assert RunSearch(kept.ode(), claims_of(kept)[-1], box, 0.5, 5e-4).search(1, Budget(16, 3, 0)).kind == "not refuted"
 
 
 @pytest.mark.parametrize(

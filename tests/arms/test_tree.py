@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics.spatial_vectors import Lump, merged
-from workbench.arms.mechanics.tree import Joint, Solid, arm_of
+from workbench.arms.mechanics.joint_tree import Joint, Solid, arm_of
+from workbench.arms.mechanics.spatial_vectors import Lump, merge_lumps
 
 BALL = np.array([0.1, 0.0, 0.0, 0.1, 0.0, 0.1])
 
@@ -24,7 +24,7 @@ def test_a_body_in_two_halves_is_the_body():
         d = r - com
         return Lump(m.sum(), com, np.einsum("i,ij,ij", m, d, d) * np.eye(3) - np.einsum("i,ij,ik->jk", m, d, d))
 
-    whole, halves = lump(slice(None)), merged([lump(slice(0, 7)), lump(slice(7, None))])
+    whole, halves = lump(slice(None)), merge_lumps([lump(slice(0, 7)), lump(slice(7, None))])
     for ours, theirs in zip(halves, whole, strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-13, atol=1e-13)
 

@@ -7,8 +7,8 @@ import pytest
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.laws import ArmPID, ArmStateFeedback, ComputedTorque, Rise, SlidingMode, SuperTwisting
 from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Friction, Manipulator
-from workbench.arms.mechanics import Link, PlanarArm, SpatialArm, SpatialLink, named
-from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.arms.mechanics import Link, PlanarArm, SpatialArm, SpatialLink, robot
+from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, StateAndDisturbanceObserver
 from workbench.arms.properties import positive_definite
 from workbench.blocks.loop import AbstractReference, ClosedLoop, open_loop
 from workbench.blocks.signals import Sines
@@ -38,7 +38,7 @@ class Upright(AbstractReference):
 
 
 def test_the_cart_pole_has_one_input_a_force_and_states_in_metres_and_radians():
-    ode = open_loop(Manipulator(named("cart-pole"), [0.0, 0.1]))
+    ode = open_loop(Manipulator(robot("cart-pole"), [0.0, 0.1]))
     assert [(name, ode.parameters[name].size, ode.parameters[name].unit) for name in ode.inputs] == [("tau", 1, "N")]
     for port in (ode.states, ode.outputs):
         assert [port[name].units for name in ("q", "qd")] == [("m", "rad"), ("m/s", "rad/s")]
@@ -149,7 +149,7 @@ def test_every_number_of_a_plant_that_slides_is_in_metres_and_newtons():
 
 
 def test_an_arm_that_only_turns_keeps_its_units():
-    ode = open_loop(Manipulator(named("planar-2r"), [0.0, 0.1], friction=Friction(1.0 * np.ones(2), np.zeros(2))))
+    ode = open_loop(Manipulator(robot("planar-2r"), [0.0, 0.1], friction=Friction(1.0 * np.ones(2), np.zeros(2))))
     assert ode.parameters["friction.viscous"].unit == "N m s/rad"
     assert ode.parameters["friction.speed"].unit == "rad/s"
     assert ode.parameters["tau"].unit == "N m"
@@ -173,7 +173,7 @@ def test_the_numbers_of_a_law_have_the_units_of_its_joints(law, name, units):
 
 
 def test_the_memory_and_the_signals_of_blocks_have_the_units_of_their_joints():
-    observer = WithDisturbance(
+    observer = StateAndDisturbanceObserver(
         Luenberger(SLIDE_AND_HINGE, np.eye(2), np.eye(2), q_hat=[0.1, 0.2]), MomentumObserver(SLIDE_AND_HINGE, l=10.0)
     )
     law = SlidingMode(SLIDE_AND_HINGE, [1.0, 1.0], [1.0, 1.0], 0.1)
@@ -191,7 +191,7 @@ def test_a_drive_has_a_number_for_each_motor():
 
 
 def test_a_claim_about_all_joints_has_the_unit_of_its_joints():
-    turning, both = named("planar-1r"), cart_pole()
+    turning, both = robot("planar-1r"), cart_pole()
     slide = SpatialArm((both.links[0],), G)
     said = [positive_definite(Dynamics.of(arm), -1.0, 1.0).evidence for arm in (turning, slide, both)]
     for evidence, unit in zip(said, ("kg m^2", "kg", "in mixed units"), strict=True):

@@ -138,7 +138,7 @@ def test_a_strange_file_is_refused_in_one_sentence_and_at_once(tmp_path, case):
     file.write_text(text, encoding="utf-8")
     began = time.process_time()
     with pytest.raises(ValueError) as refusal:
-        urdf.read(file)
+        urdf.read_urdf(file)
     assert time.process_time() - began < 2
     assert says in str(refusal.value)
     assert str(refusal.value).startswith(f"'{file}'")
@@ -150,11 +150,11 @@ def test_a_file_that_is_none_and_a_text_that_is_none_are_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe")  # which would wait for a writer
     for file in (tmp_path / "nowhere.urdf", tmp_path, tmp_path / "pipe", "/dev/zero"):
         with pytest.raises(LookupError, match="There is no file"):
-            urdf.read(file)
+            urdf.read_urdf(file)
     with pytest.raises(ValueError, match="must be a path that a file can have"):
-        urdf.read("nul\0")
+        urdf.read_urdf("nul\0")
     with pytest.raises(ValueError, match=r"`read\(file=...\)` must be text or a `Path`; got None"):
-        urdf.read(None)
+        urdf.read_urdf(None)
     with pytest.raises(ValueError, match=r"`parse\(text=...\)` must be text; got 3"):
         urdf.parse(3)
 
@@ -242,7 +242,7 @@ def test_gravity_pulls_along_minus_z_of_the_root_link():
 def test_a_byte_order_mark_and_comments_are_no_trouble(tmp_path):
     file = tmp_path / "r.urdf"
     file.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("<robot", "<!-- head --><robot").encode())
-    assert urdf.read(str(file)).dof == 1
+    assert urdf.read_urdf(str(file)).dof == 1
 
 
 def test_a_joint_can_be_named_passive():

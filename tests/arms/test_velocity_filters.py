@@ -9,13 +9,19 @@ from tests.support.oracles import momentum_observer as momentum_by_hand
 from workbench.arms.laws import ArmPID, SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import ArmFullState, DirtyDerivative, MomentumObserver, VelocityFilter, WithDisturbance
+from workbench.arms.observers import (
+    ArmFullState,
+    DirtyDerivative,
+    MomentumObserver,
+    StateAndDisturbanceObserver,
+    VelocityFilter,
+)
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.blocks.signals import Constant, Sines, SineTorque
 from workbench.core import rk4
-from workbench.core.claim import declared
+from workbench.core.claim import claims_of
 from workbench.engine import simulate
-from workbench.proofs.falsify import Budget, Hunt
+from workbench.proofs.falsify import Budget, RunSearch
 
 ARM = paper_arm()
 FILTERS = {"velocity": VelocityFilter(2, 60.0), "positions": DirtyDerivative(2, 60.0, [0.6, -0.8])}
@@ -64,16 +70,16 @@ def test_beside_an_observer_of_the_disturbance_the_loop_is_the_one_written_by_ha
         )
 
     law = SlidingMode(ARM, Lambda=[6.0, 5.0], K=[4.0, 3.0], phi=0.5)
-    ode = loop(WithDisturbance(FILTERS[name], MomentumObserver(ARM, 20.0)), law).ode()
+    ode = loop(StateAndDisturbanceObserver(FILTERS[name], MomentumObserver(ARM, 20.0)), law).ode()
     assert worst_difference(ode, closed_loop(sliding_mode(), both), np.random.default_rng(52)) < 1e-12  # rounding
 
 
 @pytest.mark.parametrize("name", FILTERS)
 def test_no_run_breaks_what_a_filter_promises(name):
     kept = loop(FILTERS[name])
-    promise = next(said for said in declared(kept) if said.path == "observer.")
+    promise = next(said for said in claims_of(kept) if said.path == "observer.")
     box = {"plant.q": (-2.0, 2.0), "plant.qd": (-2.0, 2.0)}
-    assert Hunt(kept.ode(), promise, box, 0.5, 5e-4).search(1, Budget(16, 3, 0)).kind == "not refuted"
+    assert RunSearch(kept.ode(), promise, box, 0.5, 5e-4).search(1, Budget(16, 3, 0)).kind == "not refuted"
 
 
 def test_both_filters_of_one_cut_off_make_the_same_estimate():
@@ -92,7 +98,7 @@ def test_in_a_computer_the_derivative_at_one_over_the_period_is_the_difference_o
 def test_noise_of_the_velocity_passes_with_its_share_of_the_variance():
     """tanh(omega h / 2), for an arm that hangs still whatever the law is told."""
     law = ArmPID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
-    still = ClosedLoop(Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, 100.0), law, Hold("q", "rad", [0.0, 0.0]))
+    still = ClosedLoop(Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, 100.0), law, Constant("q", "rad", [0.0, 0.0]))
     run = simulate(still.digital(1e-3, instruments=arm_instruments(2, noise_qd=0.01)).step(2), until=20.0, seed=3)
     filtered = run["qd_error"][0, 1000:]
     # of 38,000 samples, correlated over 1 / (omega h) = 10, the variance is known to some 2.5 %
@@ -103,7 +109,7 @@ def test_noise_of_the_velocity_passes_with_its_share_of_the_variance():
 def test_in_a_computer_the_derivative_is_stable_up_to_two_over_the_period(omega, lost):
     law = ArmPID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])  # the estimate drives nothing
     still = ClosedLoop(
-        Manipulator(ARM, q=[0.3, 0.1]), DirtyDerivative(2, omega, [0.1, 0.0]), law, Hold("q", "rad", [0.0, 0.0])
+        Manipulator(ARM, q=[0.3, 0.1]), DirtyDerivative(2, omega, [0.1, 0.0]), law, Constant("q", "rad", [0.0, 0.0])
     )
     run = simulate(still.digital(1e-3).step(2), until=1.0)
     assert (np.abs(run["qd_error"][0, -1]).max() > 1e3) == lost
@@ -114,7 +120,7 @@ def test_in_a_computer_the_filter_forgets_at_its_own_rate_whatever_the_period(om
     """exp(-omega h) a period, of an arm that stands still: also where explicit Euler would not be stable."""
     law = ArmPID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
     still = ClosedLoop(
-        Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, omega, [1.0, -2.0]), law, Hold("q", "rad", [0.0, 0.0])
+        Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, omega, [1.0, -2.0]), law, Constant("q", "rad", [0.0, 0.0])
     )
     run = simulate(still.digital(4e-3).step(2), until=0.04)
     there = -run["qd_error"][0, 1:]  # held from this instant on
@@ -134,5 +140,5 @@ def test_a_filter_without_joints_or_cut_off_is_refused(kind):
 
 @pytest.mark.parametrize("name", FILTERS)
 def test_without_its_filter_a_loop_has_the_velocity_as_it_is_measured(name):
-    less = loop(WithDisturbance(FILTERS[name], MomentumObserver(ARM, 20.0))).ablations()["velocity filter"]
+    less = loop(StateAndDisturbanceObserver(FILTERS[name], MomentumObserver(ARM, 20.0))).ablations()["velocity filter"]
     assert isinstance(less.observer.state, ArmFullState)

@@ -6,9 +6,9 @@ import pytest
 
 from workbench.arms.arm_contracts import AbstractArmController, AbstractArmObserver
 from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Manipulator
-from workbench.arms.mechanics import PlanarArm, named, paper_arm
+from workbench.arms.mechanics import PlanarArm, paper_arm, robot
 from workbench.blocks.loop import ClosedLoop, open_loop
-from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.blocks.signals import Constant, Sines, SineTorque
 from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Vector
 
@@ -125,7 +125,7 @@ def test_the_torque_drives_the_plant_as_commanded():
 
 
 def test_a_loop_cut_at_the_torque_and_driven_by_it_is_the_loop():
-    whole, cut = loop().ode(), loop().broken()
+    whole, cut = loop().ode(), loop().cut()
     assert (cut.inputs, cut.outputs.names) == (("drive",), ("tau",))
     assert cut.parameters["drive"].unit == "N m"
     x = whole.states.default
@@ -176,10 +176,10 @@ def test_an_estimate_sees_the_truth_only_where_that_is_declared():
 @pytest.mark.parametrize(
     ("socket", "odd"),
     [
-        ("plant", Manipulator(named("planar-3r"), np.zeros(3))),
+        ("plant", Manipulator(robot("planar-3r"), np.zeros(3))),
         ("observer", Watcher(joints=3)),
-        ("controller", Gains(named("planar-3r"), np.ones(3), np.ones(3))),
-        ("reference", Hold("q", "rad", [0.0, 0.0, 0.0])),
+        ("controller", Gains(robot("planar-3r"), np.ones(3), np.ones(3))),
+        ("reference", Constant("q", "rad", [0.0, 0.0, 0.0])),
     ],
 )
 def test_blocks_of_different_sizes_are_refused_by_socket(socket, odd):

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from tests.support.plain_plants import SPEED, VOLTAGE, Turntable
 from workbench.blocks.laws import PID, Cascade
 from workbench.blocks.loop import AbstractController, ClosedLoop
-from workbench.blocks.signals import Step, Together
+from workbench.blocks.signals import CombinedReference, Step
 from workbench.core import block, layout, rk4
 from workbench.engine import simulate
 
@@ -145,6 +145,6 @@ def test_what_the_outer_law_leaves_is_followed_beside_it():
 
     law = Cascade(OUTER, Both())
     assert law.follows.names == ("theta", "omegad")
-    wanted = Together((UP, Step("omegad", "rad/s^2", 7.0)))
+    wanted = CombinedReference((UP, Step("omegad", "rad/s^2", 7.0)))
     ode = ClosedLoop(Turntable(), controller=law, reference=wanted).ode()
     assert ode.outputs_at(0.0, np.zeros(ode.states.size))["v"] == 3.0 + 7.0

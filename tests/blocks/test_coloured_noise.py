@@ -25,7 +25,7 @@ class Still(wb.Controller):
 
 
 def loop_with(noise, plant=MOTOR):
-    return wb.ClosedLoop(wb.Disturbed(plant, by=noise), controller=Still())
+    return wb.ClosedLoop(wb.DisturbedPlant(plant, by=noise), controller=Still())
 
 
 def matrices(noise, period):
@@ -205,20 +205,22 @@ def test_a_path_has_the_law_of_the_noise_and_a_table_holds_it_in_continuous_time
     assert abs(np.corrcoef(x.T)[0, 1]) < 0.1
     one = wb.GaussMarkov("v", 0.5, 0.4).path(period, 50, np.random.default_rng(3))
     gust = wb.Table("v", "V", period * np.arange(50), one, "hold")
-    run = wb.simulate(wb.rk4(wb.ClosedLoop(wb.Disturbed(MOTOR, by=gust), controller=Still()).ode(), period), until=4.9)
+    run = wb.simulate(
+        wb.rk4(wb.ClosedLoop(wb.DisturbedPlant(MOTOR, by=gust), controller=Still()).ode(), period), until=4.9
+    )
     np.testing.assert_array_equal(run["d_v"][0, :-1], one[:-1])
 
 
 def test_each_number_of_a_signal_has_noise_of_its_own():
     plant = wb.QuadrupleTank()
     name, entry = plant.outputs.names[0], plant.outputs.entries[0]
-    gauges = wb.Instruments.of(plant, coloured=(wb.GaussMarkov(name, 0.1, 2.0),))
+    gauges = wb.Instruments.of(plant, coloured_noises=(wb.GaussMarkov(name, 0.1, 2.0),))
     assert gauges.memory[f"{name}.noise"].unit == entry.unit
 
     arm = wb.Manipulator(wb.paper_arm(), q=[0.0, 0.0])
-    both = wb.Instruments.of(arm, coloured=(wb.GaussMarkov("q", 0.1, 2.0),))
+    both = wb.Instruments.of(arm, coloured_noises=(wb.GaussMarkov("q", 0.1, 2.0),))
     assert both.memory["q.noise"].shape == (2,)
-    np.testing.assert_array_equal(both.coloured[0].sigma, [0.1, 0.1])
+    np.testing.assert_array_equal(both.coloured_noises[0].sigma, [0.1, 0.1])
 
 
 @pytest.mark.parametrize(
@@ -235,10 +237,16 @@ def test_each_number_of_a_signal_has_noise_of_its_own():
             "coloured noise, which moves",
         ),
         (lambda: loop_with(wb.GaussMarkov("w", 1.0, 1.0)), LookupError, "no 'w' among the 2 inputs and outputs"),
-        (lambda: wb.Instruments.of(MOTOR, coloured=(wb.RandomWalk("v", 1.0),)), LookupError, "outputs of the plant"),
+        (
+            lambda: wb.Instruments.of(MOTOR, coloured_noises=(wb.RandomWalk("v", 1.0),)),
+            LookupError,
+            "outputs of the plant",
+        ),
         (lambda: loop_with(wb.GaussMarkov("v", [1.0, 2.0], 1.0)), ValueError, "must be one number, as 'v' is"),
         (
-            lambda: wb.Disturbed(wb.Disturbed(MOTOR, by=wb.Step("v", "V", 1.0)), by=wb.GaussMarkov("v", 1.0, 1.0)),
+            lambda: wb.DisturbedPlant(
+                wb.DisturbedPlant(MOTOR, by=wb.Step("v", "V", 1.0)), by=wb.GaussMarkov("v", 1.0, 1.0)
+            ),
             ValueError,
             "must leave the name 'd_v'",
         ),

@@ -53,7 +53,7 @@ def test_a_loop_less_a_part_keeps_its_computer():
 
 
 def test_the_commands_that_wait_at_the_start_act_first():
-    late = DigitalLoop(LOOP, 1e-2, delay=2, waiting={"v": 7.0})
+    late = DigitalLoop(LOOP, 1e-2, delay=2, initial_commands={"v": 7.0})
     run = wb.simulate(late, until=4e-2, every=1e-2)
     # each period ends with the command that was held in it
     np.testing.assert_array_equal(run["v"][0, :2, 0], [7.0, 7.0])
@@ -63,15 +63,15 @@ def test_the_commands_that_wait_at_the_start_act_first():
 def test_a_delay_whose_first_command_waits_already_loses_no_time_at_the_start():
     ode = LOOP.ode()
     first = ode.outputs_at(0.0, ode.states.default)["v"]
-    held = LOOP.digital(1e-2, delay=True, waiting={"v": first})
+    held = LOOP.digital(1e-2, delay=True, initial_commands={"v": first})
     plain = wb.simulate(LOOP.digital(1e-2), until=1e-2, every=1e-2)["omega"]
     np.testing.assert_array_equal(wb.simulate(held, until=1e-2, every=1e-2)["omega"], plain)
 
 
 def test_the_law_alone_is_handed_over_with_the_same_commands_in_its_queue():
-    law = DigitalLoop(LOOP, 1e-2, delay=True, waiting={"v": 7.0}).ode().law()
+    law = DigitalLoop(LOOP, 1e-2, delay=True, initial_commands={"v": 7.0}).ode().law()
     assert law.memory["hold.next"].default == 7.0
-    recorded = wb.record(DigitalLoop(LOOP, 1e-2, delay=True, waiting={"v": 7.0}).ode(), law, 3)
+    recorded = wb.record(DigitalLoop(LOOP, 1e-2, delay=True, initial_commands={"v": 7.0}).ode(), law, 3)
     assert recorded.u[0, 0] == 7.0
 
 

@@ -11,8 +11,8 @@ from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.laws import PID
 from workbench.blocks.loop import ClosedLoop, open_loop
-from workbench.blocks.plants import Disturbed, Equipped, OdePlant
-from workbench.blocks.signals import Hold, Sines, SineTorque, Step, Table, Together
+from workbench.blocks.plants import DisturbedPlant, EquippedPlant, OdePlant
+from workbench.blocks.signals import CombinedReference, Constant, Sines, SineTorque, Step, Table
 from workbench.core import layout, rk4
 from workbench.engine import simulate
 
@@ -20,7 +20,7 @@ LAW = PID(SPEED, VOLTAGE, Kp=20.0, Ki=40.0)
 
 
 def run_of(by):
-    loop = ClosedLoop(Disturbed(Motor(), by), controller=LAW, reference=Hold("omega", "rad/s", 0.0))
+    loop = ClosedLoop(DisturbedPlant(Motor(), by), controller=LAW, reference=Constant("omega", "rad/s", 0.0))
     return simulate(rk4(loop.ode(), 1e-3), until=2.0, every=0.02)
 
 
@@ -40,7 +40,7 @@ def test_a_step_on_a_port_is_answered_by_its_sensitivity(name, unit):
 
 def test_disturbances_on_several_ports_add_up():
     parts = Step("v", "V", 1.0), Step("omega", "rad/s", 1.0)
-    both = run_of(Together(parts))["omega"]
+    both = run_of(CombinedReference(parts))["omega"]
     np.testing.assert_allclose(both, sum(run_of(part)["omega"] for part in parts), rtol=0, atol=1e-12)  # linear
 
 
@@ -51,7 +51,7 @@ def test_a_disturbance_acts_behind_the_command():
 
 
 def test_a_disturbance_is_a_truth_and_its_numbers_are_parameters():
-    plant = Disturbed(Motor(), Step("v", "V", 1.0))
+    plant = DisturbedPlant(Motor(), Step("v", "V", 1.0))
     assert plant.truths.names == ("d_v",)
     assert plant.truths["d_v"].unit == "V"
     assert {"by.level", "plant.K"} <= set(open_loop(plant).parameters.names)
@@ -60,7 +60,7 @@ def test_a_disturbance_is_a_truth_and_its_numbers_are_parameters():
 def test_a_torque_on_an_arm_is_its_own_disturbance_with_the_other_sign():
     arm, q = paper_arm(), [0.1, 0.2]
     law, wanted = ArmPID([100.0, 100.0], [10.0, 10.0], [20.0, 20.0], arm), Sines("q", "rad", [0.5, 0.5], 1.0)
-    added = Disturbed(Manipulator(arm, q), Sines("tau", "N m", [2.0, 1.0], [3.0, 5.0]))
+    added = DisturbedPlant(Manipulator(arm, q), Sines("tau", "N m", [2.0, 1.0], [3.0, 5.0]))
     own = Manipulator(arm, q, disturbance=SineTorque([-2.0, -1.0], [3.0, 5.0]))
     a, b = (
         simulate(rk4(ClosedLoop(plant, ArmFullState(2), law, wanted).ode(), 1e-3), until=1.0) for plant in (added, own)
@@ -70,10 +70,10 @@ def test_a_torque_on_an_arm_is_its_own_disturbance_with_the_other_sign():
 
 
 def test_a_plant_in_discrete_time_is_disturbed_at_its_instants():
-    plant = Disturbed(Counter(), Together((Step("v", "V", 1.0, time=0.25), Step("n", "V", 10.0))))
+    plant = DisturbedPlant(Counter(), CombinedReference((Step("v", "V", 1.0, time=0.25), Step("n", "V", 10.0))))
     law = PID(layout(n="V"), VOLTAGE, Kp=0.5)
-    loop = ClosedLoop(plant, controller=law, reference=Hold("n", "V", 10.0))
-    with pytest.raises(ValueError, match="`Disturbed` is a recursion in discrete time"):
+    loop = ClosedLoop(plant, controller=law, reference=Constant("n", "V", 10.0))
+    with pytest.raises(ValueError, match="`DisturbedPlant` is a recursion in discrete time"):
         loop.ode()
     run = simulate(loop.digital(0.1).step(), until=1.0)
     n = [0.0]
@@ -83,8 +83,8 @@ def test_a_plant_in_discrete_time_is_disturbed_at_its_instants():
 
 
 def test_a_table_of_a_disturbance_ends_the_run_too():
-    plant = Disturbed(Motor(), Together((Table("v", "V", [0, 1], [0, 1]),)))
-    assert ClosedLoop(plant, controller=LAW, reference=Hold("omega", "rad/s", 0.0)).ode().horizon == 1.0
+    plant = DisturbedPlant(Motor(), CombinedReference((Table("v", "V", [0, 1], [0, 1]),)))
+    assert ClosedLoop(plant, controller=LAW, reference=Constant("omega", "rad/s", 0.0)).ode().horizon == 1.0
     assert open_loop(plant).horizon == 1.0
 
 
@@ -98,17 +98,19 @@ def test_a_table_of_a_disturbance_ends_the_run_too():
 )
 def test_a_disturbance_of_no_port_is_refused(by, says):
     with pytest.raises(ValueError) as error:
-        Disturbed(Motor(), by)
+        DisturbedPlant(Motor(), by)
     assert says in str(error.value)
 
 
 def test_equations_that_end_with_a_table_end_as_a_plant_too():
-    pushed = OdePlant(open_loop(Disturbed(Motor(), Table("v", "V", [0.0, 1.0], [0.0, 1.0]))))
-    loop = ClosedLoop(Equipped(pushed), controller=LAW, reference=Hold("omega", "rad/s", 0.0))
+    pushed = OdePlant(open_loop(DisturbedPlant(Motor(), Table("v", "V", [0.0, 1.0], [0.0, 1.0]))))
+    loop = ClosedLoop(EquippedPlant(pushed), controller=LAW, reference=Constant("omega", "rad/s", 0.0))
     assert (open_loop(pushed).horizon, loop.ode().horizon, loop.digital(0.1).flow.horizon) == (1.0, 1.0, 1.0)
 
 
 def test_a_second_disturbance_of_one_signal_is_refused():
-    once = Disturbed(Motor(), Step("v", "V", 1.0))
-    with pytest.raises(ValueError, match="must leave the name 'd_v' to `Disturbed`.* add the two up in one signal"):
-        Disturbed(once, Step("v", "V", 2.0))
+    once = DisturbedPlant(Motor(), Step("v", "V", 1.0))
+    with pytest.raises(
+        ValueError, match="must leave the name 'd_v' to `DisturbedPlant`.* add the two up in one signal"
+    ):
+        DisturbedPlant(once, Step("v", "V", 2.0))

@@ -11,14 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from workbench.arms.laws import ArmPID
 from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import CATALOGUE, named
+from workbench.arms.mechanics import CATALOGUE, robot
 from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, LinearPlant, open_loop
 from workbench.blocks.plants import (
     BuckConverter,
     CartPole,
     DCMotor,
-    Disturbed,
-    Equipped,
+    DisturbedPlant,
+    EquippedPlant,
     FirstOrder,
     FurutaPendulum,
     PlanarQuadrotor,
@@ -30,9 +30,9 @@ from workbench.blocks.plants import (
 )
 from workbench.blocks.signals import Step
 from workbench.core import Circle, Line, Word, block, initial, layout, parameter, with_quadrature
-from workbench.core.shapes import projected
+from workbench.core.shapes import project
 
-ARMS = [Manipulator(named(name), q=np.zeros(named(name).dof)) for name in sorted(CATALOGUE)]
+ARMS = [Manipulator(robot(name), q=np.zeros(robot(name).dof)) for name in sorted(CATALOGUE)]
 SEEN = [
     *(CartPole(), FurutaPendulum(), TwoMasses(), DCMotor.position(), PlanarQuadrotor(), Quadrotor()),
     *(QuadrupleTank(), StirredTank(), SingleTrackVehicle(), *ARMS),
@@ -116,7 +116,7 @@ def test_the_links_of_a_planar_arm_lie_where_its_forward_kinematics_has_them():
         ("slotine-li", 0.0),
         ("planar-4r", -np.pi / 2),
     ):
-        arm = named(name)
+        arm = robot(name)
         ode = open_loop(Manipulator(arm, q=np.zeros(arm.dof)))
         lengths = np.array([link.length for link in arm.links])
         for q in RANDOM.uniform(-4, 4, (5, arm.dof)):
@@ -130,11 +130,11 @@ def test_the_links_of_a_planar_arm_lie_where_its_forward_kinematics_has_them():
 
 
 def test_a_turned_length_moves_the_picture_in_any_loop():
-    arm = named("paper-arm")
+    arm = robot("paper-arm")
     plant = Manipulator(arm, q=[0.3, 0.2])
     law = ArmPID([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], model=arm)
     loop = ClosedLoop(plant, controller=law, reference=Step("q", "rad", [1.0, 1.0]))
-    for ode in (loop.ode(), loop.digital(0.01).flow, loop.ode(inputs=True), loop.broken()):
+    for ode in (loop.ode(), loop.digital(0.01).flow, loop.ode(inputs=True), loop.cut()):
         turned = {"plant.arm.links[1].length": 1.5, "controller.model.links[0].length": 3.0}
         rods = shapes(ode, "line", "link", None, ode.parameters.pack(turned)[0])
         np.testing.assert_allclose([np.linalg.norm(rod[1] - rod[0]) for rod in rods], [1.0, 1.5], rtol=1e-13)
@@ -143,7 +143,7 @@ def test_a_turned_length_moves_the_picture_in_any_loop():
 def test_wrapped_plants_and_longer_equations_keep_the_drawing():
     cart = CartPole(x=0.2, phi=0.1)
     plain = places(open_loop(cart))
-    around = Disturbed(Equipped(cart, (FirstOrder("F", 0.1),)), by=Step("F", "N", 1.0))
+    around = DisturbedPlant(EquippedPlant(cart, (FirstOrder("F", 0.1),)), by=Step("F", "N", 1.0))
     loop = ClosedLoop(around, controller=Still(around.inputs))
     np.testing.assert_array_equal(places(loop.ode()), plain)
     assert loop.digital(0.1).drawing.data == loop.ode().drawing.data
@@ -173,19 +173,19 @@ def test_a_pole_and_a_furuta_pendulum_keep_their_lengths_and_turn_as_their_equat
 
 
 def test_the_view_of_space_is_that_of_parallel_rays():
-    axes = np.hstack([np.array(ca.DM(projected(ca.SX(axis)))) for axis in np.eye(3)])
+    axes = np.hstack([np.array(ca.DM(project(ca.SX(axis)))) for axis in np.eye(3)])
     np.testing.assert_allclose(axes @ axes.T, np.eye(2), atol=1e-15)  # orthonormal rows: a true view
     assert axes[1, 2] > 0.9 < axes[0, 0]  # z is upward and x to the right
 
 
 def test_the_hinges_of_a_spatial_arm_lie_where_rotations_put_them():
-    arm = named("scara")
+    arm = robot("scara")
     ode = open_loop(Manipulator(arm, q=np.zeros(4)))
     q = [0.4, -0.7, -0.1, 0.2]
     elbow = np.array([0.4 * np.cos(0.4), 0.4 * np.sin(0.4), 0.35])
     seat = elbow + 0.3 * np.array([np.cos(-0.3), np.sin(-0.3), 0.0])
     wanted = [[0, 0, 0.35], elbow, seat + [0, 0, -0.1], seat + [0, 0, -0.25]]
-    wanted = [np.array(ca.DM(projected(ca.SX(place)))).ravel() for place in wanted]
+    wanted = [np.array(ca.DM(project(ca.SX(place)))).ravel() for place in wanted]
     rods = shapes(ode, "line", "link", [*q, 0, 0, 0, 0])
     np.testing.assert_allclose([rod[1] for rod in rods[:4]], wanted, atol=1e-14)
 
@@ -198,7 +198,7 @@ def test_quadrotors_tilt_about_their_centres_and_keep_their_beams():
     R = Rotation.from_euler("ZYX", [0.7, -0.3, 0.2]).as_matrix()
     first, second = shapes(open_loop(Quadrotor()), "line", "link", state)[:2]
     for line, axis in ((first, R[:, 0]), (second, R[:, 1])):
-        ends = [np.array(ca.DM(projected(ca.SX(state[:3] + side * 0.225 * axis)))).ravel() for side in (-1, 1)]
+        ends = [np.array(ca.DM(project(ca.SX(state[:3] + side * 0.225 * axis)))).ravel() for side in (-1, 1)]
         np.testing.assert_allclose(line, ends, atol=1e-14)
 
 

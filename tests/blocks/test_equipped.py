@@ -15,7 +15,7 @@ from workbench.blocks.plants import (
     AbstractElement,
     Backlash,
     DeadZone,
-    Equipped,
+    EquippedPlant,
     FirstOrder,
     PadeDelay,
     Quantiser,
@@ -26,7 +26,7 @@ from workbench.blocks.plants.elements import pade
 from workbench.core import Signals, block, initial, layout, parameter, rk4
 from workbench.design.linear import linearize
 from workbench.engine import simulate
-from workbench.engine.reference import reference
+from workbench.engine.reference import reference_run
 
 
 @block
@@ -42,7 +42,7 @@ class Gain(AbstractController):
 
 
 def test_the_plant_keeps_its_names_and_an_element_has_that_of_its_signal():
-    plant = Equipped(
+    plant = EquippedPlant(
         Motor(),
         (Saturation("v", -12, 12), FirstOrder("v", 0.1), FirstOrder("v", 0.2), FirstOrder("v", 0.3)),
         (FirstOrder("omega", 0.01),),
@@ -63,7 +63,7 @@ def test_the_plant_keeps_its_names_and_an_element_has_that_of_its_signal():
 
 
 def test_a_sensor_hides_what_the_plant_does_and_the_truth_shows_it():
-    loop = ClosedLoop(Equipped(Motor(), (), (Saturation("omega", -1.0, 0.5),)), controller=Gain())
+    loop = ClosedLoop(EquippedPlant(Motor(), (), (Saturation("omega", -1.0, 0.5),)), controller=Gain())
     run = simulate(rk4(loop.ode(), 0.01), until=1.0, every=0.1)
     np.testing.assert_array_equal(run["omega"], np.minimum(run["omega_true"], 0.5))
     assert np.abs(run["omega"] - run["omega_true"]).max() > 0.05
@@ -71,7 +71,7 @@ def test_a_sensor_hides_what_the_plant_does_and_the_truth_shows_it():
 
 
 def test_the_linear_model_is_that_of_the_chain():
-    plant = Equipped(Motor(), (FirstOrder("v", 0.1),), (FirstOrder("omega", 0.02),))
+    plant = EquippedPlant(Motor(), (FirstOrder("v", 0.1),), (FirstOrder("omega", 0.02),))
     linear = linearize(open_loop(plant), 0.0, [0.0, 0.0, 0.0])
     np.testing.assert_allclose(linear.A, [[-2, 4, 0], [0, -10, 0], [50, 0, -50]], rtol=1e-14)
     np.testing.assert_allclose(linear.B, [[0], [10], [0]], rtol=1e-14)
@@ -80,7 +80,7 @@ def test_the_linear_model_is_that_of_the_chain():
 
 @pytest.mark.parametrize("order", [1, 4, 7])
 def test_the_frequency_response_with_a_delay_is_that_of_the_plant_times_that_of_the_approximant(order):
-    plant = Equipped(Motor(), (PadeDelay("v", 0.3, order),), (FirstOrder("omega", 0.025),))
+    plant = EquippedPlant(Motor(), (PadeDelay("v", 0.3, order),), (FirstOrder("omega", 0.025),))
     ode = open_loop(plant)
     linear = linearize(ode, 0.0, ode.states.default)
     A, B, C, D = pade(order)
@@ -91,7 +91,7 @@ def test_the_frequency_response_with_a_delay_is_that_of_the_plant_times_that_of_
         assert complex(linear(s)) == pytest.approx(want, rel=1e-12)
 
 
-EVERYTHING = Equipped(
+EVERYTHING = EquippedPlant(
     Motor(),
     (
         Saturation("v", -2, 2),
@@ -118,9 +118,9 @@ def test_every_element_has_the_same_bits_in_the_compiled_march_and_in_numpy(arit
 
 
 def test_a_batch_agrees_with_the_reference_that_locates_every_corner():
-    plant = Equipped(Motor(), EVERYTHING.actuators, EVERYTHING.sensors[:1])
+    plant = EquippedPlant(Motor(), EVERYTHING.actuators, EVERYTHING.sensors[:1])
     ode = ClosedLoop(plant, controller=Gain(20.0)).ode()
-    exact = reference(ode, times=[0.0, 0.25, 0.5, 1.0])
+    exact = reference_run(ode, times=[0.0, 0.25, 0.5, 1.0])
     assert len(exact.events) > 10
     run = simulate(rk4(ode, 2.5e-5), until=1.0, every=0.25)
     # a step over a corner errs by the square of its length, a dozen of them by less than 1e-6
@@ -128,7 +128,7 @@ def test_a_batch_agrees_with_the_reference_that_locates_every_corner():
 
 
 def test_a_limit_is_a_number_that_a_batch_varies():
-    ode = ClosedLoop(Equipped(Motor(), (Saturation("v", -1, 1),)), controller=Gain()).ode()
+    ode = ClosedLoop(EquippedPlant(Motor(), (Saturation("v", -1, 1),)), controller=Gain()).ode()
     p = ode.parameters.pack({"plant.actuators[0].high": [0.1, 0.2, 0.4]})
     run = simulate(rk4(ode, 0.01), p, until=5.0, every=5.0)
     # at rest omega = K v, which the limit holds below k / (1 + K k); ten time constants leave 5e-5
@@ -137,7 +137,7 @@ def test_a_limit_is_a_number_that_a_batch_varies():
 
 def test_in_a_computer_the_lag_flows_between_the_instants():
     T, k, period = 0.05, 3.0, 0.02
-    step = ClosedLoop(Equipped(Motor(), (FirstOrder("v", T),)), controller=Gain(k)).digital(period).step(20)
+    step = ClosedLoop(EquippedPlant(Motor(), (FirstOrder("v", T),)), controller=Gain(k)).digital(period).step(20)
     run = simulate(step, until=0.4)
     # the plant and its lag, driven by a command that is held: an exponential of one matrix
     whole = expm(period * np.array([[-2, 4, 0], [0, -1 / T, 1 / T], [0, 0, 0]]))
@@ -149,17 +149,19 @@ def test_in_a_computer_the_lag_flows_between_the_instants():
 
 
 def test_an_arm_may_have_a_number_for_each_joint():
-    plant = Equipped(Manipulator(paper_arm(), q=[0.1, 0.2]), (Saturation("tau", [-1.0, -2.0], 3.0),))
+    plant = EquippedPlant(Manipulator(paper_arm(), q=[0.1, 0.2]), (Saturation("tau", [-1.0, -2.0], 3.0),))
     assert plant.labels["e_q"] == "e"
-    tau = plant.applied(ca.SX(0), plant.states.view(ca.DM(plant.states.default)), Signals(tau=ca.SX([-5.0, -5.0])))
+    tau = plant.applied_inputs(
+        ca.SX(0), plant.states.view(ca.DM(plant.states.default)), Signals(tau=ca.SX([-5.0, -5.0]))
+    )
     np.testing.assert_array_equal(np.array(ca.evalf(tau.tau)).ravel(), [-1, -2])
-    assert open_loop(Equipped(plant.plant, (PadeDelay("tau", 0.1, 3),))).states["tau.delayed"].shape == (3, 2)
+    assert open_loop(EquippedPlant(plant.plant, (PadeDelay("tau", 0.1, 3),))).states["tau.delayed"].shape == (3, 2)
 
 
 def test_a_number_for_each_of_two_units_has_these_units():
-    parameters = open_loop(Equipped(Mixed(), (RateLimit("tau", [-1, -2], [1, 2], 0.01),))).parameters
+    parameters = open_loop(EquippedPlant(Mixed(), (RateLimit("tau", [-1, -2], [1, 2], 0.01),))).parameters
     assert parameters["actuators[0].low"].units == ("N/s", "N m/s")
-    delayed = open_loop(Equipped(Mixed(), (PadeDelay("tau", 0.1, 2),))).states["tau.delayed"]
+    delayed = open_loop(EquippedPlant(Mixed(), (PadeDelay("tau", 0.1, 2),))).states["tau.delayed"]
     assert delayed.units == ("N", "N", "N m", "N m")
 
 
@@ -179,13 +181,15 @@ def test_an_element_of_ones_own_has_a_memory_and_numbers_of_any_shape():
             moved = self.A @ ca.vertcat(z["first"], z["second"])
             return {"first": moved[0] + v, "second": moved[1]}
 
-    ode = open_loop(Equipped(Motor(), (Filter("v", [[-1.0, 2.0], [0.0, -3.0]]),)))
+    ode = open_loop(EquippedPlant(Motor(), (Filter("v", [[-1.0, 2.0], [0.0, -3.0]]),)))
     np.testing.assert_array_equal(ode.states.default, [0, 0, 1])
     linear = linearize(ode, 0.0, ode.states.default)
     np.testing.assert_array_equal(linear.A, [[-2, 4, 0], [0, -1, 2], [0, 0, -3]])
 
 
 def test_a_plant_without_elements_costs_nothing():
-    bare, equipped = (rk4(ClosedLoop(plant, controller=Gain()).ode(), 0.01) for plant in (Motor(), Equipped(Motor())))
+    bare, equipped = (
+        rk4(ClosedLoop(plant, controller=Gain()).ode(), 0.01) for plant in (Motor(), EquippedPlant(Motor()))
+    )
     assert equipped.operations == bare.operations
     np.testing.assert_array_equal(simulate(equipped, until=1.0).x, simulate(bare, until=1.0).x)

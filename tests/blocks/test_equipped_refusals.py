@@ -8,7 +8,7 @@ from workbench.blocks.loop import AbstractPlant, Instruments, open_loop
 from workbench.blocks.plants import (
     AbstractElement,
     Backlash,
-    Equipped,
+    EquippedPlant,
     FirstOrder,
     Saturation,
 )
@@ -29,47 +29,49 @@ class Discrete(AbstractPlant):
 
 
 REFUSED = [
-    (lambda: Equipped(Motor(), (Saturation("w", -1, 1),)), LookupError, "no 'w' among the 1 inputs of the plant"),
+    (lambda: EquippedPlant(Motor(), (Saturation("w", -1, 1),)), LookupError, "no 'w' among the 1 inputs of the plant"),
     (
-        lambda: Equipped(Motor(), (), (FirstOrder("omga", 1),)),
+        lambda: EquippedPlant(Motor(), (), (FirstOrder("omga", 1),)),
         LookupError,
         "no 'omga' among the 1 outputs of the plant. Did you mean 'omega'",
     ),
     (
-        lambda: Equipped(Motor(), (Saturation("v", [-1.0], 1),)),
+        lambda: EquippedPlant(Motor(), (Saturation("v", [-1.0], 1),)),
         ValueError,
         r"`Saturation\(low=...\)` in `actuators` must be one number, as 'v' is; got shape \(1,\)",
     ),
     (
-        lambda: Equipped(Mixed(), (FirstOrder("tau", [1.0, 2.0, 3.0]),)),
+        lambda: EquippedPlant(Mixed(), (FirstOrder("tau", [1.0, 2.0, 3.0]),)),
         ValueError,
         r"`FirstOrder\(time_constant=...\)` in `actuators` must be 2 numbers, one for each of 'tau', or one for all",
     ),
     (
-        lambda: Equipped(Mixed(), (Saturation("tau", -1, 1),)),
+        lambda: EquippedPlant(Mixed(), (Saturation("tau", -1, 1),)),
         ValueError,
         r"`Saturation\(low=...\)` in `actuators` must be 2 numbers, one for each of 'tau' \(in N, N m\)",
     ),
     (
-        lambda: Equipped(Motor(), (), (Instruments.of(Motor(), noise={"omega": 0.1}),)),
+        lambda: EquippedPlant(Motor(), (), (Instruments.of(Motor(), noise={"omega": 0.1}),)),
         ValueError,
         "white noise in continuous time has no step, so give the instruments to `digital",
     ),
-    (lambda: Equipped(Motor(), Saturation("v", -1, 1)), ValueError, "one alone is written"),
+    (lambda: EquippedPlant(Motor(), Saturation("v", -1, 1)), ValueError, "one alone is written"),
     (
-        lambda: Equipped(Equipped(Motor(), (), (FirstOrder("omega", 0.1),)), (), (Saturation("omega", -1, 1),)),
+        lambda: EquippedPlant(
+            EquippedPlant(Motor(), (), (FirstOrder("omega", 0.1),)), (), (Saturation("omega", -1, 1),)
+        ),
         ValueError,
-        "must leave the name 'omega_true' .* put all sensors of 'omega' into one `Equipped`",
+        "must leave the name 'omega_true' .* put all sensors of 'omega' into one `EquippedPlant`",
     ),
     (
-        lambda: Equipped(Discrete(), (FirstOrder("v", 0.1),)),
+        lambda: EquippedPlant(Discrete(), (FirstOrder("v", 0.1),)),
         ValueError,
         r"`FirstOrder` of 'v' in `actuators` must move in discrete time, as `Discrete` does.*without a `time_constant`",
     ),
     (
-        lambda: open_loop(Equipped(Motor(), (), (Backlash("omega", 0.1),))),
+        lambda: open_loop(EquippedPlant(Motor(), (), (Backlash("omega", 0.1),))),
         ValueError,
-        r"`Equipped` has 'omega.driven', which moves at the instants of a comp.*give it its `time_constant`",
+        r"`EquippedPlant` has 'omega.driven', which moves at the instants of a comp.*give it its `time_constant`",
     ),
 ]
 
@@ -101,4 +103,4 @@ def test_an_element_of_ones_own_is_asked_for_its_signal_and_its_states(out, rate
             return rate
 
     with pytest.raises(ValueError, match=says):
-        open_loop(Equipped(Motor(), (Odd("v"),)))
+        open_loop(EquippedPlant(Motor(), (Odd("v"),)))

@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.arms import arm_instruments
-from workbench.blocks.loop.quantisation import quantised
+from workbench.blocks.loop.quantisation import quantise
 from workbench.core import Signals
 
 X, B = ca.SX.sym("x"), ca.SX.sym("b")
-QUANTISED = ca.Function("quantised", [X, B], [quantised(X, B)])
+QUANTISED = ca.Function("quantised", [X, B], [quantise(X, B)])
 positions = st.floats(-100, 100)
 quanta = st.floats(1e-5, 10)
 
@@ -62,7 +62,7 @@ def test_each_noise_has_its_own_number_and_size_and_comes_before_the_rounding():
 
 @pytest.mark.parametrize("limit", [None, 2.0])
 def test_a_torque_is_limited_where_there_is_a_limit(limit):
-    limited = arm_instruments(3, limit=limit).limited(Signals(tau=ca.SX([-3.0, 1.5, 2.5])))
+    limited = arm_instruments(3, limit=limit).limit_commands(Signals(tau=ca.SX([-3.0, 1.5, 2.5])))
     assert set(limited) == (set() if limit is None else {"tau"})
     if limit is not None:
         np.testing.assert_array_equal(np.array(ca.evalf(limited.tau)).ravel(), [-2.0, 1.5, 2.0])

@@ -10,7 +10,7 @@ from tests.support.observed import Balance, CartPole, Constant, Oscillator, Pend
 from workbench.arms.observers import ExtendedStateObserver
 from workbench.blocks.loop import ClosedLoop, Instruments, open_loop
 from workbench.blocks.observers import ExtendedKalmanFilter, LinearObserver, SteadyKalmanFilter, UnscentedKalmanFilter
-from workbench.blocks.observers.model import phi
+from workbench.blocks.observers.observer_model import phi
 from workbench.core import Signals, rk4
 from workbench.design.riccati import lqr, steady_kalman
 from workbench.engine import simulate

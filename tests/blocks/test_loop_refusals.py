@@ -55,7 +55,7 @@ def test_what_is_wanted_of_an_output_is_followed_in_part_by_nobody():
         wb.PID(wb.layout(x="m"), wb.layout(phi="rad"), Kp=0.1),
         wb.PID(wb.layout(phi="rad"), wb.layout(F="N"), Kp=50.0),
     )
-    both = wb.Together((wb.Step("x", "m", 0.2), wb.Hold("phi", "rad", [0.0])))
+    both = wb.CombinedReference((wb.Step("x", "m", 0.2), wb.Constant("phi", "rad", [0.0])))
     refused(lambda: wb.ClosedLoop(CART, controller=law, reference=both), "says 'phi'", "follows 'x'", "without 'phi'")
     assert wb.ClosedLoop(CART, controller=law, reference=wb.Step("x", "m", 0.2)).follows == ("x",)
 
@@ -146,7 +146,7 @@ def test_a_discrete_law_that_is_cut_open_is_sent_to_a_computer_that_is_cut_too()
     _, sampled = compensators()
     loop = wb.ClosedLoop(MOTOR, controller=LinearLaw(sampled))
     refused(loop.ode, "`ClosedLoop.digital(period)` in place of `ode()`")
-    refused(loop.broken, "`ClosedLoop.digital(period, at=...)` in place of `broken()`")
+    refused(loop.cut, "`ClosedLoop.digital(period, at=...)` in place of `broken()`")
 
 
 def test_a_law_that_reads_a_state_is_sent_to_an_observer_and_not_to_another_name():

@@ -47,7 +47,7 @@ def model(equations, t=0.0):
 
 @pytest.mark.parametrize("at", ["v", "omega"])
 def test_a_loop_that_is_cut_at_one_port_has_python_controls_loop_gain(at):
-    cut = loop().broken(at=at)
+    cut = loop().cut(at=at)
     assert (cut.inputs, cut.outputs.names) == (("drive",), (at,))
     np.testing.assert_allclose(broken_loop(cut, 0.0, np.zeros(3))(S), (PLANT * PI)(S), **CLOSE)
 
@@ -91,7 +91,7 @@ def test_a_delay_of_one_period_is_one_more_in_the_loop_gain():
 
 
 def test_several_signals_are_cut_together():
-    cut = loop().broken(at=("omega", "v"))
+    cut = loop().cut(at=("omega", "v"))
     ours = model(cut)
     np.testing.assert_allclose(ours(S)[0, 1], PLANT(S), **CLOSE)
     np.testing.assert_allclose(ours(S)[1, 0], -PI(S), **CLOSE)
@@ -181,8 +181,8 @@ def test_a_period_without_a_linear_model_is_refused_with_the_reason(make, messag
 
 def test_a_cut_where_no_signal_is_is_refused():
     with pytest.raises(LookupError, match=r"no 'omega_hat' among the 2 inputs and outputs of the plant. Did you mean"):
-        loop().broken(at="omega_hat")
+        loop().cut(at="omega_hat")
     with pytest.raises(
         ValueError, match=r"`ClosedLoop.broken\(at=...\)` must be a tuple of at least 1 `str`; got none"
     ):
-        loop().broken(at=())
+        loop().cut(at=())

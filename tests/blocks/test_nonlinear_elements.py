@@ -51,7 +51,7 @@ def test_a_quantiser_gives_the_multiple_that_its_rule_says(v, rule):
 
 def test_a_quantum_of_zero_is_no_quantiser_and_a_batch_varies_it():
     loop = wb.ClosedLoop(
-        wb.Equipped(wb.DCMotor(), sensors=(wb.Quantiser("omega", 0.0),)),
+        wb.EquippedPlant(wb.DCMotor(), sensors=(wb.Quantiser("omega", 0.0),)),
         controller=wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0),
         reference=wb.Step("omega", "rad/s", 1.0),
     )
@@ -116,7 +116,7 @@ def test_backlash_in_contact_is_exact_and_comes_to_rest_short_by_the_square_of_i
 
 
 def test_a_wave_within_half_a_gap_moves_nothing():
-    _, y = behind((wb.Backlash("v", 2.0, 1e-3, driven=0.1),), lambda t: 0.1 + ca.sin(9 * t), 2.0)
+    _, y = behind((wb.Backlash("v", 2.0, 1e-3, driven_side=0.1),), lambda t: 0.1 + ca.sin(9 * t), 2.0)
     np.testing.assert_array_equal(y, 0.1)
 
 
@@ -147,10 +147,10 @@ class Wave(wb.Controller):
 
 def test_a_plant_in_discrete_time_has_its_elements_sample_by_sample():
     gap, zone, quantum = 0.25, 0.05, 0.125
-    plant = wb.Equipped(
+    plant = wb.EquippedPlant(
         Sum(),
         (wb.Backlash("v", gap), wb.DeadZone("v", -zone, zone)),
-        (wb.Backlash("x", 2 * gap, driven=0.2), wb.Quantiser("x", quantum)),
+        (wb.Backlash("x", 2 * gap, driven_side=0.2), wb.Quantiser("x", quantum)),
     )
     run = wb.simulate(wb.ClosedLoop(plant, controller=Wave()).digital(0.1), until=10.0)
     z, x, seen, given = 0.0, 0.0, 0.2, []
@@ -170,9 +170,9 @@ def play(z, v, gap):
 
 def test_backlash_without_a_time_constant_moves_at_the_instants_of_a_computer():
     gap, wide, period = 0.5, 0.02, 0.05
-    plant = wb.Equipped(
-        wb.Disturbed(wb.DCMotor(), by=wb.Sines("v", "V", 0.4, 3.0)),
-        (wb.DeadZone("v", -0.05, 0.05), wb.Backlash("v", gap, driven=0.1)),
+    plant = wb.EquippedPlant(
+        wb.DisturbedPlant(wb.DCMotor(), by=wb.Sines("v", "V", 0.4, 3.0)),
+        (wb.DeadZone("v", -0.05, 0.05), wb.Backlash("v", gap, driven_side=0.1)),
         (wb.Backlash("omega", wide),),
     )
     loop = wb.ClosedLoop(plant, controller=Wave(1.0))
@@ -186,12 +186,12 @@ def test_backlash_without_a_time_constant_moves_at_the_instants_of_a_computer():
     with pytest.raises(ValueError, match=r"'v.driven', 'omega.driven', which moves at the instants of a computer"):
         loop.ode()
     with pytest.raises(ValueError, match="moves at the instants themselves"):
-        digital.disturbed()
+        digital.with_timing_faults()
 
 
 def test_backlash_sample_by_sample_is_the_limit_of_the_one_with_a_time_constant():
     def applied(T):
-        plant = wb.Equipped(wb.DCMotor(), (wb.Backlash("v", 0.5, T),))
+        plant = wb.EquippedPlant(wb.DCMotor(), (wb.Backlash("v", 0.5, T),))
         return wb.simulate(wb.ClosedLoop(plant, controller=Wave(1.0)).digital(0.1).step(40), until=12.0)["v_applied"]
 
     # the share exp(-period / T) of a jump of the held command, at most 0.75 V, is not remembered at the next one
@@ -209,7 +209,7 @@ def test_a_quantised_loop_keeps_the_limit_cycle_that_its_describing_function_pre
     plant = wb.OdePlant.of(
         rate, states=("x", "xd", "xdd"), inputs=("u",), outputs=("y",), h=lambda t, x: [x[0]], x0=[1, 0, 0]
     )
-    plant = wb.Equipped(plant, sensors=(wb.Quantiser("y", q),))
+    plant = wb.EquippedPlant(plant, sensors=(wb.Quantiser("y", q),))
 
     @wb.block
     class P(wb.Controller):
@@ -236,7 +236,7 @@ MOTOR = wb.DCMotor()
 
 
 def equipped(*elements):
-    return wb.open_loop(wb.Equipped(MOTOR, actuators=elements))
+    return wb.open_loop(wb.EquippedPlant(MOTOR, actuators=elements))
 
 
 def test_a_corner_or_a_jump_is_not_linearised_unless_a_side_is_named():

@@ -8,8 +8,8 @@ from workbench.arms.manipulator import Manipulator
 from workbench.blocks import plants
 from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments, open_loop
 from workbench.blocks.plants import (
-    Disturbed,
-    Equipped,
+    DisturbedPlant,
+    EquippedPlant,
     FurutaPendulum,
     LinearPlant,
     OdePlant,
@@ -159,7 +159,7 @@ class Still(AbstractController):
 
 
 MADE = {name: getattr(plants, name) for name in plants.__all__}
-OF_OTHERS = (Disturbed, Equipped, LinearPlant, Manipulator, OdePlant)  # made of what a user brings
+OF_OTHERS = (DisturbedPlant, EquippedPlant, LinearPlant, Manipulator, OdePlant)  # made of what a user brings
 WHOLE = [
     kind()
     for kind in MADE.values()
@@ -173,7 +173,7 @@ def test_a_plant_of_the_literature_needs_no_numbers_and_closes_in_a_computer(pla
     gauges = Instruments.of(plant, noise={first: 0.01}, limit={driven: (-0.5, 0.5)})
     loop = ClosedLoop(plant, controller=Still(plant.inputs)).digital(1e-5, gauges, delay=True)
     run = simulate(loop.step(2), until=1e-3)
-    assert not run.diverged.any()
+    assert not run.has_diverged.any()
     assert (run[driven][0, 0] == plant.inputs[driven].default).all()  # which acts until the first command does
     assert np.abs(run[driven][0, 1:]).max() <= 0.5
     assert set(plant.states.names) <= {name.removeprefix("plant.") for name in loop.states.names}

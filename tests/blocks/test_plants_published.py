@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from workbench.blocks.laws import PID
 from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, open_loop
 from workbench.blocks.plants import BuckConverter, CartPole, DCMotor, QuadrupleTank, StirredTank, TwoMasses
-from workbench.blocks.signals import Hold, Together
+from workbench.blocks.signals import CombinedReference, Constant
 from workbench.core import block, layout, parameter, rk4
 from workbench.core.block import Vector
 from workbench.design.linear import equilibria, linearize, operating_point
@@ -131,7 +131,9 @@ def decay(setting, K, T):
     (plant, v), (_, point) = SETTINGS[setting], rest(setting)
     gains = SENSOR * np.array(K)
     pair = PID(plant.outputs, plant.inputs, Kp=gains, Ki=gains / np.array(T), u0=[v, v])
-    levels = Together(tuple(Hold(name, "cm", level) for name, level in zip(("h_1", "h_2"), point.x[:2], strict=True)))
+    levels = CombinedReference(
+        tuple(Constant(name, "cm", level) for name, level in zip(("h_1", "h_2"), point.x[:2], strict=True))
+    )
     ode = ClosedLoop(plant, controller=pair, reference=levels).ode()
     x = np.concatenate([point.x, np.zeros(4)])
     assert np.abs(ode.rate_at(0.0, x)).max() < 1e-12

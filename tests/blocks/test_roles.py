@@ -10,13 +10,19 @@ from tests.support.marches import marched
 from workbench.arms.laws import AosmcRgs, ArmPID, SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.observers import ArmFullState, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
+from workbench.arms.observers import (
+    ArmFullState,
+    Luenberger,
+    MomentumObserver,
+    OracleFilter,
+    StateAndDisturbanceObserver,
+)
 from workbench.blocks.laws import StateFeedback
 from workbench.blocks.loop import ClosedLoop, Instruments, roles
 from workbench.blocks.observers import LinearObserver
 from workbench.blocks.plants import CartPole
-from workbench.blocks.signals import Hold, Sines, Together
-from workbench.core import Roles, grouped
+from workbench.blocks.signals import CombinedReference, Constant, Sines
+from workbench.core import Roles, information_classes
 from workbench.study.evidence.law_tables import information_table
 
 ARM, I = paper_arm(), np.eye(2)
@@ -24,7 +30,7 @@ PLANT, WANTED = Manipulator(ARM, q=[0.1, 0.2]), Sines("q", "rad", [1.0, 1.0], [1
 BARE, WEIGHED = ArmPID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0]), ArmPID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0], ARM)
 SMC = SlidingMode(ARM, [1.0, 1.0], [2.0, 2.0], 0.1)
 OBSERVER = Luenberger(ARM, 30 * I, 50 * I, q_hat=[0.1, 0.2])
-MOMENTUM = WithDisturbance(OBSERVER, MomentumObserver(ARM, 20.0))
+MOMENTUM = StateAndDisturbanceObserver(OBSERVER, MomentumObserver(ARM, 20.0))
 PROPOSED = AosmcRgs(ARM, [1.0, 1.0], 0.1, K=5 * I, P=10 * I, Q=599 * I, R=6.43 * I, gain_shape="elementwise")
 
 
@@ -50,7 +56,7 @@ def test_of_a_model_only_what_acts_counts():
 
 
 def test_an_observer_that_follows_a_plant_by_its_equations_is_given_a_model():
-    plant, wanted = CartPole(), Together((Hold("x", "m", [0.0]), Hold("phi", "rad", [0.0])))
+    plant, wanted = CartPole(), CombinedReference((Constant("x", "m", [0.0]), Constant("phi", "rad", [0.0])))
     law = StateFeedback.of(plant, [[-70.0, -38.0, 106.0, 21.0]], follow=("x", "phi"))
     observer = LinearObserver(plant, [[9.0, 0.0], [40.0, 0.0], [0.0, 30.0], [0.0, 300.0]])
     blind = StateFeedback.of(plant, np.zeros((1, 4)), follow=("x", "phi"))
@@ -82,14 +88,14 @@ def test_a_law_behind_observers_reads_positions_alone():
 
 
 def test_an_observer_of_momentum_on_readings_hands_on_a_velocity_that_is_read():
-    observer = WithDisturbance(ArmFullState(2), MomentumObserver(ARM, 20.0))
+    observer = StateAndDisturbanceObserver(ArmFullState(2), MomentumObserver(ARM, 20.0))
     held = given(PROPOSED, observer)
     assert held.readings["qd"] == ("read",)
     assert held.unread == ("d",)
 
 
 def test_an_oracle_is_told_from_an_estimate():
-    held = given(PROPOSED, WithDisturbance(OBSERVER, OracleFilter(2, 20.0)))
+    held = given(PROPOSED, StateAndDisturbanceObserver(OBSERVER, OracleFilter(2, 20.0)))
     assert held.truths == ("d",)
     assert held.unread == ("d",)
     assert not given(PROPOSED, MOMENTUM).truths
@@ -97,10 +103,10 @@ def test_an_oracle_is_told_from_an_estimate():
 
 def test_an_estimate_that_the_law_does_not_use_is_none():
     """SMC takes no D_hat, so neither that nor the model behind it acts."""
-    held = given(SMC, WithDisturbance(ArmFullState(2), MomentumObserver(ARM, 20.0)))
+    held = given(SMC, StateAndDisturbanceObserver(ArmFullState(2), MomentumObserver(ARM, 20.0)))
     assert not held.unread
     assert held.models["observer.disturbance.model"] == ()
-    held = given(SMC, WithDisturbance(ArmFullState(2), OracleFilter(2, 20.0)))
+    held = given(SMC, StateAndDisturbanceObserver(ArmFullState(2), OracleFilter(2, 20.0)))
     assert not held.truths
 
 
@@ -160,10 +166,10 @@ def test_only_laws_of_equal_information_are_compared():
         "SMC": given(SMC),
         "proposed": given(PROPOSED, MOMENTUM),
         "SMC + layer": given(replace(SMC, phi=1.0)),
-        "proposed, oracle": given(PROPOSED, WithDisturbance(OBSERVER, OracleFilter(2, 20.0))),
+        "proposed, oracle": given(PROPOSED, StateAndDisturbanceObserver(OBSERVER, OracleFilter(2, 20.0))),
     }
-    assert grouped(held) == (("PID",), ("SMC", "SMC + layer"), ("proposed",), ("proposed, oracle",))
-    assert grouped({}) == ()
+    assert information_classes(held) == (("PID",), ("SMC", "SMC + layer"), ("proposed",), ("proposed, oracle",))
+    assert information_classes({}) == ()
 
 
 def test_what_is_no_loop_is_refused():
@@ -173,13 +179,13 @@ def test_what_is_no_loop_is_refused():
 
 
 def test_the_table_of_information_says_what_each_law_is_given():
-    unused = WithDisturbance(ArmFullState(2), MomentumObserver(ARM, 20.0))
+    unused = StateAndDisturbanceObserver(ArmFullState(2), MomentumObserver(ARM, 20.0))
     loops = {
         "PID": ClosedLoop(PLANT, ArmFullState(2), BARE, WANTED),
         "proposed": Computed(ClosedLoop(PLANT, MOMENTUM, PROPOSED, WANTED), arm_instruments(2)),
         "SMC": given(SMC, unused),
         "PID again": given(BARE),
-        "oracle": given(PROPOSED, WithDisturbance(OBSERVER, OracleFilter(2, 20.0))),
+        "oracle": given(PROPOSED, StateAndDisturbanceObserver(OBSERVER, OracleFilter(2, 20.0))),
     }
     table = information_table("given", "Who is given what.", loops, dict.fromkeys(loops, 4))
     assert [len(row) for row in table.rows] == [len(table.columns)] * 5

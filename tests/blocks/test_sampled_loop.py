@@ -27,7 +27,7 @@ from workbench.arms.observers import (
     Luenberger,
     NonlinearDisturbanceObserver,
     OracleFilter,
-    WithDisturbance,
+    StateAndDisturbanceObserver,
 )
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque
@@ -94,7 +94,7 @@ LAWS = [
     (SlidingMode(**SURFACE, K=[4.0, 3.0], phi=0.1), Luenberger(**COPY), sliding_mode(), luenberger),
     (
         SuperTwisting(**SURFACE, k1=[8.0, 9.0], k2=[20.0, 25.0], phi=0.1),
-        WithDisturbance(Luenberger(**COPY), NonlinearDisturbanceObserver(ARM, 5.0)),
+        StateAndDisturbanceObserver(Luenberger(**COPY), NonlinearDisturbanceObserver(ARM, 5.0)),
         super_twisting(),
         with_disturbance(nonlinear_disturbance_observer, "luenberger"),
     ),
@@ -201,7 +201,7 @@ def test_names_and_outputs_are_those_of_the_loop_in_continuous_time():
 
 
 def test_an_observer_that_uses_the_truth_is_told_of_in_a_sampled_loop_too():
-    honest, oracle = loop(), loop(observer=WithDisturbance(ArmFullState(2), OracleFilter(2, 50.0)))
+    honest, oracle = loop(), loop(observer=StateAndDisturbanceObserver(ArmFullState(2), OracleFilter(2, 50.0)))
     assert honest.digital(1e-3).notes == ()
     assert any("the truth (d)" in note for note in oracle.digital(1e-3).notes)
 

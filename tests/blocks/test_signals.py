@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.signal import square
 
-from workbench.blocks.signals import Hold, Sines, SineTorque, SquareWave
+from workbench.blocks.signals import Constant, Sines, SineTorque, SquareWave
 from workbench.core import lift
 
 SINES = Sines("q", "rad", [1.0, 2.0], [3.0, 0.7], [0.1, -0.4])
@@ -18,7 +18,7 @@ def motion(reference, times):
     return [np.array(part).T for part in function(np.asarray(times)[None])]
 
 
-@pytest.mark.parametrize("reference", [SINES, Hold("q", "rad", [0.3, -0.2])])
+@pytest.mark.parametrize("reference", [SINES, Constant("q", "rad", [0.3, -0.2])])
 def test_the_derivatives_of_a_reference_are_those_of_its_position(reference):
     t, h = np.linspace(0.01, 7.0, 701), 1e-5
     before, now, after = (motion(reference, t + shift) for shift in (-h, 0.0, h))
@@ -53,7 +53,7 @@ def test_a_square_wave_begins_high_and_falls_on_the_hour():
     np.testing.assert_array_equal(q, [1, 1, 0, 0, 1])
 
 
-@pytest.mark.parametrize("signal", [SINES, SquareWave("q", "rad", [1.0, 2.0], 0.5), Hold("q", "rad", [0.3, -0.2])])
+@pytest.mark.parametrize("signal", [SINES, SquareWave("q", "rad", [1.0, 2.0], 0.5), Constant("q", "rad", [0.3, -0.2])])
 def test_a_lifted_reference_says_the_same(signal):
     t = ca.SX.sym("t")
     lifted = lift(signal)

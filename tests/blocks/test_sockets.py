@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from workbench.arms.dynamics import AbstractArm, Dynamics
-from workbench.arms.laws import AdaptiveSlidingMode, AosmcRgs, ArmPID, Leakage, SlidingMode
+from workbench.arms.laws import AdaptiveSlidingMode, AosmcRgs, ArmPID, LeakageAdaptation, SlidingMode
 from workbench.arms.manipulator import Friction, Manipulator
 from workbench.arms.mechanics import PlanarArm, paper_arm
 from workbench.arms.mechanics.planar_arm import PointMass
-from workbench.arms.observers import ArmFullState, OracleFilter, WithDisturbance
+from workbench.arms.observers import ArmFullState, OracleFilter, StateAndDisturbanceObserver
 from workbench.blocks.loop import ClosedLoop, open_loop
-from workbench.blocks.signals import Hold, Sines
+from workbench.blocks.signals import Constant, Sines
 from workbench.core import block, lift, parameter, rk4
 
 ARM = paper_arm()
@@ -69,9 +69,9 @@ SAID = [
         "`AbstractArmController`.",
     ),
     (
-        lambda: WithDisturbance(STATE, STATE),
-        "`WithDisturbance(disturbance=...)` must be an `AbstractDisturbanceObserver`; got an `ArmFullState`, which is "
-        "an `AbstractArmObserver`.",
+        lambda: StateAndDisturbanceObserver(STATE, STATE),
+        "`StateAndDisturbanceObserver(disturbance=...)` must be an `AbstractDisturbanceObserver`; got an "
+        "`ArmFullState`, which is an `AbstractArmObserver`.",
     ),
     (
         lambda: PlanarArm((ARM, ARM)),
@@ -91,7 +91,7 @@ SAID = [
     (lambda: PlanarArm((LINK,), zero=["down"]), "is one of 'down', 'right', 'up'; got ['down']."),
     (lambda: ArmPID([], [], []), "`ArmPID(Kp=...)` needs at least one number; got none."),
     (lambda: Sines("q", "rad", [], []), "`Sines(amplitude=...)` needs at least one number"),
-    (lambda: Hold("q", "rad", []), "needs at least one number"),
+    (lambda: Constant("q", "rad", []), "needs at least one number"),
     (lambda: Friction([], []), "needs at least one number"),
     (lambda: PlanarArm(()), "must be a tuple of at least one `Link` or `PointMass`; got none."),
 ]
@@ -164,4 +164,4 @@ def test_a_weight_that_the_constructor_refuses_is_refused_for_a_run_too(values, 
 
 def test_a_part_is_checked_before_it_is_asked_for_its_size():
     with pytest.raises(ValueError, match=r"`AdaptiveSlidingMode\(adaptation=...\)` must be an `AbstractAdaptation`"):
-        AdaptiveSlidingMode(ARM, [1.0, 1.0], 0.1, 1.0, [1.0, 1.0], adaptation=Leakage)
+        AdaptiveSlidingMode(ARM, [1.0, 1.0], 0.1, 1.0, [1.0, 1.0], adaptation=LeakageAdaptation)

@@ -76,10 +76,10 @@ def test_a_run_that_was_written_as_a_table_drives_another_one(tmp_path):
 
 
 def test_the_corners_of_the_interpolation_are_known_before_a_run(tmp_path):
-    plant = wb.Disturbed(wb.DCMotor(), by=wb.Table.from_csv(written(tmp_path, LOG), "v"))
+    plant = wb.DisturbedPlant(wb.DCMotor(), by=wb.Table.from_csv(written(tmp_path, LOG), "v"))
     switches = wb.open_loop(plant).switches
-    assert switches.known
-    assert not switches.unknown
+    assert switches.has_instants
+    assert not switches.unknown_operations
     instants = switches.until(np.zeros((1, switches.p.numel())), 2.0)[0]
     np.testing.assert_allclose(instants, [0.5, 1.0], rtol=2.0**-49)  # the clock is enlarged by 2^-50 of a time
 
@@ -181,7 +181,7 @@ def test_a_measured_log_is_read_by_its_columns_though_its_heads_have_spaces_and_
     with pytest.raises(ValueError, match=r"line 3 of .* has 0 s after 0 s"):
         wb.Table.from_csv(file, "q", "rad", columns=("pos1", "pos2"))
     wanted = pd.read_csv(file, skipinitialspace=True).drop_duplicates("time", keep="last")
-    table = wb.Table.from_csv(file, "q", "rad", columns=("pos1", "pos2"), repeated="last")
+    table = wb.Table.from_csv(file, "q", "rad", columns=("pos1", "pos2"), duplicates="last")
     np.testing.assert_allclose(table.values, wanted[["pos1", "pos2"]], rtol=1e-15)  # pandas rounds the last digit
     np.testing.assert_allclose(table.times, wanted["time"], rtol=1e-15)
 
@@ -193,7 +193,7 @@ def test_every_measured_log_is_read_or_its_line_is_named(file):
     frame = pd.read_csv(file, skipinitialspace=True)
     column = text.split(b",", 2)[1].decode().strip()
     try:
-        table = wb.Table.from_csv(file, "x", "rad", columns=(column,), every=4, repeated="last")
+        table = wb.Table.from_csv(file, "x", "rad", columns=(column,), every=4, duplicates="last")
     except ValueError as refusal:
         line = int(re.search(r"line (\d+) of", str(refusal))[1])
         times = frame["time"].to_numpy()

@@ -14,28 +14,28 @@ from workbench.blocks.laws import PID
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import (
     Chirp,
-    Hold,
+    CombinedReference,
+    Constant,
     PulseTrain,
     Ramp,
     Sines,
     SquareWave,
     Step,
     Table,
-    Together,
     Trapezoid,
     WayPoints,
 )
 from workbench.core import lift, rk4
 from workbench.engine import simulate
 from workbench.engine.metrics import measure, rmse
-from workbench.engine.reference import reference
+from workbench.engine.reference import reference_run
 
 OMEGA = ("omega", "rad/s")
 PAIR = ("x", "m, rad")
 TIMES, VALUES = [0.0, 1.0, 2.0, 4.0], np.array([[0.0, 1.0, 0.0, 3.0], [1.0, 2.0, 3.0, 4.0]]).T
 SMOOTH = {
     "sines": Sines("x", "m, rad", [1.0, 2.0], 3.0),
-    "hold": Hold(*PAIR, [1.0, 2.0]),
+    "hold": Constant(*PAIR, [1.0, 2.0]),
     "linear chirp": Chirp(*PAIR, [2.0, 1.0], 0.1, 1.0, 4.0, 0.3),
     "logarithmic chirp": Chirp(*PAIR, [2.0, 1.0], 0.1, 1.0, 4.0, [0.3, 1.0], "logarithmic"),
     "trapezoid": Trapezoid(*PAIR, [3.0, -0.2], [1.0, 1.0], [2.0, 2.0], 0.5, [0.0, 0.5]),
@@ -191,7 +191,7 @@ def test_a_table_goes_through_its_rows():
         (lambda: PulseTrain(*OMEGA, 1.0, 1.0, 1.0), "must be less than the period of 1 s"),
         (lambda: Chirp(*OMEGA, 1.0, 0.0, 2.0, 1.0, sweep="logarithmic"), "two positive frequencies that differ"),
         (lambda: Trapezoid(*OMEGA, 1.0, 0.0, 1.0), r"`Trapezoid\(speed=...\)`"),
-        (lambda: Together((Step(*OMEGA, 1.0), Ramp(*OMEGA, 1.0))), "'omega' comes 2 times"),
+        (lambda: CombinedReference((Step(*OMEGA, 1.0), Ramp(*OMEGA, 1.0))), "'omega' comes 2 times"),
     ],
 )
 def test_a_signal_that_cannot_be_is_refused_in_one_sentence(make, says):
@@ -223,7 +223,7 @@ FEW = ("step", "ramp")  # one with a jump, and one without
 def test_both_engines_and_the_reference_integrator_run_each_signal(name):
     ode, h = loop(ONE[name]).ode(), 2e-3
     run = simulate(rk4(ode, h), until=2.5, arithmetic="portable")
-    exact = reference(ode, times=np.linspace(0, 2.5, 6))
+    exact = reference_run(ode, times=np.linspace(0, 2.5, 6))
     omega = exact.x[:, ode.states.names.index("plant.omega")]
     # behind a jump a step of h moves it by a part of h: h times a slope of at most 2; elsewhere the order is 4
     jumps = name in ("step", "pulses", "rows")
@@ -236,13 +236,13 @@ def test_both_engines_and_the_reference_integrator_run_each_signal(name):
 
 
 def test_a_run_behind_the_end_of_a_table_is_refused_at_every_door():
-    signal = Together((Table(*OMEGA, [0, 1], [0, 1]), Step("theta", "rad", 1.0)))
+    signal = CombinedReference((Table(*OMEGA, [0, 1], [0, 1]), Step("theta", "rad", 1.0)))
     ode, sampled = loop(signal).ode(), loop(signal).digital(0.1)
     says = "at most 1 s, the time at which a table of 'loop' ends; got 2 s"
     for door, run in (
         ("simulate(until", lambda: simulate(rk4(ode, 0.1), until=2.0)),
         ("simulate(until", lambda: simulate(sampled.step(), until=2.0)),
-        ("reference(times", lambda: reference(ode, times=[0.5, 2.0])),
+        ("reference(times", lambda: reference_run(ode, times=[0.5, 2.0])),
         ("measure(until", lambda: measure(ode, [rmse("e_omega")], until=2.0, h=0.1)),
         ("measure(until", lambda: measure(sampled, [rmse("e_omega")], until=2.0, h=0.05)),
         ("measure(until", lambda: measure(ode, [rmse("e_omega")], until=2.0, tolerance=1e-3)),
@@ -253,7 +253,7 @@ def test_a_run_behind_the_end_of_a_table_is_refused_at_every_door():
 
 
 def test_several_references_are_followed_together():
-    signal = Together((Step(*OMEGA, 1.0), Sines("theta", "rad", [1.0], [2.0])))
+    signal = CombinedReference((Step(*OMEGA, 1.0), Sines("theta", "rad", [1.0], [2.0])))
     assert signal.says.names == ("omega", "omegad", "omegadd", "theta", "thetad", "thetadd")
     assert signal.primary == ("omega", "theta")
     assert loop(signal).follows == ("omega",)

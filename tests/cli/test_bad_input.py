@@ -16,7 +16,7 @@ from workbench.arms.mechanics import Link, PlanarArm, paper_arm
 from workbench.arms.mechanics.planar_arm import PointMass
 from workbench.blocks.signals import Sines
 from workbench.engine import simulate
-from workbench.study.contract import Run
+from workbench.study.run_and_sweep import Run
 from workbench.study.study import Case, Study
 
 def loop():

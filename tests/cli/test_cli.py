@@ -12,7 +12,7 @@ from tests.support.compilers import needs_llvmlite
 from tests.support.stops import stopped
 from workbench import __version__, study
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import named
+from workbench.arms.mechanics import robot
 from workbench.cli import export
 from workbench.cli.derive import text_of
 from workbench.handover import law_export
@@ -116,7 +116,7 @@ def test_derive_prints_the_arm_of_the_paper(command):
 def test_derive_prints_each_form(command, form):
     done = command("derive", "planar-3r", "--format", form)
     assert (done.exit_code, done.stderr) == (0, "")
-    assert done.stdout == text_of(Dynamics.of(named("planar-3r"), "planar-3r"), form) + "\n"
+    assert done.stdout == text_of(Dynamics.of(robot("planar-3r"), "planar-3r"), form) + "\n"
 
 
 URDF = """<robot name="pendulum"><link name="base"/>
@@ -180,7 +180,7 @@ import casadi as ca
 import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.engine.metrics import rmse
-from workbench.study.contract import Run
+from workbench.study.run_and_sweep import Run
 from workbench.study.study import Case, Results, Study
 
 class Loop:

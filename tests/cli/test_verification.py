@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import CATALOGUE, named
+from workbench.arms.mechanics import CATALOGUE, robot
 from workbench.cli.derive import text_of
 
 RIGHT = """# the arm of section 5
@@ -215,7 +215,7 @@ TIMED = """
 import json, re, sys, time
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import paper_arm
-from workbench.cli.verification import findings
+from workbench.cli.printed_comparison import findings
 from pathlib import Path
 arm, worst = Dynamics.of(paper_arm()), 0.0
 for name, said in json.load(sys.stdin).items():
@@ -256,16 +256,16 @@ READ_WITH_ALL = ("panda", "scara", "planar-4r")
     ],
 )
 def test_what_derive_prints_is_read_back_and_found_right(verify, robot):
-    printed = text_of(Dynamics.of(named(robot), robot), "text")
+    printed = text_of(Dynamics.of(robot(robot), robot), "text")
     done = verify(printed, robot=robot)
     assert (done.exit_code, done.stderr) == (0, "")
-    entries = (2 * named(robot).dof + 1) * named(robot).dof
+    entries = (2 * robot(robot).dof + 1) * robot(robot).dof
     assert done.stdout.count(" same\n") == entries
 
 
 @pytest.mark.heavy
 def test_a_long_sheet_with_one_sign_changed_is_not_called_right(verify):
-    printed = text_of(Dynamics.of(named("ur5"), "ur5"), "text")
+    printed = text_of(Dynamics.of(robot("ur5"), "ur5"), "text")
     place = printed.rindex(" - ")
     done = verify(f"{printed[:place]} + {printed[place + 3 :]}", robot="ur5")
     assert (done.exit_code, done.stdout) == (2, "")

@@ -20,7 +20,11 @@ MEMORY = {"integral": TWO}
 HERE, WANTED = Signals(q=TWO, qd=TWO, d=TWO), Signals(q=TWO, qd=TWO, qdd=TWO)
 
 MISSHAPEN = [
-    (lambda: LAW.torque(TWO, MEMORY, HERE, WANTED), ValueError, "`ArmPID.torque(t=...)` must have shape (1, 1); got (2, "),
+    (
+        lambda: LAW.torque(TWO, MEMORY, HERE, WANTED),
+        ValueError,
+        "`ArmPID.torque(t=...)` must have shape (1, 1); got (2, ",
+    ),
     (
         lambda: LAW.torque(0.0, MEMORY, HERE | {"qd": THREE}, WANTED),
         ValueError,
@@ -33,7 +37,7 @@ MISSHAPEN = [
     (lambda: ARM.mass_matrix(np.longdouble(1)), ValueError, "must have shape (2, 1), one number for each of n = 2"),
     (lambda: Friction([1.0, 1.0], [1.0, 1.0]).torque(THREE), ValueError, "must have shape (2, 1)"),
     (lambda: arm_instruments(2).read(Signals(q=TWO, qd=TWO), TWO), ValueError, "must have shape (4, 1)"),
-    (lambda: FirstOrderLag(0.1).applied({}, TWO), LookupError, "got no 'tau_m'"),
+    (lambda: FirstOrderLag(0.1).applied_torque({}, TWO), LookupError, "got no 'tau_m'"),
 ]  # fmt: skip
 
 

@@ -8,11 +8,11 @@ import pytest
 
 import workbench as wb
 from tests.support.digital_laws import kalman_law, motor_law
-from workbench.core import Entry, Layout, Ode, Rule, Step
-from workbench.core.crossing import Crossing, plain
-from workbench.engine.kernel.barriers import BARRIER, joined, without_barriers
+from workbench.core import Entry, Layout, Ode, StepMap, StepRule
+from workbench.core.crossing import Crossing, without_crossings
 from workbench.engine.kernel.casadi_to_graph import read
 from workbench.engine.kernel.graph import Graph, Node
+from workbench.engine.kernel.graph_rewriting import BARRIER, join_parts, without_barriers
 from workbench.engine.kernel.plan import graph_of
 
 
@@ -21,10 +21,10 @@ def recursion(handed, update, size=1):
     x, k, none = ca.SX.sym("x", size), ca.SX.sym("k"), ca.SX(0, 1)
     crossing = Crossing.of({"v": ca.SX(handed(x, k))})
     new = ca.densify(ca.SX(update(crossing.symbols, x, k)))
-    rule = Rule(ca.SX.sym("h"), k, ca.SX.sym("t"), x, none, none, none, new, none, (crossing,))
+    rule = StepRule(ca.SX.sym("h"), k, ca.SX.sym("t"), x, none, none, none, new, none, (crossing,))
     states = Layout((Entry("x", np.full(size, 1.5)),))
     still = Ode("by hand", states, Layout(), Layout(), rule.t, x, none, ca.SX.zeros(size, 1), none)
-    return Step(0.1, states, Layout(), Layout(), rule, still, (1.0,))
+    return StepMap(0.1, states, Layout(), Layout(), rule, still, (1.0,))
 
 
 def after(step, steps=1, **options):
@@ -72,7 +72,7 @@ def test_plain_replaces_the_symbols_of_all_crossings_one_after_the_other():
     x = ca.SX.sym("x")
     first = Crossing.of({"a": x + 1})
     second = Crossing.of({"b": 2 * first.symbols})
-    value = plain((first, second), second.symbols * first.symbols)
+    value = without_crossings((first, second), second.symbols * first.symbols)
     assert float(ca.Function("f", [x], [value])(3.0)) == 32.0
 
 
@@ -96,7 +96,7 @@ def test_a_value_that_comes_later_is_refused():
 
 def test_without_barriers_a_graph_has_its_operations_alone():
     part = Graph((Node("x"), Node("sin", (0,))), (1,))
-    both = joined(Graph((Node("v"), Node("neg", (0,))), (1,), (part,)))
+    both = join_parts(Graph((Node("v"), Node("neg", (0,))), (1,), (part,)))
     assert [node.op for node in both.nodes] == ["x", "sin", BARRIER, "neg"]
     bare = without_barriers(both)
     assert ([node.op for node in bare.nodes], bare.results) == (["x", "sin", "neg"], (2,))
@@ -110,6 +110,6 @@ def test_the_fingerprint_of_a_loop_tells_what_crosses(make):
     parts = {str(step.rule.parts) for step in (sampled.step(), joint.step())}
     assert len(parts) == 2
     symbols = [sampled.k, sampled.flow.x, sampled.flow.p, sampled.w]
-    both = ca.Function("both", symbols, [sampled.jump, plain(sampled.crossings, sampled.crossed)])
+    both = ca.Function("both", symbols, [sampled.jump, without_crossings(sampled.crossings, sampled.crossed)])
     now, then = both(3, sampled.states.default + 0.1, sampled.parameters.default, 0.3)
     np.testing.assert_array_equal(np.array(now), np.array(then))

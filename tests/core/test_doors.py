@@ -16,7 +16,7 @@ import pytest
 
 from workbench.core.validation import refusals as v
 from workbench.core.validation.refusals import Array, Integers
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 if TYPE_CHECKING:
     from collections import OrderedDict as SeenByTheTypeChecker
@@ -129,15 +129,15 @@ def test_each_word_says_what_it_must_be_and_what_came(call, says):
 
 
 def test_a_name_is_refused_with_the_nearest_or_with_all():
-    assert v.known("q", ["q", "qd"], "states") == "q"
+    assert v.known_name("q", ["q", "qd"], "states") == "q"
     with pytest.raises(LookupError, match=r"^There is no 'qq' among the 2 states. Did you mean 'q'\?$"):
-        v.known("qq", ["q", "x"], "states")
+        v.known_name("qq", ["q", "x"], "states")
     with pytest.raises(LookupError, match="They are: q, x.$"):
-        v.known("velocity", ["q", "x"], "states")
+        v.known_name("velocity", ["q", "x"], "states")
     with pytest.raises(LookupError, match="The states go by names, which are text; got 3."):
-        v.known(3, ["q"], "states")
+        v.known_name(3, ["q"], "states")
     with pytest.raises(LookupError, match="They are: 1.$"):
-        v.known("q", {1: "x"}, "states")
+        v.known_name("q", {1: "x"}, "states")
 
 
 ODD = [
@@ -154,11 +154,11 @@ ODD = [
 
 @pytest.mark.parametrize("value", ODD, ids=lambda value: type(value).__name__)
 def test_a_value_is_shown_short_and_without_control_characters(value):
-    assert len(v.described(value)) < 250
-    assert v.described(value).isprintable()
+    assert len(v.describe(value)) < 250
+    assert v.describe(value).isprintable()
 
 
-@door
+@check_arguments
 def taken(
     count: int = 1,
     on: bool = True,
@@ -259,7 +259,7 @@ def test_a_door_keeps_name_signature_and_words_and_leaves_the_count_of_arguments
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Held:
     """A dataclass with a door and a check of its own."""
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.core.held_signals import is_held
+from workbench.core.piecewise_constant import is_piecewise_constant
 from workbench.report.pictures.traces import curve
 from workbench.study import case_runs
 from workbench.study.study import Case, Study
@@ -38,7 +38,7 @@ CONTINUOUS, DIGITAL = loop().ode(), loop().digital(0.02).flow
     ],
 )
 def test_a_signal_is_held_if_its_derivative_is_zero_between_jumps(flow, signal, held):
-    assert is_held(flow, signal, 0) is held
+    assert is_piecewise_constant(flow, signal, 0) is held
 
 
 @pytest.mark.parametrize("flow", [CONTINUOUS, DIGITAL], ids=["continuous", "digital"])
@@ -50,7 +50,7 @@ def test_a_held_signal_keeps_its_bits_along_the_flow_and_others_do_not(flow):
         rate, y = made(t, x, p)
         still &= np.array(made(t + 1e-3, x + 1e-3 * np.array(rate).ravel(), p)[1] == y, dtype=bool).ravel()
     places = [(name, place) for name in flow.outputs.names for place in range(flow.outputs[name].size)]
-    assert [is_held(flow, name, place) for name, place in places] == still.tolist()
+    assert [is_piecewise_constant(flow, name, place) for name, place in places] == still.tolist()
     assert 0 < still.sum() < len(still)
 
 

@@ -123,13 +123,13 @@ def test_an_unknown_name_far_from_all_lists_what_there_is():
 
 
 def test_numbers_are_printed_with_the_indices_of_a_book():
-    assert gains().printed()["K[0,1]"] == "K_12"
-    assert gains().printed()["plant.q[2]"] == "q_3"
-    assert gains().printed()["controller.gamma"] == "gamma"
+    assert gains().printed_names()["K[0,1]"] == "K_12"
+    assert gains().printed_names()["plant.q[2]"] == "q_3"
+    assert gains().printed_names()["controller.gamma"] == "gamma"
 
 
 def test_layouts_join_and_take_prefixes():
-    both = gains() + Layout((Entry("t", np.array(0.0)),)).prefixed("clock.")
+    both = gains() + Layout((Entry("t", np.array(0.0)),)).with_prefix("clock.")
     assert both.names[-1] == "clock.t"
     assert both.indices("clock.t") == [8]
     assert "clock.t" in both

@@ -64,8 +64,8 @@ def test_the_layout_carries_defaults_units_bounds_and_printed_symbols():
     layout = lift(paper_arm()).layout
     entry = layout["links[1].mass"]
     assert (entry.unit, float(entry.default), entry.bounds.low, entry.bounds.strict) == ("kg", 1.0, 0, True)
-    assert layout.printed()["links[1].mass"] == "m_2"
-    assert layout.printed()["gravity"] == "g"
+    assert layout.printed_names()["links[1].mass"] == "m_2"
+    assert layout.printed_names()["gravity"] == "g"
 
 
 def test_an_unlifted_block_is_untouched():

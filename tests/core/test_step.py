@@ -61,7 +61,7 @@ def test_memory_can_be_carried_beside_the_step():
     step = rk4(forced(), 0.1)
     extra = Layout((Entry("largest", np.array(0.0)),))
     z = extra.symbols()
-    more = step.extended(extra, z, ca.fmax(z, step.rule.x))
+    more = step.with_memory(extra, z, ca.fmax(z, step.rule.x))
     np.testing.assert_array_equal(np.array(more.F(0, [0.5, 0.3], 1.0, [])).ravel()[1], 0.5)
     assert more.states.names == ("x", "largest")
 
@@ -69,7 +69,7 @@ def test_memory_can_be_carried_beside_the_step():
 def test_memory_sees_the_state_and_the_time_at_the_beginning_of_the_step():
     step = rk4(forced(), 0.1)
     extra = Layout((Entry("seen", np.zeros(2)),))
-    more = step.extended(extra, extra.symbols(), ca.vertcat(step.rule.x, step.rule.t))
+    more = step.with_memory(extra, extra.symbols(), ca.vertcat(step.rule.x, step.rule.t))
     runs = simulate(more, until=0.3, engine="numpy")
     np.testing.assert_array_equal(runs.x[0, 1:, 1], runs.x[0, :-1, 0])
     np.testing.assert_array_equal(runs.x[0, 1:, 2], np.arange(3) * 0.1)

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 import workbench as wb
 from workbench.blocks.signals import SquareWave
-from workbench.core import Entry, Layout, Ode, Sampled, rk4
+from workbench.core import Entry, Layout, Ode, SampledSystem, rk4
 from workbench.core.switches import find_switches
 from workbench.engine import simulate
 from workbench.study.case_runs import run
@@ -78,7 +78,7 @@ def test_a_spike_of_a_table_is_met_in_a_plant_that_is_disturbed_by_it(interpolat
     for begin in np.linspace(0.1, 0.9, 4) + 0.0123:
         times, values = [0.0, begin, begin + 5e-4, begin + 1e-3, 2.0], [0.0, 0.0, 1000.0, 0.0, 0.0]
         table = wb.Table("v", "V", times=np.array(times), values=np.array(values), interpolation=interpolation)
-        motor = wb.Disturbed(wb.DCMotor(), by=table)
+        motor = wb.DisturbedPlant(wb.DCMotor(), by=table)
         runs = simulate(rk4(wb.open_loop(motor), 0.01), until=1.0)
         fine = simulate(rk4(wb.open_loop(motor), 1e-4), until=1.0, every=1.0)
         ends.append(runs["omega"][0, -1] / fine["omega"][0, -1])
@@ -115,7 +115,7 @@ def test_the_compiled_march_and_numpy_have_the_same_bits_across_switches():
         width=0.1,
         level=1.0,
     )
-    for step in (rk4(ode, 0.1), Sampled(ode, 0.2, ca.SX.sym("k"), ca.SX(0, 1), ca.SX(0, 1)).step(2)):
+    for step in (rk4(ode, 0.1), SampledSystem(ode, 0.2, ca.SX.sym("k"), ca.SX(0, 1), ca.SX(0, 1)).step(2)):
         rows = step.parameters.pack({"begin": draws.uniform(0, 1, 9)})
         for arithmetic in ("fused", "portable"):
             a, b = (simulate(step, rows, until=2.0, engine=e, arithmetic=arithmetic).x for e in ("native", "numpy"))
@@ -143,7 +143,7 @@ def test_the_substeps_of_a_computer_meet_the_disturbance_of_its_plant():
     ode = lag(pulse, begin=0.0512, width=1e-3, level=10.0)
     k = ca.SX.sym("k")
     for substeps in (1, 3):
-        digital = Sampled(ode, 0.1, k, ca.SX(0, 1), ca.SX(0, 1))
+        digital = SampledSystem(ode, 0.1, k, ca.SX(0, 1), ca.SX(0, 1))
         for engine in ("numpy", "casadi"):
             end = simulate(digital.step(substeps), until=1.0, engine=engine).x[0, -1, 0]
             assert end == pytest.approx(pulse_answer(10.0, 0.0512, 1e-3, 1.0), rel=1e-5)  # h^4 / 120 of the decay
@@ -155,7 +155,7 @@ def test_a_duty_that_a_computer_holds_is_met_too():
     states = Layout((Entry("duty", np.zeros(())), Entry("x", np.zeros(()))))
     rate = ca.vertcat(0, ca.if_else(ca.fmod(t, 0.1) < 0.1 * x[0], 1, 0))
     ode = Ode("pwm", states, Layout(), Layout(), t, x, ca.SX.sym("p", 0), rate, ca.SX(0, 1))
-    pwm = Sampled(ode, 0.1, k, ca.SX.sym("w", 0), 0.123 + 0.05 * k)
+    pwm = SampledSystem(ode, 0.1, k, ca.SX.sym("w", 0), 0.123 + 0.05 * k)
     runs = simulate(pwm.step(), until=1.0)
     assert runs["x"][0, -1] == pytest.approx(0.1 * sum(0.123 + 0.05 * i for i in range(10)), abs=1e-13)
 
@@ -197,12 +197,12 @@ def test_switches_are_read_from_the_equations(force, instants, lattices):
     assert sorted(single) == pytest.approx(instants)
     found_lattices = sorted(zip(first, spacing, strict=True))
     np.testing.assert_allclose(np.reshape(found_lattices, (-1, 2)), np.reshape(lattices, (-1, 2)), atol=1e-12)
-    assert not found.unknown
+    assert not found.unknown_operations
 
 
 def test_what_switches_at_instants_that_are_not_known_is_said():
     ode = lag(lambda t, x: ca.sign(ca.sin(7 * t)))
-    assert ode.switches.unknown == ("sign",)
+    assert ode.switches.unknown_operations == ("sign",)
     case = wb.Case("wave", "none", wb.Run(ode, (), until=1.0, h=0.01))
     [outcome] = run(wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(case,))).outcomes
     assert any("not known before" in note for note in outcome.notes)
@@ -221,14 +221,14 @@ def test_a_page_on_which_a_pulse_is_turned_has_the_bits_of_the_portable_arithmet
     from workbench.report.live.marches import Modules, march
 
     train = wb.PulseTrain("v", "V", level=6.0, period=0.31, width=1e-3, time=0.2)
-    motor = wb.Disturbed(wb.DCMotor(), by=train)
+    motor = wb.DisturbedPlant(wb.DCMotor(), by=train)
     law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.0123))
     draws = np.random.default_rng(8)
     for step in (rk4(loop.ode(), 0.01), loop.digital(0.02).step(2)):
         modules = Modules()
         plain = march(step, 10, modules)
-        kernel = Kernel(unpacked(next(iter(modules.packed.values()))), plain, 10)
+        kernel = Kernel(unpacked(next(iter(modules.packed_modules.values()))), plain, 10)
         turned = {
             "plant.by.time": draws.uniform(0, 1, 8),
             "plant.by.width": 10 ** draws.uniform(-5, -1, 8),

@@ -10,7 +10,18 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from workbench.core.port import misfits
-from workbench.core.units import ONE, UNKNOWN, Unit, UnitError, declared, filled, gain, in_base_units, per_second, read
+from workbench.core.units import (
+    ONE,
+    UNKNOWN_UNIT,
+    Unit,
+    UnitError,
+    checked_unit,
+    fill_unit,
+    gain,
+    in_base_units,
+    per_second,
+    read,
+)
 from workbench.engine.metrics.contract import Integral
 
 WORDS = st.sampled_from(["m", "rad", "s", "V", "N", "°C", "%", "veh", "counts", "m2", "rad^(1-rho)"])
@@ -25,7 +36,7 @@ PRODUCTS = UNITS.map(lambda units: reduce(Unit.__mul__, units, ONE))
 @given(PRODUCTS)
 def test_a_unit_that_is_printed_is_read_as_itself(unit):
     assert read(str(unit)) == unit
-    assert declared("f(unit=...)", str(unit)) == str(unit)
+    assert checked_unit("f(unit=...)", str(unit)) == str(unit)
 
 
 @settings(max_examples=20)
@@ -50,10 +61,10 @@ def test_powers_of_units_add_and_multiply(a, b, p, q):
 @settings(max_examples=20)
 @given(PRODUCTS)
 def test_an_unknown_unit_fits_any_and_makes_all_unknown(unit):
-    assert UNKNOWN.fits(unit)
-    assert unit.fits(UNKNOWN)
-    assert unit * UNKNOWN == UNKNOWN / unit == UNKNOWN**2 == UNKNOWN
-    assert str(UNKNOWN) == "?"
+    assert UNKNOWN_UNIT.fits(unit)
+    assert unit.fits(UNKNOWN_UNIT)
+    assert unit * UNKNOWN_UNIT == UNKNOWN_UNIT / unit == UNKNOWN_UNIT**2 == UNKNOWN_UNIT
+    assert str(UNKNOWN_UNIT) == "?"
 
 
 @settings(max_examples=20)
@@ -183,7 +194,7 @@ FILLED = [
 
 @pytest.mark.parametrize(("template", "unit", "printed"), FILLED)
 def test_the_unit_of_a_signal_takes_its_place_as_a_whole(template, unit, printed):
-    assert filled(template, {"x": unit}) == printed
+    assert fill_unit(template, {"x": unit}) == printed
 
 
 DERIVATIVES = [

@@ -12,7 +12,7 @@ from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import paper_arm
 from workbench.blocks.loop import ClosedLoop, open_loop
 from workbench.core import Entry, Layout, LinearSystem, Signals, block, layout, parameter, rk4
-from workbench.core.validation.notebook_display import brief, listed, show
+from workbench.core.validation.notebook_display import brief, short_list, show
 from workbench.design import linearize
 from workbench.design.linear import equilibria
 from workbench.engine.metrics import measure, peak, rmse
@@ -72,7 +72,7 @@ def test_a_large_array_shows_its_shape_and_a_long_text_its_beginning():
     assert brief([1.0, np.float64(2.5), True, None]) == "[1, 2.5, True, None]"
     assert brief("x" * 100) == f"'{'x' * 37}'..."
     assert brief(tuple(range(100))) == "(0, ... 100 in all)"
-    assert len(listed([f"name{i}" for i in range(1000)])) < 120
+    assert len(short_list([f"name{i}" for i in range(1000)])) < 120
 
 
 def test_a_table_has_a_line_for_each_part():
@@ -112,6 +112,6 @@ def test_runs_that_are_all_lost_are_shown_too():
     ode = LOOP.ode()
     p = ode.parameters.pack({"controller.kp": [-1e6, -2e6]})
     runs = measure(ode, [rmse()], p, until=100.0, h=1e-2)
-    assert runs.trajectories.diverged.all()
+    assert runs.trajectories.has_diverged.all()
     assert "nan" in _parsed(runs._repr_html_())
     assert _parsed(runs.trajectories._repr_html_())

@@ -41,7 +41,7 @@ def test_a_notch_between_two_points_of_a_grid_ends_the_band():
     notch = (s**2 + 1e-9 * s + 1) / (s**2 + 1e-7 * s + 1)
     found = wb.bandwidth(notch * 1000 / (s + 1000))
     assert found.frequency.value == pytest.approx(1, rel=1e-6)
-    assert [row.falling for row in found.crossings] == [True, False, True]
+    assert [row.is_falling for row in found.crossings] == [True, False, True]
     assert found.crossings[-1].frequency.value == pytest.approx(1000 * math.sqrt(10**0.3 - 1), rel=1e-5)
 
 
@@ -67,7 +67,7 @@ def test_a_sensitivity_is_of_use_up_to_where_it_rises_above_the_level():
     # S = s / (s + 1): |S|^2 = w^2 / (1 + w^2) = 10^-0.3
     found = sensitivity_bandwidth(s / (s + 1))
     assert found.frequency.value == pytest.approx(math.sqrt(1 / (10**0.3 - 1)), rel=1e-14)
-    assert [row.falling for row in found.crossings] == [False]
+    assert [row.is_falling for row in found.crossings] == [False]
     assert sensitivity_bandwidth(1 / (s + 1)).frequency.value == 0
 
 

@@ -13,7 +13,7 @@ from workbench.design.chattering import (
     record_oscillation,
     relay_cycles,
 )
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.engine import simulate
 
 K, TAU = 5.0, 0.01
@@ -103,7 +103,7 @@ def test_a_record_that_is_none_is_refused(t, y, words):
 
 
 def test_a_linear_part_that_swings_as_the_relay_does_is_refused():
-    with pytest.raises(Refused, match="none of up to 2000"):
+    with pytest.raises(DesignError, match="none of up to 2000"):
         relay_cycles(LinearPart([[-1.0]], [1.0], [1.0], period=0.1), 1.0)
 
 

@@ -9,7 +9,7 @@ from workbench.blocks.laws import StateFeedback
 from workbench.blocks.loop import AbstractPlant, ClosedLoop, LinearLaw, LinearPlant, open_loop
 from workbench.core import block, layout
 from workbench.design.linear import lead_lag, linearize, place
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.design.riccati import lqg
 
 MASSES = control.ss([[0, 0, 1, 0], [0, 0, 0, 1], [-1, 1, 0, 0], [1, -1, 0, 0]], [[0], [0], [1], [0]], [[0, 1, 0, 0]], 0,
@@ -28,7 +28,7 @@ def test_two_inputs_have_room_for_a_pole_twice():
     both = control.ss(MASSES.A, np.vstack([np.zeros((2, 2)), np.eye(2)]), np.eye(4), 0)
     placed = place(both, [-1, -1, -2, -2])
     np.testing.assert_allclose(np.sort(placed.poles.real), [-2, -2, -1, -1], atol=1e-6)
-    with pytest.raises(Refused, match="python-control has no such gain"):
+    with pytest.raises(DesignError, match="python-control has no such gain"):
         place(both, [-1, -1, -1, -2])
 
 

@@ -84,20 +84,20 @@ def test_a_side_that_does_not_leave_the_corner_or_is_none_is_refused():
 
 MOTOR = wb.DCMotor()
 LIMITED = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, low=0.0, high=24.0)
-AT_BOUND = wb.ClosedLoop(MOTOR, controller=LIMITED, reference=wb.Hold("omega", "rad/s", [0.0]))
+AT_BOUND = wb.ClosedLoop(MOTOR, controller=LIMITED, reference=wb.Constant("omega", "rad/s", [0.0]))
 FREE = wb.ClosedLoop(
     MOTOR,
     controller=wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0),
-    reference=wb.Hold("omega", "rad/s", [0.0]),
+    reference=wb.Constant("omega", "rad/s", [0.0]),
 )
 
 
 def test_a_pid_at_rest_on_its_bound_has_all_of_its_gain_or_none():
-    cut = AT_BOUND.broken()
+    cut = AT_BOUND.cut()
     with pytest.raises(ValueError, match=r"'v' has a corner at this state, of fmax\(.*controller.low\[0\]\)"):
         broken_loop(cut, 0.0, cut.states.default)
     (limited,) = loop_margins(broken_loop(cut, 0.0, cut.states.default, side={"plant.omega": -1}))
-    whole = FREE.broken()
+    whole = FREE.cut()
     (free,) = loop_margins(broken_loop(whole, 0.0, whole.states.default))
     assert limited.crossover == pytest.approx(free.crossover, rel=1e-9)
 

@@ -10,7 +10,7 @@ from workbench.arms.mechanics import paper_arm
 from workbench.arms.observer_gains import Gains, certify, high_gain
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop, open_loop
-from workbench.blocks.signals import Hold
+from workbench.blocks.signals import Constant
 from workbench.design import linearize
 from workbench.design.chattering import Relay
 from workbench.design.linear import broken_loop, controllability
@@ -27,9 +27,9 @@ def cut():
         Manipulator(ARM, q=[0.0, 0.0]),
         ArmFullState(2),
         ArmPID([50.0, 50.0], [0.0, 0.0], [10.0, 10.0]),
-        Hold("q", "rad", [0.0, 0.0]),
+        Constant("q", "rad", [0.0, 0.0]),
     )
-    ode = loop.broken()
+    ode = loop.cut()
     return broken_loop(ode, 0.0, ode.states.default)
 
 

@@ -7,10 +7,10 @@ from scipy.linalg import expm
 from scipy.signal import cont2discrete
 
 from workbench.core import Entry, Layout
-from workbench.core.point import Point
+from workbench.core.point import OperatingPoint
 from workbench.design.frequency import c2d
 from workbench.design.linear.pointed_systems import PointedSpace, PointedTransfer
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 H = 0.1
 # fmt: off
@@ -96,9 +96,9 @@ def test_a_matched_state_space_keeps_its_states_and_has_the_response_of_its_tran
 
 def test_a_matched_state_space_needs_an_output_that_shows_all_states():
     hidden = control.ss([[-1, 0], [0, -2]], [[1], [1]], [[1, 0]], 0)
-    with pytest.raises(Refused, match="shows too little"):
+    with pytest.raises(DesignError, match="shows too little"):
         c2d(hidden, H, "matched")
-    with pytest.raises(Refused, match="always zero"):
+    with pytest.raises(DesignError, match="always zero"):
         c2d(control.ss(-1, 1, 0, 0, remove_useless_states=False), H, "matched")
     assert c2d(control.ss([], [], [], 3.0), H, "matched").D.item() == 3
 
@@ -113,7 +113,7 @@ def test_each_entry_of_a_transfer_matrix_is_sampled():
 
 @pytest.mark.parametrize("method", ["zoh", "tustin"])
 def test_a_sampled_system_is_about_the_point_of_the_continuous_one(method):
-    point = Point(_layout("a", "b", "c"), _layout("f", "g"), _layout("x", "y"), [1, 2, 3], [4, 5], [6, 7])
+    point = OperatingPoint(_layout("a", "b", "c"), _layout("f", "g"), _layout("x", "y"), [1, 2, 3], [4, 5], [6, 7])
     sampled = c2d(PointedSpace(TWO, point), H, method)
     assert sampled.point is point
     assert (list(sampled.u0), sampled.input_labels) == ([4, 5], ["f", "g"])
@@ -123,7 +123,7 @@ def test_a_sampled_system_is_about_the_point_of_the_continuous_one(method):
 
 
 def test_a_sampled_compensator_is_about_the_point_of_the_continuous_one():
-    point = Point(Layout(), _layout("e"), _layout("u"), [], [0.0], [2.0])
+    point = OperatingPoint(Layout(), _layout("e"), _layout("u"), [], [0.0], [2.0])
     lead = PointedTransfer(control.tf([1, 1], [1, 10], inputs="e", outputs="u", name="lead"), point)
     sampled = c2d(lead, H, "matched")
     assert (sampled.point, sampled.input_labels, sampled.dt) == (point, ["e"], H)
@@ -156,18 +156,18 @@ def test_what_cannot_be_sampled_is_refused(arguments, words):
 
 @pytest.mark.parametrize("system", [control.tf([1], [1, -20]), control.ss([[20.0]], [[1]], [[1]], 0)])
 def test_a_pole_that_tustin_maps_to_infinity_is_refused(system):
-    with pytest.raises(Refused, match="s = 20 1/s to infinity"):
+    with pytest.raises(DesignError, match="s = 20 1/s to infinity"):
         c2d(system, H, "tustin")
 
 
 def test_a_pole_at_the_sampling_frequency_has_no_matched_gain():
-    with pytest.raises(Refused, match="multiple of the sampling frequency"):
+    with pytest.raises(DesignError, match="multiple of the sampling frequency"):
         c2d(control.tf([1], [1, 0, (2 * np.pi / H) ** 2]), H, "matched")
 
 
 @pytest.mark.parametrize("method", ["zoh", "matched"])
 def test_a_plant_that_grows_beyond_all_numbers_within_a_period_is_refused(method):
-    with pytest.raises(Refused, match="range of floating-point numbers"):
+    with pytest.raises(DesignError, match="range of floating-point numbers"):
         c2d(control.tf([1], [1, -1e4]), 1.0, method)
 
 

@@ -78,7 +78,7 @@ def test_all_six_rest_points_of_a_polynomial_field_are_found_and_proved():
 def test_a_double_root_is_found_and_called_neither_isolated_nor_proved():
     found = equilibria(of(lambda x: x[0] ** 2), {"x": (-1, 1)}, boxes=2000)
     assert found.points
-    assert all(not point.isolated and point.radius is None for point in found.points)
+    assert all(not point.is_isolated and point.radius is None for point in found.points)
     assert not found.complete
     assert "that there is no other is not proved" in str(found)
 

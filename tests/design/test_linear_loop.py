@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from studies.paper.card import PROPOSED
-from studies.paper.linearization import HELD, LEVEL, POSES, loop_at_rest, still
+from studies.paper.card import PROPOSED_LAW
+from studies.paper.linearization import HELD_STATES, LEVEL, POSES, loop_at_rest, still
 from tests.support.cases import heavy_but
 from workbench.blocks.loop import AbstractReference, ClosedLoop, LinearLaw
 from workbench.design.linear_loop import linear_loop
@@ -151,7 +151,7 @@ def rows_of(table):
 
 @pytest.mark.parametrize("law", heavy_but(["AOSMC-RGS", "SMC", "ASMC", "Fuzzy-ASMC", "RBF-ASMC"], "AOSMC-RGS", "SMC"))
 def test_the_loops_of_a5_have_the_margins_that_its_page_prints(law):
-    linear = linear_loop(still(law, POSES[LEVEL]), freeze=HELD.get(law, ()))
+    linear = linear_loop(still(law, POSES[LEVEL]), freeze=HELD_STATES.get(law, ()))
     theirs = loop_at_rest(law)
     for ours, matrix in ((linear.L.A, theirs.A), (linear.L.B, theirs.B), (linear.L.C, theirs.C)):
         np.testing.assert_allclose(ours, matrix, rtol=1e-12, atol=1e-12 * np.abs(matrix).max())
@@ -182,7 +182,7 @@ def test_a_delay_elsewhere_is_that_of_the_same_loop_with_a_pade_of_high_order():
     delay, low = 0.05, OMEGA[OMEGA < 40]
     motor = wb.DCMotor()
     law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
-    late = wb.Equipped(motor, actuators=(wb.PadeDelay("v", time=delay, order=8),))
+    late = wb.EquippedPlant(motor, actuators=(wb.PadeDelay("v", time=delay, order=8),))
     exact = linear_loop(ClosedLoop(motor, controller=law, reference=Level()), "omega", delays={"v": delay})
     pade = linear_loop(ClosedLoop(late, controller=law, reference=Level()), "omega")
     for of, source in (("L", "omega"), ("S", "omega"), ("closed", ("omega_ref", "omega_noise"))):
@@ -191,8 +191,8 @@ def test_a_delay_elsewhere_is_that_of_the_same_loop_with_a_pade_of_high_order():
 
 
 def test_one_channel_of_a_vector_is_cut_while_the_other_is_closed():
-    own = still(PROPOSED, POSES[LEVEL])
-    both, one = (linear_loop(own, at, freeze=HELD[PROPOSED]) for at in ("tau", "tau[1]"))
+    own = still(PROPOSED_LAW, POSES[LEVEL])
+    both, one = (linear_loop(own, at, freeze=HELD_STATES[PROPOSED_LAW]) for at in ("tau", "tau[1]"))
     L = both.response(OMEGA).values
     across = L[:, 1, 1] - L[:, 1, 0] * L[:, 0, 1] / (1 + L[:, 0, 0])
     np.testing.assert_allclose(one.response(OMEGA).values[:, 0, 0], across, rtol=1e-9)

@@ -94,11 +94,11 @@ def test_the_map_of_a_period_is_the_derivative_of_the_step_that_runs(delay):
     for i in range(len(x)):
         sides = [np.array(step.F(0, x + s * reach * np.eye(len(x))[i], p, [])).ravel() for s in (1, -1)]
         columns.append((sides[0] - sides[1]) / (2 * reach))
-    kept = [names.index(name) for name in linear.models.closed.states]
+    kept = [names.index(name) for name in linear.models.closed_model.states]
     theirs = np.array(columns).T
     # curvatures of 1e6 and steps of 1e-6: differences of second order leave some 1e-7 of the entries
     np.testing.assert_allclose(
-        linear.models.closed.A[0], theirs[np.ix_(kept, kept)], rtol=1e-6, atol=1e-6 * np.abs(theirs).max()
+        linear.models.closed_model.A[0], theirs[np.ix_(kept, kept)], rtol=1e-6, atol=1e-6 * np.abs(theirs).max()
     )
     np.testing.assert_allclose(np.array(step.F(0, x, p, [])).ravel()[kept], x[kept], rtol=1e-9, atol=1e-12)
 
@@ -109,17 +109,17 @@ def test_a_run_beside_the_rest_follows_the_powers_of_the_map():
     start, reach, periods = linear.x0.copy(), 1e-8, 25
     start[0] += reach
     run = simulate(step, None, start[np.newaxis], until=periods * step.h)
-    kept = [labels_of(step.states).index(name) for name in linear.models.closed.states]
+    kept = [labels_of(step.states).index(name) for name in linear.models.closed_model.states]
     moved = np.zeros(len(kept))
     moved[0] = reach
     for k in range(periods + 1):
         np.testing.assert_allclose((run.x[0, k] - linear.x0)[kept], moved, atol=2e-4 * np.abs(moved).max() + 1e-13)
-        moved = linear.models.closed.A[0] @ moved
+        moved = linear.models.closed_model.A[0] @ moved
 
 
 def test_the_exact_flow_is_the_limit_of_many_substeps():
     fine, exact = linear_loop(computers(1), substeps=64), linear_loop(computers(1))
-    np.testing.assert_allclose(fine.models.closed.A, exact.models.closed.A, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(fine.models.closed_model.A, exact.models.closed_model.A, rtol=1e-9, atol=1e-12)
 
 
 def rates():
@@ -134,15 +134,15 @@ def rates():
 def test_several_periods_are_lifted_over_their_common_one():
     digital = wb.DigitalLoop(rates(), 0.1)
     linear, sampled = linear_loop(digital, substeps=4), digital.ode()
-    assert linear.models.closed.count == 6
+    assert linear.models.closed_model.count == 6
     step, p, names = sampled.step(4), sampled.parameters.default, labels_of(sampled.states)
     x = ca.SX.sym("x", len(names))
     state = x
     for k in range(6, 12):  # all blocks run at the instant 6
         state = step.F(k, state, p, [])
     theirs = np.array(ca.Function("map", [x], [ca.jacobian(state, x)])(np.zeros(len(names))))
-    kept = [names.index(name) for name in linear.models.closed.states]
-    np.testing.assert_allclose(linear.models.closed.A[0], theirs[np.ix_(kept, kept)], atol=1e-13)
+    kept = [names.index(name) for name in linear.models.closed_model.states]
+    np.testing.assert_allclose(linear.models.closed_model.A[0], theirs[np.ix_(kept, kept)], atol=1e-13)
     assert np.abs(np.linalg.eigvals(theirs)).max() == pytest.approx(abs(linear.poles[0].value), rel=1e-9)
     for figure in (linear.margins, linear.bandwidth, lambda: linear.step_info("u_load", "w")):
         with pytest.raises(ValueError, match="several periods"):
@@ -202,7 +202,7 @@ def test_the_memories_of_a_computer_are_sought_where_all_states_of_the_plant_are
     inside = run(setting, "PID", computer=True).loop
     values = {f"plant.{name}": 0.0 for name in setting.open.states.names}
     named, sought = (linear_loop(inside, values=given, substeps=SUBSTEPS) for given in (values, {}))
-    assert named.point.resting
+    assert named.point.at_rest
     np.testing.assert_array_equal(named.x0[:4], 0.0)
     np.testing.assert_allclose(named.x0[4:8], sought.x0[4:8], atol=1e-9)  # filters and commands: Newton's last step
     ours, theirs = (np.array([pole.value for pole in one.poles]) for one in (named, sought))

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from studies.paper.card import PROPOSED
-from studies.paper.linearization import HELD, LEVEL, POSES, still
+from studies.paper.card import PROPOSED_LAW
+from studies.paper.linearization import HELD_STATES, LEVEL, POSES, still
 from tests.support.cases import heavy_but
-from workbench.design.linear.corners import Corners
+from workbench.design.linear.switching_functions import SwitchingFunctions
 from workbench.design.linear_loop import linear_loop
 from workbench.design.linear_loop.cut_margins import channel_margins, common_margin
 from workbench.design.linear_loop.frequency_answers import CutModels, feedback
@@ -26,7 +26,7 @@ INERTIAS = np.linspace(0.005, 0.02, 9)
 @pytest.fixture(scope="module")
 def proposed():
     """The repaired AOSMC-RGS loop of the paper at rest, cut at the torques, its adapting gains frozen as in a5."""
-    return linear_loop(still(PROPOSED, POSES[LEVEL]), freeze=HELD[PROPOSED])
+    return linear_loop(still(PROPOSED_LAW, POSES[LEVEL]), freeze=HELD_STATES[PROPOSED_LAW])
 
 
 def drawn(linear, name):
@@ -127,7 +127,9 @@ def test_rows_of_a_nonlinear_loop_rest_each_at_its_own_state(proposed):
     assert np.ptp(rows.x[:, 0]) > 1e-3
     sensitivities = rows.response(OMEGA, "S").values
     for i in (0, 999):
-        alone = linear_loop(still(PROPOSED, POSES[LEVEL]), values={name: masses[i]}, freeze=HELD[PROPOSED])
+        alone = linear_loop(
+            still(PROPOSED_LAW, POSES[LEVEL]), values={name: masses[i]}, freeze=HELD_STATES[PROPOSED_LAW]
+        )
         np.testing.assert_allclose(rows.x[i], alone.x0, rtol=1e-9, atol=1e-11)
         np.testing.assert_allclose(sensitivities[i], alone.response(OMEGA, "S").values, rtol=1e-8, atol=1e-10)
         ours, theirs = np.sort_complex(rows.poles[i]), np.sort_complex([pole.value for pole in alone.poles])
@@ -151,14 +153,14 @@ def test_a_row_that_is_no_number_is_flagged_and_the_others_keep_their_bits():
     linear, broken = linear_loop(LOOP), INERTIAS.copy()
     broken[3], broken[5] = np.nan, -1.0
     whole, rows = linear.rows({"plant.J": INERTIAS}), linear.rows({"plant.J": broken})
-    assert list(np.flatnonzero(rows.flagged)) == [3, 5]
+    assert list(np.flatnonzero(rows.flagged_rows)) == [3, 5]
     assert "plant.J" in rows.reasons[3]
     assert "nan" in rows.reasons[3]
     assert "-1" in rows.reasons[5]
     ours, theirs = rows.response(OMEGA), whole.response(OMEGA)
-    assert list(np.flatnonzero(ours.flagged)) == [3, 5]
-    np.testing.assert_array_equal(ours.values[~rows.flagged], theirs.values[~rows.flagged])
-    np.testing.assert_array_equal(rows.poles[~rows.flagged], whole.poles[~rows.flagged])
+    assert list(np.flatnonzero(ours.flagged_rows)) == [3, 5]
+    np.testing.assert_array_equal(ours.values[~rows.flagged_rows], theirs.values[~rows.flagged_rows])
+    np.testing.assert_array_equal(rows.poles[~rows.flagged_rows], whole.poles[~rows.flagged_rows])
     assert np.isnan(ours.bode().phase[3]).all()
     assert not rows.stable[3]
 
@@ -193,7 +195,7 @@ def test_a_row_that_does_not_rest_is_flagged_with_the_state_that_moves():
     linear = linear_loop(wb.ClosedLoop(Pendulum(), controller=Damping()))
     pushes = np.array([0.0, 4.5, 20.0])
     rows = linear.rows({"plant.a": pushes})
-    assert list(rows.flagged) == [False, False, True]
+    assert list(rows.flagged_rows) == [False, False, True]
     assert "plant.q" in rows.reasons[2]
     np.testing.assert_allclose(np.sin(rows.x[:2, 0]), pushes[:2] / 9.0, rtol=1e-9, atol=1e-12)
     s = 1j * OMEGA
@@ -213,9 +215,9 @@ def test_rows_on_a_corner_whose_pieces_agree_take_their_equations_from_the_first
     law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
     loop = wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
     linear = linear_loop(loop)
-    before = Corners.of.cache_info().misses
+    before = SwitchingFunctions.of.cache_info().misses
     rows = linear.rows({"plant.J": INERTIAS})
-    assert Corners.of.cache_info().misses - before <= 2  # the loop, closed and cut
+    assert SwitchingFunctions.of.cache_info().misses - before <= 2  # the loop, closed and cut
     answers = rows.response(OMEGA).values
     for i in (0, 8):
         single = linear_loop(loop, values={"plant.J": INERTIAS[i]}).response(OMEGA).values

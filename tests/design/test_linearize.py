@@ -14,7 +14,7 @@ from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop, open_loop
-from workbench.blocks.signals import Hold
+from workbench.blocks.signals import Constant
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.design import linearize, to_control
 from workbench.design.linear import operating_point
@@ -203,7 +203,7 @@ def test_a_point_without_a_derivative_is_refused():
 def relay(saturation):
     """A sliding-mode loop at rest on its surface, cut at the torque."""
     law = SlidingMode(paper_arm(), [6.0, 6.0], [5.0, 5.0], phi=0.01, saturation=saturation)
-    return ClosedLoop(Manipulator(paper_arm(), q=[0, 0]), ArmFullState(2), law, Hold("q", "rad", [0.0, 0.0])).broken()
+    return ClosedLoop(Manipulator(paper_arm(), q=[0, 0]), ArmFullState(2), law, Constant("q", "rad", [0.0, 0.0])).cut()
 
 
 def test_a_relay_on_its_surface_is_refused_and_a_saturation_is_not():

@@ -24,7 +24,7 @@ def test_a_and_b_are_the_reference_derivatives(name):
     robot = json.loads((SHARED / "index.json").read_text(encoding="utf-8"))[name]
     with np.load(SHARED / robot["data"]) as file:
         data = dict(file)
-    arm = urdf.read(SHARED / robot["urdf"], 9.81)
+    arm = urdf.read_urdf(SHARED / robot["urdf"], 9.81)
     order = [[link.name for link in arm.links].index(body["joint"]) for body in robot["bodies"]]
     n, back = arm.dof, np.argsort(order)
     ode = open_loop(Manipulator(arm, q=np.zeros(n)))

@@ -7,7 +7,7 @@ import pytest
 
 from tests.support import riccati_oracles as oracle
 from tests.support.cases import heavy_but
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.design.riccati import discrete_lyapunov, lyapunov
 
 EPS = np.finfo(float).eps
@@ -106,7 +106,7 @@ def test_a_solution_that_is_no_gramian_is_marked():
     ],
 )
 def test_an_equation_without_a_unique_solution_is_refused_with_its_eigenvalues(call, message):
-    with pytest.raises(Refused, match=message):
+    with pytest.raises(DesignError, match=message):
         call()
 
 
@@ -115,7 +115,7 @@ def test_a_turned_oscillator_without_damping_is_refused():
     for _ in range(50):
         T = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         A = T @ np.array([[0, 2.0, 0], [-2.0, 0, 0], [0, 0, -1.0]]) @ T.T
-        with pytest.raises(Refused, match="add up to nearly zero"):
+        with pytest.raises(DesignError, match="add up to nearly zero"):
             lyapunov(A, np.eye(3))
 
 

@@ -41,7 +41,7 @@ def test_a_mode_that_no_input_reaches_is_found_with_its_direction(seed):
     made, w = hidden(seed, -0.7)
     found = controllability(made)
     assert not found.holds
-    (mode,) = found.failing
+    (mode,) = found.failing_modes
     assert mode.value == pytest.approx(-0.7, abs=1e-8)
     # the direction is known as well as the mode is apart from others
     assert abs(abs(mode.direction @ w) - 1) < 1e-8
@@ -54,9 +54,9 @@ def test_a_defective_mode_is_found_though_rounding_splits_it(seed):
     # three equal eigenvalues are moved by the third root of rounding, 1e-5
     assert np.abs(np.linalg.eigvals(made.A) + 0.7).min() > 1e-8
     found = controllability(made)
-    assert found.failing
-    assert all(mode.value == pytest.approx(-0.7, abs=1e-6) for mode in found.failing)
-    assert found.failing[0].margin < 1e-12
+    assert found.failing_modes
+    assert all(mode.value == pytest.approx(-0.7, abs=1e-6) for mode in found.failing_modes)
+    assert found.failing_modes[0].margin < 1e-12
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -98,7 +98,7 @@ def test_the_arm_with_one_torque_alone_names_no_lost_mode_and_without_gravity_it
     still = control.ss(np.array(G.A) * [[1], [1], [0], [0]], G.B[:, 1:], G.C, 0, states=G.state_labels)
     found = controllability(still)  # one torque on two free masses: a turn that it cannot start
     assert not found.holds
-    assert set(found.failing[0].states) <= {"q[0]", "q[1]", "qd[0]", "qd[1]"}
+    assert set(found.failing_modes[0].states) <= {"q[0]", "q[1]", "qd[0]", "qd[1]"}
     assert "not controllable: no input moves the mode 0 1/s along" in str(found).replace("-0 1/s", "0 1/s")
 
 

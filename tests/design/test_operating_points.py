@@ -6,7 +6,7 @@ import pytest
 
 import workbench as wb
 from workbench.design.linear import broken_loop, operating_point, poles, sensitivity
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 
 @wb.block
@@ -176,7 +176,7 @@ def test_a_lead_for_a_model_commands_the_input_of_the_point_where_the_error_is_z
     for law in (C, control.c2d(C, 1e-6, "tustin")):
         assert wb.LinearLaw(law, error=True).u0 == pytest.approx([15 / 28])
         assert wb.LinearLaw(law, error=True).v0 is None
-    loop = wb.ClosedLoop(buck, controller=wb.LinearLaw(C, error=True), reference=wb.Hold("v", "V", [15.0]))
+    loop = wb.ClosedLoop(buck, controller=wb.LinearLaw(C, error=True), reference=wb.Constant("v", "V", [15.0]))
     # the lead has no integral: only about its point does it hold 15 V without an error
     assert wb.simulate(wb.rk4(loop.ode(), 1e-6), until=5e-3)["v"][0, -1, 0] == pytest.approx(15.0, rel=1e-9)
 
@@ -195,11 +195,11 @@ def test_observers_of_a_design_start_at_its_point_and_know_it():
 
 
 PI = wb.PID(Boost().outputs, Boost().inputs, Kp=0.0025, Ki=5.0)
-BOOSTED = wb.ClosedLoop(Boost(), controller=PI, reference=wb.Hold("v", "V", [36.0]))
+BOOSTED = wb.ClosedLoop(Boost(), controller=PI, reference=wb.Constant("v", "V", [36.0]))
 
 
 def test_a_loop_is_cut_at_what_its_law_commands_there():
-    ode, cut = BOOSTED.ode(), BOOSTED.broken()
+    ode, cut = BOOSTED.ode(), BOOSTED.cut()
     x = operating_point(ode, {"plant.i": 10.8, "plant.v": 36.0}).x
     closed = np.linalg.eigvals(np.array(ode.A(0.0, x, ode.parameters.default)))
     assert closed.real.max() > 1.0  # unstable
@@ -211,11 +211,11 @@ def test_a_loop_is_cut_at_what_its_law_commands_there():
 
 
 def test_a_loop_that_does_not_rest_is_refused_unless_it_is_asked_for_as_frozen():
-    cut = BOOSTED.broken()
+    cut = BOOSTED.cut()
     x = cut.states.default  # the integral is zero, so that the law commands d = 0
     with pytest.raises(ValueError, match=r"rests under what arrives at its cut; at t = 0 and d = 0 .*frozen=True"):
         broken_loop(cut, 0.0, x)
-    assert "frozen at t = 0 s" in broken_loop(cut, 0.0, x, frozen=True).name
+    assert "frozen at t = 0 s" in broken_loop(cut, 0.0, x, is_frozen=True).name
     with pytest.raises(ValueError, match=r"must be what arrives at the cut, or the loop does not rest: 0.5 acts"):
         broken_loop(cut, 0.0, x, u=[0.5])
 
@@ -253,7 +253,7 @@ def test_a_plant_goes_from_linear_design_to_exported_code_with_its_point_named_o
 
 def test_a_lead_is_refused_whose_loop_crosses_again_with_less_margin():
     G = wb.linearize(wb.open_loop(wb.BuckConverter()), 0.0, [5.0, 15.0], u=[15 / 28])
-    with pytest.raises(Refused, match=r"crosses a gain of one at 8829 rad/s, .* is 8.82 degrees, not 50"):
+    with pytest.raises(DesignError, match=r"crosses a gain of one at 8829 rad/s, .* is 8.82 degrees, not 50"):
         wb.lead_lag(G, crossover=1265.0, margin=50.0)
 
 
@@ -261,7 +261,7 @@ def test_a_slow_pole_is_placed_to_its_own_size_beside_a_fast_one():
     system = control.ss(np.diag([1.0, -1.0, 3e5]), np.ones((3, 1)), np.eye(3), 0)
     wanted = [-1e-4, -2e8, -3e8]
     # a pole of 1e-4 beside one of 3e8 is lost in rounding, and could as well be unstable
-    with pytest.raises(Refused, match=r"has the pole .* in the place of -0.0001"):
+    with pytest.raises(DesignError, match=r"has the pole .* in the place of -0.0001"):
         wb.place(system, wanted)
 
 

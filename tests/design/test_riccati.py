@@ -7,9 +7,9 @@ import pytest
 
 from tests.support import riccati_oracles as oracle
 from tests.support.cases import heavy_but
-from workbench.design.matrices import Refused, libraries, one_thread
+from workbench.design.matrices import DesignError, libraries, one_thread
 from workbench.design.riccati import care, dare, lyapunov
-from workbench.design.riccati.algebraic_equation import Data, Equation
+from workbench.design.riccati.algebraic_equation import Data, RiccatiEquation
 from workbench.design.riccati.newton import refine
 
 EPS = np.finfo(float).eps
@@ -196,7 +196,7 @@ def test_a_margin_that_rounding_blurs_is_said_to_be_no_surer_than_it_is():
         A, B = rng.normal(size=(4, 4)), rng.normal(size=(4, 2))
         try:
             found = dare(A, B, np.eye(4), np.eye(2), E=E)
-        except Refused:
+        except DesignError:
             continue
         _, K = oracle.riccati(A, B, np.eye(4), np.eye(2), found.X, E=E, discrete=True)
         margin = oracle.margin(A, B, K, E)
@@ -222,7 +222,7 @@ def test_the_gain_has_digits_that_a_rounded_x_does_not_hold():
 def test_newton_keeps_only_what_makes_the_residual_smaller():
     A, B, Q, R, S, E = system(8, 5)
     X = care(A, B, Q, R, S, E).X
-    equation = Equation(Data(A, B, Q, R, S, E), discrete=False)
+    equation = RiccatiEquation(Data(A, B, Q, R, S, E), discrete=False)
     start = X * (1 + 1e-3)
     found = refine(equation, start)
     assert found.steps >= 2
@@ -279,7 +279,7 @@ def test_solvers_run_in_one_thread_and_leave_the_number_of_threads_as_it_was():
     before = threads()
     with one_thread():
         assert threads() == [1] * len(before)
-    with pytest.raises(Refused):
+    with pytest.raises(DesignError):
         care([[1.0]], [[0.0]], [[1.0]], [[1.0]])
     assert threads() == before
 

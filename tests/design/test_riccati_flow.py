@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_are
 
 from tests.support.cases import heavy_but
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.design.riccati_flow import fpre, rde
 
 A4 = np.array([[0.0, 1, 0, 0], [-2, -0.3, 0.5, 0], [0, 0, 0, 1], [1, 0, 3, 0.2]])
@@ -169,7 +169,7 @@ def test_a_finite_escape_is_refused_with_its_time(coefficient):
     s = np.sqrt(2.0)
     when = np.log((-2 - s) / (-2 + s)) / (2 * s)
     for solve, times, pole in ((fpre, [0.0, 1.0], when), (rde, [0.0, 2.0], 2 - when)):
-        with pytest.raises(Refused, match="grows beyond every bound between") as refusal:
+        with pytest.raises(DesignError, match="grows beyond every bound between") as refusal:
             solve(coefficient, 1.0, 1.0, 1.0, -1.0, times)
         low, high = map(float, re.findall(r"between t = (\S+) and (\S+) s", str(refusal.value))[0])
         assert low - 1e-9 <= pole <= high + 1e-9  # a step by the tolerance, magnified near a pole
@@ -187,7 +187,7 @@ def test_a_weight_that_rewards_lets_p_escape_only_where_it_does():
     """p' = -p^2 - 1 from 1 is tan(pi/4 - t), with a pole at 3 pi/4."""
     flow = fpre(0.0, 1.0, -1.0, 1.0, 1.0, [0.0, 2.3])
     assert flow.P[-1, 0, 0] == pytest.approx(np.tan(np.pi / 4 - 2.3), rel=1e-12)  # near the pole
-    with pytest.raises(Refused, match=r"between t = 2\.35619449"):
+    with pytest.raises(DesignError, match=r"between t = 2\.35619449"):
         fpre(0.0, 1.0, -1.0, 1.0, 1.0, [0.0, 2.4])
 
 
@@ -197,7 +197,7 @@ def test_a_jump_of_a_coefficient_is_met_or_refused_but_never_passed_over():
 
     times = np.array([0.0, 2.0])
     exact = scalar(2.0, 1.0, 1.0, scalar(-1.0, 1.0, 1.0, 0.0, 1.0), 1.0)
-    with pytest.raises(Refused, match="cannot be followed beyond t = 1 s"):
+    with pytest.raises(DesignError, match="cannot be followed beyond t = 1 s"):
         fpre(A, 1.0, 1.0, 1.0, 0.0, times)
     parts = fpre(A, 1.0, 1.0, 1.0, 0.0, times, rtol=1e-6).P[-1, 0, 0]
     assert parts == pytest.approx(exact, rel=1e-6)
@@ -234,13 +234,13 @@ def test_more_accuracy_than_there_is_is_refused():
     """A rank-one start of 1e6 makes a short piece magnify its rounding: 1e-13 cannot be had."""
     rng = np.random.default_rng(3)
     A, B, v = rng.normal(size=(4, 4)), rng.normal(size=(4, 1)), rng.normal(size=(4, 1))
-    with pytest.raises(Refused, match=r"can be had to a relative error of .* only, and 1.0e-13 is asked for"):
+    with pytest.raises(DesignError, match=r"can be had to a relative error of .* only, and 1.0e-13 is asked for"):
         fpre(A, B, np.eye(4), 1.0, 1e6 * v @ v.T, [0.0, 0.1, 2.0], rtol=1e-13)
 
 
 @pytest.mark.parametrize("A", heavy_but([5.0, lambda t: 5.0], 5.0), ids=["constant", "varying"])
 def test_what_grows_beyond_all_numbers_is_refused(A):
-    with pytest.raises(Refused, match=r"cannot be followed beyond t = 3\d.* s: either it passes 1e\+150 there"):
+    with pytest.raises(DesignError, match=r"cannot be followed beyond t = 3\d.* s: either it passes 1e\+150 there"):
         fpre(A, 0.0, 1.0, 1.0, 1.0, [0.0, 1e3])
 
 
@@ -255,5 +255,5 @@ def test_a_p_that_hangs_on_its_last_digits_is_refused():
     flow = fpre(1.0, 1.0, 1.0, 1.0, 1 - np.sqrt(2), [0.0, 1.0])
     assert flow.P[-1, 0, 0] == pytest.approx(1 - np.sqrt(2), rel=1e-13)
     for horizon in (10.0, 12.0, 20.0):
-        with pytest.raises(Refused):
+        with pytest.raises(DesignError):
             fpre(1.0, 1.0, 1.0, 1.0, 1 - np.sqrt(2), [0.0, horizon])

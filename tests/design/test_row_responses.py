@@ -21,7 +21,7 @@ def peer(i, period=0):
 @pytest.mark.parametrize("period", [None, 0.03])
 def test_each_row_is_that_of_python_control(period):
     answers = row_responses(A, B, C, D, OMEGA, period)
-    assert not answers.flagged.any()
+    assert not answers.flagged_rows.any()
     for i in range(N):
         np.testing.assert_allclose(answers.values[i], peer(i, period or 0), rtol=1e-10)
 
@@ -122,9 +122,9 @@ def test_a_row_that_is_not_finite_is_flagged_and_the_others_keep_their_bits():
     broken, whole = B.copy(), row_responses(A, B, C, D, OMEGA).values
     broken[5, 0, 0], broken[7, 1, 1] = np.nan, np.inf
     answers = row_responses(A, broken, C, D, OMEGA)
-    assert list(np.flatnonzero(answers.flagged)) == [5, 7]
+    assert list(np.flatnonzero(answers.flagged_rows)) == [5, 7]
     assert np.isnan(answers.values[5]).all()
-    rest = ~answers.flagged
+    rest = ~answers.flagged_rows
     np.testing.assert_allclose(answers.values[rest], whole[rest], rtol=1e-12)
 
 
@@ -144,7 +144,7 @@ def test_a_row_with_a_pole_at_a_frequency_is_flagged():
     oscillators = np.array([[[0.0, 1.0], [-4.0, 0.0]], [[0.0, 1.0], [-5.0, 0.0]]])
     b, c = np.array(2 * [[[0.0], [1.0]]]), np.array(2 * [[[1.0, 0.0]]])
     answers = row_responses(oscillators, b, c, np.zeros((2, 1, 1)), [1.0, 2.0])
-    assert list(answers.flagged) == [True, False]
+    assert list(answers.flagged_rows) == [True, False]
     np.testing.assert_allclose(answers.values[1, :, 0, 0], [1 / 4, 1.0], rtol=1e-14)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import workbench as wb
 from tests.support.specified_loops import SLIDE, Slide, closed_forms, loop_of, peak_of_S
-from workbench.design.loop_boxes import GainBelow, LoopFamily, ParameterBox, PolesDamped, PolesDecay, prove_over_box
+from workbench.design.loop_boxes import DampingAbove, DecayAbove, GainBelow, LoopFamily, ParameterBox, prove_over_box
 
 OMEGA = 2.0
 
@@ -58,7 +58,7 @@ def test_a_box_is_proved_up_to_its_exact_worst_case_and_refuted_beyond_it_with_a
     for one in verdicts:
         assert one.kind == "proved", one
         assert one.figure.value.value == pytest.approx(exact[one.name], rel=1e-6)
-    assert verdicts.proved
+    assert verdicts.is_proved
     broken = wb.Specification(Ms=0.99 * exact["Ms"], damping=1.01 * zeta, decay=1.01 * exact["decay"])
     for one in broken.check(linear, box=BOX, draws=16):
         assert one.kind == "refuted", one
@@ -80,7 +80,7 @@ def test_what_has_no_proof_is_searched_and_says_so():
         assert one.verdict == f"holds at {one.draws} draws"
         assert "No proof" in one.evidence
     assert verdicts.holds
-    assert not verdicts.proved
+    assert not verdicts.is_proved
     overshoot = 100 * math.exp(-math.pi * zeta / math.sqrt(1 - zeta**2))
     assert verdicts["overshoot"].figure.value.value == pytest.approx(overshoot, rel=1e-3)  # at the corner
     assert verdicts["phase_margin"].figure.value.value == pytest.approx(closed_forms(zeta)["phase_margin"], rel=1e-6)
@@ -110,8 +110,8 @@ def test_the_enclosed_matrices_hold_those_of_all_draws_although_the_rest_moves(b
     linear, box, theta, rows = bent
     family = LoopFamily.of(linear, box.labels, ("F_load",), ("F",))
     middle, radius = (box.low + box.high) / 2, (box.high - box.low) / 2
-    found = family.enclosed(middle[np.newaxis], radius[np.newaxis])
-    M = family.matrices(rows.x[:, list(family.moving)], theta)
+    found = family.enclose(middle[np.newaxis], radius[np.newaxis])
+    M = family.matrices(rows.x[:, list(family.moving_states)], theta)
     assert np.ptp(rows.x, axis=0).max() > 0.1  # the rest moves
     away = np.abs(M - found.middle - np.einsum("kqw,nk->nqw", found.slopes[0], theta - middle))
     assert (away <= found.rest[0] + 1e-12 * np.abs(M)).all()
@@ -128,12 +128,12 @@ def test_what_is_proved_over_a_box_holds_at_every_draw(bent):
     least, slowest = float((-poles.real / np.abs(poles)).min()), float((-poles.real).min())
     conditions = {
         GainBelow(margin * peak, ("F_load",), ("F",), 1.0): GainBelow(0.99 * peak, ("F_load",), ("F",), 1.0),
-        PolesDamped(least / margin): PolesDamped(least * 1.01),
-        PolesDecay(slowest / margin): PolesDecay(slowest * 1.01),
+        DampingAbove(least / margin): DampingAbove(least * 1.01),
+        DecayAbove(slowest / margin): DecayAbove(slowest * 1.01),
     }
     for kept, broken in conditions.items():
-        assert prove_over_box(family, kept, box, draws, 3000).proved, kept
-        assert not prove_over_box(family, broken, box, draws, 300).proved, broken
+        assert prove_over_box(family, kept, box, draws, 3000).is_proved, kept
+        assert not prove_over_box(family, broken, box, draws, 300).is_proved, broken
 
 
 @pytest.mark.heavy

@@ -11,7 +11,7 @@ from workbench.design.frequency import c2d, stability_margins
 from workbench.design.frequency.estimated_margins import estimated_margins
 from workbench.design.frequency.half_planes import unstable_roots
 from workbench.design.frequency.positive_roots import positive_roots
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 
 def encloses(value, exact):
@@ -195,7 +195,7 @@ def test_a_loop_of_two_hundred_states_has_margins_that_a_dense_grid_confirms_and
 def test_a_loop_without_margins_is_refused_by_name(loop, delay, words):
     with pytest.raises(ValueError, match=words):
         stability_margins(loop, delay)
-    assert issubclass(Refused, ValueError)
+    assert issubclass(DesignError, ValueError)
 
 
 def test_roots_are_isolated_however_near_and_counted_by_half_planes():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 s = control.tf("s")
 FIGURES = ("rise_time", "settling_time", "overshoot", "undershoot", "peak", "peak_time", "final")
@@ -180,5 +180,5 @@ def test_a_response_that_turns_too_often_is_refused(monkeypatch):
     # two resonances that beat for 1e6 turns, and whose largest value is somewhere among them
     beat = 1 / (s**2 + 1e-7 * s + 1) + 1 / (s**2 + 1e-7 * s + 1.0001) - 1.99 / (s + 1)
     monkeypatch.setattr("workbench.design.step_response.response_pieces.MOST_PIECES", 200)
-    with pytest.raises(Refused, match="turns more often"):
+    with pytest.raises(DesignError, match="turns more often"):
         wb.step_info(beat)

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from tests.support.equations import decay
-from workbench.core import Sampled
+from workbench.core import SampledSystem
 from workbench.engine import simulate
-from workbench.engine.metrics import ise, measured, sampled_rmse, total_variation
+from workbench.engine.metrics import ise, sampled_rmse, step_with_metrics, total_variation
 from workbench.engine.metrics.accumulators import final_values
 from workbench.engine.metrics.measured_equation import common_grid
 
@@ -19,15 +19,15 @@ def test_an_integral_has_the_order_of_the_method_that_carries_it():
     exact = (1 - np.exp(-2 * a * T)) / (2 * a)
     errors = []
     for h in (0.05, 0.025):
-        runs = simulate(measured(decay(a), (ise(),), h), until=T, every=T)
+        runs = simulate(step_with_metrics(decay(a), (ise(),), h), until=T, every=T)
         errors.append(abs(final_values(runs, (ise(),))["ISE"][0, 0] - exact))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.3)
 
 
 def test_a_sampled_loop_has_its_own_substeps():
     k, ode = ca.SX.sym("k"), decay()
-    sampled = Sampled(ode, 0.1, k, ca.SX(0, 1), ode.x)
-    assert measured(sampled, (ise(),), 0.05).substeps == 2
+    sampled = SampledSystem(ode, 0.1, k, ca.SX(0, 1), ode.x)
+    assert step_with_metrics(sampled, (ise(),), 0.05).substeps == 2
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ def test_changes_are_relative_to_values_and_infinite_where_only_the_longer_step_
     value = np.array([[2.0, 1.0], [np.nan, 1.0], [0.0, 0.0], [1.0, 1.0], [np.inf, 1.0]])
     coarse = np.array([[2.2, 1.0], [1.0, 1.0], [0.0, 0.0], [np.nan, 1.0], [np.inf, 1.1]])
     found = accuracy("RMSE", change(value, coarse), value, 0.11)
-    assert (found.runs, found.lost) == (4, 1)
+    assert (found.runs, found.lost_runs) == (4, 1)
     # 0.1 of 2 and of 1, nothing of nothing, and what the longer step lost
     assert found.within == 3 / 4
     assert found.median == pytest.approx(0.1)

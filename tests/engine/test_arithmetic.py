@@ -17,7 +17,7 @@ from tests.support.cases import heavy_but
 from tests.support.equations import decay, oscillator
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.engine import arithmetic, simulate
-from workbench.engine.arithmetic import continued
+from workbench.engine.arithmetic import advance_states
 from workbench.engine.kernel.lowering import lower
 from workbench.engine.kernel.plan import Plan, graph_of
 from workbench.engine.metrics import measure, rmse
@@ -180,7 +180,7 @@ def test_a_browser_needs_no_library_for_the_portable_arithmetic():
 @pytest.mark.parametrize("name", GRAPH)
 def test_what_follows_a_run_has_its_arithmetic(name):
     runs = simulate(STEP, arithmetic=name, **SPAN)
-    np.testing.assert_array_equal(continued(runs.job, runs.x[:, 2], 20, 20), runs.x[:, -1])
+    np.testing.assert_array_equal(advance_states(runs.job, runs.x[:, 2], 20, 20), runs.x[:, -1])
 
 
 @pytest.mark.parametrize("name", ["portable", "casadi"])

@@ -55,7 +55,7 @@ def test_a_diverged_run_is_marked_with_its_time_and_leaves_the_others_alone():
     step = rk4(ode, 1e-3)
     starts = ode.states.pack({"x": np.array([[1.0], [0.1], [2.0]])})
     runs = simulate(step, x0=starts, until=2.0, every=0.1)
-    np.testing.assert_array_equal(runs.diverged, [True, False, True])
+    np.testing.assert_array_equal(runs.has_diverged, [True, False, True])
     # escape at 1 / x(0); RK4 runs a few steps past it before its numbers overflow
     np.testing.assert_allclose(runs.diverged_at[[0, 2]], [1.0, 0.5], atol=0.02)
     assert np.isnan(runs.diverged_at[1])

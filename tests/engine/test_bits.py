@@ -7,7 +7,7 @@ import pytest
 
 from workbench.engine import job, simulate
 from workbench.engine.job import Job
-from workbench.engine.metrics import measured, rmse, total_variation
+from workbench.engine.metrics import rmse, step_with_metrics, total_variation
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where another engine serves
 
@@ -16,7 +16,7 @@ from workbench.engine.kernel import native
 from workbench.engine.kernel.plan import Plan
 
 ODE = paper_laws.proposed_repaired("FS").ode()
-STEP = measured(ODE, (rmse(), total_variation(1e-3)), 1e-4)
+STEP = step_with_metrics(ODE, (rmse(), total_variation(1e-3)), 1e-4)
 RUNS = 21  # two blocks of eight and a part, or five of four and a part
 SPAN = {"until": 0.2, "every": 0.05}
 PHYSICS = ["plant.arm.links[0].mass", "plant.arm.links[1].length", "controller.phi"]
@@ -37,7 +37,7 @@ def rows(*names):
 P = rows(*PHYSICS, *CLOCKS)
 STARTS = np.tile(STEP.states.default, (RUNS, 1))
 STARTS[:, :2] += np.random.default_rng(8).uniform(-0.1, 0.1, (RUNS, 2))
-PLAN = Plan.of_step(STEP, Job(STEP, P, 1, 0, np.arange(RUNS)).varied)
+PLAN = Plan.of_step(STEP, Job(STEP, P, 1, 0, np.arange(RUNS)).varied_parameters)
 
 
 @pytest.fixture(scope="module")
@@ -107,12 +107,12 @@ def test_neighbours_that_diverge_change_no_bit(whole):
     beside = simulate(STEP, P, bad, **SPAN)
     good = np.setdiff1d(np.arange(RUNS), [2, 9, 10])
     np.testing.assert_array_equal(beside.x[good], whole[good])
-    assert beside.diverged[[2, 9]].all()
-    assert not beside.diverged[good].any()
+    assert beside.has_diverged[[2, 9]].all()
+    assert not beside.has_diverged[good].any()
 
 
 def test_the_half_step_from_one_kernel_is_that_of_a_kernel_of_its_own():
-    whole, half = (measured(ODE, (rmse(),), h) for h in (1e-4, 5e-5))
+    whole, half = (step_with_metrics(ODE, (rmse(),), h) for h in (1e-4, 5e-5))
     first = simulate(half, P, until=0.1, every=0.1).x
     simulate(whole, P, until=0.1, every=0.1)
     np.testing.assert_array_equal(simulate(replace(half), P, until=0.1, every=0.1).x, first)

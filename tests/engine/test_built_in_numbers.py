@@ -9,7 +9,7 @@ import pytest
 import workbench as wb
 from tests.support.c_runs import EACH_COMPILER, WARNINGS, compiled, differing, needs_compiler
 from tests.support.recorded_laws import LOOPS
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.recording import record
 
 LINE = re.compile(r"^( +const double (\w+) = )([^;]+)(; /\* ([\w.]+)(\[(\d+)(?:,\s*(\d+))?\])?[ *])", re.MULTILINE)

@@ -10,7 +10,7 @@ from tests.support.c_runs import COMPILERS, differing, needs_compiler
 from workbench.engine.machines.c_elementary_functions import Lines, definitions
 from workbench.engine.machines.c_real import DOUBLE
 from workbench.engine.machines.formula_table import IN_DOUBLE
-from workbench.engine.machines.machine import Number
+from workbench.engine.machines.machine import MachineNumber
 from workbench.engine.machines.numpy_spelling import Arrays
 from workbench.engine.machines.operations import OPERATIONS, Role, with_role
 
@@ -47,7 +47,7 @@ def test_an_elementary_function_in_c_has_the_bits_of_every_machine(name, tmp_pat
     address = [part.ctypes.data_as(ctypes.c_void_p) for part in (a, b, out)]
     ctypes.CDLL(str(tmp_path / "f.so")).each(len(a), *address)
     machine = Arrays(False)
-    given = [Number(machine, part) for part in (a, b)][: len(OPERATIONS[name].operands)]
+    given = [MachineNumber(machine, part) for part in (a, b)][: len(OPERATIONS[name].operands)]
     with np.errstate(all="ignore"):
         expected = IN_DOUBLE.of(name, *given).value
     assert differing(out, expected) == 0

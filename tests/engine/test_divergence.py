@@ -100,7 +100,7 @@ def test_a_state_that_is_finite_again_at_the_next_kept_time_is_finite_alone_and_
     step = rk4(ode, 1.0)
     step = with_next(step, ca.vertcat(step.rule.x[0] + 1, 1 / (step.rule.k - step.rule.p[0] + 1)))
     runs = simulate(step, np.array([[2000.0], *([v] for v in company)]), until=5000.0, every=5000.0, engine=engine)
-    assert not runs.diverged[0]
+    assert not runs.has_diverged[0]
     np.testing.assert_array_equal(runs.x[0, 1], [5000.0, 1 / 3000.0])
 
 

@@ -7,7 +7,7 @@ import pytest
 from tests.support.timed_signals import TIME, measured, of_time
 from workbench.blocks.laws import PID
 from workbench.blocks.loop import AbstractPlant, ClosedLoop
-from workbench.blocks.plants import Equipped
+from workbench.blocks.plants import EquippedPlant
 from workbench.blocks.signals import Step
 from workbench.core import block, initial, layout
 from workbench.engine.metrics import energy
@@ -35,7 +35,7 @@ class Mass(AbstractPlant):
 
 def test_the_energy_of_a_loop_is_of_the_power_that_its_plant_declares():
     law, wanted = PID(Mass().outputs, Mass().inputs, Kp=10.0), Step("v", "m/s", 1.0)
-    for plant in (Mass(), Equipped(Mass())):
+    for plant in (Mass(), EquippedPlant(Mass())):
         loop = ClosedLoop(plant, controller=law, reference=wanted)
         score = measured(loop.ode(), energy(), until=10.0, h=0.01)["energy"]
         assert score.metric.unit == "J"

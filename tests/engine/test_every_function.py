@@ -8,7 +8,7 @@ import pytest
 import workbench as wb
 from tests.support.cases import heavy_but
 from workbench.engine.machines.further_elementary_functions import DOUBLE
-from workbench.engine.machines.machine import Number
+from workbench.engine.machines.machine import MachineNumber
 from workbench.engine.machines.numpy_spelling import Arrays
 
 FUNCTIONS = {
@@ -127,7 +127,7 @@ def test_special_numbers_are_those_of_c99(name, fused):
     x = [np.array(SPECIAL)] if name not in ("hypot", "copysign") else [g.ravel() for g in np.meshgrid(SPECIAL, SPECIAL)]
     with np.errstate(all="ignore"):
         wanted = OF_NUMPY.get(name, getattr(np, name, None))(*x)
-        got = np.asarray(DOUBLE.functions[name](*(Number(Arrays(fused), part) for part in x)).value)
+        got = np.asarray(DOUBLE.functions[name](*(MachineNumber(Arrays(fused), part) for part in x)).value)
     np.testing.assert_array_equal(np.isnan(got), np.isnan(wanted))
     numbers = ~np.isnan(wanted)
     np.testing.assert_allclose(got[numbers], wanted[numbers], rtol=4e-16, atol=5e-324)

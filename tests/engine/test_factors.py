@@ -7,7 +7,7 @@ from workbench.core.layout import Entry, Layout
 from workbench.core.numbers import Bounds
 from workbench.engine.distributions import LogNormal, LogUniform, Normal, Uniform
 from workbench.engine.factors import Factor, Space
-from workbench.study.provenance import assumed, stated
+from workbench.study.provenance import assumed_entry, stated_entry
 from workbench.study.uncertainty import factor_table
 
 PARAMETERS = Layout(
@@ -75,10 +75,10 @@ def test_the_values_of_the_factors_are_their_quantiles():
 
 
 def test_a_number_on_a_card_becomes_a_factor_with_its_range_and_mark():
-    factor = assumed("phi", 0.1, "rad/s", "not stated", 0.01, 1.0).factor(("controller.phi",), log_scale=True)
+    factor = assumed_entry("phi", 0.1, "rad/s", "not stated", 0.01, 1.0).factor(("controller.phi",), log_scale=True)
     assert (factor.name, factor.origin, factor.distribution) == ("phi", "assumed", LogUniform(0.01, 1.0))
     with pytest.raises(ValueError, match="needs a range to vary 'phi', which is stated"):
-        stated("phi", 0.1, "rad/s", "section 5").factor(("controller.phi",))
+        stated_entry("phi", 0.1, "rad/s", "section 5").factor(("controller.phi",))
 
 
 def test_a_table_says_what_each_factor_moves_how_far_and_by_whose_word():

@@ -97,7 +97,7 @@ def test_it_is_the_processors_own(kind):
 
     if not llvm.has_fma():
         pytest.skip("this processor has none")
-    call = llvm.compiled(LOOP).function("test_fma", *[ctypes.c_void_p] * 4, ctypes.c_int64)
+    call = llvm.compile_module(LOOP).function("test_fma", *[ctypes.c_void_p] * 4, ctypes.c_int64)
     operands = [np.ascontiguousarray(part) for part in cases(60_000)[kind]]
     expected = np.empty(len(operands[0]))
     call(*(part.ctypes.data for part in operands), expected.ctypes.data, len(expected))

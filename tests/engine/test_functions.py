@@ -7,7 +7,7 @@ import pytest
 
 from workbench.engine.machines import elementary_functions as f
 from workbench.engine.machines.further_elementary_functions import DOUBLE
-from workbench.engine.machines.machine import Number, number
+from workbench.engine.machines.machine import MachineNumber, number
 from workbench.engine.machines.numpy_spelling import Arrays
 
 mpmath = pytest.importorskip("mpmath")  # it comes with sympy
@@ -63,7 +63,7 @@ CASES = {
 def computed(function, fused, *arrays):
     machine = Arrays(fused)
     with np.errstate(all="ignore"):
-        return np.asarray(function(*(Number(machine, np.asarray(array, float)) for array in arrays)).value)
+        return np.asarray(function(*(MachineNumber(machine, np.asarray(array, float)) for array in arrays)).value)
 
 
 @ARITHMETICS

@@ -79,7 +79,7 @@ RIGHT = [1.0 * 1.1, 2.0 * 1.1, 0.1 * 1.1]
 
 
 def test_a_module_has_several_functions_each_with_its_own_arguments(kernels):
-    module = llvm.compiled(SCALE)
+    module = llvm.compile_module(SCALE)
     x = np.zeros(1)
     assert module.function("test_answer", POINTER)(x.ctypes.data) is None
     assert x[0] == 42
@@ -89,11 +89,11 @@ def test_a_module_has_several_functions_each_with_its_own_arguments(kernels):
 @pytest.mark.parametrize("name", ["test_scales", "step", "printf"])
 def test_a_function_that_the_module_has_not_is_refused_even_if_the_process_has_it(kernels, name):
     with pytest.raises(LookupError, match=f"has no function '{name}'"):
-        llvm.compiled(SCALE).function(name, POINTER)
+        llvm.compile_module(SCALE).function(name, POINTER)
 
 
 def test_a_function_keeps_its_code_in_memory_and_nothing_else_does(kernels):
-    module = llvm.compiled(SCALE)
+    module = llvm.compile_module(SCALE)
     answer, engine = module.function("test_answer", POINTER), weakref.ref(module.engine)
     forget()
     del module
@@ -129,7 +129,7 @@ end:
 }
 """
     x = np.zeros(3, dtype=np.int64)
-    thread = threading.Thread(target=llvm.compiled(waiting).function("test_wait", POINTER), args=(x.ctypes.data,))
+    thread = threading.Thread(target=llvm.compile_module(waiting).function("test_wait", POINTER), args=(x.ctypes.data,))
     thread.start()
     while not x[0]:
         time.sleep(1e-4)
@@ -146,7 +146,7 @@ def test_many_threads_that_want_one_module_compile_it_once(compilations):
 
     def want():
         start.wait()
-        modules.append(llvm.compiled(SCALE))
+        modules.append(llvm.compile_module(SCALE))
 
     threads = [threading.Thread(target=want) for _ in range(8)]
     for thread in threads:
@@ -163,14 +163,14 @@ def test_memory_keeps_the_modules_used_last(compilations, monkeypatch):
     monkeypatch.setattr(llvm, "KEPT", 2)
     first, second, third = (SCALE.replace("4.2e1", number) for number in ("1.0", "2.0", "3.0"))
     for ir in (first, second, first, third, first, second):
-        llvm.compiled(ir)
+        llvm.compile_module(ir)
     assert compilations == [first, second, third, second]
 
 
 def test_a_kernel_on_disk_is_not_compiled_again(compilations):
-    llvm.compiled(SCALE)
+    llvm.compile_module(SCALE)
     forget()
-    assert scaled(llvm.compiled(SCALE)) == RIGHT
+    assert scaled(llvm.compile_module(SCALE)) == RIGHT
     assert compilations == [SCALE]
 
 
@@ -188,17 +188,17 @@ def test_off_compiles_every_time_and_writes_nothing(compilations, kernels, monke
     monkeypatch.setenv("WORKBENCH_CACHE", "off")
     for _ in range(2):
         forget()
-        assert scaled(llvm.compiled(SCALE)) == RIGHT
+        assert scaled(llvm.compile_module(SCALE)) == RIGHT
     assert len(compilations) == 2
     assert not kernels.exists()
 
 
 @pytest.mark.parametrize(("name", "value"), [("processor", lambda: "another one"), ("OPTIMISATION", 1)])
 def test_what_was_compiled_for_another_processor_or_otherwise_is_not_used(compilations, monkeypatch, name, value):
-    llvm.compiled(SCALE)
+    llvm.compile_module(SCALE)
     forget()
     monkeypatch.setattr(llvm, name, value)
-    llvm.compiled(SCALE)
+    llvm.compile_module(SCALE)
     assert len(compilations) == 2
 
 
@@ -221,14 +221,14 @@ DAMAGE = {
 
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_a_damaged_kernel_is_compiled_anew_and_replaced(compilations, kernels, damage):
-    llvm.compiled(SCALE)
+    llvm.compile_module(SCALE)
     (file,) = kernels.iterdir()
     good = file.read_bytes()
-    llvm.compiled(SCALE.replace("%old, %by", "%old, %old"))
+    llvm.compile_module(SCALE.replace("%old, %by", "%old, %old"))
     (other,) = set(kernels.iterdir()) - {file}
     DAMAGE[damage](file, other)
     forget()
-    assert scaled(llvm.compiled(SCALE)) == RIGHT
+    assert scaled(llvm.compile_module(SCALE)) == RIGHT
     assert compilations[2:] == [SCALE]
     assert file.read_bytes() == good
 
@@ -236,7 +236,7 @@ def test_a_damaged_kernel_is_compiled_anew_and_replaced(compilations, kernels, d
 def test_a_folder_that_cannot_be_made_costs_a_compilation_and_no_more(compilations, tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "file" / "kernels"))
-    assert scaled(llvm.compiled(SCALE)) == RIGHT
+    assert scaled(llvm.compile_module(SCALE)) == RIGHT
     assert len(compilations) == 1
 
 

@@ -13,7 +13,7 @@ from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
 from workbench.arms.torque_metrics import peak_torque
 from workbench.blocks.loop import ClosedLoop, open_loop
-from workbench.blocks.signals import Hold, Ramp, Sines, SquareWave
+from workbench.blocks.signals import Constant, Ramp, Sines, SquareWave
 from workbench.core import Entry, Layout
 from workbench.engine.metrics import (
     effort,
@@ -23,13 +23,13 @@ from workbench.engine.metrics import (
     itae,
     late_error,
     measure,
-    measured,
     observer_error,
     overshoot,
     peak_error,
     rmse,
     sampled_rmse,
     settling_time,
+    step_with_metrics,
     total_variation,
 )
 
@@ -118,7 +118,7 @@ def test_energy_counts_work_done_and_work_taken_alike():
 
 def test_a_diverged_run_has_no_number_in_any_metric():
     result = measure(explosion(), (ise(), peak_error()), until=2.0, h=1e-3)
-    assert result.trajectories.diverged[0]
+    assert result.trajectories.has_diverged[0]
     assert np.isnan(result.score("ISE").value).all()
     assert np.isnan(result.score("peak error").error).all()
 
@@ -132,12 +132,12 @@ def test_each_run_has_its_own_score():
 
 def test_two_metrics_of_one_name_are_refused():
     with pytest.raises(ValueError, match="distinct names"):
-        measured(decay(), (iae(), iae()), 0.01)
+        step_with_metrics(decay(), (iae(), iae()), 0.01)
 
 
 def test_a_grid_that_is_no_multiple_of_the_step_is_refused():
     with pytest.raises(ValueError, match=r"multiple of the step 0.003 s; got 0.01 s"):
-        measured(oscillator(), (total_variation(0.01),), 0.003)
+        step_with_metrics(oscillator(), (total_variation(0.01),), 0.003)
 
 
 def test_overshoot_is_the_largest_excursion_as_a_share_of_its_jump():
@@ -169,10 +169,10 @@ def loop(reference) -> ClosedLoop:
     return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), ArmFullState(2), controller, reference)
 
 
-@pytest.mark.parametrize("reference", [SquareWave("q", "rad", [1.0, 0.5], 0.5), Hold("q", "rad", [1.0, 0.5])])
+@pytest.mark.parametrize("reference", [SquareWave("q", "rad", [1.0, 0.5], 0.5), Constant("q", "rad", [1.0, 0.5])])
 def test_overshoot_and_settling_time_take_a_reference_that_is_piecewise_constant(reference):
     ode = loop(reference).ode()
-    step = measured(ode, (overshoot(), settling_time()), 0.01)
+    step = step_with_metrics(ode, (overshoot(), settling_time()), 0.01)
     assert step.states.size > ode.states.size  # what the metrics remember
 
 
@@ -181,14 +181,14 @@ def test_overshoot_and_settling_time_refuse_a_reference_that_moves(reference):
     ode = loop(reference).ode()
     for metric in (overshoot(), settling_time()):
         with pytest.raises(ValueError, match=f"'{metric.name}' needs a piecewise constant reference, as .* q_ref of"):
-            measured(ode, (metric,), 0.01)
+            step_with_metrics(ode, (metric,), 0.01)
 
 
 def test_a_reference_that_is_a_state_of_its_own_is_one_that_moves():
     ode = oscillator()
     ode = replace(ode, output=ca.vertcat(ode.x[0], ode.x[0], ode.x[1], ode.x[1]))
     with pytest.raises(ValueError, match="needs a piecewise constant reference"):
-        measured(ode, (overshoot(),), 0.01)
+        step_with_metrics(ode, (overshoot(),), 0.01)
 
 
 def test_a_start_at_the_level_up_to_rounding_is_no_jump():
@@ -217,7 +217,7 @@ def test_rows_of_another_width_are_refused_before_anything_runs():
 
 def test_a_mean_has_the_unit_and_the_name_of_its_signal():
     found = measure(
-        loop(Hold("q", "rad", [1.0, 0.5])).ode(),
+        loop(Constant("q", "rad", [1.0, 0.5])).ode(),
         (rmse(), rmse("tau"), sampled_rmse(0.1), sampled_rmse(0.1, "ed"), rmse("e_hat", name="mine")),
         until=0.2,
         h=0.1,
@@ -254,13 +254,13 @@ def test_the_late_total_variation_forgets_the_start():
 
 
 def test_a_metric_of_an_output_that_is_not_there_is_answered_with_the_nearest():
-    ode = loop(Hold("q", "rad", [1.0, 0.5])).ode()
+    ode = loop(Constant("q", "rad", [1.0, 0.5])).ode()
     with pytest.raises(LookupError, match=r"'RMSE of e_hot' needs the output 'e_hot', .* Did you mean 'e_hat'\?"):
-        measured(ode, (rmse("e_hot"),), 0.1)
+        step_with_metrics(ode, (rmse("e_hot"),), 0.1)
     with pytest.raises(LookupError, match=r"'peak torque' needs the output 'tau_applied', .* It has: q, qd\."):
-        measured(open_loop(Manipulator(paper_arm(), q=[0.0, 0.0])), (peak_torque(),), 0.1)
+        step_with_metrics(open_loop(Manipulator(paper_arm(), q=[0.0, 0.0])), (peak_torque(),), 0.1)
     with pytest.raises(LookupError, match=r"'RMS q_eror' needs the output 'q_eror', .* Did you mean 'q_error'\?"):
-        measured(ode, (observer_error("q_eror"),), 0.1)
+        step_with_metrics(ode, (observer_error("q_eror"),), 0.1)
 
 
 def test_a_metric_is_as_wide_as_the_output_that_it_watches():
@@ -279,4 +279,4 @@ def test_a_band_or_a_sample_time_that_is_none_is_refused(bad):
 
 def test_a_loop_is_asked_for_its_equations():
     with pytest.raises(ValueError, match=r"got a `ClosedLoop`: a loop becomes one by its method `ode\(\)`\."):
-        measure(loop(Hold("q", "rad", [1.0, 0.5])), (rmse(),), until=1.0, h=0.1)
+        measure(loop(Constant("q", "rad", [1.0, 0.5])), (rmse(),), until=1.0, h=0.1)

@@ -13,7 +13,7 @@ import pytest
 from tests.support.equations import decay
 from workbench.core import Entry, Layout, rk4
 from workbench.engine import simulate
-from workbench.engine.metrics import AbstractMetric, late_error, measure, measured, rmse, total_variation
+from workbench.engine.metrics import AbstractMetric, late_error, measure, rmse, step_with_metrics, total_variation
 from workbench.engine.metrics.contract import Integral
 from workbench.engine.metrics.measured_equation import common_grid
 
@@ -143,7 +143,10 @@ REFUSED = [
     (lambda: one(metrics=[rmse]), "a tuple of `AbstractMetric`; got the function `rmse` itself: call it at [0]."),
     (lambda: one(metrics=[Own]), "got the class `Own` itself: make one with `Own(...)` at [0]."),
     (lambda: one(metrics=rmse()), "must be a tuple of `AbstractMetric`; got an `Integral`"),
-    (lambda: measured(ODE, ["rmse"], 0.1), "`measured(metrics=...)` must be a tuple of `AbstractMetric`; got 'rmse'"),
+    (
+        lambda: step_with_metrics(ODE, ["rmse"], 0.1),
+        "`measured(metrics=...)` must be a tuple of `AbstractMetric`; got 'rmse'",
+    ),
     (lambda: one(every=0.0), "`measure(every=...)` must be a positive, finite number of seconds; got 0.0."),
     (lambda: one(progress=len), "`measure(progress=...)` must be a function of the share that is done, from 0 to 1"),
     (lambda: one(until=1.7e308), "must be at most 2^53 times the step 0.1 s"),

@@ -11,7 +11,7 @@ from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
 from workbench.arms.torque_metrics import peak_torque
 from workbench.blocks.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, open_loop
-from workbench.blocks.signals import Hold
+from workbench.blocks.signals import Constant
 from workbench.core import block, initial, layout, parameter
 from workbench.engine.distributions import Uniform
 from workbench.engine.factors import Factor
@@ -32,9 +32,9 @@ from workbench.engine.metrics import (
     violation,
 )
 from workbench.study.case_runs import run
-from workbench.study.compiled import compile_sweep
-from workbench.study.contract import Run, Sweep
+from workbench.study.compiled_sweep import compile_sweep
 from workbench.study.evidence.law_tables import side_by_side
+from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.run_tables import to_csv
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import MonteCarlo
@@ -83,7 +83,7 @@ def cart(**wanted):
 
 def arm():
     law = ArmPID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[10.0, 10.0])
-    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), ArmFullState(2), law, Hold("q", "rad", [1.0, 0.5]))
+    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), ArmFullState(2), law, Constant("q", "rad", [1.0, 0.5]))
 
 
 def test_a_metric_without_a_signal_is_of_all_that_the_loop_follows_each_in_its_unit():

@@ -12,7 +12,7 @@ from workbench.engine.job import Job
 from workbench.engine.kernel.graph import Level
 from workbench.engine.kernel.lowering import lower
 from workbench.engine.kernel.plan import Plan, graph_of
-from workbench.engine.metrics import measured, rmse, total_variation
+from workbench.engine.metrics import rmse, step_with_metrics, total_variation
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where CasADi's machine serves
 
@@ -27,7 +27,7 @@ LOOPS = {law: paper_laws.rival("FS", law) for law in paper_laws.RIVALS} | {
 
 @pytest.mark.parametrize("law", heavy_but(LOOPS, "PID", "SMC"))
 def test_the_compiled_loop_follows_casadis_machine(law):
-    step = measured(LOOPS[law].ode(), (rmse(), total_variation(1e-3)), 1e-4)
+    step = step_with_metrics(LOOPS[law].ode(), (rmse(), total_variation(1e-3)), 1e-4)
     compiled, casadi = (simulate(step, until=0.2, every=0.05, engine=e) for e in ("native", "casadi"))
     scale = 1 + np.abs(casadi.x).max(axis=1, keepdims=True)
     # rounding, carried through 2,000 steps of a loop whose fastest mode is 3e4 1/s and stable
@@ -93,14 +93,14 @@ def test_a_run_beyond_the_reach_of_its_arithmetic_has_diverged_and_no_other_goes
     run = simulate(step, until=20.0, every=every, engine="native", arithmetic=arithmetic)
     assert run.diverged_at[0] == pytest.approx(10.0, abs=0.021)
     assert not np.isfinite(run.x[0, run.t >= run.diverged_at[0]]).any()
-    assert not simulate(step, until=20.0, every=every, engine="casadi").diverged.any()
+    assert not simulate(step, until=20.0, every=every, engine="casadi").has_diverged.any()
 
 
 @pytest.mark.heavy
 def test_a_bounded_run_is_not_called_diverged_when_its_angle_passes_a_million_radians():
     step = rk4(turning(1e4), 1e-3)
     compiled, casadi = (simulate(step, until=120.0, every=10.0, engine=e) for e in ("native", "casadi"))
-    assert not compiled.diverged.any()
+    assert not compiled.has_diverged.any()
     # rounding of an angle of 1e6 rad, 1e-10, at each of a hundred thousand steps of a sum
     np.testing.assert_allclose(compiled.x, casadi.x, rtol=1e-9, atol=1e-7)
 
@@ -127,7 +127,7 @@ def test_a_diverging_neighbour_in_the_same_vector_changes_no_bit():
     beside = simulate(step, x0=np.vstack([quiet, [[5.0]]]), until=1.0, every=0.1, engine="native")
     alone = simulate(step, x0=quiet, until=1.0, every=0.1, engine="native")
     np.testing.assert_array_equal(beside.x[:7], alone.x)
-    assert beside.diverged[7]
+    assert beside.has_diverged[7]
     assert beside.diverged_at[7] == pytest.approx(0.2, abs=0.01)
 
 
@@ -172,5 +172,5 @@ def test_the_ir_has_no_call_but_to_intrinsics_and_its_own_functions():
 def test_a_step_and_its_half_are_one_kernel():
     ode = LOOPS["AOSMC-RGS"].ode()
     metrics = (rmse(), total_variation(1e-3))
-    texts = {lower(Plan.of(graph_of(measured(ode, metrics, h)), ()), 8) for h in (1e-4, 5e-5)}
+    texts = {lower(Plan.of(graph_of(step_with_metrics(ode, metrics, h)), ()), 8) for h in (1e-4, 5e-5)}
     assert len(texts) == 1

@@ -9,7 +9,7 @@ from scipy import special, stats
 
 from workbench.engine.kernel import noise
 from workbench.engine.kernel.noise import BLOCK, circle, logarithm, normals, philox, uniform
-from workbench.engine.machines.machine import Word
+from workbench.engine.machines.machine import MachineWord
 
 # The chance that a test refuses numbers that are as they should be. The seeds are fixed, so its answer never changes.
 SIGNIFICANCE = 1e-5
@@ -17,7 +17,7 @@ SIGNIFICANCE = 1e-5
 
 def words(bits):
     """Words of 64 bits on the machine that `normals` uses."""
-    return Word(noise.ARRAYS, bits)
+    return MachineWord(noise.ARRAYS, bits)
 
 
 # Bits at the ends and in the middle of the range, where u is next to 0, to 1, or the angle next to nought.

@@ -13,7 +13,7 @@ from tests.support.cases import heavy_but
 from workbench.engine.kernel.emission import Emission
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.noise import normals, normals_on, pair
-from workbench.engine.machines.machine import Word
+from workbench.engine.machines.machine import MachineWord
 
 
 def some_keys(count):
@@ -78,7 +78,7 @@ class ExactMachine:
 def test_every_bit_is_that_of_exact_arithmetic_rounded_once_an_operation():
     keys = some_keys(100)
     exact = ExactMachine()
-    expected = [pair(*(Word(exact, int(word)) for word in (*key, 1))) for key in zip(*keys, strict=True)]
+    expected = [pair(*(MachineWord(exact, int(word)) for word in (*key, 1))) for key in zip(*keys, strict=True)]
     assert one_by_one(*keys, 4)[:, 2:].tolist() == [[first.value, second.value] for first, second in expected]
 
 

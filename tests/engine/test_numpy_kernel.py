@@ -12,7 +12,7 @@ from tests.support.equations import with_next
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.engine import arithmetic, simulate
 from workbench.engine.kernel import numpy_kernel
-from workbench.engine.metrics import measured, rmse, total_variation
+from workbench.engine.metrics import rmse, step_with_metrics, total_variation
 
 LOOPS = {law: paper_laws.rival("FS", law) for law in paper_laws.RIVALS} | {
     "AOSMC-RGS": paper_laws.proposed_repaired("FS")
@@ -35,7 +35,7 @@ def same_bits(one, other):
 def test_numpy_and_the_compiled_march_have_the_same_bits(law, arithmetic):
     # in company, with a number that varies: values made once a run, once a step, and in the loop
     ode = LOOPS[law].ode()
-    step = measured(ode, METRICS, 1e-3)
+    step = step_with_metrics(ode, METRICS, 1e-3)
     p = ode.parameters.pack({"plant.arm.links[1].mass": np.linspace(0.9, 1.1, 3)})
     span = {"until": 0.01, "every": 0.002, "arithmetic": arithmetic}
     same_bits(*(simulate(step, p, engine=engine, **span) for engine in ("numpy", "native")))
@@ -110,7 +110,7 @@ def test_the_arc_tangent_knows_every_quadrant_axis_and_sign_of_zero(engine):
 
 
 def test_the_lots_of_the_march_change_no_bit(monkeypatch):
-    step = measured(LOOPS["ASMC"].ode(), METRICS, 1e-3)
+    step = step_with_metrics(LOOPS["ASMC"].ode(), METRICS, 1e-3)
     starts = np.tile(step.states.default, (7, 1)) + 0.01 * np.arange(7)[:, np.newaxis]
     whole = simulate(step, x0=starts, until=0.01, every=0.005, engine="numpy").x
     for size in (1, 3, 1000):
@@ -124,7 +124,7 @@ def test_without_a_compiler_one_run_and_many_have_the_bits_of_casadi(monkeypatch
         raise ImportError("No module named 'llvmlite'")
 
     monkeypatch.setattr(arithmetic, "native", missing)
-    step = measured(LOOPS["PID"].ode(), METRICS, 1e-3)
+    step = step_with_metrics(LOOPS["PID"].ode(), METRICS, 1e-3)
     few, many = (np.tile(step.states.default, (n, 1)) for n in (3, 100))
     for starts in (few, many):
         chosen = simulate(step, x0=starts, until=0.02)

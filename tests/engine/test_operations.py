@@ -9,7 +9,7 @@ import pytest
 from tests.house.sources import ROOT
 from workbench.engine.kernel import llvm, webassembly
 from workbench.engine.kernel.casadi_to_graph import OPERATIONS as READ
-from workbench.engine.kernel.graph import FOLDED, LEVELS
+from workbench.engine.kernel.graph import CONSTANT_FOLDS, LEVELS
 from workbench.engine.machines import (
     c_elementary_functions,
     c_primitives,
@@ -86,16 +86,18 @@ def test_numpy_gives_the_kind_of_result_that_the_table_says():
 
 
 def test_a_formula_gives_the_kind_of_result_that_the_table_says():
-    machine = numpy_spelling.Arrays(fused=False)
+    machine = numpy_spelling.Arrays(fused_products=False)
     given = {
-        Kind.NUMBER: formula_table.Number(machine, np.array([0.5, 0.25])),
-        Kind.TRUTH: formula_table.Truth(machine, np.array([True, False])),
+        Kind.NUMBER: formula_table.MachineNumber(machine, np.array([0.5, 0.25])),
+        Kind.TRUTH: formula_table.MachineTruth(machine, np.array([True, False])),
     }
     for name in NODE:
         row = OPERATIONS[name]
         with np.errstate(all="ignore"):
             made = formula_table.IN_DOUBLE.of(name, *(given[kind] for kind in row.operands))
-        assert isinstance(made, formula_table.Truth if row.result is Kind.TRUTH else formula_table.Number), name
+        assert isinstance(
+            made, formula_table.MachineTruth if row.result is Kind.TRUTH else formula_table.MachineNumber
+        ), name
 
 
 def test_a_symmetric_operation_has_one_result_in_both_orders():
@@ -109,7 +111,7 @@ def test_a_symmetric_operation_has_one_result_in_both_orders():
 
 def test_every_operation_of_casadi_that_is_read_has_a_row_and_every_folded_one_too():
     assert set(READ.values()) <= NODE
-    assert set(FOLDED) <= NODE
+    assert set(CONSTANT_FOLDS) <= NODE
     assert not set(LEVELS) & set(OPERATIONS), "a source of a graph is no operation"
     assert READ[ca.OP_SIN] == "sin"
 

@@ -8,7 +8,7 @@ from tests.support.equations import decay, oscillator
 from tests.support.reference_runs import run
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.core.numbers import Bounds
-from workbench.engine.reference import reference, reference_of_function
+from workbench.engine.reference import reference_of_function, reference_run
 
 # Surfaces that the state never leaves
 
@@ -53,7 +53,7 @@ def test_what_cannot_be_continued_is_refused_by_name_with_the_time(rate, x0, wor
 
 def test_a_run_that_needs_too_many_steps_says_how_far_it_came():
     with pytest.raises(ValueError, match="t = .* s, after 50 steps: allow more with `most_steps`"):
-        reference(oscillator(), times=[1000.0], most_steps=50)
+        reference_run(oscillator(), times=[1000.0], most_steps=50)
 
 
 @pytest.mark.parametrize(
@@ -80,12 +80,12 @@ def test_arguments_that_are_not_as_they_must_be_are_refused(options, words):
     t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
     ode = Ode.of("one", states, parameters, (t, x, p), {"x": -p * x}, {})
     with pytest.raises(ValueError, match=words):
-        reference(ode, **{"times": [1.0], **options})
+        reference_run(ode, **{"times": [1.0], **options})
 
 
 def test_what_is_no_equation_is_refused_with_the_way_to_one():
     with pytest.raises(ValueError, match="must be an `Ode`; got"):
-        reference(rk4(decay(), 0.1), times=[1.0])
+        reference_run(rk4(decay(), 0.1), times=[1.0])
     with pytest.raises(ValueError, match=r"`reference_of_function\(f=...\)` must be a function; got 3.0"):
         reference_of_function(3.0, [1.0], times=[1.0])
 

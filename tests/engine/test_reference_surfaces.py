@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.support.reference_runs import equation, run, times_of
-from workbench.engine.reference import reference
+from workbench.engine.reference import reference_run
 
 # The runs below are asked for 1e-10, and what is handed back is closer by far; a factor is what an equation magnifies.
 EXACT = 1e-10
@@ -21,7 +21,7 @@ def test_a_relay_reaches_its_surface_at_the_known_time_and_slides_on_it():
     assert (event.what, event.surface) == ("slides", "x[0]")
     assert event.t == pytest.approx(1 / 0.7, abs=1e-15)
     assert event.rate == pytest.approx(-0.7)
-    assert result.slid == ((event.t, 3.0, ("x[0]",)),)
+    assert result.sliding_spans == ((event.t, 3.0, ("x[0]",)),)
 
 
 def test_a_relay_rejects_a_sinusoid_and_is_left_when_that_exceeds_it():
@@ -38,7 +38,7 @@ def test_a_relay_rejects_a_sinusoid_and_is_left_when_that_exceeds_it():
 def test_a_relay_that_a_sinusoid_exceeds_again_and_again_is_left_and_reached_again(phase):
     a, w = 1.5, 3.0
     times = np.array([2.0, 5.0, 10.0]) - phase / w
-    result = reference(equation(lambda t, x: [-ca.sign(x[0]) + a * ca.sin(w * t + phase)], [0.0]), times=times)
+    result = reference_run(equation(lambda t, x: [-ca.sign(x[0]) + a * ca.sin(w * t + phase)], [0.0]), times=times)
     # held until a sin = 1, then x' = a sin - 1 until it is back at zero; and half a period later the same below
     half, s = np.pi / w, times + phase / w
     n, left = (s - np.arcsin(1 / a) / w) // half, np.arcsin(1 / a) / w
@@ -138,20 +138,23 @@ def test_two_surfaces_are_slid_on_one_after_the_other_and_then_both():
     first = 0.5 / 1.2
     second = first + (1 - 0.7 * first) / 1.06
     assert times_of(result, "slides") == pytest.approx([first, second], abs=1e-14)
-    assert result.slid[-1] == (times_of(result, "slides")[1], 3.0, ("x[1]", "x[0]")) or len(result.slid[-1][2]) == 2
+    assert (
+        result.sliding_spans[-1] == (times_of(result, "slides")[1], 3.0, ("x[1]", "x[0]"))
+        or len(result.sliding_spans[-1][2]) == 2
+    )
     np.testing.assert_allclose(result.x[result.t > second], 0.0, atol=1e-15)
 
 
 def test_surfaces_that_are_reached_at_one_instant_are_taken_together():
     result = run(lambda t, x: [-ca.sign(x[0]), -2 * ca.sign(x[1])], [1.0, 2.0], 3.0)
     np.testing.assert_allclose(result.x, np.maximum(0, 1 - result.t)[:, np.newaxis] * [1, 2], atol=1e-14)
-    assert result.slid[-1][2] == ("x[0]", "x[1]")
+    assert result.sliding_spans[-1][2] == ("x[0]", "x[1]")
 
 
 def test_one_surface_by_several_names_is_one():
     result = run(lambda t, x: [-ca.sign(x[0]) - ca.sign(2 * x[0]) + ca.sign(-x[0]) / 3], [1.0], 1.0)
     np.testing.assert_allclose(result.x[:, 0], np.maximum(0, 1 - 7 / 3 * result.t), atol=1e-14)
-    assert len(result.slid) == 1
+    assert len(result.sliding_spans) == 1
 
 
 def test_a_clock_switches_at_every_one_of_its_instants():

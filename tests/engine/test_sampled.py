@@ -14,8 +14,8 @@ from workbench.arms.mechanics.planar_arm import PointMass
 from workbench.arms.observers import ArmFullState
 from workbench.arms.torque_metrics import peak_torque
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold
-from workbench.core import Entry, Layout, Ode, Sampled
+from workbench.blocks.signals import Constant
+from workbench.core import Entry, Layout, Ode, SampledSystem
 from workbench.engine import simulate
 from workbench.engine.metrics import (
     effort,
@@ -38,7 +38,7 @@ X0 = np.array([0.7, -0.4])
 def linear():
     arm = PlanarArm((PointMass(J, 1.0),), gravity=0.0)
     plant = Manipulator(arm, [X0[0]], [X0[1]], friction=Friction([FRICTION], [0.0]))
-    return ClosedLoop(plant, ArmFullState(1), ArmPID([KP], [0.0], [KD]), Hold("q", "rad", [0.0]))
+    return ClosedLoop(plant, ArmFullState(1), ArmPID([KP], [0.0], [KD]), Constant("q", "rad", [0.0]))
 
 
 def exact(period, steps):
@@ -104,7 +104,7 @@ def test_the_halved_run_halves_the_substep_and_never_the_period():
 def test_an_observer_is_held_against_the_motion_between_its_samples():
     """q_hat = q(t_k) until t_(k+1): RMS of v (t - t_k) over a period is v period / sqrt 3."""
     plant = Manipulator(PlanarArm((PointMass(1.0, 1.0),), gravity=0.0), [0.0], [2.0])
-    coasting = ClosedLoop(plant, ArmFullState(1), ArmPID([0.0], [0.0], [0.0]), Hold("q", "rad", [0.0]))
+    coasting = ClosedLoop(plant, ArmFullState(1), ArmPID([0.0], [0.0], [0.0]), Constant("q", "rad", [0.0]))
     score = measure(coasting.digital(0.1), (observer_error("q_error"),), until=1.0, h=0.1).score("RMS q_error")
     assert score.value[0] == pytest.approx(2.0 * 0.1 / np.sqrt(3), rel=1e-12)
 
@@ -135,11 +135,11 @@ def test_times_that_do_not_fit_the_period_are_refused():
 def test_a_jump_of_more_than_its_symbols_is_refused():
     digital = linear().digital(0.1)
     with pytest.raises(ValueError, match=r"`Sampled\(jump=...\)` must be of k, x, p, w alone, .* symbol 'stranger'"):
-        Sampled(digital.flow, 0.1, digital.k, digital.w, digital.jump + ca.SX.sym("stranger"))
+        SampledSystem(digital.flow, 0.1, digital.k, digital.w, digital.jump + ca.SX.sym("stranger"))
     with pytest.raises(
         ValueError, match=r"`Sampled\(jump=...\)` must have shape \(m, 1\), for the first m of 7 states"
     ):
-        Sampled(digital.flow, 0.1, digital.k, digital.w, ca.vertcat(digital.jump, 0))
+        SampledSystem(digital.flow, 0.1, digital.k, digital.w, ca.vertcat(digital.jump, 0))
 
 
 def test_the_fingerprint_tells_loops_of_other_periods_instruments_and_delays_apart():
@@ -157,7 +157,7 @@ def test_a_flow_of_a_single_state_jumps_and_flows():
     states = Layout((Entry("x", 1.0),))
     t, x, k = ca.SX.sym("t"), states.symbols(), ca.SX.sym("k")
     flow = Ode.of("decay", states, Layout(), (t, x, ca.SX(0, 1)), {"x": -x}, {"y": x})
-    step = Sampled(flow, 0.1, k, ca.SX(0, 1), x / 2).step(2)
+    step = SampledSystem(flow, 0.1, k, ca.SX(0, 1), x / 2).step(2)
     assert float(step.y(0, 1.0, [], [])) == 0.5  # after the jump
     h = 0.05
     factor = 1 - h + h**2 / 2 - h**3 / 6 + h**4 / 24

@@ -10,7 +10,7 @@ from tests.support.equations import decay
 from workbench.core import Layout, Ode, layout, rk4
 from workbench.engine import Trajectories, arithmetic, simulate, step_limit
 from workbench.engine.batch import LARGEST_COPY, table_of
-from workbench.engine.reference import reference, reference_of_function
+from workbench.engine.reference import reference_of_function, reference_run
 
 ODE = decay()
 STEP = rk4(ODE, 0.1)
@@ -26,12 +26,12 @@ REFUSED = [
         "`step_limit(run=...)` must be a whole number from 0 to 0; got 1.",
     ),
     (
-        lambda: reference(ODE, times=[1.7e308, -1.7e308]),
+        lambda: reference_run(ODE, times=[1.7e308, -1.7e308]),
         "finite numbers of seconds that increase, from 0 on; got [1.7e+308",
     ),
     (lambda: arithmetic.default_for("x"), "`default_for(step=...)` must be a `Step`; got 'x'."),
     (lambda: arithmetic.signature(3), "`simulate(arithmetic=...)` is one of 'fused', 'portable', 'casadi'; got 3."),
-    (lambda: reference(STEP, times=[1.0]), "`reference(ode=...)` must be an `Ode`; got a `Step`."),
+    (lambda: reference_run(STEP, times=[1.0]), "`reference(ode=...)` must be an `Ode`; got a `Step`."),
     (
         lambda: reference_of_function(lambda t, x: 1j * x, [1.0], times=[1.0]),
         "a rate for each of the 1 states; got an array",
@@ -61,7 +61,7 @@ def test_numbers_of_any_kind_run_as_pythons(whole, real):
     other = simulate(STEP, [[real(2)]], [[real(0.5)]], until=real(1), every=real(0.5), seed=whole(3), runs=[whole(4)])
     np.testing.assert_array_equal(plain.x, other.x)
     assert type(other.job.seed) is int
-    one = reference(ODE, times=[real(0.5)], rtol=real(2**-20), atol=real(2**-20), most_steps=whole(100))
+    one = reference_run(ODE, times=[real(0.5)], rtol=real(2**-20), atol=real(2**-20), most_steps=whole(100))
     assert one.x == pytest.approx(np.exp(-1.5), rel=1e-5)  # ten times the tolerance
 
 

@@ -44,19 +44,19 @@ def test_a_run_decays_within_the_limit_and_grows_beyond_it(share, stays):
 
 def test_the_limit_says_how_many_states_it_looked_at():
     limit = step_limit(simulate(rk4(oscillator(), 0.01), until=10.0), points=50)
-    assert limit.checked == 50
+    assert limit.checked_states == 50
 
 
 def test_a_state_without_a_finite_jacobian_is_not_counted_and_with_none_left_no_step_holds():
     limit = step_limit(simulate(rk4(root(), 0.1), until=1.0))
-    assert limit.checked == 0
+    assert limit.checked_states == 0
     assert np.isnan(limit.limit)
     assert not limit.holds
 
 
 def test_a_run_that_diverges_has_the_limit_of_its_finite_part():
     limit = step_limit(simulate(rk4(explosion(), 1e-3), until=2.0))
-    assert limit.checked > 0
+    assert limit.checked_states > 0
     assert np.isinf(limit.limit)  # 2 x > 0: it only grows
 
 
@@ -68,7 +68,7 @@ def test_a_loop_whose_jacobian_overflows_as_it_diverges_is_a_flagged_row():
         Sines("q", "rad", [1.0, 0.5], [1.0, 2.0]),
     )
     result = measure(loop.ode(), [effort(), energy(), rmse()], until=20.0, h=0.1)
-    assert result.trajectories.diverged[0]
+    assert result.trajectories.has_diverged[0]
     assert all(np.isnan(score.value).all() for score in result.scores)
     assert not result.limit.holds
 

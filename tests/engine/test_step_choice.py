@@ -6,8 +6,8 @@ import pytest
 
 import workbench as wb
 from tests.support.equations import decay, explosion, oscillator
-from workbench.core import Entry, Layout, Ode, Sampled, runge_kutta_step
-from workbench.core.methods import METHODS, RESTARTED, RK4, STABILISED
+from workbench.core import Entry, Layout, Ode, SampledSystem, runge_kutta_step
+from workbench.core.methods import METHODS, RESTARTED_METHOD, RK4, STABILISED_METHOD
 from workbench.core.state_corners import corners_of
 from workbench.engine import simulate
 from workbench.engine.metrics import ise, measure, peak_error, rmse
@@ -15,7 +15,7 @@ from workbench.engine.metrics.accumulators import final_values
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.engine.metrics.step_for_metrics import step_for
 from workbench.engine.stability import longest_steps
-from workbench.engine.step_choice import Choice
+from workbench.engine.step_choice import StepChoice
 from workbench.study.case_runs import run
 
 HOW = {"until": 2.0, "tolerance": 1e-4}
@@ -81,7 +81,7 @@ def test_every_pilot_run_keeps_the_tolerance():
     choice = choose_step(ode, [ise()], rates, np.ones((16, 1)), **HOW)
     for rate in rates:
         alone = measure(ode, [ise()], rate[np.newaxis], until=2.0, h=choice.h, tolerance=1e-4)
-        assert alone.check.passed, str(alone.check)
+        assert alone.check.is_passed, str(alone.check)
 
 
 def test_a_step_divides_horizon_kept_times_and_grids():
@@ -95,7 +95,7 @@ def test_a_step_divides_horizon_kept_times_and_grids():
 @pytest.mark.heavy
 def test_a_sampled_loop_takes_any_whole_number_of_substeps():
     k, ode = ca.SX.sym("k"), oscillator()
-    sampled = Sampled(ode, 0.5, k, ca.SX(0, 1), ode.x)
+    sampled = SampledSystem(ode, 0.5, k, ca.SX(0, 1), ode.x)
     counts = [
         sampled.substeps(choose_step(sampled, [ise()], *column(ode), until=20.0, tolerance=t).h)
         for t in np.geomspace(1e-2, 1e-6, 5)
@@ -111,7 +111,7 @@ def test_the_stabilised_method_is_chosen_where_stability_alone_asks_for_short_st
     # beyond the end of the stability interval of RK4, 2.785, and within its own
     assert 2.785e-3 < choice.h < 5.8e-3
     assert error_of(ode, choice) <= 1e-3
-    assert measure(ode, [ise()], until=2.0, tolerance=1e-3).check.passed
+    assert measure(ode, [ise()], until=2.0, tolerance=1e-3).check.is_passed
 
 
 def test_restarts_are_chosen_where_corners_cost_the_method_its_order():
@@ -153,7 +153,7 @@ def test_every_engine_runs_every_method(method, how):
     np.testing.assert_allclose(found, wanted, rtol=1e-11)
 
 
-@pytest.mark.parametrize("method", [RK4, STABILISED])
+@pytest.mark.parametrize("method", [RK4, STABILISED_METHOD])
 def test_a_method_has_its_order_and_its_amplification(method):
     c, b = np.array(method.nodes), np.array(method.weights) / method.divisor
     a = np.array(method.ahead[:-1])
@@ -167,21 +167,21 @@ def test_a_method_has_its_order_and_its_amplification(method):
 
 
 def test_the_stabilised_method_reaches_twice_as_far_along_decaying_modes():
-    reach = [longest_steps(np.array([-1.0 + 0j]), method.amplification)[0] for method in (RK4, STABILISED)]
+    reach = [longest_steps(np.array([-1.0 + 0j]), method.amplification)[0] for method in (RK4, STABILISED_METHOD)]
     np.testing.assert_allclose(reach, [2.785, 5.799], rtol=1e-3)
-    inside = np.polyval(STABILISED.amplification, -np.linspace(0.5, 5.6, 500))
+    inside = np.polyval(STABILISED_METHOD.amplification, -np.linspace(0.5, 5.6, 500))
     assert np.abs(inside).max() < 0.82
 
 
 def test_corners_are_those_of_states_that_move():
     assert corners_of(saturated()).g.numel() == 2
     assert corners_of(oscillator()) is None
-    assert RESTARTED.corners
+    assert RESTARTED_METHOD.corners
 
 
 def test_a_choice_is_read_from_its_record_bit_by_bit():
-    choice = Choice(1 / 3, "rk4", 1e-3, 0.1 + 0.2, "'RMSE'", float("nan"), float("inf"), 16)
-    again = Choice.read(choice.record)
+    choice = StepChoice(1 / 3, "rk4", 1e-3, 0.1 + 0.2, "'RMSE'", float("nan"), float("inf"), 16)
+    again = StepChoice.from_record(choice.record)
     assert again.record == choice.record
     assert (again.h, again.error, again.limit) == (choice.h, choice.error, choice.limit)
 

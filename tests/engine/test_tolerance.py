@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.support.equations import decay, explosion, oscillator
-from workbench.core import Entry, Layout, Ode, Sampled
+from workbench.core import Entry, Layout, Ode, SampledSystem
 from workbench.engine import simulate
 from workbench.engine.metrics import iae, ise, measure, peak_error, rmse, settling_time, total_variation
 
@@ -60,14 +60,14 @@ def test_halving_tells_median_worst_and_share_of_the_runs_within_the_tolerance()
     assert accuracy.worst == pytest.approx(2 * 15 / 16 * errors.max(), rel=0.1)
     assert accuracy.median == pytest.approx(2 * 15 / 16 * np.median(errors), rel=0.1)
     assert accuracy.within == pytest.approx(6 / 9)
-    assert not accuracy.met
-    assert not found.check.passed
+    assert not accuracy.is_met
+    assert not found.check.is_passed
     assert f"ISE: tolerance {tolerance:g} NOT met by 66.7 % of 9 runs: median" in str(found.check)
 
 
 def test_a_tolerance_that_all_metrics_keep_is_said_to_be_met():
     found = measure(decay(), (ise(), iae()), A, until=2.0, h=0.01, tolerance=1e-6)
-    assert found.check.passed
+    assert found.check.is_passed
     assert [line.split(" by ")[0] for line in str(found.check).splitlines()[:2]] == [
         "ISE: tolerance 1e-06 met",
         "IAE: tolerance 1e-06 met",
@@ -78,7 +78,7 @@ def test_a_tolerance_changes_no_number_of_the_measurement():
     plain, judged = (measure(oscillator(), (ise(),), until=1.0, h=0.1, tolerance=t) for t in (None, 1e-9))
     np.testing.assert_array_equal(plain.score("ISE").value, judged.score("ISE").value)
     np.testing.assert_array_equal(plain.score("ISE").error, judged.score("ISE").error)
-    assert not judged.check.passed
+    assert not judged.check.is_passed
 
 
 def test_a_run_that_only_the_whole_step_loses_has_no_value_and_is_not_tested():
@@ -86,20 +86,20 @@ def test_a_run_that_only_the_whole_step_loses_has_no_value_and_is_not_tested():
     assert (np.isfinite(found.diverged_at).all(), np.isnan(found.half_diverged_at).all()) == (True, True)
     assert np.isnan([found.score("ISE").value, found.score("ISE").error]).all()
     (accuracy,) = found.check.metrics
-    assert (accuracy.runs, accuracy.lost, accuracy.met) == (0, 1, False)
+    assert (accuracy.runs, accuracy.lost_runs, accuracy.is_met) == (0, 1, False)
 
 
 def test_a_run_without_a_value_is_counted_and_never_averaged():
     starts = np.array([[1.0], [0.1], [0.2]])
     (accuracy,) = measure(explosion(), (ise(),), x0=starts, until=2.0, h=1e-3, tolerance=1e-6).check.metrics
-    assert (accuracy.runs, accuracy.lost) == (2, 1)
+    assert (accuracy.runs, accuracy.lost_runs) == (2, 1)
     assert accuracy.worst < 1e-6
 
 
 def test_a_metric_that_is_zero_and_stays_zero_keeps_any_tolerance():
     (accuracy,) = measure(decay(), (ise(),), x0=np.zeros((1, 1)), until=1.0, h=0.1, tolerance=1e-12).check.metrics
     assert accuracy.worst == 0
-    assert accuracy.met
+    assert accuracy.is_met
 
 
 def test_each_run_has_a_limit_on_its_step():
@@ -129,7 +129,7 @@ def test_a_pilot_chooses_steps_that_keep_the_tolerance_on_a_closed_form(toleranc
     exact = relaxed(RATES, T)[:, 0]
     assert np.abs(found.score("ISE").value / exact - 1).max() <= tolerance
     assert np.abs(found.score("RMSE").value / np.sqrt(exact / T) - 1).max() <= tolerance
-    assert found.check.passed, str(found.check)
+    assert found.check.is_passed, str(found.check)
     # the end of the stability interval of RK4 at the fastest rate
     assert found.h < 2.785 / 600
 
@@ -191,11 +191,11 @@ def test_a_tolerance_that_is_none_is_refused(bad):
 
 def test_a_sampled_loop_has_its_substep_chosen_or_is_judged_at_the_one_that_is_named():
     k, ode = ca.SX.sym("k"), decay()
-    sampled = Sampled(ode, 0.1, k, ca.SX(0, 1), ode.x)
+    sampled = SampledSystem(ode, 0.1, k, ca.SX(0, 1), ode.x)
     chosen = measure(sampled, (ise(),), until=1.0, tolerance=1e-3)
-    assert chosen.check.passed
+    assert chosen.check.is_passed
     assert sampled.substeps(chosen.h) in (1, 2, 4, 8)  # a half of the period, a quarter and so on
-    assert measure(sampled, (ise(),), until=1.0, h=0.01, tolerance=1e-6).check.passed
+    assert measure(sampled, (ise(),), until=1.0, h=0.01, tolerance=1e-6).check.is_passed
 
 
 def test_kept_times_that_do_not_reach_the_horizon_are_refused():
@@ -217,13 +217,13 @@ def test_values_are_those_of_a_simulation_at_the_step():
     np.testing.assert_array_equal(found.trajectories.x[:, -1], simulate(step, until=1.0, every=1.0).x[:, -1])
 
 
-def noisy() -> Sampled:
+def noisy() -> SampledSystem:
     """x' = -x^3, which noise moves once in 0.1 s: how fast it decays is told by the noise."""
     states = Layout((Entry("x", np.full(1, 3.0)),))
     t, x = ca.SX.sym("t"), states.symbols()
     flow = Ode.of("noisy", states, Layout(), (t, x, ca.SX(0, 1)), {"x": -(x**3)}, {"e": x})
     w = ca.SX.sym("w")
-    return Sampled(flow, 0.1, ca.SX.sym("k"), w, x + 2 * w)
+    return SampledSystem(flow, 0.1, ca.SX.sym("k"), w, x + 2 * w)
 
 
 def test_the_limit_of_a_noisy_run_is_taken_along_the_very_run():

@@ -14,8 +14,8 @@ from tests.support.equations import decay
 from tests.support.metric_programs import HORIZON, ODD, RUNS, STEP, bits, catalogue, pair, some_runs
 from workbench.core import Entry, Layout
 from workbench.engine import simulate
-from workbench.engine.arithmetic import continued
-from workbench.engine.metrics import AbstractMetric, measured, peak_error
+from workbench.engine.arithmetic import advance_states
+from workbench.engine.metrics import AbstractMetric, peak_error, step_with_metrics
 from workbench.engine.metrics.accumulators import final_values
 from workbench.engine.metrics.contract import Integral
 from workbench.engine.metrics.measured_equation import MeasuredEquation, accumulators_in, values
@@ -30,9 +30,9 @@ STEP_OF_ALL = RUNS_OF_ALL.step
 @pytest.mark.parametrize("metric", METRICS, ids=lambda metric: metric.name)
 def test_a_program_has_the_bits_of_the_metric_in_runs_that_settle_never_settle_and_diverge(metric):
     runs = RUNS_OF_ALL
-    assert 20 < runs.diverged.sum() < RUNS - 20
+    assert 20 < runs.has_diverged.sum() < RUNS - 20
     x = runs.x[:, -1]
-    z = continued(runs.job, x, round(HORIZON / STEP), 1)
+    z = advance_states(runs.job, x, round(HORIZON / STEP), 1)
     wanted, found = final_values(runs, METRICS)[metric.name], program_of(STEP_OF_ALL, metric, runs.t[-1]).evaluate(x, z)
     assert found.shape == wanted.shape == (RUNS, 2)
     np.testing.assert_array_equal(bits(found), bits(wanted))
@@ -66,8 +66,8 @@ def test_integrals_are_read_at_the_horizon_and_memories_one_step_later():
     labels = [step.states.labels[place] for _, place in (*area.inputs, *largest.inputs)]
     assert [name for name, _ in (*area.inputs, *largest.inputs)] == ["x", "x", "z", "z"]
     assert labels == ["integral of IAE[0]", "integral of IAE[1]", "peak error.peak[0]", "peak error.peak[1]"]
-    later = continued(runs.job, runs.x[:, -1], round(HORIZON / STEP), 1)
-    rows = MEASURED.accumulators.unpack(MEASURED.accumulated(runs))
+    later = advance_states(runs.job, runs.x[:, -1], round(HORIZON / STEP), 1)
+    rows = MEASURED.accumulators.unpack(MEASURED.totals(runs))
     np.testing.assert_array_equal(rows["peak error.peak"], later[:, step.states.slice("peak error.peak")])
 
 
@@ -98,7 +98,7 @@ def of(finish):
 
 
 def program_of_own(finish):
-    step = measured(decay(), [of(finish)], 0.1)
+    step = step_with_metrics(decay(), [of(finish)], 0.1)
     return program_of(step, of(finish), 1.0), step.states.size
 
 
@@ -123,7 +123,7 @@ def test_a_metric_of_ones_own_has_a_program_too(finish):
     program, size = program_of_own(finish)
     rng = np.random.default_rng(20)
     states = rng.choice([*ODD, *rng.normal(size=30)], (500, size))
-    place = measured(decay(), [of(finish)], 0.1).states.slice("integral of own")
+    place = step_with_metrics(decay(), [of(finish)], 0.1).states.slice("integral of own")
     with np.errstate(all="ignore"):
         wanted = finish(states[:, place], 1.0)
     np.testing.assert_array_equal(bits(program.evaluate(states, states)), bits(np.asarray(wanted, dtype=float)))
@@ -190,8 +190,8 @@ class Last(AbstractMetric):
 
 def test_a_memory_that_is_a_matrix_is_read_in_its_shape():
     metric = Last("last", "", "")
-    runs = simulate(measured(decay(), [metric], 0.1), until=1.0, every=1.0, arithmetic="portable")
-    later = continued(runs.job, runs.x[:, -1], 10, 1)
+    runs = simulate(step_with_metrics(decay(), [metric], 0.1), until=1.0, every=1.0, arithmetic="portable")
+    later = advance_states(runs.job, runs.x[:, -1], 10, 1)
     found = program_of(runs.step, metric, 1.0).evaluate(runs.x[:, -1], later)
     np.testing.assert_array_equal(found, final_values(runs, [metric])["last"])
     assert found[0, 2] == pytest.approx(1.5 * found[0, 0])
@@ -199,7 +199,7 @@ def test_a_memory_that_is_a_matrix_is_read_in_its_shape():
 
 def test_a_metric_that_the_step_does_not_accumulate_is_refused():
     with pytest.raises(ValueError, match=r"metric 'peak error' cannot be written.*KeyError: 'peak'"):
-        program_of(measured(decay(), [], 0.1), peak_error(), 1.0)
+        program_of(step_with_metrics(decay(), [], 0.1), peak_error(), 1.0)
 
 
 def test_a_horizon_that_is_no_time_is_refused():

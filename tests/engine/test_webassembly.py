@@ -12,7 +12,7 @@ from workbench.core.equations import equations_of
 from workbench.engine.kernel import llvm, webassembly
 from workbench.engine.kernel.plan import Plan
 from workbench.engine.metrics.measured_equation import MeasuredEquation
-from workbench.report.live.marches import Modules, march, watched
+from workbench.report.live.marches import Modules, evaluation, march
 from workbench.study.knob import Knob
 
 POSITIONS = 200
@@ -32,7 +32,7 @@ def bits(numbers):
 def opened(step, stride, rows):
     modules = Modules()
     plain = march(step, stride, modules)
-    return Kernel(unpacked(next(iter(modules.packed.values()))), plain, rows)
+    return Kernel(unpacked(next(iter(modules.packed_modules.values()))), plain, rows)
 
 
 def turned(step, rng):
@@ -84,7 +84,7 @@ def test_outputs_are_made_from_the_states_of_a_kept_time():
     step = MeasuredEquation.of(equations_of(comparison("FS")[0].run.loop, "aosmc"), ()).step(1e-4)
     runs = wb.simulate(step, until=0.1, every=0.01, arithmetic="portable")
     tau = step.outputs.slice("tau")
-    kernel = opened(watched(step, step.rule.output[tau]), 1, rows=1)
+    kernel = opened(evaluation(step, step.rule.output[tau]), 1, rows=1)
     for row in (0, 4, 10):
         x = np.concatenate([runs.x[0, row], np.zeros(2)])
         got = kernel.run(step.parameters.default, x, 1, begin=100 * row)[0]
@@ -95,9 +95,9 @@ def test_outputs_are_made_from_the_states_of_a_kept_time():
 
 def test_the_module_imports_its_memory_alone():
     step = MeasuredEquation.of(equations_of(comparison("FS")[4].run.loop, "fuzzy"), ()).step(1e-4)
-    code = webassembly.compiled(Plan.of_step(step, ()))
+    code = webassembly.compile_plan(Plan.of_step(step, ()))
     imports = dict(webassembly._sections(code))[webassembly.IMPORTS]
-    assert [*webassembly._imported(imports)] == [webassembly.MEMORY]
+    assert [*webassembly._imports(imports)] == [webassembly.MEMORY]
     assert len(code) < 150_000
 
 

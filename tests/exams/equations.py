@@ -17,10 +17,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.identity import judge_zero
+from workbench.arms.identity_proofs import judge_zero
 from workbench.arms.mechanics import Link, PlanarArm, lagrange
 from workbench.arms.mechanics.planar_arm import PointMass
-from workbench.arms.printed.entry_comparison import compare_sheet, judged
+from workbench.arms.printed.entry_comparison import compare_sheet, entry_verdicts
 from workbench.arms.printed.entry_diagnosis import first_wrong
 from workbench.arms.printed.printed_equations import Sheet, read_sheet
 from workbench.arms.printed.statements import statements
@@ -72,7 +72,7 @@ class Candidate:
         robot = self.robot(case["robot"])
         one, other = (compare_sheet(self.sheet(case, language), robot) for language in LANGUAGES)
         pairs = zip(one, other, strict=True)
-        return all(_equal(a.printed, b.printed, robot) for a, b in pairs)
+        return all(_equal(a.printed_entry, b.printed_entry, robot) for a, b in pairs)
 
 
 def answer(sheet: Sheet, robot: Dynamics) -> dict[str, str | None]:
@@ -128,7 +128,7 @@ def _of_truth(name: str, truth: Case, numbers: Mapping[str, float]) -> Dynamics:
     entries = tuple(Entry(p, np.array(numbers.get(p, 1.0)), symbol=p) for p in sorted(named - joints - {"pi"}))
     blank = _dynamics(name, Layout(entries), n)
     verdicts = compare_sheet(read_sheet(said, blank, "text"), blank)
-    values = {verdict.label: verdict.printed for verdict in verdicts}
+    values = {verdict.label: verdict.printed_entry for verdict in verdicts}
     M, C = (ca.blockcat([[values[f"{m}[{i + 1},{j + 1}]"] for j in range(n)] for i in range(n)]) for m in "MC")
     G = ca.vertcat(*(values[f"G[{i + 1}]"] for i in range(n)))
     return Dynamics("as the exam has it", blank.q, blank.qd, M, C, G, blank.p, blank.symbols)
@@ -191,7 +191,7 @@ def _same(one: Dynamics, other: Dynamics) -> bool:
         for i in range(matrix.shape[0])
         for j in range(matrix.shape[1])
     }
-    return all(verdict.kind == "same" for verdict in judged(entries, other))
+    return all(verdict.kind == "same" for verdict in entry_verdicts(entries, other))
 
 
 def _equal(a: ca.SX, b: ca.SX, robot: Dynamics) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.core import Ode, rk4
 from workbench.engine import simulate
-from workbench.engine.reference import reference, reference_of_function
+from workbench.engine.reference import reference_of_function, reference_run
 
 from .graders import Loaded
 from .tracing import Rate, UntraceableError, chooses, trace
@@ -42,7 +42,7 @@ class Candidate:
         """The reference mode, (N, n)."""
         try:
             try:
-                return reference(self.ode(f, x0), x0=x0, times=times, rtol=rtol, atol=atol).x
+                return reference_run(self.ode(f, x0), x0=x0, times=times, rtol=rtol, atol=atol).x
             except (UntraceableError, ValueError) as refusal:
                 if isinstance(refusal, ValueError) and not chooses(self.ode(f, x0)):
                     raise

@@ -11,13 +11,13 @@ import numpy as np
 
 from workbench.blocks.loop import AbstractController, ClosedLoop, open_loop
 from workbench.blocks.plants import OdePlant
-from workbench.core import Layout, Ode, Sampled, Signals, block, layout, parameter
+from workbench.core import Layout, Ode, SampledSystem, Signals, block, layout, parameter
 from workbench.core.block import Matrix, Vector
 from workbench.core.validation.refusals import Array
 from workbench.design.linear import linearize, operating_point
 from workbench.design.riccati import lqr
 from workbench.engine import simulate
-from workbench.engine.reference import reference
+from workbench.engine.reference import reference_run
 
 from .graders import Grader, Loaded
 
@@ -71,7 +71,7 @@ def _rest(ode: Ode, u: Array) -> Array:
     return operating_point(ode, held).x
 
 
-def _samples(loop: Sampled, last: int, names: tuple[str, ...]) -> Array:
+def _samples(loop: SampledSystem, last: int, names: tuple[str, ...]) -> Array:
     """The states (last + 1, nx) at the instants, with as many substeps as they need to agree."""
     before, substeps = np.full((last + 1, len(names)), np.inf), 4
     while substeps <= MOST_SUBSTEPS:
@@ -83,7 +83,7 @@ def _samples(loop: Sampled, last: int, names: tuple[str, ...]) -> Array:
     return _stiff_samples(loop, last, names)
 
 
-def _stiff_samples(loop: Sampled, last: int, names: tuple[str, ...]) -> Array:
+def _stiff_samples(loop: SampledSystem, last: int, names: tuple[str, ...]) -> Array:
     """The same by the reference mode over each period, implicit where that pays: for a plant too stiff for substeps."""
     jump = ca.Function("jump", [loop.k, loop.flow.x, loop.flow.p], [loop.jump])
     flow, since = loop.flow, layout(since="s")
@@ -94,7 +94,7 @@ def _stiff_samples(loop: Sampled, last: int, names: tuple[str, ...]) -> Array:
     for k in range(last):
         held = np.array(jump(k, at[-1], p)).ravel()
         asked = {"times": [loop.period], "method": "implicit", "rtol": 1e-9, "atol": 1e-11 * (1 + abs(held))}
-        at.append(reference(flow, np.append(p, k * loop.period), held, **asked).x[-1])
+        at.append(reference_run(flow, np.append(p, k * loop.period), held, **asked).x[-1])
     states = loop.states.unpack(np.array(at))
     return np.column_stack([states[f"plant.{name}"] for name in names])
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import PlanarArm, SpatialArm, urdf
+from workbench.arms.mechanics.joint_tree import Joint, Solid, arm_of
 from workbench.arms.mechanics.spatial_vectors import moments
-from workbench.arms.mechanics.tree import Joint, Solid, arm_of
 
 from .graders import Loaded
 
@@ -80,7 +80,7 @@ def through_urdf(exam: Loaded) -> dict[str, Answers]:
     """The robots of an exam that have a URDF file."""
     folder = Path(str(exam.module.__file__)).parent
     robots = exam.module.robots()
-    return {k: _spatial(urdf.read(folder / r["urdf"], GRAVITY), r) for k, r in robots.items() if r.get("urdf")}
+    return {k: _spatial(urdf.read_urdf(folder / r["urdf"], GRAVITY), r) for k, r in robots.items() if r.get("urdf")}
 
 
 def through_bodies(exam: Loaded) -> dict[str, Answers]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.design.riccati import care, dare
 
 from .graders import Loaded, find, loaded
@@ -45,7 +45,7 @@ def _outcome(z: dict[str, Any], condition: float, discrete: bool, power: int, se
     A, B, Q, R = z["A"] / x[:, None] * x, z["B"] / x[:, None] * u, z["Q"] * x[:, None] * x, z["R"] * u[:, None] * u
     try:
         found = (dare if discrete else care)(A, B, Q, R, S)
-    except Refused:
+    except DesignError:
         return "refused"
     X, low = (z[name] * x[:, None] * x for name in ("X", "X_lo"))
     error = np.linalg.norm((found.X - X) - low) / np.linalg.norm(X)

@@ -11,8 +11,8 @@ from workbench.core import Entry, Layout, Ode
 from workbench.engine.distributions import Uniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import rmse
-from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
+from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.study import Study
 from workbench.study.uncertainty import MonteCarlo
 

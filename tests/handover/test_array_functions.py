@@ -75,7 +75,7 @@ def test_a_file_in_c_gives_them_row_by_row(tmp_path):
     ("laws", "notes", "sentence"),
     [
         ([], NOTES, "must be one law or more, with the same parameters"),
-        ([law(), law("other", parameters=PARAMETERS.prefixed("a."))], NOTES, "with the same parameters"),
+        ([law(), law("other", parameters=PARAMETERS.with_prefix("a."))], NOTES, "with the same parameters"),
         ([law()], NOTES[:2], "a line about each of the 3 numbers of the parameters; got 2"),
         ([motor_law().law()], ["a"] * motor_law().law().parameters.size, "must be laws without memory"),
         ([law(command=T * ca.vertcat(K, B, B))], NOTES, "must be laws without memory, references and time"),

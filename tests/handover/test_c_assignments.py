@@ -6,7 +6,7 @@ from workbench.engine.kernel.graph import Graph, Node
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
 from workbench.engine.machines.c_spelling import Text
 from workbench.engine.machines.operations import OPERATIONS, Kind, Role, Tightness, with_role
-from workbench.handover.c99.c_assignments import Call, Demand, Scope, Wanted, assignments
+from workbench.handover.c99.c_assignments import CCall, Demand, Scope, ValueForm, assignments
 
 X = [Node("x", entry=i) for i in range(3)]
 SOURCES = {i: Text("xyz"[i], Tightness.ATOM, plain=True) for i in range(3)}
@@ -16,7 +16,7 @@ def scope_of(nodes, results, numbers=None, **options):
     return Scope(Graph((*X, *nodes), results), "law", options.pop("real", DOUBLE), numbers or {}, SOURCES, **options)
 
 
-def written(scope, wanted=Wanted.TEXT):
+def written(scope, wanted=ValueForm.TEXT):
     """The lines and the texts of the results, and the names of what they call."""
     made = assignments(scope, [Demand(scope.graph.results), Demand(scope.graph.results, wanted)])
     lines = [line for answer in made.answers for line in answer.lines]
@@ -63,7 +63,7 @@ def test_a_long_expression_is_broken_at_its_longest_part():
 
 def test_a_result_as_a_variable_is_one_unless_it_is_plain():
     scope = scope_of([Node("const", value=-1.5), Node("add", (0, 1))], (0, 3, 4), {3: -1.5})
-    assert written(scope, Wanted.VARIABLE) == (["const double w_1 = x + y;"], ["x", "-1.5", "w_1"], [])
+    assert written(scope, ValueForm.VARIABLE) == (["const double w_1 = x + y;"], ["x", "-1.5", "w_1"], [])
 
 
 def test_a_number_that_is_not_finite_comes_from_its_bits():
@@ -87,8 +87,8 @@ def test_a_fused_product_is_one_call():
 
 def test_a_function_is_called_in_the_format_of_its_value():
     scope = scope_of([Node("exp", (0,))], (3,), real=SINGLE)
-    made = assignments(scope, [Demand((3,), Wanted.MADE), Demand((3,), Wanted.TEXT)])
-    assert made.calls == (Call("exp", SINGLE),)
+    made = assignments(scope, [Demand((3,), ValueForm.MADE), Demand((3,), ValueForm.TEXT)])
+    assert made.calls == (CCall("exp", SINGLE),)
     assert made.answers[1].texts == ("law_expf(x)",)
 
 

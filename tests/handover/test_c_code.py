@@ -19,7 +19,7 @@ from tests.support.c_runs import (
 from tests.support.cases import heavy_but
 from tests.support.digital_laws import digital, kalman_law, motor_law
 from workbench.core.templates import template_text
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 
 
 @needs_compiler

@@ -12,8 +12,8 @@ from tests.support.cases import heavy_but
 from tests.support.digital_laws import kalman_law, motor_law
 from tests.support.recorded_laws import LOOPS
 from tests.support.targets_here import needs_gcc
-from workbench.handover.c99.c_code import c_code
-from workbench.handover.targets.size import measured_stack
+from workbench.handover.c99.c_files import c_code
+from workbench.handover.targets.binary_size import measured_stack
 
 HARDWARE = ({"sqrt": "hardware"}, {"fma": "hardware"}, {"sqrt": "hardware", "fma": "hardware"})
 

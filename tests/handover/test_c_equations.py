@@ -1,7 +1,7 @@
 """The printed equations of a law: the head of a docstring, and the lines with a number."""
 
 from tests.support.digital_laws import digital
-from workbench.handover.c99.c_equations import Numbered, numbered_equations, opening, printed_equation
+from workbench.handover.c99.c_equations import NumberedEquation, numbered_equations, opening, printed_equation
 
 DOCSTRING = """A law on a surface.
 
@@ -27,7 +27,7 @@ def test_the_opening_ends_above_the_first_section():
 def test_an_equation_has_a_left_side_and_a_number():
     found = list(numbered_equations(DOCSTRING))
     assert [equation.left for equation in found] == ["s", "tau", "k_hat'", "z[k+1]"]
-    assert found[0] == Numbered("s", "s  = ed + Lambda e,  e = q - q_ref  (12)")
+    assert found[0] == NumberedEquation("s", "s  = ed + Lambda e,  e = q - q_ref  (12)")
 
 
 def test_a_value_of_the_memory_has_the_equation_of_its_rate():

@@ -129,7 +129,7 @@ def noisy():
         (lambda: fmu(spring(("k", "F", "time")), h=0.01), ValueError, "two are called 'time'"),
         (lambda: fmu(spring(), h=0.01, compiler="no-such-compiler"), LookupError, "must be a C compiler on the path"),
         (lambda: fmu(spring(), h=0.01, compiler="false"), ValueError, "'.*false' refuses the sources"),
-        (lambda: fmu("motor"), ValueError, r"must be a `SampledLaw` or an `Ode` or a `Sampled`; got 'motor'"),
+        (lambda: fmu("motor"), ValueError, r"must be a `SampledLaw` or an `Ode` or a `SampledSystem`; got 'motor'"),
     ],
 )
 def test_what_cannot_be_an_fmu_is_refused_in_a_sentence(make, error, text):

@@ -5,7 +5,7 @@ import pytest
 from tests.support.c_runs import COMPILERS, compiled, differing, needs_compiler, recorded
 from tests.support.digital_laws import digital, gallery
 from tests.support.law_forms import Record, agree, run_here
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.programs.python_law import python_law
 
 OPTIONS = ("-O0", "-O1", "-O2", "-O3")

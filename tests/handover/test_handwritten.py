@@ -10,7 +10,7 @@ import pytest
 
 from studies.paper.laws import proposed_repaired
 from tests.support.targets_here import needs_gcc, needs_valgrind
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 
 HANDWRITTEN = Path(__file__).parents[2] / "studies/performance/handwritten"
 

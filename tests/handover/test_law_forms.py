@@ -13,7 +13,7 @@ from tests.support.c_runs import compiled, differing, needs_compiler, recorded
 from tests.support.law_forms import Record, agree, flat, of, pid, record, replayed
 from workbench.blocks.loop import AbstractController, ClosedLoop
 from workbench.core import Entry, Layout, block, layout, parameter
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.programs.casadi_law import casadi_law
 from workbench.handover.programs.linear_law import as_control
 from workbench.handover.programs.python_law import python_law
@@ -92,7 +92,7 @@ def test_text_from_outside_stays_text_in_every_form():
     with pytest.raises(ValueError, match=r"must be a unit, as 'N m/\(rad s\)' is"):
         Entry('o"mega', np.zeros(1), bad)
     odd = Layout((Entry('o"mega', np.zeros(1), 'x"""\nimport os\n--> \\ $name %s {0}'),))
-    for each in (law.named(bad), replace(law, notes=(bad,)), replace(law, readings=odd)):
+    for each in (law.with_name(bad), replace(law, notes=(bad,)), replace(law, readings=odd)):
         for text in (python_law(each), casadi_law(each), as_control(each)):
             assert not [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.alias) and node.name == "os"]
         for files in (ros2(c_code(each, "law")), simulink(c_code(each, "law"))):

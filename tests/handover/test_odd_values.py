@@ -10,7 +10,7 @@ import pytest
 import workbench as wb
 from tests.support.swept_studies import SWEPT
 from workbench.core.validation.refusals import as_number, as_path, as_whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine import simulate
 from workbench.handover.replays import replay
 
@@ -163,7 +163,7 @@ def test_an_item_in_itself_is_refused_in_a_short_sentence():
 def test_a_path_with_bytes_that_are_no_text_is_one():
     assert as_path("\udcff.py") == "\udcff.py"  # as Python reads the name b"\xff.py"
 
-    @door
+    @check_arguments
     def read(path: Path | str) -> Path:
         return Path(path)
 

@@ -15,13 +15,13 @@ from tests.support.digital_laws import arm_law, kalman_law, motor_law
 from tests.support.targets_here import needs_aarch64, needs_cortex_m, needs_gcc
 from workbench.cli.replay import replay as verb
 from workbench.handover.bit_comparison import compare, fits
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.recording import BLOCK, digest, record
 from workbench.handover.replays import replay
 from workbench.handover.targets import TARGETS, CalledTarget
 from workbench.handover.targets.compilers import CompiledProgram
-from workbench.handover.targets.contract import Figures
-from workbench.handover.targets.programs import lacking
+from workbench.handover.targets.external_programs import missing_programs
+from workbench.handover.targets.target import TargetCost
 
 PERIODS = 10_000
 
@@ -37,7 +37,7 @@ def changed(code, old, new):
 @pytest.fixture
 def bits_alone(monkeypatch):
     """No figures of a program, for which it is compiled twice more and run by Valgrind: see test_targets.py."""
-    monkeypatch.setattr(CompiledProgram, "figures", lambda *_: Figures())
+    monkeypatch.setattr(CompiledProgram, "figures", lambda *_: TargetCost())
 
 
 def test_a_recording_is_the_run_of_the_joint_loop():
@@ -92,7 +92,7 @@ def test_ten_thousand_periods_have_the_same_bits_without_and_with_optimisation(m
     for key in ("gcc-O0", "gcc-O3", "numpy"):
         result = compare(TARGETS[key], code, rows)
         bits = 64 * PERIODS * (law.commands.size + law.memory.size)
-        assert (result.equal, result.bits, result.differing, result.first) == (True, bits, 0, "")
+        assert (result.equal, result.bits, result.differing_bits, result.first) == (True, bits, 0, "")
 
 
 @needs_cortex_m
@@ -100,7 +100,7 @@ def test_ten_thousand_periods_have_the_same_bits_without_and_with_optimisation(m
 def test_ten_thousand_periods_have_the_same_bits_on_a_microcontroller():
     sampled = kalman_law()
     result = replay(sampled, periods=PERIODS, targets=["cortex-m7"]).results[0]
-    assert (result.equal, result.periods, result.differing, result.memories) == (True, PERIODS, 0, 0)
+    assert (result.equal, result.periods, result.differing_bits, result.memories) == (True, PERIODS, 0, 0)
     assert 100 < result.figures.instructions <= result.figures.most
     assert result.figures.stack <= result.figures.touched
     assert result.fit.fits
@@ -109,7 +109,7 @@ def test_ten_thousand_periods_have_the_same_bits_on_a_microcontroller():
 @pytest.mark.heavy
 @needs_gcc
 def test_single_precision_has_the_bits_of_numpys_floats(bits_alone):
-    here = [key for key in ("gcc-O0", "gcc-O3", "arm64", "cortex-m4f") if not lacking(TARGETS[key].programs)]
+    here = [key for key in ("gcc-O0", "gcc-O3", "arm64", "cortex-m4f") if not missing_programs(TARGETS[key].programs)]
     done = replay(arm_law(), periods=100, precision="single", targets=[*here, "numpy"])
     assert [result.equal for result in done.results] == [True] * len(here) + [False]
     assert done.results[0].bits == 32 * 100 * (2 + done.recording.law.memory.size)
@@ -129,7 +129,7 @@ def test_a_constant_that_is_wrong_in_its_last_bit_is_seen_with_its_period(bits_a
     broken = changed(code, "200.0;", f"{float(np.nextafter(200.0, 201.0))!r};")  # Ki
     result = compare(TARGETS["gcc-O0"], broken, rows)
     assert not result.equal
-    assert result.differing > 0
+    assert result.differing_bits > 0
     found = re.match(r"period (\d+), '(.*)': .*\(0x([0-9a-f]{16})\) for .*\(0x([0-9a-f]{16})\)$", result.first)
     assert found
     assert (int(found[1]), found[2]) == (20, "controller.integral[0]")  # the step of the reference
@@ -162,7 +162,7 @@ def test_fused_products_are_seen(bits_alone):
     pragma = '#pragma GCC optimize ("fp-contract=off")'
     assert compare(fused, code, rows).equal
     result = compare(fused, changed(code, pragma, ""), rows)
-    assert result.differing > 0
+    assert result.differing_bits > 0
     assert result.first.startswith("period ")
 
 
@@ -189,7 +189,7 @@ def test_a_function_is_a_target_too():
 
     result = compare(CalledTarget("other", other), code, rows)
     assert result.first.startswith("period 7, 'v': ")
-    assert 0 < result.differing <= 64
+    assert 0 < result.differing_bits <= 64
 
 
 def test_a_program_that_is_not_there_is_named_with_its_package_and_the_others_run(monkeypatch):

@@ -14,7 +14,7 @@ from studies.paper.laws import proposed_repaired, rival
 from tests.support.c_runs import differing
 from tests.support.cases import heavy_but
 from tests.support.law_forms import record
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.export_folder import write_files
 from workbench.handover.wrappers.ros2 import ros2
 

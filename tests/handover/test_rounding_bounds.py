@@ -12,7 +12,7 @@ from workbench.handover.single.rounding_rules import CLOSE
 from workbench.handover.single.rounding_statement import (
     box_of,
     ceiling,
-    commanded,
+    command_places,
     percent,
     stated_bound,
 )
@@ -136,7 +136,7 @@ def test_a_relay_has_no_bound_where_its_sign_is_within_rounding_and_says_so():
     held = rounding_bound(law, 0, np.zeros((2, 0)), y)
     assert held.u_bound[0, 0] == np.inf
     assert held.u_bound[1, 0] < 6 * UNIT  # of the product alone
-    assert held.bounded.tolist() == [False, True]
+    assert held.has_bound.tolist() == [False, True]
     assert [held.reasons.get(cause) for cause in held.u_cause[:, 0]] == ["sign of s", None]
 
 
@@ -184,16 +184,16 @@ def test_a_statement_says_how_often_no_bound_holds_and_why():
     law = by_hand(lambda y, k, p: relay(y), readings=2, s=lambda y: y[0] + y[1])
     stated = stated_bound(law, [1.0, -1.001], [1.001, -1.0], samples=200_000)
     # the sum spreads over 2e-3 as a triangle, and its sign is lost within the rounding of two readings at its middle
-    assert 0.3 * UNIT / 1e-3 < stated.lost < 3 * UNIT / 1e-3
-    assert stated.reasons == {"sign of s": stated.lost}
-    assert f"at {percent(stated.lost)} of them a decision is within its rounding" in stated.sentence
-    assert stated.sentence.endswith(f"no bound holds: sign of s ({percent(stated.lost)}).")
+    assert 0.3 * UNIT / 1e-3 < stated.unbounded_share < 3 * UNIT / 1e-3
+    assert stated.reasons == {"sign of s": stated.unbounded_share}
+    assert f"at {percent(stated.unbounded_share)} of them a decision is within its rounding" in stated.sentence
+    assert stated.sentence.endswith(f"no bound holds: sign of s ({percent(stated.unbounded_share)}).")
 
 
 def test_the_command_of_a_law_with_a_delay_is_the_one_that_it_makes():
     loop = rival("FS", "PID")
     late, soon = (loop.digital(1e-3, delay=delay).law() for delay in (3, False))
-    assert [(late.memory.labels + late.commands.labels)[i] for i in commanded(late)] == [
+    assert [(late.memory.labels + late.commands.labels)[i] for i in command_places(late)] == [
         "hold.next.3[0]",
         "hold.next.3[1]",
     ]
@@ -203,7 +203,7 @@ def test_the_command_of_a_law_with_a_delay_is_the_one_that_it_makes():
     bounds = []
     for law, x in ((late, waiting), (soon, z)):
         held = rounding_bound(law, 0, x, y, r)
-        bounds.append(np.concatenate([held.z_bound, held.u_bound], axis=1).max(axis=0)[commanded(law)])
+        bounds.append(np.concatenate([held.z_bound, held.u_bound], axis=1).max(axis=0)[command_places(law)])
     np.testing.assert_array_equal(*bounds)
 
 

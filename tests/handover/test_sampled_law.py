@@ -8,7 +8,7 @@ import workbench as wb
 from tests.support.c_runs import differing, recorded
 from tests.support.cases import heavy_but
 from tests.support.digital_laws import digital
-from workbench.core import Sampled
+from workbench.core import SampledSystem
 from workbench.engine.kernel.plan import Evaluation, graph_of
 from workbench.engine.machines.numpy_spelling import Arrays
 from workbench.handover.law_graph import graph_of_law
@@ -70,7 +70,9 @@ def test_a_law_that_uses_the_truth_is_refused_unless_the_truth_is_an_input_by_na
     from studies.paper.laws import proposed_repaired
 
     sampled = proposed_repaired("FS").digital(1e-3)
-    with pytest.raises(ValueError, match=r"uses the truth: `WithDisturbance` reads 'd'.*law\(truths=\('d',\)\)"):
+    with pytest.raises(
+        ValueError, match=r"uses the truth: `StateAndDisturbanceObserver` reads 'd'.*law\(truths=\('d',\)\)"
+    ):
         sampled.law()
     assert "d" in sampled.law(truths=("d",)).readings
     with pytest.raises(LookupError, match=r"'e'"):
@@ -79,7 +81,7 @@ def test_a_law_that_uses_the_truth_is_refused_unless_the_truth_is_an_input_by_na
 
 def test_a_sampled_equation_without_blocks_has_no_law():
     flow = wb.open_loop(wb.DCMotor())
-    alone = Sampled(flow, 0.1, ca.SX.sym("k"), ca.SX(0, 1), ca.SX(0, 1))
+    alone = SampledSystem(flow, 0.1, ca.SX.sym("k"), ca.SX(0, 1), ca.SX(0, 1))
     with pytest.raises(ValueError, match=r"needs a loop that `ClosedLoop.digital` has made"):
         alone.law()
 

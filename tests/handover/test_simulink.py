@@ -13,7 +13,7 @@ from studies.paper.laws import proposed_repaired, rival
 from tests.support.c_runs import differing
 from tests.support.cases import heavy_but
 from tests.support.law_forms import record
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.wrappers.simulink import simulink
 
 STUBS = Path(__file__).parents[1] / "support" / "simulink_stubs"

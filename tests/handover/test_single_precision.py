@@ -6,10 +6,10 @@ import pytest
 
 from tests.support.recorded_laws import by_hand
 from workbench.engine.machines.formula_table import IN_SINGLE
-from workbench.engine.machines.machine import Number
+from workbench.engine.machines.machine import MachineNumber
 from workbench.engine.machines.numpy_spelling import Singles
 from workbench.engine.machines.single_elementary_functions import LARGEST_ANGLE
-from workbench.handover.single.rounding_rules import STATED
+from workbench.handover.single.rounding_rules import RELATIVE_ERRORS
 from workbench.handover.single.single_precision import single_precision
 
 COUNT = 1_000_000
@@ -18,7 +18,7 @@ ODD = np.array([0.0, -0.0, 1.0, -1.0, 1e-45, -1e-45, np.inf, -np.inf, np.nan], n
 
 def computed(name, *operands):
     """The floats of a function of floats."""
-    numbers = [Number(Singles(), np.asarray(operand, np.float32)) for operand in operands]
+    numbers = [MachineNumber(Singles(), np.asarray(operand, np.float32)) for operand in operands]
     with np.errstate(all="ignore"):
         return IN_SINGLE.of(name, *numbers).value
 
@@ -59,7 +59,7 @@ def errors(name, got, wanted):
 )
 def test_functions_of_a_float_are_within_three_units_in_the_last_place(name, of_doubles, points):
     relative, units = errors(name, computed(name, points), of_doubles(points.astype(float)))
-    assert relative <= STATED[name]
+    assert relative <= RELATIVE_ERRORS[name]
     assert units < 3.0
 
 
@@ -67,14 +67,14 @@ def test_the_angle_of_two_floats_is_within_three_units_in_the_last_place():
     for y, x in ((spread(1e-3, 1.0), spread(1e-3, 1.0, seed=1)), (spread(1e-15, 1e15), spread(1e-15, 1e15, seed=1))):
         x = np.random.default_rng(2).permutation(x)
         relative, units = errors("atan2", computed("atan2", y, x), np.arctan2(y.astype(float), x.astype(float)))
-        assert relative <= STATED["atan2"]
+        assert relative <= RELATIVE_ERRORS["atan2"]
         assert units < 3.0
 
 
 def test_sine_and_cosine_keep_their_digits_at_every_multiple_of_a_quarter_turn():
     quarters = (np.arange(1, 5215) * (np.pi / 2)).astype(np.float32)
     for name, of_doubles in (("sin", np.sin), ("cos", np.cos)):
-        assert errors(name, computed(name, quarters), of_doubles(quarters.astype(float)))[0] <= STATED[name]
+        assert errors(name, computed(name, quarters), of_doubles(quarters.astype(float)))[0] <= RELATIVE_ERRORS[name]
 
 
 def test_an_angle_beyond_the_largest_has_no_sine():
@@ -104,7 +104,7 @@ def test_the_length_of_two_floats_is_within_three_units_in_the_last_place():
     for low, high in ((1e-3, 1.0), (1e-44, 1e38)):
         y, x = spread(low, high), np.random.default_rng(2).permutation(spread(low, high, seed=1))
         relative, units = errors("hypot", computed("hypot", y, x), np.hypot(y.astype(float), x.astype(float)))
-        assert relative <= STATED["hypot"]
+        assert relative <= RELATIVE_ERRORS["hypot"]
         assert units < 3.0
 
 

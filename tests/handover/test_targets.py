@@ -11,12 +11,12 @@ from tests.support.compilers import needs_llvmlite
 from tests.support.digital_laws import motor_law
 from tests.support.targets_here import needs_aarch64, needs_clang, needs_cortex_m, needs_gcc, needs_valgrind
 from workbench.handover.bit_comparison import compare
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.recording import record
 from workbench.handover.targets import TARGETS, cortex_m, harness
+from workbench.handover.targets.binary_size import code_and_data, deepest
 from workbench.handover.targets.compilers import CompiledProgram
-from workbench.handover.targets.programs import TargetError, run
-from workbench.handover.targets.size import code_and_data, deepest
+from workbench.handover.targets.external_programs import TargetError, run
 from workbench.handover.targets.soft_doubles import SOFT_DOUBLES_FILE, WRAPS, soft_doubles
 
 

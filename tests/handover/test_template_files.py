@@ -14,12 +14,12 @@ from tests.support.browsers import needs_node
 from tests.support.digital_laws import arm_law, motor_law
 from tests.support.targets_here import needs, needs_cortex_m, needs_gcc
 from workbench.core.templates import fill, template_text
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.export_folder import write_files
 from workbench.handover.fmi.archive import fmu
 from workbench.handover.targets import cortex_m, harness
 from workbench.handover.targets.compilers import write_files as write_sources
-from workbench.handover.targets.importer import BEGINS, CALLS
+from workbench.handover.targets.fmu_importer import BEGINS, CALLS
 from workbench.handover.targets.soft_doubles import SOFT_DOUBLES_FILE, WRAPS, soft_doubles
 from workbench.handover.wrappers.ros2 import ros2
 
@@ -132,7 +132,7 @@ def test_cmake_configures_the_package_of_ros_2_without_a_warning(tmp_path):
 
 def test_the_xml_of_a_package_of_ros_2_is_read_back_with_the_name_of_a_law_as_it_is():
     name = 'PID of <b> & "O\'Brien" {{ 7 * 7 }}'
-    files = ros2(c_code(LAWS["with a reference"]().named(name), "law"))
+    files = ros2(c_code(LAWS["with a reference"]().with_name(name), "law"))
     written = name.replace('"', "'")  # a string of C may hold it
     manifest, plugin = (ElementTree.fromstring(files[file]) for file in ("package.xml", "law_controller.xml"))
     assert manifest.findtext("description") == f"{written}: a control law as a controller of ros2_control."

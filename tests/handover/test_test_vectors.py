@@ -89,7 +89,7 @@ def test_vectors_in_single_precision_are_those_of_the_law_in_single_precision(tm
 
 @needs_compiler
 def test_a_late_computer_is_recorded_as_it_was_handed_its_readings(tmp_path):
-    sampled = motor_law().disturbed()
+    sampled = motor_law().with_timing_faults()
     p = sampled.parameters.pack({"computer.jitter": 0.2 * sampled.period})[0]
     rows = wb.record(sampled, periods=200, p=p, seed=3)
     assert differing(in_c(rows.law, rows, tmp_path), wanted(rows)) == 0

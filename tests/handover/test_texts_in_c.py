@@ -8,7 +8,7 @@ import pytest
 import workbench as wb
 from tests.support.c_runs import COMPILERS, WARNINGS, needs_compiler
 from tests.support.digital_laws import motor_law
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.c99.c_names import comment
 
 STRICT = (*WARNINGS, "-trigraphs", "-Wtrigraphs", "-Wcomment")

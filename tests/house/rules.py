@@ -28,7 +28,7 @@ DOORS = {
     "llvmlite": "engine/kernel/llvm.py",
     "matplotlib": "report/figures/",
     "rich": "cli/progress.py",
-    "SALib": "study/uncertainty/indices.py",
+    "SALib": "study/uncertainty/sobol_indices.py",
     "threadpoolctl": "design/matrices.py",
     "typst": "report/pdf.py",
 }

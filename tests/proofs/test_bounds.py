@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.proofs import interval
-from workbench.proofs.bounds import disturbance_bounds, enclose, extreme_eigenvalue, largest_norm, shown
+from workbench.proofs.bounds import bound_text, disturbance_bounds, enclose, extreme_eigenvalue, largest_norm
 from workbench.proofs.branch_and_bound import definite
 from workbench.proofs.interval import NoBound, guarantee
 
@@ -134,8 +134,10 @@ def test_what_cannot_be_enclosed_is_refused(call, says):
 
 @given(st.floats(-1e6, 1e6, allow_subnormal=False))
 def test_a_bound_that_is_printed_is_still_a_bound(bound):
-    assert float(shown(bound, 1)) <= bound <= float(shown(bound, -1))
-    assert float(shown(bound, -1)) - float(shown(bound, 1)) <= 1.000001e-8 * abs(bound)  # the difference is rounded
+    assert float(bound_text(bound, 1)) <= bound <= float(bound_text(bound, -1))
+    assert float(bound_text(bound, -1)) - float(bound_text(bound, 1)) <= 1.000001e-8 * abs(
+        bound
+    )  # the difference is rounded
 
 
 @pytest.mark.heavy
@@ -145,8 +147,8 @@ def test_the_extreme_eigenvalues_of_a_rotated_matrix_are_those_of_its_diagonal()
     matrix = turn @ ca.diag(ca.vertcat(1 + ca.cos(x[1]) ** 2, 5 - ca.sin(x[1]))) @ turn.T
     # both are reached on whole lines, along which every box must be small: three digits are enough here
     least, greatest = (extreme_eigenvalue(matrix, x, -np.pi, np.pi, sign, tolerance=1e-3) for sign in (1, -1))
-    assert 1 - 1.001e-3 <= least.beyond < 1
-    assert 6 < greatest.beyond <= 6 * 1.001001
+    assert 1 - 1.001e-3 <= least.bound < 1
+    assert 6 < greatest.bound <= 6 * 1.001001
     assert least.value == pytest.approx(1, abs=1e-14)
     assert greatest.value == pytest.approx(6, abs=1e-14)
 
@@ -171,22 +173,22 @@ SINES = ca.vertcat(3 * ca.sin(2 * t), 4 * ca.sin(2 * t))  # 5 sin 2t along (3, 4
 
 def test_the_bounds_of_a_sine_disturbance_are_proved_in_closed_form():
     size, slope = disturbance_bounds(SINES, t, 20.0)
-    assert 5.0 <= size.beyond <= 5.0000001
-    assert 10.0 <= slope.beyond <= 10.0000002
+    assert 5.0 <= size.bound <= 5.0000001
+    assert 10.0 <= slope.bound <= 10.0000002
 
 
 def test_the_bound_of_a_sum_of_sines_is_what_a_dense_grid_sees():
     size, _ = disturbance_bounds(ca.sin(t) + ca.sin(ca.sqrt(2) * t) / 2, t, 50.0)
     dense = np.linspace(0, 50, 1_000_001)
     seen = np.abs(np.sin(dense) + np.sin(np.sqrt(2) * dense) / 2).max()
-    assert seen <= size.beyond == pytest.approx(seen, rel=1e-7)
+    assert seen <= size.bound == pytest.approx(seen, rel=1e-7)
 
 
 def test_a_saturated_disturbance_is_bounded_by_its_own_interval():
     # its slope is up to 1000, and its tops are flat to 4e-9: no tangent would do
     size, slope = disturbance_bounds(ca.tanh(10 * ca.sin(100 * t)), t, 100.0)
-    assert size.beyond == pytest.approx(1.0, rel=2e-8)
-    assert slope.beyond == pytest.approx(1000.0, rel=2e-8)
+    assert size.bound == pytest.approx(1.0, rel=2e-8)
+    assert slope.bound == pytest.approx(1000.0, rel=2e-8)
 
 
 @pytest.mark.parametrize(("D", "says"), [(ca.sign(ca.sin(t)), "SIGN"), (1 / (t - 3.3), "3.3"), (SINES * x[0], "'x_0'")])

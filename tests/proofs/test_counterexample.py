@@ -9,9 +9,9 @@ import pytest
 
 from tests.support.counterexamples import HUNT, ODE, blow_up, worst_run
 from workbench.core import Claim
-from workbench.core.claim import Declared
+from workbench.core.claim import BlockClaim
 from workbench.proofs.counterexample import CounterExample, hypotheses_kept, in_reference_mode
-from workbench.proofs.falsify import Budget, Hunt
+from workbench.proofs.falsify import Budget, RunSearch
 
 WORST = worst_run()
 
@@ -24,13 +24,13 @@ def test_what_is_written_is_read_again_to_the_last_bit(tmp_path):
 def test_a_replay_gives_the_stored_value():
     again = HUNT.replay(WORST)
     assert again.same
-    assert again.kept
+    assert again.keeps_hypotheses
     assert again.value == WORST.value
 
 
 def test_a_replay_of_an_escape_says_when():
-    claim = Declared(Claim("bounded", "x <= 1000", "by hand", (), lambda y: 1000 - y["x"]))
-    hunt = Hunt(blow_up(), claim, {"x": (2.0, 3.0)}, 1.0, 1e-3)
+    claim = BlockClaim(Claim("bounded", "x <= 1000", "by hand", (), lambda y: 1000 - y["x"]))
+    hunt = RunSearch(blow_up(), claim, {"x": (2.0, 3.0)}, 1.0, 1e-3)
     worst = hunt.search(0, Budget(8, 1, 0)).worst
     again = hunt.replay(worst)
     assert again.same
@@ -40,9 +40,9 @@ def test_a_replay_of_an_escape_says_when():
 
 def test_a_replay_says_that_a_hypothesis_is_broken():
     strict = Claim("b is small", "|b| <= 0.5", "by hand", (), lambda y: 0.5 - ca.fabs(y["b"]))
-    hunt = replace(HUNT, hypotheses=(Declared(strict),))
+    hunt = replace(HUNT, hypotheses=(BlockClaim(strict),))
     assert WORST.sought["b"] > 0.5
-    assert not hunt.replay(WORST).kept
+    assert not hunt.replay(WORST).keeps_hypotheses
 
 
 def test_a_stored_value_that_is_not_what_the_run_gives_is_seen():
@@ -92,13 +92,13 @@ def test_a_seed_that_is_no_whole_number_is_refused(tmp_path, odd):
 
 def test_the_reference_mode_sees_the_same_run():
     p, x0 = WORST.rows(ODE)
-    y, error = in_reference_mode(HUNT.watched, "e", p[0], x0[0], [2.0])
+    y, error = in_reference_mode(HUNT.violation_equation, "e", p[0], x0[0], [2.0])
     assert y[0, 0] == pytest.approx(WORST.value, abs=1e-8)  # the violation of x(2) <= 0 is x(2)
     assert error[0, 0] < 1e-8
 
 
 def test_the_hypotheses_that_a_run_keeps_at_every_step_are_named():
-    held = Declared(Claim("x is small", "x <= 1", "by hand", (), lambda y: 1 - y["x"]))  # x(0) = 1, and x falls
-    broken = Declared(Claim("x is large", "x >= 0.2", "by hand", (), lambda y: y["x"] - 0.2))  # until ln 5 s = 1.61 s
+    held = BlockClaim(Claim("x is small", "x <= 1", "by hand", (), lambda y: 1 - y["x"]))  # x(0) = 1, and x falls
+    broken = BlockClaim(Claim("x is large", "x >= 0.2", "by hand", (), lambda y: y["x"] - 0.2))  # until ln 5 s = 1.61 s
     assert hypotheses_kept(ODE, (held, broken), 1.5, 0.01) == ("x is small", "x is large")
     assert hypotheses_kept(ODE, (held, broken), 1.7, 0.01) == ("x is small",)

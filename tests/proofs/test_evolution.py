@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import differential_evolution
 
-from workbench.proofs.differential_evolution import Judged, evolve
+from workbench.proofs.differential_evolution import TrialValues, evolve
 
 
 def free(value):
-    return Judged(value, np.zeros(len(value)))
+    return TrialValues(value, np.zeros(len(value)))
 
 
 def sphere(u):
@@ -40,7 +40,7 @@ def test_the_highest_of_many_hills_is_found():
 
 def test_a_constraint_moves_the_optimum_to_its_edge():
     def judge(u):
-        return Judged(-((u - 0.3) ** 2).sum(axis=1), 0.5 - u[:, 0])  # u_0 >= 0.5
+        return TrialValues(-((u - 0.3) ** 2).sum(axis=1), 0.5 - u[:, 0])  # u_0 >= 0.5
 
     u, _ = best(judge, 3)
     np.testing.assert_allclose(u, [0.5, 0.3, 0.3], atol=2e-3)
@@ -48,7 +48,7 @@ def test_a_constraint_moves_the_optimum_to_its_edge():
 
 def test_an_inadmissible_start_is_led_to_what_is_admissible():
     def judge(u):
-        return Judged(u[:, 0], np.abs(u - 0.9).max(axis=1) - 0.02)  # 0.04^3 of the cube
+        return TrialValues(u[:, 0], np.abs(u - 0.9).max(axis=1) - 0.02)  # 0.04^3 of the cube
 
     u, _ = best(judge, 3)
     assert np.abs(u - 0.9).max() <= 0.02
@@ -114,7 +114,7 @@ def test_a_search_that_is_over_asks_no_more():
 
 def test_trials_from_the_best_alone_climb_one_hill_faster():
     def left(seed, mixed):
-        worth = evolve(sphere, 6, 24, 25, np.random.default_rng(seed), mixed=mixed)[1]
+        worth = evolve(sphere, 6, 24, 25, np.random.default_rng(seed), mix_strategies=mixed)[1]
         return -worth.value.max()
 
     # over twenty seeds, as one may be lucky
@@ -133,9 +133,9 @@ def test_a_long_hill_is_climbed_no_slower_than_by_scipy(dimensions, population):
 
     def ours(seed):
         rng = np.random.default_rng(seed)
-        return -evolve(lambda u: free(-below(u)), dimensions, population, budget // population - 1, rng, mixed=False)[
-            1
-        ].value.max()
+        return -evolve(
+            lambda u: free(-below(u)), dimensions, population, budget // population - 1, rng, mix_strategies=False
+        )[1].value.max()
 
     def theirs(seed):
         asked = {"maxiter": budget // population - 1, "popsize": population, "init": starts(seed), "polish": False}
@@ -156,6 +156,6 @@ def test_infinity_is_best_and_minus_infinity_worst():
 
 
 def test_an_admissible_trial_beats_any_other():
-    a, b = Judged(np.array([-5.0]), np.array([0.0])), Judged(np.array([9.0]), np.array([0.1]))
+    a, b = TrialValues(np.array([-5.0]), np.array([0.0])), TrialValues(np.array([9.0]), np.array([0.1]))
     assert a.beats(b).all()
     assert not b.beats(a).any()

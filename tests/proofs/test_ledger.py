@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from workbench.core import Claim
-from workbench.proofs.claim_ledger import Ledger, Line, Quantifier, Ruling
+from workbench.proofs.claim_ledger import ClaimEntry, ClaimLedger, Quantifier, Ruling
 
 RIGHT = Claim("model", "the model is right", "(1)")
 BOUND = Claim("bound", "D is bounded", "(8)")
@@ -16,9 +16,9 @@ PROVED = Ruling("proved", "by normal form")
 REFUTED = Ruling("refuted", "at q = 1", "f(1)")
 
 
-def ledger(**rulings: Ruling) -> Ledger:
+def ledger(**rulings: Ruling) -> ClaimLedger:
     claims = {claim.name: claim for claim in (RIGHT, LEMMA, THEOREM)}
-    return Ledger.of([(claims[name], lambda ruling=ruling: ruling) for name, ruling in rulings.items()])
+    return ClaimLedger.of([(claims[name], lambda ruling=ruling: ruling) for name, ruling in rulings.items()])
 
 
 def test_each_claim_is_checked_in_order():
@@ -31,8 +31,8 @@ def test_each_claim_is_checked_in_order():
 def test_a_claim_knows_what_it_rests_on_however_far_below():
     found = ledger(model=REFUTED, lemma=PROVED, theorem=PROVED)
     assert found.hypotheses("theorem") == (("lemma", "proved"), ("model", "refuted"), ("bound", None))
-    assert found.fallen("theorem") == ("model",)
-    assert found.fallen("model") == ()
+    assert found.broken_hypotheses("theorem") == ("model",)
+    assert found.broken_hypotheses("model") == ()
 
 
 def test_a_claim_that_is_not_there_is_named_with_the_nearest():
@@ -44,7 +44,7 @@ def test_a_claim_that_is_not_there_is_named_with_the_nearest():
 
 def test_two_lines_of_one_name_are_refused():
     with pytest.raises(ValueError, match="holds each claim once; \\['model'\\] came more than once"):
-        Ledger((Line(RIGHT, PROVED), Line(RIGHT, REFUTED)))
+        ClaimLedger((ClaimEntry(RIGHT, PROVED), ClaimEntry(RIGHT, REFUTED)))
 
 
 def test_a_refutation_without_a_witness_is_refused():
@@ -74,7 +74,7 @@ def test_a_verdict_is_one_of_eight():
 
 def test_a_check_must_find_something():
     with pytest.raises(ValueError, match="The check of 'model'"):
-        Ledger.of([(RIGHT, lambda: None)])
+        ClaimLedger.of([(RIGHT, lambda: None)])
 
 
 def test_a_condition_is_named_where_a_claim_fails_under_it():
@@ -91,13 +91,13 @@ def test_a_condition_is_named_where_a_claim_fails_under_it():
 
 
 def test_a_claim_that_cannot_be_checked_says_what_is_unstated():
-    assert Ruling("not checkable as published", "no gain is printed", unstated="all gains").verdict == (
+    assert Ruling("not checkable as published", "no gain is printed", unstated_numbers="all gains").verdict == (
         "not checkable as published"
     )
     with pytest.raises(ValueError, match="names what the source does not state"):
         Ruling("not checkable as published", "no gain is printed")
     with pytest.raises(ValueError, match="got 'all gains' with 'refuted'"):
-        Ruling("refuted", "it fails", "f(1)", unstated="all gains")
+        Ruling("refuted", "it fails", "f(1)", unstated_numbers="all gains")
 
 
 def test_an_ill_posed_claim_says_why_and_needs_no_witness():
@@ -114,24 +114,24 @@ def test_a_witness_that_was_not_seen_to_keep_a_hypothesis_is_no_witness(ruling):
     with pytest.raises(
         ValueError, match="'theorem' must keep every hypothesis of the claim.*\\['gain'\\] have margins"
     ):
-        Line(theorem, ruling)
-    assert Line(theorem, replace(ruling, kept=("gain",))).ruling.kept == ("gain",)
-    assert Line(theorem, PROVED).ruling is PROVED
+        ClaimEntry(theorem, ruling)
+    assert ClaimEntry(theorem, replace(ruling, kept=("gain",))).ruling.kept_hypotheses == ("gain",)
+    assert ClaimEntry(theorem, PROVED).ruling is PROVED
 
 
 def test_a_hypothesis_that_fails_under_a_condition_has_fallen():
-    lines = (Line(RIGHT, Ruling("does not hold under", "3 > 2", "f(1)", under="a1")), Line(LEMMA, PROVED))
-    assert Ledger(lines).fallen("lemma") == ("model",)
+    lines = (ClaimEntry(RIGHT, Ruling("does not hold under", "3 > 2", "f(1)", under="a1")), ClaimEntry(LEMMA, PROVED))
+    assert ClaimLedger(lines).broken_hypotheses("lemma") == ("model",)
 
 
 def test_a_claim_is_not_refuted_over_a_range_that_its_reader_chose():
     ours, narrower = Quantifier("all Q and R", "reader"), Quantifier("Q = R = I", "reader", within=True)
     with pytest.raises(ValueError, match="'model' is refuted only if it fails over the range of its source"):
-        Line(RIGHT, REFUTED, "the model is right", (ours,))
+        ClaimEntry(RIGHT, REFUTED, "the model is right", (ours,))
     depends = Ruling("depends on", "true for one pair, false for another", "f(1), f(2)", on="Q and R")
-    assert Line(RIGHT, depends, "", (ours,)).ruling.verdict == "depends on Q and R"
+    assert ClaimEntry(RIGHT, depends, "", (ours,)).ruling.verdict == "depends on Q and R"
     for allowed in (narrower, Quantifier("all states", "source")):
-        assert Line(RIGHT, REFUTED, "", (allowed,)).quantifiers == (allowed,)
+        assert ClaimEntry(RIGHT, REFUTED, "", (allowed,)).quantifiers == (allowed,)
 
 
 def test_what_depends_on_numbers_names_them_and_has_a_witness():

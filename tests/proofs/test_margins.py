@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from workbench.core import Claim, Entry, Layout, Ode, rk4
-from workbench.core.claim import Declared
+from workbench.core.claim import BlockClaim
 from workbench.engine import simulate
 from workbench.engine.metrics import measure
-from workbench.proofs.claim_margins import SignalsOf, derivative, violation, watching
+from workbench.proofs.claim_margins import SignalsOf, derivative, violation, with_violations
 
 
 def oscillator() -> Ode:
@@ -47,24 +47,24 @@ def test_a_signal_that_is_not_there_is_named_with_the_nearest():
 
 def test_the_violation_of_a_run_is_the_largest_negative_margin():
     claim = Claim("small x", "|x| <= 0.5", "by hand", (), lambda y: 0.5 - ca.fabs(y["x"]))
-    watched = watching(ODE, [Declared(claim, "body.")])
+    watched = with_violations(ODE, [BlockClaim(claim, "body.")])
     value = measure(watched, (violation(claim),), until=3.0, h=0.01).score("violation of small x").value
     assert value[0] == pytest.approx(0.5, abs=1e-6)  # |cos 2t| reaches 1 at the start
 
 
 def test_a_violation_keeps_its_sign_where_the_claim_holds():
     claim = Claim("bounded", "|x| <= 3", "by hand", (), lambda y: 3 - ca.fabs(y["body.x"]))
-    watched = watching(ODE, [Declared(claim)])
+    watched = with_violations(ODE, [BlockClaim(claim)])
     value = measure(watched, (violation(claim),), until=3.0, h=0.01).score("violation of bounded").value
     assert value[0] == pytest.approx(-2.0, abs=1e-6)
 
 
 def test_watching_leaves_the_motion_as_it_is():
     claim = Claim("bounded", "|x| <= 3", "by hand", (), lambda y: 3 - ca.fabs(y["body.x"]))
-    plain, watched = (simulate(rk4(ode, 0.01), until=1.0).x for ode in (ODE, watching(ODE, [Declared(claim)])))
+    plain, watched = (simulate(rk4(ode, 0.01), until=1.0).x for ode in (ODE, with_violations(ODE, [BlockClaim(claim)])))
     np.testing.assert_array_equal(plain, watched)
 
 
 def test_a_claim_without_a_margin_cannot_be_watched():
     with pytest.raises(ValueError, match="needs margins, which a run can break; the claim 'rest' has none"):
-        watching(ODE, [Declared(Claim("rest", "it comes to rest", "by hand"))])
+        with_violations(ODE, [BlockClaim(Claim("rest", "it comes to rest", "by hand"))])

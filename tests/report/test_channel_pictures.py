@@ -9,9 +9,9 @@ import pytest
 from workbench.design.chattering import BoundaryLayer, Relay, harmonic_balance
 from workbench.report.loop_pictures import (
     Envelope,
+    EquilibriumMark,
     FrequencyMatrix,
     PhaseCurve,
-    Rest,
     VectorField,
     bode_envelope,
     characteristic_loci_figure,
@@ -111,7 +111,7 @@ def test_a_phase_plane_has_arrows_along_the_field_and_the_run():
     X, Y = np.meshgrid(x, x)
     t = np.linspace(0, 5, 3000)
     run = PhaseCurve("run", np.cos(t), -np.sin(t))
-    figure = phase_figure("p", "", VectorField(x, x, Y, -X), "x", "y", [Rest(0.0, 0.0, "centre")], [run])
+    figure = phase_figure("p", "", VectorField(x, x, Y, -X), "x", "y", [EquilibriumMark(0.0, 0.0, "centre")], [run])
     heads, field = (mark for mark in figure.panels[0].series if isinstance(mark, Arrows))
     assert np.allclose(field.u, field.y)
     assert np.allclose(field.v, -field.x)

@@ -14,10 +14,10 @@ from workbench.report.figures.figure_csv import figure_csv
 from workbench.report.folder import write
 from workbench.report.pictures.traces import Window, curve, traces
 from workbench.study.case_runs import run
-from workbench.study.contract import Run
 from workbench.study.document.document import Band, Bars, Figure, Panel, Series
 from workbench.study.document.figure import Tiles
 from workbench.study.result_marks import bars, points
+from workbench.study.run_and_sweep import Run
 from workbench.study.study import Case, Study
 
 T = np.array([0.0, 0.1, 0.2])

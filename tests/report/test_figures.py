@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.core.notation.formula import Matrix, Number, symbol
-from workbench.report.figures.curves import thinned, windowed
+from workbench.report.figures.curves import crop_curves, thin_curves
 from workbench.report.figures.figure_sheet import draw
 from workbench.report.figures.pen import Pen
 from workbench.report.figures.rulers import Ruler
@@ -60,7 +60,7 @@ def test_a_figure_of_six_chattering_laws_is_small():
 
 
 def test_thinning_keeps_the_envelope_of_a_chattering_signal():
-    t, y = thinned((T, chatter(T)), 600)
+    t, y = thin_curves((T, chatter(T)), 600)
     assert len(t) <= 602
     assert set(zip(t, y, strict=True)) <= set(zip(T, chatter(T), strict=True))
     for cut in np.array_split(np.arange(T.size), 100):
@@ -71,24 +71,24 @@ def test_thinning_keeps_the_envelope_of_a_chattering_signal():
 
 def test_thinning_keeps_ends_gaps_and_extremes_of_a_phase_curve():
     circle = np.cos(T), np.sin(T)
-    x, y = thinned(circle, 600)
+    x, y = thin_curves(circle, 600)
     assert (x[0], y[0], x[-1], y[-1]) == (circle[0][0], circle[1][0], circle[0][-1], circle[1][-1])
     assert x.min() == circle[0].min()
     holed = np.where((T > 4) & (T < 6), np.nan, np.sin(T))
-    t, y = thinned((T, holed), 600)
+    t, y = thin_curves((T, holed), 600)
     assert np.isnan(y[(t > 4.1) & (t < 5.9)]).all()
     assert not np.isnan(y[(t < 3.9) | (t > 6.1)]).any()
 
 
 def test_a_close_view_spends_its_points_on_what_it_shows():
-    t, _ = windowed((T, chatter(T)), (2.00025, 2.10025))
+    t, _ = crop_curves((T, chatter(T)), (2.00025, 2.10025))
     assert (t[0], t[-1]) == pytest.approx((2.0, 2.1005))
     assert len(t) == 202
 
 
 @pytest.mark.parametrize("limits", [(-5.0, -1.0), (20.0, 30.0), (-1.0, 11.0), None])
 def test_a_window_beside_the_data_is_no_error(limits):
-    assert len(windowed((T, T), limits)[0]) >= 1
+    assert len(crop_curves((T, T), limits)[0]) >= 1
 
 
 def test_dollars_in_a_label_are_dollars(monkeypatch):

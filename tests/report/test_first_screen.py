@@ -9,7 +9,16 @@ from studies.performance.chromium import open_page
 from tests.support.browsers import needs_chromium
 from tests.support.documents import document
 from workbench.report.html_page import html
-from workbench.study.document.document import Column, Figure, Finding, Panel, Section, Series, Table, Variation
+from workbench.study.document.document import (
+    Figure,
+    Finding,
+    Panel,
+    ReportTable,
+    Section,
+    Series,
+    TableColumn,
+    Variation,
+)
 
 REPORTS = sorted((Path(__file__).parents[2] / "reports").glob("*/index.html"))
 ANSWER = "Words of an answer of the longest kind that a page may have. " * 4
@@ -60,9 +69,9 @@ def test_the_longest_answer_and_the_first_box_below_it_are_on_the_first_screen(b
 
 @needs_chromium
 def test_a_wide_table_scrolls_on_a_phone_and_never_widens_the_page(browser, tmp_path):
-    columns = (Column("law"), *(Column(f"quantity {k}", "rad/s", digits=4) for k in range(9)))
+    columns = (TableColumn("law"), *(TableColumn(f"quantity {k}", "rad/s", digits=4) for k in range(9)))
     rows = tuple((f"law {i}", *(float(i + k / 7) for k in range(9))) for i in range(3))
-    table = Table("wide", "Wide.", columns, rows)
+    table = ReportTable("wide", "Wide.", columns, rows)
     path = page_with(tmp_path, sections=(Section("All", (table,)), *document().sections))
     with open_page(path, width=390, height=844, browser=browser) as page:
         page.size(390, 844, touch=True)
@@ -92,9 +101,15 @@ def test_the_names_of_rows_and_the_next_column_are_seen_on_a_phone_and_the_names
 ):
     """The answer stands beside the name of its row, however long both are and however wide the rest is."""
     words = "a long name of a row, of which there are many letters"
-    columns = (Column("change", width=30), Column("answer"), *(Column(f"quantity {k}", "rad/s") for k in range(9)))
+    columns = (
+        TableColumn("change", width=30),
+        TableColumn("answer"),
+        *(TableColumn(f"quantity {k}", "rad/s") for k in range(9)),
+    )
     rows = tuple((f"{words} {i}", "feedforward + PD", *(float(i + k / 7) for k in range(9))) for i in range(3))
-    path = page_with(tmp_path, sections=(Section("All", (Table("t", "T.", columns, rows),)), *document().sections))
+    path = page_with(
+        tmp_path, sections=(Section("All", (ReportTable("t", "T.", columns, rows),)), *document().sections)
+    )
     with open_page(path, width=390, height=844, browser=browser) as page:
         page.size(390, 844, touch=True)
         _, _, left, right = box_of(page, "figure.table tbody th")

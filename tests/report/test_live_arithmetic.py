@@ -10,9 +10,9 @@ from tests.support.live_study import KP, case, data_of, page
 from tests.support.wasm_runs import Kernel, unpacked
 from workbench.core.equations import equations_of
 from workbench.engine.metrics.contract import Integral
-from workbench.engine.metrics.value_program import Program
+from workbench.engine.metrics.value_program import MetricProgram
 from workbench.report.live.marches import switches
-from workbench.report.number_text import measured
+from workbench.report.number_text import number_text_with_error
 from workbench.report.pictures.traces import curve
 from workbench.study.document.document import Figure, Panel, Section
 from workbench.study.knob import Knob
@@ -27,7 +27,7 @@ def test_a_browser_finds_the_scores_and_errors_of_the_portable_arithmetic_at_any
         p[move["p"]] = value
     x0 = np.array([float(x) for x in made["x0"]])
     study = Study("small", "T", "Q?", "M.", page, cases=(case(),), live=(KP,))
-    told = wb.turned(study, "speed: PI", {"Kp": value})
+    told = wb.turn_knobs(study, "speed: PI", {"Kp": value})
     found = []
     for march in (made["whole"], made["half"]):
         kernel = Kernel(unpacked(data["modules"][march["module"]]), march, made["rows"])
@@ -40,7 +40,7 @@ def test_a_browser_finds_the_scores_and_errors_of_the_portable_arithmetic_at_any
 
 
 def program_from(plain):
-    return Program(*(tuple(map(tuple, plain[name])) for name in ("inputs", "nodes")), tuple(plain["results"]))
+    return MetricProgram(*(tuple(map(tuple, plain[name])) for name in ("inputs", "nodes")), tuple(plain["results"]))
 
 
 def test_a_metric_that_no_program_can_hold_stays_printed():
@@ -93,7 +93,10 @@ def test_the_printed_digits_are_those_of_the_portable_arithmetic_too(made):
     ode = equations_of(made.run.loop, made.law)
     how = {"until": made.run.until, "h": made.run.h, "every": made.run.every}
     printed, live = (
-        [str(measured(*score.pair)) for score in wb.measure(ode, made.run.metrics, **how, arithmetic=name).scores]
+        [
+            str(number_text_with_error(*score.pair))
+            for score in wb.measure(ode, made.run.metrics, **how, arithmetic=name).scores
+        ]
         for name in ("fused", "portable")
     )
     assert live == printed

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.browsers import CHROMIUM
 from tests.support.table_script import LIVE, SCRIPT
-from workbench.report.number_text import Printed, measured
+from workbench.report.number_text import NumberText, number_text_with_error
 
 PAGE = """<!DOCTYPE html><html><head><meta charset="utf-8"><style>%s</style></head><body><table><tbody>
 <tr><th>law</th><td class="ALIGN" data-cell="0">
@@ -116,5 +116,5 @@ def test_a_live_number_stands_in_the_frame_of_the_printed_one_so_that_their_poin
 
 
 def test_the_printed_numbers_of_these_tests_are_printed_as_the_page_does():
-    assert measured(1.3512, 0.0014) == Printed("", "1", ".3512(14)")
-    assert measured(2e-7, 1e-9) == Printed("", "2", ".000(10)", "−7")
+    assert number_text_with_error(1.3512, 0.0014) == NumberText("", "1", ".3512(14)")
+    assert number_text_with_error(2e-7, 1e-9) == NumberText("", "2", ".000(10)", "−7")

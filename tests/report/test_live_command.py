@@ -49,7 +49,11 @@ def test_the_command_says_that_a_page_stays_printed(command, tmp_path):
 @pytest.mark.parametrize(
     ("text", "words", "says"),
     [
-        ("x = 1", (), "'motor.py' has no loop: it must define a `ClosedLoop`, an `Ode` or a `Sampled` by a name."),
+        (
+            "x = 1",
+            (),
+            "'motor.py' has no loop: it must define a `ClosedLoop`, an `Ode` or a `SampledSystem` by a name.",
+        ),
         (FIRST, (), "`workbench live motor.py` needs a horizon, as the file has no runs: add `--until SECONDS`."),
         (FIRST, ("--loop", "loup"), "There is no 'loup' among the 2 loops in 'motor.py'. Did you mean 'loop'?"),
         (FIRST, ("--until", "0"), "`live(until=...)` must be a positive, finite number of seconds; got 0.0."),

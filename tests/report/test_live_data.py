@@ -102,7 +102,7 @@ def test_the_lines_in_python_name_the_study_and_the_case():
     lines = data_of()["python"].format(case="'speed: PI'", values={"Kp": 20.0}, seed=None)
     assert lines == (
         "import workbench as wb\n\nstudy = wb.load('small.py')\n"
-        "found = wb.turned(study, 'speed: PI', {'Kp': 20.0}, seed=None)\n"
+        "found = wb.turn_knobs(study, 'speed: PI', {'Kp': 20.0}, seed=None)\n"
     )
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from tests.support.browsers import needs_node
 from tests.support.live_figures import places_of, plain, said
-from workbench.report.figures.curves import thinned, windowed
+from workbench.report.figures.curves import crop_curves, thin_curves
 from workbench.report.figures.style import line_of
 from workbench.study.document.document import Series
 
@@ -31,7 +31,7 @@ def test_a_curve_is_thinned_to_the_very_points_that_are_printed(seed):
     body = "return given.map(([x, y, n]) => [...thinnedPlaces(numbers(x), numbers(y), 0, x.length, n)]);"
     told = said(body, [(plain(x), plain(y), points) for x, y, points in cases])
     for (x, y, points), places in zip(cases, told, strict=True):
-        assert places == places_of(x, thinned((x, y), points)[0])
+        assert places == places_of(x, thin_curves((x, y), points)[0])
 
 
 @needs_node
@@ -49,7 +49,7 @@ def test_a_close_view_spends_its_points_as_the_printed_one():
     });"""
     told = said(body, [(plain(x), plain(y), limits) for x, y, limits in cases])
     for (x, y, limits), places in zip(cases, told, strict=True):
-        assert places == places_of(x, thinned(windowed((x, y), limits), 120)[0])
+        assert places == places_of(x, thin_curves(crop_curves((x, y), limits), 120)[0])
 
 
 @needs_node

@@ -66,9 +66,9 @@ def test_a_loop_alone_has_a_page_with_a_knob_for_every_number():
 def test_a_turned_case_refuses_what_it_does_not_have():
     study = Study("small", "T", "Q?", "M.", page, cases=(case(),), live=(KP,))
     with pytest.raises(LookupError, match="no 'kp' among the 1 knobs of this study. They are: Kp"):
-        wb.turned(study, "speed: PI", {"kp": 1.0})
+        wb.turn_knobs(study, "speed: PI", {"kp": 1.0})
     with pytest.raises(LookupError, match="cases of this study"):
-        wb.turned(study, "speed: PID", {})
+        wb.turn_knobs(study, "speed: PID", {})
 
 
 def test_a_page_without_knobs_has_no_script():

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from studies.paper.card import PROPOSED
-from studies.paper.linearization import HELD, LEVEL, POSES, loop_of, still
+from studies.paper.card import PROPOSED_LAW
+from studies.paper.linearization import HELD_STATES, LEVEL, POSES, loop_of, still
 from studies.performance.chromium import open_page
 from tests.support.browsers import needs_chromium, needs_node
 from tests.support.compilers import needs_llvmlite
@@ -39,7 +39,7 @@ def computer():
 
 @pytest.fixture(scope="module")
 def proposed():
-    return LoopData.of(still(PROPOSED, POSES[LEVEL]))
+    return LoopData.of(still(PROPOSED_LAW, POSES[LEVEL]))
 
 
 @pytest.mark.parametrize("gains", [{}, {"controller__Kp": [300.0]}, {"controller__Kd": [0.0], "plant__J": 0.02}])
@@ -58,7 +58,7 @@ def test_in_a_computer_with_a_delay_the_map_of_the_period_is_that_of_the_run(com
 
 @pytest.mark.heavy
 def test_the_repaired_law_of_the_paper_has_its_adapting_gains_held_as_in_a5(proposed):
-    assert tuple(proposed.linear["held"]) == HELD[PROPOSED]
+    assert tuple(proposed.linear["held"]) == HELD_STATES[PROPOSED_LAW]
     assert proposed.linear["said"] == "At rest at the reference at t = 0 s, with K and P held."
     assert proposed.linear["channels"] == ["tau[0]", "tau[1]"]
 
@@ -197,11 +197,11 @@ def test_python_gives_the_linear_loop_of_a_page_with_its_knobs_turned(pendulum):
     case = wb.Case("s", "l", wb.Run(pendulum.loop, (), until=0.01, h=1e-3))
     study = wb.Study("live", "T", "Q?", "M.", lambda results: [], cases=(case,), live=knobs)
     (answer,) = pendulum.answers(pendulum.turn(plant__a=4.5, plant__q=3.0, controller__k=1.5))
-    linear = wb.turned_linear(study, "s: l", {"push": 4.5, "start": 3.0, "damping": 3.0})
+    linear = wb.turn_knobs_linear(study, "s: l", {"push": 4.5, "start": 3.0, "damping": 3.0})
     assert_same(answer, linear)
     assert linear.x0[0] == pytest.approx(np.pi - np.arcsin(0.5), abs=1e-12)  # the rest that is nearer to that start
     with pytest.raises(ValueError, match="rests"):
-        wb.turned_linear(study, "s: l", {"push": 9.5})
+        wb.turn_knobs_linear(study, "s: l", {"push": 9.5})
 
 
 @pytest.mark.parametrize("period", [None, pytest.param(0.01, marks=pytest.mark.heavy)])
@@ -252,7 +252,7 @@ def test_a_page_in_a_browser_has_the_answer_before_the_run(tmp_path, browser):
         assert page.value("heard.map(([phase]) => phase)")[0] == "linear"
         Ms, poles = page.value("heard[0][1]")
         assert page.complaints == []
-    linear = wb.turned_linear(study, "s: l", {"Kp": 300.0})
+    linear = wb.turn_knobs_linear(study, "s: l", {"Kp": 300.0})
     assert close(Ms, linear.margins()["v"].margins.Ms.gain.value)
     np.testing.assert_allclose(poles, [pole.value.real for pole in linear.poles], rtol=1e-9)
 

@@ -11,12 +11,14 @@ from tests.support.compilers import needs_llvmlite
 from tests.support.linear_answers import answer_of, received
 from tests.support.live_pictures import IDLE, blocks_of, data_of, drawn, loop, turn
 from workbench.study import case_runs
-from workbench.study.document.document import Figure, Measured, Missing, Paragraph, Table
+from workbench.study.document.document import Figure, MissingCell, Paragraph, ReportTable, ValueWithError
 from workbench.study.document.frequency_curves import decibels
 
 
 def margins_of(closed):
-    return next(block for block in blocks_of(closed) if isinstance(block, Table) and block.name == "linear_margins")
+    return next(
+        block for block in blocks_of(closed) if isinstance(block, ReportTable) and block.name == "linear_margins"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -40,9 +42,9 @@ def test_margins_of_one_channel_stand_beside_the_disk_margin_of_all():
 def test_a_loop_that_is_not_stable_has_words_in_the_place_of_margins():
     table = margins_of(loop(Kp=-100.0))
     rows = {row[0]: row[2] for row in table.rows}
-    assert isinstance(rows["phase margin"], Missing)
+    assert isinstance(rows["phase margin"], MissingCell)
     assert rows["phase margin"].words == rows["disk margin"].words == "unstable"
-    assert isinstance(rows["largest real part of a pole"], Measured)
+    assert isinstance(rows["largest real part of a pole"], ValueWithError)
     assert rows["largest real part of a pole"].value > 0
 
 
@@ -66,7 +68,7 @@ def test_a_study_places_the_pictures_with_one_call(tmp_path):
         return [wb.Section("Margins", wb.loop_gain_pictures(results["speed", "PI"], "speed"))]
 
     (section,) = sections(case_runs.run(wb.Study("s", "T", "Q?", "M.", sections, cases=(case,))))
-    names = [block.name for block in section.blocks if isinstance(block, Figure | Table)]
+    names = [block.name for block in section.blocks if isinstance(block, Figure | ReportTable)]
     assert names == ["speed_bode", "speed_nyquist", "speed_sensitivity", "speed_poles", "speed_margins"]
 
 

@@ -13,14 +13,14 @@ from tests.support.metric_programs import HORIZON, ODD, STEP, bits, catalogue, p
 from tests.support.node import answered
 from tests.support.table_script import SCRIPT
 from workbench.engine import simulate
-from workbench.engine.arithmetic import continued
+from workbench.engine.arithmetic import advance_states
 from workbench.engine.metrics.accumulators import final_values
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.engine.metrics.measurement import error_of
 from workbench.engine.metrics.value_program import program_of
-from workbench.report.number_text import measured, paddings, printed
+from workbench.report.number_text import number_text, number_text_with_error, paddings
 from workbench.report.table_text import grid, plain
-from workbench.study.document.document import Column, Diverged, Table
+from workbench.study.document.document import DivergedCell, ReportTable, TableColumn
 
 HEAD = """
 const doubles = (text) => new Float64Array(Uint8Array.from(Buffer.from(text, "base64")).buffer);
@@ -47,7 +47,7 @@ def node():
 
 def ends_of(runs):
     x = runs.x[:, -1]
-    return x, continued(runs.job, x, round(HORIZON / runs.step.h), 1)
+    return x, advance_states(runs.job, x, round(HORIZON / runs.step.h), 1)
 
 
 def test_a_program_has_the_same_bits_in_javascript_and_python(node):
@@ -82,7 +82,7 @@ def test_scores_of_a_loop_have_the_values_and_errors_of_a_measurement(node):
         for metric, program in zip(METRICS, programs, strict=True)
     ]
     ends = [ends_of(runs) for runs in (whole, half)]
-    lost = [[bool(gone) for gone in runs.diverged] for runs in (whole, half)]
+    lost = [[bool(gone) for gone in runs.has_diverged] for runs in (whole, half)]
     given = {
         "loop": {"metrics": metrics, "whole": {"h": STEP}},
         "runs": [
@@ -154,7 +154,7 @@ def test_a_measured_number_has_the_text_of_the_printed_page(node):
     """
     answer = node(lines, {"values": packed([v for v, _ in pairs]), "errors": packed([e for _, e in pairs])})
     for (value, error), found in zip(pairs, answer, strict=True):
-        assert found == as_dict(measured(value, error)), (value, error)
+        assert found == as_dict(number_text_with_error(value, error)), (value, error)
 
 
 @pytest.mark.parametrize("digits", [1, 3, 4])
@@ -163,12 +163,12 @@ def test_a_number_without_an_error_has_the_text_of_the_printed_page(node, digits
     lines = "const answer = Array.from(doubles(given.values), (value) => printedText(value, given.digits));"
     answer = node(lines, {"values": packed(values), "digits": digits})
     for value, found in zip(values, answer, strict=True):
-        assert found == as_dict(printed(float(value), digits)), value
+        assert found == as_dict(number_text(float(value), digits)), value
 
 
 def test_the_time_of_a_divergence_has_the_words_of_the_printed_page(node):
     times = [*np.abs(odd_values(np.random.default_rng(24), 300)), 3.21, 3.125, 0.0125, 50.0, 100.16]
-    table = Table("t", "c", (Column("a"),), tuple((Diverged(float(at)),) for at in times))
+    table = ReportTable("t", "c", (TableColumn("a"),), tuple((DivergedCell(float(at)),) for at in times))
     wanted = [plain(row[0].content) for row in grid(table)]
     lines = "const answer = Array.from(doubles(given.times), (at) => scoreText(NaN, null, at));"
     assert node(lines, {"times": packed(times)}) == wanted
@@ -197,7 +197,10 @@ def test_a_score_that_is_no_number_says_so_in_words(node, value, error, text):
 def test_numbers_are_padded_to_their_column_as_on_the_printed_page(node):
     rng = np.random.default_rng(25)
     values = odd_values(rng, 200)
-    columns = [[measured(v, abs(v) * 10.0 ** rng.uniform(-6, 0)) for v in rng.choice(values, 6)] for _ in range(100)]
+    columns = [
+        [number_text_with_error(v, abs(v) * 10.0 ** rng.uniform(-6, 0)) for v in rng.choice(values, 6)]
+        for _ in range(100)
+    ]
     lines = """
         const answer = given.map((numbers) => numbers.map((number) => new NumberFrame(numbers).padding(number)));
     """

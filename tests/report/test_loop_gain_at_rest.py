@@ -11,15 +11,15 @@ import pytest
 import workbench as wb
 from studies.a8_fair_comparison.conditions import HELD_OUT, uncertain
 from studies.d0_frequency.loops import AtPose, linear
-from studies.paper.card import PROPOSED, SCENARIOS
+from studies.paper.card import PROPOSED_LAW, SCENARIOS
 from studies.paper.rest import POSE, REST, rest_case
-from workbench.core import Sampled
+from workbench.core import SampledSystem
 from workbench.report.live.linear_data import baseline_of
 from workbench.study.case_runs import run
 from workbench.study.knob import Knob
 from workbench.study.study import Results, Study
 
-NAME = f"{REST}: {PROPOSED}"
+NAME = f"{REST}: {PROPOSED_LAW}"
 LONGEST = 25  # words of a sentence
 NO_PART = "l of (24)", "Q of AOSMC-RGS", "R of AOSMC-RGS"
 TURNED = ("Lambda", "first gain K", "mass of link 2", "observer (10)")  # with all tests, and phi with each
@@ -51,7 +51,9 @@ def cases_of_a8(a8):
     from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS
 
     middle = {
-        one.key: SimpleNamespace(best={sought.name: float(np.sqrt(sought.low * sought.high)) for sought in one.tuned})
+        one.key: SimpleNamespace(
+            best={sought.name: float(np.sqrt(sought.low * sought.high)) for sought in one.tuned_numbers}
+        )
         for one in ENTRANTS[BOTH.key]
     }
     return a8.cases(middle)
@@ -60,12 +62,12 @@ def cases_of_a8(a8):
 @pytest.fixture(scope="module")
 def outcomes_of_a8(cases_of_a8):
     """Those of the proposed law."""
-    return outcomes_of(*(case for case in cases_of_a8 if case.law == PROPOSED))
+    return outcomes_of(*(case for case in cases_of_a8 if case.law == PROPOSED_LAW))
 
 
 @pytest.fixture(scope="module")
 def unturned(a1):
-    return wb.turned_linear(a1.study, NAME, {})
+    return wb.turn_knobs_linear(a1.study, NAME, {})
 
 
 def test_the_case_at_rest_has_a_scenario_of_its_own_on_each_page(a1, a7, cases_of_a8):
@@ -81,7 +83,7 @@ def test_the_case_at_rest_has_a_scenario_of_its_own_on_each_page(a1, a7, cases_o
 def test_at_rest_no_state_moves_but_the_gains_that_are_held(place, cases_of_a8):
     loop = (rest_case(1e-4) if place == "continuous" else cases_of_a8[-1]).run.loop
     equation = loop.ode()
-    flow = equation.flow if isinstance(equation, Sampled) else equation
+    flow = equation.flow if isinstance(equation, SampledSystem) else equation
     rate = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
     moved = np.array(rate(0.0, flow.states.default, flow.parameters.default)).ravel()
     names = [name for name in flow.states.names if name not in ("controller.K", "controller.P")]
@@ -94,7 +96,7 @@ def test_at_rest_no_state_moves_but_the_gains_that_are_held(place, cases_of_a8):
 
 def test_the_loop_is_that_of_d0_at_the_same_pose(unturned):
     own, other = (
-        sorted(pole.value.real for pole in one.poles) for one in (unturned, linear(AtPose(PROPOSED, "start of FS")))
+        sorted(pole.value.real for pole in one.poles) for one in (unturned, linear(AtPose(PROPOSED_LAW, "start of FS")))
     )
     np.testing.assert_allclose(own, other, rtol=1e-8, atol=1e-8)
 
@@ -107,7 +109,7 @@ def test_a_knob_of_a1_moves_the_loop_gain(knob, a1, unturned):
     high = next(one.high for one in a1.LIVE if one.name == knob)
     omega = np.geomspace(0.1, 1000.0, 30)
     before = unturned.response(omega, "L").values
-    after = wb.turned_linear(a1.study, NAME, {knob: high}).response(omega, "L").values
+    after = wb.turn_knobs_linear(a1.study, NAME, {knob: high}).response(omega, "L").values
     assert np.abs(after - before).max() > 1e-3 * np.abs(before).max()
 
 
@@ -115,7 +117,7 @@ def test_the_knobs_that_the_page_says_have_no_part_leave_the_loop_gain(a1, untur
     """l is a pole of the observer of the disturbance, once for each joint, and Q and R move no pole."""
     omega = np.geomspace(0.1, 1000.0, 30)
     high = {one.name: one.high for one in a1.LIVE}
-    turned = wb.turned_linear(a1.study, NAME, {name: high[name] for name in NO_PART})
+    turned = wb.turn_knobs_linear(a1.study, NAME, {name: high[name] for name in NO_PART})
     np.testing.assert_array_equal(turned.response(omega, "L").values, unturned.response(omega, "L").values)
     own, others = (np.array([pole.value for pole in one.poles]) for one in (turned, unturned))
     gone = [pole for pole in others if np.abs(own - pole).min() > 1e-6 * (1 + abs(pole))]
@@ -128,8 +130,8 @@ def test_the_sections_say_the_state_in_short_sentences(a1, a7, outcomes_of_a8):
 
     results = Results(outcomes_of_a8)
     of_a8 = rest_of_a8(results)
-    assert baseline_of(results[REST, PROPOSED]).held == ("controller.K", "controller.P")
-    short = rest_case(1e-4), wb.Case("FS", PROPOSED, wb.Run(a7.loop(PROPOSED), (wb.rmse(),), 0.05, 0.01, 1e-4))
+    assert baseline_of(results[REST, PROPOSED_LAW]).frozen_states == ("controller.K", "controller.P")
+    short = rest_case(1e-4), wb.Case("FS", PROPOSED_LAW, wb.Run(a7.loop(PROPOSED_LAW), (wb.rmse(),), 0.05, 0.01, 1e-4))
     results = Results(outcomes_of(*short))
     of_a1 = a1.rest(results)
     for section in (of_a8, of_a1, a7.rest(results)):
@@ -138,9 +140,9 @@ def test_the_sections_say_the_state_in_short_sentences(a1, a7, outcomes_of_a8):
         assert "track a moving reference" in text
         assert [sentence for sentence in re.split(r"(?<=[.])\s", text) if len(sentence.split()) > LONGEST] == []
         assert [type(block).__name__ for block in section.blocks[2:]] == [*(4 * ["Figure"]), "Table"]
-    last = results["FS", PROPOSED].measurement.trajectories["controller.K"][0, -1]
+    last = results["FS", PROPOSED_LAW].measurement.trajectories["controller.K"][0, -1]
     assert f"these are {last[0, 0]:.3g} and {last[1, 1]:.3g} N m" in of_a1.blocks[0].text
-    assert of_a1.heading == f"The loop gain of {PROPOSED} at rest"
+    assert of_a1.heading == f"The loop gain of {PROPOSED_LAW} at rest"
 
 
 def test_the_case_at_rest_is_no_run_beyond_the_limit_of_its_step(a1):

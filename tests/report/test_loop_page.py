@@ -145,7 +145,7 @@ def test_runs_give_the_page_of_their_loop_until_their_horizon():
 
 def test_a_loop_that_no_browser_can_run_has_a_printed_page_that_says_why():
     page = wb.live(odd(), until=1.0)
-    assert "ERF" in page.printed
+    assert "ERF" in page.no_live_reason
     assert repr(page).startswith("<printed page")
     assert "Nothing can be turned in this loop" in page.text
     assert "<script" not in page.text
@@ -156,7 +156,7 @@ def test_a_loop_without_numbers_has_a_printed_page_that_says_so():
     t, x = ca.SX.sym("t"), ca.SX.sym("x")
     ode = wb.Ode("bare", wb.layout(x="m"), wb.layout(), wb.layout(x="m"), t, x, ca.SX(0, 1), -x, x)
     page = wb.live(ode, until=1.0)
-    assert page.printed == "Nothing can be turned in this loop: no number moves what is shown."
+    assert page.no_live_reason == "Nothing can be turned in this loop: no number moves what is shown."
     assert "<script" not in page.text
 
 
@@ -164,7 +164,7 @@ def test_without_llvmlite_a_page_is_printed_and_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "workbench.engine.kernel.webassembly", None)
     monkeypatch.delattr(import_module("workbench.engine.kernel"), "webassembly", raising=False)
     page = wb.live(loop(), until=0.1)
-    assert page.printed.endswith("llvmlite, which compiles it for a browser, is not installed.")
+    assert page.no_live_reason.endswith("llvmlite, which compiles it for a browser, is not installed.")
     assert "<script" not in page.text
 
 
@@ -184,7 +184,7 @@ def test_times_that_do_not_fit_are_refused_in_one_sentence(given, says):
 
 @pytest.mark.parametrize("given", [3, None, "loop", MOTOR])
 def test_a_loop_that_is_none_is_refused_in_one_sentence(given):
-    with pytest.raises(ValueError, match=r"`loop` must be an `Ode`, a `Sampled`, or a loop, .*; got"):
+    with pytest.raises(ValueError, match=r"`loop` must be an `Ode`, a `SampledSystem`, or a loop, .*; got"):
         wb.live(given, until=1.0)
 
 

@@ -13,7 +13,7 @@ from workbench.report.loop_pictures import bode_figure, nichols_figure, nyquist_
 from workbench.report.loop_pictures.asymptotes import asymptotic_gain, asymptotic_phase
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Area, Guides, Points
-from workbench.study.document.frequency_curves import Corners, FrequencyCurve
+from workbench.study.document.frequency_curves import CornerFrequencies, FrequencyCurve
 from workbench.study.document.gain_bounds import Disk, GainBound
 
 
@@ -94,21 +94,21 @@ def test_a_computers_nyquist_frequency_has_a_line():
 
 
 def test_asymptotes_are_those_drawn_by_hand():
-    corners = Corners([0.0, -10.0], [-1.0], 100.0)  # 100 (s + 1) / (s (s + 10))
+    corners = CornerFrequencies([0.0, -10.0], [-1.0], 100.0)  # 100 (s + 1) / (s (s + 10))
     at = np.array([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0])
     assert asymptotic_gain(corners, at) == pytest.approx([60, 40, 20, 20, 0, -20])
     assert asymptotic_phase(corners, at) == pytest.approx([-90, -90, -45, -45, -90, -90])
 
 
 def test_asymptotes_of_a_resonance_turn_over_its_damping():
-    corners = Corners([-0.1 + 1j * math.sqrt(0.99), -0.1 - 1j * math.sqrt(0.99)], [], 1.0)
+    corners = CornerFrequencies([-0.1 + 1j * math.sqrt(0.99), -0.1 - 1j * math.sqrt(0.99)], [], 1.0)
     at = np.array([0.1, 10**-0.1, 1.0, 10**0.1, 10.0])
     assert asymptotic_gain(corners, at) == pytest.approx([0, 0, 0, -4, -40])
     assert asymptotic_phase(corners, at) == pytest.approx([0, 0, -90, -180, -180])
 
 
 def test_asymptotes_know_the_right_half_plane():
-    corners = Corners([-1.0], [1.0], -1.0)  # (1 - s) / (1 + s), an all-pass
+    corners = CornerFrequencies([-1.0], [1.0], -1.0)  # (1 - s) / (1 + s), an all-pass
     at = np.array([1e-3, 1.0, 1e3])
     assert asymptotic_gain(corners, at) == pytest.approx([0, 0, 0])
     assert asymptotic_phase(corners, at) == pytest.approx([0, -90, -180])
@@ -152,8 +152,11 @@ def test_the_same_picture_has_the_same_bytes_and_numbers(make):
         (lambda: FrequencyCurve("L", [1.0, 2.0], [1.0, np.inf]), "NaN for a gap"),
         (lambda: bode_figure("b", "", []), "at least one curve"),
         (lambda: bode_figure("b", "", [FrequencyCurve("L", [1.0, 2.0], [0.0, 0.0])]), "neither zero nor a gap"),
-        (lambda: bode_figure("b", "", [curve(SAMPLED, corners=Corners([], [], 1.0))], asymptotes=True), "is sampled"),
-        (lambda: Corners([], [], 0.0), "not zero"),
+        (
+            lambda: bode_figure("b", "", [curve(SAMPLED, corners=CornerFrequencies([], [], 1.0))], asymptotes=True),
+            "is sampled",
+        ),
+        (lambda: CornerFrequencies([], [], 0.0), "not zero"),
         (lambda: GainBound("b", [1.0, 2.0], [1.0, -1.0]), "a positive factor"),
         (lambda: Disk.of_Ms(0.9), "above one"),
         (lambda: Disk("d", 0.0, 0.0), "radius"),

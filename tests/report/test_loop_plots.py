@@ -79,7 +79,7 @@ def test_a_nyquist_plot_shades_the_disks_that_its_curve_must_not_enter():
     def areas(picture):
         return [mark for mark in picture.figure.panels[0].series if isinstance(mark, Area)]
 
-    (area,) = areas(wb.nyquist(LOOP, forbidden=(Disk("d", -2.0, 0.5),)))
+    (area,) = areas(wb.nyquist(LOOP, forbidden_disks=(Disk("d", -2.0, 0.5),)))
     assert (area.x.min(), area.x.max()) == pytest.approx((-2.5, -1.5), rel=1e-4)  # of a polygon of some hundred sides
     assert not areas(wb.nyquist(LOOP))
 

@@ -71,7 +71,7 @@ def test_the_circles_of_the_margins_touch_the_curve():
 
 
 def test_a_nyquist_plot_has_axes_of_one_scale_and_marks_the_critical_point():
-    figure = nyquist_figure("n", "", [curve(THIRD)], forbidden=[Disk.of_Ms(1.4)])
+    figure = nyquist_figure("n", "", [curve(THIRD)], forbidden_disks=[Disk.of_Ms(1.4)])
     (sheet,) = draw_all([figure]).values()
     (panel,) = sheet.plate["panels"]
     across, up = (

@@ -9,8 +9,8 @@ import pytest
 from tests.support.documents import document
 from tests.support.swept_studies import SWEPT
 from workbench.report.folder import ReportError, write
-from workbench.study.ledger.chunk import chunk_of, parsed
-from workbench.study.ledger.store import FOLDER, LedgerError, opened
+from workbench.study.ledger.chunk import chunk_of, parse_chunk
+from workbench.study.ledger.store import FOLDER, LedgerError, open_ledger
 
 posix = pytest.mark.skipif(os.name != "posix", reason="links need no rights on POSIX alone")
 WITHOUT = re.sub(r"    sweeps=\(Sweep\(.*?\n    \),\),\n", "", SWEPT, flags=re.DOTALL)
@@ -77,11 +77,11 @@ def test_a_folder_named_ledger_of_somebody_else_is_refused_and_stays_as_it_is(co
 
 
 def test_what_lies_beside_the_records_of_a_ledger_is_not_touched(tmp_path):
-    with opened(tmp_path):
+    with open_ledger(tmp_path):
         pass
     for name in ("song.part", "moon.record", "letter.txt"):
         (tmp_path / FOLDER / name).write_text("mine")
-    with opened(tmp_path, fresh=True) as ledger:
+    with open_ledger(tmp_path, fresh=True) as ledger:
         assert ledger.remarks == ()
     assert {"song.part", "moon.record", "letter.txt"} < {file.name for file in (tmp_path / FOLDER).iterdir()}
 
@@ -135,7 +135,7 @@ def test_a_lock_that_is_a_link_leaves_the_file_to_which_it_leads(tmp_path):
     (tmp_path / "diary").write_text("mine")
     (tmp_path / "out" / FOLDER).mkdir(parents=True)
     (tmp_path / "out" / FOLDER / "lock").symlink_to(tmp_path / "diary")
-    with pytest.raises(LedgerError, match="lock' is a link to another place"), opened(tmp_path / "out"):
+    with pytest.raises(LedgerError, match="lock' is a link to another place"), open_ledger(tmp_path / "out"):
         pass
     assert (tmp_path / "diary").read_text() == "mine"
 
@@ -143,7 +143,7 @@ def test_a_lock_that_is_a_link_leaves_the_file_to_which_it_leads(tmp_path):
 def test_a_record_of_other_shapes_is_named_and_costs_its_own_runs_alone(command, study, tmp_path):
     command("run", study(), "--out", "out")
     file = next((tmp_path / "out" / FOLDER).glob("decay.8-16.*"))
-    chunk = parsed(file.read_bytes())
+    chunk = parse_chunk(file.read_bytes())
     arrays = chunk.arrays()
     file.write_bytes(bytes(chunk_of(chunk.name, arrays | {"states": arrays["states"][..., :0]})))
     said = command("run", study(), "--out", "out")

@@ -11,13 +11,13 @@ from workbench.report.table_text import to_csv
 from workbench.study.document.document import (
     Code,
     Colophon,
-    Column,
     Document,
     Figure,
     Panel,
+    ReportTable,
     Section,
     Series,
-    Table,
+    TableColumn,
 )
 
 VOID = {"meta", "wbr", "br", "use", "path", "rect", "mspace"}
@@ -124,7 +124,7 @@ def test_an_empty_document_is_a_page_too(sections):
 
 
 def test_control_characters_do_not_reach_the_page():
-    text = Table("t", "a\x00b", (Column("c"),), (("d\x1b[31m\te",),))
+    text = ReportTable("t", "a\x00b", (TableColumn("c"),), (("d\x1b[31m\te",),))
     blocks = (text, Figure("f", "\x01", (Panel("y\x02", (Series("", [0, 1], [0, 1]),)),)))
     sections = (Section("s\x03", blocks),)
     doc = Document("a\x00b", "q\x1b", ("m", Code("c\x01")), sections, Colophon("run \ud800 \x7f", "0"))

@@ -16,14 +16,14 @@ from workbench.report.pdf import LONGEST, REST, data, pdf
 from workbench.study.document.document import (
     Code,
     Colophon,
-    Column,
     Document,
     Equation,
     Finding,
-    Measured,
     Paragraph,
+    ReportTable,
     Section,
-    Table,
+    TableColumn,
+    ValueWithError,
     Variation,
     Verdict,
 )
@@ -100,8 +100,10 @@ def test_the_digests_of_a_pdf_stand_in_its_provenance_and_on_no_other_page(tmp_p
 
 
 def test_a_long_table_goes_on_over_pages_with_its_head_on_each(tmp_path):
-    rows = tuple((f"row {i}", Measured(i / 7, 0.001)) for i in range(150))
-    text = text_of(pdf(with_blocks(Table("long", "Long.", (Column("thelaw"), Column("x")), rows))), tmp_path)
+    rows = tuple((f"row {i}", ValueWithError(i / 7, 0.001)) for i in range(150))
+    text = text_of(
+        pdf(with_blocks(ReportTable("long", "Long.", (TableColumn("thelaw"), TableColumn("x")), rows))), tmp_path
+    )
     pages = [page for page in text.split("\f") if "row " in page]
     assert len(pages) >= 3
     assert all("thelaw" in page for page in pages)
@@ -109,17 +111,19 @@ def test_a_long_table_goes_on_over_pages_with_its_head_on_each(tmp_path):
 
 
 def test_nothing_wide_leaves_the_page(tmp_path):
-    columns = (Column("law"), *(Column(f"metric {i}", "N m/s") for i in range(24)))
-    numbers = tuple(Measured(1234.5678 * (i + 1), 0.01) for i in range(24))
+    columns = (TableColumn("law"), *(TableColumn(f"metric {i}", "N m/s") for i in range(24)))
+    numbers = tuple(ValueWithError(1234.5678 * (i + 1), 0.01) for i in range(24))
     sentence = "a sentence that is long enough to be broken in any column of a table " * 4
     sum_of_many = Relation(symbol("V"), "=", Sum(tuple(symbol(f"longname_{i}") for i in range(60))))
     words, bottoms = boxes_of(
         pdf(
             with_blocks(
                 Paragraph(("Hash ", Code("deadbeef" * 40), " and " + "x" * 300)),
-                Table("wide", "Wide.", columns, (("PID", *numbers), ("SMC", *numbers))),
-                Table("wordy", "Wordy.", (Column("a"), Column("b"), Column("c")), ((sentence,) * 3,) * 4),
-                Table("hashes", "Hashes.", (Column("a"), Column("b")), ((Code("ab" * 60), "cd" * 60),)),
+                ReportTable("wide", "Wide.", columns, (("PID", *numbers), ("SMC", *numbers))),
+                ReportTable(
+                    "wordy", "Wordy.", (TableColumn("a"), TableColumn("b"), TableColumn("c")), ((sentence,) * 3,) * 4
+                ),
+                ReportTable("hashes", "Hashes.", (TableColumn("a"), TableColumn("b")), ((Code("ab" * 60), "cd" * 60),)),
                 Equation(sum_of_many),
                 Equation(System((sum_of_many,) * 2)),
             )
@@ -132,9 +136,13 @@ def test_nothing_wide_leaves_the_page(tmp_path):
 
 
 def test_each_part_of_a_wide_table_names_its_rows_by_the_columns_that_tell_them_apart(tmp_path):
-    columns = (Column("thelaw"), Column("joint"), *(Column(f"at {k} ms", "rad", "right") for k in range(12)))
+    columns = (
+        TableColumn("thelaw"),
+        TableColumn("joint"),
+        *(TableColumn(f"at {k} ms", "rad", "right") for k in range(12)),
+    )
     rows = tuple((law, joint, *(["0.1234567 rad"] * 12)) for law in ("PID", "SMC") for joint in ("elbow", "wrist"))
-    pages = text_of(compiled(with_blocks(Table("t", "Wide.", columns, rows)))[0], tmp_path)
+    pages = text_of(compiled(with_blocks(ReportTable("t", "Wide.", columns, rows)))[0], tmp_path)
     assert pages.count("elbow") == 2 * pages.count("thelaw") > 2
 
 
@@ -143,16 +151,16 @@ def test_the_key_of_a_wide_table_leaves_out_columns_that_are_not_needed_to_tell_
     rows = tuple(
         (w, P, f"{P} of {s}" if P == "mean" else "10", s, j, 0.5) for w in ("I", "0.01 I") for P, s, j in places
     )
-    columns = tuple(map(Column, ("weights", "P", "its diagonal", "scenario", "joint", "change")))
-    assert module._key(Table("t", "T.", columns, rows)) == [0, 1, 3, 4]
-    assert module._key(Table("t", "T.", columns, rows[:8])) == [0, 1, 3, 4]  # the first column names the rows
-    assert module._key(Table("t", "T.", columns[:3], (("a", "b", 1), ("a", "b", 2)))) == [0]
+    columns = tuple(map(TableColumn, ("weights", "P", "its diagonal", "scenario", "joint", "change")))
+    assert module._key(ReportTable("t", "T.", columns, rows)) == [0, 1, 3, 4]
+    assert module._key(ReportTable("t", "T.", columns, rows[:8])) == [0, 1, 3, 4]  # the first column names the rows
+    assert module._key(ReportTable("t", "T.", columns[:3], (("a", "b", 1), ("a", "b", 2)))) == [0]
 
 
 def test_a_head_of_words_takes_more_lines_before_a_table_is_parted(tmp_path):
-    heads = [Column(f"a head of many words {k}") for k in range(8)]
+    heads = [TableColumn(f"a head of many words {k}") for k in range(8)]
     rows = tuple((f"row {i}", *("0.1234567 s" for _ in heads[1:])) for i in range(3))
-    text = text_of(compiled(with_blocks(Table("t", "Wide.", tuple(heads), rows)))[0], tmp_path)
+    text = text_of(compiled(with_blocks(ReportTable("t", "Wide.", tuple(heads), rows)))[0], tmp_path)
     assert text.count("row 1") == 1
 
 
@@ -168,7 +176,7 @@ def test_a_formula_that_typst_cannot_read_is_named_as_the_cause(monkeypatch):
 )
 def test_a_million_letters_are_set_as_far_as_they_are_printed(text):
     """Without the cut, and where their width was measured, typst took many minutes for each."""
-    held = Table("t", text, (Column("a"),), ((text,),), (text,))
+    held = ReportTable("t", text, (TableColumn("a"),), ((text,),), (text,))
     long = Document("T", "q", "m", (Section("s", (Paragraph(text), held)),), Colophon("c", "0"))
     (paragraph, table) = json.loads(data(long))["chapters"][0]["blocks"]
     assert paragraph["text"] == [{"kind": "text", "text": text[:LONGEST]}, {"kind": "text", "text": REST}]
@@ -204,8 +212,8 @@ def test_only_the_entry_of_the_catalogue_is_blanked_and_no_byte_moves():
 def test_a_column_that_says_so_has_room_for_so_many_letters_beside_longer_texts(tmp_path, width):
     """Each line of the first column holds as many of its words as fit; without a width fewer do."""
     first, second = "four words stand here " * 2, "many words stand in the other column " * 20
-    columns = (Column("first", width=width), Column("second"))
-    text = text_of(pdf(with_blocks(Table("t", "T.", columns, ((first, second),) * 3))), tmp_path)
+    columns = (TableColumn("first", width=width), TableColumn("second"))
+    text = text_of(pdf(with_blocks(ReportTable("t", "T.", columns, ((first, second),) * 3))), tmp_path)
     whole = any("four words stand here four words" in line for line in text.splitlines())
     assert whole is (width is not None)
 

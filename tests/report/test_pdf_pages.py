@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.documents import document
 from workbench.report.pdf import pdf
-from workbench.study.document.document import Column, Figure, Paragraph, Section, Table
+from workbench.study.document.document import Figure, Paragraph, ReportTable, Section, TableColumn
 from workbench.study.document.figure import Bars, Panel, Series
 
 REPORTS = sorted((Path(__file__).parents[2] / "reports").glob("*/report.pdf"))
@@ -48,7 +48,9 @@ def bars(name, count):
 
 
 def table(name, rows, text):
-    return Table(name, "A table.", (Column("one"), Column("two")), tuple((f"row {k}", text) for k in range(rows)))
+    return ReportTable(
+        name, "A table.", (TableColumn("one"), TableColumn("two")), tuple((f"row {k}", text) for k in range(rows))
+    )
 
 
 @needs_poppler

@@ -9,8 +9,8 @@ from tests.support.sensitivity_pictures import NOTE, indices, made, morris_effec
 from workbench.core.notation.formula import symbol
 from workbench.report.figures.boxes import ink_on, tint
 from workbench.report.figures.figure_sheet import draw
-from workbench.report.figures.pen import Box, Extent, Pen, extent, folded
-from workbench.report.figures.points import placed
+from workbench.report.figures.pen import Extent, Pen, Rectangle, extent, fold_label
+from workbench.report.figures.points import place_names
 from workbench.report.figures.rulers import size_of
 from workbench.report.folder import write
 from workbench.report.pictures import morris_plane, rank_figure, sobol_bars, tornado_figure
@@ -68,10 +68,10 @@ def test_the_tallest_figure_fits_a_page_with_its_caption(kind):
 @pytest.mark.parametrize("seed", range(8))
 def test_names_of_points_stay_apart_and_within_their_panel(seed):
     rng = np.random.default_rng(seed)
-    within = Box(10.0, 20.0, 400.0, 220.0)
+    within = Rectangle(10.0, 20.0, 400.0, 220.0)
     points = (10, 20) + rng.uniform(0, 1, (20, 2)) ** rng.integers(1, 9) * (400, 220)
     sizes = [Extent(width, 6.0, 2.0) for width in rng.uniform(5, 60, 20)]
-    corners = placed(points, sizes, points, np.zeros((0, 4)), within)
+    corners = place_names(points, sizes, points, np.zeros((0, 4)), within)
     ends = corners + [(size.width, size.height) for size in sizes]
     assert (corners >= (10, 20)).all()
     assert (ends <= (410, 240)).all()
@@ -82,14 +82,14 @@ def test_names_of_points_stay_apart_and_within_their_panel(seed):
 
 def test_a_name_stands_beside_its_point_where_there_is_room():
     point = np.array([[50.0, 50.0]])
-    (corner,) = placed(point, [Extent(20.0, 6.0, 2.0)], point, np.zeros((0, 4)), Box(0, 0, 100, 100))
+    (corner,) = place_names(point, [Extent(20.0, 6.0, 2.0)], point, np.zeros((0, 4)), Rectangle(0, 0, 100, 100))
     assert np.hypot(*(np.clip([50, 50], corner, corner + (20, 8)) - [50, 50])) < 8
 
 
 def test_a_name_stands_nearer_to_its_own_point_than_to_its_neighbour():
     points = np.array([[50.0, 50.0], [56.0, 50.0]])
     sizes = [Extent(8.0, 6.0, 2.0)] * 2
-    corners = placed(points, sizes, points, np.zeros((0, 4)), Box(0, 0, 100, 100))
+    corners = place_names(points, sizes, points, np.zeros((0, 4)), Rectangle(0, 0, 100, 100))
     for corner, own, other in zip(corners, points, points[::-1], strict=True):
         away = [np.hypot(*(np.clip(at, corner, corner + (8, 8)) - at)) for at in (own, other)]
         assert away[0] < away[1]
@@ -167,11 +167,11 @@ def test_rows_points_and_bars_are_named(monkeypatch):
 
 def test_a_long_name_is_broken_where_a_reader_would_and_loses_no_letter():
     name = "controller.model.links[0].centre of gravity $5 in the frame"
-    lines = folded(name.replace("$", r"\$"), 8.0, 60.0).split("\n")
+    lines = fold_label(name.replace("$", r"\$"), 8.0, 60.0).split("\n")
     assert "".join(lines).replace(" ", "").replace("\\", "") == name.replace(" ", "")
     assert all(extent(line, 8.0).width <= 60 for line in lines)
     assert lines[0] == "controller.model."
-    assert len(folded("w" * 90, 8.0, 60.0).split("\n")) > 5
+    assert len(fold_label("w" * 90, 8.0, 60.0).split("\n")) > 5
 
 
 def test_the_numbers_of_a_figure_are_written_beside_it(tmp_path):

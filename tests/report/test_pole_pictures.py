@@ -103,7 +103,7 @@ def test_shuffled_rows_give_the_same_branches():
 
 def test_the_limit_of_stability_is_where_rouths_test_has_it():
     gains = np.linspace(0.001, 20, 2001)
-    figure = root_locus_figure("r", "", "k", gains, control.root_locus_map(THIRD, gains).loci, marked=[4.0])
+    figure = root_locus_figure("r", "", "k", gains, control.root_locus_map(THIRD, gains).loci, marked_values=[4.0])
     (at,) = (
         mark for mark in figure.panels[0].series if isinstance(mark, Points) and mark.label == "limit of stability"
     )
@@ -206,7 +206,7 @@ def test_a_step_shows_its_band_and_its_peak_and_a_computers_holds():
         (lambda: root_locus_figure("r", "", "k", [1.0], [[1.0]]), "two or more"),
         (lambda: root_locus_figure("r", "", "k", [1.0, 1.0], [[1.0], [1.0]]), "rising or falling"),
         (lambda: root_locus_figure("r", "", "k", [1.0, 2.0], [[1.0]]), "a row for each value"),
-        (lambda: root_locus_figure("r", "", "k", [1.0, 2.0], [[1.0], [1.0]], marked=[3.0]), "within the values"),
+        (lambda: root_locus_figure("r", "", "k", [1.0, 2.0], [[1.0], [1.0]], marked_values=[3.0]), "within the values"),
         (lambda: TimeResponse("y", [0.0, 0.0], [1.0, 1.0]), "rising order"),
         (lambda: TimeResponse("y", [0.0, 1.0], [1.0]), "each of 2 times"),
         (lambda: step_figure("s", "", []), "at least one response"),

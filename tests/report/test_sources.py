@@ -13,11 +13,19 @@ from workbench.report.live.live_data import live_data
 from workbench.report.live.loop_study import loop_study
 from workbench.report.pictures.traces import Window, components, curve, traces
 from workbench.study import case_runs, writeup
-from workbench.study.document.document import Column, Figure, Measured, Missing, Panel, Section, Table
+from workbench.study.document.document import (
+    Figure,
+    MissingCell,
+    Panel,
+    ReportTable,
+    Section,
+    TableColumn,
+    ValueWithError,
+)
 from workbench.study.document.figure import Band
-from workbench.study.document.phrases import bare
+from workbench.study.document.phrases_and_tables import bare
 from workbench.study.document.source import Source
-from workbench.study.evidence.law_tables import Published, against_published, side_by_side
+from workbench.study.evidence.law_tables import PublishedColumn, against_published, side_by_side
 from workbench.study.result_marks import bars, cell, labels_of, metric_source, points, signal_source
 from workbench.study.study import Case, Results, Study
 
@@ -55,16 +63,18 @@ def test_curves_of_equal_bits_are_linked_each_to_the_law_and_scenario_of_which_i
 def test_cells_of_equal_numbers_are_linked_by_their_source_whatever_the_heads_say(results):
     rows = tuple((o.label, cell(o, "effort"), cell(o, "RMSE")) for o in reversed(results.outcomes))
     wrong = tuple((name, *row[1:]) for name, row in zip(("first", "second", "stiff", "x"), rows, strict=True))
-    data = data_of(results, Table("t", "T.", (Column("law"), Column("RMSE"), Column("effort")), wrong))
+    data = data_of(
+        results, ReportTable("t", "T.", (TableColumn("law"), TableColumn("RMSE"), TableColumn("effort")), wrong)
+    )
     assert names(data, "cells") == [one for one in reversed(ALL) for _ in range(2)]
     assert [mark["metric"] for mark in data["cells"]] == [1, 0] * 4
 
 
 def test_a_number_that_another_one_equals_by_chance_is_not_taken_for_it(results):
     value, error = (float(part) for part in results.outcomes[0].score("RMSE").pair)
-    rows = (("first", Measured(value, error)), ("RMSE", value))
+    rows = (("first", ValueWithError(value, error)), ("RMSE", value))
     mine = side_by_side("mine", "M.", results.outcomes[:1])
-    data = data_of(results, Table("t", "T.", (Column("law"), Column("RMSE")), rows), mine)
+    data = data_of(results, ReportTable("t", "T.", (TableColumn("law"), TableColumn("RMSE")), rows), mine)
     assert {mark["table"] for mark in data["cells"]} == {"mine"}
 
 
@@ -74,11 +84,13 @@ def test_a_curve_and_a_cell_in_another_unit_move_by_their_scale(results):
     assert line.x[0] == pytest.approx(200.0, rel=1e-12)
     shown = cell(outcome, "RMSE", scale=1e3, unit="mrad/s")
     rows = ((shown,), (cell(outcome, "RMSE", scale=-2.0),))
-    data = data_of(results, Figure("f", "F.", (Panel("omega", (line,)),)), Table("t", "T.", (Column("RMSE"),), rows))
+    data = data_of(
+        results, Figure("f", "F.", (Panel("omega", (line,)),)), ReportTable("t", "T.", (TableColumn("RMSE"),), rows)
+    )
     assert data["curves"][0]["scales"] == (1e3, 60 / (2 * np.pi))
     assert data["curves"][0]["rows"] == (20, 41)
     assert [mark["scale"] for mark in data["cells"]] == [1e3, -2.0]
-    assert shown == Measured(*(1e3 * part for part in outcome.score("RMSE").pair))
+    assert shown == ValueWithError(*(1e3 * part for part in outcome.score("RMSE").pair))
     assert shown.source.unit == "mrad/s"
     assert line.sources[1].unit == "1/min"
 
@@ -87,7 +99,7 @@ def test_a_mark_of_another_study_with_a_case_of_the_same_name_does_not_move(resu
     other = case_runs.run(Study("o", "T", "Q?", "M.", lambda results: [], cases=(case("first", 300.0),))).outcomes[0]
     mine = results.outcomes[0]
     assert other.case.name == mine.case.name
-    table = Table("t", "T.", (Column("RMSE"),), ((cell(other, "RMSE"),), (cell(mine, "RMSE"),)))
+    table = ReportTable("t", "T.", (TableColumn("RMSE"),), ((cell(other, "RMSE"),), (cell(mine, "RMSE"),)))
     data = data_of(results, table)
     assert [mark["row"] for mark in data["cells"]] == [1]
 
@@ -112,11 +124,11 @@ def test_every_maker_of_pictures_and_tables_of_cases_gives_its_marks_a_source(re
     assert all(mark.sources is not None for mark in series if not isinstance(mark, Band))  # the range of all laws
     assert sum(isinstance(mark, Band) for mark in series) == len(held) == 4
     laws = {o.case.law: o for o in held}
-    published = Published("Table 1", "RMSE", 0, dict.fromkeys(laws, 0.2), 3)
+    published = PublishedColumn("Table 1", "RMSE", 0, dict.fromkeys(laws, 0.2), 3)
     tables = side_by_side("s", "S.", held), against_published("a", "A.", published, laws)
     shown = [bare(value) for table in tables for row in table.rows for value in row]
-    assert all(value.source is not None for value in shown if isinstance(value, Measured))
-    assert sum(isinstance(value, Measured) for value in shown) == 4 * 3 + 3
+    assert all(value.source is not None for value in shown if isinstance(value, ValueWithError))
+    assert sum(isinstance(value, ValueWithError) for value in shown) == 4 * 3 + 3
 
 
 def test_the_rows_of_an_emphasised_cell_keep_their_source(results):
@@ -171,8 +183,8 @@ def test_a_table_that_a_study_makes_of_cells_says_below_what_must_be_said_of_the
     ode = replace(results.outcomes[0].ode, notes=("the observer\nuses the truth",))
     honest, *oracles = results.outcomes[1], *(replace(results.outcomes[k], ode=ode) for k in (3, 0))
     rows = tuple((o.case.law, cell(o, "RMSE"), cell(o, "effort")) for o in (*oracles, honest))
-    columns = tuple(map(Column, ("law", "RMSE", "effort")))
-    table = Table("t", "T.", columns, rows, ("A note.",))
+    columns = tuple(map(TableColumn, ("law", "RMSE", "effort")))
+    table = ReportTable("t", "T.", columns, rows, ("A note.",))
     below = ("A note.", "stiff \N{DAGGER}, first \N{DAGGER}: the observer uses the truth.")
     assert table.notes == below
     assert replace(table, caption="Other.").notes == below  # once
@@ -186,7 +198,7 @@ def test_a_law_of_which_two_things_must_be_said_in_two_scenarios_is_named_with_e
     ode = replace(results.outcomes[0].ode, notes=("a truth",))
     other = replace(results.outcomes[2], ode=replace(ode, notes=("a truth", "a long step")))
     rows = tuple((cell(o, "RMSE"), cell(o, "effort")) for o in (replace(results.outcomes[0], ode=ode), other))
-    table = Table("t", "T.", (Column("RMSE"), Column("effort")), rows)
+    table = ReportTable("t", "T.", (TableColumn("RMSE"), TableColumn("effort")), rows)
     dagger = "first \N{DAGGER}"
     assert table.notes == (f"{dagger} (speed): a truth.", f"{dagger} (again): a truth; a long step.")
 
@@ -196,8 +208,8 @@ def test_a_cell_in_place_of_a_number_says_why_and_moves_too():
     run = replace(never.run, metrics=(wb.settling_time(band=1e-9),))
     held = case_runs.run(Study("s", "T", "Q?", "M.", lambda results: [], cases=(replace(never, run=run),)))
     shown = cell(held.outcomes[0], "settling time")
-    assert (shown, shown.source.name) == (Missing("never"), "settling time")
-    data = data_of(held, Table("t", "T.", (Column("settling"),), ((shown,),)))
+    assert (shown, shown.source.name) == (MissingCell("never"), "settling time")
+    data = data_of(held, ReportTable("t", "T.", (TableColumn("settling"),), ((shown,),)))
     assert [(mark["metric"], mark["loop"]) for mark in data["cells"]] == [(0, 0)]
 
 
@@ -218,5 +230,5 @@ def test_a_page_of_a_loop_alone_moves_in_all_its_curves_and_cells():
     moving = (panel for figure in document.figures if figure.name.startswith("signal_") for panel in figure.panels)
     assert len(data["curves"]) == sum(len(panel.series) for panel in moving)
     assert len([cell for cell in data["cells"] if cell["table"] == document.tables[0].name]) == sum(
-        isinstance(bare(value), Measured) for row in document.tables[0].rows for value in row
+        isinstance(bare(value), ValueWithError) for row in document.tables[0].rows for value in row
     )

@@ -11,7 +11,7 @@ from workbench.report.figures.figure_sheet import draw
 from workbench.report.figures.rulers import size_of
 from workbench.report.pictures import standings_figure
 from workbench.report.pictures.standings_pictures import BEYOND
-from workbench.study.evidence import Mean, Median, Quantile, Success, Tail, compare, judge, paired
+from workbench.study.evidence import Mean, Median, Quantile, Success, Tail, compare, judge, pair_samples
 
 RNG = np.random.default_rng(0)
 MEDIAN = Median()
@@ -22,7 +22,7 @@ def comparison(failed=0, estimand=MEDIAN, **middles):
     """Laws whose values lie about their middles, the last with so many failed runs."""
     values = {law: middle + 0.05 * NOISE * (k + 1) for k, (law, middle) in enumerate(middles.items())}
     values[list(middles)[-1]][:failed] = np.nan
-    return compare(paired(values, metric="cost", unit="rad"), estimand, resamples=200)
+    return compare(pair_samples(values, metric="cost", unit="rad"), estimand, resamples=200)
 
 
 def tiles(figure, panel=0):
@@ -33,9 +33,9 @@ def test_the_best_is_framed_a_tie_is_marked_and_a_failed_law_is_hatched():
     apart, level = comparison(PID=1.0, SMC=2.0, ASMC=3.0), comparison(40, PID=1.0, SMC=1.0, ASMC=9.0)
     figure = standings_figure("f", "c", {"s": {"median": apart}, "hard": {"median": level}}, "median")
     held = tiles(figure)
-    assert held.framed.tolist() == [[True, False], [False, False], [False, False]]
-    assert held.marked.tolist() == [[False, True], [False, True], [False, False]]
-    assert held.hatched.tolist() == [[False, False], [False, False], [False, True]]
+    assert held.has_frame.tolist() == [[True, False], [False, False], [False, False]]
+    assert held.has_mark.tolist() == [[False, True], [False, True], [False, False]]
+    assert held.has_hatch.tolist() == [[False, False], [False, False], [False, True]]
     assert held.texts[2][1] == ("–", "40 failed")
     assert np.isnan(held.shades[2, 1])
     assert [key.label for key in held.keys][1:] == [
@@ -49,7 +49,7 @@ def test_a_law_with_some_failed_runs_shows_its_level_and_how_many():
     assert float(level) == pytest.approx(2.0, abs=0.05)
     assert float(interval.split("–")[0]) < float(level) < float(interval.split("–")[1])
     assert failed == "3 failed"
-    assert held.hatched[1, 0]
+    assert held.has_hatch[1, 0]
 
 
 def test_darkness_is_the_logarithm_of_the_ratio_to_the_best_of_the_column():
@@ -61,13 +61,13 @@ def test_darkness_is_the_logarithm_of_the_ratio_to_the_best_of_the_column():
 
 def test_of_successes_which_are_shown_in_percent_the_largest_is_the_lightest():
     values = {"PID": np.arange(60.0), "SMC": np.arange(60.0) - 30, "ASMC": np.arange(60.0) + 90}
-    one = compare(paired(values, metric="cost"), Success(29.5), resamples=200)
+    one = compare(pair_samples(values, metric="cost"), Success(29.5), resamples=200)
     held = tiles(standings_figure("f", "c", {"s": {"success": one}}, "success"))
     assert [text[0] for (text,) in held.texts] == ["50.0", "100", "0"]
     low, high = map(float, held.texts[0][0][1].split("–"))
     assert 30 < low < 50 < high < 70
     np.testing.assert_allclose(held.shades[:, 0], [np.log(2) / np.log(BEYOND), 0, 1])
-    assert held.framed[:, 0].tolist() == [False, True, False]
+    assert held.has_frame[:, 0].tolist() == [False, True, False]
 
 
 def test_the_statistic_that_was_asked_for_leads_and_it_alone_has_intervals():
@@ -133,7 +133,7 @@ def full():
         values = {law: middle + 0.05 * NOISE for law, middle in middles.items()}
         values[laws[-1]][: 40 * (k % 2)] = np.nan
         asked = (Mean(), Quantile(0.8), Tail(0.8), Success(5.0))
-        found[name] = judge(paired(values, metric="cost"), MEDIAN, asked, resamples=100).by
+        found[name] = judge(pair_samples(values, metric="cost"), MEDIAN, asked, resamples=100).by
     return standings_figure("f", "Cost.", found, "median")
 
 

@@ -12,10 +12,10 @@ from tests.support.speed_cases import case
 from workbench.report.pictures import morris_plane, quantile_bands, sobol_bars, standings_figure, tornado_figure
 from workbench.report.table_text import to_csv
 from workbench.study import uncertainty
-from workbench.study.compiled import compile_sweep
-from workbench.study.document.document import Bars, Measured, Points
-from workbench.study.document.phrases import bare
-from workbench.study.evidence import compare, paired, same_draws
+from workbench.study.compiled_sweep import compile_sweep
+from workbench.study.document.document import Bars, Points, ValueWithError
+from workbench.study.document.phrases_and_tables import bare
+from workbench.study.evidence import compare, pair_samples, same_draws
 from workbench.study.evidence.comparison_tables import comparison_table
 from workbench.study.uncertainty.designs import MonteCarlo, MorrisDesign, OneAtATime
 
@@ -92,7 +92,7 @@ def test_laws_in_the_same_draws_read_note_and_sources_from_their_samples(sampled
     sample = sampled["draws"]
     held = {"a": sample, "b": replace(sample, name="other")}
     values = {law: (1 + k) * one.score("RMSE").value for k, (law, one) in enumerate(held.items())}
-    both = paired(values, metric="RMSE", unit="rad/s", samples=held)
+    both = pair_samples(values, metric="RMSE", unit="rad/s", samples=held)
     assert both.note == same_draws(held)
     assert [(one.law, one.scenario, one.unit) for one in both.sources] == [
         ("a", "draws", "rad/s"),
@@ -100,11 +100,11 @@ def test_laws_in_the_same_draws_read_note_and_sources_from_their_samples(sampled
     ]
     judged = compare(both)
     shown = [bare(row[1]) for row in comparison_table("t", "T.", [judged]).rows]
-    assert [value.source.law for value in shown if isinstance(value, Measured)] == ["a", "b"][: len(shown)]
+    assert [value.source.law for value in shown if isinstance(value, ValueWithError)] == ["a", "b"][: len(shown)]
     rows = numbers(standings_figure("f", "F.", {"s": {"median": judged}}, "median"))
     assert [row["of"].split(" | ")[:3] for row in rows] == [
         ["a", "draws", "RMSE [rad/s]"],
         ["b", "other", "RMSE [rad/s]"],
     ]
     with pytest.raises(ValueError, match=r"one sample for each of \['a', 'b'\]; got \['a'\]"):
-        paired(values, metric="RMSE", samples={"a": sample})
+        pair_samples(values, metric="RMSE", samples={"a": sample})

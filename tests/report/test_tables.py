@@ -7,32 +7,32 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.core.notation.formula import symbol
-from workbench.report.number_text import measured, paddings, printed
+from workbench.report.number_text import number_text, number_text_with_error, paddings
 from workbench.report.outline import notes
 from workbench.report.table_text import BRACKETS, alignments, grid, to_csv, to_latex
 from workbench.study.document.document import (
+    BoldCell,
     Code,
     Colophon,
-    Column,
-    Diverged,
+    DivergedCell,
     Document,
-    Emphasis,
-    Measured,
+    ReportTable,
     Section,
-    Table,
+    TableColumn,
+    ValueWithError,
 )
 from workbench.study.run_tables import spreadsheet_text
 
-LAW_AND_RMSE = (Column("law"), Column("RMSE", "rad"))
-PLAIN = Column("x")
+LAW_AND_RMSE = (TableColumn("law"), TableColumn("RMSE", "rad"))
+PLAIN = TableColumn("x")
 
 
 def table(*rows, columns=LAW_AND_RMSE, **more):
-    return Table("t", "A caption", columns, rows, **more)
+    return ReportTable("t", "A caption", columns, rows, **more)
 
 
 def cells(*values, column=PLAIN):
-    shown = grid(Table("t", "", (column,), tuple((value,) for value in values)))
+    shown = grid(ReportTable("t", "", (column,), tuple((value,) for value in values)))
     return [str(row[0].content) for row in shown]
 
 
@@ -57,13 +57,13 @@ def cells(*values, column=PLAIN):
     ],
 )
 def test_the_digits_shown_are_those_that_the_error_supports(value, error, text):
-    assert str(measured(value, error)) == text
+    assert str(number_text_with_error(value, error)) == text
 
 
 @given(st.floats(-1e8, 1e8), st.floats(1e-9, 1e8))
 def test_what_is_printed_lies_within_the_error_that_is_printed(value, error):
     """Half a unit of the last digit is at most half the printed error's unit, so value and error survive printing."""
-    number = measured(value, error)
+    number = number_text_with_error(value, error)
     scale = 10.0 ** int(number.power.replace("−", "-") or 0)
     tail, _, bracket = number.tail.partition("(")
     shown = float(f"{number.sign}{number.whole}{tail}".replace("−", "-")) * scale
@@ -96,17 +96,17 @@ def test_what_is_printed_lies_within_the_error_that_is_printed(value, error):
     ],
 )
 def test_a_plain_number_has_four_digits_or_fewer_if_they_are_exact(value, text):
-    assert str(printed(value)) == text
+    assert str(number_text(value)) == text
 
 
 def test_a_column_may_ask_for_its_digits():
-    assert cells(0.233, 0.5, column=Column("x", digits=4)) == ["0.2330", "0.5000"]
+    assert cells(0.233, 0.5, column=TableColumn("x", digits=4)) == ["0.2330", "0.5000"]
 
 
 @given(st.lists(st.tuples(st.floats(-1e9, 1e9), st.floats(0, 1e3)), min_size=1, max_size=8))
 def test_every_number_of_a_column_fills_the_same_frame(pairs):
     """Glyph class by glyph class: what stands before the decimal point, and what stands behind it."""
-    numbers = [measured(value, error) for value, error in pairs]
+    numbers = [number_text_with_error(value, error) for value, error in pairs]
 
     def classes(text):
         return sorted("0" if c.isdigit() else c for c in text)
@@ -121,7 +121,7 @@ def test_every_number_of_a_column_fills_the_same_frame(pairs):
 
 
 def test_cells_read_as_a_person_says_them():
-    assert cells(None, True, False, Diverged(3.14159), Diverged(12.0), "never") == [
+    assert cells(None, True, False, DivergedCell(3.14159), DivergedCell(12.0), "never") == [
         "—",
         "yes",
         "no",
@@ -139,14 +139,14 @@ def test_numbers_that_came_as_text_keep_their_digits_and_are_aligned():
 
 
 def test_words_stand_left_and_numbers_are_centred():
-    assert alignments(table(("a", 1.0), ("b", Diverged(2.0)))) == ["left", "center"]
+    assert alignments(table(("a", 1.0), ("b", DivergedCell(2.0)))) == ["left", "center"]
 
 
 def test_brackets_are_explained_where_they_are_printed_first():
     tables = (
-        Table("plain", "", (PLAIN,), ((1.0,),), ("a note",)),
-        Table("first", "", (PLAIN,), ((Emphasis(Measured(1.0, 0.1)),),), ("a note",)),
-        Table("second", "", (PLAIN,), ((Measured(1.0, 0.1),),)),
+        ReportTable("plain", "", (PLAIN,), ((1.0,),), ("a note",)),
+        ReportTable("first", "", (PLAIN,), ((BoldCell(ValueWithError(1.0, 0.1)),),), ("a note",)),
+        ReportTable("second", "", (PLAIN,), ((ValueWithError(1.0, 0.1),),)),
     )
     found = notes(Document("t", "q", "m", (Section("s", tables),), Colophon("c", "0")))
     assert found == {"plain": ("a note",), "first": (BRACKETS, "a note"), "second": ()}
@@ -154,11 +154,11 @@ def test_brackets_are_explained_where_they_are_printed_first():
 
 def test_csv_reads_back_with_every_digit():
     value, error = 0.1 + 0.2, 1e-17
-    columns = (Column("law, or rule"), Column((symbol("q_1"), " error"), "m/s^2"), Column("n"))
+    columns = (TableColumn("law, or rule"), TableColumn((symbol("q_1"), " error"), "m/s^2"), TableColumn("n"))
     text = to_csv(
         table(
-            ('say "six"', Measured(value, error), 3),
-            ("line break", Diverged(3.125), None),
+            ('say "six"', ValueWithError(value, error), 3),
+            ("line break", DivergedCell(3.125), None),
             (Code("a.b"), None, True),
             columns=columns,
         )
@@ -206,10 +206,10 @@ def test_what_only_looks_like_a_range_comes_after_an_apostrophe(text):
 def test_texts_that_spreadsheets_run_come_after_an_apostrophe_and_numbers_stay_numbers():
     """Behind blanks and unseen signs no text begins with = + - @, also in full width, unless it is a number."""
     typed = [*RUN, *NUMBERS, "a=b", "1-2", "−1", ""]
-    ((head, *cells),) = columns_of(to_csv(table(*((cell,) for cell in typed), columns=(Column("=a", "rad"),))))
+    ((head, *cells),) = columns_of(to_csv(table(*((cell,) for cell in typed), columns=(TableColumn("=a", "rad"),))))
     assert head == "'=a [rad]"
     assert cells == [f"'{cell}" for cell in RUN] + [*NUMBERS, "a=b", "1-2", "−1", ""]
-    pair = to_csv(table((-1.5, Measured(-0.25, 0.5)), (-7, Emphasis("=1")), (-math.inf, ("=", symbol("q")))))
+    pair = to_csv(table((-1.5, ValueWithError(-0.25, 0.5)), (-7, BoldCell("=1")), (-math.inf, ("=", symbol("q")))))
     assert columns_of(pair) == [
         ("law", "-1.5", "-7", "-inf"),
         ("RMSE [rad]", "-0.25", "'=1", "'=q"),
@@ -233,14 +233,14 @@ def test_no_text_of_a_table_is_run_and_none_is_changed_but_for_its_apostrophe(ty
 
 def test_latex_leaves_nothing_of_the_text_to_be_read_as_commands():
     hostile = r"50 % of $x_1$ & \input{secret} # ~ ^ { } <b> 3–4 — −1"
-    text = to_latex(table((hostile, 1.0), ("[a]", Measured(-0.5, 0.1))))
+    text = to_latex(table((hostile, 1.0), ("[a]", ValueWithError(-0.5, 0.1))))
     assert r"50 \% of \$x\_1\$ \& \textbackslash{}input\{secret\} \# \textasciitilde{} \textasciicircum{}" in text
     assert r"{}[a]" in text
     assert r"$-0.50(10)$" in text
 
 
 def test_latex_has_the_rules_and_the_label_of_a_booktabs_table():
-    text = to_latex(table(("PID", Emphasis(2.5e-7)), ("SMC", 12.0)))
+    text = to_latex(table(("PID", BoldCell(2.5e-7)), ("SMC", 12.0)))
     for piece in (r"\toprule", r"\midrule", r"\bottomrule", r"\label{t}", r"\caption{A caption}"):
         assert piece in text
     assert r"$\phantom{1}\mathbf{2.5{}\times10^{-7}}$" in text

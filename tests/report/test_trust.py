@@ -80,7 +80,7 @@ def test_a_loop_is_run_at_a_step_that_keeps_the_tolerance(given):
     # the change to half the step is fifteen sixteenths of the error of a smooth solution, and the size of a state is
     # at most a few times what it is at the end
     np.testing.assert_allclose(runs.x[0, -1], exact, atol=1e-5 * np.abs(exact).max())
-    assert runs.check.chosen
+    assert runs.check.is_chosen
     assert runs.check.change <= 1e-6
     assert re.search(r"step of .* ms chosen for a tolerance of 1e-06 \(half of it changes a state by \d", repr(runs))
 
@@ -126,7 +126,7 @@ def words(page):
 def test_the_first_loop_of_the_readme_at_too_long_a_step_says_so_in_every_view():
     runs = wb.simulate(wb.rk4(first_loop().ode(), 0.05), until=2.0)
     assert runs["omega"][0, -1, 0] < 0.1  # wrong: 1.002
-    assert not runs.check.passed
+    assert not runs.check.is_passed
     figure = runs.plot()
     for view in (repr(runs), runs._repr_html_(), str(runs.warnings), " ".join(runs.to_frame().attrs["warnings"])):
         assert re.search(TOO_LONG, view)
@@ -181,7 +181,7 @@ def test_a_run_whose_state_only_a_longer_step_loses_says_that_half_the_step_does
     t, x, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX(0, 1)
     cubic = wb.Ode("cubic", states, wb.layout(), wb.layout(e="1"), t, x, p, -rate * x**3, x)
     runs = wb.simulate(wb.rk4(cubic, 0.4), until=t_end)
-    assert runs.diverged[0]
+    assert runs.has_diverged[0]
     assert "the divergence comes, goes or moves" in repr(runs)
     assert wb.simulate(cubic, until=t_end)["x"][0, -1] == pytest.approx(1 / np.sqrt(1 + 2 * rate * t_end), rel=1e-3)
 
@@ -250,7 +250,7 @@ def test_what_follows_a_reference_is_shown_beside_it_and_alone():
     [
         (
             lambda: wb.simulate("loop", until=1.0),
-            "`simulate(step=...)` must be a `Step`, an `Ode`, a `Sampled`, or a loop",
+            "`simulate(step=...)` must be a `Step`, an `Ode`, a `SampledSystem`, or a loop",
         ),
         (
             lambda: wb.simulate(decay(), until=1.0, every=0.3),

@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.browsers import needs_node
 from tests.support.live_figures import places_of, plain, said
-from workbench.report.figures.curves import drawn_points, thinned, windowed
+from workbench.report.figures.curves import crop_curves, drawn_points, thin_curves
 from workbench.report.figures.figure_sheet import draw_all
 from workbench.report.figures.rulers import Ruler
 from workbench.report.figures.style import said_on_axis
@@ -70,8 +70,8 @@ def test_a_live_page_thins_and_places_a_curve_on_an_uneven_ruler_as_in_print(rul
         const places = [...thinnedPlaces(x, y, first, last, 300, ruler.straight)];
         return [places, places.map((place) => ruler.at(x[place]))];"""
     places, shares = said(body, [plain(x), plain(y)])
-    curve = windowed((x, y), (ruler.low, ruler.high))
-    drawn = thinned(curve, 300, ruler.straight(curve[0]))
+    curve = crop_curves((x, y), (ruler.low, ruler.high))
+    drawn = thin_curves(curve, 300, ruler.straight(curve[0]))
     assert places == places_of(x, drawn[0])
     assert shares == pytest.approx(ruler.share(drawn[0]).tolist(), abs=1e-12)
 

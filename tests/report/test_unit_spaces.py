@@ -9,7 +9,16 @@ from workbench.report.findings_json import findings_json
 from workbench.report.html_page import html
 from workbench.report.number_text import join_units
 from workbench.report.pdf import data, pdf
-from workbench.study.document.document import Colophon, Column, Document, Finding, Paragraph, Section, Strong, Table
+from workbench.study.document.document import (
+    Colophon,
+    Document,
+    Finding,
+    Paragraph,
+    ReportTable,
+    Section,
+    Strong,
+    TableColumn,
+)
 
 NBSP = "\u00a0"
 
@@ -49,7 +58,7 @@ def told():
     """A document with a number and its unit in each place that has words."""
     words = "by 1.8 % at 5 N m/rad"
     finding = Finding("f", words, words, answer="none")
-    table = Table("t", words, (Column("a"),), ((words,),), (words,))
+    table = ReportTable("t", words, (TableColumn("a"),), ((words,),), (words,))
     sections = (Section(words, (Paragraph((words, Strong(words))), table)),)
     return Document(f"On {words}", words, words, sections, Colophon("c", "0"), answer=words, findings=(finding,))
 

@@ -12,12 +12,12 @@ import pytest
 
 from studies.a2_claims import replay, rivals, searches
 from studies.a2_claims import study as a2_claims
-from studies.a2_claims.printed import DEFINITIONS, PRINTED, QUANTIFIERS, decisive
-from studies.a2_claims.study import ASSUMED, OURS, PAPER, grouped
+from studies.a2_claims.printed_statements import DEFINITIONS, PRINTED_STATEMENTS, QUANTIFIERS, decisive
+from studies.a2_claims.study import ASSUMED_LEDGER, OUR_LEDGER, PAPER_LEDGER, group_ledgers
 from studies.paper.card import LAWS
 from tests.support.ledger_rows import Rows, is_printed
 from workbench.core import Claim
-from workbench.proofs.claim_ledger import BROKEN, WITNESSED, Ledger, Line, Ruling
+from workbench.proofs.claim_ledger import BREAKING_KINDS, WITNESS_KINDS, ClaimEntry, ClaimLedger, Ruling
 from workbench.report.html_page import html
 from workbench.report.number_text import join_units
 from workbench.study.case_runs import run
@@ -49,7 +49,7 @@ def results(remembered):
     pairs = tuple(replay.PAIRS)
     remembered.setattr(replay, "PAIRS", pairs)
     remembered.setattr(replay, "v2_along", lambda *pair: dict(zip(pairs, replay.v2_over(pairs), strict=True))[pair])
-    study, laws = a2_claims.study, replay.compared()
+    study, laws = a2_claims.study, replay.comparison_results()
     first, *others = study.cases
     assert [one.name for one in others] == [outcome.case.name for outcome in laws.outcomes]
     own = run(replace(study, cases=(first,), works=()))
@@ -134,7 +134,7 @@ def test_the_printed_page_shows_each_line_of_the_ledger_with_its_witness_to_the_
 
 @pytest.mark.heavy
 def test_each_printed_witness_shows_the_violation_that_its_row_states(rows, replayed):
-    broken = [row for row in rows if row[1].startswith(WITNESSED)]
+    broken = [row for row in rows if row[1].startswith(WITNESS_KINDS)]
     assert len(broken) > 20
     for name, _, evidence, witness in broken:
         (shows,) = [shows for start, shows in SHOWS.items() if witness.startswith(start)]
@@ -189,16 +189,16 @@ def test_no_claim_is_refuted_over_a_range_that_only_its_reader_chose(ledger):
 
 
 def test_each_numbered_equation_is_judged_or_is_a_definition():
-    numbers = [int(number) for item in PRINTED for number in re.findall(r"\((\d+)\)", item.name)]
+    numbers = [int(number) for item in PRINTED_STATEMENTS for number in re.findall(r"\((\d+)\)", item.name)]
     assert sorted([*numbers, *DEFINITIONS]) == list(range(1, 44))  # the paper ends with (43)
-    assert {name for item in PRINTED for name in item.claims} >= set(QUANTIFIERS)
+    assert {name for item in PRINTED_STATEMENTS for name in item.claims} >= set(QUANTIFIERS)
 
 
 @pytest.mark.heavy
 def test_each_printed_equation_has_a_line_of_the_ledger_with_its_words(ledger):
-    for item in PRINTED:
+    for item in PRINTED_STATEMENTS:
         assert decisive(ledger, item).quote == item.quote
-        assert item.claims[0] not in grouped(ledger)[OURS].names
+        assert item.claims[0] not in group_ledgers(ledger)[OUR_LEDGER].names
 
 
 @pytest.mark.heavy
@@ -215,23 +215,23 @@ def test_15_holds_under_its_condition_and_not_for_all_torques_at_once(ledger):
 
 @pytest.mark.heavy
 def test_every_finding_that_breaks_a_claim_keeps_the_hypotheses_it_names(ledger):
-    with_margin = [line for line in ledger if line.ruling.kind in BROKEN and line.ruling.kept]
+    with_margin = [line for line in ledger if line.ruling.kind in BREAKING_KINDS and line.ruling.kept]
     assert {"(24)", "(40)", "(41), along (35)", "(41), along (10)", "(42)"} <= {line.claim.name for line in with_margin}
     for line in with_margin:
         if "Assumption 4" in line.ruling.kept:
             with pytest.raises(ValueError, match="must keep every hypothesis"):
-                Line(replace(line.claim, hypotheses=(searches.ASSUMPTION_4,)), replace(line.ruling, kept=()))
+                ClaimEntry(replace(line.claim, hypotheses=(searches.ASSUMPTION_4,)), replace(line.ruling, kept=()))
 
 
 @pytest.mark.heavy
 def test_a_claim_is_judged_as_published_and_under_the_numbers_of_a1(ledger):
-    groups = grouped(ledger)
-    published = [line for line in groups[PAPER] if line.ruling.kind == "not checkable as published"]
+    groups = group_ledgers(ledger)
+    published = [line for line in groups[PAPER_LEDGER] if line.ruling.kind == "not checkable as published"]
     # (21), (39), "minimal" errors and rejection, of which a1 has no measure
-    assert len(groups[ASSUMED]) == len(published) - 4 == 7
-    assert all(line.ruling.unstated for line in published)
-    assert all(line.ruling.under == rivals.OF_A1 for line in groups[ASSUMED])
-    for name in groups[ASSUMED].names:
+    assert len(groups[ASSUMED_LEDGER]) == len(published) - 4 == 7
+    assert all(line.ruling.unstated_numbers for line in published)
+    assert all(line.ruling.under == rivals.OF_A1 for line in groups[ASSUMED_LEDGER])
+    for name in groups[ASSUMED_LEDGER].names:
         assert ledger[name.removesuffix(", numbers of a1")].ruling.kind == "not checkable as published"
 
 
@@ -260,12 +260,12 @@ def test_the_bounds_of_the_disturbance_are_those_of_its_sines(ledger):
 @pytest.mark.heavy
 def test_each_claim_is_counted_in_one_group(ledger):
     names = ledger.names
-    lines = tuple(Line(Claim(name, "said", "here"), Ruling("proved", "seen")) for name in names)
-    groups = grouped(Ledger(lines))
+    lines = tuple(ClaimEntry(Claim(name, "said", "here"), Ruling("proved", "seen")) for name in names)
+    groups = group_ledgers(ClaimLedger(lines))
     assert sorted(name for group in groups.values() for name in group.names) == sorted(names)
     assert all(groups.values())
-    assert not any("repaired" in name for name in groups[PAPER].names)
-    assert {"(30), repaired", "Theorem 1, swinging arm"} <= set(groups[OURS].names)
+    assert not any("repaired" in name for name in groups[PAPER_LEDGER].names)
+    assert {"(30), repaired", "Theorem 1, swinging arm"} <= set(groups[OUR_LEDGER].names)
 
 
 @pytest.mark.heavy

@@ -14,7 +14,7 @@ from workbench.proofs.rest_points import RestPoint
 
 def test_the_stored_run_replays_on_the_equations_of_today():
     example = CounterExample.read(searches.WITNESS)
-    again = searches.HUNT.replay(example)
+    again = searches.RUN_SEARCH.replay(example)
     assert again.same
     assert again.value - again.error > 0
     assert example.seed == searches.SEED
@@ -30,8 +30,8 @@ def test_the_false_rest_of_the_observer_is_one():
 
 
 def test_the_printed_c_is_not_skew_and_the_derived_one_is():
-    assert np.abs(replay.skewness(arm.PRINTED, (0.5, 1), (1, -1))).max() == pytest.approx(2 * (1 + np.cos(1)))
-    np.testing.assert_allclose(replay.skewness(replay.derived, (0.5, 1), (1, -1)), 0, atol=1e-15)
+    assert np.abs(replay.skewness(arm.PRINTED_DYNAMICS, (0.5, 1), (1, -1))).max() == pytest.approx(2 * (1 + np.cos(1)))
+    np.testing.assert_allclose(replay.skewness(replay.derived_dynamics, (0.5, 1), (1, -1)), 0, atol=1e-15)
 
 
 def test_the_mismatch_grows_with_the_torque_without_end():
@@ -136,7 +136,7 @@ def test_the_start_that_goes_astray_is_robust():
         ("mismatch", 1.0, observer.lipschitz_everywhere),
         ("v1_rate", (-1.0, -1.0), observer.lyapunov),
         ("false_rest", RestPoint(np.zeros(4), 1e-7, True, np.zeros(4)), observer.paper_gains),
-        ("astray", (4.0, 0.0), observer.swinging),
+        ("astray", (4.0, 0.0), observer.swinging_arm),
         ("offset", (np.zeros(2), np.zeros(2)), convergence.convergence_10),
         ("drift", (np.array([0.5, 0.4]), np.array([0.5, 0.4])), convergence.bounded_signals),
         ("v2_over", [(-1.0, 0.0)], convergence.strict_decrease),

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import solve_continuous_are
 
 from studies.a3_riccati_gains import findings, path
-from studies.a3_riccati_gains.settings import ASSUMED, FORWARD, OTHERS, SETTINGS, WEIGHTS
+from studies.a3_riccati_gains.settings import ASSUMED_WEIGHTS, FORWARD, OTHERS, SETTINGS, WEIGHTS
 from studies.a3_riccati_gains.study import cases, choices_of, figure
 from studies.paper.laws import mass_matrices
 from workbench.design.riccati_flow import rde
@@ -62,7 +62,7 @@ def test_the_median_in_time_does_not_count_an_instant_more_often_for_having_neig
 
 @pytest.mark.parametrize(("scenario", "median"), [("FS", 2.8e-4), pytest.param("SS", 4.1e-4, marks=pytest.mark.heavy)])
 def test_the_median_distance_of_p_is_that_of_scipys_solutions_at_evenly_spaced_times(scenario, median):
-    (case,) = (case for case in cases(scenario, {ASSUMED: np.eye(2)}) if case.law == FORWARD)
+    (case,) = (case for case in cases(scenario, {ASSUMED_WEIGHTS: np.eye(2)}) if case.law == FORWARD)
     case = replace(case, run=replace(case.run, metrics=(rmse(),), until=path.WINDOW))
     (outcome,) = run(Study("s", "t", "q", "m", lambda results: (), cases=(case,))).outcomes
     states = outcome.measurement.trajectories
@@ -84,7 +84,7 @@ def test_the_median_distance_of_p_is_that_of_scipys_solutions_at_evenly_spaced_t
 
 def test_each_loop_without_34_holds_the_p_that_it_names():
     mean = np.diag([8.0, 2.6])
-    choices = choices_of(ASSUMED, mean)
+    choices = choices_of(ASSUMED_WEIGHTS, mean)
     frozen = {
         name: fields["P"] for name, fields in choices.items() if fields.get("riccati") == "frozen" and "P" in fields
     }

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies.a5_linear_analysis.pages import SEED, arm, arm_alone, shown
-from studies.paper.card import PROPOSED
-from studies.paper.linearization import LEVEL, POSES, SEVEN, at_rest, holding, still
+from studies.a5_linear_analysis.pages import SEED, arm, arm_alone, pole_text
+from studies.paper.card import PROPOSED_LAW
+from studies.paper.linearization import LEVEL, POSES, SEVEN, at_rest, holding_torque, still
 from workbench.arms.manipulator import Manipulator
 from workbench.core import rk4
 from workbench.design.linear import linearize
@@ -19,7 +19,7 @@ def resting(law):
     ode = still(law, POSES[LEVEL]).ode()
     x = ode.states.default.copy()
     if law == "PID":
-        x[ode.states.slice("controller.integral")] = -holding(POSES[LEVEL]) / [648.0, 216.0]
+        x[ode.states.slice("controller.integral")] = -holding_torque(POSES[LEVEL]) / [648.0, 216.0]
     return ode, x
 
 
@@ -51,9 +51,9 @@ def test_super_twisting_in_its_layer_oscillates_undamped_and_has_no_margin():
 
 @pytest.mark.heavy
 def test_nine_tenths_of_its_torque_make_the_proposed_law_leave_the_upright_arm():
-    rest = at_rest(PROPOSED, "upright")
+    rest = at_rest(PROPOSED_LAW, "upright")
     assert rest.disk.alpha < 2 * 0.1 / 1.9 < 0.12  # (2 - a) / (2 + a) = 0.9 lies outside of the disk
-    loop = still(PROPOSED, POSES["upright"])
+    loop = still(PROPOSED_LAW, POSES["upright"])
     pole = np.linalg.eigvals(rest.A - 0.9 * rest.B @ rest.Cy).real.max()
     # M qdd + ... = 0.9 tau is the motion of an arm that is heavier by 1 / 0.9
     heavier = tuple(replace(link, mass=link.mass / 0.9) for link in loop.plant.arm.links)
@@ -81,7 +81,7 @@ def test_smc_stands_half_its_delay_and_not_twice_it():
     for share in (0.5, 2.0):
         period = share * margin / 1.5
         sampled = loop.digital(period, delay=True).step(4)
-        waiting = {name: holding(POSES[LEVEL]) for name in ("hold.next", "hold.tau")}
+        waiting = {name: holding_torque(POSES[LEVEL]) for name in ("hold.next", "hold.tau")}
         start = sampled.states.pack({name: tau for name, tau in waiting.items() if name in sampled.states})
         run = simulate(sampled, None, start, until=400 * period, every=400 * period)
         ends[share] = np.abs(run["plant.qd"][0, -1]).max()
@@ -92,7 +92,7 @@ def test_smc_stands_half_its_delay_and_not_twice_it():
     ("value", "text"), [(-6.0 + 0j, "−6"), (-2447.7 + 0j, "−2448"), (38.73j, "0 ± 38.7i"), (-2.4 + 5.4j, "−2.4 ± 5.4i")]
 )
 def test_a_pole_is_printed_as_one_reads_it(value, text):
-    assert shown(value) == text
+    assert pole_text(value) == text
 
 
 @pytest.mark.heavy

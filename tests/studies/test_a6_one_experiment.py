@@ -31,7 +31,7 @@ def test_the_one_experiment_is_the_same_for_all_laws_and_leaves_open_only_what_i
         assert (tuple(square.amplitude), square.frequency) == (experiments.AMPLITUDES, experiments.FREQUENCY)
         names = {factor.name for factor in experiments.own(law)}
         assert not names & {"a1", "a2", "f", "rivals' measurements"}
-        if law not in (loops.PROPOSED, loops.PID):
+        if law not in (loops.PROPOSED_LAW, loops.PID):
             assert loop.observer.inside == 1.0
 
 
@@ -43,9 +43,9 @@ def test_the_finding_on_one_experiment_is_met_only_if_all_rows_of_both_scenarios
     assert good.statement.startswith("One experiment for each scenario gives 12 of the 12")
     # what the page of a2 rests on
     assert all(f"6 of 6 rows of the {scenario} scenario come" in good.evidence for scenario in ("first", "second"))
-    assert "+0.5 % and -0.3 %" in good.chosen  # by how much the amplitudes were moved by hand
+    assert "+0.5 % and -0.3 %" in good.assumptions  # by how much the amplitudes were moved by hand
     bad = findings.tables_finding(common_searches(), fitted(0.002), one, replace(one, miss=near | {"PID": 0.02}))
-    assert not bad.settled
+    assert not bad.is_decided
     assert "11 of the 12" in bad.statement
 
 
@@ -67,6 +67,6 @@ def test_the_row_identifies_the_law_only_if_one_sign_alone_meets_it():
     assert "does not identify the law" in finding(plus=0.002, minus=0.2, minus_two=0.001).statement
     assert "the plus alone meets" in finding(plus=0.002).statement
     assert "No choice" in finding().statement
-    assert not finding().settled
+    assert not finding().is_decided
     words = [one.words for one in finding().variations]
     assert words[: len(rows.CASES)] == [f"{sign}, {shape}" for sign, shape in rows.CASES]

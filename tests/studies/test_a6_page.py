@@ -8,7 +8,7 @@ import pytest
 from studies.a6_unstated_choices.study import answer, sections, study
 from studies.paper.card import LAWS
 from tests.support.samples import made_sample
-from workbench.study.document.document import Figure, Paragraph, Table
+from workbench.study.document.document import Figure, Paragraph, ReportTable
 
 POINTS = 48  # of each search
 RMSE = (("sampled RMSE", 0, "rad"), ("sampled RMSE", 1, "rad"))
@@ -50,7 +50,7 @@ def tuned_of(tuning, seed):
 def page():
     tuned = {one.name: tuned_of(one, seed) for seed, one in enumerate(study.tunings)}
     samples = {
-        one.name: runs_of(one.name, one.run, one.factors, one.design.points(), one.halved, seed)
+        one.name: runs_of(one.name, one.run, one.factors, one.design.points(), one.half_step_every, seed)
         for seed, one in enumerate(study.sweeps(tuned))
     }
     return sections(SimpleNamespace(tuned=tuned.__getitem__, sample=samples.__getitem__))
@@ -82,7 +82,7 @@ def test_sentences_of_the_findings_and_paragraphs_have_at_most_25_words(page):
 
 def test_each_question_on_the_rankings_is_answered_by_column(page):
     blocks = [block for part in page.sections for block in part.blocks]
-    below = next(one for one in blocks if isinstance(one, Table) and one.name == "below")
+    below = next(one for one in blocks if isinstance(one, ReportTable) and one.name == "below")
     assert [row[:2] for row in below.rows] == [
         (question, limit)
         for limit in ("none", "100, 50 N m")

@@ -5,18 +5,18 @@ import numpy as np
 import pytest
 
 from studies.a6_unstated_choices import draws, experiments, findings, fits, loops, ranking, rows, scope
-from studies.a6_unstated_choices.blocks import chosen
+from studies.a6_unstated_choices.blocks import pick_part
 from studies.paper.card import CARD, INERTIA, LAWS
 from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
-from studies.paper.unstated import left_out
+from studies.paper.unstated_choices import omitted_choices
 from tests.support.drawn_errors import again, common_searches, everywhere, fitted, row, sampled
 from workbench.arms.laws import AosmcRgs, ArmPID
 from workbench.arms.laws.aosmc_rgs import SHAPES
-from workbench.arms.observers import ArmFullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.arms.observers import ArmFullState, Luenberger, OracleFilter, PrintedFilter, StateAndDisturbanceObserver
 from workbench.blocks.loop import ClosedLoop
-from workbench.study.compiled import compile_sweep
-from workbench.study.contract import Run, Sweep
-from workbench.study.uncertainty import Listed
+from workbench.study.compiled_sweep import compile_sweep
+from workbench.study.run_and_sweep import Run, Sweep
+from workbench.study.uncertainty import ListedPoints
 
 
 def rates(loop, x, p=None):
@@ -43,7 +43,7 @@ def states(seed=3):
 
 @pytest.fixture(scope="module")
 def proposed():
-    return loops.loop(loops.PROPOSED, "SS")
+    return loops.loop(loops.PROPOSED_LAW, "SS")
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -60,7 +60,7 @@ def test_each_reading_as_a_number_is_the_law_with_that_reading(proposed, shape, 
     )
     filter_ = PrintedFilter(2, CARD["l"]) if printed else OracleFilter(2, CARD["l"])
     seen = Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
-    genuine = ClosedLoop(plant("SS"), WithDisturbance(seen, filter_), law, REFERENCES["SS"])
+    genuine = ClosedLoop(plant("SS"), StateAndDisturbanceObserver(seen, filter_), law, REFERENCES["SS"])
     hidden = {"observer.disturbance.D_hat": z if printed else eta, "observer.disturbance.eta": eta}
     expected = rates(genuine, own | alone | hidden)
 
@@ -99,7 +99,7 @@ def test_readings_are_equally_likely_and_casadi_takes_the_one_that_is_named():
     assert np.bincount(places.astype(int)).tolist() == [250] * 4
     assert spread.quantile(np.array([0.0, 1.0])).tolist() == [0.0, 3.0]
     reading = ca.SX.sym("reading")
-    pick = ca.Function("pick", [reading], [chosen(reading, *map(ca.SX, (1.0, 2.0, 3.0)))])
+    pick = ca.Function("pick", [reading], [pick_part(reading, *map(ca.SX, (1.0, 2.0, 3.0)))])
     assert [float(pick(place)) for place in (0, 1, 2)] == [1.0, 2.0, 3.0]
 
 
@@ -131,7 +131,7 @@ def test_a_prior_draws_numbers_evenly_on_its_scales(name):
             spread = factor.distribution
             if isinstance(spread, loops.Reading) or spread.low <= 0:
                 continue
-            scale = prior.ours if law == loops.PROPOSED and factor.name not in ("a1", "a2", "f") else prior.rest
+            scale = prior.ours if law == loops.PROPOSED_LAW and factor.name not in ("a1", "a2", "f") else prior.rest
             expected = middle[scale](spread.low, spread.high)
             assert spread.quantile(np.array([0.5]))[0] == pytest.approx(expected, rel=1e-12)  # rounding
     seconds = prior.horizons(np.array([1e-9, 1 - 1e-9]))
@@ -142,26 +142,26 @@ def test_the_prior_of_the_card_is_that_of_the_factors_and_priors_of_the_same_sca
     for law in LAWS:
         for scenario in loops.SCENARIOS:
             assert draws.OF_CARD.factors(law, scenario) == loops.factors_of(law, scenario)
-    names = {draws.named("random", law, "FS", prior) for law in LAWS for prior in draws.PRIORS.values()}
+    names = {draws.sweep_name("random", law, "FS", prior) for law in LAWS for prior in draws.PRIORS.values()}
     assert len(names) == 2 * len(LAWS)
-    assert len({draws.named("random", "AOSMC-RGS", "SS", prior) for prior in draws.PRIORS.values()}) == 4
+    assert len({draws.sweep_name("random", "AOSMC-RGS", "SS", prior) for prior in draws.PRIORS.values()}) == 4
 
 
 def test_two_repairs_are_those_of_the_equations_3_and_28():
     one = row(rows.TWO, "outer", 0.001)
     assert one.repairs == ("velocity in (28)", "C of (3)")
-    names = {factor.name: factor.distribution for factor in loops.FACTORS[loops.PROPOSED]}
-    for fixed in rows.FIXED.values():
+    names = {factor.name: factor.distribution for factor in loops.FACTORS[loops.PROPOSED_LAW]}
+    for fixed in rows.FIXED_READINGS.values():
         assert all(value in names[name].names for name, value in fixed.items())
     readings = {name for name, spread in names.items() if isinstance(spread, loops.Reading)}
-    assert set(rows.PRINTED) == readings - {"shape of (33)"}
+    assert set(rows.PRINTED_READINGS) == readings - {"shape of (33)"}
 
 
 def test_a_point_of_a_search_has_the_same_numbers_where_every_reading_is_free():
     rng = np.random.default_rng(4)
     for case in rows.CASES:
         u = rng.random(len(rows.factors(*case)))
-        pairs = list(zip(rows.factors(*case), loops.factors_of(loops.PROPOSED, "FS"), u, strict=True))
+        pairs = list(zip(rows.factors(*case), loops.factors_of(loops.PROPOSED_LAW, "FS"), u, strict=True))
         numbers = [fixed.distribution.quantile(np.array([at]))[0] for fixed, _, at in pairs]
         for number, (_, free, at) in zip(numbers, pairs, strict=True):
             place = rows.place_of(free, at, number)
@@ -176,10 +176,14 @@ def test_what_no_factor_varies_is_named_in_every_finding():
         findings.row_finding(common_searches(), [row(*case, 0.2) for case in rows.CASES]),
         findings.tables_finding(common_searches(), fitted(0.002), one, one),
     ]
-    missing = {choice.name for choice in left_out(loops.NAMES)} - {"torque limit"}  # which draws of its own vary
-    assert missing == {choice.name for choice in scope.OMITTED}
-    assert all(name in finding.untried for finding in made_of for name in missing)
-    assert all(f"{choice.name}: {choice.assumed}" in finding.chosen for finding in made_of for choice in scope.OMITTED)
+    missing = {choice.name for choice in omitted_choices(loops.NAMES)} - {"torque limit"}  # which draws of its own vary
+    assert missing == {choice.name for choice in scope.OMITTED_CHOICES}
+    assert all(name in finding.limitations for finding in made_of for name in missing)
+    assert all(
+        f"{choice.name}: {choice.assumption}" in finding.assumptions
+        for finding in made_of
+        for choice in scope.OMITTED_CHOICES
+    )
 
 
 @pytest.mark.parametrize("law", ["PID", "AOSMC-RGS"])
@@ -212,7 +216,7 @@ def arm_force(q, qd, qdd):
 
 
 def test_the_draws_with_limited_torques_are_the_first_of_all_draws():
-    np.testing.assert_array_equal(draws.LIMITED.points(), draws.RANDOM.points()[: draws.LIMITED.runs])
+    np.testing.assert_array_equal(draws.LIMITED_DESIGN.points(), draws.RANDOM.points()[: draws.LIMITED_DESIGN.runs])
 
 
 @pytest.mark.heavy
@@ -220,8 +224,10 @@ def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_lay
     gentle, factors, layer = np.array([[0.2, 0.2, 0.1], [0.6, 0.4, 0.1]]), loops.FACTORS["SMC"], loops.loop("SMC", "FS")
 
     def rmse(loop, h):
-        one = compile_sweep(Sweep("x", Run(loop, (loops.RMSE,), 4.0, h=h), factors, Listed(gentle), halved=None))
+        one = compile_sweep(
+            Sweep("x", Run(loop, (loops.RMSE,), 4.0, h=h), factors, ListedPoints(gentle), half_step_every=None)
+        )
         return one.sample([one.chunk(0, 2)]).values
 
     # a period of 2 ms holds every torque 1 ms too long, beside the 170 ms of the surface
-    np.testing.assert_allclose(rmse(loops.relayed("SMC", layer), loops.PERIOD), rmse(layer, 2e-4), rtol=0.01)
+    np.testing.assert_allclose(rmse(loops.with_relay("SMC", layer), loops.PERIOD), rmse(layer, 2e-4), rtol=0.01)

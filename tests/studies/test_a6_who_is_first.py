@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from studies.a6_unstated_choices import deciding, draws, loops, ranking, shares
+from studies.a6_unstated_choices import deciding_factors, draws, loops, ranking, shares
 from studies.paper.card import LAWS
 from tests.support.drawn_errors import again, everywhere, made, sampled
 from tests.support.samples import with_measurement
@@ -24,7 +24,7 @@ def test_the_answer_on_who_is_first_is_that_of_all_columns_and_priors():
         every = everywhere(*parts)
         finding = ranking.first_finding(every, every, again(every))
         assert finding.answer == answer
-        assert ("open" if not finding.settled else "found") == kind
+        assert ("open" if not finding.is_decided else "found") == kind
     every = everywhere(0.1, 0.9)
     finding = ranking.first_finding(every, every, again(every))
     assert finding.answer == "mixed"
@@ -95,15 +95,15 @@ def test_a_rank_is_not_known_where_the_error_of_the_step_reaches_a_rival():
     one = made(0.5, 100)  # 1 beside rivals from 3 on, or 9 beside rivals up to 7
     errors = np.where(np.arange(100) < 20, 2.5, 0.005)
     rerun = shares.Rerun(one, errors)
-    assert rerun.undecided.sum() == 20
-    assert rerun.beyond.sum() == 20
-    assert rerun.moved(1).first().sum() == 30  # 1 + 2.5 is above the first rival
+    assert rerun.is_undecided.sum() == 20
+    assert rerun.is_inaccurate.sum() == 20
+    assert rerun.shifted_draws(1).first().sum() == 30  # 1 + 2.5 is above the first rival
     assert "In 20 the error reaches a rival" in ranking.step_words({("of the card", ("FS", 1)): rerun})
 
 
 def test_an_error_of_the_step_is_taken_at_the_horizon_of_its_own_draw():
     t = np.arange(1.0, loops.LONGEST + 1)
-    _, places = draws.part("random", loops.factors_of(loops.PROPOSED, "FS"))
+    _, places = draws.part("random", loops.factors_of(loops.PROPOSED_LAW, "FS"))
     values = np.ones((len(places), len(t), 2))
     looked_at = np.arange(0, len(places), 4)
     errors = np.broadcast_to(t[:, np.newaxis], (len(looked_at), len(t), 2))  # the error is the time
@@ -123,8 +123,8 @@ def test_the_finding_on_what_decides_is_open_where_no_two_indices_can_be_separat
     for half, answer in ((0.1, "b"), (0.2, "none")):
         ST = Estimate(value, np.full((4, 4), half))
         every = SobolIndices(tuple(shares.COLUMNS.values()), tuple("abcd"), ST, ST, None, np.ones(4), {}, ())
-        finding = deciding.deciding_finding(every)
+        finding = deciding_factors.deciding_finding(every)
         assert finding.answer == answer
-        assert finding.settled == (answer == "b")
+        assert finding.is_decided == (answer == "b")
         assert [one.words for one in finding.variations] == list(shares.COLUMNS.values())
-        assert str(deciding.largest(every)["FS, q1"][0]) == f"b (0.60 ± {half:.2f})"
+        assert str(deciding_factors.largest(every)["FS, q1"][0]) == f"b (0.60 ± {half:.2f})"

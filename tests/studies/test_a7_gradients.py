@@ -5,24 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies.a7_sensitivity.gradients import foretold, gap
+from studies.a7_sensitivity.gradients import gap, gradient_finding
 from studies.a7_sensitivity.results import leaders
 from studies.a7_sensitivity.study import acting_pairs, left_table
-from studies.a7_sensitivity.sweeps import PROPOSED, metrics
+from studies.a7_sensitivity.sweeps import PROPOSED_LAW, metrics
 from tests.support.drawn_indices import SOME, local, made, usual, widened
 from workbench.study.uncertainty import Estimate
 
 
 def test_factors_left_at_their_values_are_held_against_the_rule():
     def told(one):
-        return left_table({PROPOSED: one}).rows[0][-1]
+        return left_table({PROPOSED_LAW: one}).rows[0][-1]
 
-    one = made({metric.name: {"m1": 9.0, "phi": 0.9} for metric in metrics(PROPOSED)})
+    one = made({metric.name: {"m1": 9.0, "phi": 0.9} for metric in metrics(PROPOSED_LAW)})
     assert told(one) == "yes"
     size = one.effects.mu_star
     vars(one)["effects"] = replace(one.effects, mu_star=Estimate(size.value, 0 * size.value + 0.2 * size.value.max()))
     assert told(one) == "open"  # 10 % of the largest, but up to 30 %
-    assert told(made({metric.name: {"phi": 9.0} for metric in metrics(PROPOSED)})) == "no"
+    assert told(made({metric.name: {"phi": 9.0} for metric in metrics(PROPOSED_LAW)})) == "no"
 
 
 def test_factors_of_a_sum_act_in_no_pair():
@@ -41,7 +41,7 @@ def test_leaders_are_all_that_the_intervals_do_not_tell_apart():
 
 
 def said_of_gradients(near, one=None):
-    verdict = foretold({PROPOSED: one or usual()}, {PROPOSED: near})
+    verdict = gradient_finding({PROPOSED_LAW: one or usual()}, {PROPOSED_LAW: near})
     return verdict, verdict.statement.replace(", the exact gradient at the numbers of the card foretells every", ":")
 
 
@@ -49,7 +49,7 @@ def test_gradients_foretell_indices_only_of_metrics_that_are_linear():
     whole = local({"Q": 5.0, "m1": 3.0})
     verdict, said = said_of_gradients(whole)
     assert said == "For 2 of 2 pairs of law and joint: first-order index of the RMSE within 0.1."
-    assert (verdict.answer, verdict.settled) == ("foretold", True)
+    assert (verdict.answer, verdict.is_decided) == ("foretold", True)
     assert f"{2 * len(SOME) - 4} of the {2 * len(SOME)} indices are below 0.1 themselves." in verdict.evidence
     assert "the slope of neighbouring runs in all derivatives." in verdict.evidence
     for near in (local({"Q": 3.0, "m1": 5.0}), local({"Q": np.nan})):

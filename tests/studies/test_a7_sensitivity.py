@@ -7,7 +7,7 @@ import pytest
 
 from studies.a7_sensitivity import findings, late_errors, sweeps
 from studies.a7_sensitivity.results import numbers_of
-from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, free, loop
+from studies.a7_sensitivity.sweeps import HELD_FACTORS, LAWS, PROPOSED_LAW, free, loop
 from studies.a7_sensitivity.torque_variation import first_second, torque_variation
 from studies.paper import factors as drawn
 from studies.paper.factors import SPAN, TOLERANCE, factors, group_of
@@ -27,12 +27,12 @@ def test_every_factor_moves_numbers_of_its_loop_within_the_stated_shares(law):
         assert factor.distribution.reach()[0] >= least[factor.origin] - 1e-12
         assert numbers_of(ode, factor)
     assert ratio.min() >= 1 / SPAN - 1e-12  # rounding of a logarithm
-    assert set(HELD[law]) <= {factor.name for factor in factors(law)}
+    assert set(HELD_FACTORS[law]) <= {factor.name for factor in factors(law)}
 
 
 def test_arm_and_model_are_factors_of_their_own():
-    ode = loop(PROPOSED).ode()
-    by_name = {factor.name: factor for factor in factors(PROPOSED)}
+    ode = loop(PROPOSED_LAW).ode()
+    by_name = {factor.name: factor for factor in factors(PROPOSED_LAW)}
     assert numbers_of(ode, by_name["m2"]) == ["plant.arm.links[1].mass"]
     assert set(numbers_of(ode, by_name["model m2"])) == {
         "controller.model.links[1].mass",
@@ -53,7 +53,7 @@ def test_the_deciding_gain_is_named_by_the_figures_and_not_by_the_page():
         ((both,), False, "Q or Lambda at both joints"),
     ):
         finding = findings.deciding_gain(made(*weights), local({"Q": 5.0}))
-        assert finding.settled is settled
+        assert finding.is_decided is settled
         assert "the screening's mu* in place of ST" not in [one.words for one in finding.reversals]
         either = (said, said.replace("Q or Lambda", "Lambda or Q"))  # by the last digits of two that are alike
         assert finding.statement.startswith(
@@ -78,14 +78,14 @@ def test_the_gain_that_decides_with_equal_ranges_is_a_variation_of_its_own():
 
 def test_the_answer_has_the_parts_of_arm_and_gains_by_both_ranges():
     one = made({"RMSE": {"Q": 3.0, "m1": 4.0}}, equal={"RMSE": {"m1": 9.0}})
-    line = findings.answer({PROPOSED: one})
+    line = findings.answer({PROPOSED_LAW: one})
     assert "the arm's numbers cause 64 % and 64 % of" in line  # 16 of 25 squares
     assert "Its gains cause 36 % and 36 %, or 0 % and 0 % if all" in line
     assert len(line.split()) <= 40
 
 
 def test_equal_ranges_are_those_of_what_is_stated():
-    for factor, other in zip(sweeps.equal_ranges(PROPOSED), free(PROPOSED), strict=True):
+    for factor, other in zip(sweeps.equal_ranges(PROPOSED_LAW), free(PROPOSED_LAW), strict=True):
         assert factor.name == other.name
         assert factor.distribution.reach() == (1 - TOLERANCE, 1 + TOLERANCE)
 
@@ -120,11 +120,11 @@ def test_a_sentence_that_rests_on_a_wide_interval_stays_open():
         lambda law: late_errors.late_error_of(law, NO_RUNS),
     )
     for judge in judges:
-        assert (judge(one).settled, judge(wide).kind) == (True, "open")
+        assert (judge(one).is_decided, judge(wide).kind) == (True, "open")
     assert "With these runs their part is open." in judges[2](wide).statement
     assert "is open" not in judges[2](one).statement
     for law, opening in ((one, ""), (wide, "open: ")):
-        cell = findings.leaders_table({PROPOSED: law}).rows[0][2]
+        cell = findings.leaders_table({PROPOSED_LAW: law}).rows[0][2]
         assert cell[0].startswith(opening)
         assert (cell[0] == "open: ") is bool(opening)
 
@@ -164,7 +164,7 @@ def test_the_indices_within_a_window_are_those_of_what_is_added_in_it():
     def change(values, column):
         del column
         at = one.indices.measurement.place("TV", 0)
-        u = one.indices.drawn[:, SOME.index("R")]
+        u = one.indices.factor_values[:, SOME.index("R")]
         values[:, :, at] = np.where(np.arange(T) < 1, 1.0, (1.0 + u[:, np.newaxis]) / one.indices.t)
 
     shares = with_values(one, "indices", change).shares_within("TV", 1.0, 3.0)["TV of joint 1"]

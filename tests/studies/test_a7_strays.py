@@ -7,7 +7,7 @@ import pytest
 
 from studies.a7_sensitivity import late_errors, second_looks, stray_runs, sweeps
 from studies.a7_sensitivity.second_looks import Later, Numbers
-from studies.a7_sensitivity.sweeps import PROPOSED, free, loop
+from studies.a7_sensitivity.sweeps import PROPOSED_LAW, free, loop
 from studies.paper.factors import group_of
 from tests.support.drawn_indices import NO_RUNS, SOME, made, usual, with_values
 from workbench.engine.factors import Space
@@ -40,8 +40,8 @@ def test_a_heavy_run_is_seen_by_the_indices_of_gains_only_if_others_differ_from_
 
 
 def stray_finding(one, later, redrawn=NO_RUNS, others=None):
-    laws = {PROPOSED: one, **(others or {})}
-    looks = {law: later if law == PROPOSED else () for law in laws}
+    laws = {PROPOSED_LAW: one, **(others or {})}
+    looks = {law: later if law == PROPOSED_LAW else () for law in laws}
     return stray_runs.strays(laws, looks, redrawn, dict.fromkeys(laws, 1.54))
 
 
@@ -54,7 +54,7 @@ def test_runs_stray_if_they_are_far_off_early_and_late_and_a_lost_one_is_among_t
     assert none.answer == "none"
     one = with_values(usual(), "screening", change)
     (runs,) = second_looks.suspects(one)
-    assert (runs.values == one.screening.drawn[3:6]).all()
+    assert (runs.values == one.screening.factor_values[3:6]).all()
     stay, back = np.array([[0.1, 2.5], [np.nan] * 2, [0.1, 0.6]]), np.array([[0.1, 0.2], [np.nan] * 2, [0.1, 0.2]])
     for errors, counts in ((stay, (2, 3, 2)), (back, (1, 1, 1))):
         verdict = stray_finding(one, (Later(errors),))
@@ -72,9 +72,9 @@ def test_a_law_that_arrives_late_is_told_from_one_that_strays():
     slow = replace(with_values(usual(), "indices", far), law="SMC")
     runs = len(slow.indices)
     for error, answer, lasting in ((0.1, "none", 0), (1.1, "1 % or more", runs)):
-        looks = {PROPOSED: (), "SMC": (Later(np.full((runs, 2), error)),)}
-        own = {PROPOSED: 0.1, "SMC": 1.54}
-        verdict = stray_runs.strays({PROPOSED: usual(), "SMC": slow}, looks, NO_RUNS, own)
+        looks = {PROPOSED_LAW: (), "SMC": (Later(np.full((runs, 2), error)),)}
+        own = {PROPOSED_LAW: 0.1, "SMC": 1.54}
+        verdict = stray_runs.strays({PROPOSED_LAW: usual(), "SMC": slow}, looks, NO_RUNS, own)
         assert next(one.answer for one in verdict.variations if one.words == "SMC") == answer
         every = sum(map(len, slow.samples))
         said = f"SMC exceeds 1 rad in {runs:,} of {every:,} runs from 3 to 5 s"
@@ -87,17 +87,17 @@ def test_second_looks_are_given_to_the_law_whose_runs_they_are():
     def far(values, place):
         values[2, -1, place] = 1.2
 
-    laws = {PROPOSED: with_values(with_values(usual(), "indices", far), "random", far), "SMC": usual()}
+    laws = {PROPOSED_LAW: with_values(with_values(usual(), "indices", far), "random", far), "SMC": usual()}
     answers = tuple(Later(np.full((1, 2), float(i))) for i in range(2))
     by_law = stray_runs.later_by_law(laws, answers)
-    assert by_law == {PROPOSED: answers, "SMC": ()}
+    assert by_law == {PROPOSED_LAW: answers, "SMC": ()}
 
 
 def test_the_numbers_of_a_run_are_those_of_its_sweep():
-    ode, some = loop(PROPOSED).ode(), free(PROPOSED)
+    ode, some = loop(PROPOSED_LAW).ode(), free(PROPOSED_LAW)
     space, points = Space(some, ode.parameters, ode.states), MonteCarlo(len(some), 5, 3).points()
     for own, swept in zip(
-        Numbers(PROPOSED, tuple(SOME), space.values(points)).rows(ode), space.rows(points), strict=True
+        Numbers(PROPOSED_LAW, tuple(SOME), space.values(points)).rows(ode), space.rows(points), strict=True
     ):
         assert (own == swept).all()
 
@@ -120,15 +120,15 @@ def test_the_gains_of_the_heaviest_run_alone_are_drawn_again():
     again = second_looks.redrawn_gains(one)
     gains = [SOME.index(name) for name in one.groups["gains"]]
     rest = [i for i in range(len(SOME)) if i not in gains]
-    assert again.values.shape == (second_looks.REDRAWN, len(SOME))
-    assert (again.values[:, rest] == one.indices.drawn[7, rest]).all()
-    for factor in free(PROPOSED):
+    assert again.values.shape == (second_looks.REDRAW_COUNT, len(SOME))
+    assert (again.values[:, rest] == one.indices.factor_values[7, rest]).all()
+    for factor in free(PROPOSED_LAW):
         drawn = again.values[:, SOME.index(factor.name)]
         low, high = factor.distribution.reach()
         if group_of(factor.name) == "gains":
             assert low <= drawn.min() < low + 0.05 * (high - low)
             assert high - 0.05 * (high - low) < drawn.max() <= high
-    errors = np.zeros((second_looks.REDRAWN, 2))
+    errors = np.zeros((second_looks.REDRAW_COUNT, 2))
     errors[:3, 1], errors[3] = 1.5, np.nan
     words = (
         "model of run 8, and 400 random draws of its gains (Lambda, Q, R, L1, L2), 4 runs exceed 1 rad: the gains help"

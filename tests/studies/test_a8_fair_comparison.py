@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from studies.a8_fair_comparison.ablations import PARTS, RETUNED, RICCATI, steady_gain
+from studies.a8_fair_comparison.ablations import PARTS, RETUNED_ENTRANTS, RICCATI, steady_gain
 from studies.a8_fair_comparison.conditions import (
     HELD_OUT,
     TERMS,
@@ -17,8 +17,17 @@ from studies.a8_fair_comparison.conditions import (
     objective,
     uncertain,
 )
-from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, LAWS, PROPOSAL, PROPOSED, READINGS
-from studies.a8_fair_comparison.evidence import DRAWN, LostRuns, cause_of, cost_of
+from studies.a8_fair_comparison.entrants import (
+    ALL,
+    ALL_INFORMATION,
+    BOTH,
+    ENTRANTS,
+    LAWS,
+    PROPOSAL,
+    PROPOSED_LAW,
+    READINGS,
+)
+from studies.a8_fair_comparison.evidence import DRAW_SEED, LostRuns, cause_of, cost_of
 from studies.a8_fair_comparison.other_numbers import half_budget, second_search, third_search
 from studies.a8_fair_comparison.study import study
 from studies.paper.card import CARD
@@ -26,7 +35,7 @@ from tests.support.given_costs import RNG
 from tests.support.samples import made_sample
 from tests.support.tunings import tuning
 from workbench.blocks.loop import roles
-from workbench.core import Signals, grouped, lift
+from workbench.core import Signals, information_classes, lift
 from workbench.engine.factors import Space
 from workbench.study.tuning import tune
 
@@ -47,8 +56,11 @@ def equation(loops):
 
 
 # All laws with most and with least that is measured; between them the proposed law, and PID, which has no model.
-REACHED = [*ENTRANTS[BOTH.key], *ENTRANTS[READINGS.key], *(one for one in ALL if one.name in (PROPOSED, "PID"))]
-OF_LIGHT_TESTS = {PROPOSAL.key, *(one.key for one in ENTRANTS[READINGS.key] if one.name in (PROPOSED, "PID", "SMC"))}
+REACHED = [*ENTRANTS[BOTH.key], *ENTRANTS[READINGS.key], *(one for one in ALL if one.name in (PROPOSED_LAW, "PID"))]
+OF_LIGHT_TESTS = {
+    PROPOSAL.key,
+    *(one.key for one in ENTRANTS[READINGS.key] if one.name in (PROPOSED_LAW, "PID", "SMC")),
+}
 
 
 @pytest.mark.parametrize(
@@ -88,13 +100,13 @@ def test_no_law_uses_the_truth(loops):
     assert not any(loop.loop.observer.uses_truth for loop in loops.values())
 
 
-@pytest.mark.parametrize("given", GIVEN, ids=lambda one: one.key)
+@pytest.mark.parametrize("given", ALL_INFORMATION, ids=lambda one: one.key)
 def test_laws_that_are_compared_are_given_the_same(given, loops):
     """By the equations: alone PID without an observer is given less, as it has no model, and the observers have one."""
     held = {one.name: roles(loops[one.key].loop) for one in ENTRANTS[given.key]}
     everyone = tuple(one.name for one in LAWS)
     with_model = tuple(name for name in everyone if name != "PID")
-    assert set(grouped(held)) == ({everyone} if "observer" in given.words else {with_model, ("PID",)})
+    assert set(information_classes(held)) == ({everyone} if "observer" in given.words else {with_model, ("PID",)})
 
 
 def test_nobody_is_judged_where_it_was_tuned():
@@ -111,7 +123,7 @@ def test_no_law_is_judged_by_the_noise_that_it_was_tuned_for():
         for search in range(len(tuning.seeds))
     }
     assert len(training) == len(TRAINING) * len(study.tunings[0].seeds)  # nor have two scenarios or searches one noise
-    assert DRAWN not in training
+    assert DRAW_SEED not in training
 
 
 def test_the_error_of_the_step_is_the_largest_of_the_runs_that_were_run_again():
@@ -195,14 +207,14 @@ def test_the_cost_is_the_sum_of_its_terms():
 @pytest.mark.parametrize("part", PARTS)
 def test_a_law_without_a_part_is_tuned_for_each_number_that_still_acts_and_no_other(part):
     """By the equations: its torque over time depends on them, or those of its memories do."""
-    one = RETUNED[part]
-    loop = one.loop(PAPER, {number.name: 1.5 * number.low for number in one.tuned})
+    one = RETUNED_ENTRANTS[part]
+    loop = one.loop(PAPER, {number.name: 1.5 * number.low for number in one.tuned_numbers})
     equation = loop.ode()
     known = {*equation.parameters.names, *equation.states.names}
-    for number in one.tuned:
+    for number in one.tuned_numbers:
         assert {path.split("[")[0] for path in number.paths} <= known
-    names = {number.name for number in one.tuned}
-    given = {number.name for number in PROPOSAL.tuned}
+    names = {number.name for number in one.tuned_numbers}
+    given = {number.name for number in PROPOSAL.tuned_numbers}
     assert names <= given
     if part == RICCATI:
         assert names == given - {"Q", "R"}
@@ -212,7 +224,7 @@ def test_a_law_without_a_part_is_tuned_for_each_number_that_still_acts_and_no_ot
 
 def test_the_steady_gain_solves_34_with_a_derivative_of_zero():
     """Put back into the equation, with M(q) of a two-link arm of point masses written out by hand."""
-    numbers = {one.name: (one.low * one.high) ** 0.5 for one in PROPOSAL.tuned}
+    numbers = {one.name: (one.low * one.high) ** 0.5 for one in PROPOSAL.tuned_numbers}
     law = PROPOSAL.loop(PAPER, numbers).loop.controller
     (m1, m2), (l1, l2), c = CARD["masses"], CARD["lengths"], np.cos(PAPER.start[1])
     h = m2 * l1 * l2 * c
@@ -228,6 +240,6 @@ def test_the_steady_gain_solves_34_with_a_derivative_of_zero():
 def test_runs_that_are_asked_for_again_are_run_in_both_ways_and_a_run_that_lasts_is_lost_by_nothing():
     (asmc,) = (one for one in ENTRANTS[READINGS.key] if one.name == "ASMC")  # which has memories that are stepped
     found = cause_of(LostRuns(HELD_OUT[0].name, asmc.key, (0, 3), ()))
-    assert {way: lost.tolist() for way, lost in found.lost.items()} == {"declared": [0, 0], "fine": [0, 0]}
+    assert {way: lost.tolist() for way, lost in found.diverges.items()} == {"declared": [0, 0], "fine": [0, 0]}
     assert found.by_integrator == 2
-    assert found.by_law == found.unsettled == 0
+    assert found.by_law == found.undecided_runs == 0

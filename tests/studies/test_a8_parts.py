@@ -7,7 +7,7 @@ import pytest
 
 from studies.a8_fair_comparison import changes, findings
 from studies.a8_fair_comparison.ablations import RICCATI
-from studies.a8_fair_comparison.entrants import PROPOSED
+from studies.a8_fair_comparison.entrants import PROPOSED_LAW
 from studies.a8_fair_comparison.evidence import Parts, judge_means
 from studies.a8_fair_comparison.other_numbers import PLAIN
 from studies.a8_fair_comparison.riccati_worth import A3, failures, more_or_less
@@ -58,7 +58,7 @@ def test_what_34_is_worth_is_not_decided_if_another_search_has_another_answer():
     assert by["the best search of each law, geometric mean"] == "better with (34)"
     assert by["without (34) by the second best search, the whole law by the best search"] == "worse with (34)"
     line = findings.answer(held)
-    assert line.endswith(f"{PROPOSED} costs 10 % less to 50 % more, depending on the search.")
+    assert line.endswith(f"{PROPOSED_LAW} costs 10 % less to 50 % more, depending on the search.")
 
 
 @pytest.mark.parametrize(
@@ -76,13 +76,13 @@ def test_changes_of_a_cost_are_told_as_more_and_less(span, words):
 
 
 def test_a_search_by_which_a_law_fails_in_most_draws_of_a_scenario_is_named():
-    members = searched(costs(limit=PART, slow=PART), **{f"{PROPOSED}_third": 100.0})
+    members = searched(costs(limit=PART, slow=PART), **{f"{PROPOSED_LAW}_third": 100.0})
     parts = Parts(None, {}, leave_one_out(members, judge_means), ())
     many = "0, 0 and 160 of 160 with the whole law, and 0, 0 and 0 without (34)"
     assert failures(parts) == (
         " Some searches end at a law that costs more than 20 in most draws of a scenario. The numbers of such draws, "
         "by the best, the second and the third search, are: "
-        f"in 'limit', {many}; in {changes.described('slow')}, {many}."
+        f"in 'limit', {many}; in {changes.scenario_words('slow')}, {many}."
     )
 
 
@@ -100,4 +100,4 @@ def test_a_change_that_rests_on_one_scenario_is_also_given_without_it():
     assert "rises by 124 %" in finding.statement  # the square root of five
     assert finding.statement.endswith("and changes by +0 % without 'a'.")
     assert finding.reversals
-    assert findings.answer(held).endswith(f"Retuned without its Riccati equation, {PROPOSED} costs 124 % more.")
+    assert findings.answer(held).endswith(f"Retuned without its Riccati equation, {PROPOSED_LAW} costs 124 % more.")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from studies.a9_sampling import findings, pages, period_findings, trust
-from studies.a9_sampling.evidence import Curve, Evidence, plan, printed
+from studies.a9_sampling.evidence import Curve, Evidence, plan, printed_pairs
 from studies.a9_sampling.loops import NOISY, Audit, Computer
-from studies.paper.card import LAWS, PUBLISHED
+from studies.paper.card import LAWS, PUBLISHED_COLUMNS
 from studies.paper.linearization import SEVEN
 from studies.paper.period_rules import GAINLESS, PeriodRules
 from studies.paper.quiet_periods import RMSE, SCENARIOS, TV, QuietPeriod, QuietSearch, ends, paper_searches
@@ -115,7 +115,7 @@ def test_the_rule_is_compared_within_each_scenario():
     made = evidence()
     short = quiet_of(QuietSearch("SMC", "SS"), 1e-4, 1.1e-4, 5e-5)
     quiet = tuple(short if one.search == short.search else one for one in made.quiet)
-    ratios = period_findings.ratios_of(replace(made, quiet=quiet).searched(start="paper", delay=False))
+    ratios = period_findings.ratios_of(replace(made, quiet=quiet).searches_with(start="paper", delay=False))
     assert ratios["SMC", "FS"] == pytest.approx((1.0, 1.1))
     assert ratios["SMC", "SS"] == pytest.approx((2.0, 2.2))
     assert set(ratios) == {(law, at) for law in SEVEN if law not in GAINLESS for at in SCENARIOS}
@@ -195,13 +195,13 @@ def test_another_limit_of_the_total_variation_is_read_from_the_same_search():
 
 
 def test_the_published_figures_put_in_for_ours_turn_no_printed_pair():
-    found = printed(lambda law, scenario, joint: (PUBLISHED[scenario, joint + 1].values[law], 0.0))
+    found = printed_pairs(lambda law, scenario, joint: (PUBLISHED_COLUMNS[scenario, joint + 1].values[law], 0.0))
     assert len(found["below"]) + len(found["undecided"]) == 60
     assert not found["above"]
 
 
 def test_a_law_that_diverges_falls_behind_all_that_do_not():
-    found = printed(evidence(lost, lambda law, _, computer: law == LAWS[0]).at(RMSE, 5e-3))
+    found = printed_pairs(evidence(lost, lambda law, _, computer: law == LAWS[0]).computer_scores(RMSE, 5e-3))
     assert {pair for pair in found["below"] if pair[2] == LAWS[0]} == set()
     assert len([pair for pair in found["above"] if pair[2] == LAWS[0]]) == 4 * (len(LAWS) - 1)
 

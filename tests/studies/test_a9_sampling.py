@@ -12,9 +12,9 @@ from studies.paper.card import LAWS
 from studies.paper.laws import mass_matrices as masses
 from studies.paper.period_rules import gains
 from studies.paper.quiet_periods import (
-    ACTING,
+    ACTING_TORQUE,
     CLOSE,
-    COMMANDED,
+    COMMANDED_TORQUE,
     GRID,
     HORIZON,
     MOMENTUM,
@@ -24,7 +24,7 @@ from studies.paper.quiet_periods import (
     TV,
     QuietSearch,
     bracket_words,
-    computed,
+    computer_loop,
     ends,
     in_ms,
     metrics,
@@ -34,7 +34,7 @@ from studies.paper.quiet_periods import (
 from workbench.core import rk4
 from workbench.engine import simulate
 from workbench.engine.metrics import measure
-from workbench.study.compiled import compile_sweep
+from workbench.study.compiled_sweep import compile_sweep
 from workbench.study.evidence import find_largest
 
 
@@ -120,23 +120,23 @@ def test_on_the_reference_an_observer_of_the_momentum_takes_no_motion_for_a_dist
 
 
 def test_a_limited_torque_stays_within_its_limit():
-    limited = computed(QuietSearch("SMC", delay=True, limit=10.0), 1e-3).ode()
+    limited = computer_loop(QuietSearch("SMC", delay=True, limit=10.0), 1e-3).ode()
     run = simulate(limited.step(1), until=0.5)
     assert np.abs(run["tau_applied"]).max() == 10.0  # from the paper's start SMC asks for more
 
 
 def moving(search, period, until):
     """The states of a computed loop at the instants of its computer, by their names, and the commands."""
-    equation = computed(search, period).ode()
+    equation = computer_loop(search, period).ode()
     return simulate(equation.step(1), until=until)
 
 
 def test_an_observer_that_counts_on_the_command_has_the_torque_of_now_and_the_plant_that_of_before():
-    told = QuietSearch(LAWS[0], delay=True, counts_on=COMMANDED)
+    told = QuietSearch(LAWS[0], delay=True, counts_on=COMMANDED_TORQUE)
     run, first = moving(told, 1e-4, 2e-3), first_torque(LAWS[0], "FS")["tau"]
     expected = np.vstack([first, run["tau"][0, :-1]])
     np.testing.assert_allclose(run["tau_applied"][0], expected, rtol=1e-14)  # held, and shown by another graph
-    late = moving(replace(told, counts_on=ACTING), 1e-4, 2e-3)
+    late = moving(replace(told, counts_on=ACTING_TORQUE), 1e-4, 2e-3)
     # both plants have been moved by the same two torques; then the observers differ
     np.testing.assert_allclose(run["q"][0, :3], late["q"][0, :3], rtol=1e-14)
     assert np.abs(run["e_hat"][0, -1] - late["e_hat"][0, -1]).max() > 1e-12
@@ -144,7 +144,7 @@ def test_an_observer_that_counts_on_the_command_has_the_torque_of_now_and_the_pl
 
 def test_smc_moves_the_same_with_a_late_computer_and_a_late_drive():
     search = QuietSearch("SMC", delay=True)  # its observer counts on no torque
-    one, other = (moving(replace(search, counts_on=told), 5e-4, 0.2) for told in (ACTING, COMMANDED))
+    one, other = (moving(replace(search, counts_on=told), 5e-4, 0.2) for told in (ACTING_TORQUE, COMMANDED_TORQUE))
     np.testing.assert_allclose(one["q"], other["q"], rtol=0, atol=1e-12)
 
 
@@ -161,8 +161,8 @@ def test_the_rule_is_the_limit_of_the_sampled_error_and_half_of_it_a_period_late
             assert (np.abs(np.linalg.eigvals(step)).max() < 1) is np.bool_(stable)
     assert smc.rule == smc.rules.rule / 2
     assert replace(smc, search=replace(smc.search, delay=False)).rule == smc.rules.rule
-    assert replace(smc, search=replace(smc.search, counts_on=COMMANDED)).rule == smc.rules.rule / 2
-    told = QuietSearch(LAWS[0], delay=True, counts_on=COMMANDED)
+    assert replace(smc, search=replace(smc.search, counts_on=COMMANDED_TORQUE)).rule == smc.rules.rule / 2
+    told = QuietSearch(LAWS[0], delay=True, counts_on=COMMANDED_TORQUE)
     assert replace(smc, search=told).rule == smc.rules.rule
     assert replace(smc, search=replace(told, observer=MOMENTUM)).rule == smc.rules.rule / 2
     assert smc.rules.bound <= smc.rules.rule
@@ -202,7 +202,7 @@ def test_chattering_of_a_computer_does_not_know_the_step_of_the_simulation():
 
 @pytest.mark.heavy
 def test_at_10_ms_euler_loses_aosmc_rgs_and_a_cayley_step_of_34_keeps_it():
-    lost_runs = {way: audit("AOSMC-RGS", "FS", Computer(1e-2, stepping=way)).lost for way in ("euler", "cayley34")}
+    lost_runs = {way: audit("AOSMC-RGS", "FS", Computer(1e-2, stepping=way)).is_lost for way in ("euler", "cayley34")}
     assert lost_runs["euler"].all()
     assert not lost_runs["cayley34"].any()
 

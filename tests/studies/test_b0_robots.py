@@ -8,7 +8,7 @@ import pytest
 
 from studies.b0_robots import measurements, study
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import CATALOGUE, PlanarArm, named
+from workbench.arms.mechanics import CATALOGUE, PlanarArm, robot
 from workbench.arms.mechanics.arm_catalogue import planar
 
 
@@ -21,7 +21,7 @@ def test_equal_operations_are_counted_once():
 
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_the_catalogue_obeys_lagranges_equation_of_its_energies(name):
-    arm = named(name)
+    arm = robot(name)
     # rounding of some hundred operations, relative to the largest term
     assert measurements.by_energies(arm, Dynamics.of(arm, symbolic=False)) < 1e-14
 
@@ -29,7 +29,7 @@ def test_the_catalogue_obeys_lagranges_equation_of_its_energies(name):
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_the_catalogue_moves_as_in_mujoco(name):
     pytest.importorskip("mujoco")
-    arm = named(name)
+    arm = robot(name)
     # rounding, and the moments of 2e-15 kg m^2 that a point mass is given there
     assert measurements.by_mujoco(arm, Dynamics.of(arm, symbolic=False)) < 1e-13
 

@@ -8,7 +8,7 @@ import pytest
 
 from studies.b1_chattering import findings, loops, study
 from workbench.study.case_runs import run
-from workbench.study.document.document import Missing
+from workbench.study.document.document import MissingCell
 
 
 @cache
@@ -16,7 +16,7 @@ def study_row(lag, period):
     """The row of a lag and a period, from its own runs."""
     cases = tuple(loops.case(lag, period, switch) for switch in loops.SWITCHES)
     results = run(replace(study.study, cases=cases))
-    runs = map(loops.recorded, results.outcomes)
+    runs = map(loops.record_oscillation, results.outcomes)
     return loops.Row.of((lag, period), loops.predict((lag, period)), *runs)
 
 
@@ -38,12 +38,12 @@ def test_a_layer_that_is_too_thin_chatters_as_foreseen():
 def test_a_layer_that_is_wide_enough_rests_as_foreseen():
     found = study_row(2e-3, 2e-3)
     assert found.layer[0].oscillations == ()
-    assert study.layer_table([found]).rows[0][-4:] == (Missing("rest"),) * 4
+    assert study.layer_table([found]).rows[0][-4:] == (MissingCell("rest"),) * 4
 
 
 def test_what_is_found_of_chattering_follows_its_rows():
     rows = [study_row(2e-3, 2e-3), study_row(1e-2, 5e-3)]
-    assert [r.agreed for r in rows] == [True, True]
+    assert [r.layer_agrees for r in rows] == [True, True]
     every = [rows, *([rows] * len(loops.STARTS))]
     layer, _, cycle = findings.findings(every)
     assert ("in all 2 pairs" in layer.statement, layer.answer, layer.kind) == (True, "all", "found")
@@ -55,7 +55,7 @@ def test_what_is_found_of_chattering_follows_its_rows():
     met = replace(rows[0], relay=(replace(balance, frequency=run.frequency, amplitude=2 * run.amplitude), run))
     np.testing.assert_allclose(findings.errors_of([met]), [[0], [100]], atol=1e-9)
     larger = replace(rows[0], relay=(balance, replace(run, amplitude=rows[0].cycle.highest)))
-    assert findings.met([larger]) == "0 of 1"
+    assert findings.agreement_count([larger]) == "0 of 1"
 
 
 def test_another_start_brings_the_relay_to_another_half_period():

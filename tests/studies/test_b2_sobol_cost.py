@@ -6,7 +6,7 @@ import numpy as np
 
 from studies.b2_sobol_cost import study as study
 from studies.b2_sobol_cost.workload import sweep
-from workbench.study.compiled import compile_sweep
+from workbench.study.compiled_sweep import compile_sweep
 
 FAST = study.Cost(12288, 768, (study.Command(9.0, 14.0, 0.3),) * 3, ((9.8, 10.0),) * 3)
 
@@ -21,7 +21,7 @@ def test_what_is_marched_alone_are_the_rows_that_the_ledger_keeps():
     one = compile_sweep(sweep(8))
     sample = study.record(one)
     assert len(sample) == one.sweep.design.size
-    assert sample.failed == 0
+    assert sample.diverged_count == 0
     study.march(one)  # the same rows and steps: it would refuse others
     assert np.isfinite(sample.score("RMSE").value).all()
 

@@ -66,10 +66,11 @@ def test_a_loop_without_a_linear_answer_says_why():
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.heavy] * (name == "cart-pole")) for name in frequency_pages.TURNED]
+    "name",
+    [pytest.param(name, marks=[pytest.mark.heavy] * (name == "cart-pole")) for name in frequency_pages.LIVE_LOOPS],
 )
 def test_the_pictures_that_a_reader_turns_have_the_margins_of_the_table(name):
-    law = frequency_pages.TURNED[name]
+    law = frequency_pages.LIVE_LOOPS[name]
     own_run = run(BY_NAME[name], law.removesuffix(f" {COMPUTER}"), computer=COMPUTER in law)
     case = Case(name, law, own_run)
     own = run_study(Study("s", "T", "Q?", "M.", sections=lambda results: [], cases=(case,)))
@@ -79,4 +80,4 @@ def test_the_pictures_that_a_reader_turns_have_the_margins_of_the_table(name):
     # both seek the same rest by Newton's method, from the start of the run and from the operating point
     assert shown.margins[0].margins.phase_margin.value == pytest.approx(held.margins.phase_margin.value, rel=1e-6)
     assert shown.margins[0].margins.Ms.gain.value == pytest.approx(held.margins.Ms.gain.value, rel=1e-6)
-    assert len(frequency_pages.turned(BY_NAME[name], own)) == 7  # two paragraphs, four figures and a table
+    assert len(frequency_pages.live_blocks(BY_NAME[name], own)) == 7  # two paragraphs, four figures and a table

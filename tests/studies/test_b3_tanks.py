@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import place_poles
 
 from studies.b3_any_plant import tanks
-from studies.b3_any_plant.loops import LQG, OBSERVER, PID, PLACED, REGULATOR, cut, placed
+from studies.b3_any_plant.loops import LQG, OBSERVER, PID, PLACED, REGULATOR, cut, placed_gains
 from studies.b3_any_plant.settings import EASY, HARD
 from tests.support.settings_of_b3 import BY_NAME, compensator, rows
 from workbench.design.linear import sensitivity
@@ -44,7 +44,7 @@ def placed_by_scipy():
     z0 = np.concatenate([start, (start - x0)[:2], [0.0, 0.0]])
     t = np.arange(0.0, 400.0, 0.25)
     out = solve_ivp(rate, (0.0, 400.0), z0, "LSODA", t, rtol=1e-9, atol=1e-11)
-    return t, out.y[:2].T - [setting.wanted["h_1"], setting.wanted["h_2"]], u0 - out.y[4:].T @ K.T
+    return t, out.y[:2].T - [setting.operating_outputs["h_1"], setting.operating_outputs["h_2"]], u0 - out.y[4:].T @ K.T
 
 
 def test_a_placed_design_settles_both_tanks_beyond_the_decay_of_the_mirrored_zero():
@@ -70,7 +70,7 @@ def test_the_zero_fixes_a_weighted_integral_of_the_levels_under_every_law():
     (z, psi), n = tanks.zero_of(setting), 4
     A, B, C = (np.asarray(part) for part in (setting.model.A, setting.model.B, setting.model.C))
     off = setting.open.states.default - setting.point.x
-    K, L = placed(setting)
+    K, L = placed_gains(setting)
     laws = [compensator(setting, PID), compensator(setting, LQG), control.ss(A - B @ K - L @ C, L, K, 0)]
     for law in laws:
         whole = np.block([[A - B @ law.D @ C, -B @ law.C], [law.B @ C, law.A]])
@@ -79,7 +79,7 @@ def test_the_zero_fixes_a_weighted_integral_of_the_levels_under_every_law():
         transform = np.linalg.solve(z * np.eye(len(whole)) - whole, start)[:n]
         assert psi @ C @ transform == pytest.approx(tanks.predicted_integral(setting), rel=1e-9)
     # the nonlinear run is 2 cm from rest of 12 cm
-    assert tanks.levels((HARD, LQG, 1.0)).fixed == pytest.approx(tanks.predicted_integral(setting), rel=0.03)
+    assert tanks.levels((HARD, LQG, 1.0)).fixed_integral == pytest.approx(tanks.predicted_integral(setting), rel=0.03)
 
 
 def test_cheap_control_puts_a_mode_of_the_regulator_on_the_mirror_image_of_the_zero():

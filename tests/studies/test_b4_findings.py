@@ -8,14 +8,14 @@ import pytest
 from studies.a9_sampling import period_findings
 from studies.a9_sampling.evidence import Evidence
 from studies.b4_handover import findings, machines, margins, missed_periods
-from studies.b4_handover.loops import ERROR, NEAR_START, PID, SIZE, SMC, TV, TWISTING, WHOLE, handed
+from studies.b4_handover.loops import ERROR, NEAR_START, PID, SIZE, SMC, TV, TWISTING, WHOLE, handover_loops
 from studies.b4_handover.margins import BOTH, Loss, Losses, Scan, searches
-from studies.paper.card import PROPOSED
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.period_rules import PeriodRules
 from studies.paper.quiet_periods import ON_REFERENCE, PAPERS, TRUTH, QuietPeriod, quiet_period
 from tests.support.handed_loops import BY_NAME, M4F
 from workbench.handover.replays import TargetResult
-from workbench.handover.targets.contract import Figures
+from workbench.handover.targets.target import TargetCost
 from workbench.study import Results
 from workbench.study.evidence import LargestSetting, LoopTrial, Threshold
 
@@ -51,7 +51,7 @@ def test_both_pages_search_the_longest_period_by_the_same_function_on_the_same_l
     unlimited = {search for search in own.over if search.limit is None}
     assert unlimited < set(other.over)
     assert {(search.law, search.start) for search in unlimited} == {
-        (law, start) for law in (PROPOSED, SMC, TWISTING, PID) for start in (ON_REFERENCE, PAPERS)
+        (law, start) for law in (PROPOSED_LAW, SMC, TWISTING, PID) for start in (ON_REFERENCE, PAPERS)
     }
     assert all(search.delay for search in unlimited)
 
@@ -73,15 +73,19 @@ def quiet_at(search, longest):
 @pytest.fixture
 def figures(monkeypatch):
     """The losses and the longest periods of all loops, to be changed: 1 % and twice the declared period."""
-    held = {one.name: all_of(0.01) for one in handed()}
+    held = {one.name: all_of(0.01) for one in handover_loops()}
     quiet = {search: quiet_at(search, 2 * BY_NAME[search.law].period) for search in searches()}
     scans = {
-        key: scan_of(one, [0.5, 2.0, 3.0], [1.0, 1.0, 2.0]) for one in handed() for key in [(one.key, s) for s in BOTH]
+        key: scan_of(one, [0.5, 2.0, 3.0], [1.0, 1.0, 2.0])
+        for one in handover_loops()
+        for key in [(one.key, s) for s in BOTH]
     }
     monkeypatch.setattr(findings, "all_losses", lambda results, *given, **named: held)
     monkeypatch.setattr(findings, "error_of", lambda results, name, **named: (1e-5, 1e-4, "rad"))
     monkeypatch.setattr(
-        findings, "scans", lambda results: margins.Scans({key: scans[key] for key in margins.designed()}, {})
+        findings,
+        "scans",
+        lambda results: margins.Scans({key: scans[key] for key in margins.digital_design_items()}, {}),
     )
     return held, quiet, scans
 
@@ -103,8 +107,8 @@ def test_the_finding_on_errors_names_the_loop_whose_error_grows_most(figures):
 
 def test_a_loop_that_chatters_at_its_declared_period_has_no_growth_from_there(figures):
     held, quiet, _ = figures
-    held[PROPOSED] = replace(all_of(0.01), together=Loss(0.37, 0.01))
-    far = next(search for search in quiet if (search.law, search.start, search.limit) == (PROPOSED, PAPERS, None))
+    held[PROPOSED_LAW] = replace(all_of(0.01), together=Loss(0.37, 0.01))
+    far = next(search for search in quiet if (search.law, search.start, search.limit) == (PROPOSED_LAW, PAPERS, None))
     quiet[far] = quiet_at(far, 3.3e-5)
     found = findings.loss_finding(results_of(quiet))
     assert "From a farther start it chatters at its declared period: its error is 10 µrad, and changes by 37 %." in (
@@ -139,7 +143,7 @@ def test_the_longest_period_is_answered_by_start(figures):
     found = findings.longest_period(results_of(quiet))
     assert (found.answer, found.kind) == ("quiet at 0.25 ms", "found")
     assert "too long: none from near starts, none from farther ones" in found.evidence[-1]
-    far = next(search for search in quiet if (search.law, search.start, search.limit) == (PROPOSED, PAPERS, None))
+    far = next(search for search in quiet if (search.law, search.start, search.limit) == (PROPOSED_LAW, PAPERS, None))
     quiet[far] = quiet_at(far, 3.3e-5)
     found = findings.longest_period(results_of(quiet))
     assert (found.answer, found.kind) == ("not quiet at 0.25 ms", "depends")
@@ -152,7 +156,7 @@ def test_both_pages_give_the_same_answer_for_the_same_searches(figures, both_stu
     a9, b4 = both_studies
     _, quiet, _ = figures
     for search in quiet:
-        if search.law == PROPOSED:
+        if search.law == PROPOSED_LAW:
             quiet[search] = quiet_at(search, 3.3e-5 if search.start == PAPERS else 3e-4)
     own = findings.longest_period(results_of(quiet))
     others = {
@@ -169,16 +173,18 @@ def test_both_pages_give_the_same_answer_for_the_same_searches(figures, both_stu
 
 def test_a_count_is_a_share_of_the_longest_period_from_a_named_start(figures):
     _, quiet, _ = figures
-    far = next(search for search in quiet if (search.law, search.start, search.limit) == (PROPOSED, PAPERS, None))
+    far = next(search for search in quiet if (search.law, search.start, search.limit) == (PROPOSED_LAW, PAPERS, None))
     quiet[far] = quiet_at(far, 3.3e-5)
-    rows = {one.name: (TargetResult(M4F, bits=1, figures=Figures(168e6 * 1e-4, stack=4000)),) for one in handed()}
+    rows = {
+        one.name: (TargetResult(M4F, bits=1, figures=TargetCost(168e6 * 1e-4, stack=4000)),) for one in handover_loops()
+    }
     works = {"quiet": tuple(quiet.values()), "replays": tuple(rows.values()), "single_replays": tuple(rows.values())}
-    own = BY_NAME[PROPOSED]
+    own = BY_NAME[PROPOSED_LAW]
     near, far_fit = (machines.fit_of(Results(works=works), own, "cortex-m4f", start) for start in BOTH)
     assert near.share == pytest.approx(1e-4 / 5e-4)  # 0.1 ms of twice the declared period
     assert far_fit.share == pytest.approx(1e-4 / 3.3e-5)
     found = machines.fit_finding(Results(works=works), near, far_fit)
-    assert found.answer == PROPOSED
+    assert found.answer == PROPOSED_LAW
     assert (
         "takes 0.1 ms a period on a Cortex-M4F: 20 % of the longest period allowed from a start on the reference"
         in (found.statement)

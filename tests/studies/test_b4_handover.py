@@ -13,11 +13,11 @@ from studies.b4_handover.loops import (
     LQG,
     NEAR_START,
     PID,
-    SETTLED,
     SIZE,
     SMC,
+    TRANSIENT_SHARE,
     TV,
-    handed,
+    handover_loops,
     settled_rmse,
     settled_size,
 )
@@ -26,10 +26,10 @@ from tests.support.handed_loops import BY_NAME
 from workbench.engine import simulate
 from workbench.engine.metrics import measure
 from workbench.study import Results, Run
-from workbench.study.compiled import compile_sweep
+from workbench.study.compiled_sweep import compile_sweep
 from workbench.study.evidence.computer_margins import computer_sweep
 
-EACH = pytest.mark.parametrize("one", handed(), ids=lambda one: one.key)
+EACH = pytest.mark.parametrize("one", handover_loops(), ids=lambda one: one.key)
 
 
 @EACH
@@ -42,7 +42,10 @@ def test_no_law_needs_what_no_instrument_gives(one):
 
 @pytest.mark.parametrize(
     "one",
-    [pytest.param(one, marks=[pytest.mark.heavy] * (one.name not in (PID, SMC)), id=one.key) for one in handed()],
+    [
+        pytest.param(one, marks=[pytest.mark.heavy] * (one.name not in (PID, SMC)), id=one.key)
+        for one in handover_loops()
+    ],
 )
 def test_every_loop_stays_near_its_reference_in_its_computer(one):
     found = measure(one.digital(), one.metrics, until=one.until, every=one.until, h=one.period)
@@ -56,10 +59,12 @@ def test_every_loop_stays_near_its_reference_in_its_computer(one):
 def test_the_error_after_the_approach_is_the_root_of_the_mean_square_from_there_on():
     one = BY_NAME[PID]
     sampled, until = one.digital(), 2.0
-    found = measure(sampled, [settled_rmse("q", SETTLED * until)], until=until, h=one.period / 2)
+    found = measure(sampled, [settled_rmse("q", TRANSIENT_SHARE * until)], until=until, h=one.period / 2)
     run = simulate(sampled.step(2), until=until)
-    late = run.t > SETTLED * until
-    sizes = measure(sampled, [settled_size("q", SETTLED * until)], until=until, h=one.period / 2).scores_of(SIZE)
+    late = run.t > TRANSIENT_SHARE * until
+    sizes = measure(sampled, [settled_size("q", TRANSIENT_SHARE * until)], until=until, h=one.period / 2).scores_of(
+        SIZE
+    )
     np.testing.assert_allclose([each.value[0] for each in sizes], np.abs(run["e"][0, late]).mean(axis=0), rtol=5e-3)
     # a sum over the instants in place of the integral, of an error that changes with some rad/s
     values = [one.value[0] for one in found.scores_of(ERROR)]
@@ -85,7 +90,7 @@ def test_starts_differ_and_effects_are_those_of_the_clock_where_precision_is_com
         assert (first.low + first.high) / 2 == pytest.approx(middle, abs=1e-12)
     assert [effect.name for effect in effects(one, "single")] == ["jitter", "missed periods"]
     assert all(len(effect.levels) == 1 for effect in effects(one, "single"))
-    declared = {effect.name: effect.declared for effect in effects(one, "double")}
+    declared = {effect.name: effect.declared_level for effect in effects(one, "double")}
     assert declared["jitter"] == 0.05 * one.period
     assert declared["missed periods"] == 1e-3
 
@@ -102,7 +107,7 @@ def test_a_scan_ends_where_error_or_variation_first_grows_too_much():
     assert scan.TV is None
     assert scan.error[0] == pytest.approx(1.0)
     assert scan.threshold.largest in found.threshold.values
-    assert (scan.error[: sum(found.threshold.met)] <= 1.1).all()
+    assert (scan.error[: sum(found.threshold.meets_criterion)] <= 1.1).all()
 
 
 def test_a_loss_is_the_mean_of_the_worst_ratio_of_each_draw():
@@ -119,7 +124,7 @@ def test_a_search_is_about_the_loop_that_is_handed_over(start):
     for search in searches():
         one, path = BY_NAME[search.law], findings.PATHS[start]
         if search.start == path:
-            loops = search.loop.ode(), one.computed(start=start).loop.ode()
+            loops = search.loop.ode(), one.computer_loop(start=start).loop.ode()
             assert len({ode.fingerprint for ode in loops}) == 1
             np.testing.assert_array_equal(loops[0].states.default, loops[1].states.default)
             np.testing.assert_array_equal(loops[0].parameters.default, loops[1].parameters.default)

@@ -7,26 +7,26 @@ import pytest
 
 import workbench as wb
 from studies.b4_handover import machine_tables, machines, operations
-from studies.b4_handover.loops import PID, handed
+from studies.b4_handover.loops import PID, handover_loops
 from tests.support.handed_loops import BY_NAME, M4F
 from workbench.handover.replays import TargetResult
 from workbench.handover.targets import TARGETS
-from workbench.handover.targets.contract import Figures
+from workbench.handover.targets.target import TargetCost
 from workbench.study import Results
 
 
 def replays(**changes):
     """Each law on two targets with equal bits, of which one result is changed."""
     fine = {"periods": 10, "bits": 640}
-    here = TargetResult("gcc -O0", **fine, figures=Figures(900.0, stack=300, code=10, data=0))
+    here = TargetResult("gcc -O0", **fine, figures=TargetCost(900.0, stack=300, code=10, data=0))
     there = replace(here, target=M4F, **changes)
-    return {one.name: (here, there if one.name == PID else replace(here, target=M4F)) for one in handed()}
+    return {one.name: (here, there if one.name == PID else replace(here, target=M4F)) for one in handover_loops()}
 
 
 def replayed(**changes):
     """Results with these replays, in single precision too, and with one operation that rounds otherwise."""
     each = tuple(replays(**changes).values())
-    alone = TargetResult("gcc -O0", bits=5), TargetResult(M4F, bits=5, differing=7, first="period 3")
+    alone = TargetResult("gcc -O0", bits=5), TargetResult(M4F, bits=5, differing_bits=7, first="period 3")
     return {"replays": each, "single_replays": tuple(replays().values()), "operations": alone}
 
 
@@ -81,7 +81,7 @@ def test_operands_reach_the_roundings_that_are_hard():
 
 
 def test_operations_that_round_otherwise_are_listed():
-    good, bad = TargetResult("one", bits=5), TargetResult("two", bits=5, differing=7, first="period 3")
+    good, bad = TargetResult("one", bits=5), TargetResult("two", bits=5, differing_bits=7, first="period 3")
     results = Results(works={"operations": (good, bad)})
     assert operations.operations_by_target(results) == {"one": 0, "two": 7}
     assert operations.operations_table(results).rows == (("one", 5, 0, "none"), ("two", 5, 7, "period 3"))

@@ -8,10 +8,10 @@ import pytest
 
 import workbench as wb
 from studies.b4_handover import missed_periods
-from studies.b4_handover.loops import EKF, LQG, PID, SMC, TWISTING, handed
+from studies.b4_handover.loops import EKF, LQG, PID, SMC, TWISTING, handover_loops
 from studies.b4_handover.margins import effects_of
-from studies.b4_handover.missed_periods import EFFECT, OBSERVED, SHARED, observed_smc, shared_period
-from studies.paper.card import PROPOSED
+from studies.b4_handover.missed_periods import EFFECT, SHARED_PERIOD, SMC_WITH_OBSERVER, observed_smc, shared_period
+from studies.paper.card import PROPOSED_LAW
 from studies.paper.laws import RIVALS
 from studies.paper.quiet_periods import momentum_loop
 from workbench.study.evidence.computer_margins import ComputerMargin, ComputerMargins
@@ -20,11 +20,11 @@ ERRORS = 1e-4  # rad or m, without missed periods
 
 
 def test_all_laws_of_the_arm_are_run_at_the_period_of_aosmc_rgs():
-    own = [one.name for one in handed() if one.period == SHARED]
-    assert own == [PROPOSED, SMC]
-    assert [one.name for one in shared_period()] == [TWISTING, PID, LQG, OBSERVED]
-    assert {one.period for one in shared_period()} == {SHARED}
-    assert len({missed_periods.missed(one).levels for one in (*handed(), *shared_period())}) == 1
+    own = [one.name for one in handover_loops() if one.period == SHARED_PERIOD]
+    assert own == [PROPOSED_LAW, SMC]
+    assert [one.name for one in shared_period()] == [TWISTING, PID, LQG, SMC_WITH_OBSERVER]
+    assert {one.period for one in shared_period()} == {SHARED_PERIOD}
+    assert len({missed_periods.missed_period_effect(one).levels for one in (*handover_loops(), *shared_period())}) == 1
 
 
 def test_smc_with_the_observer_of_aosmc_rgs_adds_the_estimate_to_its_torque():
@@ -66,10 +66,10 @@ RESULTS = SimpleNamespace(sample=lambda name: name)  # a sample is known by its 
 
 def test_the_frailest_loop_is_compared_with_the_others_at_its_own_period(given):
     own, shared = given
-    own |= {PROPOSED: 0.0, SMC: 0.125, EKF: 0.0625}
+    own |= {PROPOSED_LAW: 0.0, SMC: 0.125, EKF: 0.0625}
     shared |= {"pid_shared_period": 0.25, f"{shared_period()[-1].key}_shared_period": 0.0}
     found = missed_periods.clock_finding(RESULTS)
-    assert found.answer == PROPOSED
+    assert found.answer == PROPOSED_LAW
     assert (
         "AOSMC-RGS keeps its settled error within 10 % at none of the levels tried, from 0.1 % on." in found.statement
     )
@@ -82,23 +82,23 @@ def test_the_frailest_loop_is_compared_with_the_others_at_its_own_period(given):
     shared |= {f"{shared_period()[-1].key}_shared_period": 0.125}
     assert "not the law" not in missed_periods.clock_finding(RESULTS).evidence
     answers = {one.words: one.answer for one in found.variations}
-    assert answers["the laws of the arm alone, all at 0.25 ms"] == PROPOSED
-    assert answers[f"these with {OBSERVED} in place of {PROPOSED}"] == OBSERVED
+    assert answers["the laws of the arm alone, all at 0.25 ms"] == PROPOSED_LAW
+    assert answers[f"these with {SMC_WITH_OBSERVER} in place of {PROPOSED_LAW}"] == SMC_WITH_OBSERVER
 
 
 def test_an_error_may_grow_by_a_part_of_a_step_of_the_readings_too(given):
     own, _ = given
-    own |= {PROPOSED: 0.0, SMC: 0.125}
+    own |= {PROPOSED_LAW: 0.0, SMC: 0.125}
     reach = missed_periods.reach_in_steps(RESULTS)
     # three times 100 microradians or micrometres is more than a tenth of a step of 96 or 100
-    assert (reach[PROPOSED], reach[SMC], reach[EKF]) == (0.0, 0.125, 0.5)
+    assert (reach[PROPOSED_LAW], reach[SMC], reach[EKF]) == (0.0, 0.125, 0.5)
 
 
 def test_a_row_has_the_ends_and_the_growths_of_its_law(given):
     own, _ = given
-    own |= {PROPOSED: 0.0, SMC: 1.0}
+    own |= {PROPOSED_LAW: 0.0, SMC: 1.0}
     rows = {row[0]: row[1:] for row in missed_periods.shared_table(RESULTS).rows}
-    assert list(rows) == [PROPOSED, SMC, TWISTING, PID, LQG, OBSERVED]
-    assert rows[PROPOSED][:3] == ("100 µrad", 0.0, 0.1)
-    assert rows[PROPOSED][3:] == pytest.approx((200.0,) * 3)
+    assert list(rows) == [PROPOSED_LAW, SMC, TWISTING, PID, LQG, SMC_WITH_OBSERVER]
+    assert rows[PROPOSED_LAW][:3] == ("100 µrad", 0.0, 0.1)
+    assert rows[PROPOSED_LAW][3:] == pytest.approx((200.0,) * 3)
     assert rows[SMC][1:3] == (50.0, "none tried")

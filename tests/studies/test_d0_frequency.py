@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from studies.d0_frequency import draws, findings, limit_cycles, loops, period_limits, rest_answers, step_sizes, tables
 from studies.d0_frequency.loops import ARM_POSES, RUN_POSES, RUNS, AtPose
 from studies.d0_frequency.period_limits import SHARES, PeriodLimit
-from studies.paper.card import CARD, PROPOSED
+from studies.paper.card import CARD, PROPOSED_LAW
 from studies.paper.linearization import LEVEL, at_rest
 from workbench.engine.metrics import measure, settling_time
 
@@ -48,7 +48,7 @@ def test_a_run_of_smc_rests_below_that_period_and_chatters_above_it():
     assert (above > 100 * period_limits.REST).all()
 
 
-@pytest.mark.parametrize("law", [PROPOSED, "PID", "SMC"])
+@pytest.mark.parametrize("law", [PROPOSED_LAW, "PID", "SMC"])
 def test_the_linear_answers_are_those_of_the_loop_that_a5_cuts(law):
     ours, theirs = at_level(law), at_rest(law)
     # of two roads to the same matrices, with rounding grown by their condition
@@ -60,7 +60,7 @@ def test_the_linear_answers_are_those_of_the_loop_that_a5_cuts(law):
 
 def test_the_linear_settling_time_of_smc_is_that_of_its_surface():
     # e' = -Lambda e once s has decayed, which takes some 1 / 400 s
-    assert step_sizes.predicted(AtPose("SMC", LEVEL)) == pytest.approx(np.log(20) / LAMBDA, abs=0.02)
+    assert step_sizes.predict_settling(AtPose("SMC", LEVEL)) == pytest.approx(np.log(20) / LAMBDA, abs=0.02)
 
 
 @pytest.mark.parametrize("size", [1e-3, 0.3])
@@ -84,8 +84,8 @@ def test_pid_settles_as_scipy_integrates_it(size):
     t = np.arange(0.0, 6.0, 1e-3)
     out = solve_ivp(rate, (0.0, 6.0), start, "LSODA", t, rtol=1e-9, atol=1e-12)
     outside = (np.abs(out.y[:2].T - want) > step_sizes.BAND * size).any(axis=1)
-    equation = loops.resting(one).ode()
-    x = loops.started(equation, one, np.array([size]))
+    equation = loops.loop_at_rest(one).ode()
+    x = loops.start_states(equation, one, np.array([size]))
     found = measure(equation, [settling_time("q", step_sizes.BAND)], x0=x, until=6.0, h=2.5e-4)
     ours = max(float(score.value[0]) for score in found.scores_of("settling time of q"))
     assert ours == pytest.approx(t[np.flatnonzero(outside).max() + 1], abs=2e-3)  # both on grids of 1 ms or less
@@ -113,15 +113,15 @@ def test_the_limit_cycle_is_that_of_a_double_integrator_in_its_layer(period):
     # gravity is compensated a period late; it moves s by far less than a hundredth
     assert found.runs[1].amplitude == pytest.approx(amplitude, rel=0.02)
     assert found.runs[1].frequency == pytest.approx(frequency, rel=0.02)
-    assert found.predicted is not None
-    assert found.predicted[0] == pytest.approx(frequency, rel=0.05)
+    assert found.prediction is not None
+    assert found.prediction[0] == pytest.approx(frequency, rel=0.05)
     assert all(found.agrees(run) for run in range(len(found.runs)))
 
 
 def test_a_period_at_which_the_layer_is_wide_enough_is_at_rest():
     found = limit_cycles.limit_cycle(1.5e-3)
     assert found.rest
-    assert found.predicted is None
+    assert found.prediction is None
     assert [run.amplitude < limit_cycles.QUIET for run in found.runs] == [True] * 4
 
 
@@ -145,9 +145,9 @@ def limit(small, large, learned=None):
 def test_loops_are_counted_where_their_runs_rest_up_to_the_predicted_period_and_no_longer_beyond():
     inside = SHARES.index(1.03)
     every = {one: limit(inside, inside - 2, True) for one in RUNS} | {RUNS[0]: limit(len(SHARES), 0, False)}
-    assert findings.agreed(every, RUNS, "small") == f"{len(RUNS) - 1} of {len(RUNS)}"
-    assert findings.agreed(every, RUNS, "large") == f"0 of {len(RUNS)}"
-    assert findings.learned(every, "large") == f"{len(RUNS) - 1} of {len(RUNS)}"
+    assert findings.agreement_count(every, RUNS, "small") == f"{len(RUNS) - 1} of {len(RUNS)}"
+    assert findings.agreement_count(every, RUNS, "large") == f"0 of {len(RUNS)}"
+    assert findings.learned_gain_count(every, "large") == f"{len(RUNS) - 1} of {len(RUNS)}"
     assert every[RUNS[0]].ends("small") == (SHARES[-1], float("inf"))
     assert every[RUNS[0]].ends("large") == (0.0, SHARES[0])
     assert tables.bracket((0.0, 0.25), 1e-3) == "none tried, 0.25"

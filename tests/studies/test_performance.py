@@ -16,7 +16,7 @@ pytest.importorskip("llvmlite", reason="the study of speed is that of the compil
 
 from studies.paper.workload import rows_of, run
 from studies.performance import frequency_rate, live_page, measurements, study
-from studies.performance.arithmetic import CHAINS, UNROLLED, flops, peak_sum
+from studies.performance.arithmetic import CHAINS, UNROLL_COUNT, flops, peak_sum
 from studies.performance.figures import speed_figure
 from studies.performance.measurements import Effort, Row
 from studies.performance.peers import IN_MATRICES, PEERS, Peer, casadi_cvodes
@@ -49,7 +49,7 @@ def test_cvodes_comes_nearer_to_the_fine_reference_as_its_tolerance_shrinks():
 
 def test_the_peak_kernel_adds_one_in_every_chain():
     rounds = 1000
-    np.testing.assert_array_equal(peak_sum(rounds), rounds * UNROLLED * CHAINS)
+    np.testing.assert_array_equal(peak_sum(rounds), rounds * UNROLL_COUNT * CHAINS)
 
 
 def decays(n):
@@ -89,9 +89,9 @@ def test_the_table_has_a_row_for_each_bar(monkeypatch):
     absent = Peer("one that is not", "no_such_package", 7.0, 2, lambda horizon: pytest.fail("it is not there"))
     first, second, *rest = measurements.table_rows(TINY, (there, absent))
     assert len(rest) == len(measurements.EQUAL) + 8
-    assert (first.reached, first.runs_per_s > 0, first.error < 1) == (False, True, True)
-    assert (second.reached, second.value, second.note[:13]) == (None, None, "not installed")
-    assert {row.name for row in rest if row.reached is None} <= {"two threads over one"}  # which needs two
+    assert (first.is_reached, first.runs_per_s > 0, first.error < 1) == (False, True, True)
+    assert (second.is_reached, second.value, second.note[:13]) == (None, None, "not installed")
+    assert {row.name for row in rest if row.is_reached is None} <= {"two threads over one"}  # which needs two
 
 
 def test_compile_time_is_fitted_over_the_size(monkeypatch):
@@ -156,7 +156,7 @@ def test_two_threads_are_not_measured_beside_other_processes(monkeypatch):
     for name, answer in (("getloadavg", (4.0, 4.0, 4.0)), ("sched_getaffinity", {0, 1}), ("sched_setaffinity", None)):
         monkeypatch.setattr(measurements.os, name, lambda *_, answer=answer: answer, raising=False)
     row = measurements.threads(TINY)
-    assert (row.reached, row.note) == (None, "not measured beside 3.0 other processes")
+    assert (row.is_reached, row.note) == (None, "not measured beside 3.0 other processes")
 
 
 def test_the_page_of_speed_opens_with_its_bars_and_says_that_it_is_of_one_machine(monkeypatch):
@@ -197,7 +197,7 @@ def test_a_pilot_chooses_steps_with_the_error_asked_for_in_the_runs_of_a_call(mo
 def test_without_a_browser_the_live_pages_are_not_measured(monkeypatch):
     monkeypatch.setattr(live_page, "program", lambda: None)
     rows = live_page.live_rows(TINY)
-    assert [row.reached for row in rows] == [None] * 6
+    assert [row.is_reached for row in rows] == [None] * 6
     assert {row.note for row in rows} == {"no Chromium here"}
 
 
@@ -212,7 +212,7 @@ def test_frequency_answers_are_timed_beside_python_control_and_their_error_is_to
 @needs_chromium
 @pytest.mark.heavy
 def test_a_turned_knob_is_timed_until_its_pictures_are_drawn():
-    with live_page.opened(live_page.page_of_w(), "phi") as page:
-        assert min(live_page.turned(page, "phi", 0.01, 0.1, 2)) > 0
+    with live_page.open_bench(live_page.page_of_w(), "phi") as page:
+        assert min(live_page.turn_times(page, "phi", 0.01, 0.1, 2)) > 0
         assert min(live_page.kernels(page, TINY)) > 0
         assert page.complaints == []

@@ -8,17 +8,17 @@ import pytest
 
 from studies.a1_paper_tables import row
 from studies.a1_paper_tables.repairs import with_other_pair, with_two_repairs
-from studies.a1_paper_tables.row import FITTED, ROW
+from studies.a1_paper_tables.row import FITTED_WEIGHTS, ROW
 from studies.a6_unstated_choices import loops
-from studies.paper.card import CARD, PUBLISHED
-from studies.paper.comparison import PRINTED
-from studies.paper.unstated import CHOICES
+from studies.paper.card import CARD, PUBLISHED_COLUMNS
+from studies.paper.comparison import PRINTED_METRIC
+from studies.paper.unstated_choices import CHOICES
 from tests.support.c_runs import COMPILERS, needs_compiler
 from workbench.engine import simulate
-from workbench.engine.metrics import measured, sampled_rmse
+from workbench.engine.metrics import sampled_rmse, step_with_metrics
 from workbench.engine.metrics.accumulators import final_values
 from workbench.study.case_runs import run
-from workbench.study.contract import Run
+from workbench.study.run_and_sweep import Run
 from workbench.study.study import Case, Study
 
 H = 5e-4  # s, below the limit of stability of 1 ms that the gains of 5 N m and the layer of 0.01 rad/s set
@@ -149,16 +149,18 @@ def rmse(tmp_path_factory):
 
 @needs_compiler
 @pytest.mark.parametrize(
-    "shape", [one if one == "elementwise" else pytest.param(one, marks=pytest.mark.heavy) for one in FITTED]
+    "shape", [one if one == "elementwise" else pytest.param(one, marks=pytest.mark.heavy) for one in FITTED_WEIGHTS]
 )
 def test_two_repairs_and_a_free_horizon_meet_the_printed_row_by_an_integrator_of_its_own(shape, rmse):
-    Q, horizon = FITTED[shape]
+    Q, horizon = FITTED_WEIGHTS[shape]
     alone = np.array(rmse(shape, Q, horizon))
     # the row has four digits; diagonal has the plain Q = R = I, and misses by half a percent
     assert np.abs(alone / ROW - 1).max() < (0.006 if shape == "diagonal" else 2e-4)
-    ours = simulate(measured(with_two_repairs(shape, Q).ode(), (PRINTED,), 2.5e-4), until=horizon, every=0.01)
+    ours = simulate(
+        step_with_metrics(with_two_repairs(shape, Q).ode(), (PRINTED_METRIC,), 2.5e-4), until=horizon, every=0.01
+    )
     # two steps of two Runge-Kutta programs; where sign(s) jumps both are of first order, some 1e-5 here
-    np.testing.assert_allclose(final_values(ours, (PRINTED,))[PRINTED.name][0], alone, atol=1e-4)
+    np.testing.assert_allclose(final_values(ours, (PRINTED_METRIC,))[PRINTED_METRIC.name][0], alone, atol=1e-4)
 
 
 @needs_compiler
@@ -167,9 +169,11 @@ def test_another_pair_of_repairs_meets_the_printed_row_by_an_integrator_of_its_o
     alone = np.array(rmse("outer", row.OTHER_Q, row.OTHER_HORIZON, H=2e-4, R=row.OTHER_R, other=True))
     # half of the last printed digit is 0.014 %
     assert np.abs(alone / ROW - 1).max() < row.HALF_DIGIT
-    ours = simulate(measured(with_other_pair().ode(), (PRINTED,), 1e-4), until=row.OTHER_HORIZON, every=0.01)
+    ours = simulate(
+        step_with_metrics(with_other_pair().ode(), (PRINTED_METRIC,), 1e-4), until=row.OTHER_HORIZON, every=0.01
+    )
     # two steps of two Runge-Kutta programs; where sign(s) jumps both are of first order, some 1e-5 here
-    np.testing.assert_allclose(final_values(ours, (PRINTED,))[PRINTED.name][0], alone, atol=1e-4)
+    np.testing.assert_allclose(final_values(ours, (PRINTED_METRIC,))[PRINTED_METRIC.name][0], alone, atol=1e-4)
 
 
 @pytest.mark.parametrize(("share", "words"), [(8.2e-5, "0.009"), (1.15e-4, "0.02"), (1.5e-3, "0.2"), (1e-3, "0.1")])
@@ -179,7 +183,7 @@ def test_a_limit_in_percent_is_not_below_the_share_that_it_bounds(share, words):
 
 
 def test_the_printed_row_is_that_of_the_paper():
-    assert ROW.tolist() == [0.3538, 0.3542] == [PUBLISHED["FS", joint].values["AOSMC-RGS"] for joint in (1, 2)]
+    assert ROW.tolist() == [0.3538, 0.3542] == [PUBLISHED_COLUMNS["FS", joint].values["AOSMC-RGS"] for joint in (1, 2)]
 
 
 @pytest.mark.heavy
@@ -195,15 +199,17 @@ def test_the_law_of_a1_with_two_repairs_is_the_one_that_a6_searches_with_these_r
     }
     assert readings.keys() <= {choice.name for choice in CHOICES}
     places = {"controller.Q": 0.7, "controller.R": 1.0, "observer.l": CARD["l"]}
-    for factor in loops.FACTORS[loops.PROPOSED]:
+    for factor in loops.FACTORS[loops.PROPOSED_LAW]:
         if factor.name in readings:
             place = factor.distribution.names.index(readings.pop(factor.name))
             places |= dict.fromkeys(factor.paths, float(place))
     assert not readings  # a6 varies each of them
-    ode = measured(loops.loop(loops.PROPOSED, "FS").ode(), (PRINTED,), 2e-4)
+    ode = step_with_metrics(loops.loop(loops.PROPOSED_LAW, "FS").ode(), (PRINTED_METRIC,), 2e-4)
     searched = simulate(ode, ode.parameters.pack(places), until=10.0, every=0.01)
-    ours = simulate(measured(with_two_repairs("elementwise", 0.7).ode(), (PRINTED,), 2e-4), until=10.0, every=0.01)
-    values = [final_values(runs, (PRINTED,))[PRINTED.name][0] for runs in (searched, ours)]
+    ours = simulate(
+        step_with_metrics(with_two_repairs("elementwise", 0.7).ode(), (PRINTED_METRIC,), 2e-4), until=10.0, every=0.01
+    )
+    values = [final_values(runs, (PRINTED_METRIC,))[PRINTED_METRIC.name][0] for runs in (searched, ours)]
     # the same equations in another order of operations; a sign may switch a step of 0.2 ms later
     np.testing.assert_allclose(*values, rtol=1e-6)
 

@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from studies.paper.workload import PARAMETERS, STATES, VARIED, H, arm, loop, rmse, rows_of, run, workload
+from studies.paper.workload import PARAMETERS, STATES, VARIATION_RANGES, H, arm, loop, rmse, rows_of, run, workload
 from studies.performance.peers import PEERS
 from studies.performance.processes import chain
 from studies.performance.right_hand_sides import in_matrices, in_scalars
@@ -21,7 +21,7 @@ def test_w_has_21_states_and_40_parameters_of_which_10_vary():
     p = rows_of(50)
     assert (loop().states.size, loop().parameters.size) == (21, 40)
     assert (p != p[0]).any(axis=0).sum() == 10
-    for name, (low, high) in VARIED.items():
+    for name, (low, high) in VARIATION_RANGES.items():
         times = p[:, PARAMETERS.slice(name)] / PARAMETERS[name].default
         assert low <= times.min() < times.max() <= high
 
@@ -33,7 +33,7 @@ def test_more_runs_begin_with_the_same_ones():
 def test_w_is_stable_and_its_error_is_that_of_its_prototype():
     step = workload()
     runs = simulate(step, np.vstack([PARAMETERS.default, rows_of(63)]), until=10.0, every=10.0)
-    assert not runs.diverged.any()
+    assert not runs.has_diverged.any()
     # the prototype left out the friction, which damps the first swing of joint 1 by a few percent
     np.testing.assert_allclose(rmse(runs.x[0, -1], 10.0), (0.83, 0.94), rtol=0.08)
 

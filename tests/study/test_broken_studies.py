@@ -41,13 +41,15 @@ def swept(factor):
 
 study = """
 
-LOOP = "must be an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does; got"
+LOOP = (
+    "must be an `Ode`, a `SampledSystem`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does; got"
+)
 BROKEN = [
     ("study(cases=(case([1.0]),))", f"`Run(loop=...)` {LOOP} [1.0]."),
     ("study(cases=(case(None),))", f"{LOOP} None."),
     ("study(cases=(case(Decay),))", f"{LOOP} the class `Decay` itself: make one with `Decay(...)`."),
     ("study(sweeps=(sweep(loop=[1.0]),))", f"`Run(loop=...)` {LOOP} [1.0]."),
-    ("study(cases=(case(Loop(lambda name: None)),))", "must be the equations of a loop, an `Ode` or a `Sampled`"),
+    ("study(cases=(case(Loop(lambda name: None)),))", "must be the equations of a loop, an `Ode` or a `SampledSystem`"),
     ("study(sweeps=(sweep(loop=Loop(fails)),))", "study.py, line 17: `Loop.ode('decay')` ended with TypeError: 'odd'."),
     (
         "study(sweeps=(sweep(loop=Loop(quits)),))",

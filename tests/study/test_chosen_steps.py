@@ -6,9 +6,9 @@ import re
 import pytest
 
 import workbench as wb
-from workbench.study import compiled
+from workbench.study import compiled_sweep
 from workbench.study.chosen_steps import ChosenSteps, kept_in
-from workbench.study.compiled import compile_sweep
+from workbench.study.compiled_sweep import compile_sweep
 from workbench.study.ledger.store import FOLDER
 from workbench.study.tuning import Trial, Tuning
 from workbench.study.tuning.search import compile_tuning
@@ -32,8 +32,8 @@ study = wb.Study("chosen", "T", "Q?", "M.", sections, sweeps=(
 @pytest.fixture
 def asked(monkeypatch):
     """The number of times that a step is chosen."""
-    calls, choose = [], compiled.step_for
-    monkeypatch.setattr(compiled, "step_for", lambda *words, **how: calls.append(1) or choose(*words, **how))
+    calls, choose = [], compiled_sweep.step_for
+    monkeypatch.setattr(compiled_sweep, "step_for", lambda *words, **how: calls.append(1) or choose(*words, **how))
     return calls
 
 

@@ -8,9 +8,9 @@ import pytest
 from tests.support.equations import decay, explosion
 from workbench.engine.metrics import iae, ise
 from workbench.study.case_runs import run
-from workbench.study.contract import Run
-from workbench.study.document.document import Diverged, Emphasis, Measured
-from workbench.study.evidence.law_tables import Published, against_published, order, ranking, side_by_side
+from workbench.study.document.document import BoldCell, DivergedCell, ValueWithError
+from workbench.study.evidence.law_tables import PublishedColumn, against_published, order, ranking, side_by_side
+from workbench.study.run_and_sweep import Run
 from workbench.study.study import Case, Outcome, Results, Study
 
 
@@ -34,31 +34,31 @@ def test_a_value_is_below_another_only_by_more_than_both_errors():
 def test_the_best_law_is_bold_and_a_diverged_one_says_when():
     table = side_by_side("t", "c", RESULTS.outcomes, ["IAE"], 0)
     rows = {row[0]: row[1] for row in table.rows}
-    assert isinstance(rows["slow"], Measured)
-    assert isinstance(rows["fast"], Emphasis)
-    assert isinstance(rows["lost"], Diverged)
+    assert isinstance(rows["slow"], ValueWithError)
+    assert isinstance(rows["fast"], BoldCell)
+    assert isinstance(rows["lost"], DivergedCell)
     assert rows["fast"].cell.value == pytest.approx((1 - np.exp(-8)) / 4, rel=1e-6)
 
 
 def test_no_law_is_bold_where_two_are_within_their_errors():
     table = side_by_side("t", "c", [LAWS["slow"], replace(LAWS["slow"])], ["IAE"], 0)
-    assert not any(isinstance(row[1], Emphasis) for row in table.rows)
+    assert not any(isinstance(row[1], BoldCell) for row in table.rows)
 
 
 def test_a_published_column_stands_beside_ours_with_its_difference():
-    published = Published("here", "IAE", 0, {"slow": 0.8, "fast": 0.3, "lost": 0.1}, digits=2)
+    published = PublishedColumn("here", "IAE", 0, {"slow": 0.8, "fast": 0.3, "lost": 0.1}, digits=2)
     rows = {row[0]: row[1:] for row in against_published("t", "c", published, LAWS).rows}
     assert rows["slow"][0] == "0.80"
     assert rows["slow"][2] == "+0.06"  # 1 - exp(-2) = 0.8647
     assert rows["slow"][3] == "+8.1"
-    assert isinstance(rows["lost"][1], Diverged)
+    assert isinstance(rows["lost"][1], DivergedCell)
 
 
 def test_a_ranking_counts_pairs_that_hold_and_pairs_that_are_turned_round():
-    published = Published("here", "IAE", 0, {"slow": 0.1, "fast": 0.3, "lost": 0.5}, digits=2)
+    published = PublishedColumn("here", "IAE", 0, {"slow": 0.1, "fast": 0.3, "lost": 0.5}, digits=2)
     judged = ranking(published, LAWS)
-    assert judged.fails == (("slow", "fast"),)
-    assert set(judged.holds) == {("slow", "lost"), ("fast", "lost")}
+    assert judged.reversed_pairs == (("slow", "fast"),)
+    assert set(judged.kept_pairs) == {("slow", "lost"), ("fast", "lost")}
     assert "printed below fast, and is above here" in judged.sentence("slow")
 
 
@@ -110,11 +110,11 @@ def test_no_outcome_at_all_is_refused():
 @pytest.mark.parametrize("judge", [lambda p, o: against_published("t", "c", p, o), ranking])
 def test_a_published_law_without_an_outcome_is_answered_with_the_nearest(judge):
     with pytest.raises(LookupError, match="no 'slwo' among the 3 outcomes beside here. Did you mean 'slow'"):
-        judge(Published("here", "IAE", 0, {"slwo": 0.8}, digits=2), LAWS)
+        judge(PublishedColumn("here", "IAE", 0, {"slwo": 0.8}, digits=2), LAWS)
 
 
 def test_a_printed_zero_has_no_percent():
-    published = Published("here", "IAE", 0, {"slow": 0.0}, digits=2)
+    published = PublishedColumn("here", "IAE", 0, {"slow": 0.0}, digits=2)
     assert against_published("t", "c", published, LAWS).rows[0][-1] is None
 
 
@@ -165,9 +165,9 @@ def test_a_case_without_a_step_has_one_chosen_for_its_tolerance():
     outcome = judged(1e-3, h=None)
     # the integral of exp(-8 t) over 2 s
     assert outcome.score("ISE").pair[0] == pytest.approx(1 / 8, rel=1e-3)
-    assert outcome.measurement.check.passed
+    assert outcome.measurement.check.is_passed
     np.testing.assert_allclose(outcome.t, np.arange(21) * 0.1, atol=1e-12)
-    assert judged(None, h=None).measurement.check.passed  # for the tolerance that a run without a step has
+    assert judged(None, h=None).measurement.check.is_passed  # for the tolerance that a run without a step has
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, float("nan")])

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.study.definition_text import UnseenError
+from workbench.study.definition_text import DigestError
 from workbench.study.definitions import Definitions
 
 ROOT = Path(__file__).parents[2]
@@ -165,7 +165,7 @@ DIFFERENT = [
     (np.array([1.0, 2.0]), np.array([1.0, 2.0 + 2e-16 * 2])),
     (wb.DCMotor(), wb.DCMotor(b=0.2)),
     (MOTOR, wb.open_loop(wb.DCMotor(b=0.2))),
-    (MOTOR, wb.open_loop(wb.DCMotor(measured="position"))),
+    (MOTOR, wb.open_loop(wb.DCMotor(measurement="position"))),
     (wb.rk4(MOTOR, 1e-3), wb.rk4(MOTOR, 2e-3)),
     (np.sin, np.cos),
     (re.compile("a"), re.compile("a", re.DOTALL)),
@@ -192,14 +192,14 @@ UNSEEN = [
 
 @pytest.mark.parametrize(("value", "kind"), UNSEEN, ids=[kind for _, kind in UNSEEN])
 def test_what_cannot_be_seen_is_refused_by_name(value, kind):
-    with pytest.raises(UnseenError, match=f"{re.escape(kind)}.* cannot be seen"):
+    with pytest.raises(DigestError, match=f"{re.escape(kind)}.* cannot be seen"):
         digest_of((1, value))
 
 
 def test_a_value_that_holds_itself_is_refused():
     ring = []
     ring.append(ring)
-    with pytest.raises(UnseenError, match="holds itself"):
+    with pytest.raises(DigestError, match="holds itself"):
         digest_of(ring)
 
 
@@ -230,7 +230,7 @@ def uses_a_handle(item):
     ],
 )
 def test_a_function_that_does_what_no_digest_sees_is_refused_by_name(function, said):
-    with pytest.raises(UnseenError, match=re.escape(said)):
+    with pytest.raises(DigestError, match=re.escape(said)):
         digest_of(function)
 
 

@@ -8,7 +8,7 @@ from workbench.cli.script import Script
 from workbench.study.executors import ClusterError
 from workbench.study.ledger.store import chunks
 from workbench.study.study import Study
-from workbench.study.work import Work
+from workbench.study.study_works import Work
 
 DESIGNED = """
 from dataclasses import dataclass

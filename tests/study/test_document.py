@@ -8,22 +8,22 @@ from workbench.report.html_page import html
 from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import (
     Band,
+    BoldCell,
     Code,
     Colophon,
-    Column,
-    Diverged,
+    CrossReference,
+    DivergedCell,
     Document,
-    Emphasis,
     Equation,
     Figure,
     Itemize,
-    Measured,
     Panel,
     Paragraph,
-    Reference,
+    ReportTable,
     Section,
     Series,
-    Table,
+    TableColumn,
+    ValueWithError,
     Verdict,
 )
 from workbench.study.study import Study
@@ -32,7 +32,7 @@ COLOPHON = Colophon("workbench run a1", "0.1.0")
 
 
 def table(name="rmse", rows=(("PID", 0.5),), **more):
-    return Table(name, "RMSE", (Column("law"), Column("RMSE", "rad")), rows, **more)
+    return ReportTable(name, "RMSE", (TableColumn("law"), TableColumn("RMSE", "rad")), rows, **more)
 
 
 def document(*blocks, **more):
@@ -48,7 +48,7 @@ def test_a_name_that_could_leave_its_folder_is_refused(name):
         Figure(name, "", (Panel("y", (Series("a", [0, 1], [0, 1]),)),))
 
 
-@pytest.mark.parametrize("cell", [float("nan"), np.float64("nan"), Emphasis(float("nan"))])
+@pytest.mark.parametrize("cell", [float("nan"), np.float64("nan"), BoldCell(float("nan"))])
 def test_a_nan_cell_is_refused_by_table_column_and_row(cell):
     with pytest.raises(ValueError, match=r"'rmse'.*column 'RMSE', row 2.*Diverged.*None"):
         table(rows=(("PID", 0.5), ("SMC", cell)))
@@ -59,7 +59,7 @@ def test_a_nan_cell_is_refused_by_table_column_and_row(cell):
 )
 def test_a_measured_value_without_a_finite_error_is_refused(pair):
     with pytest.raises(ValueError, match="finite"):
-        Measured(*pair)
+        ValueWithError(*pair)
 
 
 def test_a_row_of_the_wrong_length_is_refused():
@@ -74,14 +74,14 @@ def test_numbers_of_numpy_become_plain_ones():
 
 def test_a_reference_to_nothing_is_refused_with_the_nearest_name():
     with pytest.raises(LookupError, match=r"'rsme'.*Did you mean 'rmse'"):
-        document(table(), Paragraph(("See ", Reference("rsme"), ".")))
+        document(table(), Paragraph(("See ", CrossReference("rsme"), ".")))
 
 
 def test_a_reference_is_found_wherever_words_stand():
-    reference = ("See ", Reference("mass"), ".")
+    reference = ("See ", CrossReference("mass"), ".")
     made = document(
         Equation(symbol("M"), "mass", note=reference),
-        table(rows=((reference, Diverged(3.0)),), notes=(reference,)),
+        table(rows=((reference, DivergedCell(3.0)),), notes=(reference,)),
         Verdict("open", reference, reference),
         question=reference,
         method=reference,
@@ -154,7 +154,7 @@ def test_a_text_among_the_blocks_of_a_section_is_refused_and_not_lost():
 
 
 def test_a_block_alone_is_refused_with_its_comma():
-    with pytest.raises(ValueError, match=r"got a `Table`: one alone is written `\(...,\)`"):
+    with pytest.raises(ValueError, match=r"got a `ReportTable`: one alone is written `\(...,\)`"):
         Section("T", table())
 
 
@@ -167,15 +167,21 @@ def test_a_list_serves_where_a_tuple_is_asked_for():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Column("a", digits=0), r"`Column\(digits=...\)` must be a whole number of significant digits.*got 0"),
-        (lambda: Column("a", digits=2.0), r"`Column\(digits=...\)` must be a whole number"),
-        (lambda: Column("a", width=0), r"`Column\(width=...\)` must be a whole number of letters in a line.*got 0"),
-        (lambda: Column("a", align="middle"), "'middle'"),
+        (
+            lambda: TableColumn("a", digits=0),
+            r"`Column\(digits=...\)` must be a whole number of significant digits.*got 0",
+        ),
+        (lambda: TableColumn("a", digits=2.0), r"`Column\(digits=...\)` must be a whole number"),
+        (
+            lambda: TableColumn("a", width=0),
+            r"`Column\(width=...\)` must be a whole number of letters in a line.*got 0",
+        ),
+        (lambda: TableColumn("a", align="middle"), "'middle'"),
         (lambda: table(rows=(("PID", 1 + 2j),)), r"`Table\(rows=...\)`.*got \(1\+2j\) at \[0\]\[1\]"),
         (lambda: table(rows=(("PID", [1.0]),)), r"`Table\(rows=...\)`.*at \[0\]\[1\]"),
         (lambda: table(rows=(("PID", np.zeros(2)),)), r"`Table\(rows=...\)`.*at \[0\]\[1\]"),
         (lambda: table(rows=(("PID", 10**400),)), "a number beyond 1.8e308 in column 'RMSE', row 1"),
-        (lambda: Diverged(None), "`Diverged"),
+        (lambda: DivergedCell(None), "`Diverged"),
         (lambda: Equation("M = 1"), r"`Equation\(formulas=...\)`.*'M = 1'"),
         (lambda: Panel("y", Series("a", [0], [0])), r"got a `Series`: one alone is written `\(...,\)`"),
         (lambda: Figure("f", "", Panel("y", (Series("a", [0], [0]),))), r"one alone is written `\(...,\)`"),
@@ -208,37 +214,40 @@ class Endless(list):
 
 ODD = [
     None, True, float("nan"), float("inf"), 5e-324, 10**400, 10**5000, -1, 2.0, np.int8(3), np.int64(2),
-    np.float32(0.5), np.array([1, 2]), np.datetime64("2020-01-01"), b"x", int, Table, [], (), {}, [[1], [2]], "x" * 999,
+    np.float32(0.5), np.array([1, 2]), np.datetime64("2020-01-01"), b"x", int, ReportTable,
+    [], (), {}, [[1], [2]], "x" * 999,
     "a\x00\x1b\n",
-    "\ud800", "", Nameless(), Endless([1]), Fraction(1, 3), 1j, symbol("q"), Measured(1, 2), Code("c"), ("a", ()),
-    Reference("t"), "-1",
+    "\ud800", "", Nameless(), Endless([1]), Fraction(1, 3), 1j, symbol("q"), ValueWithError(1, 2), Code("c"), ("a", ()),
+    CrossReference("t"), "-1",
 ]  # fmt: skip
 PANELS = (Panel("y", (Series("a", [0, 1], [0, 1]),)),)
-ONE = (Column("a"),)
+ONE = (TableColumn("a"),)
 MAKERS = [
-    Code, Reference, Diverged, Paragraph, Itemize, Equation,
-    lambda x: Measured(x, 0.1), lambda x: Measured(1.0, x), lambda x: Table("t", "", ONE, ((Emphasis(x),),)),
-    Column, lambda x: Column("a", x), lambda x: Column("a", align=x), lambda x: Column("a", digits=x),
-    lambda x: Table(x, "", ONE, ((1,),)), lambda x: Table("t", x, ONE, ((1,),)), lambda x: Table("t", "", x, ((1,),)),
-    lambda x: Table("t", "", ONE, x), lambda x: Table("t", "", ONE, (x,)), lambda x: Table("t", "", ONE, ((x,),)),
-    lambda x: Table("t", "", ONE, ((1,),), x), lambda x: Figure(x, "", PANELS), lambda x: Figure("f", x, PANELS),
-    lambda x: Figure("f", "", x), lambda x: Figure("f", "", PANELS, x), lambda x: Figure("f", "", PANELS, 1, x),
-    lambda x: Itemize((x,)), lambda x: Equation(symbol("q"), x), lambda x: Equation(symbol("q"), "e", x),
-    lambda x: Verdict(x, "s"), lambda x: Verdict("open", x), lambda x: Section(x, ()), lambda x: Section("s", x),
+    Code, CrossReference, DivergedCell, Paragraph, Itemize, Equation,
+    lambda x: ValueWithError(x, 0.1), lambda x: ValueWithError(1.0, x), lambda x: ReportTable("t", "", ONE,
+    ((BoldCell(x),),)), TableColumn, lambda x: TableColumn("a", x), lambda x: TableColumn("a", align=x), lambda x:
+    TableColumn("a", digits=x), lambda x: ReportTable(x, "", ONE, ((1,),)), lambda x: ReportTable("t", x, ONE, ((1,),)),
+    lambda x: ReportTable("t",
+    "", x, ((1,),)), lambda x: ReportTable("t", "", ONE, x), lambda x: ReportTable("t", "", ONE, (x,)), lambda x:
+    ReportTable("t", "", ONE, ((x,),)), lambda x: ReportTable("t", "", ONE, ((1,),), x), lambda x: Figure(x, "",
+    PANELS), lambda x: Figure("f", x, PANELS), lambda x: Figure("f", "", x), lambda x: Figure("f", "", PANELS, x),
+    lambda x: Figure("f",
+    "", PANELS, 1, x), lambda x: Itemize((x,)), lambda x: Equation(symbol("q"), x), lambda x: Equation(symbol("q"), "e",
+    x), lambda x: Verdict(x, "s"), lambda x: Verdict("open", x), lambda x: Section(x, ()), lambda x: Section("s", x),
     lambda x: Section("s", (x,)),
 ]  # fmt: skip
 
 
 def printed(made):
     """The page and the files of tables that hold what was made."""
-    if isinstance(made, (Code, Reference)):
+    if isinstance(made, (Code, CrossReference)):
         made = Paragraph(made)
-    if isinstance(made, (Measured, Diverged)):
-        made = Table("t", "", ONE, ((made,),))
-    if isinstance(made, Column):
-        made = Table("t", "", (made,), ((1.25,), ("w",)))
+    if isinstance(made, (ValueWithError, DivergedCell)):
+        made = ReportTable("t", "", ONE, ((made,),))
+    if isinstance(made, TableColumn):
+        made = ReportTable("t", "", (made,), ((1.25,), ("w",)))
     if not isinstance(made, (Document, Section)):
-        blocks = (made,) if getattr(made, "name", "") == "t" else (made, Table("t", "", ONE, ((1,),)))
+        blocks = (made,) if getattr(made, "name", "") == "t" else (made, ReportTable("t", "", ONE, ((1,),)))
         made = Section("s", blocks)
     made = made if isinstance(made, Document) else Document("t", "q", "m", (made,), COLOPHON)
     return [html(made), *(write(table) for table in made.tables for write in (to_csv, to_latex))]
@@ -259,7 +268,7 @@ def test_whatever_comes_is_refused_in_one_sentence_or_printed(number):
 
 
 def test_whole_numbers_of_numpy_count_digits_and_columns():
-    assert type(Column("a", digits=np.int64(3)).digits) is int
+    assert type(TableColumn("a", digits=np.int64(3)).digits) is int
     assert type(Figure("f", "", PANELS, np.int8(2)).columns) is int
     with pytest.raises(ValueError, match="1 to 3 columns"):
         Figure("f", "", PANELS, 4)

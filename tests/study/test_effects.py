@@ -96,7 +96,7 @@ def test_effects_of_outputs_that_failed_are_refused_and_others_are_not():
     y = over(design, ishigami)
     bad = np.where(np.arange(len(y)) == 5, np.nan, y)
     both = morris(design, np.stack([y, bad], axis=1), ["good", "bad"])
-    assert "1 of 40 runs failed" in both.refused["bad"]
+    assert "1 of 40 runs failed" in both.refusals["bad"]
     assert np.isnan(both.mu_star.value[1]).all()
     np.testing.assert_allclose(both["good"].mu.value, morris(design, y).mu.value[0], rtol=1e-12)
     with pytest.raises(ValueError, match="no result for 'bad'"):
@@ -109,7 +109,7 @@ def test_a_tornado_shows_each_factor_by_itself_the_widest_bar_first():
     design = OneAtATime(4, (0.0, 1.0))
     found = tornado(design, over(design, linear, C), ["y"], factors=["a", "b", "c", "d"])["y"]
     assert found.base == pytest.approx(C.sum() / 2)
-    np.testing.assert_allclose(found.moved - found.base, np.outer(C, [-0.5, 0.5]), atol=1e-15)
+    np.testing.assert_allclose(found.moved_outputs - found.base, np.outer(C, [-0.5, 0.5]), atol=1e-15)
     np.testing.assert_allclose(found.swing, np.abs(C), atol=1e-15)
     assert [found.factors[i] for i in found.order] == ["c", "b", "a", "d"]
 
@@ -122,7 +122,7 @@ def test_a_bar_to_one_side_begins_at_the_base():
 def test_the_bars_of_a_tornado_are_the_outputs_bit_for_bit():
     design = OneAtATime(3)
     y = 1e3 + over(design, ishigami)
-    np.testing.assert_array_equal(tornado(design, y).moved[0].ravel(), y[1:])
+    np.testing.assert_array_equal(tornado(design, y).moved_outputs[0].ravel(), y[1:])
 
 
 def test_a_tornado_with_a_failed_run_is_refused():

@@ -9,14 +9,14 @@ from scipy import stats
 
 from tests.support.compared_laws import DRAWS, LAWS, sample
 from workbench.report.table_text import grid, to_csv
-from workbench.study.document.phrases import Emphasis, Measured, Missing
+from workbench.study.document.phrases_and_tables import BoldCell, MissingCell, ValueWithError
 from workbench.study.evidence import (
     Mean,
     Tail,
     ablation_table,
     compare,
     comparison_table,
-    paired,
+    pair_samples,
     ranks,
     same_draws,
 )
@@ -28,7 +28,7 @@ def with_failed(law: str, count: int) -> dict[str, np.ndarray]:
 
 
 def test_pairing_sees_what_the_spread_of_the_draws_hides():
-    found = compare(paired(LAWS, metric="error"), Mean())
+    found = compare(pair_samples(LAWS, metric="error"), Mean())
     i, j = 0, 2
     assert found.level.high[i] > found.level.low[j]  # the levels overlap
     assert found.order("good", "poor") == "below"
@@ -37,23 +37,25 @@ def test_pairing_sees_what_the_spread_of_the_draws_hides():
 
 
 def test_nobody_is_best_where_two_are_alike():
-    found = compare(paired(LAWS, metric="error"))
+    found = compare(pair_samples(LAWS, metric="error"))
     assert found.best is None
     assert found.leaders == ("good", "twin")
-    rest = compare(paired({name: LAWS[name] for name in ("good", "poor")}, metric="error"))
+    rest = compare(pair_samples({name: LAWS[name] for name in ("good", "poor")}, metric="error"))
     assert rest.best == "good"
 
 
 def test_a_difference_within_the_errors_of_the_step_is_open():
     exact = {"good": 0.0, "twin": 0.0, "poor": 0.0}
     for error, order in ((0.0, "below"), (0.25, "undecided"), (np.nan, "undecided"), (np.inf, "undecided")):
-        found = compare(paired(LAWS, metric="error", errors=exact | {"poor": error}))
+        found = compare(pair_samples(LAWS, metric="error", errors=exact | {"poor": error}))
         assert found.order("good", "poor") == order
 
 
 @pytest.mark.parametrize("estimand", [Mean(), Tail(0.9)])
 def test_a_failed_run_makes_a_mean_and_a_tail_infinite_and_so_worse_than_any_other(estimand):
-    found = compare(paired(with_failed("good", 1) | {"lost": with_failed("twin", 1)["twin"]}, metric="error"), estimand)
+    found = compare(
+        pair_samples(with_failed("good", 1) | {"lost": with_failed("twin", 1)["twin"]}, metric="error"), estimand
+    )
     assert found.level.value[0] == found.level.low[0] == np.inf
     assert found.order("good", "poor") == "above"
     assert found.order("poor", "good") == "below"
@@ -66,30 +68,30 @@ def test_a_failed_run_makes_a_mean_and_a_tail_infinite_and_so_worse_than_any_oth
 @pytest.mark.parametrize("estimand", [Mean(), Tail(0.9)])
 def test_a_law_that_fails_widens_no_interval_of_the_others(estimand):
     rest = {law: LAWS[law] for law in ("twin", "poor")}
-    found = compare(paired(with_failed("good", 1), metric="error"), estimand)
-    alone = compare(paired(rest, metric="error"), estimand)
+    found = compare(pair_samples(with_failed("good", 1), metric="error"), estimand)
+    alone = compare(pair_samples(rest, metric="error"), estimand)
     assert found.difference.low[1, 2] == pytest.approx(alone.difference.low[0, 1], rel=1e-12)
 
 
 def test_medians_count_a_failed_run_as_worse_than_any_other():
-    few = compare(paired(with_failed("good", 10) | {"poor": LAWS["poor"] + 0.3}, metric="error"))
+    few = compare(pair_samples(with_failed("good", 10) | {"poor": LAWS["poor"] + 0.3}, metric="error"))
     assert few.level.value[0] == np.sort(np.where(np.arange(200) < 10, np.inf, LAWS["good"]))[99]
     assert few.order("good", "poor") == "below"
-    many = compare(paired(with_failed("good", 150), metric="error"))
+    many = compare(pair_samples(with_failed("good", 150), metric="error"))
     assert many.level.value[0] == np.inf
     assert many.order("good", "poor") == "above"
 
 
 def test_a_sure_difference_within_the_margin_is_none():
     values = {"a": np.abs(DRAWS) + 1, "b": 1.01 * (np.abs(DRAWS) + 1)}
-    exact, close = (compare(paired(values, metric="error"), margin=margin) for margin in (0.0, 0.02))
+    exact, close = (compare(pair_samples(values, metric="error"), margin=margin) for margin in (0.0, 0.02))
     assert exact.order("a", "b") == "below"
     assert not exact.alike("a", "b")
     assert close.order("a", "b") == "undecided"
     assert close.alike("a", "b")
     assert close.best is None
-    assert "a difference counts beyond 2 %" in close.said
-    off = compare(paired(values, metric="error", errors={"a": 1.0, "b": 0.0}), margin=0.02)
+    assert "a difference counts beyond 2 %" in close.footnote
+    off = compare(pair_samples(values, metric="error", errors={"a": 1.0, "b": 0.0}), margin=0.02)
     assert not off.alike("a", "b")
 
 
@@ -102,25 +104,25 @@ def test_errors_of_the_step_and_the_margin_add_up():
         ((0.03, 0.03), 0.06, "undecided"),
     ):
         assert level * 0.06 < 0.1 < level * 0.06 + 0.06
-        held = paired(values, metric="error", errors=dict(zip(values, errors, strict=True)))
+        held = pair_samples(values, metric="error", errors=dict(zip(values, errors, strict=True)))
         assert compare(held, margin=margin).order("a", "b") == order
 
 
 @pytest.mark.parametrize("error", [0.0, np.nan, np.inf])
 def test_a_law_that_always_fails_is_worst_whatever_its_step(error):
     values = LAWS | {"lost": np.full(200, np.nan)}
-    held = paired(values, metric="error", errors={"good": 0.0, "twin": 0.0, "poor": 0.0, "lost": error})
+    held = pair_samples(values, metric="error", errors={"good": 0.0, "twin": 0.0, "poor": 0.0, "lost": error})
     found = compare(held)
     assert found.order("poor", "lost") == "below"
     assert found.order("lost", "poor") == "above"
     assert "lost" not in found.leaders
-    assert "lost in 200" in held.said
-    assert ("of lost not known" in held.said) == np.isnan(error)
+    assert "lost in 200" in held.footnote
+    assert ("of lost not known" in held.footnote) == np.isnan(error)
 
 
 def test_laws_that_fail_in_the_same_draws_are_equal_there():
     lost = np.where(np.arange(200) < 120, np.nan, 1.0)
-    found = compare(paired({"a": lost, "b": lost, "c": np.ones(200)}, metric="error"))
+    found = compare(pair_samples({"a": lost, "b": lost, "c": np.ones(200)}, metric="error"))
     assert np.isnan(found.difference.value[0, 1])
     assert found.order("a", "b") == "undecided"
     assert not found.alike("a", "b")
@@ -128,11 +130,11 @@ def test_laws_that_fail_in_the_same_draws_are_equal_there():
 
 
 def test_the_same_seed_gives_the_same_intervals_in_blocks_of_any_size(monkeypatch):
-    one = compare(paired(LAWS, metric="error"), Mean(), resamples=800, seed=5)
+    one = compare(pair_samples(LAWS, metric="error"), Mean(), resamples=800, seed=5)
     monkeypatch.setattr("workbench.study.evidence.bootstrap.BLOCK", 700)
-    two = compare(paired(LAWS, metric="error"), Mean(), resamples=800, seed=5)
+    two = compare(pair_samples(LAWS, metric="error"), Mean(), resamples=800, seed=5)
     np.testing.assert_allclose(one.difference.low, two.difference.low, rtol=1e-12)  # sums in another order
-    other = compare(paired(LAWS, metric="error"), Mean(), resamples=800, seed=6)
+    other = compare(pair_samples(LAWS, metric="error"), Mean(), resamples=800, seed=6)
     assert (one.difference.low[0, 1:] != other.difference.low[0, 1:]).all()
 
 
@@ -143,7 +145,7 @@ def test_ranks_are_counted_and_failed_runs_are_last():
         "b": np.array([2.0] * 10 + [1.0] * 5 + [np.nan] * 5),
         "c": np.array([3.0] * 20),
     }
-    found = ranks(paired(values, metric="error"))
+    found = ranks(pair_samples(values, metric="error"))
     np.testing.assert_allclose(found.ranks.value, [[0.5, 0.25, 0.25], [0.25, 0.5, 0.25], [0.25, 0.0, 0.75]])
     assert found.below.value[0, 1] == 0.5
     assert found.below.value[1, 0] == 0.25
@@ -153,22 +155,22 @@ def test_ranks_are_counted_and_failed_runs_are_last():
 
 
 def test_equal_laws_share_the_worse_rank():
-    found = ranks(paired({"a": np.ones(20), "b": np.ones(20), "c": np.full(20, 2.0)}, metric="error"))
+    found = ranks(pair_samples({"a": np.ones(20), "b": np.ones(20), "c": np.full(20, 2.0)}, metric="error"))
     np.testing.assert_array_equal(found.ranks.value, [[0, 1, 0], [0, 1, 0], [0, 0, 1]])
     assert found.below.value[0, 1] == 0
 
 
 def test_bold_follows_from_significance():
-    alike = comparison_table("t", "c", (compare(paired(LAWS, metric="error")),))
-    assert not any(isinstance(row[1], Emphasis) for row in alike.rows)
-    apart = comparison_table("t", "c", (compare(paired(LAWS | {"good": LAWS["good"] - 1}, metric="error")),))
-    assert [isinstance(row[1], Emphasis) for row in apart.rows] == [True, False, False]
+    alike = comparison_table("t", "c", (compare(pair_samples(LAWS, metric="error")),))
+    assert not any(isinstance(row[1], BoldCell) for row in alike.rows)
+    apart = comparison_table("t", "c", (compare(pair_samples(LAWS | {"good": LAWS["good"] - 1}, metric="error")),))
+    assert [isinstance(row[1], BoldCell) for row in apart.rows] == [True, False, False]
     assert any("200 draws; no run failed" in str(note) for note in apart.notes)
     assert "Median over the draws; intervals hold all at once with 95 %." in apart.notes
 
 
 def test_tables_say_what_failed():
-    held = paired(with_failed("good", 150), metric="error", unit="rad", note="seed 3")
+    held = pair_samples(with_failed("good", 150), metric="error", unit="rad", note="seed 3")
     table = comparison_table("t", "c", (compare(held), compare(held, Mean())))
     assert table.rows[0][1:] == (np.inf, np.inf, 150)  # numbers alone: the last column says why
     assert [column.header for column in table.columns[1:3]] == ["median error", "mean error"]
@@ -177,25 +179,25 @@ def test_tables_say_what_failed():
 
 
 def test_the_ranks_of_a_law_add_up_to_all_draws():
-    found = ranks(paired(LAWS, metric="error"))
+    found = ranks(pair_samples(LAWS, metric="error"))
     np.testing.assert_allclose(found.ranks.value.sum(axis=1), 1, rtol=1e-15)  # rounding
 
 
 def test_an_ablation_says_what_a_block_is_worth():
     values = {"whole": np.abs(LAWS["good"]) + 1, "adaptation": 2 * (np.abs(LAWS["good"]) + 1)}
-    held = paired(values | {"nothing": values["whole"]}, metric="error")
+    held = pair_samples(values | {"nothing": values["whole"]}, metric="error")
     table = ablation_table("t", "c", (compare(held),), "whole")
     assert [row[0] for row in table.rows] == ["without adaptation", "without nothing"]
     assert table.columns[1].unit == "%"
     assert table.rows[0][1].cell.value == pytest.approx(100)  # twice as much is 100 % more
-    assert isinstance(table.rows[0][1], Emphasis)
-    assert table.rows[1][1] == Measured(0.0, 0.0, ends=(0.0, 0.0))
+    assert isinstance(table.rows[0][1], BoldCell)
+    assert table.rows[1][1] == ValueWithError(0.0, 0.0, ends=(0.0, 0.0))
 
 
 def test_a_wide_interval_stays_a_number_in_the_files():
     """Its ends are printed on the page; a CSV has them in columns of their own, and no words among the numbers."""
     lost = np.where(np.arange(200) < 3, 400.0, 1.0)
-    table = comparison_table("t", "c", (compare(paired({"a": lost, "b": np.ones(200)}, metric="error"), Mean()),))
+    table = comparison_table("t", "c", (compare(pair_samples({"a": lost, "b": np.ones(200)}, metric="error"), Mean()),))
     head, wide, exact = csv.reader(io.StringIO(to_csv(table)))
     assert head[1:4] == ["error", "error (from)", "error (to)"]
     value, low, high = map(float, wide[1:4])
@@ -223,5 +225,5 @@ def test_a_step_beyond_the_stability_limit_is_said_beside_a_comparison():
 
 def test_nothing_is_so_many_percent_of_zero():
     values = {"whole": np.zeros(30), "adaptation": np.ones(30)}
-    table = ablation_table("t", "c", (compare(paired(values, metric="error")),), "whole")
-    assert table.rows[0][1] == Missing("not known")
+    table = ablation_table("t", "c", (compare(pair_samples(values, metric="error")),), "whole")
+    assert table.rows[0][1] == MissingCell("not known")

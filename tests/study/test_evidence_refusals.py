@@ -7,13 +7,13 @@ from tests.support.compared_laws import LAWS, sample
 from workbench.study.evidence import (
     Intervals,
     Mean,
-    Paired,
+    PairedSamples,
     Quantile,
     Tail,
     ablation_table,
     compare,
     comparison_table,
-    paired,
+    pair_samples,
     ranks,
     same_draws,
 )
@@ -23,9 +23,12 @@ from workbench.study.uncertainty import Estimate, SobolDesign
 @pytest.mark.parametrize(
     ("made", "why"),
     [
-        (lambda: Paired("e", "", ("a", "b"), np.ones((30, 3)), np.ones(2), np.zeros(2)), "a column for each law; got"),
         (
-            lambda: Paired("e", "", ("a", "b"), np.full((30, 2), 1.7e308), np.ones(2), np.zeros(2)),
+            lambda: PairedSamples("e", "", ("a", "b"), np.ones((30, 3)), np.ones(2), np.zeros(2)),
+            "a column for each law; got",
+        ),
+        (
+            lambda: PairedSamples("e", "", ("a", "b"), np.full((30, 2), 1.7e308), np.ones(2), np.zeros(2)),
             "sums a double holds",
         ),
         (lambda: Intervals(np.ones(2), np.ones(3), np.ones(2)), "two ends for each value; got shapes"),
@@ -66,7 +69,7 @@ def test_samples_that_are_not_paired_are_refused(other, why):
 )
 def test_values_that_cannot_be_compared_are_refused(values, why):
     with pytest.raises(ValueError, match=why):
-        paired(values, metric="error")
+        pair_samples(values, metric="error")
 
 
 @pytest.mark.parametrize(
@@ -81,7 +84,7 @@ def test_values_that_cannot_be_compared_are_refused(values, why):
 )
 def test_errors_that_fit_no_law_are_refused(errors, why):
     with pytest.raises(ValueError, match=why):
-        paired(LAWS, metric="error", errors=errors)
+        pair_samples(LAWS, metric="error", errors=errors)
 
 
 @pytest.mark.parametrize(
@@ -100,13 +103,13 @@ def test_errors_that_fit_no_law_are_refused(errors, why):
 )
 def test_a_comparison_refuses_what_means_nothing(options, why):
     with pytest.raises(ValueError, match=why):
-        compare(paired(LAWS, metric="error"), **options)
+        compare(pair_samples(LAWS, metric="error"), **options)
 
 
 @pytest.mark.parametrize(
     ("call", "why"),
     [
-        (lambda: ranks(paired(LAWS, metric="error"), 2.0), r"`ranks\(confidence=...\)` must be"),
+        (lambda: ranks(pair_samples(LAWS, metric="error"), 2.0), r"`ranks\(confidence=...\)` must be"),
         (lambda: same_draws({"a": 3}), r"to `Sample`, as a dict is; got 3 at \['a'\]"),
     ],
 )
@@ -117,14 +120,14 @@ def test_what_is_none_of_its_kind_is_refused(call, why):
 
 def test_where_all_laws_fail_once_their_means_are_open():
     all_lost = {law: np.where(np.arange(200) < 1, np.nan, y) for law, y in LAWS.items()}
-    found = compare(paired(all_lost, metric="e"), Mean())
+    found = compare(pair_samples(all_lost, metric="e"), Mean())
     assert found.best is None
     assert found.leaders == tuple(LAWS)
 
 
 def test_tables_of_other_laws_are_refused():
-    one = compare(paired(LAWS, metric="error"))
-    other = compare(paired({"x": LAWS["good"], "y": LAWS["twin"]}, metric="error"))
+    one = compare(pair_samples(LAWS, metric="error"))
+    other = compare(pair_samples({"x": LAWS["good"], "y": LAWS["twin"]}, metric="error"))
     with pytest.raises(ValueError, match="comparisons of the same laws"):
         comparison_table("t", "c", (one, other))
     with pytest.raises(LookupError, match="no 'goood' among the 3 laws. Did you mean 'good'"):

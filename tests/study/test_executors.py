@@ -14,7 +14,7 @@ from tests.support.sweeps import sweep
 from tests.support.swept_studies import SWEPT
 from workbench.cli.script import Script
 from workbench.study import executors
-from workbench.study.compiled import compile_sweep
+from workbench.study.compiled_sweep import compile_sweep
 from workbench.study.executors import ClusterError, on_cluster, on_threads
 from workbench.study.sweep_runs import tasks_of
 from workbench.study.uncertainty import MonteCarlo

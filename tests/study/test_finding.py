@@ -11,7 +11,7 @@ from workbench.report.folder import write
 from workbench.report.html_page import html
 from workbench.report.verdict_lines import verdict_lines
 from workbench.study.document.document import Document
-from workbench.study.document.phrases import Column, Reference, Table
+from workbench.study.document.phrases_and_tables import CrossReference, ReportTable, TableColumn
 from workbench.study.study import Results
 from workbench.study.writeup import document
 
@@ -23,11 +23,11 @@ BEST = wb.Finding(
     "In 9 of 10 scenarios no interval of another law reaches it.",
     statistic="Mean cost",
     sample="160 draws in each of 10 scenarios",
-    given="the same readings",
-    fitted="the gains of each law, by one budget",
+    information="the same readings",
+    fits="the gains of each law, by one budget",
     answer="PID",
     variations=(MEDIAN, *OTHERS),
-    untried="another cost",
+    limitations="another cost",
     cites=("a6_unstated_choices/row_of_fs",),
 )
 
@@ -139,10 +139,10 @@ def test_the_answer_and_the_boxes_come_before_the_question_and_need_no_script():
 
 
 def test_a_sentence_may_refer_to_a_finding_by_its_name():
-    study = wb.Study("s", "T", "Q?", "M.", lambda results: wb.Page(("See ", Reference("best"), "."), (BEST,), ()))
+    study = wb.Study("s", "T", "Q?", "M.", lambda results: wb.Page(("See ", CrossReference("best"), "."), (BEST,), ()))
     assert '<a href="#finding-best">Finding\u00a01</a>' in html(document(study, Results(), "again"))
     with pytest.raises(LookupError, match="worst"):
-        page_of(BEST, answer=("See ", Reference("worst"), "."))
+        page_of(BEST, answer=("See ", CrossReference("worst"), "."))
 
 
 def test_the_command_prints_the_answer_and_then_the_findings():
@@ -163,7 +163,7 @@ def test_findings_are_written_as_json_beside_the_page_and_the_pdf(tmp_path):
 
 
 def test_two_blocks_of_a_document_have_no_name_in_common():
-    section = wb.Section("S", (Table("best", "C.", (Column("x"),), ((1.0,),)),))
+    section = wb.Section("S", (ReportTable("best", "C.", (TableColumn("x"),), ((1.0,),)),))
     base = page_of(BEST)
     with pytest.raises(ValueError, match="distinct names"):
         Document("T", "Q", "M", (section,), base.colophon, findings=(BEST,))

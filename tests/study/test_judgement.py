@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.study.document.phrases import Emphasis
+from workbench.study.document.phrases_and_tables import BoldCell
 from workbench.study.evidence import (
-    Judgement,
+    LawJudgement,
     Mean,
     Median,
     Quantile,
@@ -14,7 +14,7 @@ from workbench.study.evidence import (
     Tail,
     compare,
     judge,
-    paired,
+    pair_samples,
     statistics_table,
 )
 
@@ -29,7 +29,7 @@ OPEN = {"steady": STEADY, "twin": STEADY * np.exp(0.01 * RNG.normal(size=160))}
 
 
 def judged(values, asked=Mean(), others=OTHERS, **options):
-    return judge(paired(values, metric="cost"), asked, others, **options)
+    return judge(pair_samples(values, metric="cost"), asked, others, **options)
 
 
 def test_a_law_that_is_least_by_every_statistic_is_best_and_said_to_be_with_its_figures():
@@ -86,7 +86,7 @@ def test_success_is_said_and_shown_as_such():
 def test_errors_of_the_step_that_may_cross_the_limit_leave_a_success_open():
     values = {"steady": np.full(160, 3.0), "close": np.full(160, 5.1)}
     for error, order in ((0.05, "below"), (0.2, "undecided"), (np.nan, "undecided")):
-        held = paired(values, metric="cost", errors={"steady": 0.0, "close": error})
+        held = pair_samples(values, metric="cost", errors={"steady": 0.0, "close": error})
         assert compare(held, Success(5.0)).order("steady", "close") == order
 
 
@@ -97,8 +97,8 @@ def test_a_table_of_statistics_has_a_column_each_and_says_where_they_disagree():
         "median cost",
         "90 % quantile of cost",
     ]
-    assert [isinstance(cell, Emphasis) for cell in table.rows[0][1:3]] == [True, False]
-    assert [isinstance(cell, Emphasis) for cell in table.rows[1][1:3]] == [False, True]
+    assert [isinstance(cell, BoldCell) for cell in table.rows[0][1:3]] == [True, False]
+    assert [isinstance(cell, BoldCell) for cell in table.rows[1][1:3]] == [False, True]
     assert str(table.notes[0]).startswith("Depends on what is asked: mean, 90 % quantile")
     assert "By mean steady is below tailed, and by median significantly above." in table.notes
     assert "a note" in table.notes
@@ -121,6 +121,6 @@ def test_what_cannot_be_judged_together_is_refused():
         Standings({})
     one = judged(BEST).by["mean"]
     with pytest.raises(ValueError, match="name each comparison by its estimand"):
-        Judgement({"median": one})
+        LawJudgement({"median": one})
     with pytest.raises(ValueError, match="of the same paired values"):
-        Judgement({"mean": one, "median": judged(BEST).by["median"]})
+        LawJudgement({"mean": one, "median": judged(BEST).by["median"]})

@@ -34,7 +34,7 @@ class Proportional(wb.Controller):
         return {"u": self.K * (ref.x - est.x)}
 
 
-LOOP = wb.ClosedLoop(Integrator(), controller=Proportional(), reference=wb.Hold("x", "m", [0.0]))
+LOOP = wb.ClosedLoop(Integrator(), controller=Proportional(), reference=wb.Constant("x", "m", [0.0]))
 SCAN = tuple(np.geomspace(0.02, 0.8, 13))
 
 
@@ -102,7 +102,7 @@ def test_several_loops_keep_their_limits_together_and_the_first_that_does_not_en
     quick = limits(
         0.3,
         loop=lambda T: wb.DigitalLoop(
-            wb.ClosedLoop(Integrator(), controller=Proportional(8.0), reference=wb.Hold("x", "m", [0.0])), T
+            wb.ClosedLoop(Integrator(), controller=Proportional(8.0), reference=wb.Constant("x", "m", [0.0])), T
         ),
     )
     alone = [largest_setting(one, SCAN[::3], ratio=None).threshold for one in (limits(0.3), quick)]
@@ -126,7 +126,7 @@ def test_an_answer_within_the_error_of_the_step_is_not_sure():
     assert not LoopTrial(one, {"ISE": np.array([0.1])}).sure
     nan = {"ISE": np.array([np.nan])}
     assert LoopTrial(nan, nan).sure
-    assert not LoopTrial(nan, nan).met
+    assert not LoopTrial(nan, nan).keeps_limits
 
 
 @pytest.mark.parametrize(

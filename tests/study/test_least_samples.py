@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import workbench as wb
-from workbench.study.evidence import Mean, Median, Quantile, Success, Tail, compare, least_draws, paired
+from workbench.study.evidence import Mean, Median, Quantile, Success, Tail, compare, least_draws, pair_samples
 from workbench.study.uncertainty import MonteCarlo, SobolDesign, least_base, sobol
 
 ROOT = Path(__file__).parents[2]
@@ -45,9 +45,9 @@ def test_the_least_base_is_what_the_control_variate_asks_for(dimensions, second_
 def test_the_least_draws_are_what_a_comparison_asks_for(estimand):
     least = least_draws((estimand,))
     values = MonteCarlo(2, least).points()
-    compare(paired({"a": values[:, 0], "b": values[:, 1]}, metric="e"), estimand, resamples=100)
+    compare(pair_samples({"a": values[:, 0], "b": values[:, 1]}, metric="e"), estimand, resamples=100)
     with pytest.raises(ValueError, match="needs at least"):
-        compare(paired({"a": values[1:, 0], "b": values[1:, 1]}, metric="e"), estimand, resamples=100)
+        compare(pair_samples({"a": values[1:, 0], "b": values[1:, 1]}, metric="e"), estimand, resamples=100)
 
 
 def test_a_sweep_with_too_few_samples_is_refused_by_name_before_anything_is_computed(command, tmp_path):

@@ -13,9 +13,9 @@ from tests.support.compilers import ARITHMETIC, SLOW
 from tests.support.samples import made_sample
 from tests.support.swept_studies import SWEPT, digests, forget
 from workbench.engine.arithmetic import signature
-from workbench.study import cost
+from workbench.study import study_cost
 from workbench.study.ledger.chunk import chunk_of
-from workbench.study.ledger.store import About, SweepAbout, opened
+from workbench.study.ledger.store import StudyRecord, SweepRecord, open_ledger
 from workbench.study.run_tables import table_of
 
 
@@ -50,7 +50,7 @@ def test_to_read_a_folder_runs_nothing_of_it(command, swept, tmp_path, words):
 
 
 def test_a_report_is_written_again_of_what_was_too_much_without_being_asked_for(command, swept, monkeypatch):
-    monkeypatch.setattr(cost, "PATIENCE", 1e-9)
+    monkeypatch.setattr(study_cost, "PATIENCE", 1e-9)
     assert "or say `--yes`" in command("run", swept, "--out", "out").stderr
     assert command("run", swept, "--out", "out", "--yes").exit_code == 0
     assert command("report", "out", "--study", swept).exit_code == 0
@@ -67,9 +67,9 @@ HOSTILE = "\x1b]0;owned\x07\u202e"
 
 @pytest.mark.parametrize("words", [["status"], ["results"], ["report"]])
 def test_no_word_of_a_folder_reaches_the_terminal_as_more_than_text(command, tmp_path, words):
-    sweep = SweepAbout(f"../../{HOSTILE}", 3, HOSTILE, (HOSTILE,))
-    with opened(tmp_path / "out") as ledger:
-        ledger.describe(About(HOSTILE, f"../{HOSTILE}.py", None, (sweep,)))
+    sweep = SweepRecord(f"../../{HOSTILE}", 3, HOSTILE, (HOSTILE,))
+    with open_ledger(tmp_path / "out") as ledger:
+        ledger.describe(StudyRecord(HOSTILE, f"../{HOSTILE}.py", None, (sweep,)))
     said = command(*words, "out")
     shown = said.stdout + said.stderr
     assert shown
@@ -89,8 +89,8 @@ def table(**changes):
 
 
 def results_of(command, out, record):
-    with opened(out) as ledger:
-        ledger.describe(About("swept", "swept.py", None, (SweepAbout("decay", 2, signature("fused"), ()),)))
+    with open_ledger(out) as ledger:
+        ledger.describe(StudyRecord("swept", "swept.py", None, (SweepRecord("decay", 2, signature("fused"), ()),)))
         ledger.write_durably(record)
     return command("results", "out")
 
@@ -133,7 +133,7 @@ def test_a_table_that_is_none_is_refused_in_a_sentence_and_writes_nothing(comman
 def test_a_chunk_that_holds_something_else_is_refused_in_a_sentence(command, swept, tmp_path, arrays):
     command("run", swept, "--out", "out")
     (name, *_) = digests(command)
-    with opened(tmp_path / "out") as ledger:
+    with open_ledger(tmp_path / "out") as ledger:
         ledger.write_durably(chunk_of(name, arrays))
     assert command("status", "out").exit_code == 0
     done = command("run", swept, "--out", "out")

@@ -23,10 +23,10 @@ from workbench.engine.metrics import (
     iae,
     ise,
     late_error,
-    measured,
     peak_error,
     rmse,
     settling_time,
+    step_with_metrics,
     total_variation,
 )
 from workbench.engine.metrics.accumulators import final_values
@@ -100,7 +100,7 @@ def test_a_linear_share_is_the_first_order_index_where_ranges_are_narrow():
     wide = {"omega": (1.98, 2.02), "plant.q": (0.99, 1.01), "plant.qd": (-0.05, 0.05)}
     space = Space(tuple(Factor(n, (n,), Uniform(*r)) for n, r in wide.items()), ode.parameters, ode.states)
     design = SobolDesign(3, 1024)
-    step = measured(ode, [rmse()], h)
+    step = step_with_metrics(ode, [rmse()], h)
     p, x0 = space.rows(design.points())
     x0 = np.hstack([x0, np.zeros((len(x0), step.states.size - 2))])
     values = final_values(simulate(step, p=p, x0=x0, until=2.0, every=2.0), [rmse()])["RMSE"]

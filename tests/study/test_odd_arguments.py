@@ -13,9 +13,9 @@ from workbench.core import Entry
 from workbench.core.shapes import Circle, Line
 from workbench.core.validation.refusals import nearest
 from workbench.engine.metrics.contract import Integral
-from workbench.engine.step_choice import Choice
+from workbench.engine.step_choice import StepChoice
 from workbench.study.document.figure import Tiles
-from workbench.study.evidence import bisect, compare, paired
+from workbench.study.evidence import bisect, compare, pair_samples
 from workbench.study.evidence.largest_setting import LoopTrial
 from workbench.study.tuning.search import tune
 from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
@@ -198,7 +198,7 @@ def test_a_limit_is_finite_and_above_zero(limit):
 
 
 def test_a_share_of_the_least_limit_is_not_met():
-    assert not limits(limits={"RMSE": 1e-307}).at(0.01).met
+    assert not limits(limits={"RMSE": 1e-307}).at(0.01).keeps_limits
 
 
 @pytest.mark.parametrize("settings", [(), (0.4, 0.1), (0.0, 1.0), (np.nan,), (1.0, np.inf)])
@@ -232,7 +232,7 @@ def test_a_choice_has_a_method_that_there_is():
     with pytest.raises(
         ValueError, match=r"^`Choice\(method=\.\.\.\)` is one of 'rk4', 'stabilised', 'restarted'; got 'x'"
     ):
-        Choice(0.1, "x", 1e-3, 1e-4, "RMSE", 4.0, 1.0, 3)
+        StepChoice(0.1, "x", 1e-3, 1e-4, "RMSE", 4.0, 1.0, 3)
 
 
 @pytest.mark.parametrize("evaluate", [float, len, raises, lambda *_: "x", lambda *_: [], lambda *_: [None]])
@@ -247,7 +247,7 @@ def test_flags_of_tiles_are_truths():
     shades = np.zeros((1, 1))
     for odd in (ca.SX(0, 1), [ca.SX.sym("a")], "x", [[True], [True, False]]):
         with pytest.raises(ValueError, match=r"^`Tiles\(framed=\.\.\.\)` must be True, False, or an array of shape"):
-            Tiles("a", ((("x",),),), shades, framed=odd)
+            Tiles("a", ((("x",),),), shades, has_frame=odd)
 
 
 def test_an_integral_is_of_one_signal_at_least():
@@ -274,7 +274,7 @@ def test_a_comparison_has_no_more_than_a_million_resamples():
     with pytest.raises(
         ValueError, match=r"^`compare\(resamples=\.\.\.\)` must be a whole number from 100 to 1000000; got"
     ):
-        compare(paired(draws, metric="error", unit="rad"), resamples=2**31)
+        compare(pair_samples(draws, metric="error", unit="rad"), resamples=2**31)
 
 
 def test_a_long_side_is_shown_in_short():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.study.work import Work, WorkError, compile_work
+from workbench.study.study_works import Work, WorkError, compile_work
 
 STUDY = """
 import datetime, sys

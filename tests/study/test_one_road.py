@@ -10,13 +10,13 @@ from workbench.engine import simulate
 from workbench.engine.arithmetic import default_for
 from workbench.engine.distributions import Uniform
 from workbench.engine.factors import Factor
-from workbench.engine.metrics.accumulators import final_values, measured
+from workbench.engine.metrics.accumulators import final_values, step_with_metrics
 from workbench.study import case_runs
-from workbench.study.compiled import compile_case, compile_sweep
-from workbench.study.contract import Run, Sweep
+from workbench.study.compiled_sweep import compile_case, compile_sweep
+from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.study import Case, Study
 from workbench.study.tuning import Trial, Tuning, tune
-from workbench.study.uncertainty import Listed, MonteCarlo
+from workbench.study.uncertainty import ListedPoints, MonteCarlo
 
 MOTOR, UNTIL, H = wb.DCMotor(), 2.0, 0.01
 LAW = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
@@ -54,9 +54,9 @@ def by_simulate(loop):
     """The values of the measured step, and twice their change to the step of half the length."""
     found = []
     for h in (H, H / 2):
-        runs = simulate(measured(equation(loop), METRICS, h), until=UNTIL, seed=SEED)
+        runs = simulate(step_with_metrics(equation(loop), METRICS, h), until=UNTIL, seed=SEED)
         found.append({name: float(value[0, 0]) for name, value in final_values(runs, METRICS).items()})
-    least = {"settling time": measured(equation(loop), METRICS, H).h}
+    least = {"settling time": step_with_metrics(equation(loop), METRICS, H).h}
     errors = {name: max(2 * abs(v - found[1][name]), least.get(name, 0.0)) for name, v in found[0].items()}
     return {name: (v, 0.0 if np.isinf([v, found[1][name]]).all() else errors[name]) for name, v in found[0].items()}
 
@@ -73,7 +73,7 @@ def by_case_of_a_ledger(loop):
 
 
 def by_sweep(loop):
-    made = compile_sweep(Sweep("s", asked(loop), (GAIN,), Listed(OWN)))
+    made = compile_sweep(Sweep("s", asked(loop), (GAIN,), ListedPoints(OWN)))
     return pairs(made.sample([made.chunk(0, 1)]).measurement)
 
 
@@ -122,9 +122,9 @@ def test_a_trial_of_a_tuning_and_its_finalist_have_the_value_of_measure_and_the_
 @each_loop
 def test_a_run_has_the_bits_that_it_has_alone_in_a_thousand_and_in_a_sweep_of_them(loop):
     ode, design = equation(loop), MonteCarlo(1, 1536, seed=1)
-    made = compile_sweep(Sweep("s", asked(loop), (GAIN,), design, common=True, halved=64))
+    made = compile_sweep(Sweep("s", asked(loop), (GAIN,), design, common=True, half_step_every=64))
     sweep = made.sample([made.chunk(*ends) for ends in made.chunks])
-    p = ode.parameters.pack({"controller.Kp": sweep.drawn[:, [0]]})
+    p = ode.parameters.pack({"controller.Kp": sweep.factor_values[:, [0]]})
     for i in (0, 64, 1000):
         alone = wb.measure(ode, METRICS, p[[i]], until=UNTIL, h=H, seed=SEED)
         for score in alone.scores:
@@ -136,7 +136,7 @@ def test_a_run_has_the_bits_that_it_has_alone_in_a_thousand_and_in_a_sweep_of_th
 def test_the_arithmetic_follows_from_the_step_and_not_from_the_number_of_runs(monkeypatch):
     from workbench.engine import arithmetic
 
-    step = measured(LOOP.ode(), METRICS, H)
+    step = step_with_metrics(LOOP.ode(), METRICS, H)
     for most in (arithmetic.MOST_COMPILED, 1):
         monkeypatch.setattr(arithmetic, "MOST_COMPILED", most)
         p = np.tile(step.parameters.default, (100, 1))
@@ -159,7 +159,7 @@ def test_a_signal_is_named_by_its_label_or_its_number():
 
 
 def test_the_error_is_infinite_where_half_of_the_step_alone_gives_no_value_and_not_known_of_a_run_not_looked_at():
-    made = compile_sweep(Sweep("s", asked(LOOP), (GAIN,), MonteCarlo(1, 4, seed=1), halved=4))
+    made = compile_sweep(Sweep("s", asked(LOOP), (GAIN,), MonteCarlo(1, 4, seed=1), half_step_every=4))
     found = made.sample([made.chunk(0, made.size)]).measurement
     assert np.isnan(found.score("RMSE").error[1:4]).all()
     lost = replace(found, errors=found.errors * np.nan, half_diverged_at=np.full(len(found.looked_at), 1.0))

@@ -1,7 +1,7 @@
 """One thread of linear algebra for each item of a work, however many the process has."""
 
 from workbench.design.matrices import libraries
-from workbench.study.work import Work, compile_work
+from workbench.study.study_works import Work, compile_work
 
 
 def threads_of_blas():

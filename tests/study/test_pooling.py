@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from workbench.study.evidence import Mean, Tail, judge, leave_one_out, paired, pool
+from workbench.study.evidence import Mean, Tail, judge, leave_one_out, pair_samples, pool
 
 ONES, ONES_40 = np.ones(20), np.ones(40)
 SPREAD = np.linspace(0.9, 1.1, 160)
-judged = partial(judge, asked=Mean(), margin=0.02, resamples=400)
+judged = partial(judge, primary=Mean(), margin=0.02, resamples=400)
 REPORT = Path(__file__).parents[2] / "reports" / "a8_fair_comparison"
 
 
 def scenario(errors=None, **costs):
-    return paired({law: cost * ONES for law, cost in costs.items()}, metric="cost", errors=errors)
+    return pair_samples({law: cost * ONES for law, cost in costs.items()}, metric="cost", errors=errors)
 
 
 TWO = {"calm": scenario(a=1.0, b=2.0, c=4.0), "slow": scenario(a=9.0, b=2.0, c=4.0)}
@@ -41,7 +41,7 @@ def test_a_pooled_value_is_the_one_computed_by_hand(way, by_hand):
 def test_the_geometric_mean_is_scipys_of_each_draw():
     rng = np.random.default_rng(3)
     y = np.exp(rng.normal(size=(5, 40, 2)))
-    members = {f"s{k}": paired({"a": one[:, 0], "b": one[:, 1]}, metric="cost") for k, one in enumerate(y)}
+    members = {f"s{k}": pair_samples({"a": one[:, 0], "b": one[:, 1]}, metric="cost") for k, one in enumerate(y)}
     np.testing.assert_allclose(pool(members).values, stats.gmean(y, axis=0), rtol=1e-12)  # sums of logarithms
 
 
@@ -66,7 +66,7 @@ def test_the_geometric_mean_does_not_change_with_the_unit_of_one_scenario():
 
 
 def spread(**costs):
-    return paired({law: cost * SPREAD for law, cost in costs.items()}, metric="cost")
+    return pair_samples({law: cost * SPREAD for law, cost in costs.items()}, metric="cost")
 
 
 def test_the_error_of_the_step_of_a_pooled_value_holds_that_of_values_moved_by_their_errors():
@@ -86,13 +86,13 @@ def chaotic():
     y, off = ONES_40.copy(), again.copy()
     y[8], off[8] = 15.0, 0.9
     wild = {"a": y, "b": 2 * ONES_40}
-    slow = paired(wild, metric="cost", errors={"a": 0.9, "b": 1e-4}, repeated={"a": off, "b": again})
+    slow = pair_samples(wild, metric="cost", errors={"a": 0.9, "b": 1e-4}, step_errors={"a": off, "b": again})
     rest = dict.fromkeys(wild, ONES_40)
-    return {"calm": paired(rest, metric="cost", repeated=dict.fromkeys(wild, again)), "slow": slow}
+    return {"calm": pair_samples(rest, metric="cost", step_errors=dict.fromkeys(wild, again)), "slow": slow}
 
 
 def off_by_their_errors(one):
-    return paired(dict(zip(one.laws, (one.values + np.nan_to_num(one.repeated)).T, strict=True)), metric="cost")
+    return pair_samples(dict(zip(one.laws, (one.values + np.nan_to_num(one.repeated)).T, strict=True)), metric="cost")
 
 
 def test_the_error_of_a_repeated_run_is_divided_by_its_own_value():
@@ -118,14 +118,14 @@ def test_errors_of_runs_that_are_no_errors_of_these_runs_are_refused():
     values = {"a": ONES, "b": ONES}
     for errors in ({"a": ONES}, {"a": ONES, "b": -ONES}, {"a": ONES, "b": ONES[:5]}):
         with pytest.raises(ValueError, match=r"`paired\(repeated=...\)` must"):
-            paired(values, metric="cost", repeated=errors)
+            pair_samples(values, metric="cost", step_errors=errors)
 
 
 def test_a_run_that_failed_in_one_scenario_counts_as_failed_in_the_pool():
     lost = np.where(np.arange(20) < 2, np.nan, 1.0)
-    members = TWO | {"hard": paired({"a": lost, "b": ONES, "c": ONES}, metric="cost")}
+    members = TWO | {"hard": pair_samples({"a": lost, "b": ONES, "c": ONES}, metric="cost")}
     for way in ("geometric mean", "ratio to the best", "arithmetic mean"):
-        assert pool(members, way).failed.tolist() == [2, 0, 0]
+        assert pool(members, way).failures.tolist() == [2, 0, 0]
 
 
 def test_what_cannot_be_pooled_is_refused():
@@ -139,7 +139,7 @@ def test_what_cannot_be_pooled_is_refused():
         leave_one_out({"calm": TWO["calm"]}, judged)
     with pytest.raises(ValueError, match="must be one of 'geometric mean', 'ratio to the best', 'arithmetic mean'"):
         pool(TWO, "mode")
-    failed = paired({"a": np.full(20, np.nan), "b": np.full(20, np.nan)}, metric="cost")
+    failed = pair_samples({"a": np.full(20, np.nan), "b": np.full(20, np.nan)}, metric="cost")
     with pytest.raises(ValueError, match="needs a law without failed runs in each scenario"):
         pool({"a": failed}, "ratio to the best")
 
@@ -165,7 +165,7 @@ def test_without_its_slow_scenario_a8_has_the_means_that_a_referee_computed(give
     """His figures to their last digit, from the levels of each scenario: the mean of means is that of the draws."""
     printed = levels(given)
     members = {
-        s: paired({law: by[s] * ONES for law, by in printed.items()}, metric="cost") for s in printed["RBF-ASMC"]
+        s: pair_samples({law: by[s] * ONES for law, by in printed.items()}, metric="cost") for s in printed["RBF-ASMC"]
     }
     found = pool({s: one for s, one in members.items() if s != "slow"}, "arithmetic mean")
     for law, value in without_slow.items():

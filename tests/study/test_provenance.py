@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from workbench.report.table_text import unit_of_column
-from workbench.study.document.document import Column
-from workbench.study.provenance import Card, Given, assumed, derived, stated, written
+from workbench.study.document.document import TableColumn
+from workbench.study.provenance import Card, CardEntry, assumed_entry, derived_entry, stated_entry, value_text
 
 
 def card() -> Card:
     return Card(
         (
-            stated("phi", 0.01, "rad/s", "section 5"),
-            derived("M", np.diag([3.0, 1.0]), "kg m^2", "average over q2"),
-            assumed("gamma", 5.0, "N m/rad", "not stated", 1.0, 100.0),
-            assumed("derivative", "zero", "", "a jump has none"),
+            stated_entry("phi", 0.01, "rad/s", "section 5"),
+            derived_entry("M", np.diag([3.0, 1.0]), "kg m^2", "average over q2"),
+            assumed_entry("gamma", 5.0, "N m/rad", "not stated", 1.0, 100.0),
+            assumed_entry("derivative", "zero", "", "a jump has none"),
         )
     )
 
@@ -30,17 +30,17 @@ def test_a_misspelt_name_is_answered_with_the_nearest():
 
 def test_a_number_stands_on_a_card_once():
     with pytest.raises(ValueError, match=r"\['phi'\] came more than once"):
-        Card((stated("phi", 1.0, "", "a"), stated("phi", 2.0, "", "b")))
+        Card((stated_entry("phi", 1.0, "", "a"), stated_entry("phi", 2.0, "", "b")))
 
 
 def test_an_assumed_number_needs_a_range():
     with pytest.raises(ValueError, match="'gamma'.*needs the range"):
-        assumed("gamma", 5.0, "N m/rad", "not stated")
+        assumed_entry("gamma", 5.0, "N m/rad", "not stated")
 
 
 def test_every_number_says_where_it_comes_from():
     with pytest.raises(ValueError, match="must say where"):
-        stated("phi", 0.01, "rad/s", "")
+        stated_entry("phi", 0.01, "rad/s", "")
 
 
 def test_there_is_a_table_for_each_origin_and_assumed_numbers_show_their_range():
@@ -61,7 +61,7 @@ def test_there_is_a_table_for_each_origin_and_assumed_numbers_show_their_range()
     ],
 )
 def test_a_value_is_written_as_a_person_writes_it(value, text):
-    assert written(value) == text
+    assert value_text(value) == text
 
 
 @pytest.mark.parametrize(
@@ -79,14 +79,14 @@ def test_a_value_is_written_as_a_person_writes_it(value, text):
     ],
 )
 def test_a_unit_is_the_same_on_a_card_and_at_the_head_of_a_column(unit, printed):
-    assert Card((stated("a", 1.0, unit, "here"),)).table("stated", "numbers", "All.").rows[0][2] == printed
-    assert unit_of_column(Column("a", unit)) == f"[{printed}]"
+    assert Card((stated_entry("a", 1.0, unit, "here"),)).table("stated", "numbers", "All.").rows[0][2] == printed
+    assert unit_of_column(TableColumn("a", unit)) == f"[{printed}]"
 
 
 @pytest.mark.parametrize("value", [None, float("nan"), float("inf"), [1.0, np.nan], object()])
 def test_a_number_that_is_none_does_not_come_on_a_card(value):
     with pytest.raises(ValueError, match=r"`Given\('phi', value=...\)` must be a finite number"):
-        stated("phi", value, "rad/s", "section 5")
+        stated_entry("phi", value, "rad/s", "section 5")
 
 
 @pytest.mark.parametrize(
@@ -99,9 +99,9 @@ def test_a_number_that_is_none_does_not_come_on_a_card(value):
 )
 def test_a_range_that_is_none_is_refused(low, high, said):
     with pytest.raises(ValueError, match=said):
-        assumed("gamma", 1.5, "", "not stated", low, high)
+        assumed_entry("gamma", 1.5, "", "not stated", low, high)
 
 
 def test_an_unknown_mark_is_refused():
     with pytest.raises(ValueError, match="one of .*'stated', 'derived', 'assumed'.*; got 'guessed'"):
-        Given("phi", 1.0, "", "guessed", "section 5")
+        CardEntry("phi", 1.0, "", "guessed", "section 5")

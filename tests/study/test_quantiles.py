@@ -47,7 +47,7 @@ def test_failed_runs_widen_the_interval_to_all_that_they_could_have_been():
     y = rng.normal(size=100)
     failed = np.where(np.arange(100) < 7, np.nan, y)
     found = quantiles(design, np.stack([failed, y], axis=1), ["failed", "all"])
-    assert found.failed.tolist() == [7, 0]
+    assert found.failures.tolist() == [7, 0]
     assert np.isnan(found.value[0]).all()
     for stand_in in (-np.inf, np.inf, 0.3):
         other = quantiles(design, np.where(np.isnan(failed), stand_in, failed))
@@ -61,7 +61,7 @@ def test_failed_runs_widen_the_interval_to_all_that_they_could_have_been():
 
 def test_runs_that_all_failed_bound_nothing():
     found = quantiles(MonteCarlo(1, 50), np.full(50, np.nan), levels=[0.5])
-    assert (found.low[0, 0], found.high[0, 0], found.failed[0]) == (-np.inf, np.inf, 50)
+    assert (found.low[0, 0], found.high[0, 0], found.failures[0]) == (-np.inf, np.inf, 50)
 
 
 def test_an_infinite_output_is_an_output():
@@ -69,7 +69,7 @@ def test_an_infinite_output_is_an_output():
     found = quantiles(MonteCarlo(1, 100), y, levels=[0.1, 0.9])
     assert np.isfinite(found.value[0, 0])
     assert found.value[0, 1] == np.inf
-    assert found.failed[0] == 0
+    assert found.failures[0] == 0
 
 
 def test_a_share_has_the_interval_of_clopper_and_pearson():
@@ -84,7 +84,7 @@ def test_failed_runs_of_a_share_could_have_gone_either_way():
     flags = np.array([1.0] * 8 + [0.0] * 10 + [np.nan] * 2)
     found = share(flags)
     assert np.isnan(found.value)
-    assert (found.runs, found.failed) == (20, 2)
+    assert (found.runs, found.failures) == (20, 2)
     assert found.low == share(np.nan_to_num(flags, nan=0.0)).low
     assert found.high == share(np.nan_to_num(flags, nan=1.0)).high
 

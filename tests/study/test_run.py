@@ -13,9 +13,9 @@ from workbench.core import block, initial, layout
 from workbench.engine.metrics import measure, rmse
 from workbench.study import Case, Factor, LogUniform, MonteCarlo, Run, Study, Sweep, Trial, Tuning, Uniform
 from workbench.study.case_runs import run
-from workbench.study.compiled import compile_sweep
+from workbench.study.compiled_sweep import compile_sweep
 from workbench.study.tuning import tune
-from workbench.study.uncertainty.designs import Listed
+from workbench.study.uncertainty.designs import ListedPoints
 from workbench.study.uncertainty.local_sensitivity import local_sensitivities
 
 METRICS, UNTIL, PERIOD = (rmse("omega"),), 2.0, 0.02
@@ -46,8 +46,8 @@ def test_a_run_has_the_same_bits_in_a_case_a_sweep_of_one_point_and_the_best_of_
     trial, nothing = Trial("one", asked), lambda runs: runs["one"].score("RMSE of omega").value
     found = tune(Tuning("search", (trial,), (GAIN,), nothing, evaluations=8, population=8))
     point = found.points[found.place]
-    swept = sample(Sweep("one", asked, (GAIN,), Listed(point[np.newaxis])))
-    case = outcome(replace(asked, loop=found.adjusted(loop)))
+    swept = sample(Sweep("one", asked, (GAIN,), ListedPoints(point[np.newaxis])))
+    case = outcome(replace(asked, loop=found.best_equations(loop)))
     assert case.score("RMSE of omega").value[0] == swept.score("RMSE of omega").value[0] == found.objective
 
 
@@ -68,7 +68,7 @@ def test_the_seed_of_a_run_is_that_of_its_noise():
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-6])
 def test_a_step_that_nobody_named_keeps_the_tolerance_and_is_told(loop, tolerance):
     asked = Run(loop, METRICS, UNTIL, tolerance=tolerance)
-    case, swept = outcome(asked), sample(Sweep("s", asked, (GAIN,), MonteCarlo(1, 8, seed=1), halved=1))
+    case, swept = outcome(asked), sample(Sweep("s", asked, (GAIN,), MonteCarlo(1, 8, seed=1), half_step_every=1))
     value, error = case.score("RMSE of omega").pair
     assert error <= tolerance * value
     assert any(f"for a tolerance of {tolerance:g}" in note for note in case.notes)
@@ -146,7 +146,7 @@ class Misspelt(AbstractController):
         return {"zz": ref.omega - est.omega}
 
 
-LOOP = "`Run(loop=...)` must be an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations"
+LOOP = "`Run(loop=...)` must be an `Ode`, a `SampledSystem`, or a loop, whose `ode(name)` gives its equations"
 WRONG = [
     (lambda: Run(None, METRICS, 1.0), f"{LOOP}, as a `ClosedLoop` does; got None."),
     (lambda: Run(Motor(), METRICS, 1.0), f"{LOOP}, as a `ClosedLoop` does; got a `Motor`"),
@@ -160,7 +160,8 @@ WRONG = [
     ),
     (
         lambda: measure(motor_loop(), METRICS, until=1.0, h=0.1),
-        "`measure(equation=...)` must be an `Ode` or a `Sampled`; got a `ClosedLoop`: a loop becomes one by its method",
+        "`measure(equation=...)` must be an `Ode` or a `SampledSystem`; got a `ClosedLoop`: a loop becomes one by "
+        "its method",
     ),
     (
         lambda: Case("S", "law", motor_loop()),

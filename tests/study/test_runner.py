@@ -10,8 +10,8 @@ from tests.support.comparisons import Given
 from tests.support.equations import decay
 from workbench.engine.metrics import iae
 from workbench.study.case_runs import CaseError, run
-from workbench.study.contract import Run
 from workbench.study.document.document import Section
+from workbench.study.run_and_sweep import Run
 from workbench.study.study import Case, Results, Study
 from workbench.study.writeup import document, headlines
 

@@ -9,7 +9,7 @@ import workbench as wb
 from tests.support.cases import heavy_but
 from workbench.core.validation.permission import no_runs
 from workbench.engine import simulate
-from workbench.engine.reference import reference
+from workbench.engine.reference import reference_run
 from workbench.study.definition_text import Reader
 
 PAGE = """
@@ -68,8 +68,8 @@ def test_the_reference_is_a_run_too():
         no_runs("Study(sections=...)(results)"),
         pytest.raises(ValueError, match=r"`reference\(ode=...\)` must not be"),
     ):
-        reference(ode, times=[0.1])
-    reference(ode, times=[0.1])
+        reference_run(ode, times=[0.1])
+    reference_run(ode, times=[0.1])
 
 
 ENGINE = {  # what simulates, by module and name

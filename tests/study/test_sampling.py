@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 from scipy.stats import qmc
 
-from workbench.study.uncertainty import LatinHypercube, Listed, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study.uncertainty import LatinHypercube, ListedPoints, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
 from workbench.study.uncertainty.sobol_design import MOST_DIMENSIONS
 
 DESIGNS = [
@@ -172,7 +172,7 @@ def test_whole_numbers_of_any_kind_make_the_same_design(kind, numbers, whole):
 
 
 def test_listed_points_come_as_they_are_given():
-    design = Listed([[0.0, 0.5], [1.0, 0.25], [0.5, 0.5]])
+    design = ListedPoints([[0.0, 0.5], [1.0, 0.25], [0.5, 0.5]])
     assert (design.dimensions, design.size) == (2, 3)
     assert design.points(1, 3).tolist() == [[1.0, 0.25], [0.5, 0.5]]
 
@@ -180,4 +180,4 @@ def test_listed_points_come_as_they_are_given():
 @pytest.mark.parametrize("wrong", [[], [0.5], [[]], [[1.5]], [[np.nan]], "no", [[0.1], [0.2, 0.3]]])
 def test_what_is_no_list_of_points_is_refused(wrong):
     with pytest.raises(ValueError, match=r"`Listed\(given.*\)` must be"):
-        Listed(wrong)
+        ListedPoints(wrong)

@@ -116,7 +116,7 @@ def test_indices_over_time_are_refused_only_where_the_output_does_not_vary():
     design = SobolDesign(3, 64)
     t = np.linspace(0, 1, 5)
     found = sobol(design, 2.0 + t * over(design, ishigami)[:, np.newaxis], [f"q({time:g})" for time in t])
-    assert list(found.refused) == ["q(0)"]
+    assert list(found.refusals) == ["q(0)"]
     assert np.isnan(found.ST.value[0]).all()
     assert np.isfinite(found.ST.value[1:]).all()
     with pytest.raises(ValueError, match=r"no result for 'q\(0\)': it is 2 in all 320 runs: no factor changes it"):
@@ -127,7 +127,7 @@ def test_a_very_large_number_of_outputs_is_looked_at_in_parts_with_the_same_resu
     design = SobolDesign(2, 32)
     columns = design.points()[:, :1] ** np.arange(1, 8)
     whole = sobol(design, columns)
-    monkeypatch.setattr("workbench.study.uncertainty.indices.AT_ONCE", 2 * design.size)
+    monkeypatch.setattr("workbench.study.uncertainty.sobol_indices.AT_ONCE", 2 * design.size)
     np.testing.assert_allclose(sobol(design, columns).S1.value, whole.S1.value, atol=1e-13)
 
 
@@ -155,7 +155,7 @@ def test_an_output_without_indices_is_refused_by_name_and_spoils_no_other(spoil,
     with pytest.raises(ValueError, match=f"got none: 'bad': .*{said}"):
         sobol(design, spoil(y), ["bad"])
     both = sobol(design, np.stack([spoil(y), y], axis=1), ["bad", "good"])
-    assert said in both.refused["bad"]
+    assert said in both.refusals["bad"]
     assert np.isnan(both.S1.value[0]).all()
     assert np.isnan(both.ST.half[0]).all()
     np.testing.assert_allclose(both["good"].ST.value, sobol(design, y).ST.value[0], atol=1e-13)
@@ -213,7 +213,7 @@ def test_errors_of_the_runs_are_told_where_they_blur_and_refused_where_they_are_
     errors = np.full(columns.shape, y.std()) * [0.01, 0.2, 2.0, np.inf, np.nan]
     errors[::3, 1] = np.nan  # the error of a part of the runs stands for that of all
     found = sobol(design, columns, ["fine", "blurred", "noise", "lost", "unknown"], errors=errors)
-    assert found.refused == {
+    assert found.refusals == {
         "noise": "the errors of its runs are 2e+02 % of its spread, 4e+02 % of the variance: what varies is the error",
         "lost": "nothing bounds the errors of 320 of its runs, as where half of the step fails",
     }

@@ -7,7 +7,7 @@ import pytest
 
 from workbench.cli import script
 from workbench.study import execution
-from workbench.study.run_options import Order
+from workbench.study.run_options import StudyOptions
 
 STUDY = """
 import casadi as ca
@@ -18,10 +18,10 @@ from workbench.engine.metrics.contract import Integral
 from workbench.engine.metrics.step_metrics import Peak
 from workbench.engine.distributions import Uniform
 from workbench.engine.factors import Factor
-from workbench.study.contract import Run
+from workbench.study.run_and_sweep import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Study
-from workbench.study.contract import Sweep
+from workbench.study.run_and_sweep import Sweep
 
 PUSH = START = FACTOR = 1.0
 STEP = 0.01
@@ -219,7 +219,7 @@ def values(monkeypatch, file, out):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # a file of one second and size is taken for its bytecode
-    with execution.execute(script.load(file), out, Order(file)) as (_, results):
+    with execution.execute(script.load(file), out, StudyOptions(file)) as (_, results):
         return results.samples[0].values
 
 
@@ -240,7 +240,7 @@ def test_words_orphan_no_chunk(monkeypatch, tmp_path):
     for words in ("'''Some words.'''", "'''Other words.'''", "# a comment"):
         file = written(tmp_path, [words, "METRIC = ise()"], "1.0")
         monkeypatch.setattr(sys, "path", list(sys.path))
-        order = Order(file, acknowledge=lambda chunk: done.append(chunk.name))
+        order = StudyOptions(file, acknowledge=lambda chunk: done.append(chunk.name))
         with execution.execute(script.load(file), tmp_path / "out", order):
             pass
     assert len(done) == 2

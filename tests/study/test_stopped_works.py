@@ -10,8 +10,8 @@ import workbench as wb
 from tests.support import warm_runs
 from tests.support.cases import heavy_but
 from tests.support.stops import stopped
-from workbench.engine.job import look_to
-from workbench.study.executors import StoppedError
+from workbench.engine.job import set_stop_check
+from workbench.study.executors import CancelledError
 
 BUSY = 2.0  # s more than the second that is promised: other tests may have all processors
 LONG = """
@@ -68,15 +68,15 @@ def test_a_march_asks_the_token_of_its_context_and_ends_by_its_error():
     def look():
         asked.append(1)
         if len(asked) > 3:
-            raise StoppedError
+            raise CancelledError
 
     from contextvars import copy_context
 
     def run():
-        look_to(look)
+        set_stop_check(look)
         motor = wb.open_loop(wb.DCMotor())
         wb.simulate(wb.rk4(motor, 1e-3), np.tile(motor.parameters.default, (64, 1)), until=4000.0, every=4000.0)
 
-    with pytest.raises(StoppedError):
+    with pytest.raises(CancelledError):
         copy_context().run(run)
     assert len(asked) == 4

@@ -11,9 +11,9 @@ import pytest
 
 from tests.support.stores import completed, filled, held
 from workbench.study.ledger import store
-from workbench.study.ledger.chunk import FORMAT, Chunk, chunk_of, parsed
-from workbench.study.ledger.durability import HeldError
-from workbench.study.ledger.store import FOLDER, About, SweepAbout, about_of, file_of, opened
+from workbench.study.ledger.chunk import FORMAT, Chunk, chunk_of, parse_chunk
+from workbench.study.ledger.durability import LockedFolderError
+from workbench.study.ledger.store import FOLDER, StudyRecord, SweepRecord, about_of, file_of, open_ledger
 
 COUNT = 20
 CHUNKS = [chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))}) for i in range(COUNT)]
@@ -22,7 +22,7 @@ CHUNKS = [chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))}) for i in r
 def test_what_is_added_is_read_again_bit_by_bit(tmp_path):
     filled(tmp_path)
     assert held(tmp_path) == CHUNKS
-    with opened(tmp_path) as ledger:
+    with open_ledger(tmp_path) as ledger:
         assert [ledger.read(chunk.name) for chunk in CHUNKS] == CHUNKS
         assert ledger.remarks == ()
 
@@ -47,7 +47,7 @@ def test_a_record_is_four_lines_and_its_numbers():
     form, digest, name, head, data = bytes(chunk).split(b"\n", 4)
     assert (form, digest.decode(), name, head) == (FORMAT, chunk.digest.hex(), b"s/0-2/f", b'{"arrays":[["a",[2,1]]]}')
     assert np.frombuffer(data, "<f8").tolist() == [1.0, 2.0]
-    assert parsed(bytes(chunk)) == chunk
+    assert parse_chunk(bytes(chunk)) == chunk
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_a_record_is_four_lines_and_its_numbers():
     ],
 )
 def test_a_record_that_was_never_written_so_is_none(head):
-    assert parsed(bytes(Chunk("s", head, bytes(8)))) is None
+    assert parse_chunk(bytes(Chunk("s", head, bytes(8)))) is None
 
 
 def test_a_chunk_is_on_the_disk_before_it_is_acknowledged(tmp_path, monkeypatch):
@@ -77,7 +77,7 @@ def test_a_chunk_is_on_the_disk_before_it_is_acknowledged(tmp_path, monkeypatch)
     for name in ("fsync", "replace"):
         call = getattr(os, name)
         monkeypatch.setattr(os, name, lambda *given, name=name, call=call: (calls.append(name), call(*given)))
-    with opened(tmp_path) as ledger:
+    with open_ledger(tmp_path) as ledger:
         calls.clear()
         ledger.write_durably(CHUNKS[0])
         # the file, then its name
@@ -85,7 +85,7 @@ def test_a_chunk_is_on_the_disk_before_it_is_acknowledged(tmp_path, monkeypatch)
 
 
 def test_a_reader_sees_what_is_acknowledged_while_another_process_writes(tmp_path):
-    with opened(tmp_path) as ledger:
+    with open_ledger(tmp_path) as ledger:
         ledger.write_durably(CHUNKS[0])
         assert held(tmp_path) == CHUNKS[:1]
         ledger.write_durably(CHUNKS[1])
@@ -102,7 +102,7 @@ def test_to_begin_anew_empties_the_ledger(tmp_path):
     folder = filled(tmp_path)
     (folder / "x.record.1234.part").touch()  # as a writer leaves it that was killed
     (folder / "x.damaged").touch()
-    with opened(tmp_path, fresh=True) as ledger:
+    with open_ledger(tmp_path, fresh=True) as ledger:
         assert ledger.names == set()
     assert [file.name for file in folder.iterdir()] == ["lock"]
 
@@ -177,7 +177,7 @@ def test_a_second_writer_is_refused_with_the_process_of_the_first(tmp_path):
     with writer(tmp_path, waits=1) as process:
         while process.stdout.readline() != "end\n":
             pass
-        with pytest.raises(HeldError, match=rf"written by process {process.pid}, which began at \d{{4}}-"):
+        with pytest.raises(LockedFolderError, match=rf"written by process {process.pid}, which began at \d{{4}}-"):
             completed(tmp_path)
         process.communicate("x", timeout=30)
     assert completed(tmp_path) == ()
@@ -185,9 +185,9 @@ def test_a_second_writer_is_refused_with_the_process_of_the_first(tmp_path):
 
 @pytest.mark.parametrize("said", ["", "{", '{"process": 1}', '{"process": "x", "began": 1}', "[]"])
 def test_the_lock_holds_whatever_stands_in_its_file(tmp_path, said):
-    with opened(tmp_path):
+    with open_ledger(tmp_path):
         (tmp_path / FOLDER / "lock").write_text(said)
-        with pytest.raises(HeldError, match="another process, which has just begun"), opened(tmp_path):
+        with pytest.raises(LockedFolderError, match="another process, which has just begun"), open_ledger(tmp_path):
             pass
 
 
@@ -201,11 +201,13 @@ def test_the_lock_of_a_process_that_was_killed_is_free(tmp_path):
     assert completed(tmp_path) == ()
 
 
-ABOUT = About("s", "../s.py", 16, (SweepAbout("a", 40, "fused 1", ("a/0-40/f",)), SweepAbout("b", 0, "casadi", ())))
+ABOUT = StudyRecord(
+    "s", "../s.py", 16, (SweepRecord("a", 40, "fused 1", ("a/0-40/f",)), SweepRecord("b", 0, "casadi", ()))
+)
 
 
 def test_what_a_ledger_says_of_its_study_is_read_again(tmp_path):
-    with opened(tmp_path) as ledger:
+    with open_ledger(tmp_path) as ledger:
         assert store.about_in(tmp_path) is None
         ledger.describe(ABOUT)
         assert store.about_in(tmp_path) == ABOUT

@@ -11,7 +11,7 @@ import pytest
 from tests.support.stores import completed, filled, held
 from workbench.study.ledger import store
 from workbench.study.ledger.chunk import chunk_of
-from workbench.study.ledger.store import FOLDER, LedgerError, file_of, opened
+from workbench.study.ledger.store import FOLDER, LedgerError, file_of, open_ledger
 
 COUNT = 20
 CHUNKS = [chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))}) for i in range(COUNT)]
@@ -53,7 +53,7 @@ def test_damage_costs_the_records_that_it_hit_and_no_other(tmp_path):
 
 def test_what_is_damaged_while_it_is_open_is_refused_when_it_is_read(tmp_path):
     folder = filled(tmp_path)
-    with opened(tmp_path) as ledger:
+    with open_ledger(tmp_path) as ledger:
         (folder / file_of(CHUNKS[3].name)).write_bytes(bytes(4000))
         with pytest.raises(LedgerError, match=r"'s/03-3/f' .* has been damaged"):
             ledger.read("s/03-3/f")
@@ -63,7 +63,7 @@ def test_what_is_damaged_while_it_is_open_is_refused_when_it_is_read(tmp_path):
 @pytest.mark.parametrize("replaced", [False, True])
 def test_nothing_is_acknowledged_into_a_ledger_that_was_removed(tmp_path, replaced):
     out = tmp_path / "out"
-    with opened(out) as ledger:
+    with open_ledger(out) as ledger:
         ledger.write_durably(CHUNKS[0])
         out.rename(tmp_path / "elsewhere")
         if replaced:
@@ -113,7 +113,7 @@ def test_a_folder_that_may_not_be_written_is_refused_and_can_be_read(tmp_path):
     (tmp_path / FOLDER).chmod(0o500)
     try:
         assert held(tmp_path) == CHUNKS
-        with pytest.raises(LedgerError, match="cannot be written"), opened(tmp_path):
+        with pytest.raises(LedgerError, match="cannot be written"), open_ledger(tmp_path):
             pass
     finally:
         (tmp_path / FOLDER).chmod(0o700)
@@ -121,5 +121,5 @@ def test_a_folder_that_may_not_be_written_is_refused_and_can_be_read(tmp_path):
 
 def test_a_place_below_a_file_is_refused_in_a_sentence(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(LedgerError, match="cannot be written"), opened(tmp_path / "file"):
+    with pytest.raises(LedgerError, match="cannot be written"), open_ledger(tmp_path / "file"):
         pass

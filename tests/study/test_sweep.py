@@ -14,12 +14,12 @@ from tests.support.sweeps import RATE, START, Explosion, sweep
 from workbench.engine.distributions import Uniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import iae, measure, rmse
-from workbench.study import cost, run_tables
-from workbench.study.compiled import compile_sweep
+from workbench.study import run_tables, study_cost
+from workbench.study.compiled_sweep import compile_sweep
 from workbench.study.executors import on_threads
-from workbench.study.ledger.store import Counter, chunks, complete, opened
+from workbench.study.ledger.store import RunCounter, chunks, complete, open_ledger
 from workbench.study.sweep_runs import tasks_of
-from workbench.study.uncertainty import Listed, MonteCarlo
+from workbench.study.uncertainty import ListedPoints, MonteCarlo
 
 
 def held(out):
@@ -29,11 +29,11 @@ def held(out):
 
 def test_a_sample_is_what_the_closed_form_says(tmp_path):
     found = sample(tmp_path, sweep())
-    rate, start = found.drawn.T
+    rate, start = found.factor_values.T
     # RK4 at 10 ms: the error is (rate h)^4 / 120 of the value, below 1e-8
     np.testing.assert_allclose(found.score("IAE").value, start * (1 - np.exp(-2 * rate)) / rate, rtol=1e-7)
     np.testing.assert_allclose(found.score("ISE").value, start**2 * (1 - np.exp(-4 * rate)) / (2 * rate), rtol=1e-7)
-    assert (found.failed, len(found), found.note.split(";")[0]) == (0, 50, "50 runs, 0 of them diverged")
+    assert (found.diverged_count, len(found), found.note.split(";")[0]) == (0, 50, "50 runs, 0 of them diverged")
 
 
 def test_values_and_errors_are_those_of_measure(tmp_path):
@@ -57,7 +57,7 @@ def test_a_step_beyond_its_stability_limit_is_said_with_the_sample(tmp_path):
     # x' = -rate x decays under RK4 while h rate < 2.7853, the root of 1 - z + z^2/2 - z^3/6 + z^4/24 = 1
     fast = Factor("rate", ("rate",), Uniform(2.0, 9.0))
     found = sample(tmp_path / "a", sweep(factors=(fast, START), h=0.5, halved=2))
-    rates = found.drawn[found.measurement.looked_at, 0]
+    rates = found.factor_values[found.measurement.looked_at, 0]
     # the region is known to 1e-3: a crossing on a grid of 2001 radii
     np.testing.assert_allclose(found.measurement.limits, 2.78529356 / rates, rtol=1e-3)
     beyond = rates > 2.78529356 / 0.5
@@ -86,9 +86,9 @@ def test_a_run_that_diverges_is_counted_and_has_no_value_from_then_on(tmp_path):
     found = sample(tmp_path, given)
     lost = np.isfinite(found.diverged_at)
     # x(t) = 1 / (1 / x0 - t), and RK4 of a pole is late by some steps
-    np.testing.assert_array_equal(found.drawn[~lost, 0] < 1.1, True)
-    np.testing.assert_array_equal(found.drawn[lost, 0] > 0.9, True)
-    assert found.failed == lost.sum() > 10
+    np.testing.assert_array_equal(found.factor_values[~lost, 0] < 1.1, True)
+    np.testing.assert_array_equal(found.factor_values[lost, 0] > 0.9, True)
+    assert found.diverged_count == lost.sum() > 10
     assert np.isnan(found.score("IAE").value[lost]).all()
     early = found.t < found.diverged_at[lost][:, np.newaxis]
     assert np.isfinite(found.over_time("IAE")[lost][early]).all()
@@ -107,13 +107,13 @@ def test_only_what_is_missing_is_computed_and_acknowledged_after_it_is_kept(tmp_
     one = compile_sweep(sweep())
     tasks = tasks_of([one])
     asked, acknowledged, states = [], [], []
-    counter = Counter(50, lambda: lambda *state: states.append(state))
+    counter = RunCounter(50, lambda: lambda *state: states.append(state))
 
     def some(missing):
         asked.append([task.name for task in missing])
         return on_threads([one], missing[:3])
 
-    with opened(tmp_path) as ledger:
+    with open_ledger(tmp_path) as ledger:
         with pytest.raises(ValueError, match="4 chunks were asked for and never came"):
             complete(tasks, ledger, some, counter, lambda c: acknowledged.append((c.name, c.name in ledger)))
         complete(tasks, ledger, lambda some: asked.append([t.name for t in some]) or on_threads([one], some))
@@ -126,20 +126,20 @@ def test_only_what_is_missing_is_computed_and_acknowledged_after_it_is_kept(tmp_
 def test_runs_that_failed_before_a_study_was_stopped_are_counted_when_it_goes_on(tmp_path):
     lost = sweep(loop=Explosion(), factors=(START,), design=MonteCarlo(1, 50, seed=3))
     one, states = compile_sweep(lost), []
-    tasks, counter = tasks_of([one]), Counter(50, lambda: lambda *state: states.append(state))
-    with opened(tmp_path) as ledger:
+    tasks, counter = tasks_of([one]), RunCounter(50, lambda: lambda *state: states.append(state))
+    with open_ledger(tmp_path) as ledger:
         with pytest.raises(ValueError, match="never came"):
             complete(tasks, ledger, lambda missing: on_threads([one], missing[:3]))
         complete(tasks, ledger, lambda missing: on_threads([one], missing), counter)
         found = one.sample(ledger.read(task.name) for task in tasks)
     assert states[0][1] > 0
-    assert states[-1] == (50, found.failed, 50)
+    assert states[-1] == (50, found.diverged_count, 50)
 
 
 def test_a_chunk_that_comes_twice_is_kept_once(tmp_path):
     one = compile_sweep(sweep())
     tasks = tasks_of([one])
-    with opened(tmp_path) as ledger:
+    with open_ledger(tmp_path) as ledger:
         complete(tasks, ledger, lambda missing: on_threads([one], [*missing[:2], *missing]))
         assert len(ledger.names) == len(tasks)
 
@@ -253,7 +253,7 @@ def test_no_name_of_a_column_is_run_by_a_spreadsheet_and_its_numbers_are_as_they
 
 def test_runs_that_share_their_noise_differ_by_their_numbers_alone(tmp_path):
     width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
-    points = Listed([[0.1], [0.1], [0.9]])
+    points = ListedPoints([[0.1], [0.1], [0.9]])
     given = sweep(loop=Digital(), factors=(width,), design=points, h=1e-3, until=0.2, common=True)
     first, again, other = sample(tmp_path / "common", given).score("IAE").value
     assert first == again != other
@@ -268,7 +268,7 @@ def test_a_sweep_can_leave_out_half_steps(tmp_path):
     assert np.isnan(found.score("IAE").largest_error)
     assert found.note == f"50 runs, 0 of them diverged; seed {without.design.seed}; step 0.01 s"
     assert compile_sweep(without).cost.seconds < compile_sweep(with_some).cost.seconds
-    assert cost.cost_of([compile_sweep(without)]).disk < cost.cost_of([compile_sweep(with_some)]).disk
+    assert study_cost.cost_of([compile_sweep(without)]).disk < study_cost.cost_of([compile_sweep(with_some)]).disk
 
 
 def test_a_sweep_at_half_its_step_has_the_errors_of_the_first(tmp_path):
@@ -282,7 +282,7 @@ def test_some_runs_of_a_sample_keep_their_numbers_and_errors(tmp_path):
     found = sample(tmp_path, sweep(halved=7))
     few = found.only(np.array([3, 7, 8, 21]))
     np.testing.assert_array_equal(few.score("IAE").value, found.score("IAE").value[[3, 7, 8, 21]])
-    np.testing.assert_array_equal(few.drawn, found.drawn[[3, 7, 8, 21]])
+    np.testing.assert_array_equal(few.factor_values, found.factor_values[[3, 7, 8, 21]])
     assert few.measurement.looked_at.tolist() == [1, 3]
     np.testing.assert_array_equal(few.measurement.errors, found.measurement.errors[[1, 3]])
     assert len(found.only(np.arange(50)).measurement.looked_at) == len(found.measurement.looked_at)

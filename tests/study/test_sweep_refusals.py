@@ -8,8 +8,8 @@ from tests.support.sweep_samples import Digital, sample
 from tests.support.sweeps import RATE, START, sweep
 from workbench.engine.distributions import Uniform
 from workbench.engine.factors import Factor
-from workbench.study import cost
-from workbench.study.compiled import compile_sweep
+from workbench.study import study_cost
+from workbench.study.compiled_sweep import compile_sweep
 from workbench.study.sweep_runs import tasks_of
 from workbench.study.uncertainty import MonteCarlo
 
@@ -48,8 +48,8 @@ def test_a_sweep_without_a_size_of_chunks_is_cut_for_a_second_or_two_of_a_proces
 def test_what_takes_too_long_or_too_much_is_refused_with_the_figure(tmp_path):
     made = compile_sweep(sweep(design=MonteCarlo(2, 10**9), until=100.0))
     with pytest.raises(ValueError, match=r"^1,000,000,000 runs: at most about .*`--yes`"):
-        cost.check(cost.cost_of([made]), tmp_path)
-    cost.check(cost.cost_of([compile_sweep(sweep())]), tmp_path)
+        study_cost.check(study_cost.cost_of([made]), tmp_path)
+    study_cost.check(study_cost.cost_of([compile_sweep(sweep())]), tmp_path)
 
 
 def test_a_time_that_is_no_multiple_of_the_period_is_refused_before_it_begins():
@@ -70,11 +70,11 @@ def test_a_metric_that_was_not_taken_is_named_with_those_that_were(tmp_path):
 def test_the_time_to_write_many_short_runs_is_foreseen():
     # a million runs of 50 steps: half a second to march, and some ten to write seven million numbers as text
     made = compile_sweep(sweep(design=MonteCarlo(2, 10**6), until=0.5, runs_of_chunk=None))
-    assert 10 < cost.cost_of([made]).seconds < 40
+    assert 10 < study_cost.cost_of([made]).seconds < 40
 
 
 @pytest.mark.parametrize(("needs", "word"), [({"memory": 5e9}, "4.0 GB"), ({"disk": 1e18}, "half of what is free")])
 def test_too_much_memory_or_disk_is_refused_with_the_limit(tmp_path, needs, word):
-    small = cost.cost_of([compile_sweep(sweep())])
+    small = study_cost.cost_of([compile_sweep(sweep())])
     with pytest.raises(ValueError, match=rf"{word}.*`--yes`"):
-        cost.check(replace(small, **needs), tmp_path)
+        study_cost.check(replace(small, **needs), tmp_path)

@@ -14,8 +14,8 @@ from tests.support.stops import stopped
 from tests.support.swept_studies import SWEPT, acknowledged, digests, forget
 from workbench.cli.script import load
 from workbench.study import execution
-from workbench.study.ledger.store import FOLDER, LedgerError, file_of, opened
-from workbench.study.run_options import Order
+from workbench.study.ledger.store import FOLDER, LedgerError, file_of, open_ledger
+from workbench.study.run_options import StudyOptions
 
 
 def test_every_chunk_is_acknowledged_once_with_the_digest_that_is_held(command, swept, tmp_path):
@@ -93,7 +93,7 @@ def test_a_sweep_whose_design_has_no_number_of_samples_keeps_its_points_and_that
 
 
 def test_a_run_on_a_folder_that_is_being_written_is_refused_with_the_process(command, swept, tmp_path):
-    with opened(tmp_path / "out"):
+    with open_ledger(tmp_path / "out"):
         done = command("run", swept, "--out", "out")
     assert done.exit_code == 2
     assert f"is being written by process {os.getpid()}, which began at" in done.stderr
@@ -188,9 +188,9 @@ def test_a_chunk_that_is_overwritten_after_it_was_acknowledged_is_told_and_done_
     def overwrite(chunk):
         (tmp_path / "out" / FOLDER / file_of(chunk.name)).write_bytes(bytes(500))
 
-    order = Order(tmp_path / swept, acknowledge=overwrite)
+    order = StudyOptions(tmp_path / swept, acknowledge=overwrite)
     told = pytest.raises(LedgerError, match="has been damaged: the same command computes it again")
     with told, execution.execute(study, tmp_path / "out", order):
         pass
-    with execution.execute(study, tmp_path / "out", Order(tmp_path / swept)) as (_, results):
+    with execution.execute(study, tmp_path / "out", StudyOptions(tmp_path / swept)) as (_, results):
         assert len(results.samples[0]) == 40

@@ -15,8 +15,8 @@ from workbench.core import Entry, Layout, Ode
 from workbench.engine.distributions import LogUniform, Uniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import effort, iae, ise, total_variation
-from workbench.study import cost
-from workbench.study.contract import Run
+from workbench.study import study_cost
+from workbench.study.run_and_sweep import Run
 from workbench.study.tuning import Trial, tune
 from workbench.study.tuning.convergence import reasons_of
 from workbench.study.tuning.search import compile_tuning, here
@@ -86,7 +86,7 @@ def test_shares_are_those_of_the_numbers_of_each_loop():
     share = Factor("gains", ("Kp", "Kd"), Uniform(1.0, 4.0), share=True)
     found = tune(tuning(factors=(share,)))
     expected = 0.5 * found.best["gains"]
-    assert found.adjusted(DoubleIntegrator()).parameters.default.tolist() == [expected, expected]
+    assert found.best_equations(DoubleIntegrator()).parameters.default.tolist() == [expected, expected]
 
 
 def test_all_trials_have_their_say():
@@ -105,7 +105,10 @@ def test_a_point_whose_run_diverges_is_counted_and_never_the_best():
     found = tune(bomb(0.5, 1.5, evaluations=160))
     diverged = found.numbers[:, 0] > 1
     assert (
-        0 < found.failed == diverged.sum() == reasons_of(found.objectives, found.samples)["the run in 'long' diverged"]
+        0
+        < found.failures
+        == diverged.sum()
+        == reasons_of(found.objectives, found.samples)["the run in 'long' diverged"]
     )
     np.testing.assert_array_equal(np.isinf(found.objectives), diverged)
     # -log(1 - rate) / rate, which is at least 1.38 here: the least rate is the best, and lies at the edge
@@ -133,7 +136,7 @@ def test_a_point_whose_metric_is_no_number_is_counted_though_its_run_is_finite()
     assert reasons_of(found.objectives, found.samples)["the run in 'flat' diverged"] == 0
     assert (
         reasons_of(found.objectives, found.samples)["a metric in 'flat' is no number"]
-        == found.failed
+        == found.failures
         == (found.numbers > 1).sum()
         > 0
     )
@@ -149,8 +152,8 @@ def test_points_beyond_a_limit_of_the_objective_are_not_admissible():
     assert found.samples["step"].score("effort").value[found.place] <= 0.1
     assert free.samples["step"].score("effort").value[free.place] > 0.1
     reasons = ("the run in 'step' diverged", "a metric in 'step' is no number", "the objective is infinite")
-    assert reasons_of(found.objectives, found.samples) == dict(zip(reasons, (0, 0, found.failed), strict=True))
-    assert found.failed > 0
+    assert reasons_of(found.objectives, found.samples) == dict(zip(reasons, (0, 0, found.failures), strict=True))
+    assert found.failures > 0
 
 
 def test_a_point_that_only_a_long_step_keeps_finite_is_no_winner():
@@ -158,7 +161,7 @@ def test_a_point_that_only_a_long_step_keeps_finite_is_no_winner():
     found = tune(bomb(1.0, 1.015, objective=lambda runs: -runs["long"].drawn[:, 0], evaluations=8))
     first = found.numbers[found.finalists[0], 0]
     assert 1.006 < first < 1.012
-    assert np.isinf(found.halved[0, 0])
+    assert np.isinf(found.finals_at_half_step[0, 0])
     assert found.best["rate"] < 1.006
     assert found.objective == -found.best["rate"]
 
@@ -175,7 +178,7 @@ def test_measures_are_of_all_points_that_were_looked_at(found):
 
 def test_short_searches_that_end_apart_are_said_to():
     found = tune(tuning(evaluations=4, population=4, seeds=(0, 1)))
-    assert not any(found.settled)
+    assert not any(found.has_settled)
     assert any("too short to tell" in said for said in found.warnings)
     assert any("The bests of the 2 searches differ by" in said for said in found.warnings)
 
@@ -184,7 +187,7 @@ def test_a_search_that_finds_nothing_is_said_beside_one_that_does():
     found = tune(bomb(0.9, 6.0, evaluations=16, population=4, seeds=(0, 2)))
     assert np.isinf(found.bests).tolist() == [False, True]
     assert "The search of seed 2 found an admissible point in its last quarter only, or none." in found.warnings
-    assert not found.settled[1]
+    assert not found.has_settled[1]
 
 
 def test_a_coarse_step_is_said_beside_the_best():
@@ -224,7 +227,7 @@ def test_what_is_said_of_a_search_is_in_plain_numbers(found):
 
 def test_what_a_search_takes_is_known_before_it_begins():
     made = compile_tuning(tuning(evaluations=160, seeds=(0, 1)))
-    needed = cost.cost_of([*made.trials, *made.finals], workers=2)
+    needed = study_cost.cost_of([*made.trials, *made.finals], workers=2)
     assert needed.runs == 320 + 2 * 8
     asked = []
     tune(made, lambda sweeps, first, last: asked.append(last - first) or here(sweeps, first, last))

@@ -8,7 +8,7 @@ from tests.support.tunings import GAINS, DoubleIntegrator, quadratic, tuning
 from workbench.engine.distributions import Normal
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import effort, iae, ise
-from workbench.study.contract import Run
+from workbench.study.run_and_sweep import Run
 from workbench.study.tuning import Trial, equal_budget, tune
 
 METRICS = (ise(), effort())

@@ -16,10 +16,10 @@ from workbench.blocks.signals import Sines
 from workbench.engine.distributions import LogUniform, Triangular, Uniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import effort, ise, rmse
-from workbench.study.contract import Run
+from workbench.study.run_and_sweep import Run
 from workbench.study.tuning import Trial, Tuning, equal_budget, tune
-from workbench.study.tuning.contract import population_of
 from workbench.study.tuning.search import compile_tuning
+from workbench.study.tuning.tuning import population_of
 
 FAR = tuple(Factor(name, (name,), LogUniform(1e-6, 1e4)) for name in ("Kp", "Kd"))
 LOW = {"Kp": (1e-5, 1e-3), "Kd": (1e-5, 1e-3)}  # three decades and more below the best, Kp = 1 and Kd = sqrt(2)
@@ -74,7 +74,7 @@ def test_an_optimum_three_decades_beyond_the_start_is_found():
     assert (found.numbers[:16] >= 1e-5).all()
     assert (found.numbers[:16] <= 1e-3).all()
     assert list(found.best.values()) == pytest.approx([1.0, np.sqrt(2)], rel=1e-2)  # 4e-5 of the objective
-    assert (found.at_edge, found.at_physical, found.settled, found.warnings) == ((), {}, (True,), ())
+    assert (found.at_edge, found.at_physical, found.has_settled, found.warnings) == ((), {}, (True,), ())
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -107,24 +107,24 @@ def test_a_start_is_that_of_any_distribution_to_the_last_digits(spread):
 def test_a_search_ends_once_it_has_settled_and_not_before_it_may():
     whole = tune(tuning(evaluations=320, seeds=(0, 1)))
     found = tune(tuning(evaluations=320, seeds=(0, 1), settle=0.3))
-    assert whole.used == (320, 320)
-    for early, late, used in zip(found.searches, whole.searches, found.used, strict=True):
+    assert whole.evaluations == (320, 320)
+    for early, late, used in zip(found.searches, whole.searches, found.evaluations, strict=True):
         assert 96 <= used < 320
         np.testing.assert_array_equal(early.bests, late.bests[: used // 8])
         gains = early.bests[:-10] / early.bests[10:] - 1  # over ten generations, a quarter of forty
         assert gains[-1] <= 0.01  # it has settled ...
         assert (gains[max(0, 12 - 10 - 1) : -1] > 0.01).all()  # ... and had not before, since it might have ended
-    assert found.settled == (True, True)
-    assert len(found.points) == sum(found.used) == len(found.samples["step"])
+    assert found.has_settled == (True, True)
+    assert len(found.points) == sum(found.evaluations) == len(found.samples["step"])
     assert found.note.startswith(
-        f"{found.used[0]} and {found.used[1]} of at most 320 evaluations a search, 160 a number;"
+        f"{found.evaluations[0]} and {found.evaluations[1]} of at most 320 evaluations a search, 160 a number;"
     )
 
 
 def test_a_search_that_has_not_settled_has_all_its_evaluations_and_is_marked():
     asked = tuning(trials=quick(), objective=bowl, factors=FAR, starts=LOW, evaluations=128, settle=0.5)
     found = tune(replace(asked, population=16))
-    assert (found.used, found.settled) == ((128,), (False,))
+    assert (found.evaluations, found.has_settled) == ((128,), (False,))
     assert any("The search of seed 0 became better by" in said and "has not settled" in said for said in found.warnings)
 
 

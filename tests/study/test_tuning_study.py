@@ -17,7 +17,7 @@ from workbench.cli.script import Script
 from workbench.engine.arithmetic import signature
 from workbench.study.case_runs import run
 from workbench.study.executors import ClusterError, on_threads
-from workbench.study.ledger.store import FOLDER, chunks, opened
+from workbench.study.ledger.store import FOLDER, chunks, open_ledger
 from workbench.study.study import Results, Study
 from workbench.study.tuning import checkpoint
 from workbench.study.tuning.search import compile_tuning
@@ -30,10 +30,10 @@ from workbench.engine.metrics import effort, ise
 from workbench.engine.distributions import Uniform
 from workbench.study.document.document import Paragraph, Section
 from workbench.engine.factors import Factor
-from workbench.study.contract import Run
+from workbench.study.run_and_sweep import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Case, Study
-from workbench.study.contract import Sweep
+from workbench.study.run_and_sweep import Sweep
 
 METRICS = (ise(), effort())
 START = Factor("start", ("q",), Uniform(0.5, 1.5))
@@ -194,7 +194,7 @@ def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_
 def test_what_a_settled_tuning_did_without_is_taken_off_what_is_to_come(tmp_path):
     first, second = (compile_tuning(tuning(name=name, evaluations=320, settle=0.3)) for name in ("one", "two"))
     told, said = [], []
-    with opened(tmp_path, fresh=False) as ledger:
+    with open_ledger(tmp_path, fresh=False) as ledger:
         found, done = checkpoint.tune_in_ledger(
             (first, second),
             ledger,
@@ -203,13 +203,13 @@ def test_what_a_settled_tuning_did_without_is_taken_off_what_is_to_come(tmp_path
             describe=lambda sweeps: said.append(sweeps),
         )
         again = checkpoint.tune_in_ledger((first, second), ledger, on_threads, lambda: pytest.fail("it runs"))
-    spared = 320 - found["one"].used[0]
+    spared = 320 - found["one"].evaluations[0]
     assert spared > 0
     assert told[0][2] == 2 * (320 + 8)
     assert told[-1][2] == 2 * (320 + 8) - spared
-    assert told[-1][0] == sum(found[name].used[0] for name in ("one", "two")) + 2 * 8
+    assert told[-1][0] == sum(found[name].evaluations[0] for name in ("one", "two")) + 2 * 8
     assert [(sweep.runs, sweep.at_most) for sweep in said[0]] == [(320, True), (8, True)] * 2
-    runs = [runs for name in ("one", "two") for runs in (found[name].used[0], 8)]
+    runs = [runs for name in ("one", "two") for runs in (found[name].evaluations[0], 8)]
     assert [(sweep.runs, sweep.at_most) for sweep in done] == [(count, False) for count in runs]
     assert again[1] == done
     assert again[0]["two"].objectives.tobytes() == found["two"].objectives.tobytes()
@@ -235,14 +235,14 @@ def test_a_study_refuses_what_would_be_one_file_twice_or_follows_from_nothing():
     with pytest.raises(ValueError, match="function of what the tunings found, and this study has none"):
         Study(*words, sweeps=lambda found: ())
     later = Study(*words, tunings=(tuning(),), cases=lambda found: (), sweeps=lambda found: [sweep()])
-    assert [one.name for one in later.resolved({}).sweeps] == ["decay"]
+    assert [one.name for one in later.resolve({}).sweeps] == ["decay"]
     with pytest.raises(ValueError, match=r"take `study.resolved\(tuned\)`"):
         run(later)
     wrong = Study(*words, tunings=(tuning(),), sweeps=lambda found: sweep())
     with pytest.raises(ValueError, match=r"got a `Sweep`: one alone is written"):
-        wrong.resolved({})
+        wrong.resolve({})
 
 
 def test_a_tuning_that_is_not_there_is_named_with_the_nearest():
     with pytest.raises(LookupError, match="There is no 'dp' among the 0 tunings"):
-        Results().tuned("dp")
+        Results().tuning("dp")

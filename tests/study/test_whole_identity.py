@@ -15,9 +15,9 @@ from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry
 from workbench.engine import simulate
 from workbench.engine.metrics import ise, rmse, total_variation
-from workbench.engine.reference import reference
-from workbench.study.compiled import compile_sweep
-from workbench.study.contract import Run
+from workbench.engine.reference import reference_run
+from workbench.study.compiled_sweep import compile_sweep
+from workbench.study.run_and_sweep import Run
 from workbench.study.study import Case, Outcome
 from workbench.study.uncertainty import MonteCarlo
 
@@ -218,7 +218,7 @@ def test_each_part_of_a_loop_is_in_its_fingerprint_and_no_default_number_is():
         digital,
         loop().digital(0.02),
         loop().digital(0.01, delay=True),
-        digital.disturbed(),
+        digital.with_timing_faults(),
     ]
     prints = [one.fingerprint for one in others]
     assert len({*prints, *free}) == len(others) + 1
@@ -232,7 +232,7 @@ def test_the_digest_of_a_case_with_noise_holds_its_seed():
 
     def digest(seed, noisy=True):
         jump = flow.x + noise if noisy else flow.x
-        loop = wb.Sampled(flow, 0.1, at, noise if noisy else ca.SX(0, 1), jump)
+        loop = wb.SampledSystem(flow, 0.1, at, noise if noisy else ca.SX(0, 1), jump)
         case = Case("s", "l", Run(loop, (rmse("e"),), h=0.05, until=1.0, seed=seed))
         return Outcome(case, loop, wb.measure(loop, case.run.metrics, until=1.0, h=0.1, seed=seed)).digest
 
@@ -249,4 +249,4 @@ def test_a_function_of_several_results_runs_and_has_no_surfaces_to_be_found():
     end = simulate(rk4(ode, 0.01), until=1.0).x[0, -1]
     np.testing.assert_allclose(end, np.exp([2.0, -3.0]), rtol=1e-6)  # the error of RK4: (3 h)^4 / 120 a second
     with pytest.raises(ValueError, match="'two' switches by 'a function that it calls, such as a table'"):
-        reference(ode, times=[0.0, 1.0])
+        reference_run(ode, times=[0.0, 1.0])

@@ -8,9 +8,9 @@ import pytest
 
 from workbench.study.definitions import Definitions
 from workbench.study.ledger import answers
-from workbench.study.ledger.chunk import parsed
+from workbench.study.ledger.chunk import parse_chunk
 from workbench.study.ledger.store import FOLDER
-from workbench.study.work import Work, compile_work
+from workbench.study.study_works import Work, compile_work
 
 WORKED = """
 from dataclasses import dataclass
@@ -164,12 +164,12 @@ def same(a, b):
 @pytest.mark.parametrize("answer", ANSWERS, ids=repr)
 def test_plain_data_come_back_to_the_bit(answer):
     chunk = answers.chunk_of_answer("work/item/0", "it", answer, {})
-    assert same(answer, answers.answer_of(parsed(bytes(chunk)), {}))
+    assert same(answer, answers.answer_of(parse_chunk(bytes(chunk)), {}))
 
 
 def test_nan_comes_back_as_the_quiet_one():
     chunk = answers.chunk_of_answer("work/item/0", "it", (np.nan, -np.nan, np.array([-np.nan])), {})
-    first, second, third = answers.answer_of(parsed(bytes(chunk)), {})
+    first, second, third = answers.answer_of(parse_chunk(bytes(chunk)), {})
     assert np.array([first, second, *third]).tobytes() == np.full(3, np.nan).tobytes()
 
 

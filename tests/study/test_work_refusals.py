@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.study.ledger.chunk import parsed
-from workbench.study.outcome import Results
-from workbench.study.work import Work, WorkError, compile_work
+from workbench.study.ledger.chunk import parse_chunk
+from workbench.study.study_results import Results
+from workbench.study.study_works import Work, WorkError, compile_work
 
 if TYPE_CHECKING:
     from decimal import Decimal as NotThere
@@ -79,7 +79,7 @@ def fails(item):
 def read_back(work, k=0):
     """The answer to an item, computed and read from its record."""
     one = compile_work(work)
-    records = {name: parsed(bytes(one.chunk(i, i + 1))) for i, name in enumerate(one.names)}
+    records = {name: parse_chunk(bytes(one.chunk(i, i + 1))) for i, name in enumerate(one.names)}
     return one.answers(records.__getitem__)[k]
 
 

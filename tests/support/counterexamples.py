@@ -5,9 +5,9 @@ from functools import cache
 import casadi as ca
 
 from workbench.core import Claim, Entry, Layout, Ode
-from workbench.core.claim import Declared
+from workbench.core.claim import BlockClaim
 from workbench.core.numbers import Bounds
-from workbench.proofs.falsify import Budget, Hunt
+from workbench.proofs.falsify import Budget, RunSearch
 
 
 def decay() -> Ode:
@@ -31,14 +31,14 @@ ODE = decay()
 RANGES = {"x": (-2.0, 2.0), "b": (-1.0, 1.0)}
 
 
-def late(limit: float) -> Declared:
+def late(limit: float) -> BlockClaim:
     def margin(y):
         return ca.if_else(y["t"] < 1.999, 9.0, limit - y["x"])
 
-    return Declared(Claim("x ends small", f"x(2) <= {limit}", "by hand", (), margin))
+    return BlockClaim(Claim("x ends small", f"x(2) <= {limit}", "by hand", (), margin))
 
 
-HUNT = Hunt(ODE, late(0.0), RANGES, 2.0, 0.01)
+HUNT = RunSearch(ODE, late(0.0), RANGES, 2.0, 0.01)
 
 
 @cache

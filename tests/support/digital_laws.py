@@ -7,7 +7,7 @@ import numpy as np
 import workbench as wb
 from docs import loops
 from studies.paper.laws import rival
-from workbench.core import Sampled
+from workbench.core import SampledSystem
 
 
 def gallery():
@@ -19,7 +19,7 @@ def digital(name, delay=True):
     """A loop of the gallery in a computer, and its law with the truths that its observer uses as inputs."""
     shown = loops.gallery_loop(name)
     loop = shown.loop
-    if isinstance(loop, Sampled):
+    if isinstance(loop, SampledSystem):
         return loop, loop.law()
     arm = "tau" in loop.plant.inputs
     sampled = loop.digital(1e-3 if arm else 4 * shown.h, delay=delay)

@@ -8,7 +8,7 @@ from workbench.core import Entry, Layout, Ode
 from workbench.engine.distributions import Uniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import iae
-from workbench.study.contract import Run
+from workbench.study.run_and_sweep import Run
 from workbench.study.tuning import Trial
 
 

@@ -5,23 +5,23 @@ import numpy as np
 from workbench.core.notation.formula import Matrix, Relation, symbol
 from workbench.study.document.document import (
     Band,
+    BoldCell,
     Code,
     Colophon,
-    Column,
-    Diverged,
+    CrossReference,
+    DivergedCell,
     Document,
-    Emphasis,
     Equation,
     Figure,
     Itemize,
-    Measured,
     Panel,
     Paragraph,
-    Reference,
+    ReportTable,
     Section,
     Series,
     Strong,
-    Table,
+    TableColumn,
+    ValueWithError,
     Verdict,
 )
 
@@ -33,16 +33,16 @@ def document(title="Six laws on one arm", *more, words="text"):
     q = symbol("q_1")
     panel = Panel((q, " [rad]"), (Series(words, t, t), Band("band", t, t, t + 1, 1)), title=words)
     blocks = (
-        Paragraph((words, q, Code(words), Strong(words), " see ", Reference("rmse"), Reference("mass"))),
+        Paragraph((words, q, Code(words), Strong(words), " see ", CrossReference("rmse"), CrossReference("mass"))),
         Equation(Relation(symbol("M"), "=", Matrix(((q, q), (q, q)))), "mass", note=words),
-        Table(
+        ReportTable(
             "rmse",
             (words, q),
-            (Column(words), Column((q, " ours"), "rad/s^2")),
-            (("PID", Measured(0.5847, 0.0002)), (words, Emphasis(Diverged(3.14159))), ("SMC", None)),
+            (TableColumn(words), TableColumn((q, " ours"), "rad/s^2")),
+            (("PID", ValueWithError(0.5847, 0.0002)), (words, BoldCell(DivergedCell(3.14159))), ("SMC", None)),
             (words,),
         ),
-        Figure("errors", (words, q, Reference("rmse")), (panel,)),
+        Figure("errors", (words, q, CrossReference("rmse")), (panel,)),
         Verdict("fails", (words, q), words),
         Verdict("holds", words),
         Verdict("open", words),
@@ -53,6 +53,6 @@ def document(title="Six laws on one arm", *more, words="text"):
         title=title,
         question=(words, q),
         method=words,
-        sections=(Section((words, q, Reference("rmse")), blocks),),
+        sections=(Section((words, q, CrossReference("rmse")), blocks),),
         colophon=Colophon(words, "0.1.0", {words: "3f9a2c1b"}, 7, {"casadi": "3.8"}, "3.11"),
     )

@@ -13,7 +13,7 @@ from typing import Any
 import workbench
 from workbench.core.validation import signatures
 
-OPENED = signatures.door(lambda: None).__code__
+OPENED = signatures.check_arguments(lambda: None).__code__
 CHECKED = "_door_of_class.<locals>.__post_init__"
 
 

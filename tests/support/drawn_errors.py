@@ -49,11 +49,11 @@ def fitted(miss):
 
 def common_searches(miss=0.5):
     """The searches at one horizon and the searches for one row, with runs that are off by this part."""
-    printed = {law: np.array([fits.PUBLISHED["FS", joint].values[law] for joint in (1, 2)]) for law in LAWS}
+    printed = {law: np.array([fits.PUBLISHED_COLUMNS["FS", joint].values[law] for joint in (1, 2)]) for law in LAWS}
     t = np.arange(1.0, loops.LONGEST + 1)
 
     def tuned(name):
-        law = next((law for law in LAWS if name.startswith(loops.slug("common", law))), loops.PROPOSED)
+        law = next((law for law in LAWS if name.startswith(loops.slug("common", law))), loops.PROPOSED_LAW)
         values = (1 + miss) * np.broadcast_to(printed[law], (1, len(t), 2))
         return SimpleNamespace(samples={"fs": sampled(t, values)})
 

@@ -7,14 +7,14 @@ import numpy as np
 
 from studies.a7_sensitivity.results import Derivatives, LawResults
 from studies.a7_sensitivity.second_looks import Later
-from studies.a7_sensitivity.sweeps import PROPOSED, free, metrics
+from studies.a7_sensitivity.sweeps import PROPOSED_LAW, free, metrics
 from studies.paper.factors import factors
 from tests.support.samples import made_sample, with_measurement
 from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, SobolDesign
 from workbench.study.uncertainty.local_sensitivity import LocalSensitivities
 
 T = 5
-EVERY, SOME = ([factor.name for factor in of(PROPOSED)] for of in (factors, free))
+EVERY, SOME = ([factor.name for factor in of(PROPOSED_LAW)] for of in (factors, free))
 DESIGNS = (EVERY, MorrisDesign(len(EVERY), 60)), (SOME, SobolDesign(len(SOME), 256, True)), (EVERY, MonteCarlo(19, 128))
 EQUAL = SOME, SobolDesign(len(SOME), 128)
 
@@ -23,7 +23,7 @@ def sampled(names, design, weights, joint_weights):
     """Runs whose metrics are 1 + 0.01 w . (u - 1/2), by metric and factor."""
     u = design.points() - 0.5
     columns, values = [], []
-    for metric in [*(metric.name for metric in metrics(PROPOSED)), "ISE"]:
+    for metric in [*(metric.name for metric in metrics(PROPOSED_LAW)), "ISE"]:
         for joint, chosen in enumerate((weights, joint_weights)):
             w = np.array([chosen.get(metric, {}).get(name, 0.1) for name in names])
             columns.append((metric, joint, "rad"))
@@ -41,7 +41,7 @@ def made(weights, joint_weights=None, equal=None):
     """A law whose metrics are linear in its factors; joint 2 and equal ranges have the same weights unless given."""
     samples = [sampled(*each, weights, joint_weights or weights) for each in DESIGNS]
     alike = sampled(*EQUAL, equal or weights, equal or joint_weights or weights)
-    return LawResults(PROPOSED, *samples, None, alike)
+    return LawResults(PROPOSED_LAW, *samples, None, alike)
 
 
 def local(weights):

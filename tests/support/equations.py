@@ -5,7 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Ode, Step
+from workbench.core import Entry, Layout, Ode, StepMap
 from workbench.core.numbers import Bounds
 
 
@@ -61,6 +61,6 @@ def root() -> Ode:
     return Ode.of("root", states, Layout(), (t, x, ca.SX(0, 1)), {"x": ca.sqrt(x)}, {"e": x})
 
 
-def with_next(step: Step, after: ca.SX) -> Step:
+def with_next(step: StepMap, after: ca.SX) -> StepMap:
     """The step with another x+, in the symbols of its rule."""
     return replace(step, rule=replace(step.rule, rate=ca.SX(0, 1), update=after))

@@ -1,7 +1,7 @@
 """Plants behind an element."""
 
 from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop
-from workbench.blocks.plants import Equipped
+from workbench.blocks.plants import EquippedPlant
 from workbench.core import block, initial, layout, rk4
 from workbench.engine import simulate
 
@@ -29,6 +29,6 @@ def behind(elements, v, until, h=1e-3):
         def command(self, t, z, est, ref):
             return {"v": v(t)}
 
-    loop = ClosedLoop(Equipped(Integrator(), elements), controller=Given())
+    loop = ClosedLoop(EquippedPlant(Integrator(), elements), controller=Given())
     run = simulate(rk4(loop.ode(), h), until=until)
     return run.t, run["v_applied"][0].ravel()

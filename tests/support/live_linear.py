@@ -45,7 +45,7 @@ class LoopData:
         outcome, modules = case_runs.run(study).outcomes[0], Modules()
         made = linear_data(outcome, modules)
         step = outcome.measurement.trajectories.step
-        return LoopData(loop, made["linear"], made["linear_refused"], tuple(modules.packed.values()), step)
+        return LoopData(loop, made["linear"], made["linear_refused"], tuple(modules.packed_modules.values()), step)
 
     def turn(self, **values: Any) -> dict[str, list[str]]:
         """The numbers of the page with parameters and first states by name; `__` stands for a dot."""

@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Step
+from workbench.core import Entry, Layout, StepMap
 from workbench.engine import metrics, simulate
 from workbench.engine.kernel.plan import Plan
 from workbench.engine.metrics.measured_equation import MeasuredEquation
@@ -111,7 +111,7 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
     }
 
 
-def _moves(step: Step, knobs: Any) -> tuple[list[dict[str, Any]], dict[str, float]]:
+def _moves(step: StepMap, knobs: Any) -> tuple[list[dict[str, Any]], dict[str, float]]:
     """The parameters that each knob moves, and their values by the knob's name."""
     moves, found = [], {}
     for place, (name, _, path, *_) in enumerate(knobs):
@@ -153,12 +153,12 @@ def _loop_data(measured: Any, times: tuple[float, float, float], seed: int, modu
     }
 
 
-def _march(step: Step, stride: int, modules: dict[str, int]) -> dict[str, Any]:
+def _march(step: StepMap, stride: int, modules: dict[str, int]) -> dict[str, Any]:
     from workbench.engine.kernel import webassembly  # with llvmlite, which not every machine has
 
     plan = Plan.of_step(step, ())
     squeeze = zlib.compressobj(9, wbits=-15)
-    packed = squeeze.compress(webassembly.compiled(plan)) + squeeze.flush()
+    packed = squeeze.compress(webassembly.compile_plan(plan)) + squeeze.flush()
     return {
         "module": modules.setdefault(base64.b64encode(packed).decode(), len(modules)),
         "h": step.h,
@@ -171,7 +171,7 @@ def _march(step: Step, stride: int, modules: dict[str, int]) -> dict[str, Any]:
     }
 
 
-def _watched(step: Step, count: int) -> Step:
+def _watched(step: StepMap, count: int) -> StepMap:
     """The step that leaves the states as they are and puts the first outputs behind them."""
     rule, y = step.rule, ca.SX.sym("y", count)
     update = ca.vertcat(rule.x, ca.densify(rule.output[:count]))

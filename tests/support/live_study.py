@@ -6,7 +6,7 @@ import workbench as wb
 from workbench.report.live.live_data import live_data
 from workbench.report.pictures.traces import Window, curve
 from workbench.study import case_runs, writeup
-from workbench.study.document.document import Column, Figure, Panel, Section, Series, Table
+from workbench.study.document.document import Figure, Panel, ReportTable, Section, Series, TableColumn
 from workbench.study.knob import Knob
 from workbench.study.result_marks import cell
 from workbench.study.study import Case, Study
@@ -35,7 +35,7 @@ def page(results):
         Series("by hand", outcome.t, omega),
     )
     rows = [(o.label, cell(o, "RMSE"), cell(o, "effort"), 0.123) for o in results.outcomes]
-    table = Table("scores", "Scores.", tuple(map(Column, ("law", "RMSE", "effort", "other"))), tuple(rows))
+    table = ReportTable("scores", "Scores.", tuple(map(TableColumn, ("law", "RMSE", "effort", "other"))), tuple(rows))
     return [Section("All", (Figure("speed", "Speed.", (Panel("omega", lines),)), table))]
 
 

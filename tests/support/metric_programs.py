@@ -14,7 +14,6 @@ from workbench.engine.metrics import (
     ise,
     itae,
     late_error,
-    measured,
     observer_error,
     overshoot,
     peak,
@@ -22,6 +21,7 @@ from workbench.engine.metrics import (
     rmse,
     sampled_rmse,
     settling_time,
+    step_with_metrics,
     total_variation,
     violation,
 )
@@ -75,6 +75,6 @@ def some_runs(metrics):
     rng = np.random.default_rng(18)
     a = rng.choice([-300.0, -150.0, -30.0, -3.0, -0.1, 0.0, 2.0, 4e3, 1e6], (RUNS, 2))
     b, level = rng.choice([0.0, 1.0, -20.0], (RUNS, 2)), rng.choice([0.0, 1.0, 0.05], (RUNS, 2))
-    step = measured(pair(), metrics, STEP)
+    step = step_with_metrics(pair(), metrics, STEP)
     x0 = step.states.pack({"plant.q": rng.choice([0.0, 1.0, -3.0], (RUNS, 2))})
     return simulate(step, np.hstack([a, b, level]), x0, until=HORIZON, every=STEP, arithmetic="portable")

@@ -18,12 +18,12 @@ from tests.support.c_runs import compiled, differing
 from tests.support.random_formulas import GAINS, Draw, table
 from tests.support.wasm_runs import Kernel
 from workbench.blocks.loop import AbstractController, AbstractObserver, AbstractPlant
-from workbench.blocks.loop.surroundings import AbstractReference
+from workbench.blocks.loop.environment import AbstractReference
 from workbench.core import block, layout, parameter
 from workbench.engine.kernel import webassembly
 from workbench.engine.kernel.plan import Evaluation, Plan, graph_of
 from workbench.engine.machines.numpy_spelling import Arrays
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.programs.python_law import python_law
 from workbench.handover.recording import record
 
@@ -217,7 +217,7 @@ def in_webassembly(law, rows):
         "states": law.step.states.size,
         "stride": 1,
     }
-    kernel, made = Kernel(webassembly.compiled(plan), march, 1), []
+    kernel, made = Kernel(webassembly.compile_plan(plan), march, 1), []
     x = np.concatenate([law.memory.default, np.zeros(law.commands.size)])
     for k, row in enumerate(np.concatenate([rows.y, rows.r], axis=1)):
         x = kernel.run(np.concatenate([law.parameters.default, row]), x, 1, begin=k)[0]

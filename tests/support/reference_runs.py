@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.engine.reference import reference
+from workbench.engine.reference import reference_run
 
 
 def equation(rate, x0) -> Ode:
@@ -15,7 +15,7 @@ def equation(rate, x0) -> Ode:
 
 
 def run(rate, x0, until, count=31, **options):
-    return reference(equation(rate, x0), times=np.linspace(0, until, count), **options)
+    return reference_run(equation(rate, x0), times=np.linspace(0, until, count), **options)
 
 
 def times_of(result, what):

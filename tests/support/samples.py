@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.engine.metrics import Measurement
-from workbench.engine.metrics.score import Column
+from workbench.engine.metrics.score import MetricColumn
 from workbench.study.sample import Sample
 
 
@@ -13,7 +13,7 @@ def made_sample(
     name, factors, columns, t, h, seed, fingerprint, drawn, values, again, errors, limits, diverged_at, design=None
 ):
     """A sample of runs of which those of the numbers `again` were looked at; the runs that have no error ended then."""
-    columns = tuple(Column(*one) for one in columns)
+    columns = tuple(MetricColumn(*one) for one in columns)
     lost = np.where(np.isnan(errors[:, -1]).all(axis=1), t[-1], np.nan) if len(errors) else np.empty(0)
     found = Measurement(columns, t, h, values, diverged_at, again, errors, lost, limits)
     return Sample(name, factors, drawn, found, seed, fingerprint, design)

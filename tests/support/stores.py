@@ -4,7 +4,7 @@ import numpy as np
 
 from workbench.study.ledger import store
 from workbench.study.ledger.chunk import chunk_of
-from workbench.study.ledger.store import FOLDER, About, chunks, opened
+from workbench.study.ledger.store import FOLDER, StudyRecord, chunks, open_ledger
 
 COUNT = 20
 CHUNKS = [chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))}) for i in range(COUNT)]
@@ -12,8 +12,8 @@ CHUNKS = [chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))}) for i in r
 
 def filled(out):
     """The folder of a closed ledger with all chunks."""
-    with opened(out) as ledger:
-        ledger.describe(About("s", "s.py"))
+    with open_ledger(out) as ledger:
+        ledger.describe(StudyRecord("s", "s.py"))
         for chunk in CHUNKS:
             ledger.write_durably(chunk)
     return out / FOLDER
@@ -25,7 +25,7 @@ def held(out):
 
 def completed(out):
     """What a later run finds, and adds."""
-    with opened(out) as ledger:
+    with open_ledger(out) as ledger:
         for chunk in CHUNKS:
             if chunk.name not in ledger:
                 ledger.write_durably(chunk)

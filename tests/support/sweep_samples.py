@@ -7,9 +7,9 @@ from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines
-from workbench.study.compiled import compile_sweep
+from workbench.study.compiled_sweep import compile_sweep
 from workbench.study.executors import on_threads
-from workbench.study.ledger.store import complete, opened
+from workbench.study.ledger.store import complete, open_ledger
 from workbench.study.sweep_runs import tasks_of
 
 
@@ -17,7 +17,7 @@ def sample(out, given, **options):
     """What the sweep gives, through a ledger."""
     one = compile_sweep(given)
     tasks = tasks_of([one])
-    with opened(out) as ledger:
+    with open_ledger(out) as ledger:
         complete(tasks, ledger, lambda missing: on_threads([one], missing, **options))
         return one.sample(ledger.read(task.name) for task in tasks)
 

@@ -8,7 +8,7 @@ from workbench.core.numbers import Bounds
 from workbench.engine.distributions import Uniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import iae, ise
-from workbench.study.contract import Run, Sweep
+from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.uncertainty import MonteCarlo
 
 

@@ -12,10 +12,10 @@ from workbench.engine.metrics import iae, ise
 from workbench.engine.distributions import Uniform
 from workbench.study.document.document import Paragraph, Section
 from workbench.engine.factors import Factor
-from workbench.study.contract import Run
+from workbench.study.run_and_sweep import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Study
-from workbench.study.contract import Sweep
+from workbench.study.run_and_sweep import Sweep
 
 class Decay:
     def ode(self, name="loop"):

@@ -2,12 +2,12 @@
 
 import pytest
 
-from workbench.handover.targets.programs import lacking
+from workbench.handover.targets.external_programs import missing_programs
 
 
 def needs(*programs):
     """The mark of a test that needs programs."""
-    return pytest.mark.skipif(bool(lacking(programs)), reason=lacking(programs))
+    return pytest.mark.skipif(bool(missing_programs(programs)), reason=missing_programs(programs))
 
 
 needs_gcc = needs("gcc")

@@ -7,7 +7,7 @@ from workbench.core import Entry, Layout, Ode
 from workbench.engine.distributions import LogUniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import effort, ise
-from workbench.study.contract import Run
+from workbench.study.run_and_sweep import Run
 from workbench.study.tuning import Trial, Tuning
 
 HORIZON = 20.0  # s: at the best gains nothing is left after that

@@ -14,7 +14,7 @@ from workbench.arms.dynamics import AbstractArm
 from workbench.blocks.loop.contracts import AbstractController, AbstractObserver, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import Number
-from workbench.core.units import ANY, joined
+from workbench.core.units import ANY, join_units
 
 ORDERS = {"q": "", "qd": "/s", "qdd": "/s^2"}
 
@@ -35,7 +35,7 @@ def motors(arm: AbstractArm) -> Layout:
     return torques("tau", (arm.units[joint] for joint in arm.motors))
 
 
-def known(units: Iterable[str]) -> tuple[str, ...]:
+def units_or_rad(units: Iterable[str]) -> tuple[str, ...]:
     """The units of joints, with rad for those whose unit is unknown."""
     return tuple("rad" if each == ANY else each for each in units)
 
@@ -51,7 +51,7 @@ def _port(units_of_each: tuple[tuple[str, tuple[str, ...]], ...]) -> Layout:
 
 
 def _entry(name: str, units: tuple[str, ...]) -> Entry:
-    return Entry(name, np.zeros(len(units)), joined(units))
+    return Entry(name, np.zeros(len(units)), join_units(units))
 
 
 class AbstractJoints(ABC):  # noqa: B024 (what is abstract in it is for the type checker)
@@ -77,12 +77,12 @@ class AbstractJoints(ABC):  # noqa: B024 (what is abstract in it is for the type
     @property
     def position(self) -> str:
         """The unit of the joints' positions, for the units of numbers: rad where there is no model to tell."""
-        return unit(motion(known(self.units), ("q",)))
+        return unit(motion(units_or_rad(self.units), ("q",)))
 
     @property
     def force(self) -> str:
         """The unit of the force on the joints, for the units of numbers: N m where there is no model to tell."""
-        return unit(torques("tau", known(self.units)))
+        return unit(torques("tau", units_or_rad(self.units)))
 
 
 class AbstractArmController(AbstractJoints, AbstractController):
@@ -115,7 +115,7 @@ class AbstractArmController(AbstractJoints, AbstractController):
     @property
     def signal_units(self) -> Mapping[str, str]:
         """The unit of the sliding variable s."""
-        return {"s": unit(motion(known(self.units), ("qd",)))}
+        return {"s": unit(motion(units_or_rad(self.units), ("qd",)))}
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """The torques."""
@@ -131,7 +131,7 @@ class AbstractArmObserver(AbstractJoints, AbstractObserver):
     three.
     """
 
-    measured: ClassVar[tuple[str, ...]] = ("q", "qd")
+    measured_signals: ClassVar[tuple[str, ...]] = ("q", "qd")
     hint_on_reads = "It is made for manipulators."
 
     if TYPE_CHECKING:
@@ -147,7 +147,7 @@ class AbstractArmObserver(AbstractJoints, AbstractObserver):
     @property
     def reads(self) -> Layout:
         """The `measured`, each (n,)."""
-        return _ports(self.units, self.measured)
+        return _ports(self.units, self.measured_signals)
 
     @property
     def gives(self) -> Layout:

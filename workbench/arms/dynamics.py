@@ -12,14 +12,14 @@ import numpy as np
 from workbench.core.block import Column, is_block
 from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.layout import Entry, Layout
-from workbench.core.lift import Lifted, lift
+from workbench.core.model_probe import AbstractModel, Probe
 from workbench.core.notation import mathml
 from workbench.core.notation.formula import Formula, System
 from workbench.core.notation.reader import equations_of
-from workbench.core.probe import AbstractModel, Probe
 from workbench.core.shapes import Shape
+from workbench.core.symbolic_twin import SymbolicTwin, lift
 from workbench.core.validation.refusals import Array, refusal, vector
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 MOST_JOINTS = 1_000  # of a block; the equations of far fewer take minutes
 
@@ -65,12 +65,12 @@ class AbstractArm(AbstractModel):
         del q
         return None
 
-    @door
+    @check_arguments
     def recursion(self, q: Column, qd: Column, qdd: Column) -> ca.SX | None:
         """The torque, (n, 1), of an arm that has a recursion, which forms neither M nor C; else None."""
         return None
 
-    @door
+    @check_arguments
     def torque(self, q: Column, qd: Column, qdd: Column) -> ca.SX:
         """tau = M qdd + C qd + G, (n, 1), in N m or N, and the friction of an arm that has any."""
         tau = self.recursion(q, qd, qdd)
@@ -78,8 +78,8 @@ class AbstractArm(AbstractModel):
             tau = self.mass_matrix(q) @ qdd + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q)
         return tau
 
-    @door
-    def driven(self, tau: ca.SX) -> ca.SX:
+    @check_arguments
+    def joint_torques(self, tau: ca.SX) -> ca.SX:
         """The torque at each joint, (n, 1), where the motors' torques are `tau`: none at a joint without a motor."""
         if len(self.motors) == self.dof:
             return tau
@@ -89,7 +89,7 @@ class AbstractArm(AbstractModel):
             joints[joint] = tau[i]
         return joints
 
-    @door
+    @check_arguments
     def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
         """qdd = M^-1 (tau - C qd - G), (n, 1), in rad/s^2 or m/s^2, by the LDL' factors of M."""
         bias = self.recursion(q, qd, ca.SX(self.dof, 1))
@@ -122,7 +122,7 @@ class _SymbolicArm(AbstractArm):
         return self.mass_matrix(q) @ (tau + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q))
 
 
-@door
+@check_arguments
 def solve_definite(S: ca.SX, b: ca.SX) -> ca.SX:
     """S^-1 b for a symmetric positive definite S (n, n) and b (n, k), by the LDL' factors of S."""
     refuse_misfit("solve_definite", "S", S, S.shape[0], S.shape[0], "as it is square")
@@ -132,7 +132,7 @@ def solve_definite(S: ca.SX, b: ca.SX) -> ca.SX:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Dynamics:
     """The matrices of one arm over symbols q, qd and p."""
 
@@ -167,10 +167,10 @@ class Dynamics:
         refuse_unknown("Dynamics", {**symbols, "qdd": qdd}, recursion=tau)
 
     @staticmethod
-    @door
+    @check_arguments
     def of(arm: AbstractArm, name: str = "", symbolic: bool = True) -> Dynamics:
         """The dynamics of an arm; the numbers of a block become symbols unless `symbolic` is False."""
-        lifted = lift(arm) if symbolic and is_block(arm) else Lifted(arm, Layout(), ca.SX(0, 1))
+        lifted = lift(arm) if symbolic and is_block(arm) else SymbolicTwin(arm, Layout(), ca.SX(0, 1))
         q, qd, qdd = (Layout((Entry(letter, np.zeros(arm.dof)),)).symbols() for letter in ("q", "qd", "qdd"))
         M = ca.densify(lifted.block.mass_matrix(q))
         C = ca.densify(lifted.block.coriolis_matrix(q, qd))
@@ -203,19 +203,19 @@ class Dynamics:
         return ca.reshape(ca.jtimes(ca.vec(self.M), self.q, self.qd), self.dof, self.dof)
 
     @cached_property
-    def _shared(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    def _shared_expressions(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """M, C, G and tau with each common subexpression once."""
         M, C, G, tau = ca.cse([self.M, self.C, self.G, self.tau])
         return M, C, G, tau
 
     @cached_property
     def _function(self) -> ca.Function:
-        return ca.Function("dynamics", [self.q, self.qd, self.symbols], self._shared[:3])
+        return ca.Function("dynamics", [self.q, self.qd, self.symbols], self._shared_expressions[:3])
 
     @cached_property
     def inverse_dynamics(self) -> ca.Function:
         """(q, qd, qdd, p) -> tau (n, 1), dtau/dq (n, n), dtau/dqd (n, n); dtau/dqdd is M."""
-        tau = self._shared[3]
+        tau = self._shared_expressions[3]
         derivatives = [ca.densify(ca.jacobian(tau, by)) for by in (self.q, self.qd)]
         return ca.Function("inverse_dynamics", [self.q, self.qd, self.qdd, self.symbols], [tau, *derivatives])
 
@@ -225,8 +225,8 @@ class Dynamics:
 
         With tau held, M qdd + bias = tau differentiates to M dqdd/dx = -dtau/dx, taken at that qdd.
         """
-        M, n, tau = self._shared[0], self.dof, ca.SX.sym("tau", self.dof)
-        bias = ca.substitute(self._shared[3], self.qdd, ca.SX.zeros(n))
+        M, n, tau = self._shared_expressions[0], self.dof, ca.SX.sym("tau", self.dof)
+        bias = ca.substitute(self._shared_expressions[3], self.qdd, ca.SX.zeros(n))
         qdd = solve_definite(M, tau - bias)
         _, by_q, by_qd = self.inverse_dynamics(self.q, self.qd, qdd, self.symbols)
         solved = solve_definite(M, ca.horzcat(-by_q, -by_qd, ca.SX.eye(n)))
@@ -260,4 +260,4 @@ class Dynamics:
     def names(self) -> dict[str, str]:
         """The printed name of each symbol of the expressions, by the name of the SX."""
         joints = {f"{v}[{i}]": f"{v}_{i + 1}" for v in ("q", "qd") for i in range(self.dof)}
-        return joints | self.p.printed()
+        return joints | self.p.printed_names()

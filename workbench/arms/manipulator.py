@@ -10,12 +10,12 @@ import casadi as ca
 from workbench.arms.arm_contracts import motion, motors, torques
 from workbench.arms.dynamics import MOST_JOINTS, AbstractArm
 from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts
-from workbench.blocks.loop.surroundings import AbstractDisturbance
+from workbench.blocks.loop.environment import AbstractDisturbance
 from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Column, Number, Scalar, States, Vector, quantities
 from workbench.core.shapes import Shape
 from workbench.core.validation.refusals import whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
 class AbstractAtJoints:
@@ -23,7 +23,7 @@ class AbstractAtJoints:
 
     units: tuple[str, ...] = ()
 
-    @door
+    @check_arguments
     def at(self, units: tuple[str, ...]) -> Self:
         """The same part at joints whose positions have these units."""
         part = copy(self)
@@ -39,16 +39,16 @@ class AbstractAtJoints:
 class AbstractActuator(AbstractAtJoints, ABC):
     """A drive at each joint that has a motor."""
 
-    @door
+    @check_arguments
     def memory(self, motors: int) -> Layout:
         """The drives' own states for that many motors; none unless an actuator has some."""
         return Layout()
 
     @abstractmethod
-    def applied(self, z: Parts, tau: Column) -> ca.SX:
+    def applied_torque(self, z: Parts, tau: Column) -> ca.SX:
         """The torque that acts, (motors, 1), in N m or N."""
 
-    @door
+    @check_arguments
     def rate(self, z: Parts, tau: Column) -> Parts:
         """The derivative of each state."""
         return {}
@@ -60,8 +60,8 @@ class DirectDrive(AbstractActuator):
 
     limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
 
-    def applied(self, z: Parts, tau: Column) -> ca.SX:
-        return _limited(tau, self.limit)
+    def applied_torque(self, z: Parts, tau: Column) -> ca.SX:
+        return _limit(tau, self.limit)
 
 
 @block
@@ -75,14 +75,14 @@ class FirstOrderLag(AbstractActuator):
         count = whole("memory(motors=...)", motors, most=MOST_JOINTS)
         return torques("tau_m", self.units or ("rad",) * count)
 
-    def applied(self, z: Parts, tau: Column) -> ca.SX:
+    def applied_torque(self, z: Parts, tau: Column) -> ca.SX:
         return z["tau_m"]
 
     def rate(self, z: Parts, tau: Column) -> Parts:
-        return {"tau_m": (_limited(tau, self.limit) - z["tau_m"]) / self.time_constant}
+        return {"tau_m": (_limit(tau, self.limit) - z["tau_m"]) / self.time_constant}
 
 
-def _limited(tau: ca.SX, limit: Vector | None) -> ca.SX:
+def _limit(tau: ca.SX, limit: Vector | None) -> ca.SX:
     return tau if limit is None else ca.fmin(ca.fmax(tau, -limit), limit)
 
 
@@ -191,8 +191,8 @@ class Manipulator(AbstractPlant):
     def measure(self, t: Number, x: States) -> Signals:
         return Signals(q=x["q"], qd=x["qd"], d=self._disturbance(t))
 
-    def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        return Signals(tau=self.actuator.applied(x, u["tau"]))
+    def applied_inputs(self, t: Number, x: States, u: Inputs) -> Signals:
+        return Signals(tau=self.actuator.applied_torque(x, u["tau"]))
 
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
         return self.arm.drawing(x["q"])
@@ -200,7 +200,7 @@ class Manipulator(AbstractPlant):
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         q, qd = x["q"], x["qd"]
         friction = self.friction.torque(qd) if self.friction is not None else 0
-        torque = self.arm.driven(self.actuator.applied(x, u["tau"])) - friction - self._disturbance(t)
+        torque = self.arm.joint_torques(self.actuator.applied_torque(x, u["tau"])) - friction - self._disturbance(t)
         qdd = self.arm.acceleration(q, qd, torque)
         return {"q": qd, "qd": qdd, **self.actuator.rate(x, u["tau"])}
 

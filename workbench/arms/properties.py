@@ -8,10 +8,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.identity import Witness, judge_zero
+from workbench.arms.identity_proofs import Witness, judge_zero
 from workbench.core.validation.refusals import Array, matrix, numbers
-from workbench.core.validation.signatures import door
-from workbench.proofs.bounds import box_of, by_intervals, extreme_eigenvalue, shown
+from workbench.core.validation.signatures import check_arguments
+from workbench.proofs.bounds import bound_text, box_of, by_intervals, extreme_eigenvalue
 from workbench.proofs.equality import Kind
 
 
@@ -21,7 +21,7 @@ def nominal(dynamics: Dynamics) -> dict[str, float]:
     return dict(zip(names, dynamics.p.default.tolist(), strict=True))
 
 
-@door
+@check_arguments
 def eigenvalues(dynamics: Dynamics, q: Array) -> Array:
     """The eigenvalues (N, n), ascending, in kg m^2, of the symmetric part of M at positions q (N, n)."""
     n = dynamics.dof
@@ -68,14 +68,14 @@ class DefinitenessVerdict:
     witness: Witness | None = None
 
 
-@door
+@check_arguments
 def symmetric(dynamics: Dynamics) -> PropertyVerdict:
     """M(q) = M(q)^T, for all q and all parameters."""
     M = dynamics.M
     return _vanishes("M is symmetric", M - M.T, M, dynamics)
 
 
-@door
+@check_arguments
 def skew(dynamics: Dynamics) -> PropertyVerdict:
     """N = M' - 2C is skew-symmetric for all q, qd and parameters, as with the C of the Christoffel symbols."""
     rate = dynamics.mass_matrix_rate
@@ -93,7 +93,7 @@ def _vanishes(statement: str, residual: ca.SX, terms: ca.SX, dynamics: Dynamics)
     return PropertyVerdict(statement, judgement.kind, judgement.evidence, found.witness, matrix)
 
 
-@door
+@check_arguments
 def positive_definite(
     dynamics: Dynamics, low: float | Array = -np.pi, high: float | Array = np.pi
 ) -> DefinitenessVerdict:
@@ -103,16 +103,16 @@ def positive_definite(
         extreme_eigenvalue(dynamics.M, dynamics.q, first, last, sign, numbers=nominal(dynamics)) for sign in (1, -1)
     )
     samples = least.samples + greatest.samples
-    kind: Kind = "refuted" if least.reached <= 0 else "not refuted"
+    kind: Kind = "refuted" if least.value_bound <= 0 else "not refuted"
     place = (np.round(least.x, 6) + 0.0).tolist()
     unit = {frozenset(["rad"]): "kg m^2", frozenset("m"): "kg"}.get(frozenset(dynamics.units), "in mixed units")
     evidence = f"smallest eigenvalue {least.value:.9g} {unit} at q = {place}"
     moves = np.array(ca.DM(ca.jacobian(ca.vec(dynamics.M), dynamics.q).sparsity(), 1)).any(axis=0)
     box = " x ".join(f"q{i + 1} in [{first[i]:.4g}, {last[i]:.4g}]" for i in np.flatnonzero(moves))
     evidence += f" over {box}" if box else " (M depends on no joint)"
-    if least.beyond is not None and least.beyond > 0:
+    if least.bound is not None and least.bound > 0:
         kind = "proved"
-        evidence += f", and none below {shown(least.beyond, 1)}{by_intervals(least.boxes)}"
+        evidence += f", and none below {bound_text(least.bound, 1)}{by_intervals(least.boxes)}"
     elif kind == "not refuted":
         evidence = f"not refuted in {samples} samples: {evidence}; not proved: {least.why or 'it is zero to rounding'}"
     return DefinitenessVerdict(
@@ -125,13 +125,13 @@ def positive_definite(
         greatest.x,
         samples,
         least.boxes + greatest.boxes,
-        (least.beyond, greatest.beyond),
+        (least.bound, greatest.bound),
         (least.digits, greatest.digits),
         Witness(least.x, np.zeros(dynamics.dof), dynamics.p.default) if kind == "refuted" else None,
     )
 
 
-@door
+@check_arguments
 def eigenvalues_along(dynamics: Dynamics, joint: int, angles: Array) -> Array:
     """The eigenvalues of M, ascending, (N, n), over angles (N,) of joint number `joint` (from 1), others at 0."""
     if not 1 <= joint <= dynamics.dof:

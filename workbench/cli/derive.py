@@ -46,13 +46,13 @@ def text_of(dynamics: Dynamics, form: str) -> str:
     return array_functions(laws, form, about, parameters, sizes)
 
 
-def arm_of(robot: str) -> tuple[AbstractArm, str]:
+def arm_of(name: str) -> tuple[AbstractArm, str]:
     """An arm of the catalogue, or of a URDF file, and its name."""
-    from workbench.arms.mechanics import CATALOGUE, named, urdf
+    from workbench.arms.mechanics import CATALOGUE, robot, urdf
 
-    file = Path(robot)
-    if file.suffix.lower() == ".urdf" or (robot not in CATALOGUE and file.is_file()):
-        return urdf.read(file), file.stem
+    file = Path(name)
+    if file.suffix.lower() == ".urdf" or (name not in CATALOGUE and file.is_file()):
+        return urdf.read_urdf(file), file.stem
     if len(file.parts) > 1 or file.suffix:
-        raise LookupError(f"There is no file '{robot}'; a robot is an arm of the catalogue or a URDF file.")
-    return named(robot), robot
+        raise LookupError(f"There is no file '{name}'; a robot is an arm of the catalogue or a URDF file.")
+    return robot(name), name

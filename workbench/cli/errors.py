@@ -36,7 +36,7 @@ def place(error: BaseException, script: Path) -> str:
     """File and line of the user's script, or of a file beside it, where an error arose; empty if nowhere there."""
     if isinstance(error, SyntaxError):
         line = f", line {error.lineno}" if error.lineno else ""
-        return f"{shown(error.filename or str(script))}{line}: "
+        return f"{short_path(error.filename or str(script))}{line}: "
     folder, found = script.parent.resolve(), ""
     at: BaseException | None = error
     while at is not None:  # that of a case comes from another one, which knows more
@@ -44,13 +44,13 @@ def place(error: BaseException, script: Path) -> str:
         while step is not None:
             file = Path(step.tb_frame.f_code.co_filename)
             if file.is_file() and file.resolve().parent == folder:
-                found = f"{shown(str(file))}, line {step.tb_lineno}: "
+                found = f"{short_path(str(file))}, line {step.tb_lineno}: "
             step = step.tb_next
         at = at.__cause__
     return found
 
 
-def shown(file: str) -> str:
+def short_path(file: str) -> str:
     """A file as the user would name it."""
     path = Path(file)
     return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
@@ -99,7 +99,9 @@ def of_the_study(script: Path, function: Callable[..., object]) -> Iterator[None
     from workbench.study.case_runs import CaseError
 
     code = getattr(function, "__code__", None)
-    of_function = f"{shown(code.co_filename)}, line {code.co_firstlineno}: " if code else f"{shown(str(script))}: "
+    of_function = (
+        f"{short_path(code.co_filename)}, line {code.co_firstlineno}: " if code else f"{short_path(str(script))}: "
+    )
     try:
         yield
     except SystemExit as error:

@@ -14,8 +14,8 @@ import click
 from workbench.cli.errors import aside, one_sentence, printable
 
 if TYPE_CHECKING:
-    from workbench.core import Sampled
-    from workbench.handover.c99.c_code import COptions
+    from workbench.core import SampledSystem
+    from workbench.handover.c99.c_files import COptions
 
 PATH = click.Path(path_type=Path)
 FORMS = ("c", "cortex-m4", "python", "casadi", "control", "mat", "simulink", "ros2", "fmi2", "fmi3")
@@ -57,24 +57,24 @@ class ExportOptions(TypedDict):
 @click.option("--overwrite", is_flag=True, help="Replace files that were edited, or that no export has written.")
 @click.option("--safe", multiple=True, metavar="NAME=VALUE", help="The command where a number is not finite.")
 def export(
-    file: Path, form: str, loop: str | None, case: str | None, out: Path | None, **asked: Unpack[ExportOptions]
+    file: Path, form: str, loop: str | None, case: str | None, out: Path | None, **verb_options: Unpack[ExportOptions]
 ) -> None:
     """Write the law of a loop in FILE for another machine: observer, law, limits and delay, without the plant."""
     with one_sentence(file):
-        safe = _safe(asked["safe"])
+        safe = _safe(verb_options["safe"])
         from workbench.cli.loops import sampled_of
         from workbench.handover.law_export import export as written
         from workbench.handover.law_export import loss_in_single_precision
 
-        chosen, sampled = sampled_of(file, loop, asked["period"], asked["delay"], case)
-        law = sampled.law("built in" if asked["built_in"] else "input", asked["truths"])
+        chosen, sampled = sampled_of(file, loop, verb_options["period"], verb_options["delay"], case)
+        law = sampled.law("built in" if verb_options["built_in"] else "input", verb_options["truths"])
         warnings = _warnings(sampled)
         for warning in warnings:
             aside(f"Warning: {warning}.")
-        if asked["precision"] == "single":
+        if verb_options["precision"] == "single":
             warnings = (*warnings, loss_in_single_precision(sampled, law))
-        options = _options(asked, safe, warnings)
-        paths = written(law, form, out, name=asked["name"], overwrite=asked["overwrite"], **options)
+        options = _options(verb_options, safe, warnings)
+        paths = written(law, form, out, name=verb_options["name"], overwrite=verb_options["overwrite"], **options)
         if form.startswith("fmi") and not _has_library(paths[0]):
             aside("The FMU has C sources alone, as no compiler was found here: `apt-get install gcc`.")
         aside(f"'{chosen}', every {law.period:g} s.")
@@ -112,14 +112,14 @@ def _safe(texts: tuple[str, ...]) -> dict[str, float]:
     return safe
 
 
-def _warnings(sampled: Sampled) -> tuple[str, ...]:
+def _warnings(sampled: SampledSystem) -> tuple[str, ...]:
     """The sentences that whoever runs the law must know of its period."""
     from workbench.engine import simulate
 
     step = sampled.step(4)
     until = min(PERIODS * sampled.period, step.flow.horizon)
     run = simulate(step, until=max(int(until / sampled.period), 1) * sampled.period)
-    if not run.diverged.any():
+    if not run.has_diverged.any():
         return ()
     return (
         f"in a simulation of the loop with this law, every {sampled.period:g} s, a number is not finite "

@@ -13,7 +13,7 @@ from workbench.cli.errors import aside, one_sentence, printable
 
 if TYPE_CHECKING:
     from workbench.blocks.loop import ClosedLoop
-    from workbench.core import Ode, Sampled
+    from workbench.core import Ode, SampledSystem
 
 PATH = click.Path(path_type=Path)
 USUAL = "loop"
@@ -45,22 +45,24 @@ def live(file: Path, name: str | None, until: float | None, step: float | None, 
             )
         page = page_of(loop, horizon, h, title=f"{name} of {file.name}")
         place = page.write(out or Path(f"{file.stem}.html"))
-        if page.printed:
-            aside(page.printed)
+        if page.no_live_reason:
+            aside(page.no_live_reason)
         aside(f"'{name}' until {horizon:g} s, at steps of {h:g} s.")
         click.echo(printable(f"The page is {place}."))
 
 
-def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, ClosedLoop | Ode | Sampled]:
+def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, ClosedLoop | Ode | SampledSystem]:
     """A loop among the names of a script, and its name."""
     from workbench.blocks.loop import ClosedLoop
-    from workbench.core import Ode, Sampled
-    from workbench.core.validation.refusals import known
+    from workbench.core import Ode, SampledSystem
+    from workbench.core.validation.refusals import known_name
 
-    held = {key: value for key, value in vars(module).items() if isinstance(value, ClosedLoop | Sampled | Ode)}
+    held = {key: value for key, value in vars(module).items() if isinstance(value, ClosedLoop | SampledSystem | Ode)}
     if not held:
-        raise LookupError(f"'{file}' has no loop: it must define a `ClosedLoop`, an `Ode` or a `Sampled` by a name.")
-    chosen = known(name, held, f"loops in '{file}'") if name else USUAL if USUAL in held else [*held][-1]
+        raise LookupError(
+            f"'{file}' has no loop: it must define a `ClosedLoop`, an `Ode` or a `SampledSystem` by a name."
+        )
+    chosen = known_name(name, held, f"loops in '{file}'") if name else USUAL if USUAL in held else [*held][-1]
     return chosen, held[chosen]
 
 

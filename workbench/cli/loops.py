@@ -7,7 +7,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from workbench.core import Ode, Sampled
+    from workbench.core import Ode, SampledSystem
     from workbench.core.equations import Loop
 
 USUAL = "loop"
@@ -15,7 +15,7 @@ USUAL = "loop"
 
 def sampled_of(
     file: Path, name: str | None = None, period: float | None = None, delay: bool = False, case: str | None = None
-) -> tuple[str, Sampled]:
+) -> tuple[str, SampledSystem]:
     """The name of a loop in a Python file, and the loop in a computer; the file is run for it.
 
     Parameters
@@ -46,15 +46,15 @@ def sampled_of(
     return chosen, _sampled(chosen, loop, period, delay)
 
 
-def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Loop | Ode | Sampled]:
+def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Loop | Ode | SampledSystem]:
     """A loop among the names of a file; without any, the one case of its study."""
     from workbench.blocks.loop import ClosedLoop
-    from workbench.core import Ode, Sampled
-    from workbench.core.validation.refusals import known
+    from workbench.core import Ode, SampledSystem
+    from workbench.core.validation.refusals import known_name
 
-    held = {key: value for key, value in vars(module).items() if isinstance(value, ClosedLoop | Sampled | Ode)}
+    held = {key: value for key, value in vars(module).items() if isinstance(value, ClosedLoop | SampledSystem | Ode)}
     if name is not None and (held or not _cases(module)):
-        chosen = known(name, held, f"loops in '{file}'")
+        chosen = known_name(name, held, f"loops in '{file}'")
         return chosen, held[chosen]
     if held:
         chosen = USUAL if USUAL in held else [*held][-1]
@@ -67,19 +67,21 @@ def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Loop |
             f"'{file}' has no loop by a name, but a study with cases: name one by `--case`, as "
             f"`--case '{next(iter(cases))}'`; there are {', '.join(map(repr, cases))}."
         )
-    raise LookupError(f"'{file}' has no loop: it must define a `ClosedLoop` or a `Sampled` by a name, or a `study`.")
+    raise LookupError(
+        f"'{file}' has no loop: it must define a `ClosedLoop` or a `SampledSystem` by a name, or a `study`."
+    )
 
 
-def _case(module: ModuleType, file: Path, case: str) -> tuple[str, Loop | Ode | Sampled]:
-    from workbench.core.validation.refusals import known
+def _case(module: ModuleType, file: Path, case: str) -> tuple[str, Loop | Ode | SampledSystem]:
+    from workbench.core.validation.refusals import known_name
 
     cases = _cases(module)
     if not cases:
         raise LookupError(f"'{file}' has no study with cases that are there before it is run; name a loop by `--loop`.")
-    return known(case, cases, f"cases in '{file}'"), cases[case]
+    return known_name(case, cases, f"cases in '{file}'"), cases[case]
 
 
-def _cases(module: ModuleType) -> dict[str, Loop | Ode | Sampled]:
+def _cases(module: ModuleType) -> dict[str, Loop | Ode | SampledSystem]:
     """The loops of the cases of a file's study; none if they follow from its tunings."""
     from workbench.study import Study
 
@@ -89,12 +91,12 @@ def _cases(module: ModuleType) -> dict[str, Loop | Ode | Sampled]:
     return {case.name: case.run.loop for case in study.cases}
 
 
-def _sampled(name: str, loop: Loop | Ode | Sampled, period: float | None, delay: bool) -> Sampled:
+def _sampled(name: str, loop: Loop | Ode | SampledSystem, period: float | None, delay: bool) -> SampledSystem:
     """A loop in a computer."""
     from workbench.blocks.loop import ClosedLoop
-    from workbench.core import Sampled
+    from workbench.core import SampledSystem
 
-    if isinstance(loop, Sampled):
+    if isinstance(loop, SampledSystem):
         if period is not None or delay:
             raise ValueError(
                 f"'{name}' runs in a computer already, every {loop.period:g} s; leave `--period` and `--delay` out."

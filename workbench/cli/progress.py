@@ -11,7 +11,7 @@ from typing import Protocol
 SECONDS_BETWEEN_LINES = 10.0
 
 
-class Tell(Protocol):
+class ProgressReporter(Protocol):
     """A function that takes the share of the work that is done, and a remark."""
 
     def __call__(self, share: float, remark: str = "", /) -> None:
@@ -19,7 +19,7 @@ class Tell(Protocol):
 
 
 @contextmanager
-def shown(name: str, say: Callable[[str], None]) -> Iterator[Tell]:
+def progress_bar(name: str, say: Callable[[str], None]) -> Iterator[ProgressReporter]:
     """A bar on a terminal, and elsewhere a line now and then, by the share that is done."""
     if not sys.stderr.isatty():
         yield _lines(name, say)
@@ -40,12 +40,12 @@ def shown(name: str, say: Callable[[str], None]) -> Iterator[Tell]:
 
 @contextmanager
 def runs_shown(name: str, unit: str, say: Callable[[str], None]) -> Iterator[Callable[[int, int, int], None]]:
-    """The progress as `shown` prints it, from the runs, or items, that are done, that failed, and all of them."""
-    with shown(name, say) as tell:
+    """The progress as `progress_bar` prints it, from the counts of runs or items that are done, failed and in all."""
+    with progress_bar(name, say) as tell:
         yield runs(tell, unit)
 
 
-def runs(tell: Tell, unit: str = "runs") -> Callable[[int, int, int], None]:
+def runs(tell: ProgressReporter, unit: str = "runs") -> Callable[[int, int, int], None]:
     """A function of the runs, or items, done, failed and in all, that tells the share and rate since its first call."""
     start, before = monotonic(), -1
 
@@ -60,7 +60,7 @@ def runs(tell: Tell, unit: str = "runs") -> Callable[[int, int, int], None]:
     return told
 
 
-def _lines(name: str, say: Callable[[str], None]) -> Tell:
+def _lines(name: str, say: Callable[[str], None]) -> ProgressReporter:
     start = last = monotonic()
 
     def tell(share: float, remark: str = "", /) -> None:

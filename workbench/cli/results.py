@@ -34,8 +34,8 @@ def _write(folder: Path, form: str) -> Iterator[str]:
     """Write the single cases and the runs of each complete sweep to files; a line names each, or a missing one."""
     from workbench.study import run_tables
     from workbench.study.answer_files import write_answers
-    from workbench.study.ledger.about import UNUSED
     from workbench.study.ledger.store import TABLE, contents
+    from workbench.study.ledger.study_record import UNUSED_CHUNKS
 
     held, about = contents(folder)
     if about.cases is not None:
@@ -58,8 +58,8 @@ def _write(folder: Path, form: str) -> Iterator[str]:
         yield f"{file}: the answers of '{work.name}' to {len(work.chunks):,} items."
     if not (about.runs or about.works):
         yield f"The study '{about.study}' has no sweeps and no works."
-    if unused := about.unused(held):
-        yield UNUSED.format(count=unused, out=folder)
+    if unused := about.count_unused(held):
+        yield UNUSED_CHUNKS.format(count=unused, out=folder)
     if about.has_changed(folder):
         script = about.script_from(folder)
         yield f"'{script}' has changed since it was run: these are earlier runs, and `workbench run` makes new ones."

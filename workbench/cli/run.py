@@ -19,7 +19,7 @@ PATH = click.Path(path_type=Path)
 
 
 class RunOptions(TypedDict, total=False):
-    """The options of a run that are no arguments of their own, by the names of `Order`."""
+    """The options of a run that are no arguments of their own, by the names of `StudyOptions`."""
 
     samples: int | None
     workers: int | None
@@ -44,18 +44,18 @@ class RunOptions(TypedDict, total=False):
 @click.option("--ack", is_flag=True, help="Print each chunk and its SHA-256 once it is on the disk.")
 @click.option("--yes", is_flag=True, help="Begin, however much time, memory and disk it takes.")
 @click.option("--traceback", is_flag=True, help="Print Python's own after the sentence that says what is wrong.")
-def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Unpack[RunOptions]) -> None:
+def run(study: Path, out: Path | None, ack: bool, traceback: bool, **options: Unpack[RunOptions]) -> None:
     """Run STUDY, a Python file or a folder with a `study.py`, and write its report.
 
     Of its sweeps and works nothing is computed twice: what was stopped, the same command goes on with.
     """
     del traceback  # `leave` looks it up
     if ack:
-        asked["acknowledge"] = lambda chunk: click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")
-    run_study(study, out, asked)
+        options["acknowledge"] = lambda chunk: click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")
+    run_study(study, out, options)
 
 
-def run_study(place: Path, out: Path | None, asked: RunOptions) -> None:
+def run_study(place: Path, out: Path | None, options: RunOptions) -> None:
     """Run the parts of a study that its ledger lacks, and write its report."""
     from workbench.cli import script
 
@@ -77,19 +77,19 @@ def run_study(place: Path, out: Path | None, asked: RunOptions) -> None:
         from workbench.report.verdict_lines import verdict_lines
         from workbench.study import run_tables, writeup
         from workbench.study.execution import execute
-        from workbench.study.run_options import Order
+        from workbench.study.run_options import StudyOptions
 
         study = script.load(file)
         target = out or Path("reports") / study.name
         folder.check_place(target)
-        source = partial(script.Script.of, file, asked["samples"])
-        named, command = script.shown(place), script.command(place, out, asked["samples"])
+        source = partial(script.Script.of, file, options["samples"])
+        named, command = script.short_path(place), script.command(place, out, options["samples"])
         of_headlines, of_sections = (of_the_study(file, part) for part in (study.headlines, study.sections))
 
         # what was imported stays, and little is made that only the collector can free: 0.25 s of looking
         gc.freeze()
         gc.set_threshold(50_000)
-        order = Order(file, say=aside, source=source, bar=partial(runs_shown, say=aside), **asked)
+        order = StudyOptions(file, say=aside, source=source, bar=partial(runs_shown, say=aside), **options)
         with execute(study, target, order) as (study, results), ThreadPoolExecutor(1) as beside:
             beside.submit(import_module, "workbench.report.figures.figure_sheet")  # 0.3 s, for the end
             with of_headlines:

@@ -15,18 +15,18 @@ from shlex import join
 from types import ModuleType
 from typing import NoReturn
 
-from workbench.core.validation.refusals import described, nearest
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import describe, nearest
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.chosen_steps import ChosenSteps, kept_in
-from workbench.study.compilation import compile_sweeps
-from workbench.study.compiled import CompiledSweep
+from workbench.study.compiled_study import compile_sweeps
+from workbench.study.compiled_sweep import CompiledSweep
 from workbench.study.executors import ClusterError, Pieces
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.run_options import ArithmeticOf, Arithmetics, Record
 from workbench.study.study import Study
+from workbench.study.study_works import compile_works
 from workbench.study.tuning import tune
 from workbench.study.tuning.search import compile_tuning
-from workbench.study.work import compile_works
 
 
 def check_file(file: Path) -> None:
@@ -72,7 +72,7 @@ def module_of(file: Path) -> ModuleType:
     return module
 
 
-@door
+@check_arguments
 def load(file: Path | str) -> Study:
     r"""The `study` of a file, or of the `study.py` in a folder, which is run for it.
 
@@ -97,7 +97,7 @@ def load(file: Path | str) -> Study:
     if study is None:
         raise LookupError(f"'{file}' has no study: it must define `study = Study(...)` at its top level.")
     if not isinstance(study, Study):
-        raise ValueError(f"`study` in '{file}' must be a `Study`; got {described(study)}.")
+        raise ValueError(f"`study` in '{file}' must be a `Study`; got {describe(study)}.")
     return study
 
 
@@ -120,7 +120,7 @@ def _package_of(folder: Path) -> str:
     return name
 
 
-def shown(study: Path) -> str:
+def short_path(study: Path) -> str:
     """The path of a study with no more of this machine's folders than the user typed."""
     below = study.is_absolute() and study.is_relative_to(Path.cwd())
     return str(study.relative_to(Path.cwd()) if below else study)
@@ -128,7 +128,7 @@ def shown(study: Path) -> str:
 
 def command(study: Path, out: Path | None, samples: int | None = None) -> str:
     """The command that makes this report, with no more of this machine's folders than the user typed."""
-    words = ["workbench", "run", shown(study)]
+    words = ["workbench", "run", short_path(study)]
     words += [] if samples is None else ["--samples", str(samples)]
     return join(words if out is None else [*words, "--out", str(out)])
 
@@ -187,7 +187,7 @@ class Script:
                 answers = {one.work.name: one.answers(chunks.__getitem__) for one in works}
             except KeyError as error:
                 raise ClusterError(f"A worker asks in a work for {error}, which is not here: it differs.") from None
-            sweeps = study.resolved({**tuned, **answers}).sweeps
+            sweeps = study.resolve({**tuned, **answers}).sweeps
             assert not callable(sweeps)
         return compile_sweeps(sweeps, self.samples, arithmetic_of)
 

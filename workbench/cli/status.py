@@ -14,8 +14,8 @@ from workbench.cli.errors import one_sentence, printable
 def status(folder: Path) -> None:
     """Say how much of the study in DIR is done, and what has failed."""
     with one_sentence():
-        from workbench.study.ledger.about import UNUSED
-        from workbench.study.ledger.store import contents, lost, runs_of
+        from workbench.study.ledger.store import contents, diverged_count, runs_of
+        from workbench.study.ledger.study_record import UNUSED_CHUNKS
 
         held, about = contents(folder)
         for sweep in about.runs:
@@ -23,11 +23,11 @@ def status(folder: Path) -> None:
             of = "of at most" if sweep.at_most else "of"
             line = (
                 f"{sweep.name}: {sum(map(runs_of, there)):,} {of} {sweep.runs:,} runs in {len(there)} {of} "
-                f"{len(sweep.chunks)} chunks, {sum(map(lost, there)):,} failed; {sweep.arithmetic}."
+                f"{len(sweep.chunks)} chunks, {sum(map(diverged_count, there)):,} failed; {sweep.arithmetic}."
             )
             click.echo(printable(line))
-        if unused := about.unused(held):
-            click.echo(printable(UNUSED.format(count=unused, out=folder)))
+        if unused := about.count_unused(held):
+            click.echo(printable(UNUSED_CHUNKS.format(count=unused, out=folder)))
         for work in about.works:
             done = sum(name in held for name in work.chunks)
             click.echo(printable(f"{work.name}: {done:,} of {len(work.chunks):,} items of work."))

@@ -25,7 +25,7 @@ def verify(file: Path, robot: str) -> None:
     """
     with one_sentence():
         from workbench.arms.dynamics import Dynamics
-        from workbench.cli.verification import findings
+        from workbench.cli.printed_comparison import findings
 
         entries = findings(file, Dynamics.of(*arm_of(robot)))
         for finding in entries:

@@ -11,44 +11,44 @@ Examples
 """
 
 from workbench.core.block import Column, Matrix, Scalar, Vector, block, initial, option, parameter
-from workbench.core.claim import Claim, Declared
+from workbench.core.claim import BlockClaim, Claim
 from workbench.core.layout import Entry, Layout
-from workbench.core.lift import Lifted, lift
 from workbench.core.linear import LinearSystem
 from workbench.core.ode import Ode, with_quadrature, with_sensitivity
-from workbench.core.port import Roles, Signals, grouped, layout
-from workbench.core.sampled import Sampled
+from workbench.core.port import Roles, Signals, information_classes, layout
+from workbench.core.sampled import SampledSystem
 from workbench.core.sampled_law import SampledLaw, Stage
 from workbench.core.shapes import Circle, Drawing, Line, Word
-from workbench.core.step import Rule, Step, rk4, runge_kutta_step
+from workbench.core.step import StepMap, StepRule, rk4, runge_kutta_step
+from workbench.core.symbolic_twin import SymbolicTwin, lift
 from workbench.core.validation.refusals import Integers
 
 __all__ = [
     "Circle",
     "Claim",
     "Column",
-    "Declared",
+    "BlockClaim",
     "Drawing",
     "Entry",
     "Integers",
     "Layout",
-    "Lifted",
+    "SymbolicTwin",
     "Line",
     "LinearSystem",
     "Matrix",
     "Ode",
     "Roles",
-    "Rule",
-    "Sampled",
+    "StepRule",
+    "SampledSystem",
     "SampledLaw",
     "Scalar",
     "Signals",
     "Stage",
-    "Step",
+    "StepMap",
     "Vector",
     "Word",
     "block",
-    "grouped",
+    "information_classes",
     "initial",
     "layout",
     "lift",

@@ -12,7 +12,7 @@ MOST_PIECES = 8  # of one value that are told apart
 
 
 @dataclass(frozen=True)
-class Piece:
+class AffinePiece:
     """One piece of a value: slope t + offset, or that and any multiple of a lattice."""
 
     slope: ca.SX
@@ -31,41 +31,41 @@ class Piece:
         return tuple(p if p is None else float(p) if p.is_constant() else p.element_hash() for p in parts)
 
 
-Pieces = tuple[Piece, ...] | None  # the pieces of a value; None where they are not affine, or too many
+Pieces = tuple[AffinePiece, ...] | None  # the pieces of a value; None where they are not affine, or too many
 FLAT: Pieces = ()  # constant pieces of any values
 
 
 def pieces_of(code: int, operands: list[Pieces]) -> Pieces:
     """The pieces of the result of an operation on values of which time enters some."""
     first, second = operands[0], operands[-1]
-    one, zero = Piece(ca.SX(0), ca.SX(1)), Piece(ca.SX(0), ca.SX(0))
+    one, zero = AffinePiece(ca.SX(0), ca.SX(1)), AffinePiece(ca.SX(0), ca.SX(0))
     match code:
         case ca.OP_ASSIGN:
             return first
         case ca.OP_ADD:
-            return summed(first, second)
+            return add_pieces(first, second)
         case ca.OP_SUB:
-            return summed(first, scaled(second, lambda part: -part))
+            return add_pieces(first, scale_pieces(second, lambda part: -part))
         case ca.OP_NEG:
-            return scaled(first, lambda part: -part)
+            return scale_pieces(first, lambda part: -part)
         case ca.OP_TWICE:
-            return scaled(first, lambda part: 2 * part)
+            return scale_pieces(first, lambda part: 2 * part)
         case ca.OP_MUL | ca.OP_DIV:
-            return _multiplied(first, second, code)
+            return _multiply_pieces(first, second, code)
         case ca.OP_LT | ca.OP_LE | ca.OP_EQ | ca.OP_NE | ca.OP_NOT | ca.OP_AND | ca.OP_OR:
             return zero, one
         case ca.OP_SIGN:
-            return Piece(ca.SX(0), ca.SX(-1)), zero, one
+            return AffinePiece(ca.SX(0), ca.SX(-1)), zero, one
         case ca.OP_FLOOR | ca.OP_CEIL:
-            return FLAT if are_flat(first) else (Piece(ca.SX(0), ca.SX(0), ca.SX(1)),)
+            return FLAT if are_flat(first) else (AffinePiece(ca.SX(0), ca.SX(0), ca.SX(1)),)
         case ca.OP_FMOD:
             return FLAT if are_flat(first) else on_lattice(first, steady_value(second))
         case ca.OP_FMIN | ca.OP_FMAX:
-            return _joined(first, second)
+            return _join_pieces(first, second)
         case ca.OP_FABS:
-            return _joined(first, scaled(first, lambda part: -part))
+            return _join_pieces(first, scale_pieces(first, lambda part: -part))
         case ca.OP_IF_ELSE_ZERO:
-            return _joined(second, (zero,))
+            return _join_pieces(second, (zero,))
     return FLAT if all(map(are_flat, operands)) else None
 
 
@@ -74,7 +74,7 @@ def are_flat(pieces: Pieces) -> bool:
     return pieces is not None and all(piece.is_flat for piece in pieces)
 
 
-def _bounded(pieces: Iterable[Piece], flat: bool) -> Pieces:
+def _limit_pieces(pieces: Iterable[AffinePiece], flat: bool) -> Pieces:
     """Different pieces, if they are not too many; many constant ones are `FLAT`."""
     different = tuple({piece.key: piece for piece in pieces}.values())
     if len(different) <= MOST_PIECES:
@@ -82,16 +82,16 @@ def _bounded(pieces: Iterable[Piece], flat: bool) -> Pieces:
     return FLAT if flat else None
 
 
-def _joined(first: Pieces, second: Pieces) -> Pieces:
+def _join_pieces(first: Pieces, second: Pieces) -> Pieces:
     if first is None or second is None:
         return None
     flat = are_flat(first) and are_flat(second)
     if FLAT in (first, second):
         return FLAT if flat else None
-    return _bounded((*first, *second), flat)
+    return _limit_pieces((*first, *second), flat)
 
 
-def summed(first: Pieces, second: Pieces) -> Pieces:
+def add_pieces(first: Pieces, second: Pieces) -> Pieces:
     """The pieces of a sum."""
     if first is None or second is None:
         return None
@@ -105,19 +105,19 @@ def summed(first: Pieces, second: Pieces) -> Pieces:
         if a.lattice is not None and b.lattice is not None:
             return FLAT if flat else None
         lattice = b.lattice if a.lattice is None else a.lattice
-        pieces.append(Piece(a.slope + b.slope, a.offset + b.offset, lattice))
-    return _bounded(pieces, flat)
+        pieces.append(AffinePiece(a.slope + b.slope, a.offset + b.offset, lattice))
+    return _limit_pieces(pieces, flat)
 
 
-def scaled(pieces: Pieces, scale: Callable[[ca.SX], ca.SX]) -> Pieces:
+def scale_pieces(pieces: Pieces, scale: Callable[[ca.SX], ca.SX]) -> Pieces:
     """The pieces with each number scaled."""
     if pieces is None:
         return None
     parts = ((piece.slope, piece.offset, piece.lattice) for piece in pieces)
-    return tuple(Piece(scale(a), scale(b), None if q is None else scale(q)) for a, b, q in parts)
+    return tuple(AffinePiece(scale(a), scale(b), None if q is None else scale(q)) for a, b, q in parts)
 
 
-def _multiplied(first: Pieces, second: Pieces, code: int) -> Pieces:
+def _multiply_pieces(first: Pieces, second: Pieces, code: int) -> Pieces:
     """A product or a quotient, one factor of which is piece by piece a known number."""
     if first is None or second is None:
         return None
@@ -127,15 +127,15 @@ def _multiplied(first: Pieces, second: Pieces, code: int) -> Pieces:
         first, second = second, first
     if not _are_numbers(second) or second is None or first in (None, FLAT):
         return FLAT if are_flat(first) and are_flat(second) else None
-    made: list[Piece] = []
+    made: list[AffinePiece] = []
     for number in second:
         value = number.offset
 
         def scale(part: ca.SX, value: ca.SX = value) -> ca.SX:
             return part * value if code == ca.OP_MUL else part / value
 
-        made += scaled(first, scale) or ()
-    return _bounded(made, are_flat(first))
+        made += scale_pieces(first, scale) or ()
+    return _limit_pieces(made, are_flat(first))
 
 
 def _are_numbers(pieces: Pieces) -> bool:
@@ -153,4 +153,4 @@ def on_lattice(pieces: Pieces, lattice: ca.SX | None) -> Pieces:
         return pieces
     if lattice is None or any(piece.lattice is not None for piece in pieces if not piece.is_flat):
         return None
-    return tuple(Piece(piece.slope, piece.offset, lattice) for piece in pieces)
+    return tuple(AffinePiece(piece.slope, piece.offset, lattice) for piece in pieces)

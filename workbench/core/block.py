@@ -12,11 +12,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Entry, Layout
-from workbench.core.numbers import Bounds, shaped
-from workbench.core.units import ANY, declared, filled
+from workbench.core.numbers import Bounds, fit_shape
+from workbench.core.units import ANY, checked_unit, fill_unit
 from workbench.core.validation.notebook_display import cell, show, table_to_html
-from workbench.core.validation.refusals import a, numbers, one_of, refusal
-from workbench.core.validation.signatures import door, fit_field
+from workbench.core.validation.refusals import numbers, one_of, refusal, with_article
+from workbench.core.validation.signatures import check_arguments, fit_field
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -52,10 +52,10 @@ class Quantity:
     bounds: Bounds
     shape: tuple[str, ...]
     symbol: str
-    lifted: bool
+    is_symbolic: bool
 
 
-@door
+@check_arguments
 def parameter(
     default: object = MISSING,
     *,
@@ -83,10 +83,10 @@ def parameter(
     (100.0, 50.0)
     """
     bounds = Bounds(low, high, strict, symmetric, definite)
-    return _quantity(default, Quantity(unit, bounds, shape, symbol, lifted=True))
+    return _quantity(default, Quantity(unit, bounds, shape, symbol, is_symbolic=True))
 
 
-@door
+@check_arguments
 def initial(default: object = MISSING, *, unit: str, shape: tuple[str, ...] = (), symbol: str = "") -> Any:
     """The start of a block's memory: a default in the layout of states, not a parameter.
 
@@ -101,10 +101,10 @@ def initial(default: object = MISSING, *, unit: str, shape: tuple[str, ...] = ()
     >>> Integrator(x=2.0).states.names
     ('x',)
     """
-    return _quantity(default, Quantity(unit, Bounds(), shape, symbol, lifted=False))
+    return _quantity(default, Quantity(unit, Bounds(), shape, symbol, is_symbolic=False))
 
 
-@door
+@check_arguments
 def option(choices: Mapping[str, str], default: str) -> Any:
     """A named choice among readings of an equation; `choices` explains each of them.
 
@@ -147,18 +147,22 @@ def unit_of_quantity(owner: object, quantity: Quantity) -> str:
     names = PLACE.findall(quantity.unit)
     if missing := [name for name in names if not hasattr(owner, name)]:
         raise LookupError(
-            f"`parameter(unit={quantity.unit!r})` of {a(type(owner))} must have names of its attributes in braces, "
-            f"whose texts become parts of the unit; it has no {missing[0]!r}."
+            f"`parameter(unit={quantity.unit!r})` of {with_article(type(owner))} must have names of its attributes in "
+            f"braces, whose texts become parts of the unit; it has no {missing[0]!r}."
         )
     texts = {name: str(getattr(owner, name)).split(", ") for name in names}
     count = max(map(len, texts.values()), default=1)
-    units = [filled(quantity.unit, {name: each[i % len(each)] for name, each in texts.items()}) for i in range(count)]
+    units = [
+        fill_unit(quantity.unit, {name: each[i % len(each)] for name, each in texts.items()}) for i in range(count)
+    ]
     return ", ".join(units) if quantity.shape else " or ".join(dict.fromkeys(units))
 
 
 def initial_states(block: DataclassInstance) -> Layout:
     """The fields that a block declares by `initial`, as the layout of its states."""
-    held = ((f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.lifted)
+    held = (
+        (f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.is_symbolic
+    )
     return Layout(tuple(Entry(name, x, unit_of_quantity(block, q), symbol=q.symbol) for name, x, q in held))
 
 
@@ -197,7 +201,11 @@ def block(cls: type[T]) -> type[T]:
     for name, method in list(vars(cls).items()):
         if not name.startswith("_") and isinstance(method, FunctionType | staticmethod):
             inner = method.__func__ if isinstance(method, staticmethod) else method
-            setattr(cls, name, staticmethod(door(inner)) if isinstance(method, staticmethod) else door(inner))
+            setattr(
+                cls,
+                name,
+                staticmethod(check_arguments(inner)) if isinstance(method, staticmethod) else check_arguments(inner),
+            )
     cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
     cls.__block__ = True  # type: ignore[attr-defined]
     cls.__setstate__ = _restore  # type: ignore[attr-defined]
@@ -205,7 +213,7 @@ def block(cls: type[T]) -> type[T]:
     show(cls)
     made = dataclass(frozen=True, eq=False)(cls)
     for f, quantity in quantities(made) if is_dataclass(made) else ():
-        declared(f"{cls.__name__}.{f.name} = parameter(unit=...)", PLACE.sub("x", quantity.unit))
+        checked_unit(f"{cls.__name__}.{f.name} = parameter(unit=...)", PLACE.sub("x", quantity.unit))
     return made
 
 
@@ -237,7 +245,9 @@ def _check_fields(owner: DataclassInstance) -> None:
                 object.__setattr__(owner, f.name, f.metadata["convert"](value))
             object.__setattr__(owner, f.name, fit_field(owner, f))
             if f.name == "unit":
-                object.__setattr__(owner, f.name, declared(f"{type(owner).__name__}(unit=...)", getattr(owner, f.name)))
+                object.__setattr__(
+                    owner, f.name, checked_unit(f"{type(owner).__name__}(unit=...)", getattr(owner, f.name))
+                )
 
 
 def _check_quantities(owner: DataclassInstance) -> None:
@@ -246,7 +256,7 @@ def _check_quantities(owner: DataclassInstance) -> None:
         if f.default is None and getattr(owner, f.name) is None:
             continue
         call = f"{type(owner).__name__}({f.name}=...)"
-        value = shaped(call, numbers(call, getattr(owner, f.name)), quantity.shape, sizes)
+        value = fit_shape(call, numbers(call, getattr(owner, f.name)), quantity.shape, sizes)
         value.flags.writeable = False
         object.__setattr__(owner, f.name, float(value) if value.ndim == 0 else value)
         if not quantity.bounds.allow(value).all():

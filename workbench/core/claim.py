@@ -9,14 +9,14 @@ import casadi as ca
 
 from workbench.core.block import is_block
 from workbench.core.validation.refusals import text
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
-Signals = Mapping[str, ca.SX]
-Margin = Callable[[Signals], ca.SX]
+SignalValues = Mapping[str, ca.SX]
+Margin = Callable[[SignalValues], ca.SX]
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Claim:
     """A statement that can be true or false, with its hypotheses and its source: data, which `proofs` judges.
 
@@ -44,14 +44,14 @@ class Claim:
 
 
 @dataclass(frozen=True)
-@door
-class Declared:
+@check_arguments
+class BlockClaim:
     """A claim of a block, with the `path` of the block (`controller.`) and the name of its class, `kind`.
 
     Examples
     --------
     >>> claim = wb.core.Claim("it stays", "x stays below 2.", "a book", (), lambda signals: 2 - signals["x"])
-    >>> wb.core.Declared(claim, "controller.").path
+    >>> wb.core.BlockClaim(claim, "controller.").path
     'controller.'
     """
 
@@ -60,13 +60,13 @@ class Declared:
     kind: str = ""
 
 
-def declared(block: object, path: str = "") -> tuple[Declared, ...]:
+def claims_of(block: object, path: str = "") -> tuple[BlockClaim, ...]:
     """The claims that `block` and the blocks within it declare in their class attribute `claims`, outermost first."""
-    claims = [Declared(claim, path, type(block).__name__) for claim in getattr(type(block), "claims", ())]
+    claims = [BlockClaim(claim, path, type(block).__name__) for claim in getattr(type(block), "claims", ())]
     for field in fields(block) if is_block(block) else ():
         value = getattr(block, field.name)
         several = isinstance(value, tuple)
         for i, part in enumerate(value if several else (value,)):
             if is_block(part):
-                claims += declared(part, f"{path}{field.name}{f'[{i}]' if several else ''}.")
+                claims += claims_of(part, f"{path}{field.name}{f'[{i}]' if several else ''}.")
     return tuple(claims)

@@ -10,11 +10,11 @@ import numpy as np
 
 from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.layout import Entry, Layout
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Crossing:
     """Symbols of a later part of an equation, and the values that an earlier part hands over for them.
 
@@ -48,7 +48,7 @@ class Crossing:
         return self.layout.view(self.symbols)
 
 
-def plain(crossings: Sequence[Crossing], expression: ca.SX) -> ca.SX:
+def without_crossings(crossings: Sequence[Crossing], expression: ca.SX) -> ca.SX:
     """An expression with the values of the crossings in the place of their symbols."""
     for crossing in reversed(crossings):
         if crossing.symbols.numel() and expression.numel():
@@ -56,13 +56,15 @@ def plain(crossings: Sequence[Crossing], expression: ca.SX) -> ca.SX:
     return expression
 
 
-def refuse_strangers(owner: str, symbols: Mapping[str, ca.SX], crossings: Sequence[Crossing], **made: ca.SX) -> None:
+def refuse_strangers(
+    owner: str, symbols: Mapping[str, ca.SX], crossings: Sequence[Crossing], **expressions: ca.SX
+) -> None:
     """Refuse crossings and expressions with a symbol that is none of the equation's nor of a crossing before them."""
     known = dict(symbols)
     for i, crossing in enumerate(crossings):
         refuse_unknown(owner, known, crossings=crossing.values)
         known[f"crossing {i + 1}"] = crossing.symbols
-    refuse_unknown(owner, known, **made)
+    refuse_unknown(owner, known, **expressions)
 
 
 def _shape(part: ca.SX) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 T = TypeVar("T")
 ONE_AT_A_TIME = threading.RLock()  # for `symbols_are_no_numbers`, which changes CasADi's class for all threads
@@ -42,14 +42,14 @@ def symbols_are_no_numbers() -> Iterator[None]:
         warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
         plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__", "__bool__")}
         methods = {name: guard(method) for name, method in plain.items()}
-        methods |= {"__round__": _round, "rint": rounded}
-        methods |= {name: _rounding(getattr(ca.SX, name)) for name in ("__array_ufunc__", "__array_function__")}
-        with _replaced(ca.SX, methods):
+        methods |= {"__round__": _round, "rint": round_half_even}
+        methods |= {name: _rounding_method(getattr(ca.SX, name)) for name in ("__array_ufunc__", "__array_function__")}
+        with _replace_methods(ca.SX, methods):
             yield
 
 
 @contextlib.contextmanager
-def _replaced(owner: type, methods: Mapping[str, object]) -> Iterator[None]:
+def _replace_methods(owner: type, methods: Mapping[str, object]) -> Iterator[None]:
     """Within this context a class has these methods."""
     plain = {name: vars(owner).get(name) for name in methods}
     try:
@@ -64,7 +64,7 @@ def _replaced(owner: type, methods: Mapping[str, object]) -> Iterator[None]:
                 setattr(owner, name, own)
 
 
-def rounded(x: ca.SX) -> ca.SX:
+def round_half_even(x: ca.SX) -> ca.SX:
     """The nearest whole number, of two that are as near the even one, as of NumPy's `rint` and Python's `round`."""
     low = ca.floor(x)
     above, odd = x - low, low - 2 * ca.floor(low / 2)  # both exact: of a large number there is nothing above
@@ -74,23 +74,23 @@ def rounded(x: ca.SX) -> ca.SX:
 def _round(x: ca.SX, digits: int | None = None) -> ca.SX:
     if digits is not None:
         raise SymbolError(f"`round(x, {digits})` of the symbol '{x}' has no equation, as it rounds decimal digits")
-    return rounded(x)
+    return round_half_even(x)
 
 
 def _numpy_round(a: ca.SX, decimals: int = 0) -> ca.SX:
     """NumPy's `round`: of a scaled number to a whole one."""
     scale = 10.0 ** abs(decimals)
     if decimals < 0:
-        return rounded(a / scale) * scale
-    return rounded(a * scale) / scale if decimals else rounded(a)
+        return round_half_even(a / scale) * scale
+    return round_half_even(a * scale) / scale if decimals else round_half_even(a)
 
 
-def _rounding(plain: Callable[..., object]) -> Callable[..., object]:
+def _rounding_method(plain: Callable[..., object]) -> Callable[..., object]:
     """A method of CasADi that answers NumPy's functions, but for those that round, which CasADi answers otherwise."""
 
     def answer(symbol: ca.SX, function: object, *how: Any, **options: object) -> object:
         if function is np.rint and how[0] == "__call__" and not options:
-            return rounded(how[1])
+            return round_half_even(how[1])
         if function in (np.round, np.around):
             return _numpy_round(*how[1], **how[2])
         return plain(symbol, function, *how, **options)
@@ -98,7 +98,7 @@ def _rounding(plain: Callable[..., object]) -> Callable[..., object]:
     return answer
 
 
-def refuse_unknown(owner: str, symbols: Mapping[str, ca.SX], **made: ca.SX) -> None:
+def refuse_unknown(owner: str, symbols: Mapping[str, ca.SX], **expressions: ca.SX) -> None:
     """Refuse an equation whose `symbols` are no plain symbols, or whose expressions `made` hold any others."""
     letters = ", ".join(symbols)
     if not all(part.is_valid_input() for part in symbols.values()):
@@ -110,9 +110,9 @@ def refuse_unknown(owner: str, symbols: Mapping[str, ca.SX], **made: ca.SX) -> N
         raise ValueError(
             f"`{owner}({letters})` must be {size} symbols, each with one place; got {len(known)} different ones."
         )
-    if all(symbol.__hash__() in known for symbol in ca.symvar(ca.veccat(*made.values()))):
+    if all(symbol.__hash__() in known for symbol in ca.symvar(ca.veccat(*expressions.values()))):
         return
-    for name, expression in made.items():
+    for name, expression in expressions.items():
         for symbol in ca.symvar(expression):
             if symbol.__hash__() not in known:
                 raise ValueError(
@@ -129,7 +129,7 @@ def refuse_misfit(owner: str, name: str, value: ca.SX, rows: int, columns: int, 
         )
 
 
-@door
+@check_arguments
 def rows(function: ca.Function, *arguments: Array) -> Array:
     """The values (n, size) of a function at n points, each column by column; an argument is (n, size) or one row."""
     sizes = [function.numel_in(i) for i in range(function.n_in())]
@@ -180,7 +180,7 @@ def memory(place: Array) -> memoryview:
     return place.data
 
 
-def evaluated(
+def evaluate_sx(
     function: ca.Function,
     inputs: Callable[[int, int], T],
     constant: Callable[[float], T],

@@ -14,15 +14,15 @@ from workbench.core.expressions import refuse_misfit
 from workbench.core.notation import mathml
 from workbench.core.notation.formula import symbol
 from workbench.core.numbers import Bounds
-from workbench.core.units import declared, unit_of_each
-from workbench.core.validation.notebook_display import Markup, listed, table_to_html
-from workbench.core.validation.refusals import Array, as_array, described, known, refusal
+from workbench.core.units import checked_unit, unit_of_each
+from workbench.core.validation.notebook_display import HtmlText, short_list, table_to_html
+from workbench.core.validation.refusals import Array, as_array, describe, known_name, refusal
 from workbench.core.validation.refusals import name as check_name
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Entry:
     """One named quantity of a vector, in the shape of its default; equations print it as `symbol`."""
 
@@ -36,7 +36,7 @@ class Entry:
         check_name("Entry(name=...)", self.name)
         if self.default.ndim > 2:
             raise refusal("Entry(default=...)", "a number, a vector or a matrix", self.default)
-        unit = declared(f"Entry({self.name}, unit=...)", self.unit)
+        unit = checked_unit(f"Entry({self.name}, unit=...)", self.unit)
         self.__setstate__({**self.__dict__, "default": self.default.copy(), "unit": unit})
 
     def __setstate__(self, state: Mapping[str, object]) -> None:
@@ -67,7 +67,7 @@ class Entry:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Layout:
     """The place of each named quantity in a flat vector. Matrices lie column by column, as in CasADi.
 
@@ -119,10 +119,10 @@ class Layout:
         return isinstance(name, str) and name in self._slices
 
     def __getitem__(self, name: str) -> Entry:
-        return self.entries[self.names.index(self._known(name))]
+        return self.entries[self.names.index(self._known_name(name))]
 
     def __repr__(self) -> str:
-        return f"<Layout {listed([_short(entry) for entry in self.entries]) or 'without names'}>"
+        return f"<Layout {short_list([_short(entry) for entry in self.entries]) or 'without names'}>"
 
     def _repr_html_(self) -> str:
         rows = [(e.name, e.default.tolist(), e.unit, e.bounds) for e in self.entries]
@@ -130,13 +130,13 @@ class Layout:
 
     def slice(self, name: str) -> slice:
         """The slice of a quantity in the flat vector."""
-        return self._slices[self._known(name)]
+        return self._slices[self._known_name(name)]
 
-    def _known(self, name: str) -> str:
-        return known(name, self.names, "entries of this layout")
+    def _known_name(self, name: str) -> str:
+        return known_name(name, self.names, "entries of this layout")
 
-    @door
-    def prefixed(self, prefix: str) -> Layout:
+    @check_arguments
+    def with_prefix(self, prefix: str) -> Layout:
         """The same layout with each name below `prefix`."""
         return Layout(tuple(replace(entry, name=f"{prefix}{entry.name}") for entry in self.entries))
 
@@ -148,7 +148,7 @@ class Layout:
         if name in self.labels:
             return [self.labels.index(name)]
         base = re.sub(r"\[[\d,]*\]$", "", name)
-        raise LookupError(f"'{base}' has shape {self[base].shape}: there is no {described(name)}.")
+        raise LookupError(f"'{base}' has shape {self[base].shape}: there is no {describe(name)}.")
 
     def pack(self, values: Mapping[str, object] | None = None) -> Array:
         """Rows (B, size) from values by name; the other quantities take their defaults.
@@ -186,7 +186,7 @@ class Layout:
             raise ValueError(f"`pack({name}=...)` must have shape {shape}, or (B, ...) for B runs; got {array.shape}.")
         return np.stack([row.ravel(order="F") for row in array])
 
-    def printed(self) -> dict[str, str]:
+    def printed_names(self) -> dict[str, str]:
         """The name of each number in a printed equation: of `links[0].mass` m_1, of `Lambda[1]` Lambda_2."""
         names = {}
         for entry in self.entries:
@@ -206,7 +206,7 @@ class Layout:
         )
         return low, high
 
-    @door
+    @check_arguments
     def check(self, rows: Array) -> None:
         """Refuse rows (B, size) with a number that is not finite or out of its bounds, by name."""
         if rows.ndim != 2 or rows.shape[1] != self.size:
@@ -226,7 +226,7 @@ class Layout:
             if entry.bounds.symmetric:
                 entry.bounds.refuse_unsymmetric(entry.name, _unflatten(block, entry.shape))
 
-    @door
+    @check_arguments
     def unpack(self, rows: Array) -> dict[str, Array]:
         """Values of shape (..., *shape) by name, from vectors (..., size)."""
         if rows.shape[-1:] != (self.size,):
@@ -248,7 +248,7 @@ class Layout:
             parts[entry.name] = ca.reshape(part, *entry.shape) if len(entry.shape) == 2 else part
         return parts
 
-    @door
+    @check_arguments
     def flatten(self, parts: Mapping[str, ca.SX]) -> ca.SX:
         """The CasADi vector (size, 1) of named parts: all of them, each in its shape, and no other."""
         if odd := set(parts) ^ set(self.names):
@@ -284,6 +284,6 @@ def layouts_to_html(title: str, layouts: Mapping[str, Layout]) -> str:
     return table_to_html(title, ("kind", "name", "letter", "value", "unit"), rows)
 
 
-def letters(name: str) -> Markup:
+def letters(name: str) -> HtmlText:
     """A name of the code as the book's letter, in MathML within a line."""
-    return Markup(mathml.emit(symbol(name), display=False))
+    return HtmlText(mathml.emit(symbol(name), display=False))

@@ -13,10 +13,10 @@ import numpy as np
 
 from workbench.core.block import Matrix, Vector, block, parameter
 from workbench.core.layout import Entry, Layout
-from workbench.core.point import Point
+from workbench.core.point import OperatingPoint
 from workbench.core.units import ANY
-from workbench.core.validation.notebook_display import listed
-from workbench.core.validation.refusals import Array, known, refusal, seconds, vector
+from workbench.core.validation.notebook_display import short_list
+from workbench.core.validation.refusals import Array, known_name, refusal, seconds, vector
 
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
@@ -104,7 +104,7 @@ class LinearSystem:
                 vector(f"LinearSystem({name}=...)", getattr(self, name), port.size, f"numbers {', '.join(port.labels)}")
 
     def __repr__(self) -> str:
-        ways = " to ".join(listed(port.names) for port in (self.inputs, self.outputs))
+        ways = " to ".join(short_list(port.names) for port in (self.inputs, self.outputs))
         period = "" if self.dt is None else f", every {self.dt:g} s"
         return f"<LinearSystem from {ways}: {self.states.size} states{period}>"
 
@@ -142,7 +142,7 @@ class LinearSystem:
         if isinstance(system, LinearSystem):
             return system
         given = _foreign(system)
-        space, point = _state_space(given), _resting(given)
+        space, point = _state_space(given), _rest_point(given)
         labels = {
             "inputs": _labels("inputs", inputs, space.input_labels, given),
             "outputs": _labels("outputs", outputs, space.output_labels, given),
@@ -151,7 +151,7 @@ class LinearSystem:
         known_units = {port: _units(getattr(point, port)) if point else {} for port in labels}
         ports = {port: _in_units(layout_of(own), known_units[port] | dict(units or {})) for port, own in labels.items()}
         for name in units or {}:
-            known(name, [n for port in ports.values() for n in port.names], "states, inputs and outputs")
+            known_name(name, [n for port in ports.values() for n in port.names], "states, inputs and outputs")
         matrices = {letter: np.asarray(getattr(space, letter), dtype=float) for letter in "ABCD"}
         parts = {letter: m for letter, m in matrices.items() if letter == "D" or ports["states"].size}
         own = {name: getattr(point, name) for name in ("x0", "u0", "y0") if point is not None}
@@ -165,14 +165,14 @@ class LinearSystem:
         """True for a linear system of any kind: this one, or one of python-control."""
         return isinstance(value, LinearSystem) or _is_foreign(value)
 
-    def moved(self, x: States, u: Inputs) -> dict[str, ca.SX]:
+    def dynamics(self, x: States, u: Inputs) -> dict[str, ca.SX]:
         """A x + B u about the point for columns x and u, by the names of the states."""
         if not self.states.size:
             return {}
         moved = self.A @ _less(x, self.x0) + self.B @ _less(u, self.u0)
         return self.states.view(moved if self.x0 is None or self.dt is None else self.x0 + moved)
 
-    def shown(self, x: States, u: Inputs) -> ca.SX:
+    def output_column(self, x: States, u: Inputs) -> ca.SX:
         """C x + D u about the point for columns x and u, as a column."""
         columns = ((self.C, x, self.x0), (self.D, u, self.u0))
         parts = [gain @ _less(column, at) for gain, column, at in columns if gain is not None]
@@ -184,16 +184,16 @@ def _less(column: ca.SX, at: Array | ca.SX | None) -> ca.SX:
     return column if at is None else column - at
 
 
-def _resting(system: ForeignSystem) -> Point | None:
+def _rest_point(system: ForeignSystem) -> OperatingPoint | None:
     """The point of a system; one at which it does not rest is refused."""
     point = getattr(system, "point", None)
-    if not isinstance(point, Point):
+    if not isinstance(point, OperatingPoint):
         return None
-    if point.moving:
+    if point.moving_state:
         raise ValueError(
-            f"`LinearSystem.of(system)` must be linear about a rest point, as it has no constant rate: {point.moving} "
-            f"where '{system.name}' was linearised. Linearise at a point of `operating_point` or `equilibria`, or take "
-            "`control.ss(system)`, which forgets the point."
+            "`LinearSystem.of(system)` must be linear about a rest point, as it has no constant rate: "
+            f"{point.moving_state} where '{system.name}' was linearised. Linearise at a point of `operating_point` or "
+            "`equilibria`, or take `control.ss(system)`, which forgets the point."
         )
     return point
 
@@ -263,13 +263,13 @@ def _refuse_odd_fraction(entry: str, num: Array, den: Array) -> None:
         )
 
 
-def _labels(port: str, given: str | Sequence[str] | None, own: Iterable[str], system: ForeignSystem) -> list[str]:
+def _labels(port: str, labels: str | Sequence[str] | None, own: Iterable[str], system: ForeignSystem) -> list[str]:
     """The names that were given, or the system's own; names made up by python-control are refused."""
     names = list(own)
-    if given is not None:
-        chosen = [given] if isinstance(given, str) else list(given)
+    if labels is not None:
+        chosen = [labels] if isinstance(labels, str) else list(labels)
         if len(chosen) != len(names):
-            raise refusal(f"LinearSystem.of({port}=...)", f"{len(names)} names, one a number", given)
+            raise refusal(f"LinearSystem.of({port}=...)", f"{len(names)} names, one a number", labels)
         return chosen
     for name in names:
         if MADE_UP.fullmatch(name):

@@ -12,7 +12,7 @@ from workbench.core.validation.refusals import Array
 
 Time = TypeVar("Time", ca.SX, float)
 X = TypeVar("X", ca.SX, Array)
-Held = TypeVar("Held")  # the arguments of an equation that are the same at each stage
+Constants = TypeVar("Constants")  # the arguments of an equation that are the same at each stage
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ RK4 = Method(
 # Of third order at the same cost, with a decaying real mode stable up to |h lambda| = 5.80 in the place of 2.79. The
 # coefficient 0.019 of z^4 damps such modes (|R| < 0.82; without damping it would be 6.03). With c_3 and c_4 from a
 # search for small errors of fourth order, the four conditions of third order give c_2 and the weights.
-STABILISED = Method(
+STABILISED_METHOD = Method(
     "stabilised",
     "a stabilised Runge-Kutta method of third order",
     3,
@@ -59,17 +59,19 @@ STABILISED = Method(
     5.787882433970981,
     (0.019, 1 / 6, 1 / 2, 1.0, 1.0),
 )
-RESTARTED = replace(
+RESTARTED_METHOD = replace(
     RK4,
     name="restarted",
     about="the classical Runge-Kutta method, restarted at corners",
     corners=True,
     gain=1.5,
 )
-METHODS: Mapping[str, Method] = {method.name: method for method in (RK4, STABILISED, RESTARTED)}
+METHODS: Mapping[str, Method] = {method.name: method for method in (RK4, STABILISED_METHOD, RESTARTED_METHOD)}
 
 
-def runge_kutta(f: Callable[[Time, X, Held], X], t: Time, x: X, p: Held, h: Time | float, method: Method = RK4) -> X:
+def runge_kutta(
+    f: Callable[[Time, X, Constants], X], t: Time, x: X, p: Constants, h: Time | float, method: Method = RK4
+) -> X:
     """x(t + h) from x(t), as expressions or arrays, by a Runge-Kutta method; the classical one by default."""
     stage: X = x
     total: X | float = 0.0

@@ -8,14 +8,14 @@ from typing import Literal
 import numpy as np
 
 from workbench.core.validation.refusals import Array, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 ROUNDING = 1e-12  # how far rounding may take a matrix from symmetry, in units of its largest entry
 LONGEST = 1_000_000  # entries of one axis of a number
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Bounds:
     """The range of a number: finite, within [low, high], without both ends if `strict`; a matrix perhaps `symmetric`.
 
@@ -53,14 +53,14 @@ class Bounds:
         high = np.nextafter(self.high, -np.inf) if self.strict or np.isinf(self.high) else self.high
         return float(low), float(high)
 
-    @door
+    @check_arguments
     def allow(self, value: Array) -> Array:
         """True for each number that is finite and within the bounds."""
         strict = (value > self.low) & (value < self.high)
         inside = strict if self.strict else (value >= self.low) & (value <= self.high)
         return np.asarray(np.isfinite(value) & inside)
 
-    @door
+    @check_arguments
     def refuse_unsymmetric(self, name: str, matrices: Array) -> None:
         """Refuse a matrix of (B, n, n) that is not symmetric, or not as definite as it must be."""
         if matrices.ndim < 2 or matrices.shape[-1] != matrices.shape[-2]:
@@ -86,7 +86,7 @@ class Bounds:
             )
 
 
-def shaped(call: str, value: Array, axes: tuple[str, ...], sizes: dict[str, int]) -> Array:
+def fit_shape(call: str, value: Array, axes: tuple[str, ...], sizes: dict[str, int]) -> Array:
     """The value in its declared shape; one number stands for a vector of equal ones, a vector for a single column."""
     if max(sizes.values(), default=0) > LONGEST:
         raise ValueError(f"`{call}` has at most {LONGEST} numbers; got {sizes}.")

@@ -17,11 +17,11 @@ from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.shapes import Drawing
 from workbench.core.switches import Switches, find_switches
 from workbench.core.validation.refusals import Array, finite, vector
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Ode:
     """An ordinary differential equation x' = f(t, x, p), y = h(t, x, p) with named states, parameters and outputs.
 
@@ -88,7 +88,7 @@ class Ode:
             )
 
     @staticmethod
-    @door
+    @check_arguments
     def of(
         name: str,
         states: Layout,
@@ -165,7 +165,7 @@ class Ode:
         )
 
     @property
-    def shown(self) -> tuple[str, ...]:
+    def default_signals(self) -> tuple[str, ...]:
         """The signals of a picture for which none are named: what a loop is about, or all outputs, or all states.
 
         A loop is about what follows a reference, or, where nothing does, the outputs of its plant; and its commands.
@@ -186,7 +186,7 @@ class Ode:
         function = ca.Function("f", [self.t, self.x, self.p], [self.rate, self.output])
         return fingerprint_of("".join(entries).encode(), function)
 
-    @door
+    @check_arguments
     def refuse_beyond(self, call: str, until: float) -> None:
         """Refuse a time in s beyond the horizon."""
         # 1e-9: what the rounding of a count of steps may add to a time
@@ -217,7 +217,7 @@ def time_beside(*layouts: Layout) -> ca.SX:
     return ca.SX.sym(name)
 
 
-@door
+@check_arguments
 def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[str, str] | None = None) -> Ode:
     """The same equation with a state z for each integrand g(t, x, p), (k, 1), by its name: z' = g, z(0) = 0."""
     entries = tuple(Entry(name, np.zeros(g.numel()), (units or {}).get(name, "")) for name, g in integrands.items())
@@ -231,7 +231,7 @@ def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[st
     )
 
 
-@door
+@check_arguments
 def with_sensitivity(ode: Ode, names: Sequence[str]) -> Ode:
     """The same equation with S = dx/dtheta carried along: S' = (df/dx) S + df/dtheta.
 

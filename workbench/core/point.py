@@ -11,7 +11,7 @@ import numpy as np
 from workbench.core.layout import Entry, Layout
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 # A rate counts as zero below this share of the terms that could have made it: rounding of some thousand operations
 # is 1e-13 of them, and a state printed to nine digits leaves 1e-9.
@@ -20,8 +20,8 @@ AT_REST = 1e-8
 
 @dataclass(frozen=True, eq=False)
 @show
-@door
-class Point:
+@check_arguments
+class OperatingPoint:
     """The states x0 (nx,), inputs u0 (nu,) and outputs y0 (ny,) from which a linear system counts its own.
 
     The layouts have their names and units. `moving` says which state does not rest there, and is empty at a rest point.
@@ -33,9 +33,9 @@ class Point:
     x0: Array
     u0: Array
     y0: Array
-    moving: str = ""
+    moving_state: str = ""
 
-    def part(self, outputs: Sequence[int], inputs: Sequence[int]) -> Point:
+    def part(self, outputs: Sequence[int], inputs: Sequence[int]) -> OperatingPoint:
         """The same point with some outputs and inputs alone, by their places."""
         return replace(
             self,
@@ -45,11 +45,13 @@ class Point:
             y0=self.y0[list(outputs)],
         )
 
-    def of_controller(self, states: Layout) -> Point:
+    def of_controller(self, states: Layout) -> OperatingPoint:
         """The point of a controller from the outputs y to the inputs u of a system, with states that are zero there."""
-        return Point(states, self.outputs, self.inputs, np.zeros(states.size), self.y0, self.u0, self.moving)
+        return OperatingPoint(
+            states, self.outputs, self.inputs, np.zeros(states.size), self.y0, self.u0, self.moving_state
+        )
 
-    def of_compensator(self) -> Point:
+    def of_compensator(self) -> OperatingPoint:
         """The point of a compensator from the error of y, which is zero there, to u."""
         point = self.of_controller(Layout())
         return replace(point, u0=np.zeros(point.inputs.size))
@@ -72,10 +74,10 @@ def _labels(entry: Entry) -> list[str]:
 class PointedGain(np.ndarray):
     """A gain K (nu, nx) about a `point`, which a multiple of it has too, and a matrix of another shape has not."""
 
-    _point: Point | None
+    _point: OperatingPoint | None
 
     @staticmethod
-    def of(K: Array, point: Point | None) -> Array:
+    def of(K: Array, point: OperatingPoint | None) -> Array:
         """The gain about a point; the matrix as it is if there is none."""
         if point is None:
             return K
@@ -87,7 +89,7 @@ class PointedGain(np.ndarray):
         self._point = getattr(source, "_point", None)
 
     @property
-    def point(self) -> Point | None:
+    def point(self) -> OperatingPoint | None:
         """The point, or None if this is no matrix from its states to its inputs."""
         point = self._point
         return point if point is not None and self.shape == (len(point.u0), len(point.x0)) else None
@@ -96,11 +98,11 @@ class PointedGain(np.ndarray):
         return repr(np.asarray(self))
 
 
-def gain_of(design: object) -> tuple[object, Point | None]:
+def gain_of(design: object) -> tuple[object, OperatingPoint | None]:
     """The gain K of a design or K itself, as a plain matrix, and the point that it is about, if it has one."""
     K = getattr(design, "K", design)
     point = getattr(design, "point", None) or getattr(K, "point", None)
-    return np.asarray(K) if isinstance(K, PointedGain) else K, point if isinstance(point, Point) else None
+    return np.asarray(K) if isinstance(K, PointedGain) else K, point if isinstance(point, OperatingPoint) else None
 
 
 def rate_terms(A: Array, x: Array) -> Array:

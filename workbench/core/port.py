@@ -11,10 +11,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Entry, Layout
-from workbench.core.units import declared, joined, read
+from workbench.core.units import checked_unit, join_units, read
 from workbench.core.validation.notebook_display import LINE, table_to_html
-from workbench.core.validation.refusals import Array, as_text, described, known, nearest, numbers, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, as_text, describe, known_name, nearest, numbers, refusal
+from workbench.core.validation.signatures import check_arguments
 
 Way: TypeAlias = Literal["read", "filtered", "estimated"]
 Information: TypeAlias = tuple[tuple[tuple[str, tuple[Way, ...]], ...], bool, bool, bool]
@@ -27,7 +27,7 @@ class NoSignalError(AttributeError, LookupError):
     """The error of a missing signal, asked for as an item or as an attribute."""
 
 
-@door
+@check_arguments
 class Signals(Mapping[str, ca.SX]):
     """A read-only mapping from names to columns of symbols, whose names are attributes too: `y["q"]` is `y.q`.
 
@@ -41,14 +41,14 @@ class Signals(Mapping[str, ca.SX]):
     __slots__ = ("_parts",)
     _parts: dict[str, ca.SX]
 
-    def __init__(self, parts: Mapping[str, ca.SX] | None = None, /, **named: ca.SX) -> None:
+    def __init__(self, parts: Mapping[str, ca.SX] | None = None, /, **signals: ca.SX) -> None:
         if not isinstance(parts, Mapping | None):
             raise refusal("Signals(parts)", "a mapping from names to expressions, as a dict is", parts)
-        object.__setattr__(self, "_parts", {**(parts or {}), **named})
+        object.__setattr__(self, "_parts", {**(parts or {}), **signals})
 
     def __getitem__(self, name: str) -> ca.SX:
         try:
-            return self._parts[known(name, self._parts, "signals")]
+            return self._parts[known_name(name, self._parts, "signals")]
         except LookupError as error:
             raise NoSignalError(str(error)) from None
 
@@ -59,7 +59,7 @@ class Signals(Mapping[str, ca.SX]):
     def get(self, name: str, default: None = None) -> ca.SX | None: ...
     @overload
     def get(self, name: str, default: ca.SX | T) -> ca.SX | T: ...
-    @door
+    @check_arguments
     def get(self, name: str, default: object = None) -> object:
         """The signal of a name, or a default if there is none."""
         return self._parts.get(name, default)
@@ -92,7 +92,7 @@ class Signals(Mapping[str, ca.SX]):
         rows = [(name, text if len(text) <= LINE else f"{text[:LINE]}...") for name, text in texts.items()]
         return table_to_html("Signals", ("name", "expression"), rows)
 
-    @door
+    @check_arguments
     def only(self, names: Layout) -> Signals:
         """The signals that a port has."""
         return Signals({name: self[name] for name in names.names})
@@ -101,7 +101,7 @@ class Signals(Mapping[str, ca.SX]):
 METHODS = {name for name in dir(Signals) if not name.startswith("_")}  # `y.name` would be one of these
 
 
-@door
+@check_arguments
 def layout(**signals: object) -> Layout:
     """A port or a memory: a unit for each name, or a unit and the number or numbers at the start, zero else.
 
@@ -124,27 +124,27 @@ def _entry(name: str, value: object) -> Entry:
     if name in METHODS:
         raise ValueError(f"`{call}` must have another name, as `{name}` is a method of the `Signals` that hold it.")
     if (unit := as_text(value)) is not None:
-        return Entry(name, np.array(0.0), declared(call, unit))
+        return Entry(name, np.array(0.0), checked_unit(call, unit))
     if isinstance(value, tuple) and len(value) == 2 and (unit := as_text(value[0])) is not None:
-        return Entry(name, numbers(call, value[1]), declared(call, unit))
+        return Entry(name, numbers(call, value[1]), checked_unit(call, unit))
     raise refusal(call, "a unit, as 'rad/s' is, or a unit and the numbers at the start", value)
 
 
 def one_entry(port: Layout, name: str) -> Entry:
     """All signals of a port as one column with the unit of each number."""
-    return Entry(name, np.zeros(port.size), joined([unit for entry in port.entries for unit in entry.units]))
+    return Entry(name, np.zeros(port.size), join_units([unit for entry in port.entries for unit in entry.units]))
 
 
-def misfits(wanted: Layout, offered: Layout) -> list[str]:
+def misfits(demand: Layout, offer: Layout) -> list[str]:
     """The reasons why an offered port cannot serve a wanted one, a clause for each; '{gives}' in it is who offers."""
     clauses = []
-    for entry in wanted.entries:
-        if entry.name not in offered:
-            held = ", ".join(map(repr, offered.names)) or "none"
-            near = misspelt(entry.name, offered)
+    for entry in demand.entries:
+        if entry.name not in offer:
+            held = ", ".join(map(repr, offer.names)) or "none"
+            near = misspelt(entry.name, offer)
             clauses.append(f"'{entry.name}', where {{gives}} {held}{near.replace(' Did', '; did')}")
             continue
-        other = offered[entry.name]
+        other = offer[entry.name]
         if entry.size != other.size:
             want, got = ("one number" if e.size == 1 else f"{e.size} numbers" for e in (entry, other))
             clauses.append(f"'{entry.name}' as {want}, where {{gives}} it as {got}")
@@ -156,10 +156,10 @@ def misfits(wanted: Layout, offered: Layout) -> list[str]:
 
 def misspelt(name: str, port: Layout) -> str:
     """The question "Did you mean ...?" if a name is a misspelt signal of the port; else empty."""
-    return nearest(name, [other for other in port.names if not _related(name, other)])
+    return nearest(name, [other for other in port.names if not _are_related(name, other)])
 
 
-def _related(one: str, other: str) -> bool:
+def _are_related(one: str, other: str) -> bool:
     """True if two names are those of two signals, and not one of them misspelt: `x` and `xd`, `h_1` and `h_2`."""
     short, long = sorted((one, other), key=len)
     affix = AFFIX.fullmatch(long[len(short) :]) if long.startswith(short) else None
@@ -171,7 +171,7 @@ def signals_of(call: str, port: Layout, parts: object) -> Signals:
     shapes = [f"'{e.name}'" if e.size == 1 else f"'{e.name}' {(e.shape + (1, 1))[:2]}" for e in port.entries]
     must = f"return {', '.join(shapes) or 'an empty mapping'}"
     if not isinstance(parts, Mapping):
-        raise ValueError(f"`{call}` must {must}; it returned {described(parts)}.")
+        raise ValueError(f"`{call}` must {must}; it returned {describe(parts)}.")
     for name in port.names:
         if name not in parts:
             held = ", ".join(map(repr, parts)) or "an empty mapping"
@@ -179,7 +179,7 @@ def signals_of(call: str, port: Layout, parts: object) -> Signals:
     for name in parts:
         if name not in port:
             raise ValueError(
-                f"`{call}` must {must}, and no more; it returned {described(name)} too.{nearest(name, port.names)}"
+                f"`{call}` must {must}, and no more; it returned {describe(name)} too.{nearest(name, port.names)}"
             )
     return Signals({entry.name: column(call, entry.name, entry.shape, parts[entry.name]) for entry in port.entries})
 
@@ -191,7 +191,7 @@ def column(call: str, name: str, shape: tuple[int, ...], value: ca.SX | ca.DM | 
         part: ca.SX = ca.SX(value)
     except Exception:
         raise ValueError(
-            f"`{call}` must return '{name}' as an expression of shape {want}; it returned {described(value)}."
+            f"`{call}` must return '{name}' as an expression of shape {want}; it returned {describe(value)}."
         ) from None
     if part.shape != want:
         raise ValueError(f"`{call}` must return '{name}' in shape {want}; it returned shape {part.shape}.")
@@ -199,7 +199,7 @@ def column(call: str, name: str, shape: tuple[int, ...], value: ca.SX | ca.DM | 
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Roles:
     """The information that the command of a loop depends on, directly or through any memory.
 
@@ -225,8 +225,8 @@ class Roles:
         return tuple(self.readings.items()), any(self.models.values()), bool(self.unread), bool(self.truths)
 
 
-@door
-def grouped(roles: Mapping[str, Roles]) -> tuple[tuple[str, ...], ...]:
+@check_arguments
+def information_classes(roles: Mapping[str, Roles]) -> tuple[tuple[str, ...], ...]:
     """The laws in classes of equal information, within which a comparison is fair.
 
     Examples

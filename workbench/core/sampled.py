@@ -11,7 +11,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from workbench.core.crossing import Crossing, plain, refuse_strangers
+from workbench.core.crossing import Crossing, refuse_strangers, without_crossings
 from workbench.core.expressions import refuse_misfit
 from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
@@ -22,18 +22,18 @@ from workbench.core.sampled_law import SampledLaw
 from workbench.core.segments import Segments
 from workbench.core.shapes import Drawing
 from workbench.core.state_corners import corners_of
-from workbench.core.step import Rule, Step, held_at
+from workbench.core.step import StepMap, StepRule, held_at
 from workbench.core.switches import Switches
 from workbench.core.validation.refusals import MOST, one_of, seconds, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be derived
 PERIODS = 100  # over which the substeps of a step without a number are chosen
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Sampled:
+@check_arguments
+class SampledSystem:
     """x+ = g(k, x, p, w) at the instants t_k = k period, k = 0, 1, ..., and x' = f(t, x, p) from each to the next.
 
     Raises
@@ -62,15 +62,15 @@ class Sampled:
     methods: tuple[str, ...] = ()  # by which the memory of each block is stepped, in words
     law_of: Callable[[str, tuple[str, ...]], SampledLaw] | None = None  # the computer's part of it, see `law`
     crossings: tuple[Crossing, ...] = ()  # what goes into the computer and out of it: 'y.q', 'r.q'
-    crossed: ca.SX | None = None  # g with the symbols of the crossings; `jump`, which has none, unless given
-    stirred: tuple[str, ...] = ()  # the states of coloured noise, which belong to no computer
+    crossing_jump: ca.SX | None = None  # g with the symbols of the crossings; `jump`, which has none, unless given
+    noise_states: tuple[str, ...] = ()  # the states of coloured noise, which belong to no computer
 
     def __post_init__(self) -> None:
         seconds("Sampled(period=...)", self.period)
         rows, columns = self.jump.shape
         if columns != 1 or rows > self.flow.states.size:
             raise ValueError(
-                f"`Sampled(jump=...)` must have shape (m, 1), for the first m of {self.flow.states.size} states; "
+                f"`SampledSystem(jump=...)` must have shape (m, 1), for the first m of {self.flow.states.size} states; "
                 f"got {self.jump.shape}."
             )
         refuse_misfit("Sampled", "k", self.k, 1, 1, "the number of the jump")
@@ -80,7 +80,7 @@ class Sampled:
         refuse_strangers("Sampled", symbols, self.crossings, crossed=self.after)
         refuse_misfit("Sampled", "crossed", self.after, rows, 1, "one for each entry of the jump")
 
-    @door
+    @check_arguments
     def law(self, reference: str = "input", truths: tuple[str, ...] = ()) -> SampledLaw:
         """The part of the computer alone, which another machine can run.
 
@@ -100,26 +100,26 @@ class Sampled:
         """
         if self.law_of is None:
             raise ValueError(
-                f"`Sampled.law()` needs a loop that `ClosedLoop.digital` has made; '{self.name}' was made of equations "
-                "alone, in which plant and law are not told apart."
+                f"`SampledSystem.law()` needs a loop that `ClosedLoop.digital` has made; '{self.name}' was made of "
+                "equations alone, in which plant and law are not told apart."
             )
         return self.law_of(reference, truths)
 
     @property
     def after(self) -> ca.SX:
         """The state after the jump, (m, 1), in k, x, p, w and the symbols of the crossings, as machines compute it."""
-        return self.jump if self.crossed is None else self.crossed
+        return self.jump if self.crossing_jump is None else self.crossing_jump
 
     @property
-    def handed(self) -> dict[str, ca.SX]:
+    def computer_inputs(self) -> dict[str, ca.SX]:
         """The symbols of what the computer is handed: readings 'y.q' and references 'r.q'."""
         parts = [part for crossing in self.crossings for part in crossing.parts.items()]
         return {name: part for name, part in parts if name.startswith(("y.", "r."))}
 
     @cached_property
-    def taken(self) -> Mapping[str, ca.SX]:
+    def computer_input_values(self) -> Mapping[str, ca.SX]:
         """The same in k, x, p and w."""
-        return {name: plain(self.crossings, part) for name, part in self.handed.items()}
+        return {name: without_crossings(self.crossings, part) for name, part in self.computer_inputs.items()}
 
     @property
     def name(self) -> str:
@@ -166,7 +166,7 @@ class Sampled:
             )
         return round(count)
 
-    def step(self, substeps: int | Literal["chosen"] = "chosen", method: str = "rk4") -> Step:
+    def step(self, substeps: int | Literal["chosen"] = "chosen", method: str = "rk4") -> StepMap:
         """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
 
         Without a number it is the step that `simulate` chooses for a hundred periods from the initial state. The
@@ -174,7 +174,7 @@ class Sampled:
         """
         if isinstance(substeps, str) and substeps == "chosen":
             periods = max(1, int(min(PERIODS, self.flow.horizon / self.period)))
-            chosen: Step = import_module("workbench").simulate(self, until=periods * self.period).step
+            chosen: StepMap = import_module("workbench").simulate(self, until=periods * self.period).step
             return chosen
         substeps = whole("Sampled.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
         by = METHODS[one_of("Sampled.step(method=...)", method, METHODS)]
@@ -185,21 +185,21 @@ class Sampled:
             f = held_at(t + i * h + h / 2, switches.m, flow.t, flow.x, p, switches.rate)
             x = runge_kutta(f, t + i * h, x, p, h, by)
         output = ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after))
-        rule = Rule(
+        rule = StepRule(
             *(ca.SX.sym("h"), self.k, flow.t, flow.x, p, self.w),
             *(ca.SX(0, 1), x, output, self.crossings),
             method=by,
         )
         corners = corners_of(flow) if by.corners else None
-        if switches.known or corners is not None:
+        if switches.has_instants or corners is not None:
             segments = Segments.of(switches, t, ca.SX(self.period), flow.x, after, substeps, corners)
             rule = replace(rule, m=switches.m, segments=segments)
         layouts = (flow.states, flow.parameters, flow.outputs)
         finer = partial(self.step, 2 * substeps, method) if 2 * substeps <= MOST_SUBSTEPS else None
-        return Step(self.period, *layouts, rule, flow, by.amplification, substeps, finer)
+        return StepMap(self.period, *layouts, rule, flow, by.amplification, substeps, finer)
 
-    @door
-    def disturbed(self) -> Sampled:
+    @check_arguments
+    def with_timing_faults(self) -> SampledSystem:
         """The same loop with a computer that is late, and that misses periods, by two more parameters.
 
         The instant k comes d_k late, at k period + d_k, with d_k uniform in [0, `computer.jitter`], at most half of the
@@ -230,7 +230,7 @@ class Sampled:
         pace = 1 + (later - late) / T
         true = t + late + (later - late) / T * (t - instant)
         rate, output = ca.substitute([flow.rate, flow.output], [t], [true])
-        kept = [name for name in self.states.names if not name.startswith("plant.") and name not in self.stirred]
+        kept = [name for name in self.states.names if not name.startswith("plant.") and name not in self.noise_states]
         own = [i for name in kept for i in self.states.indices(name)]
         clocks = ca.vertcat(later, jitter * lateness, self.k * T)
         jump, crossed = (ca.vertcat(_unless(luck < missed, flow.x, g, own), clocks) for g in (self.jump, self.after))
@@ -247,23 +247,23 @@ class Sampled:
             ),
             w=ca.vertcat(self.w, w),
             jump=jump,
-            crossed=crossed,
+            crossing_jump=crossed,
         )
 
     def _refuse_one_clock(self) -> None:
         """Refuse a loop whose computer is not told apart, or whose plant moves by the clock of the computer."""
         if self.law_of is None:
             raise ValueError(
-                f"`Sampled.disturbed()` needs a loop that `ClosedLoop.digital` has made; '{self.name}' was made of "
-                "equations alone, in which plant and computer are not told apart."
+                f"`SampledSystem.disturbed()` needs a loop that `ClosedLoop.digital` has made; '{self.name}' was made "
+                "of equations alone, in which plant and computer are not told apart."
             )
         for name in self.states.names:
             rows = self.states.slice(name)
-            moves = name.startswith("plant.") and name not in self.stirred
+            moves = name.startswith("plant.") and name not in self.noise_states
             if moves and not ca.is_equal(self.jump[rows], self.flow.x[rows]):
                 raise ValueError(
-                    f"`Sampled.disturbed()` needs a plant in continuous time; '{name}' of '{self.name}' moves at the "
-                    "instants themselves, which cannot come late for it."
+                    f"`SampledSystem.disturbed()` needs a plant in continuous time; '{name}' of '{self.name}' moves "
+                    "at the instants themselves, which cannot come late for it."
                 )
 
     @cached_property
@@ -282,9 +282,9 @@ class Sampled:
         return layouts_to_html(name, {"state": self.states, "parameter": self.parameters})
 
 
-def _unless(missed: ca.SX, x: ca.SX, jump: ca.SX, own: list[int]) -> ca.SX:
+def _unless(is_missed: ca.SX, x: ca.SX, jump: ca.SX, own: list[int]) -> ca.SX:
     """The state after the jump, where the entries `own` stay as they are in a period that is missed."""
     after = ca.vertcat(jump, x[jump.numel() :, 0])
     for i in own:
-        after[i] = ca.if_else(missed, x[i], after[i])
+        after[i] = ca.if_else(is_missed, x[i], after[i])
     return after

@@ -15,15 +15,15 @@ from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.ode import Ode
-from workbench.core.step import Rule, Step
+from workbench.core.step import StepMap, StepRule
 from workbench.core.validation.refusals import Array, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 SYMBOLS = {"z": "memory", "y": "readings", "r": "references", "p": "parameters"}  # each with its layout
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Stage:
     """Values that a sampled law makes together, by name, in terms of its symbols and of those of its crossings; and the
     equations as a book has them.
@@ -37,7 +37,7 @@ class Stage:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class SampledLaw:
     """u = c(k, z, y, r, p) and z+ = g(k, z, y, r, p) at the instants t_k = k period, k = 0, 1, ...
 
@@ -79,7 +79,9 @@ class SampledLaw:
     delay: Mapping[str, int] = field(default_factory=dict)  # the periods that each command waits
     notes: tuple[str, ...] = ()
     crossings: tuple[Crossing, ...] = ()  # all that the computer makes in its loop, in the same order
-    made: ca.SX | None = None  # [z+; u] in the symbols of the crossings; as update and command have them unless given
+    crossing_result: ca.SX | None = (
+        None  # [z+; u] in the symbols of the crossings; as update and command have them unless given
+    )
 
     WAYS: ClassVar = {"ClosedLoop": "take `loop.digital(period)`, whose law it is"}
 
@@ -93,7 +95,7 @@ class SampledLaw:
         refuse_misfit("SampledLaw", "command", self.command, self.commands.size, 1, "one for each command")
         refuse_misfit("SampledLaw", "update", self.update, self.memory.size, 1, "one for each of the memory")
         refuse_unknown("SampledLaw", self._symbols, command=self.command, update=self.update)
-        refuse_strangers("SampledLaw", self._symbols, self._all_crossings, made=self._made)
+        refuse_strangers("SampledLaw", self._symbols, self._all_crossings, expressions=self._crossing_result)
 
     @property
     def _symbols(self) -> dict[str, ca.SX]:
@@ -105,23 +107,27 @@ class SampledLaw:
         return bool(ca.depends_on(ca.vertcat(self.command, self.update), self.k))
 
     @cached_property
-    def step(self) -> Step:
+    def step(self) -> StepMap:
         """The law as a `Step` with the states [z; u], where u is that of the last instant, and the parameters
         [p; y; r], of which the last two are named below 'y.' and 'r.'.
         """
-        u, handed = self.commands.prefixed("u."), self.readings.prefixed("y.") + self.references.prefixed("r.")
+        u, handed = self.commands.with_prefix("u."), self.readings.with_prefix("y.") + self.references.with_prefix("r.")
         states, x = self.memory + u, ca.vertcat(self.z, u.symbols())
         values, parameters = handed.symbols(), self.parameters + handed
         p, t, none = ca.vertcat(self.p, values), ca.SX.sym("t"), Layout()
         still = Ode(self.name, states, parameters, none, t, x, p, ca.SX.zeros(x.numel(), 1), ca.SX(0, 1))
         crossings = (Crossing(handed, ca.vertcat(self.y, self.r), values), *self._all_crossings)
         none_of_it = ca.SX(0, 1)
-        rule = Rule(ca.SX.sym("h"), self.k, t, x, p, none_of_it, none_of_it, self._made, none_of_it, crossings)
-        return Step(self.period, states, parameters, none, rule, still, (1.0,))
+        rule = StepRule(
+            ca.SX.sym("h"), self.k, t, x, p, none_of_it, none_of_it, self._crossing_result, none_of_it, crossings
+        )
+        return StepMap(self.period, states, parameters, none, rule, still, (1.0,))
 
     @property
-    def _made(self) -> ca.SX:
-        return ca.densify(ca.vertcat(self.update, self.command) if self.made is None else self.made)
+    def _crossing_result(self) -> ca.SX:
+        return ca.densify(
+            ca.vertcat(self.update, self.command) if self.crossing_result is None else self.crossing_result
+        )
 
     @cached_property
     def _all_crossings(self) -> tuple[Crossing, ...]:
@@ -150,8 +156,8 @@ class SampledLaw:
             head += [np.ascontiguousarray(port.default).tobytes()]
         return fingerprint_of(b"".join(head), self.step.rule.parts)
 
-    @door
-    def named(self, name: str) -> SampledLaw:
+    @check_arguments
+    def with_name(self, name: str) -> SampledLaw:
         """The same law by another name."""
         return replace(self, name=name)
 

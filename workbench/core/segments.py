@@ -49,12 +49,12 @@ class Segments:
         if corners is None:
             return Segments(s, start, switches.rate, at, length, first, switches)
         e, at = ca.SX.sym("e", x.numel()), ca.fmin(at, corners.next(begin, s, length))
-        first = ca.if_else(corners.passed(begin, start, length, e), 0, first)
+        first = ca.if_else(corners.lies_between(begin, start, length, e), 0, first)
         return Segments(s, start, switches.rate, at, length, first, switches, e)
 
-    def come(self, p: Array) -> bool:
+    def can_occur(self, p: Array) -> bool:
         """True if a run with one of the rows p (B, np) may have a segment that ends within a step."""
-        return self.e is not None or self.switches.come(p)
+        return self.e is not None or self.switches.can_occur(p)
 
     @property
     def parts(self) -> list[ca.SX]:

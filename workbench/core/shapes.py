@@ -11,19 +11,19 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.expressions import refuse_misfit
-from workbench.core.validation.refusals import Array, described, one_of, refusal, text
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, describe, one_of, refusal, text
+from workbench.core.validation.signatures import check_arguments
 from workbench.core.validation.type_hints import fit_of
 
 TONES = ("body", "link", "ground", "liquid", "path")
 PAIR = "two numbers or expressions, to the right and upward in m"
 AS_EXPRESSION = fit_of(ca.SX)  # CasADi itself crashes on numbers of more than 64 bits
 # The direction from which what moves in space is seen: turned about the vertical, and from a little above.
-TURNED, RAISED = math.radians(20.0), math.radians(18.0)
+AZIMUTH, ELEVATION = math.radians(20.0), math.radians(18.0)
 
 
 @dataclass(frozen=True, eq=False, init=False)
-@door
+@check_arguments
 class Line:
     """A line through `points`, (n, 2) in m to the right and upward; one that is `closed` is filled.
 
@@ -45,10 +45,10 @@ class Line:
     points: ca.SX
     tone: str
     width: ca.SX
-    closed: bool
+    is_closed: bool
 
-    @door
-    def __init__(self, points: object, tone: str = "link", width: object = 0.0, closed: bool = False) -> None:
+    @check_arguments
+    def __init__(self, points: object, tone: str = "link", width: object = 0.0, is_closed: bool = False) -> None:
         call = "Line(points=...)"
         if isinstance(points, str) or not isinstance(points, Sequence | np.ndarray):
             raise refusal(call, f"two or more points, each {PAIR}", points)
@@ -56,14 +56,14 @@ class Line:
             raise ValueError(f"`{call}` must be two or more points; got {len(points)}.")
         rows = [_pair(call, point, f" at [{i}]") for i, point in enumerate(points)]
         places, one = ca.vertcat(*(row.T for row in rows)), _one("Line(width=...)", width)
-        _set(self, points=places, tone=tone, width=one, closed=closed)
+        _set_fields(self, points=places, tone=tone, width=one, closed=is_closed)
 
     def __post_init__(self) -> None:
         one_of("Line(tone=...)", self.tone, TONES)
 
 
 @dataclass(frozen=True, eq=False, init=False)
-@door
+@check_arguments
 class Circle:
     """A circle about `centre`, (2,), of a radius, both in m; that of a 'path' is a point that leaves its track.
 
@@ -82,17 +82,17 @@ class Circle:
     radius: ca.SX
     tone: str
 
-    @door
+    @check_arguments
     def __init__(self, centre: object, radius: object, tone: str = "body") -> None:
         place, one = _pair("Circle(centre=...)", centre), _one("Circle(radius=...)", radius)
-        _set(self, centre=place, radius=one, tone=tone)
+        _set_fields(self, centre=place, radius=one, tone=tone)
 
     def __post_init__(self) -> None:
         one_of("Circle(tone=...)", self.tone, TONES)
 
 
 @dataclass(frozen=True, eq=False, init=False)
-@door
+@check_arguments
 class Word:
     """A few letters about `place`, (2,) in m, as the number of a tank.
 
@@ -105,9 +105,9 @@ class Word:
     place: ca.SX
     letters: str
 
-    @door
+    @check_arguments
     def __init__(self, place: object, letters: str) -> None:
-        _set(self, place=_pair("Word(place=...)", place), letters=letters)
+        _set_fields(self, place=_pair("Word(place=...)", place), letters=letters)
 
     def __post_init__(self) -> None:
         text("Word(letters=...)", self.letters)
@@ -117,7 +117,7 @@ Shape: TypeAlias = Line | Circle | Word
 SHAPES = "shapes, each a `Line`, a `Circle` or a `Word`, or None where there is no picture"
 
 
-def _set(shape: Shape, **fields: object) -> None:
+def _set_fields(shape: Shape, **fields: object) -> None:
     """Give a shape its fields, which its own door then checks."""
     for name, value in fields.items():
         object.__setattr__(shape, name, value)
@@ -147,20 +147,20 @@ def _one(call: str, value: object) -> ca.SX:
     return ca.densify(part)
 
 
-def projected(place: ca.SX) -> ca.SX:
+def project(place: ca.SX) -> ca.SX:
     """A place (3, 1) in space, z upward, as it is seen along y, from somewhat to the side and from above: (2, 1).
 
     The view is that of parallel rays, so that what is parallel stays so and no length grows.
     """
     right, depth = (
-        math.cos(TURNED) * place[0] + math.sin(TURNED) * place[1],
-        math.cos(TURNED) * place[1] - math.sin(TURNED) * place[0],
+        math.cos(AZIMUTH) * place[0] + math.sin(AZIMUTH) * place[1],
+        math.cos(AZIMUTH) * place[1] - math.sin(AZIMUTH) * place[0],
     )
-    return ca.vertcat(right, math.cos(RAISED) * place[2] + math.sin(RAISED) * depth)
+    return ca.vertcat(right, math.cos(ELEVATION) * place[2] + math.sin(ELEVATION) * depth)
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Drawing:
     """The picture of a plant: its moving coordinates as one column, and its shapes as plain data.
 
@@ -192,10 +192,10 @@ def drawing_of(call: str, shapes: object, p: ca.SX, numbers: Array) -> Drawing |
     if shapes is None or (isinstance(shapes, tuple | list) and not shapes):
         return None
     if not isinstance(shapes, tuple | list):
-        raise ValueError(f"`{call}` must return {SHAPES}; it returned {described(shapes)}.")
+        raise ValueError(f"`{call}` must return {SHAPES}; it returned {describe(shapes)}.")
     for i, shape in enumerate(shapes):
         if not isinstance(shape, Line | Circle | Word):
-            raise ValueError(f"`{call}` must return {SHAPES}; it returned {described(shape)} at [{i}].")
+            raise ValueError(f"`{call}` must return {SHAPES}; it returned {describe(shape)} at [{i}].")
     widths = _widths(call, [shape.width for shape in shapes if isinstance(shape, Line)], p, numbers)
     column: list[ca.SX] = []
     places: dict[int, int] = {}
@@ -204,7 +204,7 @@ def drawing_of(call: str, shapes: object, p: ca.SX, numbers: Array) -> Drawing |
         where, looks = _looks(shape)
         if isinstance(shape, Line):
             looks["width"] = widths.pop(0)
-        plain.append(looks | _placed(f"{call}[{i}]", where, column, places))
+        plain.append(looks | _places_of(f"{call}[{i}]", where, column, places))
     return Drawing(ca.vertcat(*column) if column else ca.SX(0, 1), tuple(plain))
 
 
@@ -213,7 +213,7 @@ def _widths(call: str, widths: list[ca.SX], p: ca.SX, numbers: Array) -> list[fl
     try:
         values = np.array(ca.Function("widths", [p], [ca.vertcat(*widths)])(numbers)).ravel().tolist()
     except RuntimeError:  # of CasADi, for a symbol without a value
-        raise ValueError(f"`{call}` must return widths of parameters alone; got {described(widths)}.") from None
+        raise ValueError(f"`{call}` must return widths of parameters alone; got {describe(widths)}.") from None
     for width in values:
         if not (math.isfinite(width) and width >= 0):
             raise ValueError(f"`{call}` must return widths that are finite and not negative; got {width:g} m.")
@@ -226,15 +226,15 @@ def _looks(shape: Shape) -> tuple[ca.SX, dict[str, object]]:
         return shape.place, {"kind": "word", "tone": "body", "letters": shape.letters}
     if isinstance(shape, Circle):
         return ca.vertcat(shape.centre, shape.radius), {"kind": "circle", "tone": shape.tone}
-    return ca.vec(shape.points.T), {"kind": "line", "tone": shape.tone, "closed": shape.closed}
+    return ca.vec(shape.points.T), {"kind": "line", "tone": shape.tone, "closed": shape.is_closed}
 
 
-def _placed(call: str, where: ca.SX, column: list[ca.SX], places: dict[int, int]) -> dict[str, object]:
+def _places_of(call: str, where: ca.SX, column: list[ca.SX], places: dict[int, int]) -> dict[str, object]:
     """The coordinates as numbers where none of them moves, else as places in the column, each expression once."""
     if where.is_constant():
         fixed = np.array(ca.DM(where)).ravel()
         if not np.isfinite(fixed).all():
-            raise ValueError(f"`{call}` must have finite coordinates; got {described(fixed)}.")
+            raise ValueError(f"`{call}` must have finite coordinates; got {describe(fixed)}.")
         return {"fixed": fixed.tolist()}
     points = []
     for part in ca.vertsplit(where):

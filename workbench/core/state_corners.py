@@ -11,7 +11,7 @@ from workbench.core.ode import Ode
 
 MOST = 24  # corners of one rate; each is tested in every step
 LEAST = 1 / 64  # of a step: the shortest segment that begins or ends at a corner
-COMPARED = {ca.OP_FMIN, ca.OP_FMAX, ca.OP_LT, ca.OP_LE}
+COMPARISON_CODES = {ca.OP_FMIN, ca.OP_FMAX, ca.OP_LT, ca.OP_LE}
 ALONE = {ca.OP_SIGN, ca.OP_FABS}
 
 
@@ -24,7 +24,7 @@ class Corners:
     t: ca.SX
     x: ca.SX
 
-    def passed(self, begin: ca.SX, start: ca.SX, length: ca.SX, end: ca.SX) -> ca.SX:
+    def lies_between(self, begin: ca.SX, start: ca.SX, length: ca.SX, end: ca.SX) -> ca.SX:
         """True if a corner lies between the state `start` at `begin` and the state `end` at `begin` + `length` [s]."""
         at_begin, at_end = self._at(self.g, begin, start), self._at(self.g, begin + length, end)
         found = ca.SX(0)
@@ -68,18 +68,18 @@ def corners_of(ode: Ode) -> Corners | None:
             return None
         else:
             operands = [registers[i] for i in reads]
-            if code in COMPARED or code in ALONE:
-                passed = operands[0] - operands[1] if code in COMPARED else operands[0]
+            if code in COMPARISON_CODES or code in ALONE:
+                passed = operands[0] - operands[1] if code in COMPARISON_CODES else operands[0]
                 if ca.depends_on(passed, moving):
                     found.setdefault(passed.element_hash(), passed)
-            registers[writes[0]] = _applied(code, operands)
+            registers[writes[0]] = _apply(code, operands)
     if not 0 < len(found) <= MOST:
         return None
     g = ca.vertcat(*found.values())
     return Corners(g, ca.jtimes(g, ode.x, ode.rate) + ca.jtimes(g, ode.t, ca.SX(1)), ode.t, ode.x)
 
 
-def _applied(code: int, operands: list[ca.SX]) -> ca.SX:
+def _apply(code: int, operands: list[ca.SX]) -> ca.SX:
     if code == ca.OP_ASSIGN:
         return operands[0]
     return ca.SX.binary(code, *operands) if len(operands) == 2 else ca.SX.unary(code, *operands)

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core.crossing import Crossing, plain, refuse_strangers
+from workbench.core.crossing import Crossing, refuse_strangers, without_crossings
 from workbench.core.expressions import refuse_misfit
 from workbench.core.layout import Layout
 from workbench.core.methods import METHODS, RK4, Method, runge_kutta
@@ -17,12 +17,12 @@ from workbench.core.ode import Ode
 from workbench.core.segments import Segments
 from workbench.core.state_corners import corners_of
 from workbench.core.validation.refusals import one_of, require, seconds, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Rule:
+@check_arguments
+class StepRule:
     """x+ and y of a step of any length, as expressions in its symbols.
 
     The rate is dx/dt of the first n entries, which take a Runge-Kutta step; n may be 0. The update is the
@@ -87,7 +87,7 @@ class Rule:
     @cached_property
     def next(self) -> ca.SX:
         """x+, (nx, 1), in h, k, x, p and w, of a step within which there is no switch."""
-        return ca.substitute(self.plain(self._next), self.t, self.k * self.h)
+        return ca.substitute(self.without_crossings(self._next), self.t, self.k * self.h)
 
     @cached_property
     def _next(self) -> ca.SX:
@@ -99,10 +99,10 @@ class Rule:
         f = held_at(t + self.h / 2, self.m, self.t, self.x[:n], self.p, self.rate)
         return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h, self.method), update)
 
-    @door
-    def plain(self, expression: ca.SX) -> ca.SX:
+    @check_arguments
+    def without_crossings(self, expression: ca.SX) -> ca.SX:
         """An expression with the values of the crossings in the place of their symbols, as for derivatives."""
-        return plain(self.crossings, expression)
+        return without_crossings(self.crossings, expression)
 
     @cached_property
     def F(self) -> ca.Function:
@@ -116,12 +116,12 @@ class Rule:
         return int(self.parts.n_instructions()) * (len(self.method.nodes) if self.rate.numel() else 1)
 
     @property
-    def written_out(self) -> Rule:
+    def written_out(self) -> StepRule:
         """The same rule as one update that contains every stage of its Runge-Kutta step."""
         return replace(self, rate=ca.SX(0, 1), update=self._next, segments=None)
 
-    @door
-    def extended(self, symbols: ca.SX, update: ca.SX) -> Rule:
+    @check_arguments
+    def with_memory(self, symbols: ca.SX, update: ca.SX) -> StepRule:
         """The same rule with entries z behind those of x: z+ = update(h, k, t, x, z, p, w)."""
         refuse_misfit("Rule.extended", "symbols", symbols, symbols.numel(), 1, "a column")
         refuse_misfit("Rule.extended", "update", update, symbols.numel(), 1, "one entry for each symbol")
@@ -129,8 +129,8 @@ class Rule:
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Step:
+@check_arguments
+class StepMap:
     """One step of length h [s] of a recursion with named states, parameters and outputs: t_k = k h.
 
     `flow` is the differential equation that the step approximates, and `amplification` the polynomial R(z), highest
@@ -141,11 +141,11 @@ class Step:
     states: Layout
     parameters: Layout
     outputs: Layout
-    rule: Rule
+    rule: StepRule
     flow: Ode
     amplification: tuple[float, ...]
     substeps: int = 1
-    finer: Callable[[], Step] | None = None  # the same span in twice the substeps, where these are written out
+    finer: Callable[[], StepMap] | None = None  # the same span in twice the substeps, where these are written out
 
     WAYS: ClassVar = {
         "Ode": "wrap it in `rk4(ode, h)`",
@@ -173,7 +173,7 @@ class Step:
         return self.rule.operations
 
     @property
-    def halved(self) -> Step | None:
+    def half_step(self) -> StepMap | None:
         """The step that moves the flow by half the length, for the states of the flow; None where none is known."""
         if self.finer is not None:
             return self.finer()
@@ -192,16 +192,18 @@ class Step:
 
     def _function(self, name: str, value: ca.SX, cse: bool) -> ca.Function:
         rule = self.rule
-        value = ca.substitute(rule.plain(value), ca.vertcat(rule.t, rule.h), ca.vertcat(rule.k * self.h, self.h))
+        value = ca.substitute(
+            rule.without_crossings(value), ca.vertcat(rule.t, rule.h), ca.vertcat(rule.k * self.h, self.h)
+        )
         return ca.Function(name, [rule.k, rule.x, rule.p, rule.w], [value], {"cse": cse})
 
-    @door
-    def extended(self, extra: Layout, symbols: ca.SX, update: ca.SX) -> Step:
+    @check_arguments
+    def with_memory(self, extra: Layout, symbols: ca.SX, update: ca.SX) -> StepMap:
         """The same step with memory z that is updated beside it: z+ = update(h, k, t, x, z, p, w)."""
-        return replace(self, states=self.states + extra, rule=self.rule.extended(symbols, update))
+        return replace(self, states=self.states + extra, rule=self.rule.with_memory(symbols, update))
 
 
-def rk4(ode: Ode, h: float) -> Step:
+def rk4(ode: Ode, h: float) -> StepMap:
     """The classical fourth-order Runge-Kutta step of length h [s] for `ode`.
 
     Raises
@@ -223,8 +225,8 @@ def rk4(ode: Ode, h: float) -> Step:
     return _step(ode, seconds("rk4(h=...)", h), RK4)
 
 
-@door
-def runge_kutta_step(ode: Ode, h: float, method: str = "rk4") -> Step:
+@check_arguments
+def runge_kutta_step(ode: Ode, h: float, method: str = "rk4") -> StepMap:
     """The step of length h [s] for `ode` by a method of the name "rk4", "stabilised" or "restarted".
 
     Raises
@@ -241,16 +243,16 @@ def runge_kutta_step(ode: Ode, h: float, method: str = "rk4") -> Step:
     return _step(ode, seconds("runge_kutta_step(h=...)", h), METHODS[method])
 
 
-def _step(ode: Ode, h: float, method: Method) -> Step:
-    return Step(h, ode.states, ode.parameters, ode.outputs, _rule(ode, method), ode, method.amplification)
+def _step(ode: Ode, h: float, method: Method) -> StepMap:
+    return StepMap(h, ode.states, ode.parameters, ode.outputs, _rule(ode, method), ode, method.amplification)
 
 
 @lru_cache(maxsize=64)
-def _rule(ode: Ode, method: Method) -> Rule:
+def _rule(ode: Ode, method: Method) -> StepRule:
     h, k, switches = ca.SX.sym("h"), ca.SX.sym("k"), ode.switches
-    rule = Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output, method=method)
+    rule = StepRule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output, method=method)
     corners = corners_of(ode) if method.corners else None
-    if not switches.known and corners is None:
+    if not switches.has_instants and corners is None:
         return rule
     segments = Segments.of(switches, k * h, h, ode.x, ode.x, corners=corners)
     return replace(rule, rate=switches.rate, m=switches.m, segments=segments)

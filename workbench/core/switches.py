@@ -15,7 +15,15 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from workbench.core.affine_pieces import Piece, Pieces, on_lattice, pieces_of, scaled, steady_value, summed
+from workbench.core.affine_pieces import (
+    AffinePiece,
+    Pieces,
+    add_pieces,
+    on_lattice,
+    pieces_of,
+    scale_pieces,
+    steady_value,
+)
 from workbench.core.expressions import rows
 from workbench.core.validation.refusals import Array
 
@@ -40,26 +48,26 @@ class Switches:
     firsts: ca.SX  # in s, (l, 1): an instant of each lattice
     spacings: ca.SX  # in s, (l, 1)
     p: ca.SX  # symbol of the parameters
-    unknown: tuple[str, ...] = ()  # operations that switch at instants not known before
+    unknown_operations: tuple[str, ...] = ()  # operations that switch at instants not known before
 
     @property
-    def known(self) -> bool:
+    def has_instants(self) -> bool:
         """True if there is an instant to be met."""
         return bool(self.instants.numel() + self.firsts.numel())
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """A sentence for a reader of results, where it switches in time at instants that are not known before."""
-        if not self.unknown:
+        if not self.unknown_operations:
             return ()
         return (
-            f"it switches in time at instants that are not known before a run ({', '.join(self.unknown)}), so that a "
-            "pulse shorter than the step may be missed",
+            f"it switches in time at instants that are not known before a run ({', '.join(self.unknown_operations)}), "
+            "so that a pulse shorter than the step may be missed",
         )
 
-    def come(self, p: Array) -> bool:
+    def can_occur(self, p: Array) -> bool:
         """True if a run with one of the rows p (B, np) may have a switch behind time 0."""
-        if self.firsts.numel() or not self._timed:
+        if self.firsts.numel() or not self._is_timed:
             return True
         return bool((self._values(p)[:, : self.instants.numel()] > 0).any())
 
@@ -70,14 +78,14 @@ class Switches:
 
     def densest(self, p: Array) -> float:
         """The least spacing in s of a lattice of instants with the rows p (B, np); infinite if there is none."""
-        if not self.spacings.numel() or not self._timed:
+        if not self.spacings.numel() or not self._is_timed:
             return math.inf
         spacings = self._values(p)[:, self.instants.numel() :]
         return float(np.min(spacings, where=spacings == spacings, initial=math.inf))
 
     def until(self, p: Array, end: float) -> list[Array]:
         """The different instants in s from 0 to `end` of each row of p (B, np); none where a state says when."""
-        if not self.known or not self._timed:
+        if not self.has_instants or not self._is_timed:
             return [np.zeros(0)] * len(p)
         function = ca.Function("all", [self.p], [ca.densify(ca.vertcat(self.instants, self.firsts, self.spacings))])
         n, lattices, found = self.instants.numel(), self.firsts.numel(), []
@@ -91,7 +99,7 @@ class Switches:
         return found
 
     @cached_property
-    def _timed(self) -> bool:
+    def _is_timed(self) -> bool:
         """True if parameters alone say when it switches, and no steady state."""
         known = {symbol.element_hash() for symbol in ca.symvar(self.p)}
         return all(symbol.element_hash() in known for symbol in ca.symvar(ca.vertcat(self.instants, self.spacings)))
@@ -133,7 +141,7 @@ class _Value:
 
     now: ca.SX
     middle: ca.SX | None
-    timed: bool  # time enters it, and no moving state
+    is_timed: bool  # time enters it, and no moving state
     pieces: Pieces
 
 
@@ -152,9 +160,9 @@ class _Search:
 
     def __init__(self, rate: ca.SX, moves: Sequence[bool], t: ca.SX, x: ca.SX, p: ca.SX) -> None:
         self.p, self.m = p, ca.SX.sym("m")
-        self.found, self.unknown = dict[tuple[object, ...], Piece](), dict[str, None]()
+        self.pieces_by_key, self.unknown_operations = dict[tuple[object, ...], AffinePiece](), dict[str, None]()
         # by operation and operands, which are held so that no other object gets their identities
-        self.made: dict[tuple[object, ...], tuple[_Value, list[_Value]]] = {}
+        self.calls: dict[tuple[object, ...], tuple[_Value, list[_Value]]] = {}
         symbols = [t, x, p]
         function = ca.Function("rate", symbols, [ca.densify(rate)])
         expressions = function.instructions_sx()
@@ -177,11 +185,11 @@ class _Search:
                 registers |= self._call(expressions.nz[line].which_function(), operands, writes)
             else:
                 registers[writes[0]] = self._once(code, [registers[i] for i in reads])
-        self.switches = self._gathered(ca.vertcat(*results))
+        self.switches = self._gather(ca.vertcat(*results))
 
-    def _gathered(self, rate: ca.SX) -> Switches:
+    def _gather(self, rate: ca.SX) -> Switches:
         singles, firsts, spacings = list[ca.SX](), list[ca.SX](), list[ca.SX]()
-        for piece in self.found.values():
+        for piece in self.pieces_by_key.values():
             instant = -piece.offset / piece.slope
             if piece.lattice is None:
                 singles.append(instant)
@@ -189,55 +197,55 @@ class _Search:
                 firsts.append(instant)
                 spacings.append(ca.fabs(piece.lattice / piece.slope))
         single, first, spacing = (ca.vertcat(ca.SX(0, 1), *part) for part in (singles, firsts, spacings))
-        return Switches(self.m, rate, single, first, spacing, self.p, tuple(self.unknown))
+        return Switches(self.m, rate, single, first, spacing, self.p, tuple(self.unknown_operations))
 
     def _steady(self, value: ca.SX) -> _Value:
-        return _Value(value, value, False, (Piece(ca.SX(0), value),))
+        return _Value(value, value, False, (AffinePiece(ca.SX(0), value),))
 
     def _source(self, symbol: ca.SX, is_time: bool, moves: bool) -> _Value:
         if is_time:
-            return _Value(symbol, self.m, True, (Piece(ca.SX(1), ca.SX(0)),))
+            return _Value(symbol, self.m, True, (AffinePiece(ca.SX(1), ca.SX(0)),))
         return _Value(symbol, None, False, None) if moves else self._steady(symbol)
 
-    def _call(self, called: ca.Function, operands: list[_Value], writes: list[int]) -> dict[int, _Value]:
+    def _call(self, function: ca.Function, operands: list[_Value], writes: list[int]) -> dict[int, _Value]:
         """The results of a function that is not written out; its knots in time, if any, are not known."""
-        sizes = [called.numel_in(i) for i in range(called.n_in())]
+        sizes = [function.numel_in(i) for i in range(function.n_in())]
 
         def columns(parts: list[ca.SX]) -> list[ca.SX]:
             ends = pairwise([sum(sizes[:i]) for i in range(len(sizes) + 1)])
-            return [ca.reshape(ca.vertcat(*parts[a:b]), *called.size_in(i)) for i, (a, b) in enumerate(ends)]
+            return [ca.reshape(ca.vertcat(*parts[a:b]), *function.size_in(i)) for i, (a, b) in enumerate(ends)]
 
         def results(parts: list[ca.SX]) -> list[ca.SX]:
-            return [entry for made in called.call(columns(parts)) for entry in ca.vertsplit(ca.vec(made))]
+            return [entry for made in function.call(columns(parts)) for entry in ca.vertsplit(ca.vec(made))]
 
         now, middles = results([operand.now for operand in operands]), [operand.middle for operand in operands]
         held = [part for part in middles if part is not None]
         alone = len(held) == len(middles)
-        timed = alone and any(operand.timed for operand in operands)
+        timed = alone and any(operand.is_timed for operand in operands)
         if timed:
-            self.unknown[called.name()] = None
+            self.unknown_operations[function.name()] = None
         middle: list[ca.SX] | list[None] = results(held) if alone else [None] * len(now)
         return {
-            place: _Value(value, at, timed, None if timed or at is None else (Piece(ca.SX(0), value),))
+            place: _Value(value, at, timed, None if timed or at is None else (AffinePiece(ca.SX(0), value),))
             for place, value, at in zip(writes, now, middle, strict=True)
         }
 
     def _once(self, code: int, operands: list[_Value]) -> _Value:
         """The value of an operation, each one made once, so that equal instants are one."""
         key = (code, "of", *map(id, operands))
-        return self.made[key][0] if key in self.made else self._held(key, self._operation(code, operands), operands)
+        return self.calls[key][0] if key in self.calls else self._held(key, self._operation(code, operands), operands)
 
     def _held(self, key: tuple[object, ...], value: _Value, operands: Sequence[_Value] = ()) -> _Value:
-        return self.made.setdefault(key, (value, [*operands]))[0]
+        return self.calls.setdefault(key, (value, [*operands]))[0]
 
     def _operation(self, code: int, operands: list[_Value]) -> _Value:
-        now = _applied(code, [operand.now for operand in operands])
+        now = _apply(code, [operand.now for operand in operands])
         middles = [operand.middle for operand in operands if operand.middle is not None]
         if len(middles) < len(operands):
             return _Value(now, None, False, None)
-        if not any(operand.timed for operand in operands):
+        if not any(operand.is_timed for operand in operands):
             return self._steady(now)
-        middle, pieces = _applied(code, middles), [operand.pieces for operand in operands]
+        middle, pieces = _apply(code, middles), [operand.pieces for operand in operands]
         self._note(code, pieces)
         if code in JUMPS:
             now = middle
@@ -249,7 +257,7 @@ class _Search:
     def _note(self, code: int, pieces: list[Pieces]) -> None:
         """Note the switches of an operation."""
         if code in COMPARISONS or code in CORNERS:
-            passed = summed(pieces[0], scaled(pieces[1], lambda part: -part))
+            passed = add_pieces(pieces[0], scale_pieces(pieces[1], lambda part: -part))
         elif code in (ca.OP_SIGN, ca.OP_FABS):
             passed = pieces[0]
         elif code in (ca.OP_FLOOR, ca.OP_CEIL, ca.OP_FMOD):
@@ -258,15 +266,17 @@ class _Search:
             return
         if passed is None:
             if code in JUMPS or code == ca.OP_FMOD:
-                self.unknown[NAMES.get(code, "fmod")] = None
+                self.unknown_operations[NAMES.get(code, "fmod")] = None
             return
-        self.found |= {piece.key: piece for piece in passed if not piece.is_flat and piece.key not in self.found}
+        self.pieces_by_key |= {
+            piece.key: piece for piece in passed if not piece.is_flat and piece.key not in self.pieces_by_key
+        }
 
 
 NAMES = {getattr(ca, f"OP_{name.upper()}"): name for name in ("lt", "le", "eq", "ne", "floor", "ceil", "sign")}
 
 
-def _applied(code: int, operands: list[ca.SX]) -> ca.SX:
+def _apply(code: int, operands: list[ca.SX]) -> ca.SX:
     if code == ca.OP_ASSIGN:
         return operands[0]
     return ca.SX.binary(code, *operands) if len(operands) == 2 else ca.SX.unary(code, *operands)

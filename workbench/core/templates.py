@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import jinja2
 
-ESCAPED = (".html.j2", ".xml.j2")
+ESCAPED_ENDINGS = (".html.j2", ".xml.j2")
 
 
 def template_bytes(package: str, path: str) -> bytes:
@@ -38,7 +38,7 @@ def _environment(package: str) -> jinja2.Environment:
 
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(lambda path: template_text(package, path)),
-        autoescape=lambda path: path is not None and path.endswith(ESCAPED),
+        autoescape=lambda path: path is not None and path.endswith(ESCAPED_ENDINGS),
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,

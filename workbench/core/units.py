@@ -24,7 +24,7 @@ from workbench.core.validation.refusals import refusal
 
 ANY = "?"  # the unit of a signal whose block was told none, as a system of python-control is
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-DERIVED: Mapping[str, tuple[Fraction, str]] = {  # each with its factor and its text in base units
+DERIVED_UNITS: Mapping[str, tuple[Fraction, str]] = {  # each with its factor and its text in base units
     "N": (Fraction(1), "kg m/s^2"),
     "J": (Fraction(1), "kg m^2/s^2"),
     "W": (Fraction(1), "kg m^2/s^3"),
@@ -63,13 +63,13 @@ class Unit:
     powers: tuple[tuple[str, Fraction], ...] = ()
 
     def __mul__(self, other: Unit) -> Unit:
-        return _collected(self.powers + other.powers)
+        return _collect_powers(self.powers + other.powers)
 
     def __truediv__(self, other: Unit) -> Unit:
         return self * other**-1
 
     def __pow__(self, power: Fraction | int) -> Unit:
-        return _collected((word, n * power) for word, n in self.powers)
+        return _collect_powers((word, n * power) for word, n in self.powers)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Unit) and dict(self.powers) == dict(other.powers)
@@ -87,19 +87,19 @@ class Unit:
 
     def fits(self, other: Unit) -> bool:
         """True if the two are equal, or one of them is unknown."""
-        return self == other or UNKNOWN in (self, other)
+        return self == other or UNKNOWN_UNIT in (self, other)
 
 
 ONE, SECOND = Unit(), Unit((("s", Fraction(1)),))
-UNKNOWN = Unit(((ANY, Fraction(1)),))
+UNKNOWN_UNIT = Unit(((ANY, Fraction(1)),))
 
 
-def _collected(factors: Iterable[tuple[str, Fraction]]) -> Unit:
+def _collect_powers(factors: Iterable[tuple[str, Fraction]]) -> Unit:
     """The product of words with powers, in which a word that cancels is left out."""
     powers: dict[str, Fraction] = {}
     for word, n in factors:
         powers[word] = powers.get(word, Fraction(0)) + n
-    return UNKNOWN if ANY in powers else Unit(tuple((word, n) for word, n in powers.items() if n))
+    return UNKNOWN_UNIT if ANY in powers else Unit(tuple((word, n) for word, n in powers.items() if n))
 
 
 def _power(word: str, n: Fraction) -> str:
@@ -153,7 +153,7 @@ def _factor(text: str) -> Unit:
             raise UnitError(f"'{powers[0]}' is no power")
         alone = (str(unit), Fraction(1)) in unit.powers and "^" not in str(unit)
         word = f"{unit if alone else f'({unit})'}^{powers[0]}"
-        return unit if unit in (ONE, UNKNOWN) else Unit(((word, Fraction(1)),))
+        return unit if unit in (ONE, UNKNOWN_UNIT) else Unit(((word, Fraction(1)),))
     try:
         return unit ** Fraction(number[1] or number[2])
     except ZeroDivisionError:
@@ -163,15 +163,15 @@ def _factor(text: str) -> Unit:
 def _base(text: str) -> Unit:
     root, inner = text.startswith("sqrt("), text.removeprefix("sqrt")
     if not inner.startswith("("):
-        return ONE if text == "1" else _collected([(text, Fraction(1))])
-    if not inner.endswith(")") or not _split(inner[1:-1], "/", closed=False):
+        return ONE if text == "1" else _collect_powers([(text, Fraction(1))])
+    if not inner.endswith(")") or not _split(inner[1:-1], "/", must_close=False):
         raise UnitError(f"'{text}' lacks a space between two factors")
     if not inner[1:-1].strip():
         raise UnitError("a pair of brackets is empty")
     return _quotient(inner[1:-1].strip()) ** (HALF if root else 1)
 
 
-def _split(text: str, at: str, closed: bool = True) -> list[str]:
+def _split(text: str, at: str, must_close: bool = True) -> list[str]:
     """The parts of a text between characters outside of brackets; none if brackets do not match and need not."""
     parts, depth = [""], 0
     for letter in text:
@@ -182,35 +182,35 @@ def _split(text: str, at: str, closed: bool = True) -> list[str]:
             parts.append("")
         else:
             parts[-1] += letter
-    if depth and closed:
+    if depth and must_close:
         raise UnitError("its brackets do not match")
     return [] if depth else parts
 
 
-def declared(call: str, text: str) -> str:
+def checked_unit(call: str, text: str) -> str:
     """The text of a unit, or of several, as it is printed, or a refusal that names the call."""
     try:
-        return _printed(text)
+        return _printed_text(text)
     except UnitError as error:
         raise refusal(call, f"a unit, as 'N m/(rad s)' is, but {error}", text) from None
 
 
 @lru_cache(maxsize=4096)
-def _printed(text: str) -> str:
+def _printed_text(text: str) -> str:
     for mark in (", ", " or "):
         if mark in text:
-            return mark.join(map(_printed, text.split(mark)))
+            return mark.join(map(_printed_text, text.split(mark)))
     unit = read(text)
     return str(unit) if set(text) & set(TIMES) or len(_split(text, "/")) > 2 else text
 
 
-def filled(template: str, texts: Mapping[str, str]) -> str:
+def fill_unit(template: str, texts: Mapping[str, str]) -> str:
     """A unit in which `{name}` stands for the unit of that name: '{x}/s' of 'rad/s' is 'rad/s^2'."""
-    return _filled(template, tuple(texts.items()))
+    return _fill(template, tuple(texts.items()))
 
 
 @lru_cache(maxsize=4096)
-def _filled(template: str, texts: tuple[tuple[str, str], ...]) -> str:
+def _fill(template: str, texts: tuple[tuple[str, str], ...]) -> str:
     plain = whole = template
     for name, text in texts:
         plain = plain.replace(f"{{{name}}}", text)
@@ -220,12 +220,12 @@ def _filled(template: str, texts: tuple[tuple[str, str], ...]) -> str:
     except UnitError:  # of alternatives, or to be refused where it is declared
         return plain
     try:
-        return _printed(plain) if read(plain) == unit else str(unit)
+        return _printed_text(plain) if read(plain) == unit else str(unit)
     except UnitError:
         return str(unit)
 
 
-def joined(units: Sequence[str]) -> str:
+def join_units(units: Sequence[str]) -> str:
     """The units of several numbers as one text: 'm, rad', or 'm' if all are the same."""
     return units[0] if len(set(units)) == 1 else ", ".join(units)
 
@@ -257,8 +257,8 @@ def in_base_units(unit: Unit, angles: bool = True) -> tuple[Fraction, Unit] | No
     """
     factor, result = Fraction(1), ONE
     for word, n in unit.powers:
-        own, text = DERIVED.get(word, (Fraction(1), word))
-        if (word not in DERIVED and word not in BASE) or (own != 1 and n.denominator != 1):
+        own, text = DERIVED_UNITS.get(word, (Fraction(1), word))
+        if (word not in DERIVED_UNITS and word not in BASE) or (own != 1 and n.denominator != 1):
             return None
         factor *= own ** int(n) if own != 1 else 1
         result *= read(text) ** n

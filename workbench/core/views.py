@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Protocol, cast
 
-from workbench.core.drawers import draw
+from workbench.core.plot_registry import draw
 
 
-class Picture(Protocol):
+class NotebookPicture(Protocol):
     """A picture, which a notebook shows."""
 
     @property
@@ -23,12 +23,12 @@ class Picture(Protocol):
         """Write it to a file; its path."""
 
 
-def picture_of(thing: object, *args: object, **options: object) -> Picture:
+def picture_of(subject: object, *args: object, **options: object) -> NotebookPicture:
     """The picture of an object of a class whose drawer, which `report` has entered, gives one."""
-    return cast(Picture, draw(thing, *args, **options))
+    return cast(NotebookPicture, draw(subject, *args, **options))
 
 
-class Page(Protocol):
+class NotebookPage(Protocol):
     """A page, which a notebook shows."""
 
     @property
@@ -36,7 +36,7 @@ class Page(Protocol):
         """The page as HTML."""
 
     @property
-    def printed(self) -> str:
+    def no_live_reason(self) -> str:
         """Why nothing is turned there; empty where numbers can be."""
 
     def write(self, path: str | Path) -> Path:

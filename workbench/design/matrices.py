@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import Array, as_array, described
+from workbench.core.validation.refusals import Array, as_array, describe
 
 Complex = NDArray[np.complex128]
 EPS = float(np.finfo(float).eps)
@@ -23,14 +23,14 @@ LARGEST, SMALLEST = 1e100, 1e-100
 T = TypeVar("T")
 
 
-class Refused(ValueError):  # noqa: N818
+class DesignError(ValueError):
     """The error of a design without a trustworthy answer; the message has the reason and a remedy.
 
     Examples
     --------
     >>> try:
     ...     wb.riccati.care(np.eye(1), np.zeros((1, 1)), np.eye(1), np.eye(1))
-    ... except wb.linear.Refused as refused:
+    ... except wb.linear.DesignError as refused:
     ...     print("no gain")
     no gain
     """
@@ -51,13 +51,13 @@ class Certificate:
     error: float
     condition: float
     margin: float
-    refined: int = 0
+    newton_steps: int = 0
     warnings: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         figures = (
             f"residual {self.residual:.1e}, error {self.error:.1e}, condition {self.condition:.1e}, "
-            f"margin {self.margin:.3g}, Newton steps {self.refined}"
+            f"margin {self.margin:.3g}, Newton steps {self.newton_steps}"
         )
         return "; ".join([figures, *self.warnings])
 
@@ -66,7 +66,7 @@ def matrix(call: str, name: str, value: object, rows: int | None = None, columns
     """The value as a new real matrix of finite numbers, of the asked shape; a single number is (1, 1)."""
     array = as_array(value)
     if array is None:
-        raise ValueError(f"`{call}`: {name} must be a matrix of real numbers; got {described(value)}.")
+        raise ValueError(f"`{call}`: {name} must be a matrix of real numbers; got {describe(value)}.")
     array = array.reshape(1, 1) if array.ndim == 0 else array
     want = f"({rows or 'any'}, {columns or 'any'})"
     if array.ndim != 2 or array.size == 0 or rows not in (None, len(array)) or columns not in (None, array.shape[1]):
@@ -84,12 +84,12 @@ def matrix(call: str, name: str, value: object, rows: int | None = None, columns
     return array
 
 
-def answer(call: str, name: str, function: Callable[..., T], *given: object) -> T:
+def answer(call: str, name: str, function: Callable[..., T], *arguments: object) -> T:
     """The answer of a function of the caller, or a refusal with the error that it raised."""
     try:
-        return function(*given)
+        return function(*arguments)
     except Exception as error:
-        text = described(f"{type(error).__name__}: {error}")
+        text = describe(f"{type(error).__name__}: {error}")
         raise ValueError(f"`{call}`: {name} could not be asked for its answer; it raised {text}.") from error
 
 
@@ -104,7 +104,7 @@ def square(call: str, name: str, value: object, n: int | None = None) -> Array:
 def invertible(call: str, name: str, value: object, n: int | None = None) -> Array:
     """A real matrix (n, n) whose inverse can be trusted."""
     array = square(call, name, value, n)
-    condition = float(np.linalg.cond(_levelled(array)))
+    condition = float(np.linalg.cond(_level(array)))
     if not condition * len(array) * EPS < 1:
         raise ValueError(
             f"`{call}`: {name} must have an inverse; its condition number is {condition:.1e}, so it is singular within "
@@ -158,7 +158,7 @@ def indefinite(array: Array) -> bool:
     return bool(values[0] < -8 * len(array) * EPS * np.abs(values).max())
 
 
-def _levelled(array: Array) -> Array:
+def _level(array: Array) -> Array:
     for _ in range(3):
         rows, columns = np.abs(array).max(axis=1, keepdims=True), np.abs(array).max(axis=0, keepdims=True)
         array = array / np.sqrt(np.where(rows > 0, rows, 1.0)) / np.sqrt(np.where(columns > 0, columns, 1.0))

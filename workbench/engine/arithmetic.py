@@ -19,9 +19,9 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from workbench.core import Step
+from workbench.core import StepMap
 from workbench.core.validation.refusals import Array, one_of
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.job import Job, March
 from workbench.engine.kernel import casadi_machine, numpy_kernel
 from workbench.engine.kernel.plan import pass_of
@@ -46,8 +46,8 @@ def signature(name: str) -> str:
     return f"{name} {VERSION}"
 
 
-@door
-def default_for(step: Step) -> str:
+@check_arguments
+def default_for(step: StepMap) -> str:
     """The arithmetic in which a step is compiled here without being asked to; CasADi's where it is not compiled.
 
     NumPy's march of a thousand runs is up to ten times faster than CasADi's machine, and of one run sixty times slower.
@@ -61,8 +61,8 @@ def default_for(step: Step) -> str:
     return next((name for name in (FUSED, PORTABLE) if is_compiled(step, name)), CASADI)
 
 
-@door
-def is_compiled(step: Step, name: str) -> bool:
+@check_arguments
+def is_compiled(step: StepMap, name: str) -> bool:
     """True if this machine compiles the step in this arithmetic: one at half of the step, which is longer, as well."""
     if step.operations > 2 * MOST_COMPILED:
         return False
@@ -84,7 +84,7 @@ def native(name: str) -> March:
     return native.march
 
 
-def arithmetic_of(step: Step, name: str | None = None, engine: str | None = None) -> str:
+def arithmetic_of(step: StepMap, name: str | None = None, engine: str | None = None) -> str:
     """The arithmetic for any number of runs of a step: the named one, the engine's, or `default_for` the step."""
     if engine is not None:
         one_of("simulate(engine=...)", engine, ENGINES)
@@ -120,7 +120,7 @@ def march_of(job: Job, engine: str | None = None) -> March:
     return native(job.arithmetic) if compiled else numpy_kernel.march
 
 
-def continued(job: Job, x: Array, begin: int, steps: int) -> Array:
+def advance_states(job: Job, x: Array, begin: int, steps: int) -> Array:
     """The states (B, nx) of a job's runs `steps` steps after those in x (B, nx), which are at step `begin`."""
     job = replace(job, stride=steps, begin=begin)
     rows = np.stack([x, x], axis=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.core import Layout, Step
+from workbench.core import Layout, StepMap
 from workbench.core.switches import DENSEST
 from workbench.core.validation import refusals
 from workbench.core.validation.permission import refuse_in_pages
@@ -12,7 +12,7 @@ from workbench.core.validation.refusals import Array, Integers
 from workbench.core.validation.signatures import answer
 from workbench.engine.arithmetic import arithmetic_of, march_of
 from workbench.engine.divergence import find_divergence
-from workbench.engine.job import Job, Progress, token
+from workbench.engine.job import Job, Progress, stop_check
 from workbench.engine.kernel.noise import STEP_BITS
 from workbench.engine.trajectories import Trajectories
 
@@ -23,7 +23,7 @@ SECONDS_PER_OPERATION = 1e-10  # of one run in the compiled march, to be told be
 
 
 def run_step(
-    step: Step,
+    step: StepMap,
     p: Array | None = None,
     x0: Array | None = None,
     *,
@@ -39,7 +39,7 @@ def run_step(
     refuse_in_pages("simulate(...)")
     tell = progress_of("simulate", progress)
     p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else max(1, runs.size))
-    stride, kept = _spacing(step, p_rows, until, every)
+    stride, kept = _row_spacing(step, p_rows, until, every)
     rounding = arithmetic_of(step, arithmetic, engine)
     job = Job(step, p_rows, stride, *_keys(seed, runs, len(p_rows)), arithmetic=rounding)
     march = march_of(job, engine)
@@ -74,7 +74,7 @@ def table_of(call: str, layout: Layout, rows: Array | None) -> Array:
     return rows if rows.nbytes > LARGEST_COPY else rows.copy()
 
 
-def rows_of(call: str, step: Step, p: Array | None, x0: Array | None, least: int = 1) -> tuple[Array, Array]:
+def rows_of(call: str, step: StepMap, p: Array | None, x0: Array | None, least: int = 1) -> tuple[Array, Array]:
     """Parameters and initial states, checked in the name of a call, with one row a run each and `least` runs."""
     if not step.states.size:
         raise ValueError(
@@ -92,7 +92,7 @@ def rows_of(call: str, step: Step, p: Array | None, x0: Array | None, least: int
 
 def progress_of(call: str, progress: Progress | None) -> Progress:
     """The function that is told the share that is done; it is told 0 first, so that one that fails costs no run."""
-    look = token()
+    look = stop_check()
     if progress is None:
         return lambda share: look()
     must = "be a function of the share that is done, from 0 to 1"
@@ -105,7 +105,7 @@ def progress_of(call: str, progress: Progress | None) -> Progress:
     return tell
 
 
-def _spacing(step: Step, p_rows: Array, until: float, every: float | None) -> tuple[int, int]:
+def _row_spacing(step: StepMap, p_rows: Array, until: float, every: float | None) -> tuple[int, int]:
     """The number of steps between two kept times, and of such times; refused if they do not fit."""
     until = refusals.seconds("simulate(until=...)", until)
     step.flow.refuse_beyond("simulate(until=...)", until)
@@ -130,7 +130,7 @@ def _spacing(step: Step, p_rows: Array, until: float, every: float | None) -> tu
     return stride, kept
 
 
-def refuse_dense(step: Step, p_rows: Array) -> None:
+def refuse_dense(step: StepMap, p_rows: Array) -> None:
     """Refuse a step with more switches of one kind than it can be divided at."""
     spacing = step.flow.switches.densest(p_rows)
     if spacing * DENSEST < step.h:
@@ -140,9 +140,9 @@ def refuse_dense(step: Step, p_rows: Array) -> None:
         )
 
 
-def afford(step: Step, runs: int, count: int, kept: int) -> None:
+def afford(step: StepMap, runs: int, count: int, kept_rows: int) -> None:
     """Refuse a batch that does not fit into memory, or that takes far too long."""
-    need = 8 * runs * (kept + 1) * step.states.size
+    need = 8 * runs * (kept_rows + 1) * step.states.size
     if need > LARGEST:
         raise ValueError(
             f"`simulate(...)` would need {need / 2**30:.3g} GB of memory for its states; "

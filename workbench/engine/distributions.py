@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from workbench.core.validation.refusals import Array, finite, numbers, positive
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 # No random point comes nearer to a face of the cube, where a normal number would be infinite: the middle of the outer
 # one of 2^30 cells, which is all that a Sobol sequence of 30 bits can tell apart.
@@ -66,7 +66,7 @@ class AbstractDistribution(ABC):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Uniform(AbstractDistribution):
     """Every number from `low` to `high` alike.
 
@@ -93,7 +93,7 @@ class Uniform(AbstractDistribution):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class LogUniform(AbstractDistribution):
     """A number whose logarithm is uniform, from `low` > 0 to `high`, for numbers known by their order of magnitude.
 
@@ -121,7 +121,7 @@ class LogUniform(AbstractDistribution):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Triangular(AbstractDistribution):
     """A number from `low` to `high` whose density rises to `mode` and falls from there, by straight lines.
 
@@ -154,7 +154,7 @@ class Triangular(AbstractDistribution):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Normal(AbstractDistribution):
     """A normal number, cut off at `low` and `high` where these are given; `mean` and `deviation` are those before it.
 
@@ -188,7 +188,7 @@ class Normal(AbstractDistribution):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class LogNormal(AbstractDistribution):
     """A positive number whose logarithm is normal, with deviation `sigma`, cut off at `low` and `high` where given.
 

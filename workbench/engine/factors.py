@@ -10,14 +10,14 @@ import numpy as np
 
 from workbench.core.layout import Layout
 from workbench.core.validation.refusals import Array, Integers, nearest, numbers
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.distributions import AbstractDistribution
 
 Mark = Literal["stated", "derived", "assumed"]  # of a number: where it comes from
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Factor:
     """One number that is varied: one or several paths of a loop, which move together, and how they are spread.
 
@@ -50,7 +50,7 @@ class Factor:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Space:
     """Factors over the parameters and initial states of a loop: points of the unit cube to the rows of runs.
 
@@ -124,9 +124,9 @@ class Space:
         held = (factor.distribution.quantile(u)[:, np.newaxis] for factor, u in columns)
         return np.hstack([np.empty((len(points), 0)), *held])
 
-    def _cube(self, call: str, given: Array) -> Array:
+    def _cube(self, call: str, coordinates: Array) -> Array:
         """Points (B, d) of the unit cube."""
-        points, d = numbers(f"{call}(points)", given), len(self.factors)
+        points, d = numbers(f"{call}(points)", coordinates), len(self.factors)
         if points.shape[1:] != (d,) or not ((points >= 0) & (points <= 1)).all():
             raise ValueError(
                 f"`{call}(points)` takes points (B, {d}) of the unit cube, one column a factor; got shape "

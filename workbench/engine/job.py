@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from workbench.core import Step
+from workbench.core import StepMap
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.kernel.noise import normals
 from workbench.engine.kernel.plan import Plan
@@ -34,7 +34,7 @@ LOOK = 0.5  # s between two looks at futures
 class Job:
     """Runs of one step, from its step number `begin` on, with their states kept every `stride` steps."""
 
-    step: Step
+    step: StepMap
     p: Array  # (B, np)
     stride: int
     seed: int
@@ -45,28 +45,28 @@ class Job:
     @property
     def plan(self) -> Plan:
         """The plan of its kernel."""
-        return Plan.of_step(self.step, self.varied, self.switched)
+        return Plan.of_step(self.step, self.varied_parameters, self.has_switches)
 
     @cached_property
-    def switched(self) -> bool:
+    def has_switches(self) -> bool:
         """True if some run may have a switch within a step."""
         segments = self.step.rule.segments
-        return segments is not None and segments.come(self.p)
+        return segments is not None and segments.can_occur(self.p)
 
     @property
-    def fused(self) -> bool:
+    def fused_products(self) -> bool:
         """True if a product is rounded together with the sum that it is for."""
         return self.arithmetic == "fused"
 
     @cached_property
-    def varied(self) -> tuple[int, ...]:
+    def varied_parameters(self) -> tuple[int, ...]:
         """The parameters that have not the same bits in all runs."""
         bits = self.p.view(np.uint64)  # 0 and -0 are two numbers
         return tuple(int(i) for i in np.flatnonzero((bits != bits[:1]).any(axis=0)))
 
-    def part(self, chosen: Integers, stride: int, begin: int) -> Job:
+    def part(self, places: Integers, stride: int, begin: int) -> Job:
         """The job of some of the runs, from another step on."""
-        return replace(self, p=self.p[chosen], runs=self.runs[chosen], stride=stride, begin=begin)
+        return replace(self, p=self.p[places], runs=self.runs[places], stride=stride, begin=begin)
 
     def check(self, x: Array) -> None:
         """Refuse a job in which a march would read or write beyond the end of an array."""
@@ -84,7 +84,7 @@ class Job:
         return normals(self.seed, self.runs, steps, self.step.noises)
 
 
-class Piece(NamedTuple):
+class JobPiece(NamedTuple):
     """Rows of x that share one table of time: `rows` of them from `row` on, `steps` steps each, from step `begin`.
 
     It goes on from the states in row `start`; `whole` says whether its last row is done, or left for the next piece.
@@ -103,28 +103,28 @@ class Piece(NamedTuple):
         return self.rows * self.steps
 
 
-def pieces(job: Job, kept: int, most_rows: int = STEPS_AT_ONCE) -> Iterator[Piece]:
+def pieces(job: Job, kept_rows: int, most_rows: int = STEPS_AT_ONCE) -> Iterator[JobPiece]:
     """The job in pieces; a stride longer than a table is made of several, which leave their states in its row."""
     stride, begin = job.stride, job.begin
     if stride <= STEPS_AT_ONCE:
         most = min(STEPS_AT_ONCE // stride, most_rows)
-        for row in range(0, kept, most):
-            yield Piece(min(most, kept - row), stride, begin + row * stride, row + 1, row)
+        for row in range(0, kept_rows, most):
+            yield JobPiece(min(most, kept_rows - row), stride, begin + row * stride, row + 1, row)
         return
-    for row in range(kept):
+    for row in range(kept_rows):
         for k in range(0, stride, STEPS_AT_ONCE):
             steps = min(STEPS_AT_ONCE, stride - k)
-            yield Piece(1, steps, begin + row * stride + k, row + 1, row + (k > 0), k + steps == stride)
+            yield JobPiece(1, steps, begin + row * stride + k, row + 1, row + (k > 0), k + steps == stride)
 
 
-def stages(job: Job, kept: int, runs: int) -> Iterator[list[Piece]]:
+def stages(job: Job, kept_rows: int, runs: int) -> Iterator[list[JobPiece]]:
     """The pieces that lots of so many runs go through without a look at progress, and with room for their rows."""
     work = max(1, job.step.operations // 500)
     most_steps = STEPS_OF_A_STAGE // (runs * work)
     most_rows = max(1, NUMBERS_OF_A_STAGE // (runs * job.step.states.size))
-    stage: list[Piece] = []
+    stage: list[JobPiece] = []
     steps = rows = 0
-    for piece in pieces(job, kept, most_rows):
+    for piece in pieces(job, kept_rows, most_rows):
         steps, rows = steps + piece.length, rows + piece.rows
         if stage and (steps > most_steps or rows > most_rows):
             yield stage
@@ -152,7 +152,7 @@ class Map(Protocol):
 
 
 @contextmanager
-def crew(blocks: int) -> Iterator[Map]:
+def parallel_map(blocks: int) -> Iterator[Map]:
     """A `map` over so many blocks: by threads side by side, or the plain one for a single block."""
     if blocks == 1:
         yield map
@@ -164,7 +164,7 @@ def crew(blocks: int) -> Iterator[Map]:
         pool.shutdown(cancel_futures=True)
 
 
-def ended(futures: Collection[Future[T]]) -> set[Future[T]]:
+def wait_for_futures(futures: Collection[Future[T]]) -> set[Future[T]]:
     """Those that are done when all are, or one has failed; Windows tells of Ctrl-C only between two waits."""
     while True:
         done, rest = wait(futures, LOOK, FIRST_EXCEPTION)
@@ -175,20 +175,20 @@ def ended(futures: Collection[Future[T]]) -> set[Future[T]]:
 def threads() -> int:
     """The number of threads that march: the processors this process may use, or fewer if that was asked for."""
     affinity = getattr(os, "sched_getaffinity", None)
-    return _asked.get() or (len(affinity(0)) if affinity else os.cpu_count() or 1)
+    return _thread_count.get() or (len(affinity(0)) if affinity else os.cpu_count() or 1)
 
 
 def use_threads(count: int | None) -> None:
     """Let marches that begin in this thread, or in this context, take so many threads; None for all processors."""
-    _asked.set(count)
+    _thread_count.set(count)
 
 
-def look_to(token: Callable[[], None]) -> None:
+def set_stop_check(check: Callable[[], None]) -> None:
     """Let marches that begin in this thread, or in this context, call a function now and then: its error ends them."""
-    _token.set(token)
+    _token.set(check)
 
 
-def token() -> Callable[[], None]:
+def stop_check() -> Callable[[], None]:
     """The function that a march calls now and then, by whose error it ends."""
     return _token.get()
 
@@ -197,5 +197,5 @@ def _go_on() -> None:
     """The token of a march that nobody ends."""
 
 
-_asked: ContextVar[int | None] = ContextVar("threads", default=None)
+_thread_count: ContextVar[int | None] = ContextVar("threads", default=None)
 _token: ContextVar[Callable[[], None]] = ContextVar("token", default=_go_on)

@@ -6,12 +6,12 @@ from dataclasses import replace
 from functools import cache
 from typing import TypedDict
 
-from workbench.core import Ode, Sampled, Step, rk4
+from workbench.core import Ode, SampledSystem, StepMap, rk4
 from workbench.core.equations import LOOP, Loop, equations_of, is_loop
 from workbench.core.methods import RK4
 from workbench.core.validation import refusals
 from workbench.core.validation.refusals import Array, Integers
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.batch import progress_of, rows_of, run_step
 from workbench.engine.job import Progress
 from workbench.engine.pilot_selection import pilot_runs
@@ -35,9 +35,9 @@ class SharedOptions(TypedDict):
     engine: str | None
 
 
-@door
+@check_arguments
 def simulate(
-    step: Step | Ode | Sampled | Loop,
+    step: StepMap | Ode | SampledSystem | Loop,
     p: Array | None = None,
     x0: Array | None = None,
     *,
@@ -58,7 +58,7 @@ def simulate(
     Parameters
     ----------
     step
-        A `Step`, or a loop, an `Ode` or a `Sampled`, whose step is then chosen by pilot runs.
+        A `Step`, or a loop, an `Ode` or a `SampledSystem`, whose step is then chosen by pilot runs.
     p, x0
         (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. More than 64 MB are not copied.
     until, every
@@ -90,7 +90,7 @@ def simulate(
     how = SharedOptions(until=until, seed=seed, runs=runs, progress=progress, arithmetic=arithmetic, engine=engine)
     if tolerance is not None:
         tolerance = refusals.positive("simulate(tolerance=...)", tolerance)
-    if isinstance(step, Step):
+    if isinstance(step, StepMap):
         return replace(run_step(step, p, x0, every=every, **how), tolerance=tolerance or NAMED_TOLERANCE)
     if not is_loop(step):
         raise refusals.refusal("simulate(step=...)", f"a `Step`, {LOOP}", step)
@@ -98,7 +98,7 @@ def simulate(
 
 
 def _at_chosen_step(
-    equation: Ode | Sampled,
+    equation: Ode | SampledSystem,
     p: Array | None,
     x0: Array | None,
     every: float | None,
@@ -106,9 +106,9 @@ def _at_chosen_step(
     how: SharedOptions,
 ) -> Trajectories:
     until = refusals.seconds("simulate(until=...)", how["until"])
-    (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("simulate(until=...)", until)
-    kept = _kept(equation, until, every)
-    unit = equation.period if isinstance(equation, Sampled) else kept
+    (equation.flow if isinstance(equation, SampledSystem) else equation).refuse_beyond("simulate(until=...)", until)
+    kept = _kept_spacing(equation, until, every)
+    unit = equation.period if isinstance(equation, SampledSystem) else kept
     p_rows, x_rows = rows_of("simulate", _step(equation, unit), p, x0)
     progress_of("simulate", how["progress"])  # one that fails costs no pilot
     few = pilot_runs(p_rows, x_rows)
@@ -118,17 +118,17 @@ def _at_chosen_step(
         equation, make, state_change, p_rows[few], x_rows[few], until, unit, how["seed"], how["arithmetic"], methods
     )
     made = run_step(make(search_step(pilots, tolerance).h, RK4.name), p, x0, every=kept, **how)
-    return replace(made, tolerance=tolerance, chosen=True)
+    return replace(made, tolerance=tolerance, is_step_chosen=True)
 
 
-def _step(equation: Ode | Sampled, h: float) -> Step:
+def _step(equation: Ode | SampledSystem, h: float) -> StepMap:
     """The step of length h [s] of an equation; of a sampled loop its period in substeps of that length."""
-    return equation.step(equation.substeps(h)) if isinstance(equation, Sampled) else rk4(equation, h)
+    return equation.step(equation.substeps(h)) if isinstance(equation, SampledSystem) else rk4(equation, h)
 
 
-def _kept(equation: Ode | Sampled, until: float, every: float | None) -> float:
+def _kept_spacing(equation: Ode | SampledSystem, until: float, every: float | None) -> float:
     """The distance of the kept times in s, of which the horizon is a multiple."""
-    unit = equation.period if isinstance(equation, Sampled) else None
+    unit = equation.period if isinstance(equation, SampledSystem) else None
     if unit is not None:
         refusals.multiple("simulate(until=...)", until, unit, "the sampling period")
     if every is None:

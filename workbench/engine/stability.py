@@ -9,14 +9,14 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from workbench.core import Ode, Step
+from workbench.core import Ode, StepMap
 from workbench.core.expressions import rows
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class StepLimit:
     """The longest step that keeps every decaying mode of a run decaying; NaN where no state has a Jacobian."""
 
@@ -24,7 +24,7 @@ class StepLimit:
     limit: float  # s
     at: float  # s, when the limit is reached
     eigenvalue: complex  # 1/s, of the mode that sets it
-    checked: int  # states of the run at which the eigenvalues were taken
+    checked_states: int  # states of the run at which the eigenvalues were taken
 
     @property
     def holds(self) -> bool:
@@ -32,7 +32,7 @@ class StepLimit:
         return self.h <= self.limit
 
 
-def limit_along(step: Step, t: Array, x: Array, p: Array, points: int) -> StepLimit:
+def limit_along(step: StepMap, t: Array, x: Array, p: Array, points: int) -> StepLimit:
     """The limit of a step along a run with times t (N,), states x (N, nx) and parameters p (np,): see `step_limit`."""
     h = step.h / step.substeps
     good = np.flatnonzero(np.isfinite(x).all(axis=1))
@@ -53,7 +53,7 @@ def beyond(limit: StepLimit) -> str:
     """The sentence that says that a step is beyond its limit, or could not be checked; empty if it holds."""
     if limit.holds:
         return ""
-    if not limit.checked:
+    if not limit.checked_states:
         return f"the step of {span(limit.h)} is checked at no state: none has a finite Jacobian"
     return f"the step of {span(limit.h)} is beyond its stability limit of {span(limit.limit)} (at {limit.at:.4g} s)"
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.arithmetic import CASADI, march_of
 from workbench.engine.divergence import Divergence, find_divergence
 from workbench.engine.job import Job
@@ -18,11 +18,11 @@ FEW = 4  # runs of a batch at which the check is made
 POINTS = 200  # states of a run at which its Jacobian is looked at
 WORK = 4e9  # operations of the runs at half the step, at most: some seconds of one processor
 SLOWER = 20.0  # times the compiled march: CASADI's machine
-NOTHING = 1e-9  # a state that stays below it, in its unit, is as good as zero
+NEGLIGIBLE = 1e-9  # a state that stays below it, in its unit, is as good as zero
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class StepCheck:
     """The stability limit of a step along some of its runs, and the change of their states to half of the step."""
 
@@ -33,10 +33,10 @@ class StepCheck:
     runs: int  # number of runs that were looked at
     until: float  # s, up to which they were compared
     tolerance: float  # of the change
-    chosen: bool = False  # True if the step was chosen for the tolerance
+    is_chosen: bool = False  # True if the step was chosen for the tolerance
 
     @property
-    def passed(self) -> bool:
+    def is_passed(self) -> bool:
         """True if the step is within its limit, and the change within the tolerance."""
         return not self.warnings
 
@@ -55,7 +55,7 @@ class StepCheck:
         return f"at half the step of {span(self.limit.h)} '{self.state}'{where} changes by {percent(self.change)}"
 
     def __str__(self) -> str:
-        limit, how = self.limit, f" chosen for a tolerance of {self.tolerance:g}" if self.chosen else ""
+        limit, how = self.limit, f" chosen for a tolerance of {self.tolerance:g}" if self.is_chosen else ""
         stable = f"{'within' if limit.holds else 'BEYOND'} its stability limit of {span(limit.limit)}"
         stable = "no mode decays" if np.isinf(limit.limit) else stable
         by = f"half of it changes '{self.state}' by {percent(self.change)} of its largest value"
@@ -64,7 +64,7 @@ class StepCheck:
         return f"step of {span(limit.h)}{how}: {stable}; {change}, {along}."
 
 
-def check_step(job: Job, t: Array, x: Array, divergence: Divergence, tolerance: float, chosen: bool) -> StepCheck:
+def check_step(job: Job, t: Array, x: Array, divergence: Divergence, tolerance: float, is_chosen: bool) -> StepCheck:
     """The check of the step of a job on its runs x (B, N, nx) at times t (N,), up to four of them."""
     few = np.sort(pilot_runs(job.p, x[:, 0], FEW))
     limit = tightest([limit_along(job.step, t, x[i], job.p[i], POINTS) for i in few])
@@ -78,7 +78,7 @@ def check_step(job: Job, t: Array, x: Array, divergence: Divergence, tolerance: 
             found, place = _change(x[i, :rows], fine[own], divergence.at[i], lost.at[own], end, tolerance)
             if np.isnan(change) or found > change:
                 change, state, run = found, job.step.states.labels[place], int(i)
-    return StepCheck(limit, float(change), state, run, len(few), float(end), tolerance, chosen)
+    return StepCheck(limit, float(change), state, run, len(few), float(end), tolerance, is_chosen)
 
 
 def _at_half(job: Job, x: Array, few: Integers) -> tuple[Array, Divergence] | None:
@@ -86,7 +86,7 @@ def _at_half(job: Job, x: Array, few: Integers) -> tuple[Array, Divergence] | No
 
     Where that is too much work they are run over the first part of the horizon.
     """
-    half = job.step.halved
+    half = job.step.half_step
     if half is None or x.shape[1] < 2:
         return None
     n, twice = half.states.size, round(job.step.h / half.h)
@@ -112,7 +112,7 @@ def _change(x: Array, fine: Array, at: float, fine_at: float, end: float, tolera
     if any(lost):
         same = all(lost) and abs(at - fine_at) <= tolerance * end
         return (np.nan if same else np.inf), 0
-    size = np.maximum(np.abs(fine).max(axis=0), NOTHING)
+    size = np.maximum(np.abs(fine).max(axis=0), NEGLIGIBLE)
     with np.errstate(all="ignore"):
         off = (np.abs(x[:, : fine.shape[1]] - fine) / size).max(axis=0, initial=0.0)
     place = int(np.argmax(off))

@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.core import Ode, Sampled, Step
-from workbench.core.methods import METHODS, RESTARTED, RK4, STABILISED, Method
+from workbench.core import Ode, SampledSystem, StepMap
+from workbench.core.methods import METHODS, RESTARTED_METHOD, RK4, STABILISED_METHOD, Method
 from workbench.core.state_corners import corners_of
 from workbench.core.switches import DENSEST
 from workbench.core.validation.refusals import Array, one_of
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.batch import run_step
 from workbench.engine.stability import longest_steps, modes_at
 from workbench.engine.trajectories import Trajectories
@@ -32,14 +32,14 @@ LEAST_FALL = 0.4  # of the error to a quarter of the step, where restarts restor
 GROWTH = 1.25  # of the number of steps, where a trial fails
 
 # (h, method) -> the step of length h [s], or that of a sampling period with substeps of length h.
-Make = Callable[[float, str], Step]
+Make = Callable[[float, str], StepMap]
 # (fine, coarse) -> the largest relative error of the coarse runs, and of what, in words; NaN where none stays finite.
 Errors = Callable[[Trajectories, Trajectories], tuple[float, str]]
 
 
 @dataclass(frozen=True)
-@door
-class Choice:
+@check_arguments
+class StepChoice:
     """A step that pilot runs chose for a tolerance: every number of every pilot run keeps the tolerance there.
 
     The error of a metric is 2 |v(h) - v(h / 2)| relative to |v(h)|. If no metric is asked for, it is the change
@@ -73,9 +73,9 @@ class Choice:
         return json.dumps(asdict(self))
 
     @staticmethod
-    def read(record: str) -> Choice:
+    def from_record(record: str) -> StepChoice:
         """The choice of a record."""
-        return Choice(**json.loads(record))
+        return StepChoice(**json.loads(record))
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class Pilots:
     loop, the period is a whole number of substeps.
     """
 
-    equation: Ode | Sampled
+    equation: Ode | SampledSystem
     make: Make
     errors: Errors
     p: Array
@@ -100,14 +100,14 @@ class Pilots:
     @property
     def parts(self) -> int:
         """The number of common times in a unit, of which the number of steps is a multiple."""
-        return 1 if isinstance(self.equation, Sampled) else ceil(LOOKS * self.unit / self.until)
+        return 1 if isinstance(self.equation, SampledSystem) else ceil(LOOKS * self.unit / self.until)
 
     @property
     def first(self) -> int:
         """The number of the longest steps in a unit; none has more switches of a kind than `simulate` allows."""
-        if isinstance(self.equation, Sampled):
+        if isinstance(self.equation, SampledSystem):
             return 1
-        count = self.rounded(ceil(COUNT * self.unit / self.until))
+        count = self.round_count(ceil(COUNT * self.unit / self.until))
         while self.equation.switches.densest(self.p) * DENSEST < self.unit / count:
             count *= 2
         return count
@@ -115,9 +115,9 @@ class Pilots:
     @property
     def doublings(self) -> int:
         """The largest number of times that the number of steps is doubled."""
-        return SUBSTEPS if isinstance(self.equation, Sampled) else DOUBLINGS
+        return SUBSTEPS if isinstance(self.equation, SampledSystem) else DOUBLINGS
 
-    def rounded(self, count: float) -> int:
+    def round_count(self, count: float) -> int:
         """The next number of steps in a unit that is allowed."""
         return self.parts * ceil(count / self.parts * (1 - 1e-12))
 
@@ -130,7 +130,7 @@ class Pilots:
         )
 
 
-class Look(NamedTuple):
+class PilotComparison(NamedTuple):
     """Pilot runs at a step and at half of it."""
 
     steps: int  # in a unit
@@ -140,7 +140,7 @@ class Look(NamedTuple):
     fine: Trajectories
 
 
-def search_step(pilots: Pilots, tolerance: float) -> Choice:
+def search_step(pilots: Pilots, tolerance: float) -> StepChoice:
     """The longest step that was found at which every pilot run keeps the tolerance and is stable.
 
     The number of steps is doubled until the tolerance is kept. Between the last two numbers, an error model (a power of
@@ -154,29 +154,31 @@ def search_step(pilots: Pilots, tolerance: float) -> Choice:
     """
     run = lru_cache(maxsize=6)(pilots.run)
 
-    def look(steps: int, method: Method) -> Look:
+    def look(steps: int, method: Method) -> PilotComparison:
         fine, coarse = run(2 * steps, method.name), run(steps, method.name)
-        return Look(steps, method, *pilots.errors(fine, coarse), fine)
+        return PilotComparison(steps, method, *pilots.errors(fine, coarse), fine)
 
     search, first = _Search(pilots, look, tolerance), pilots.first
     most = first * 2 ** (pilots.doublings - 1)
     found, order = search.by(RK4, first, most)
     modes = _modes(found.fine)
     longest = {name: MARGIN * _longest(modes, name) for name in METHODS}
-    stable = {name: pilots.rounded(max(first, pilots.unit / h)) for name, h in longest.items()}
+    stable = {name: pilots.round_count(max(first, pilots.unit / h)) for name, h in longest.items()}
     if found.error <= tolerance and found.steps < stable[RK4.name]:
         found, order = search.by(RK4, stable[RK4.name], most)
     cornered = corners_of(found.fine.step.flow) is not None
     for method in METHODS.values():
         bound = found.steps <= GAIN * stable[RK4.name]  # by stability
-        if method.name in pilots.methods and (method is STABILISED if bound else method is RESTARTED and cornered):
+        if method.name in pilots.methods and (
+            method is STABILISED_METHOD if bound else method is RESTARTED_METHOD and cornered
+        ):
             most = found.steps if found.error <= tolerance else most
             other = search.by(method, stable[method.name], int(most / method.gain))
             if other[0].error <= tolerance and other[0].steps * method.gain <= most:
                 found, order = other
     if not found.error <= tolerance:
         raise ValueError(_refusal(pilots, found, tolerance))
-    return Choice(
+    return StepChoice(
         h=pilots.unit / found.steps,
         method=found.method.name,
         tolerance=tolerance,
@@ -192,10 +194,10 @@ class _Search(NamedTuple):
     """The search of the longest step of a method that keeps a tolerance."""
 
     pilots: Pilots
-    look: Callable[[int, Method], Look]
+    look: Callable[[int, Method], PilotComparison]
     tolerance: float
 
-    def by(self, method: Method, first: int, most: int) -> tuple[Look, float]:
+    def by(self, method: Method, first: int, most: int) -> tuple[PilotComparison, float]:
         """The look at the smallest number of steps, from `first` on, that keeps the tolerance, and the order there.
 
         If no number up to `most` keeps it, or restarts do not restore the order, it is the last look.
@@ -203,7 +205,7 @@ class _Search(NamedTuple):
         before, found, order = None, self.look(first, method), nan
         errors = [inf, inf, found.error]
         while not found.error <= self.tolerance:
-            lost = method is RESTARTED and errors[-1] > LEAST_FALL * errors[-3]
+            lost = method is RESTARTED_METHOD and errors[-1] > LEAST_FALL * errors[-3]
             if 2 * found.steps > most or lost:
                 return found, order
             before, found = found, self.look(2 * found.steps, method)
@@ -213,11 +215,11 @@ class _Search(NamedTuple):
             return found, order
         power = order if isfinite(order) else method.order
         steps = found.steps * (found.error / (AIM * self.tolerance)) ** (1 / power)
-        steps = self.pilots.rounded(max(steps, before.steps + 1))
+        steps = self.pilots.round_count(max(steps, before.steps + 1))
         while steps < found.steps:
             if (trial := self.look(steps, method)).error <= self.tolerance:
                 return trial, order
-            steps = self.pilots.rounded(GROWTH * steps)
+            steps = self.pilots.round_count(GROWTH * steps)
         return found, order
 
 
@@ -226,25 +228,25 @@ def _order(rough: float, fine: float) -> float:
     return max(log(rough / fine, 2), 0.5) if isfinite(rough) and isfinite(fine) and fine > 0 else nan
 
 
-def _refusal(pilots: Pilots, found: Look, tolerance: float) -> str:
-    h = pilots.unit / found.steps
-    if isnan(found.error):
+def _refusal(pilots: Pilots, comparison: PilotComparison, tolerance: float) -> str:
+    h = pilots.unit / comparison.steps
+    if isnan(comparison.error):
         return (
             f"No step `h` can be chosen: none of the {len(pilots.p)} pilot runs stays finite up to {pilots.until:g} s "
             f"at steps down to {h / 2:.2g} s. The loop runs away, or one of its modes is too fast for these: name a "
             "shorter `h`."
         )
     return (
-        f"No step `h` keeps the tolerance of {tolerance:g}: that of {h:.2g} s still changes {found.of} so much that "
-        f"its error is {found.error:.1e}. Where a law switches, smaller steps help little: ask for less, or name the "
-        "step."
+        f"No step `h` keeps the tolerance of {tolerance:g}: that of {h:.2g} s still changes {comparison.of} so much "
+        f"that its error is {comparison.error:.1e}. Where a law switches, smaller steps help little: ask for less, or "
+        "name the step."
     )
 
 
 def _modes(runs: Trajectories) -> Array:
     """The eigenvalues (n, m) at the start of every run, and at some states of those that last."""
     step, some = runs.step, np.unique(np.linspace(0, len(runs.t) - 1, STATES).round().astype(int))
-    lasts = np.flatnonzero(~runs.diverged)
+    lasts = np.flatnonzero(~runs.has_diverged)
     run = np.concatenate([np.arange(len(runs.p)), np.repeat(lasts, len(some))])
     at = np.concatenate([np.zeros(len(runs.p), dtype=int), np.tile(some, len(lasts))])
     modes = modes_at(step.flow, runs.t[at], runs.x[run, at, : step.flow.states.size], runs.p[run])

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.refusals import Array, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.stability import StepLimit, limit_along
 from workbench.engine.trajectories import Trajectories
 
 POINTS = 400  # of a run, at which its Jacobian is looked at
-NOTHING = 1e-9  # a state or a value that stays below it, in its unit, is as good as zero
+NEGLIGIBLE = 1e-9  # a state or a value that stays below it, in its unit, is as good as zero
 
 
-@door
+@check_arguments
 def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -> StepLimit:
     """The stability limit of the step along one run, from frozen-time eigenvalues at up to `points` of its kept states.
 
@@ -38,7 +38,7 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Accuracy:
     """The relative error of one metric."""
 
@@ -48,10 +48,10 @@ class Accuracy:
     worst: float
     within: float  # the share of the runs whose error is within the tolerance
     runs: int  # with a value
-    lost: int  # without one
+    lost_runs: int  # without one
 
     @property
-    def met(self) -> bool:
+    def is_met(self) -> bool:
         """True if every run that has a value is within the tolerance, and there is one."""
         return self.runs > 0 and self.within == 1
 
@@ -63,15 +63,15 @@ class Accuracy:
         return f"{self.metric} beyond its tolerance {self.tolerance:g}: its error is {self.worst:.1e}"
 
     def __str__(self) -> str:
-        met = "met" if self.met else "NOT met" if self.runs else "NOT tested"
+        met = "met" if self.is_met else "NOT met" if self.runs else "NOT tested"
         return (
             f"{self.metric}: tolerance {self.tolerance:g} {met} by {100 * self.within:.3g} % of {self.runs:,} runs: "
-            f"median {self.median:.1e}, worst {self.worst:.1e}; {self.lost:,} runs have no value."
+            f"median {self.median:.1e}, worst {self.worst:.1e}; {self.lost_runs:,} runs have no value."
         )
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Check:
     """The accuracy of each metric, and the tightest stability limit along `looked_at` of all `runs`."""
 
@@ -81,9 +81,9 @@ class Check:
     runs: int
 
     @property
-    def passed(self) -> bool:
+    def is_passed(self) -> bool:
         """True if every tolerance is met and no step is beyond its limit."""
-        return self.limit.holds and all(accuracy.met for accuracy in self.metrics)
+        return self.limit.holds and all(accuracy.is_met for accuracy in self.metrics)
 
     def __str__(self) -> str:
         h, limit = 1000 * self.limit.h, 1000 * self.limit.limit
@@ -112,7 +112,7 @@ def accuracy(name: str, error: Array, value: Array, tolerance: float) -> Accurac
     if not valued.any():
         return Accuracy(name, tolerance, np.nan, np.nan, 0.0, 0, len(value))
     with np.errstate(invalid="ignore"):
-        relative = error[valued] / np.maximum(np.abs(value[valued]), NOTHING)
+        relative = error[valued] / np.maximum(np.abs(value[valued]), NEGLIGIBLE)
     relative = np.where(error[valued] == 0, 0.0, np.nan_to_num(relative, nan=np.inf, posinf=np.inf)).max(axis=1)
     within = float(np.mean(relative <= tolerance))
     return Accuracy(

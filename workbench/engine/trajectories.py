@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core import Step
-from workbench.core.drawers import draw
+from workbench.core import StepMap
 from workbench.core.expressions import rows
+from workbench.core.plot_registry import draw
 from workbench.core.validation.notebook_display import table_to_html
-from workbench.core.validation.refusals import Array, described, whole
-from workbench.core.validation.signatures import door
-from workbench.core.views import Page
+from workbench.core.validation.refusals import Array, describe, whole
+from workbench.core.validation.signatures import check_arguments
+from workbench.core.views import NotebookPage
 from workbench.engine.divergence import Divergence
 from workbench.engine.job import Job
 from workbench.engine.stability import span
@@ -24,11 +24,11 @@ from workbench.engine.step_check import StepCheck, check_step
 if TYPE_CHECKING:
     import pandas as pd
 
-LOST = "diverged at [s]"  # the column of a table that has the times of divergence
+DIVERGENCE_COLUMN = "diverged at [s]"  # the column of a table that has the times of divergence
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Trajectories:
     """B runs of one `Step` at N common times."""
 
@@ -37,7 +37,7 @@ class Trajectories:
     x: Array  # (B, N, nx); from the time a run has diverged its rows are NaN
     divergence: Divergence
     tolerance: float = 1e-2  # of the change of a state to half the step, relative to its largest value
-    chosen: bool = False  # True if the step was chosen for that tolerance
+    is_step_chosen: bool = False  # True if the step was chosen for that tolerance
 
     def __post_init__(self) -> None:
         shape = (len(self.job.p), self.t.size, self.job.step.states.size)
@@ -48,7 +48,7 @@ class Trajectories:
             )
 
     @property
-    def step(self) -> Step:
+    def step(self) -> StepMap:
         """The step that was run."""
         return self.job.step
 
@@ -74,25 +74,25 @@ class Trajectories:
         return tuple(labels[i] if i >= 0 else None for i in self.divergence.state)
 
     @property
-    def diverged(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    def has_diverged(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """(B,), true for each run that diverged."""
         return np.asarray(np.isfinite(self.diverged_at))
 
     @cached_property
     def check(self) -> StepCheck:
         """The stability limit of the step and the change to half of it, along up to four of the runs."""
-        return check_step(self.job, self.t, self.x, self.divergence, self.tolerance, self.chosen)
+        return check_step(self.job, self.t, self.x, self.divergence, self.tolerance, self.is_step_chosen)
 
     @property
     def losses(self) -> str:
         """The runs that diverged, in words, with the time and the state of the first; empty if none did."""
-        if not self.diverged.any():
+        if not self.has_diverged.any():
             return ""
         first = int(np.nanargmin(self.diverged_at))
         where = f"at {self.diverged_at[first]:.4g} s in '{self.diverged_in[first]}'"
         if len(self) == 1:
             return f"the run diverged {where}"
-        return f"{int(self.diverged.sum())} of {len(self)} runs diverged, run {first} first {where}"
+        return f"{int(self.has_diverged.sum())} of {len(self)} runs diverged, run {first} first {where}"
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -102,8 +102,8 @@ class Trajectories:
     def __repr__(self) -> str:
         runs = f"{len(self)} run{'' if len(self) == 1 else 's'}"
         parts = [f"{runs} of '{self.step.flow.name}' at {len(self.t)} times to {self.t[-1]:g} s"]
-        parts += [f"{int(self.diverged.sum())} diverged"] if self.diverged.any() else []
-        if self.chosen:
+        parts += [f"{int(self.has_diverged.sum())} diverged"] if self.has_diverged.any() else []
+        if self.is_step_chosen:
             check = self.check
             parts.append(f"step of {span(check.limit.h)} chosen for a tolerance of {self.tolerance:g}")
             parts[-1] += "" if np.isnan(check.change) else f" (half of it changes a state by {check.change:.1e})"
@@ -127,7 +127,7 @@ class Trajectories:
         if name in self.step.outputs:
             return self.outputs[name]
         known = (*self.step.states.names, *self.step.outputs.names)
-        raise LookupError(f"There is no {described(name)} among the states and outputs: {', '.join(known)}.")
+        raise LookupError(f"There is no {describe(name)} among the states and outputs: {', '.join(known)}.")
 
     @cached_property
     def outputs(self) -> dict[str, Array]:
@@ -139,7 +139,7 @@ class Trajectories:
             values.append(rows(self.step.y, k[:, np.newaxis], self.x[run], self.p[run : run + 1], noise))
         return self.step.outputs.unpack(np.stack(values))
 
-    @door
+    @check_arguments
     def to_frame(self, run: int | None = None) -> pd.DataFrame:
         """A table with a column per number of the states and outputs, `v [V]` or `q[0] [rad]`, and a row per time in s.
 
@@ -167,7 +167,9 @@ class Trajectories:
             names = entry.labels() if entry.size > 1 else [entry.name]
             heads = (f"{name} [{unit}]" if unit else name for name, unit in zip(names, entry.units, strict=True))
             columns |= zip(heads, flat.T, strict=True)
-        return columns | ({LOST: np.full(len(self.t), self.diverged_at[run])} if self.diverged.any() else {})
+        return columns | (
+            {DIVERGENCE_COLUMN: np.full(len(self.t), self.diverged_at[run])} if self.has_diverged.any() else {}
+        )
 
     def plot(self, *names: str, run: int | None = None) -> Any:
         """A figure of signals over time, as `workbench.plot` draws it."""
@@ -178,9 +180,9 @@ class Trajectories:
         """The step of a page of the loop in s, or the substep: half of a chosen one that is not doubled evenly."""
         step = self.step
         count = step.substeps if step.finer else round(self.t[-1] / step.h)
-        return step.h / step.substeps / (2 if self.chosen and count % 2 else 1)
+        return step.h / step.substeps / (2 if self.is_step_chosen and count % 2 else 1)
 
-    def live(self, **asked: object) -> Page:
+    def live(self, **options: object) -> NotebookPage:
         """A page on which the numbers of the loop can be turned, as `workbench.live` makes it with what is `asked`.
 
         Raises
@@ -194,5 +196,7 @@ class Trajectories:
                 "`Trajectories.live()` must have one run of a loop in continuous time, at the loop's own numbers; for "
                 "any other write `workbench.live(loop, until=...)`, which takes a loop that a computer closes too."
             )
-        page: Page = import_module("workbench").live(step.flow, until=float(self.t[-1]), h=self.page_step, **asked)
+        page: NotebookPage = import_module("workbench").live(
+            step.flow, until=float(self.t[-1]), h=self.page_step, **options
+        )
         return page

@@ -13,7 +13,7 @@ from workbench.core.lazy_names import lazy_names
 
 _FILES = {
     "memory_digest": "BASIS",
-    "replays": "CLOCKS Fit TargetResult compare fits",
+    "replays": "CLOCKS PeriodShare TargetResult compare fits",
     "single.single_precision_loop": "in_single_precision",
     "targets": "TARGETS",
 }

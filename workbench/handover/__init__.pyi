@@ -1,14 +1,14 @@
 """The room for editors and mypy: each of its names, and the file that it comes from."""
 
 from workbench.handover.memory_digest import BASIS
-from workbench.handover.replays import CLOCKS, Fit, TargetResult, compare, fits
+from workbench.handover.replays import CLOCKS, PeriodShare, TargetResult, compare, fits
 from workbench.handover.single.single_precision_loop import in_single_precision
 from workbench.handover.targets import TARGETS
 
 __all__ = [
     "BASIS",
     "CLOCKS",
-    "Fit",
+    "PeriodShare",
     "TARGETS",
     "TargetResult",
     "compare",

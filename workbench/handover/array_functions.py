@@ -18,17 +18,17 @@ from workbench.core.notation.comments import harmless
 from workbench.core.notation.program import straight_line
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.templates import fill
-from workbench.core.validation.refusals import known
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import known_name
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.machines.c_elementary_functions import definitions as definitions_in_c
 from workbench.engine.machines.c_real import DOUBLE
 from workbench.engine.machines.c_spelling import Text
 from workbench.engine.machines.operations import Tightness
-from workbench.engine.machines.python_elementary_functions import TRACED
+from workbench.engine.machines.python_elementary_functions import PYTHON_FUNCTIONS
 from workbench.engine.machines.python_elementary_functions import definitions as definitions_in_python
 from workbench.engine.machines.python_spelling import HELPERS
-from workbench.handover.c99.c_assignments import Assignments, Demand, Scope, Wanted, assignments
+from workbench.handover.c99.c_assignments import Assignments, Demand, Scope, ValueForm, assignments
 from workbench.handover.c99.c_names import Variables, prefix_of
 from workbench.handover.c99.c_source import guards
 from workbench.handover.law_graph import StepGraph, graph_of_law
@@ -37,12 +37,14 @@ from workbench.handover.programs.python_lines import lines_of
 
 PREFIX, PARAMETERS = "workbench", "p"
 # Names that the files use themselves: modules, the parameters, and the functions that Python's lines call.
-RESERVED = frozenset(["np", "ca", "math", "struct", "float", "abs", "int", "NOMINAL", PARAMETERS, *HELPERS, *TRACED])
+RESERVED_NAMES = frozenset(
+    ["np", "ca", "math", "struct", "float", "abs", "int", "NOMINAL", PARAMETERS, *HELPERS, *PYTHON_FUNCTIONS]
+)
 
 Words = dict[str, object]
 
 
-@door
+@check_arguments
 def array_functions(
     laws: Sequence[SampledLaw],
     form: str,
@@ -72,7 +74,7 @@ def array_functions(
     LookupError
         If there is no such form.
     """
-    writer = FORMS[known(form, FORMS, "forms of functions")]
+    writer = FORMS[known_name(form, FORMS, "forms of functions")]
     _refuse(laws, parameters)
     values = [repr(float(value)) for value in laws[0].parameters.default]
     nominal = list(zip(values, map(harmless, parameters), strict=True))
@@ -96,7 +98,7 @@ def _refuse(laws: Sequence[SampledLaw], parameters: Sequence[str]) -> None:
             )
         names = [law.name, *law.readings.names, *law.commands.names]
         for name in map(prefix_of, names):
-            if keyword.iskeyword(name) or name in RESERVED or names.count(name) > 1:
+            if keyword.iskeyword(name) or name in RESERVED_NAMES or names.count(name) > 1:
                 raise ValueError(
                     "`array_functions(laws=...)` needs a name of its own for each function, reading and command, which "
                     f"is no word of Python and none that the file uses; '{law.name}' has '{name}'. Rename it."
@@ -121,7 +123,7 @@ class Input(NamedTuple):
 
 def _inputs(law: SampledLaw) -> list[Input]:
     """The parameters and the readings of a law, in the order of its step's parameters."""
-    variables = Variables([*law.readings.names, *law.commands.names, *RESERVED, *keyword.kwlist])
+    variables = Variables([*law.readings.names, *law.commands.names, *RESERVED_NAMES, *keyword.kwlist])
     inputs = [
         Input(variables.new(f"{PARAMETERS}_{label}"), f"{PARAMETERS}[{i}]")
         for i, label in enumerate(law.parameters.labels)
@@ -183,7 +185,7 @@ def _assignments(step: StepGraph, inputs: Sequence[Input]) -> Assignments:
         if node.op == "p"
     }
     scope = Scope(graph, PREFIX, DOUBLE, step.numbers, sources)
-    return assignments(scope, [Demand(graph.results), Demand(graph.results, Wanted.TEXT)])
+    return assignments(scope, [Demand(graph.results), Demand(graph.results, ValueForm.TEXT)])
 
 
 def _in_python(laws: Sequence[SampledLaw], words: Words) -> str:

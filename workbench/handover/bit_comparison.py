@@ -11,13 +11,13 @@ import numpy as np
 
 from workbench.core.validation import refusals
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.signatures import door
-from workbench.handover.c99.c_code import CCode
+from workbench.core.validation.signatures import check_arguments
+from workbench.handover.c99.c_files import CCode
 from workbench.handover.memory_digest import Reals, Words
 from workbench.handover.recording import Recording
-from workbench.handover.targets import TARGETS, AbstractTarget, Figures
-from workbench.handover.targets.harness import Answers
-from workbench.handover.targets.programs import TargetError, lacking
+from workbench.handover.targets import TARGETS, AbstractTarget, TargetCost
+from workbench.handover.targets.external_programs import TargetError, missing_programs
+from workbench.handover.targets.harness import TargetAnswers
 
 ANOTHER = "leaves another memory"
 LIMIT = 600.0  # s that one program of a target may take
@@ -29,7 +29,7 @@ CLOCKS: Mapping[str, float] = {  # Hz, of common parts with these processors
 
 
 @dataclass(frozen=True)
-class Fit:
+class PeriodShare:
     """The share of a period that so many instructions take at a clock, at one instruction a cycle."""
 
     count: float
@@ -53,8 +53,8 @@ class Fit:
         )
 
 
-@door
-def fits(count: float, period: float, clock: float) -> Fit:
+@check_arguments
+def fits(count: float, period: float, clock: float) -> PeriodShare:
     """The share of a period [s] that so many instructions take at a clock [Hz], at one instruction a cycle.
 
     A processor may take more cycles than instructions, or fewer: the share is that of the count, not of a time.
@@ -67,7 +67,7 @@ def fits(count: float, period: float, clock: float) -> Fit:
     for name, value in {"count": count, "period": period, "clock": clock}.items():
         if not 0 < value < np.inf:
             raise refusals.refusal(f"fits({name}=...)", "be a positive finite number", value)
-    return Fit(count, period, clock)
+    return PeriodShare(count, period, clock)
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class TargetResult:
     ----------
     bits
         Compared: those of all commands, and of the memory behind each period, which has one digest.
-    differing
+    differing_bits
         Bits of commands that differ.
     memories
         Periods whose memory differs.
@@ -94,12 +94,12 @@ class TargetResult:
     target: str
     periods: int = 0
     bits: int = 0
-    differing: int = 0
+    differing_bits: int = 0
     memories: int = 0
     flags: int = 0
     first: str = ""
-    figures: Figures = Figures()  # noqa: RUF009
-    fit: Fit | None = None
+    figures: TargetCost = TargetCost()  # noqa: RUF009
+    fit: PeriodShare | None = None
     reason: str = ""
 
     @property
@@ -113,10 +113,10 @@ class TargetResult:
         return self.ran and not self.first
 
 
-@door
+@check_arguments
 def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: float = LIMIT) -> TargetResult:
     """One target against a recording, in a folder of its own that is gone afterwards; programs get `limit` seconds."""
-    lacks = lacking(target.programs)
+    lacks = missing_programs(target.programs)
     if lacks:
         return TargetResult(target.name, reason=lacks)
     with TemporaryDirectory(prefix="workbench-") as place:
@@ -129,7 +129,7 @@ def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: fl
         try:
             result = replace(result, figures=target.figures(code, recording, folder, limit))
         except TargetError as error:
-            result = replace(result, figures=Figures(doubt=f"figures are lacking: {error}"))
+            result = replace(result, figures=TargetCost(doubt=f"figures are lacking: {error}"))
         if result.first.endswith(ANOTHER):
             result = replace(result, first=_first_of_memory(target, code, recording, folder, result.first, limit))
     clock = next((CLOCKS[key] for key in CLOCKS if TARGETS[key].name == target.name), None)
@@ -137,7 +137,7 @@ def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: fl
     return replace(result, fit=fits(count, recording.law.period, clock)) if clock and count else result
 
 
-def _judged(target: AbstractTarget, recording: Recording, answers: Answers) -> TargetResult:
+def _judged(target: AbstractTarget, recording: Recording, answers: TargetAnswers) -> TargetResult:
     """The differences of answers."""
     n, nu = recording.u.shape
     other = _differ(answers.u, recording.u)
@@ -158,7 +158,7 @@ def _differ(answers: Reals, wanted: Reals) -> Words:
     return np.asarray(np.where(np.isnan(answers) & np.isnan(wanted), kind.type(0), bits))
 
 
-def _first(recording: Recording, answers: Answers, other: Words, k: int) -> str:
+def _first(recording: Recording, answers: TargetAnswers, other: Words, k: int) -> str:
     """The first difference in words."""
     if answers.flags[k]:
         return f"period {k} raises the flags {int(answers.flags[k])}"

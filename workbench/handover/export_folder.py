@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from workbench.core.validation.places import other_kind
-from workbench.core.validation.refusals import described, refusal, require
+from workbench.core.validation.refusals import describe, refusal, require
 from workbench.handover.export_seal import MARK, is_unchanged, sealed_text
 
 LARGEST = 2**28  # bytes of a file that is looked at before it is replaced: no export is so large
@@ -53,7 +53,7 @@ def write_files(folder: str | Path, files: Mapping[str, str | bytes], overwrite:
             os.replace(draft, path)
     except OSError as error:
         raise ValueError(
-            f"The export cannot go to {described(str(folder))}: {error.strerror or error}. Name one that you may write."
+            f"The export cannot go to {describe(str(folder))}: {error.strerror or error}. Name one that you may write."
         ) from error
     finally:
         for draft in drafts.values():

@@ -22,7 +22,7 @@ COMMENTS = {
 }
 
 
-def sealed(content: bytes) -> bytes:
+def seal(content: bytes) -> bytes:
     """The content with its checksum in the place of the last open seal."""
     at = content.rindex(OPEN_SEAL.encode()) + len(SEAL)
     digest = hashlib.sha256(content).hexdigest().encode()
@@ -33,9 +33,9 @@ def sealed_text(name: str, text: str) -> bytes:
     """A text file by its name, with a seal in a comment of its language as the last line; in a table in the first."""
     if name.endswith(".csv"):  # whose first line is a comment
         head, *rows = text.split("\n")
-        return sealed("\n".join([f"{head}; {OPEN_SEAL}", *rows]).encode())
+        return seal("\n".join([f"{head}; {OPEN_SEAL}", *rows]).encode())
     comment = COMMENTS[PurePosixPath(name).suffix].format(OPEN_SEAL)
-    return sealed(f"{text.rstrip()}\n{comment}\n".encode())
+    return seal(f"{text.rstrip()}\n{comment}\n".encode())
 
 
 def is_unchanged(content: bytes) -> bool:

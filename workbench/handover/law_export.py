@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Unpack
 
-from workbench.core import Sampled, SampledLaw
-from workbench.core.validation.refusals import known, require
-from workbench.core.validation.signatures import door
-from workbench.handover.c99.c_code import CCode, COptions, c_code
+from workbench.core import SampledLaw, SampledSystem
+from workbench.core.validation.refusals import known_name, require
+from workbench.core.validation.signatures import check_arguments
+from workbench.handover.c99.c_files import CCode, COptions, c_code
 from workbench.handover.c99.c_names import member, prefix_of
 from workbench.handover.export_folder import write_files
-from workbench.handover.targets.size import measured_stack
+from workbench.handover.targets.binary_size import measured_stack
 
 SUBSTEPS, STATES = 4, 10_000  # of the plant in a period; random states of which a bound is stated
 
@@ -21,7 +21,7 @@ Files = Mapping[str, str | bytes]
 
 
 @dataclass(frozen=True)
-class Order:
+class ExportRequest:
     """The law to be written, its name, and what was asked of it beside."""
 
     law: SampledLaw
@@ -36,54 +36,54 @@ class Order:
         return code.with_stack(measured_stack(code))
 
 
-def _c(order: Order) -> Files:
+def _c(order: ExportRequest) -> Files:
     return order.code.files
 
 
-def _cortex_m4(order: Order) -> Files:
+def _cortex_m4(order: ExportRequest) -> Files:
     from workbench.handover.targets.soft_doubles import SOFT_DOUBLES_FILE, soft_doubles
 
     return {**order.code.files, SOFT_DOUBLES_FILE: soft_doubles()}
 
 
-def _python(order: Order) -> Files:
+def _python(order: ExportRequest) -> Files:
     from workbench.handover.programs.python_law import python_law
 
     return {f"{order.name}.py": python_law(order.law, order.name, safe=order.options.get("safe"))}
 
 
-def _casadi(order: Order) -> Files:
+def _casadi(order: ExportRequest) -> Files:
     from workbench.handover.programs.casadi_law import casadi_law
 
     return {f"{order.name}_casadi.py": casadi_law(order.law, order.name)}
 
 
-def _control(order: Order) -> Files:
+def _control(order: ExportRequest) -> Files:
     from workbench.handover.programs.linear_law import as_control
 
-    return {f"{order.name}_control.py": as_control(order.law.named(order.name))}
+    return {f"{order.name}_control.py": as_control(order.law.with_name(order.name))}
 
 
-def _mat(order: Order) -> Files:
+def _mat(order: ExportRequest) -> Files:
     from workbench.handover.programs.linear_law import mat_of
 
-    return {f"{order.name}.mat": mat_of(order.law.named(order.name))}
+    return {f"{order.name}.mat": mat_of(order.law.with_name(order.name))}
 
 
-def _simulink(order: Order) -> Files:
+def _simulink(order: ExportRequest) -> Files:
     from workbench.handover.wrappers.simulink import simulink
 
     return {**order.code.files, **simulink(order.code)}
 
 
-def _ros2(order: Order) -> Files:
+def _ros2(order: ExportRequest) -> Files:
     from workbench.handover.wrappers.ros2 import ros2
 
     return ros2(order.code, interfaces=order.interfaces)
 
 
-def _fmu(version: str) -> Callable[[Order], Files]:
-    def files(order: Order) -> Files:
+def _fmu(version: str) -> Callable[[ExportRequest], Files]:
+    def files(order: ExportRequest) -> Files:
         from workbench.handover.fmi.archive import fmu
 
         return {f"{order.name}.fmu": fmu(order.law, version, order.name).content()}
@@ -91,7 +91,7 @@ def _fmu(version: str) -> Callable[[Order], Files]:
     return files
 
 
-FORMS: Mapping[str, Callable[[Order], Files]] = {
+FORMS: Mapping[str, Callable[[ExportRequest], Files]] = {
     "c": _c,
     "cortex-m4": _cortex_m4,
     "python": _python,
@@ -106,13 +106,16 @@ FORMS: Mapping[str, Callable[[Order], Files]] = {
 
 
 OPTIONS = ("precision", "parameters", "safe", "warnings", "command", "sqrt", "fma")
-BARE = ("warnings", "command")  # which are only said
-TAKEN = {"python": ("safe", *BARE), **dict.fromkeys(("casadi", "control", "mat", "fmi2", "fmi3"), BARE)}
+TEXT_OPTIONS = ("warnings", "command")  # which are only said
+FORM_OPTIONS = {
+    "python": ("safe", *TEXT_OPTIONS),
+    **dict.fromkeys(("casadi", "control", "mat", "fmi2", "fmi3"), TEXT_OPTIONS),
+}
 
 
-@door
+@check_arguments
 def export(
-    law: SampledLaw | Sampled,
+    law: SampledLaw | SampledSystem,
     form: str = "c",
     folder: str | Path | None = None,
     *,
@@ -157,24 +160,24 @@ def export(
     >>> [path.name for path in wb.export(loop.digital(1e-3), "c", "motor", name="motor_law")]
     ['motor_law.h', 'motor_law.c']
     """
-    if isinstance(law, Sampled) and options.get("precision") == "single":
+    if isinstance(law, SampledSystem) and options.get("precision") == "single":
         options["warnings"] = (*options.get("warnings", ()), loss_in_single_precision(law, law.law()))
-    alone: SampledLaw = require("export(law=...)", law.law() if isinstance(law, Sampled) else law, SampledLaw)
-    writer = FORMS[known(form, FORMS, "forms of a law")]
+    alone: SampledLaw = require("export(law=...)", law.law() if isinstance(law, SampledSystem) else law, SampledLaw)
+    writer = FORMS[known_name(form, FORMS, "forms of a law")]
     for option in options:
-        if known(option, OPTIONS, "options of an export") not in TAKEN.get(form, OPTIONS):
+        if known_name(option, OPTIONS, "options of an export") not in FORM_OPTIONS.get(form, OPTIONS):
             raise ValueError(f"`export(form='{form}')` takes no `{option}`, which is for C and what is around it.")
     chosen = prefix_of(member(alone.name) if name is None else name)
-    files = writer(Order(alone, chosen, options, interfaces))
+    files = writer(ExportRequest(alone, chosen, options, interfaces))
     target = write_files(chosen if folder is None else folder, files, overwrite)
     return [target / path for path in files]
 
 
-@door
-def loss_in_single_precision(sampled: Sampled, law: SampledLaw, periods: int = 1000) -> str:
+@check_arguments
+def loss_in_single_precision(sampled_loop: SampledSystem, law: SampledLaw, periods: int = 1000) -> str:
     """The sentence that says by how much a law in single precision differs, in a box around a run of its loop."""
     from workbench.handover.recording import record
     from workbench.handover.single.rounding_statement import box_of, stated_bound
 
-    run = record(sampled, law, periods, substeps=SUBSTEPS)
+    run = record(sampled_loop, law, periods, substeps=SUBSTEPS)
     return stated_bound(law, *box_of(run.memory(0, periods - 1), run.y, run.r), samples=STATES).sentence

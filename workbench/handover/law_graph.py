@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core import SampledLaw, Step
-from workbench.core.validation.signatures import door
-from workbench.engine.kernel.barriers import rewritten, without_barriers
+from workbench.core import SampledLaw, StepMap
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.kernel.casadi_to_graph import read_with
 from workbench.engine.kernel.graph import COMMUTATIVE, Graph, Node
+from workbench.engine.kernel.graph_rewriting import rewrite, without_barriers
 from workbench.engine.kernel.plan import Evaluation
-from workbench.engine.kernel.stages import stepped
+from workbench.engine.kernel.step_graph import step_graph
 from workbench.engine.machines.numpy_spelling import Arrays
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class StepGraph:
     """The nodes of a step as every machine evaluates them, by what they depend on.
 
@@ -28,11 +28,11 @@ class StepGraph:
     numbers
         The values of the nodes that depend on numbers alone: those of the equations and, unless they can be set, of
         parameters. Made in the portable arithmetic of doubles.
-    adjustable
+    parameter_nodes
         The nodes that depend on parameters that can be set, and on numbers.
-    timed
+    instant_nodes
         The others that depend on the number of the instant, and on nothing that changes otherwise.
-    moving
+    variable_nodes
         All other nodes, in the order of evaluation.
     values
         The nodes of the named values of each stage, by stage and name.
@@ -40,39 +40,39 @@ class StepGraph:
 
     graph: Graph
     numbers: Mapping[int, float]
-    adjustable: tuple[int, ...]
-    timed: tuple[int, ...]
-    moving: tuple[int, ...]
+    parameter_nodes: tuple[int, ...]
+    instant_nodes: tuple[int, ...]
+    variable_nodes: tuple[int, ...]
     values: tuple[Mapping[str, tuple[int | None, ...]], ...]
 
 
-def graph_of_law(law: SampledLaw, settable: bool = False, fused: bool = False) -> StepGraph:
+def graph_of_law(law: SampledLaw, settable: bool = False, fused_products: bool = False) -> StepGraph:
     """The graph of a law, with its results z+ and u, with the numbers of its parameters unless they are `settable`.
 
     Numbers are made in the portable arithmetic, or in the fused one.
     """
     stages = [{name: ca.vertsplit(ca.vec(ca.SX(part))) for name, part in s.values.items()} for s in law.stages]
-    return split(law.step, law.parameters.default, settable, stages, fused)
+    return split(law.step, law.parameters.default, settable, stages, fused_products)
 
 
 def split(
-    step: Step,
+    step: StepMap,
     parameters: np.ndarray,
     settable: bool = False,
     stages: list[dict[str, list[ca.SX]]] | None = None,
-    fused: bool = False,
+    fused_products: bool = False,
 ) -> StepGraph:
     """The graph of a step of which the first parameters have these numbers; the others move."""
     stages = stages or []
     flat = [value for stage in stages for part in stage.values() for value in part]
     first, held = read_with(step, flat)
-    graph = without_barriers(stepped(rewritten(first), int(step.rule.rate.numel())))
+    graph = without_barriers(step_graph(rewrite(first), int(step.rule.rate.numel())))
     places = iter([None if i is None else graph.results[i] for i in held])
     named = tuple({name: tuple(next(places) for _ in part) for name, part in stage.items()} for stage in stages)
     graph = Graph(graph.nodes, graph.results[: step.states.size])
     groups = _groups(graph, len(parameters))
     known = set(groups["number"]) | (set() if settable else set(groups["parameter"]))
-    numbers = _numbers(graph, known, step.h, parameters, fused)
+    numbers = _numbers(graph, known, step.h, parameters, fused_products)
     same = _same(graph, numbers)
     named = tuple({name: tuple(i if i is None else same[i] for i in part) for name, part in s.items()} for s in named)
     graph = Graph(_seen(graph, same), tuple(same[i] for i in graph.results))

@@ -13,11 +13,11 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Sampled, Step
+from workbench.core import Entry, Layout, SampledSystem, StepMap
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.validation import refusals
 from workbench.core.validation.refusals import Array, Integers
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.arithmetic import PORTABLE, march_of
 from workbench.engine.batch import table_of
 from workbench.engine.job import Job
@@ -78,9 +78,9 @@ class Recording:
     def __getitem__(self, name: str) -> Array:
         """A signal by its name, (N,) or (N, *shape)."""
         columns = self.signals.unpack(np.concatenate([self.y, self.r, self.u], axis=1))
-        return columns[refusals.known(name, columns, "signals of this recording")]
+        return columns[refusals.known_name(name, columns, "signals of this recording")]
 
-    @door
+    @check_arguments
     def write(self, folder: str | Path, form: str = "csv", name: str | None = None) -> list[Path]:
         """Write the signals to a folder as test vectors of the law in another machine; the paths of the files.
 
@@ -107,14 +107,14 @@ class Recording:
         """Readings and references side by side, (N, ny + nr)."""
         return np.concatenate([self.y, self.r], axis=1)
 
-    @door
+    @check_arguments
     def until(self, periods: int) -> Recording:
         """Its first periods."""
         periods = refusals.whole("until(periods=...)", periods, most=self.periods)
         parts = {name: getattr(self, name)[:periods] for name in ("y", "r", "u", "digests")}
         return replace(self, **parts)
 
-    @door
+    @check_arguments
     def memory(self, first: int, last: int) -> Reals:
         """The memory (last - first + 1, nz) before instant `first`, before the next one, ..., before `last`.
 
@@ -135,9 +135,9 @@ class Recording:
         return np.asarray(x[first - block * BLOCK :, places])
 
 
-@door
+@check_arguments
 def record(
-    sampled: Sampled,
+    sampled_loop: SampledSystem,
     law: SampledLaw | None = None,
     periods: int | None = None,
     *,
@@ -179,9 +179,9 @@ def record(
     >>> rows.signals.names, rows["u.v"].shape
     (('y.omega', 'r.omega', 'u.v'), (100,))
     """
-    sampled = refusals.require("record(sampled=...)", sampled, Sampled)
-    law, periods = sampled.law() if law is None else law, _periods(sampled, periods, until)
-    step = _taken(sampled, law, substeps)
+    sampled_loop = refusals.require("record(sampled_loop=...)", sampled_loop, SampledSystem)
+    law, periods = sampled_loop.law() if law is None else law, _periods(sampled_loop, periods, until)
+    step = _taken(sampled_loop, law, substeps)
     step.flow.refuse_beyond("record(periods=...)", periods * step.h)
     afford_periods("record(periods=...)", law, periods, step.operations)
     rows = table_of("record(p=...)", step.parameters, p)
@@ -207,7 +207,7 @@ def _recorded(law: SampledLaw, job: Job, periods: int) -> Recording:
     return Recording(law, y, r, u, np.concatenate(digests), np.stack(starts), job)
 
 
-@door
+@check_arguments
 def single(recording: Recording) -> Recording:
     """The same readings and references, rounded, and what the law makes of them in single precision, as floats.
 
@@ -233,7 +233,7 @@ def single(recording: Recording) -> Recording:
     return replace(recording, y=y, r=r, u=commands, digests=digest(rows[1:]), rows=rows)
 
 
-def _periods(sampled: Sampled, periods: int | None, until: float | None) -> int:
+def _periods(sampled: SampledSystem, periods: int | None, until: float | None) -> int:
     """The number of periods, from one of the two."""
     if (periods is None) == (until is None):
         raise ValueError(
@@ -251,11 +251,11 @@ def _floats(numbers: Reals) -> Floats:
     return numbers.astype(np.float32)
 
 
-def _taken(sampled: Sampled, law: SampledLaw, substeps: int) -> Step:
+def _taken(sampled: SampledSystem, law: SampledLaw, substeps: int) -> StepMap:
     """The step of a loop with what its computer is handed as further states."""
-    layout = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in sampled.handed.items()))
-    parts = [ca.vec(part) for part in sampled.handed.values()]
-    step = sampled.step(substeps).extended(layout, ca.SX.sym("taken", layout.size), ca.vertcat(*parts, ca.SX(0, 1)))
+    layout = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in sampled.computer_inputs.items()))
+    parts = [ca.vec(part) for part in sampled.computer_inputs.values()]
+    step = sampled.step(substeps).with_memory(layout, ca.SX.sym("taken", layout.size), ca.vertcat(*parts, ca.SX(0, 1)))
     needs = [f"y.{name}" for name in law.readings.names] + [f"r.{name}" for name in law.references.names]
     needs += [f"hold.{name}" for name in law.commands.names] + [*law.memory.names]
     lacking = [name for name in needs if name not in step.states.names]

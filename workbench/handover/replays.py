@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
-from workbench.core import Sampled, SampledLaw
-from workbench.core.validation.refusals import known, seconds, whole
-from workbench.core.validation.signatures import door
-from workbench.handover.bit_comparison import CLOCKS, LIMIT, Fit, TargetResult, compare, fits
-from workbench.handover.c99.c_code import CCode, c_code
+from workbench.core import SampledLaw, SampledSystem
+from workbench.core.validation.refusals import known_name, seconds, whole
+from workbench.core.validation.signatures import check_arguments
+from workbench.handover.bit_comparison import CLOCKS, LIMIT, PeriodShare, TargetResult, compare, fits
+from workbench.handover.c99.c_files import CCode, c_code
 from workbench.handover.recording import Recording, record, single
 from workbench.handover.replay_bounds import afford_periods
 from workbench.handover.targets import TARGETS, USUAL, AbstractTarget
 
-__all__ = ["CLOCKS", "Fit", "Replay", "TargetResult", "compare", "fits", "replay"]
+__all__ = ["CLOCKS", "PeriodShare", "Replay", "TargetResult", "compare", "fits", "replay"]
 
 COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason")  # of a row
 Cell = str | float | None  # of a row; None for what is not known
@@ -79,9 +79,9 @@ def _cells(row: Mapping[str, Cell], heads: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-@door
+@check_arguments
 def replay(
-    sampled: Sampled,
+    sampled_loop: SampledSystem,
     *,
     name: str | None = None,
     periods: int = 10_000,
@@ -107,7 +107,7 @@ def replay(
     substeps
         Runge-Kutta steps of the plant in a period.
     reference, truths
-        As of `Sampled.law`.
+        As of `SampledSystem.law`.
     seed, precision, limit
         Of the noise; "double", or "single" for the law alone; the seconds that one program of a target may take.
     progress
@@ -128,8 +128,8 @@ def replay(
     """
     limit = seconds("replay(limit=...)", limit)
     chosen = [_target(target) for target in (USUAL if targets is None else targets)]
-    code = c_code(_affordable(sampled.law(reference, truths), periods), name, precision=precision)
-    recording = record(sampled, code.law, periods, substeps=substeps, seed=seed)
+    code = c_code(_affordable(sampled_loop.law(reference, truths), periods), name, precision=precision)
+    recording = record(sampled_loop, code.law, periods, substeps=substeps, seed=seed)
     recording = single(recording) if code.real == "float" else recording
     results = []
     for target in chosen:
@@ -147,4 +147,4 @@ def _affordable(law: SampledLaw, periods: int) -> SampledLaw:
 
 
 def _target(target: str | AbstractTarget) -> AbstractTarget:
-    return TARGETS[known(target, TARGETS, "targets")] if isinstance(target, str) else target
+    return TARGETS[known_name(target, TARGETS, "targets")] if isinstance(target, str) else target

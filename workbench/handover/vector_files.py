@@ -9,8 +9,8 @@ import numpy as np
 
 from workbench.core import Layout, SampledLaw
 from workbench.core.templates import fill
-from workbench.core.validation.refusals import known
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import known_name
+from workbench.core.validation.signatures import check_arguments
 from workbench.handover.c99.c_names import member, places_of, prefix_of
 from workbench.handover.memory_digest import Reals
 
@@ -20,16 +20,16 @@ else:
     Rows = tuple[object, object, object]  # which a door leaves as they are: it would make doubles of floats
 
 
-@door
+@check_arguments
 def vector_files(law: SampledLaw, rows: Rows, form: str, name: str | None) -> Mapping[str, str]:
     """The files of a form, see `Recording.write`."""
-    writer = FORMS[known(form, FORMS, "forms of test vectors")]
+    writer = FORMS[known_name(form, FORMS, "forms of test vectors")]
     return writer(law, rows, prefix_of(member(law.name) if name is None else name))
 
 
 def signals_of(law: SampledLaw) -> Layout:
     """The readings, references and commands of a law below 'y.', 'r.' and 'u.'."""
-    return law.readings.prefixed("y.") + law.references.prefixed("r.") + law.commands.prefixed("u.")
+    return law.readings.with_prefix("y.") + law.references.with_prefix("r.") + law.commands.with_prefix("u.")
 
 
 def _csv(law: SampledLaw, rows: Rows, name: str) -> Mapping[str, str]:

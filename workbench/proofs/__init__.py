@@ -6,19 +6,19 @@ run that refutes a claim. This package knows equations, and nothing of arms or p
 
 Examples
 --------
->>> wb.proofs.shown(1.23456, 1)
+>>> wb.proofs.bound_text(1.23456, 1)
 '1.23456'
 """
 
 from workbench.core.lazy_names import lazy_names
 
 _FILES = {
-    "bounds": "disturbance_bounds shown",
-    "claim_ledger": "BROKEN WITNESSED Check Kind Ledger Line Quantifier Ruling",
-    "claim_margins": "SignalsOf derivative violation watching",
-    "counterexample": "CounterExample Pair hypotheses_kept in_reference_mode",
+    "bounds": "disturbance_bounds bound_text",
+    "claim_ledger": "BREAKING_KINDS WITNESS_KINDS Check Kind ClaimLedger ClaimEntry Quantifier Ruling",
+    "claim_margins": "SignalsOf derivative violation with_violations",
+    "counterexample": "CounterExample StepPair hypotheses_kept in_reference_mode",
     "equality": "judge_equal",
-    "falsify": "Budget Found Hunt",
+    "falsify": "Budget SearchResult RunSearch",
     "interval": "guarantee",
     "rest_points": "RestPoint growing_modes rest_point",
 }

@@ -1,30 +1,39 @@
 """The room for editors and mypy: each of its names, and the file that it comes from."""
 
-from workbench.proofs.bounds import disturbance_bounds, shown
-from workbench.proofs.claim_ledger import BROKEN, WITNESSED, Check, Kind, Ledger, Line, Quantifier, Ruling
-from workbench.proofs.claim_margins import SignalsOf, derivative, violation, watching
-from workbench.proofs.counterexample import CounterExample, Pair, hypotheses_kept, in_reference_mode
+from workbench.proofs.bounds import bound_text, disturbance_bounds
+from workbench.proofs.claim_ledger import (
+    BREAKING_KINDS,
+    WITNESS_KINDS,
+    Check,
+    ClaimEntry,
+    ClaimLedger,
+    Kind,
+    Quantifier,
+    Ruling,
+)
+from workbench.proofs.claim_margins import SignalsOf, derivative, violation, with_violations
+from workbench.proofs.counterexample import CounterExample, StepPair, hypotheses_kept, in_reference_mode
 from workbench.proofs.equality import judge_equal
-from workbench.proofs.falsify import Budget, Found, Hunt
+from workbench.proofs.falsify import Budget, RunSearch, SearchResult
 from workbench.proofs.interval import guarantee
 from workbench.proofs.rest_points import RestPoint, growing_modes, rest_point
 
 __all__ = [
-    "BROKEN",
+    "BREAKING_KINDS",
     "Budget",
     "Check",
     "CounterExample",
-    "Found",
-    "Hunt",
+    "SearchResult",
+    "RunSearch",
     "Kind",
-    "Ledger",
-    "Line",
-    "Pair",
+    "ClaimLedger",
+    "ClaimEntry",
+    "StepPair",
     "Quantifier",
     "RestPoint",
     "Ruling",
     "SignalsOf",
-    "WITNESSED",
+    "WITNESS_KINDS",
     "derivative",
     "disturbance_bounds",
     "growing_modes",
@@ -33,7 +42,7 @@ __all__ = [
     "in_reference_mode",
     "judge_equal",
     "rest_point",
-    "shown",
+    "bound_text",
     "violation",
-    "watching",
+    "with_violations",
 ]

@@ -10,10 +10,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.notation.program import walk
-from workbench.core.validation.refusals import Array, as_array, described, positive, refusal, seconds, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, as_array, describe, positive, refusal, seconds, whole
+from workbench.core.validation.signatures import check_arguments
 from workbench.proofs import branch_and_bound
-from workbench.proofs.branch_and_bound import Seen, least_seen, prove
+from workbench.proofs.branch_and_bound import LeastSample, least_seen, prove
 from workbench.proofs.enclosures import UNIT, AbstractForm, form_of
 from workbench.proofs.interval import NoBound, guarantee, jumps
 
@@ -28,14 +28,14 @@ LARGEST = 2.0**1000  # in size, of the ends of a box: their sums and differences
 class Extreme:
     """The least or greatest value of something over a box: that of so many `samples`, to rounding, at `x` (k,).
 
-    `reached` is a proved bound of the value there, from above for a least; `beyond` one of all values in the box, by so
-    many `boxes`, or None. `why` is the reason why the proof misses its tolerance, else empty.
+    `value_bound` is a proved bound of the value there, from above for a least; `bound` one of all values in the box, by
+    so many `boxes`, or None. `why` is the reason why the proof misses its tolerance, else empty.
     """
 
     value: float
     x: Array
-    reached: float
-    beyond: float | None
+    value_bound: float
+    bound: float | None
     boxes: int
     samples: int
     why: str
@@ -43,9 +43,9 @@ class Extreme:
     @property
     def digits(self) -> int:
         """The number of decimal digits of the value that are proved right, by the gap between seen and proved."""
-        if self.beyond is None or not self.value:
+        if self.bound is None or not self.value:
             return 0
-        gap = max(abs(self.value - self.beyond), 1e-16 * abs(self.value))
+        gap = max(abs(self.value - self.bound), 1e-16 * abs(self.value))
         return max(int(-np.log10(2 * gap / abs(self.value))), 0)
 
 
@@ -59,12 +59,12 @@ class Enclosure:
     @property
     def low(self) -> float | None:
         """The bound from below."""
-        return self.least.beyond
+        return self.least.bound
 
     @property
     def high(self) -> float | None:
         """The bound from above."""
-        return self.greatest.beyond
+        return self.greatest.bound
 
     @property
     def complete(self) -> bool:
@@ -72,7 +72,7 @@ class Enclosure:
         return not (self.least.why or self.greatest.why)
 
 
-@door
+@check_arguments
 def enclose(
     expression: ca.SX,
     symbols: ca.SX,
@@ -96,7 +96,7 @@ def enclose(
     return Enclosure(*(task.proved(s, seen, scale, tolerance, boxes) for s, seen in ((1, lower), (-1, upper))))
 
 
-@door
+@check_arguments
 def extreme_eigenvalue(
     matrix: ca.SX,
     symbols: ca.SX,
@@ -123,18 +123,18 @@ def extreme_eigenvalue(
     return task.proved(sign, seen, abs(seen.value) or 1.0, tolerance, boxes)
 
 
-@door
+@check_arguments
 def largest_norm(vector: ca.SX, symbols: ca.SX, low: float | Array, high: float | Array) -> Extreme:
     """The greatest 2-norm of a vector over a box: the root of the greatest sum of its squares."""
     if 1 not in vector.shape:
         raise ValueError(f"`largest_norm(vector=...)` must be a vector; got shape {vector.shape}.")
     square = extreme_eigenvalue(ca.sumsqr(ca.densify(vector)), symbols, low, high, -1, tolerance=2 * TOLERANCE)
-    beyond = None if square.beyond is None else float(np.nextafter(np.sqrt(max(square.beyond, 0.0)), np.inf))
-    reached = float(np.nextafter(np.sqrt(max(square.reached, 0.0)), -np.inf))
-    return replace(square, value=float(np.sqrt(max(square.value, 0.0))), reached=reached, beyond=beyond)
+    beyond = None if square.bound is None else float(np.nextafter(np.sqrt(max(square.bound, 0.0)), np.inf))
+    reached = float(np.nextafter(np.sqrt(max(square.value_bound, 0.0)), -np.inf))
+    return replace(square, value=float(np.sqrt(max(square.value, 0.0))), value_bound=reached, bound=beyond)
 
 
-@door
+@check_arguments
 def disturbance_bounds(D: ca.SX, t: ca.SX, until: float) -> tuple[Extreme, Extreme]:
     """The greatest |D(t)| and |D'(t)| for 0 <= t <= until, D (n, 1) in N m; `NoBound` if D may jump or has poles."""
     until = seconds("disturbance_bounds(until=...)", until)
@@ -145,8 +145,8 @@ def disturbance_bounds(D: ca.SX, t: ca.SX, until: float) -> tuple[Extreme, Extre
     return largest_norm(D, t, 0.0, until), largest_norm(ca.jacobian(D, t), t, 0.0, until)
 
 
-@door
-def shown(bound: float, side: int) -> str:
+@check_arguments
+def bound_text(bound: float, side: int) -> str:
     """A proved bound as text with nine digits, rounded outward: down (side 1) or up (side -1)."""
     if side not in (1, -1):
         raise refusal("shown(side=...)", "1 for a bound from below or -1 for one from above", side)
@@ -169,7 +169,7 @@ class _Task:
     low: Array
     high: Array
 
-    def seen(self, sign: int) -> Seen:
+    def seen(self, sign: int) -> LeastSample:
         form, low, high = self.forms[sign], self.low[self.free], self.high[self.free]
 
         def smallest(x: Array) -> Array:
@@ -181,12 +181,12 @@ class _Task:
 
         return least_seen(smallest, low, high)
 
-    def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int | None) -> Extreme:
+    def proved(self, sign: int, seen: LeastSample, scale: float, tolerance: float, boxes: int | None) -> Extreme:
         positive(f"{self.call}(tolerance=...)", tolerance, ", as intervals leave a little room")
         box = branch_and_bound.whole(self.low[self.free], self.high[self.free])
         budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else whole(f"{self.call}(boxes=...)", boxes)
         found = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, budget)
-        beyond = None if found.beyond is None else sign * found.beyond
+        beyond = None if found.bound is None else sign * found.bound
         value, reached = sign * found.value, sign * self._reached(sign, found.x)
         return Extreme(value, self._at(found.x), reached, beyond, found.boxes, seen.samples, found.why)
 
@@ -227,7 +227,7 @@ def _task(
 
 def box_of(call: str, low: float | Array, high: float | Array, k: int) -> tuple[Array, Array]:
     """Both sides of a box, (k,) each, from numbers or vectors with finite low < high."""
-    sides, got = [as_array(side) for side in (low, high)], f"{described(low)} and {described(high)}"
+    sides, got = [as_array(side) for side in (low, high)], f"{describe(low)} and {describe(high)}"
     if any(side is None or side.shape not in ((), (1,), (k,)) for side in sides):
         raise ValueError(f"`{call}(low=..., high=...)` must be numbers or vectors of {k}; got {got}.")
     first, last = (np.broadcast_to(side, k).copy() for side in sides if side is not None)

@@ -26,7 +26,7 @@ from workbench.proofs.enclosures import UNIT, AbstractForm
 from workbench.proofs.interval import NoBound
 
 # Doubles that are held at a time; corners are looked at one by one, up to so many symbols.
-HELD, CORNERS = 20_000_000, 6
+MAX_ENTRIES, MAX_CORNER_DIMENSIONS = 20_000_000, 6
 # Within this share of the value a first proof is sought, so that a large budget is not spent in vain on the last digit.
 COARSE = 0.3
 # A box of this width, relative to its place, is one that cannot be halved any more.
@@ -42,14 +42,14 @@ class Boxes(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """The least value that was found, at `x`, and `beyond`, a proved lower bound of all eigenvalues; None if unproved.
+    """The least value that was found, at `x`, and `bound`, a proved lower bound of all eigenvalues; None if unproved.
 
     `boxes` were examined. `why` is the reason why the proof misses its tolerance, else empty.
     """
 
     value: float
     x: Array
-    beyond: float | None
+    bound: float | None
     boxes: int
     why: str
 
@@ -60,12 +60,14 @@ def whole(low: Array, high: Array) -> Boxes:
     return Boxes(c[None], (r + 4 * UNIT * (np.abs(c) + r))[None])
 
 
-def prove(form: AbstractForm, box: Boxes, seen: tuple[float, Array], scale: float, share: float, budget: int) -> Proof:
+def prove(
+    form: AbstractForm, box: Boxes, least_sample: tuple[float, Array], scale: float, share: float, budget: int
+) -> Proof:
     """Prove that no eigenvalue in a box lies more than share * scale below the least that was seen.
 
-    A point that lies lower still takes the place of `seen`. `NoBound` names a pole, or a place beyond a domain.
+    A point that lies lower still takes the place of `least_sample`. `NoBound` names a pole, or a place beyond a domain.
     """
-    (value, x), beyond, count, cover = seen, None, 0, box
+    (value, x), beyond, count, cover = least_sample, None, 0, box
     for gap in (COARSE, share) if share < COARSE else (share,):
         todo, done = cover, []
         while len(todo.c):
@@ -97,7 +99,7 @@ def _stuck(form: AbstractForm, todo: Boxes) -> str:
 
 
 def _look(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Array, Boxes]:
-    size = max(1, HELD // max(form.cost, 1))
+    size = max(1, MAX_ENTRIES // max(form.cost, 1))
     parts = (Boxes(boxes.c[i : i + size], boxes.r[i : i + size]) for i in range(0, len(boxes.c), size))
     holds, centre, halves = zip(*(_test(form, part, threshold) for part in parts), strict=True)
     return np.concatenate(holds), np.concatenate(centre), Boxes(*map(np.concatenate, zip(*halves, strict=True)))
@@ -120,7 +122,7 @@ def _test(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Ar
         L = L * r[:, :, None, None]
         holds = corners_definite(start, L, R)
     failed = np.logical_not(holds)
-    return holds, values[:, 0] + threshold, halved(c[failed], r[failed], blame[failed])
+    return holds, values[:, 0] + threshold, halve(c[failed], r[failed], blame[failed])
 
 
 def corners_definite(A: Array, L: Array, R: Array) -> Array:
@@ -129,7 +131,7 @@ def corners_definite(A: Array, L: Array, R: Array) -> Array:
     A and R are (b, n, n), L is (b, m, n, n). Between the corners of e it is so too, as the least eigenvalue is concave.
     """
     n = A.shape[-1]
-    if L.shape[1] > CORNERS:
+    if L.shape[1] > MAX_CORNER_DIMENSIONS:
         R, L = R + np.abs(L).sum(axis=1), L[:, :0]
     unknown = R.sum(axis=2) * (1 + 8 * UNIT * n)
     start = A - unknown[:, :, None] * np.eye(n)
@@ -141,7 +143,7 @@ def corners_definite(A: Array, L: Array, R: Array) -> Array:
     return holds
 
 
-def halved(c: Array, r: Array, blame: Array) -> Boxes:
+def halve(c: Array, r: Array, blame: Array) -> Boxes:
     """Both halves of each box, across the symbol with the largest share of R; without symbols, the box itself."""
     if not c.shape[1]:
         return Boxes(c, r)
@@ -176,7 +178,7 @@ GRID, HALVINGS = 20_000, 40
 DIMENSIONS = 5
 
 
-class Seen(NamedTuple):
+class LeastSample(NamedTuple):
     """The least value that was seen, where, and in how many samples."""
 
     value: float
@@ -184,7 +186,7 @@ class Seen(NamedTuple):
     samples: int
 
 
-def least_seen(function: Callable[[Array], Array], low: Array, high: Array) -> Seen:
+def least_seen(function: Callable[[Array], Array], low: Array, high: Array) -> LeastSample:
     """The least of function (points (N, m) to values (N,)) over low <= x <= high, the middle and corners included."""
     m = len(low)
     best, half = (low + high) / 2, (high - low) / 2
@@ -195,7 +197,7 @@ def least_seen(function: Callable[[Array], Array], low: Array, high: Array) -> S
         samples += len(x)
         if values.min() < value:
             value, best = float(values.min()), x[values.argmin()]
-    return Seen(value, best, samples)
+    return LeastSample(value, best, samples)
 
 
 def _steps(m: int) -> Iterator[Array]:

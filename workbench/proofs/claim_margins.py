@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, rk4, with_quadrature, with_sensitivity
-from workbench.core.claim import Claim, Declared
+from workbench.core.claim import BlockClaim, Claim
 from workbench.core.validation.refusals import (
     Array,
     as_array,
-    described,
-    known,
+    describe,
+    known_name,
     matrix,
     multiple,
     nearest,
@@ -22,14 +22,14 @@ from workbench.core.validation.refusals import (
     seconds,
     vector,
 )
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine import Trajectories, simulate
 from workbench.engine.metrics.contract import AbstractMetric, Parts
 
 PRIME = "'"
 # Below and above any violation, in the loop's arithmetic, where an infinity would become NaN; the second stands for a
 # margin that is not a number.
-NEVER, UNDEFINED = -1e300, 1e300
+LEAST_MARGIN, UNDEFINED_MARGIN = -1e300, 1e300
 
 
 class SignalsOf(Mapping[str, ca.SX]):
@@ -38,7 +38,7 @@ class SignalsOf(Mapping[str, ca.SX]):
     A prime behind a name is the derivative along a solution, d/dt + (d/dx) f.
     """
 
-    @door
+    @check_arguments
     def __init__(self, ode: Ode, path: str = "") -> None:
         states, parameters = ode.states.view(ode.x), ode.parameters.view(ode.p)
         everything = {**parameters, **states, **ode.outputs.view(ode.output)}
@@ -48,7 +48,7 @@ class SignalsOf(Mapping[str, ca.SX]):
     def __getitem__(self, name: str) -> ca.SX:
         if isinstance(name, str) and name.endswith(PRIME):
             return derivative(self._ode, self[name.removesuffix(PRIME)])
-        return self._held[known(name, self._held, f"signals of '{self._ode.name}'")]
+        return self._held[known_name(name, self._held, f"signals of '{self._ode.name}'")]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._held)
@@ -57,7 +57,7 @@ class SignalsOf(Mapping[str, ca.SX]):
         return len(self._held)
 
 
-@door
+@check_arguments
 def derivative(ode: Ode, value: ca.SX) -> ca.SX:
     """The derivative of an expression (any shape) in t, x, p along the solutions of x' = f(t, x, p)."""
     flat = ca.vec(ca.densify(value))
@@ -66,9 +66,9 @@ def derivative(ode: Ode, value: ca.SX) -> ca.SX:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Largest(AbstractMetric):
-    """The largest value of an output over all steps, with its sign, (k, 1); `UNDEFINED` if it ever is no number."""
+    """The largest value of an output over all steps, with its sign, (k, 1); `UNDEFINED_MARGIN` if it is NaN once."""
 
     signal: str
 
@@ -79,34 +79,36 @@ class Largest(AbstractMetric):
 
     def memory(self, size: int) -> Layout:
         """The largest so far."""
-        return Layout((Entry("largest", np.full(size, NEVER)),))
+        return Layout((Entry("largest", np.full(size, LEAST_MARGIN)),))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The larger of the memory and the present value."""
         signal = y[self.signal]
-        return {"largest": ca.fmax(z["largest"], ca.if_else(ca.fabs(signal) < UNDEFINED, signal, UNDEFINED))}
+        return {
+            "largest": ca.fmax(z["largest"], ca.if_else(ca.fabs(signal) < UNDEFINED_MARGIN, signal, UNDEFINED_MARGIN))
+        }
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The largest value of the run."""
         return z["largest"]
 
 
-@door
+@check_arguments
 def violation(claim: Claim) -> Largest:
     """The largest violation of a claim over all instants of a run: positive where it is broken."""
     name = f"violation of {claim.name}"
     return Largest(name, "", f"largest negative margin of {claim.name}", name)
 
 
-@door
-def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
+@check_arguments
+def with_violations(ode: Ode, claims: Sequence[BlockClaim]) -> Ode:
     """The same equation with one more output for each claim: minus its margin, `violation of ...`.
 
     Examples
     --------
     >>> slow = wb.core.Claim("it is slow", "omega < 2 rad/s.", "a book", (), lambda signals: 2 - signals["omega"])
     >>> motor = wb.open_loop(wb.DCMotor(), "motor")
-    >>> wb.proofs.watching(motor, [wb.core.Declared(slow)]).outputs.names
+    >>> wb.proofs.with_violations(motor, [wb.core.BlockClaim(slow)]).outputs.names
     ('omega', 'violation of it is slow')
     """
     entries, columns = [], [ode.output]
@@ -114,7 +116,7 @@ def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
         if said.claim.margin is None:
             name = said.claim.name
             raise ValueError(
-                f"`watching(claims=...)` needs margins, which a run can break; the claim '{name}' has none."
+                f"`with_violations(claims=...)` needs margins, which a run can break; the claim '{name}' has none."
             )
         margin = said.claim.margin(SignalsOf(ode, said.path))
         require(f"The margin of '{said.claim.name}'", margin, ca.SX)
@@ -125,7 +127,7 @@ def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Box:
     """The box low <= theta <= high of d numbers of an equation, each a parameter or an initial state.
 
@@ -142,7 +144,7 @@ class Box:
             vector(f"Box({side}=...)", getattr(self, side), len(self.labels), "labels")
 
     @staticmethod
-    @door
+    @check_arguments
     def of(ode: Ode, ranges: Mapping[str, tuple[object, object]]) -> Box:
         """A box from (low, high) per name: of a number (`plant.q[0]`), or of all numbers of a quantity (`plant.q`)."""
         labels: list[str] = []
@@ -153,7 +155,7 @@ class Box:
             sides = [as_array(end) for end in pair]
             if any(side is None or side.size not in (1, len(mine)) for side in sides):
                 must = f"must give (low, high) for '{name}', each a number or {len(mine)} of them"
-                raise ValueError(f"`Box.of(ranges=...)` {must}; got {described(pair)}.")
+                raise ValueError(f"`Box.of(ranges=...)` {must}; got {describe(pair)}.")
             ends.append(np.stack([np.broadcast_to(side.ravel(), len(mine)) for side in sides if side is not None]))
         if not labels or len(set(labels)) < len(labels):
             raise ValueError(f"`Box.of(ranges=...)` must give each sought number one range; got {list(ranges)}.")
@@ -165,13 +167,13 @@ class Box:
             box.rows(end[np.newaxis])  # refuses what is out of the bounds of its quantity
         return box
 
-    @door
+    @check_arguments
     def at(self, u: Array) -> Array:
         """theta (B, d) of points u (B, d) of the unit cube."""
         u = matrix("Box.at(u=...)", u, columns=len(self.labels))
         return np.asarray(self.low + u * (self.high - self.low))
 
-    @door
+    @check_arguments
     def rows(self, theta: Array) -> tuple[Array, Array]:
         """Parameters (B, np) and initial states (B, nx) of theta (B, d)."""
         theta = matrix("Box.rows(theta=...)", theta, columns=len(self.labels))
@@ -190,13 +192,13 @@ def _labels(ode: Ode, name: str) -> list[str]:
         if name in layout.labels:
             return [name]
     names = (*ode.parameters.names, *ode.states.names)
-    raise LookupError(f"There is no parameter and no state {described(name)} in '{ode.name}'.{nearest(name, names)}")
+    raise LookupError(f"There is no parameter and no state {describe(name)} in '{ode.name}'.{nearest(name, names)}")
 
 
 ROWS = 400  # of the run at which the worst instant is looked for
 
 
-@door
+@check_arguments
 def slope_of(ode: Ode, metric: AbstractMetric, box: Box, u: Array, until: float, h: float) -> Array | None:
     """d(metric)/du (d,) at a point u (d,) of the unit cube, up to a positive factor; None where there is none.
 
@@ -220,7 +222,7 @@ def slope_of(ode: Ode, metric: AbstractMetric, box: Box, u: Array, until: float,
     stride = max(1, steps // ROWS)
     kept = h * stride if steps % stride == 0 else h
     runs = simulate(rk4(carried, h), p, np.hstack([x0, rest[np.newaxis]]), until=until, every=kept)
-    if runs.diverged.any():
+    if runs.has_diverged.any():
         return None
     S = runs["S"][0]
     if g is not None:

@@ -12,15 +12,15 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.claim import Declared
+from workbench.core.claim import BlockClaim
 from workbench.core.layout import Layout
 from workbench.core.validation.places import other_kind
-from workbench.core.validation.refusals import Array, described, known, nearest, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, describe, known_name, nearest, refusal
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine import StepLimit
 from workbench.engine.metrics import AbstractMetric, measure
-from workbench.engine.reference import reference
-from workbench.proofs.claim_margins import Largest, violation, watching
+from workbench.engine.reference import reference_run
+from workbench.proofs.claim_margins import Largest, violation, with_violations
 
 # A run counts if its error of the step is no more than this share of its value, and one that diverges if it does so
 # at both steps at the same time, to this share of it and as many steps as an overflow may take.
@@ -30,7 +30,7 @@ TOO_LONG = "the step is too long"
 ROUNDING = 1e-6
 
 
-class Pair(NamedTuple):
+class StepPair(NamedTuple):
     """A run at h and at h / 2: the metric, largest over its components, and its error; the hypotheses; divergence.
 
     `excess` is the largest violation of a hypothesis with its error added, and minus infinity without any. `doubt` is
@@ -50,23 +50,23 @@ class Pair(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Replay:
+class CounterExampleReplay:
     """A counter-example that was run again, at its step and at half of it.
 
     `value` is that at the step, `error` twice its change to half of it; it is the `same` as the stored value within
-    both errors. `kept` is True if it keeps its hypotheses. It diverged at half the step and at the whole one at these
-    times in s; NaN where it stayed finite.
+    both errors. `keeps_hypotheses` is True if it keeps its hypotheses. It diverged at half the step and at the whole
+    one at these times in s; NaN where it stayed finite.
     """
 
     value: float
     error: float
     same: bool
-    kept: bool
+    keeps_hypotheses: bool
     diverged_at: tuple[float, float]
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class CounterExample:
     """One run of the equation with a stated fingerprint, and the value of the metric named `about` on it.
 
@@ -86,7 +86,7 @@ class CounterExample:
     value: float
     error: float
 
-    @door
+    @check_arguments
     def write(self, path: Path | str) -> None:
         """Store it as JSON."""
         if kind := other_kind(path):
@@ -99,11 +99,11 @@ class CounterExample:
             raise refusal("CounterExample.write(path=...)", "a file that can be written", path, f": {why}") from None
 
     @staticmethod
-    @door
+    @check_arguments
     def read(path: Path | str) -> CounterExample:
         """The counter-example that `write` has stored."""
         file = Path(path)
-        call = f"CounterExample.read({described(file.name)})"
+        call = f"CounterExample.read({describe(file.name)})"
         try:
             if not file.is_file():
                 raise LookupError(f"`{call}`: there is no such file.")
@@ -120,10 +120,10 @@ class CounterExample:
             about, fingerprint, seed = str(fields["about"]), str(fields["fingerprint"]), int(fields["seed"])
             return CounterExample(about, fingerprint, sought, p, x0, until, h, seed, value, change)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
-            got = described(str(error))
+            got = describe(str(error))
             raise ValueError(f"`{call}` must hold a counter-example as `write` stores it; got {got}.") from None
 
-    @door
+    @check_arguments
     def rows(self, ode: Ode) -> tuple[Array, Array]:
         """The parameters (1, np) and the initial state (1, nx), as rows of the equation that it was found for."""
         if ode.fingerprint != self.fingerprint:
@@ -131,39 +131,45 @@ class CounterExample:
             raise ValueError(f"`CounterExample.rows(ode)` {must}; got '{ode.name}' of {ode.fingerprint[:12]}...")
         return _row(ode.parameters, self.p), _row(ode.states, self.x0)
 
-    @door
-    def compared(self, again: Pair) -> Replay:
+    @check_arguments
+    def compare(self, again: StepPair) -> CounterExampleReplay:
         """The same run, computed again, beside the stored one."""
         both = np.array([again.value, self.value])
         if np.isfinite(both).all():
             same = abs(again.value - self.value) <= self.error + again.error + ROUNDING * abs(self.value)
         else:
             same = not np.isfinite(both).any()
-        return Replay(again.value, again.error, bool(same), again.excess <= 0, again.diverged_at)
+        return CounterExampleReplay(again.value, again.error, bool(same), again.excess <= 0, again.diverged_at)
 
 
-@door
-def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0: Array, until: float, h: float) -> Pair:
-    """One run at its step and at half of it, with the violations `kept` of its hypotheses.
+@check_arguments
+def run(
+    ode: Ode, metric: AbstractMetric, hypotheses: Sequence[Largest], p: Array, x0: Array, until: float, h: float
+) -> StepPair:
+    """One run at its step and at half of it, with the violations `hypotheses` of its hypotheses.
 
     Infinite is the metric of a run that diverges at both at the same time, within the stability limit of the step; of
     any other that diverges, the step itself may be what diverges, and it is not a number.
     """
-    found = measure(ode, (metric, *kept), p, x0, until=until, h=h)
+    found = measure(ode, (metric, *hypotheses), p, x0, until=until, h=h)
     scores, runs = found.scores_of(metric.name), found.trajectories
     last = np.flatnonzero(np.isfinite(runs.x[0]).all(axis=1))[-1]
     state = runs.step.states.unpack(runs.x[0, last])
-    reached = [float(state[f"{hypothesis.name}.largest"].max()) for hypothesis in kept]  # also of a run that is lost
-    bounds = [float((one.value + one.error)[0]) for hypothesis in kept for one in found.scores_of(hypothesis.name)]
+    reached = [
+        float(state[f"{hypothesis.name}.largest"].max()) for hypothesis in hypotheses
+    ]  # also of a run that is lost
+    bounds = [
+        float((one.value + one.error)[0]) for hypothesis in hypotheses for one in found.scores_of(hypothesis.name)
+    ]
     excess = float(np.fmax.reduce([-np.inf, *reached, *bounds]))
     times = float(found.half_diverged_at[0]), float(found.diverged_at[0])
     doubt = _doubt(found.limit, times, h)
     if np.isfinite(times).any():
-        return Pair(np.nan, np.nan, excess, times, doubt) if doubt else Pair(np.inf, 0.0, excess, times, "")
+        return StepPair(np.nan, np.nan, excess, times, doubt) if doubt else StepPair(np.inf, 0.0, excess, times, "")
     value, error = max((score.pair for score in scores), key=lambda pair: pair[0])
     if not doubt and error > CREDIBLE * abs(value):
         doubt = f"{TOO_LONG}: at {h:.3g} s the value {value:.4g} has an error of {error:.2g}"
-    return Pair(value, error, excess, times, doubt)
+    return StepPair(value, error, excess, times, doubt)
 
 
 def _doubt(limit: StepLimit, times: tuple[float, float], h: float) -> str:
@@ -178,24 +184,24 @@ def _doubt(limit: StepLimit, times: tuple[float, float], h: float) -> str:
     return ""
 
 
-@door
+@check_arguments
 def hypotheses_kept(
-    ode: Ode, claims: Sequence[Declared], until: float, h: float, p: Array | None = None, x0: Array | None = None
+    ode: Ode, claims: Sequence[BlockClaim], until: float, h: float, p: Array | None = None, x0: Array | None = None
 ) -> tuple[str, ...]:
     """The names of those claims that a run keeps at every step, at the step h and at half of it."""
     violations = [violation(each.claim) for each in claims]
-    found = measure(watching(ode, claims), violations, p, x0, until=until, h=h)
+    found = measure(with_violations(ode, claims), violations, p, x0, until=until, h=h)
     largest = [max(float((s.value + s.error).max()) for s in found.scores_of(each.name)) for each in violations]
     return tuple(each.claim.name for each, most in zip(claims, largest, strict=True) if most <= 0)
 
 
-@door
+@check_arguments
 def in_reference_mode(
     ode: Ode, signal: str, p: Array, x0: Array, times: Sequence[float], rtol: float = 1e-9
 ) -> tuple[Array, Array]:
     """An output (N, k) at N times by the reference mode, and its error (N, k) from that of the states."""
-    found = reference(ode, p, x0, times=times, rtol=rtol)
-    y = ode.outputs.view(ode.output)[known(signal, ode.outputs.names, f"outputs of '{ode.name}'")]
+    found = reference_run(ode, p, x0, times=times, rtol=rtol)
+    y = ode.outputs.view(ode.output)[known_name(signal, ode.outputs.names, f"outputs of '{ode.name}'")]
     slope = ca.Function("slope", [ode.t, ode.x, ode.p], [ca.vec(y), ca.densify(ca.jacobian(y, ode.x))])
     values = [slope(t, x, p) for t, x in zip(found.t, found.x, strict=True)]
     return (

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, refusal, require, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 Flags = NDArray[np.bool_]
 
@@ -19,8 +19,8 @@ WEIGHTS = (0.4, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Judged:
+@check_arguments
+class TrialValues:
     """The worth of trials: `value` (B,), which is maximised, and `excess` (B,), by how much each is inadmissible.
 
     An excess of zero or less is admissible. Infinity as a value is the best there is; a NaN is none.
@@ -33,11 +33,11 @@ class Judged:
         if self.value.ndim != 1 or not self.value.size or self.value.shape != self.excess.shape:
             got = f"shapes {self.value.shape} and {self.excess.shape}"
             raise ValueError(
-                f"`Judged(value, excess)` must be two vectors of one number a trial, at least one; got {got}."
+                f"`TrialValues(value, excess)` must be two vectors of one number a trial, at least one; got {got}."
             )
 
-    @door
-    def beats(self, other: Judged) -> Flags:
+    @check_arguments
+    def beats(self, other: TrialValues) -> Flags:
         """True where each trial is no worse than another: admissible first, then by value, among others by excess."""
         mine, theirs = self.excess <= 0, other.excess <= 0
         by_value = mine & theirs & (self.value >= other.value)
@@ -49,22 +49,22 @@ class Judged:
         return int(np.lexsort((self.value, -np.maximum(self.excess, 0)))[-1])
 
 
-@door
+@check_arguments
 def evolve(
-    judge: Callable[[Array], Judged],
+    judge: Callable[[Array], TrialValues],
     dimensions: int,
     population: int,
     generations: int,
     rng: np.random.Generator,
     start: tuple[Array, Array] | None = None,
-    ended: Callable[[], bool] = lambda: False,
-    mixed: bool = True,
-) -> tuple[Array, Judged]:
-    """The last population u (B, d) in the unit cube, and its worth, by DE/best/1 and, if `mixed`, DE/rand/1.
+    should_stop: Callable[[], bool] = lambda: False,
+    mix_strategies: bool = True,
+) -> tuple[Array, TrialValues]:
+    """The last population u (B, d) in the unit cube, and its worth, by DE/best/1 and, if `mix_strategies`, DE/rand/1.
 
     A trial beyond the cube is put between its parent and the face. `judge` gives trials (B, d) their worth, once a
-    generation and once before; `start` has the ends (d,) of the box from which the first population is drawn; `ended`
-    is asked before each generation.
+    generation and once before; `start` has the ends (d,) of the box from which the first population is drawn;
+    `should_stop` is asked before each generation.
 
     References
     ----------
@@ -76,13 +76,13 @@ def evolve(
     u = _first(start, dimensions, population, rng)
     worth = _worth(judge, u)
     for _ in range(generations):
-        if ended():
+        if should_stop():
             break
-        trial = _trials(u, u[worth.best()], rng, mixed)
+        trial = _trials(u, u[worth.best()], rng, mix_strategies)
         found = _worth(judge, trial)
         better = found.beats(worth)
         value, excess = np.where(better, found.value, worth.value), np.where(better, found.excess, worth.excess)
-        u, worth = np.where(better[:, None], trial, u), Judged(value, excess)
+        u, worth = np.where(better[:, None], trial, u), TrialValues(value, excess)
     return u, worth
 
 
@@ -109,8 +109,8 @@ def _first(start: tuple[Array, Array] | None, dimensions: int, population: int, 
     return np.asarray(low + (high - low) * (u / population))
 
 
-def _worth(judge: Callable[[Array], Judged], trials: Array) -> Judged:
-    worth: Judged = require("evolve(judge=...)", judge(trials), Judged, ", which it gave for trials")
+def _worth(judge: Callable[[Array], TrialValues], trials: Array) -> TrialValues:
+    worth: TrialValues = require("evolve(judge=...)", judge(trials), TrialValues, ", which it gave for trials")
     if len(worth.value) != len(trials):
         raise ValueError(f"`evolve(judge=...)` must judge all of {len(trials)} trials; it judged {len(worth.value)}.")
     return worth

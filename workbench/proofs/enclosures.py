@@ -3,8 +3,8 @@ r"""A symmetric matrix S(x) of expressions, enclosed over boxes |x - c| <= r, in
     | U' S(x) U  -  A  -  sum_k L_k (x_k - c_k) |  <=  R,     entry by entry,
 
 with A and L_k of doubles and R >= 0, which shrinks with r^2 where S is smooth. There are two ways to such
-a form: `Waves`, by Taylor's remainder of sines and cosines, for the matrices of linked bodies; and
-`MeanValue`, by intervals of the exact Jacobian, for all else. R contains the rounding of A and L_k.
+a form: `CosineSum`, by Taylor's remainder of sines and cosines, for the matrices of linked bodies; and
+`MeanValueForm`, by intervals of the exact Jacobian, for all else. R contains the rounding of A and L_k.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def form_of(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -
 
 
 @dataclass(frozen=True, eq=False)
-class Waves(AbstractForm):
+class CosineSum(AbstractForm):
     """S(x) = W_0 + sum_s W_s cos(k_s . x + phi_s): (n, n), (S, n, n), slopes (S, m), phases (S,), and its sines (S,).
 
     By Taylor's theorem a wave of slopes k leaves its tangent by at most (|k| . r)^2 / 2 in a box, so R is
@@ -129,7 +129,7 @@ class Waves(AbstractForm):
 
 
 @dataclass(frozen=True, eq=False)
-class MeanValue(AbstractForm):
+class MeanValueForm(AbstractForm):
     """S(x) = S(c) + sum_k dS/dx_k (x_k - c_k), each derivative in an interval over the box.
 
     A matrix that may jump has no such form: then L is 0, and R the radius of S itself over the box.
@@ -189,7 +189,7 @@ def _stacked(parts: list[Interval], shape: tuple[int, ...]) -> tuple[Array, Arra
     return middle.reshape(-1, *shape), radius.reshape(-1, *shape)
 
 
-def _waves(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> Waves:
+def _waves(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> CosineSum:
     n, names = matrix.shape[0], [symbol.name() for symbol in symbols]
     fractions = {name: Fraction(number) for name, number in numbers.items()}
     held: dict[tuple[str, tuple[float, ...], float], Array] = {}
@@ -209,7 +209,7 @@ def _waves(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) ->
         raise NotInClass(f"{len(moving)} waves are too many.")
     still = [W * (np.cos(key[2]) if key[0] == "cos" else np.sin(key[2])) for key, W in held.items() if not any(key[1])]
     count = len(moving)
-    return Waves(
+    return CosineSum(
         np.sum(still, axis=0) if still else np.zeros((n, n)),
         np.array(list(moving.values())).reshape(count, n, n),
         np.array([key[1] for key in moving]).reshape(count, len(names)),
@@ -218,13 +218,13 @@ def _waves(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) ->
     )
 
 
-def _mean_value(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> MeanValue:
+def _mean_value(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> MeanValueForm:
     n, x, names = matrix.shape[0], ca.vertcat(*symbols), tuple(symbol.name() for symbol in symbols)
     fixed = [symbol for symbol in ca.symvar(matrix) if symbol.name() in numbers]
     values = [numbers[symbol.name()] for symbol in fixed]
     flat = ca.vec(ca.densify(matrix.T))
     steps = walk(flat, cse=True)
-    return MeanValue(
+    return MeanValueForm(
         n,
         names,
         {symbol.name(): value for symbol, value in zip(fixed, values, strict=True)},

@@ -12,7 +12,7 @@ import numpy as np
 from workbench.core.notation.normal_form import NotInClass, normal_forms
 from workbench.core.notation.program import Walk, walk
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.proofs.interval import Interval, NoBound, evaluate
 
 Kind = Literal["proved", "refuted", "not refuted"]
@@ -43,7 +43,7 @@ class Equality:
     right: Array | None = None
 
 
-@door
+@check_arguments
 def judge_equal(left: ca.SX, right: ca.SX) -> Equality:
     """Judge `left = right` for all values of the symbols in them.
 

@@ -10,12 +10,12 @@ import casadi as ca
 
 from workbench.core.notation import text
 from workbench.core.notation.normal_form import NormalForm, NotInClass, normal_forms
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 Matrix = list[list[Fraction]]
 
 
-@door
+@check_arguments
 def exact_values(expression: ca.SX, values: Mapping[str, Fraction]) -> Matrix:
     """A matrix (n, m) of expressions at rational values of its symbols, with no rounding at all.
 
@@ -37,7 +37,7 @@ def _number(form: NormalForm) -> Fraction:
     return form.number
 
 
-@door
+@check_arguments
 def characteristic_polynomial(A: Matrix) -> list[Fraction]:
     """The coefficients of det(s I - A) of a square matrix, highest power first (Faddeev and LeVerrier)."""
     n = len(A)
@@ -52,7 +52,7 @@ def characteristic_polynomial(A: Matrix) -> list[Fraction]:
     return coefficients
 
 
-@door
+@check_arguments
 def unstable_modes(polynomial: Sequence[Fraction]) -> int | None:
     """The number of roots with a positive real part, by Routh's array; None where the array is not regular.
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from workbench.core.notation.program import NAMES, Walk
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 ARB = find_spec("flint") is not None  # the extra `rigorous`
 if ARB:
@@ -79,7 +79,7 @@ class Interval:
         return np.asarray(np.nextafter(np.maximum(self.high - self.middle, self.middle - self.low), np.inf))
 
 
-@door
+@check_arguments
 def evaluate(steps: Walk, boxes: dict[str, Interval]) -> list[Interval]:
     """The interval of each entry of a walked matrix, column by column, over boxes of its symbols by name."""
     places = [row[j] for j in range(len(steps.entries[0])) for row in steps.entries]
@@ -105,7 +105,7 @@ def evaluate(steps: Walk, boxes: dict[str, Interval]) -> list[Interval]:
     return [known[place] for place in places]
 
 
-@door
+@check_arguments
 def jumps(steps: Walk, names: Collection[str]) -> list[str]:
     """The operations at which a walked matrix may jump, or has no slope, as the symbols of these names change."""
     moves: list[bool] = []
@@ -224,9 +224,9 @@ def _not(a: Interval) -> Interval:
     return _truth((a.low == 0) & (a.high == 0), (a.low <= 0) & (a.high >= 0))
 
 
-RISING = ("exp", "log", "tanh", "sinh", "atan", "asin")
+INCREASING_FUNCTIONS = ("exp", "log", "tanh", "sinh", "atan", "asin")
 RULES: dict[int, Callable[..., Interval]] = {
-    **{int(getattr(ca, f"OP_{name.upper()}")): _rising(name) for name in RISING},
+    **{int(getattr(ca, f"OP_{name.upper()}")): _rising(name) for name in INCREASING_FUNCTIONS},
     ca.OP_ASSIGN: lambda x: x,
     ca.OP_ADD: _sum,
     ca.OP_SUB: lambda x, y: _sum(x, _negative(y)),

@@ -28,7 +28,7 @@ from workbench.proofs.bounds import enclose
 from workbench.proofs.exact_arithmetic import characteristic_polynomial
 from workbench.proofs.interval import Interval, NoBound, evaluate, jumps
 
-ROUNDED = 1 + 1e-9  # stands for the rounding of a few sums and quotients of positive numbers, generously
+ROUNDING_FACTOR = 1 + 1e-9  # stands for the rounding of a few sums and quotients of positive numbers, generously
 LOOSE, BOXES = 0.1, 256  # how loose an enclosure of N may be, as a share of the box relative to c; and its boxes
 
 
@@ -89,12 +89,12 @@ class NewtonOperator:
     def contraction(self, reach: float) -> float:
         """The bound q of the slope of N for |x - c| <= reach."""
         sizes = _sizes(self.slope, self.unknowns, self.point - reach, self.point + reach)
-        return float(ROUNDED * sizes.sum(axis=1).max())
+        return float(ROUNDING_FACTOR * sizes.sum(axis=1).max())
 
     def radius(self, reach: float) -> float | None:
         """A distance from c within which f has a zero, the only one within `reach`; None if not proved."""
         q = self.contraction(reach)
-        if q < 1 and (radius := ROUNDED * self.step / (1 - q)) < reach:
+        if q < 1 and (radius := ROUNDING_FACTOR * self.step / (1 - q)) < reach:
             return radius
         return None
 

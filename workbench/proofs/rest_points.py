@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core import Ode
-from workbench.core.validation.refusals import Array, known, vector
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, known_name, vector
+from workbench.core.validation.signatures import check_arguments
 from workbench.proofs.bounds import extreme_eigenvalue
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values, unstable_modes
 from workbench.proofs.interval import NoBound
@@ -39,7 +39,7 @@ class RestPoint:
     why: str = ""
 
 
-@door
+@check_arguments
 def rest_point(ode: Ode, near: Array) -> RestPoint:
     """The rest point of `ode` at default parameters that Newton's method finds from a guess (nx,).
 
@@ -63,7 +63,7 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
     return RestPoint(point, radius, attracts, modes)
 
 
-@door
+@check_arguments
 def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | None:
     """The number of eigenvalues of df/dx with a positive real part at a rest point with rational numbers: exact.
 
@@ -74,7 +74,7 @@ def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | N
     labels = (*ode.states.labels, *ode.parameters.labels)
     defaults = np.concatenate([ode.states.default, ode.parameters.default])
     for label in at or {}:
-        known(label, labels, f"numbers of '{ode.name}'")
+        known_name(label, labels, f"numbers of '{ode.name}'")
     values = {n: Fraction(float(v)) for n, v in zip(labels, defaults, strict=True)} | dict(at or {})
     if any(value for row in exact_values(ode.rate, values) for value in row):
         raise ValueError(
@@ -129,4 +129,4 @@ def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array, num
     form = ca.SX(P) @ slope
     ends = point - radius, point + radius
     greatest = extreme_eigenvalue(form + form.T, x, *ends, -1, tolerance=LOOSE, boxes=BOXES, numbers=numbers)
-    return all(minor > 0 for minor in minors) and greatest.beyond is not None and greatest.beyond < 0
+    return all(minor > 0 for minor in minors) and greatest.bound is not None and greatest.bound < 0

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core import Layout
 from workbench.core.validation.refusals import Array, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.report.linear_loop_curves import (
@@ -29,7 +29,7 @@ from workbench.report.loop_pictures import (
     singular_value_figure,
 )
 from workbench.report.picture import Picture
-from workbench.report.system_curves import Systems, named
+from workbench.report.system_curves import Systems, systems_by_name
 from workbench.study.document.figure import STYLES, Figure, Panel
 from workbench.study.document.frequency_curves import FrequencyCurve
 from workbench.study.document.gain_bounds import Disk, GainBound
@@ -45,7 +45,7 @@ def one_loop(kind: str, loops: Systems) -> LinearLoop:
     return loops
 
 
-@door
+@check_arguments
 def gang_of_six(loops: Systems, frequencies: Array | None = None) -> Picture:
     """The gains of the gang of six over frequency, a panel each; of a loop that follows nothing those of four.
 
@@ -90,7 +90,7 @@ def _gain_panel(name: str, curves: list[FrequencyCurve]) -> Panel:
     return replace(panel, title=title, aspect="")
 
 
-@door
+@check_arguments
 def singular_values(
     loops: Systems,
     frequencies: Array | None = None,
@@ -101,14 +101,14 @@ def singular_values(
 ) -> Picture:
     """The singular values of a kind over frequency, of the loop gain with the disk margin of all channels."""
     held, remarks = [], list[str]()
-    for label, one in named(loops):
+    for label, one in systems_by_name(loops):
         matrix, said = loop_matrix(CALL, one, label, frequencies, of, inputs, outputs)
         held.append(matrix)
         remarks += said
     return Picture(singular_value_figure("singular_values", " ".join(remarks), held, bounds))
 
 
-@door
+@check_arguments
 def determinant(loops: Systems, frequencies: Array | None = None, reach: float | None = None) -> Picture:
     """The Nyquist plot of det(I + L), whose turns about zero are counted."""
     return Picture(determinant_plot(loops, frequencies, reach))
@@ -117,7 +117,7 @@ def determinant(loops: Systems, frequencies: Array | None = None, reach: float |
 def determinant_plot(loops: Systems, frequencies: Array | None, reach: float | None = None) -> Figure:
     """The figure of det(I + L) of a loop, or of several by their names."""
     held, remarks, unstable = [], list[str](), list[int | None]()
-    for label, one in named(loops):
+    for label, one in systems_by_name(loops):
         refuse_rates(CALL, one)
         matrix, said = loop_matrix(CALL, one, label or "det(I + L)", frequencies)
         held.append(matrix)
@@ -128,22 +128,22 @@ def determinant_plot(loops: Systems, frequencies: Array | None, reach: float | N
     )
 
 
-@door
+@check_arguments
 def characteristic_loci(
-    loops: Systems, frequencies: Array | None = None, forbidden: tuple[Disk, ...] = (), reach: float | None = None
+    loops: Systems, frequencies: Array | None = None, forbidden_disks: tuple[Disk, ...] = (), reach: float | None = None
 ) -> Picture:
     """The eigenvalues of L over frequency, with the disk margin of all channels."""
     loop = one_loop("characteristic_loci", loops)
     refuse_rates(CALL, loop)
     matrix, remarks = loop_matrix(CALL, loop, "L", frequencies)
-    return Picture(characteristic_loci_figure("characteristic_loci", " ".join(remarks), matrix, forbidden, reach))
+    return Picture(characteristic_loci_figure("characteristic_loci", " ".join(remarks), matrix, forbidden_disks, reach))
 
 
-@door
+@check_arguments
 def relative_gains(loops: Systems, frequencies: Array | None = None, outputs: Names = None) -> Picture:
     """The relative gains of the plant, from the inputs at which the loop is cut to as many of its outputs."""
     loop = one_loop("relative_gains", loops)
-    flow = flow_of(loop.point.equations.closed)
+    flow = flow_of(loop.point.equations.closed_loop)
     drives, measures = (
         labels_of(Layout(tuple(flow.outputs[name] for name in names))) for names in (flow.drives, flow.measures)
     )

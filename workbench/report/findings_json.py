@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from workbench.report.outline import labels, named
+from workbench.report.outline import labels, resolve_references
 from workbench.report.table_text import plain
 from workbench.study.document.document import Document, Finding, Phrase
 
@@ -14,7 +14,7 @@ def findings_json(document: Document) -> str:
     places = labels(document)
 
     def text(phrase: Phrase) -> str:
-        return " ".join(plain(named(phrase, places)).split())
+        return " ".join(plain(resolve_references(phrase, places)).split())
 
     def tree(one: Finding) -> dict[str, object]:
         return {
@@ -26,10 +26,10 @@ def findings_json(document: Document) -> str:
             "change": one.change,
             "statistic": text(one.statistic),
             "sample": text(one.sample),
-            "given": text(one.given),
-            "chosen": text(one.chosen),
-            "fitted": text(one.fitted),
-            "untried": text(one.untried),
+            "given": text(one.information),
+            "chosen": text(one.assumptions),
+            "fitted": text(one.fits),
+            "untried": text(one.limitations),
             "variations": [{"words": v.words, "answer": v.answer, "detail": v.detail} for v in one.variations],
             "cites": list(one.cites),
         }

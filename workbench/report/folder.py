@@ -74,7 +74,7 @@ def _contents(document: Document, live: LiveData | None) -> dict[str, bytes]:
     drawn = sheets(document)
     pictures = {name: sheet.svg for name, sheet in drawn.items()}
     with ThreadPoolExecutor(1) as beside:  # typst lets go of the interpreter's lock; what it reads is made before
-        printed = beside.submit(pdf.compiled, pdf.data(document, pictures))
+        printed = beside.submit(pdf.compile_pdf, pdf.data(document, pictures))
         texts = {"index.html": html(document, drawn, live)}
         texts |= {f"figures/{name}.svg": drawing for name, drawing in pictures.items()}
         texts |= {f"figures/{name}.csv": numbers for name, numbers in numbers_of(document).items()}

@@ -17,14 +17,23 @@ from workbench.core.templates import fill, template_bytes, template_text
 from workbench.report.figures import sheets as sheets_of
 from workbench.report.figures.dark_colors import colors_of, dark_scheme, with_variables
 from workbench.report.live.page_data import LiveData
-from workbench.report.live_page import PRINTED, live_page
-from workbench.report.number_text import Printed, join_units
-from workbench.report.outline import Placed, chapters, findings, labels, legend, named, notes, provenance
-from workbench.report.table_text import Shown, alignments, grid, plain, short_columns, unit_of_column
-from workbench.study.document.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
+from workbench.report.live_page import PRINT_POLICY, live_page
+from workbench.report.number_text import NumberText, join_units
+from workbench.report.outline import (
+    PlacedBlock,
+    chapters,
+    findings,
+    labels,
+    legend,
+    notes,
+    provenance,
+    resolve_references,
+)
+from workbench.report.table_text import CellText, alignments, grid, plain, short_columns, unit_of_column
+from workbench.study.document.document import Code, CrossReference, Document, Part, Phrase, ReportTable, Strong, parts
 
 if TYPE_CHECKING:
-    from workbench.report.figures.plates import Sheet
+    from workbench.report.figures.plates import FigureSheet
 
 GENERATOR = "control-workbench"
 ROOM = 72  # widths of a digit between the margins of an equation; the font of the page runs wider than typst's
@@ -32,7 +41,7 @@ ROOM = 72  # widths of a digit between the margins of an equation; the font of t
 
 def html(
     document: Document,
-    sheets: dict[str, Sheet] | None = None,
+    sheets: dict[str, FigureSheet] | None = None,
     live: LiveData | None = None,
     bench: bool = False,
 ) -> str:
@@ -68,7 +77,7 @@ def html(
         drawing=lambda name: Markup(drawings[name]),
         live=None if live is None else live_page(live, {name: sheet.plate for name, sheet in figures.items()}),
         live_cell=lambda *place: cells.get(place),
-        printed=PRINTED,
+        printed=PRINT_POLICY,
     )
     return page.removesuffix("\n")
 
@@ -77,7 +86,7 @@ def html(
 class _Writer:
     """The writer of the parts of a document as markup, with the numbers of its blocks."""
 
-    known: Mapping[str, Placed]
+    known: Mapping[str, PlacedBlock]
 
     def phrase(self, phrase: Phrase) -> Markup:
         """The parts in a line."""
@@ -85,11 +94,11 @@ class _Writer:
 
     def unlinked(self, phrase: Phrase) -> Markup:
         """A phrase without links, for a text that is a link itself."""
-        return self.phrase(named(phrase, self.known))
+        return self.phrase(resolve_references(phrase, self.known))
 
     def plain(self, phrase: Phrase) -> str:
         """A phrase without markup, for attributes."""
-        return plain(named(phrase, self.known))
+        return plain(resolve_references(phrase, self.known))
 
     def _part(self, part: Part) -> Markup:
         match part:
@@ -99,7 +108,7 @@ class _Writer:
                 return Markup("<code>{}</code>").format(_with_breaks(part.text))
             case Strong():
                 return Markup("<strong>{}</strong>").format(join_units(part.text))
-            case Reference():
+            case CrossReference():
                 placed = self.known[part.name]
                 return Markup('<a href="#{}">{}</a>').format(placed.anchor, placed.label)
         return self.formula(part, display=False)
@@ -109,12 +118,12 @@ class _Writer:
         """A formula in MathML."""
         return Markup(mathml.emit(formula, width=ROOM, display=display))
 
-    def rows(self, table: Table) -> list[list[Markup]]:
+    def rows(self, table: ReportTable) -> list[list[Markup]]:
         """The cells of a table."""
         return [[self._cell(shown) for shown in row] for row in grid(table)]
 
-    def _cell(self, shown: Shown) -> Markup:
-        body = _number(shown) if isinstance(shown.content, Printed) else self.phrase(shown.content)
+    def _cell(self, shown: CellText) -> Markup:
+        body = _number(shown) if isinstance(shown.content, NumberText) else self.phrase(shown.content)
         return Markup("<strong>{}</strong>").format(body) if shown.bold else body
 
 
@@ -123,10 +132,10 @@ def _with_breaks(code: str) -> Markup:
     return Markup("<wbr>").join(re.split(r"(?<=[./_,=])(?=\w)", code))
 
 
-def _number(shown: Shown) -> Markup:
+def _number(shown: CellText) -> Markup:
     """A number between invisible digits that align its decimal point with those of its column."""
     number, frame = shown.content, shown.padding
-    assert isinstance(number, Printed)
+    assert isinstance(number, NumberText)
     power = Markup("{}<sup>{}</sup>").format(TIMES_TEN, number.power) if number.power else Markup("")
     missing = Markup("")
     if frame.power:

@@ -13,12 +13,12 @@ from workbench.design.linear.system_answers import SystemRoots, unstable_poles
 from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.design.linear_loop.cut_margins import channel_margins
 from workbench.design.linear_loop.frequency_answers import CutModels
-from workbench.design.linear_loop.loop_channels import alone, channel_roots, loop_frequencies
+from workbench.design.linear_loop.loop_channels import channel_models, channel_roots, loop_frequencies
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.report.loop_pictures import FrequencyMatrix, PoleZeroSet
 from workbench.study.document.figure import STYLES
-from workbench.study.document.frequency_curves import Corners, FrequencyCurve
+from workbench.study.document.frequency_curves import CornerFrequencies, FrequencyCurve
 
 
 @dataclass(frozen=True)
@@ -58,12 +58,12 @@ def channel_curves(
     omega = frequencies_of(call, linear, frequencies, found)
     curves, unstable = [], list[int | None]()
     for k, name in enumerate(linear.channels):
-        one = LinearLoop(linear.point, alone(linear.models, k), linear.bent)
+        one = LinearLoop(linear.point, channel_models(linear.models, k), linear.corner_signals)
         values = one.response(omega).values[:, 0, 0]
         roots = channel_roots(call, linear.models, k)
         corners = None
         if asymptotes and roots.gain is not None:
-            corners = Corners(roots.poles, roots.zeros, roots.gain)
+            corners = CornerFrequencies(roots.poles, roots.zeros, roots.gain)
         told = found.channels[k] if margins else None
         words = (f"{label}, {name}" if len(linear.channels) > 1 else label) if label else f"L at {name}"
         poles = roots.integrators if not linear.models.delays.any() else None
@@ -79,11 +79,11 @@ def _beside_all(curve: FrequencyCurve, disk: float | None) -> FrequencyCurve:
     return FrequencyCurve(*fields, all_channels=disk, integrators=curve.integrators)
 
 
-def frequencies_of(call: str, linear: LinearLoop, frequencies: Array | None, found: Margins | None = None) -> Array:
+def frequencies_of(call: str, linear: LinearLoop, frequencies: Array | None, margins: Margins | None = None) -> Array:
     """The frequencies that are asked for, or those that show the loop, in rad/s."""
     if frequencies is not None:
         return frequencies
-    return loop_frequencies(call, linear.models, found.crossovers if found else ())
+    return loop_frequencies(call, linear.models, margins.crossovers if margins else ())
 
 
 def loop_margins(linear: LinearLoop) -> Margins:
@@ -108,7 +108,7 @@ def loop_margins(linear: LinearLoop) -> Margins:
     found, remarks = list[StabilityMargins | None](), list[str]()
     for k, name in enumerate(names):
         try:
-            found += channel_margins("LinearLoop.margins()", alone(linear.models, k), (name,)).values()
+            found += channel_margins("LinearLoop.margins()", channel_models(linear.models, k), (name,)).values()
         except ValueError as refusal:
             found.append(None)
             remarks.append(f"No margins of {name}: {refusal}")
@@ -117,7 +117,7 @@ def loop_margins(linear: LinearLoop) -> Margins:
 
 def _siblings(linear: LinearLoop, name: str) -> tuple[str, ...]:
     """All inputs of the plant, or all outputs, of which the cut is one; empty if there is no other."""
-    flow = flow_of(linear.point.equations.closed)
+    flow = flow_of(linear.point.equations.closed_loop)
     for names in (flow.drives, flow.measures):
         labels = labels_of(Layout(tuple(flow.outputs[each] for each in names)))
         if name in labels:
@@ -127,8 +127,8 @@ def _siblings(linear: LinearLoop, name: str) -> tuple[str, ...]:
 
 def refuse_rates(call: str, linear: LinearLoop) -> None:
     """Refuse a loop whose blocks run at several periods, which has no loop gain."""
-    if linear.models.closed.count > 1:
-        raise Refused(
+    if linear.models.closed_model.count > 1:
+        raise DesignError(
             f"`{call}` needs one loop gain; here blocks run at several periods, and the gain at an instant is not that "
             'at the next. Draw "bode", "poles" or "step".'
         )
@@ -144,7 +144,7 @@ def unstable_of_all(linear: LinearLoop) -> int | None:
 def _unstable(linear: LinearLoop, k: int) -> int | None:
     """The number of unstable poles of L at channel k, None where a delay in another channel makes it unknown."""
     others = np.delete(linear.models.delays, linear.models.channels[k])
-    return None if others.any() else _unstable_of(alone(linear.models, k))
+    return None if others.any() else _unstable_of(channel_models(linear.models, k))
 
 
 def _unstable_of(models: CutModels) -> int:
@@ -184,7 +184,7 @@ def answer_curves(
 def signal_units(linear: LinearLoop | LinearRows) -> dict[str, str]:
     """The unit of each signal of a loop by its name, and of each that comes from outside; '' where it is unknown."""
     equations, units = linear.point.equations, dict[str, str]()
-    for each in (equations.opened, equations.closed):
+    for each in (equations.open_loop, equations.closed_loop):
         if each is not None:
             flow = flow_of(each)
             for entry in (*flow.outputs.entries, *(flow.parameters[name] for name in flow.inputs)):
@@ -224,5 +224,5 @@ def loop_matrix(
 
 def loop_poles(linear: LinearLoop, label: str) -> PoleZeroSet:
     """The poles of the closed loop; in a computer those of the map over the period after which all recurs."""
-    period = linear.period and linear.period * linear.models.closed.count
+    period = linear.period and linear.period * linear.models.closed_model.count
     return PoleZeroSet(label, np.array([pole.value for pole in linear.poles], dtype=complex), period=period)

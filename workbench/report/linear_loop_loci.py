@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, known, numbers, refusal
+from workbench.core.validation.refusals import Array, known_name, numbers, refusal
 from workbench.design.linear_loop import LinearLoop
 from workbench.report.loop_pictures import root_locus_figure
 from workbench.study.document.figure import Figure
@@ -16,7 +16,7 @@ WAYS = 'the path of a parameter and its `values`, or a mapping from the path to 
 
 
 def locus_figure(
-    name: str, linear: LinearLoop, over: object, values: Array | None, marked: tuple[float, ...], grid: bool
+    name: str, linear: LinearLoop, over: object, values: Array | None, marked_values: tuple[float, ...], grid: bool
 ) -> Figure:
     """The poles of the closed loop over the values of one of its parameters, with a dot at its own value.
 
@@ -30,7 +30,7 @@ def locus_figure(
     path, at = _parameter(over, values)
     layouts = [layout for layout in (linear.parameters, linear.states) if path in layout or path in layout.labels]
     if not layouts:
-        known(path, [*linear.parameters.names, *linear.states.names], "parameters and states of this loop")
+        known_name(path, [*linear.parameters.names, *linear.states.names], "parameters and states of this loop")
     places = layouts[0].indices(path)
     if len(places) != 1:
         labels = ", ".join(layouts[0].labels[i] for i in places[:9])
@@ -38,9 +38,9 @@ def locus_figure(
     linear.system("closed")  # refuses a delay
     label = layouts[0].labels[places[0]]
     rows = linear.rows({label: at})
-    poles = np.where(rows.flagged[:, np.newaxis], np.nan, rows.poles)
+    poles = np.where(rows.flagged_rows[:, np.newaxis], np.nan, rows.poles)
     own = float((linear.p0 if layouts[0] is linear.parameters else linear.x0)[places[0]])
-    dots = [*marked, *([own] if at.min() <= own <= at.max() and own not in marked else [])]
+    dots = [*marked_values, *([own] if at.min() <= own <= at.max() and own not in marked_values else [])]
     remarks = []
     if rows.reasons:
         first, reason = next(iter(rows.reasons.items()))
@@ -48,7 +48,7 @@ def locus_figure(
         words = "1 value has" if count == 1 else f"{count} values have"
         remarks.append(f"{words} no poles; of the first, {number(float(at[first]))}: {reason}")
     units = dict(pair for entry in layouts[0].entries for pair in zip(entry.labels(), entry.units, strict=True))
-    period = linear.period and linear.period * linear.models.closed.count
+    period = linear.period and linear.period * linear.models.closed_model.count
     caption = " ".join(remarks)
     return root_locus_figure(
         name, caption, path, at, poles, units[label], tuple(dots), np.zeros(0, complex), period, grid=grid

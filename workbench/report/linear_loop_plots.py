@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from workbench.core.validation.refusals import Array, one_of
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear_loop import LinearLoop
 from workbench.report import loop_plots
 from workbench.report.channel_plots import (
@@ -21,7 +21,7 @@ from workbench.report.linear_loop_responses import Names
 from workbench.report.loop_pictures import bode_figure, nichols_figure, nyquist_figure, pole_zero_map
 from workbench.report.picture import Picture, known_options
 from workbench.report.response_figures import joined_figures, responses_figure
-from workbench.report.system_curves import Systems, curves_of, named, roots_of
+from workbench.report.system_curves import Systems, curves_of, roots_of, systems_by_name
 from workbench.study.document.figure import Figure
 from workbench.study.document.gain_bounds import GainBound
 
@@ -35,7 +35,7 @@ def draw_loops(loops: LinearLoop | Mapping[str, LinearLoop], kind: str = "", **o
     return made(loops, **known_options(f"{CALL}({repr(kind) * bool(kind)})", made, options))
 
 
-@door
+@check_arguments
 def overview(loops: Systems, frequencies: Array | None = None) -> Picture:
     """Bode and Nyquist plots with margins, and the poles of the closed loop, in one picture.
 
@@ -60,7 +60,7 @@ def overview(loops: Systems, frequencies: Array | None = None) -> Picture:
 
 def _turns(loops: Systems, found: Curves, frequencies: Array | None) -> Figure:
     """The Nyquist plot of one channel each, or of det(I + L) where a loop has several."""
-    if any(len(one.channels) > 1 for _, one in named(loops)):
+    if any(len(one.channels) > 1 for _, one in systems_by_name(loops)):
         return determinant_plot(loops, frequencies)
     curves = curves_of("nyquist", loops, frequencies, None)
     return nyquist_figure("loop", "", curves.curves, curves.unstable[0] if len(curves.curves) == 1 else None)
@@ -74,7 +74,7 @@ def _or_reason(made: Callable[[], Figure]) -> tuple[Figure | None, list[str]]:
         return None, [str(refusal)]
 
 
-@door
+@check_arguments
 def bode(
     loops: Systems,
     frequencies: Array | None = None,
@@ -89,29 +89,33 @@ def bode(
     if of == "L" and inputs is None and outputs is None:
         return loop_plots.bode(loops, frequencies, margins, asymptotes, bounds)
     found = Curves([])
-    for label, one in named(loops):
+    for label, one in systems_by_name(loops):
         found += answer_curves(CALL, one, label, frequencies, of, inputs, outputs)
     return Picture(bode_figure("bode", "", found.curves, False, bounds))
 
 
-@door
+@check_arguments
 def step(loops: Systems, until: float | None = None, inputs: Names = None, outputs: Names = None) -> Picture:
     """The step responses of what a loop follows to its reference, or of outputs to inputs by their names."""
     return Picture(responses_figure("step", loops, until, inputs, outputs))
 
 
-@door
+@check_arguments
 def impulse(loops: Systems, until: float | None = None, inputs: Names = None, outputs: Names = None) -> Picture:
     """The impulse responses of what a loop follows to its reference, or of outputs to inputs by their names."""
     return Picture(responses_figure("impulse", loops, until, inputs, outputs, impulse=True))
 
 
-@door
+@check_arguments
 def root_locus(
-    loop: Systems, over: object = None, values: Array | None = None, marked: tuple[float, ...] = (), grid: bool = True
+    loop: Systems,
+    over: object = None,
+    values: Array | None = None,
+    marked_values: tuple[float, ...] = (),
+    grid: bool = True,
 ) -> Picture:
     """The poles of one loop over the values of a parameter by its path."""
-    return loop_plots.root_locus(loop, over, values, marked, grid)
+    return loop_plots.root_locus(loop, over, values, marked_values, grid)
 
 
 KINDS: dict[str, Callable[..., Picture]] = {

@@ -14,7 +14,7 @@ from workbench.core.validation.refusals import Array
 from workbench.design.control_system import System
 from workbench.design.linear.system_answers import step_answers
 from workbench.design.linear_loop import LinearLoop, LinearRows
-from workbench.design.linear_loop.loop_channels import visible
+from workbench.design.linear_loop.loop_channels import without_hidden_states
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.step_response import exact_figures
@@ -29,7 +29,7 @@ FEW = 4  # responses, of which the figures are exact; of more they are those of 
 Names = str | tuple[str, ...] | None
 
 
-class Answer(NamedTuple):
+class SignalResponse(NamedTuple):
     """The response of an output to a step or an impulse of an input, by the names of both."""
 
     input: str
@@ -56,7 +56,7 @@ def time_response(
 
 def loop_responses(
     call: str, linear: LinearLoop, inputs: Names, outputs: Names, until: float | None, impulse: bool = False
-) -> list[Answer]:
+) -> list[SignalResponse]:
     """The responses of outputs to inputs, by default of what the loop follows to its reference.
 
     A loop that follows nothing answers, with the outputs of its plant, to the loads at its inputs.
@@ -69,25 +69,27 @@ def loop_responses(
             f"The inputs are {', '.join(linear.inputs)}; the outputs are {', '.join(linear.outputs)}."
         )
     into, out = (tuple(dict.fromkeys(names)) for names in zip(*pairs, strict=True))
-    t, values, final = _answers(call, linear.models.selected(call, "closed", into, out), until, impulse)
+    t, values, final = _answers(call, linear.models.select_model(call, "closed", into, out), until, impulse)
     units, answers = signal_units(linear), []
     for one, other in pairs:
         place, words = (out.index(other), into.index(one)), f"{other} from {one}"
-        exact = None if impulse or len(pairs) > FEW or linear.models.closed.count > 1 else _system(linear, one, other)
+        exact = (
+            None if impulse or len(pairs) > FEW or linear.models.closed_model.count > 1 else _system(linear, one, other)
+        )
         response = time_response(words, t, values[place], float(final[place]), units[other], linear.period, exact)
-        answers.append(Answer(one, other, response))
+        answers.append(SignalResponse(one, other, response))
     return answers
 
 
 def _system(linear: LinearLoop, into: str, out: str) -> System:
     """The closed loop from one input to one output, of the states that lie between them."""
-    return visible(linear.models.selected("LinearLoop.plot", "closed", (into,), (out,))).system()
+    return without_hidden_states(linear.models.select_model("LinearLoop.plot", "closed", (into,), (out,))).system()
 
 
 def response_pairs(linear: LinearLoop | LinearRows, inputs: Names, outputs: Names) -> list[tuple[str, str]]:
     """The pairs of an input and an output that are drawn, by default what the loop follows with its references."""
-    flow = flow_of(linear.point.equations.closed)
-    model = linear.models.selected("LinearLoop.plot", "closed", _listed(inputs), _listed(outputs))
+    flow = flow_of(linear.point.equations.closed_loop)
+    model = linear.models.select_model("LinearLoop.plot", "closed", _listed(inputs), _listed(outputs))
     followed = [name for name in flow.follows if f"{name}_ref" in flow.inputs]
     wanted = _labels(flow, (f"{name}_ref" for name in followed))
     shown = _labels(flow, followed or flow.measures)
@@ -113,13 +115,13 @@ def _answers(call: str, model: LoopModel, until: float | None, impulse: bool) ->
     """The times (N,), the responses (ny, nu, N), and the values (ny, nu) to which they tend."""
     q, ny, nu = model.count, len(model.outputs), len(model.inputs)
     if q == 1:
-        return step_answers(visible(model).system(), until, impulse, call)
+        return step_answers(without_hidden_states(model).system(), until, impulse, call)
     blocks = (model.B.reshape(1, -1, q, nu), model.D.reshape(1, q * ny, q, nu))
     B, D = (part[:, :, 0] if impulse else part.sum(axis=2) for part in blocks)  # a step acts at each instant
     one = replace(
         model, B=B, D=D, outputs=tuple(f"{k}" for k in range(q * ny)), period=q * (model.period or 0), count=1
     )
-    _, values, final = step_answers(visible(one).system(), until, impulse, call)
+    _, values, final = step_answers(without_hidden_states(one).system(), until, impulse, call)
     ahead = values.reshape(q, ny, nu, -1).transpose(1, 2, 3, 0).reshape(ny, nu, -1)
     settled = final.reshape(q, ny, nu)
     last = np.where(np.ptp(settled, axis=0) <= NO_STEP * np.abs(settled).max(initial=0.0), settled[0], np.nan)

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, Integers, known, one_of, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, Integers, known_name, one_of, refusal
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency import hinf_norm
 from workbench.design.linear_loop import LinearRows
 from workbench.design.linear_loop.frequency_answers import CutModels
-from workbench.design.linear_loop.loop_channels import alone, loop_frequencies
+from workbench.design.linear_loop.loop_channels import channel_models, loop_frequencies
 from workbench.report.linear_row_responses import row_steps
 from workbench.report.loop_pictures import Envelope, bode_envelope, envelope_figure
 from workbench.report.loop_pictures.pole_maps import grid_remarks, root_panel
@@ -25,11 +25,11 @@ from workbench.study.document.gain_bounds import GainBound
 CALL = "LinearRows.plot"
 LOOKED_AT = 16  # rows whose roots fix the range of frequencies
 FREQUENCIES = 400
-DRAWN = 600  # poles
-NAMED = 3  # values of a row that are printed beside its number
+MAX_POLES = 600  # poles
+MAX_VALUES = 3  # values of a row that are printed beside its number
 
 
-class Worst(NamedTuple):
+class WorstRow(NamedTuple):
     """The place of the worst row, and its name with what makes it the worst."""
 
     row: int
@@ -45,7 +45,7 @@ def draw_rows(rows: LinearRows, kind: str = "", **options: object) -> Picture:
     return made(rows, **known_options(f"{CALL}({repr(kind) * bool(kind)})", made, options))
 
 
-@door
+@check_arguments
 def bode(
     rows: LinearRows,
     frequencies: Array | None = None,
@@ -68,10 +68,10 @@ def bode(
     above = omega > 0
     draws = Envelope(omega[above], found.values[:, above, 0, 0], worst.row, worst.name)
     words = f"{of} at {found.inputs[0]}" if of in ("L", "S", "T") else f"{found.outputs[0]} from {found.inputs[0]}"
-    return Picture(bode_envelope("bode", f"{words}.", draws, rows.models.closed.period, bounds))
+    return Picture(bode_envelope("bode", f"{words}.", draws, rows.models.closed_model.period, bounds))
 
 
-@door
+@check_arguments
 def sensitivity(rows: LinearRows, frequencies: Array | None = None, bounds: tuple[GainBound, ...] = ()) -> Picture:
     """The largest singular value of S at all channels of the cut at once, of each row over frequency."""
     omega = _frequencies(rows) if frequencies is None else frequencies
@@ -81,20 +81,20 @@ def sensitivity(rows: LinearRows, frequencies: Array | None = None, bounds: tupl
         "sensitivity",
         "",
         Envelope(omega[above], sizes.astype(complex), worst.row, worst.name),
-        rows.models.closed.period,
+        rows.models.closed_model.period,
         bounds,
     )
     panel = replace(figure.panels[0], ylabel="|S| [dB]" if len(rows.models.channels) == 1 else "largest gain of S [dB]")
     return Picture(replace(figure, panels=(panel,)))
 
 
-@door
+@check_arguments
 def step(
     rows: LinearRows, until: float | None = None, inputs: str | None = None, outputs: str | None = None
 ) -> Picture:
     """The responses of one output to a step of one input, of each row that is stable."""
     t, values, names = row_steps(rows, until, inputs, outputs)
-    worst, lost = worst_row(rows, _frequencies(rows)), int((~rows.stable & ~rows.flagged).sum())
+    worst, lost = worst_row(rows, _frequencies(rows)), int((~rows.stable & ~rows.flagged_rows).sum())
     said = [f"Step of 1 at {names[0]}."]
     if lost:
         said.append(f"Not stable, and not drawn: {lost} row{'s' if lost > 1 else ''}.")
@@ -102,18 +102,18 @@ def step(
     return Picture(envelope_figure("step", " ".join(said), draws, "time [s]", names[1], names[2]))
 
 
-@door
+@check_arguments
 def poles(rows: LinearRows, grid: bool = True) -> Picture:
     """The poles of the closed loops of the rows, as dots, and those of the worst, as crosses."""
     worst = worst_row(rows, _frequencies(rows))
-    sound = np.flatnonzero(~rows.flagged)
+    sound = np.flatnonzero(~rows.flagged_rows)
     shown = _some(rows.poles[sound])
     held, own = rows.poles[sound[shown]].ravel(), rows.poles[worst.row]
     marks: list[Mark] = [
         Points(f"worst: {worst.name}", own.real, own.imag, (), 1, shape="pole"),
         Series("all draws", held.real, held.imag, 0, "marks"),
     ]
-    period = rows.models.closed.period and rows.models.closed.period * rows.models.closed.count
+    period = rows.models.closed_model.period and rows.models.closed_model.period * rows.models.closed_model.count
     panel = root_panel(marks, np.concatenate([held, own]), period, grid)
     said = [f"The poles of {len(sound)} rows."]
     if len(shown) < len(sound):
@@ -127,41 +127,41 @@ def poles(rows: LinearRows, grid: bool = True) -> Picture:
 KINDS: dict[str, Callable[..., Picture]] = {"bode": bode, "sensitivity": sensitivity, "step": step, "poles": poles}
 
 
-def worst_row(rows: LinearRows, omega: Array) -> Worst:
+def worst_row(rows: LinearRows, omega: Array) -> WorstRow:
     """The row that grows fastest, if one is not stable; else the one with the largest peak of S at the frequencies.
 
     The peak of the worst row is then enclosed by `hinf_norm`, where that has an answer.
     """
     late = bool(rows.models.delays.any())
     if not late:
-        lost = np.flatnonzero(~rows.stable & ~rows.flagged)
+        lost = np.flatnonzero(~rows.stable & ~rows.flagged_rows)
         if lost.size:
             values = rows.poles[lost]
-            growth = values.real if rows.models.closed.period is None else np.abs(values)
+            growth = values.real if rows.models.closed_model.period is None else np.abs(values)
             row = int(lost[int(growth.max(axis=1).argmax())])
-            return Worst(row, f"{_name(rows, row)}, not stable")
+            return WorstRow(row, f"{_name(rows, row)}, not stable")
     peaks = np.nan_to_num(_largest_gains(rows, omega), nan=-np.inf).max(axis=1)
     row = int(peaks.argmax())
     words = "Ms" if len(rows.models.channels) == 1 else "largest gain of S"
     peak = float(peaks[row])
-    if not late and rows.models.closed.count == 1:
+    if not late and rows.models.closed_model.count == 1:
         try:
             peak = hinf_norm(row_models(rows.models, row).kind(CALL, "S").system()).gain.value
         except ValueError:
             words = f"{words} on the grid"
     else:
         words = f"{words} on the grid"
-    return Worst(row, f"{_name(rows, row)}, {words} {number(peak)}")
+    return WorstRow(row, f"{_name(rows, row)}, {words} {number(peak)}")
 
 
 def row_models(models: CutModels, row: int) -> CutModels:
     """The models of one row."""
-    opened = None if models.opened is None else models.opened.row(row)
-    return replace(models, closed=models.closed.row(row), opened=opened)
+    opened = None if models.open_model is None else models.open_model.row(row)
+    return replace(models, closed_model=models.closed_model.row(row), open_model=opened)
 
 
 def _name(rows: LinearRows, row: int) -> str:
-    held = [f"{name} = {number(float(column[row]))}" for name, column in rows.varied.items()][:NAMED]
+    held = [f"{name} = {number(float(column[row]))}" for name, column in rows.varied_values.items()][:MAX_VALUES]
     return f"row {row} ({', '.join(held)})" if held else f"row {row}"
 
 
@@ -177,7 +177,7 @@ def _largest_gains(rows: LinearRows, omega: Array) -> Array:
 
 def _frequencies(rows: LinearRows) -> Array:
     """Frequencies in rad/s that show the rows: the range of those that show some of them."""
-    sound = np.flatnonzero(~rows.flagged)
+    sound = np.flatnonzero(~rows.flagged_rows)
     some = sound[np.unique(np.linspace(0, len(sound) - 1, LOOKED_AT).astype(int))]
     held = [loop_frequencies(CALL, row_models(rows.models, int(row))) for row in some]
     low, high = min(float(one[0]) for one in held), max(float(one[-1]) for one in held)
@@ -189,13 +189,13 @@ def _cut_at(rows: LinearRows, at: str | None) -> CutModels:
     if at is None:
         return rows.models
     names = [rows.point.equations.drive[k] for k in rows.models.channels]
-    known(at, names, "channels of this cut")
-    return alone(rows.models, names.index(at))
+    known_name(at, names, "channels of this cut")
+    return channel_models(rows.models, names.index(at))
 
 
 def _some(values: Complex) -> Integers:
     """The places of rows of poles (N, nx) that are drawn: all, or some with the extremes of each part among them."""
-    count = max(1, DRAWN // max(1, values.shape[1]))
+    count = max(1, MAX_POLES // max(1, values.shape[1]))
     if len(values) <= count:
         return np.arange(len(values))
     parts = [values.real, values.imag, np.abs(values)]

@@ -8,7 +8,7 @@ from workbench.core.validation.refusals import Array, positive
 from workbench.design.linear.response_times import exact_responses, response_times, times_of
 from workbench.design.linear.system_answers import showing_time
 from workbench.design.linear_loop import LinearRows
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.report.linear_loop_curves import signal_units
 from workbench.report.linear_loop_responses import response_pairs
 
@@ -33,25 +33,27 @@ def row_steps(
     Refused
         If the loop has a delay, blocks that run at several periods, or would need too many periods.
     """
-    if rows.models.delays.any() or rows.models.closed.count > 1:
+    if rows.models.delays.any() or rows.models.closed_model.count > 1:
         what = "a delay has infinitely many states" if rows.models.delays.any() else "blocks run at several periods"
-        raise Refused(f"`{CALL}` needs a model of one period and of finitely many states; here {what}.")
+        raise DesignError(f"`{CALL}` needs a model of one period and of finitely many states; here {what}.")
     pairs = response_pairs(rows, inputs, outputs)
     if len(pairs) != 1:
         words = ", ".join(f"{other} from {one}" for one, other in pairs)
         raise ValueError(f"`{CALL}` draws one response; there are {words}: choose one by `inputs` and `outputs`.")
     ((into, out),) = pairs
-    model, h = rows.models.selected(CALL, "closed", (into,), (out,)), rows.models.closed.period
-    sound = np.flatnonzero(rows.stable & ~rows.flagged)
+    model, h = rows.models.select_model(CALL, "closed", (into,), (out,)), rows.models.closed_model.period
+    sound = np.flatnonzero(rows.stable & ~rows.flagged_rows)
     if not sound.size:
-        raise Refused(f"`{CALL}` draws stable rows; there is none.")
+        raise DesignError(f"`{CALL}` draws stable rows; there is none.")
     if until is None:
         held = rows.poles[sound]
         poles = held if h is None else np.asarray(np.log(np.where(held == 0, 1e-3, held)) / h)
         until = float(np.quantile([showing_time(row, h) for row in poles], RARE))
     end = positive(f"{CALL[:-8]}(until=...)", until)
     if h is not None and end / h > LONGEST:
-        raise Refused(f"`{CALL}` draws up to {LONGEST} periods; {end:g} s are {end / h:.0f}: give a shorter `until`.")
+        raise DesignError(
+            f"`{CALL}` draws up to {LONGEST} periods; {end:g} s are {end / h:.0f}: give a shorter `until`."
+        )
     A, B, Cy, D = (M[sound] for M in (model.A, model.B, model.Cy, model.D))
     if h is None:
         steps = response_times(rows.poles[sound].ravel(), end, TIMES, MOST)

@@ -28,7 +28,7 @@ WORKER = (
 )
 PAINTS = {"color", "fill", "ink"}  # the colours of a series in a plate
 STYLES = ("live", "figures", "tables", "animation")
-PRINTED = Markup("default-src 'none'; style-src 'unsafe-inline'; font-src data:")  # of a page without scripts
+PRINT_POLICY = Markup("default-src 'none'; style-src 'unsafe-inline'; font-src data:")  # of a page without scripts
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def live_page(live: LiveData, plates: Mapping[str, Plate]) -> LivePage:
         separators=(",", ":"),
     )
     digest = b64encode(sha256(_script().encode()).digest()).decode("ascii")
-    policy = f"{PRINTED!s}; script-src 'sha256-{digest}' 'wasm-unsafe-eval' blob:; worker-src blob:"
+    policy = f"{PRINT_POLICY!s}; script-src 'sha256-{digest}' 'wasm-unsafe-eval' blob:; worker-src blob:"
     # no text can end the element that holds it
     safe = data.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
     return LivePage(Markup(_script()), Markup(_worker()), Markup(safe), Markup(_styles()), Markup(policy))

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from markupsafe import Markup, escape
 
-from workbench.core import Ode, Sampled
+from workbench.core import Ode, SampledSystem
 from workbench.core.equations import Loop
 from workbench.core.validation.places import other_kind
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.metrics import AbstractMetric
 from workbench.report.html_page import html
 from workbench.report.live.live_data import live_data
@@ -26,20 +26,20 @@ COMMAND = "workbench.live(...)"
 
 @dataclass(frozen=True)
 class LoopPage:
-    """A page that a notebook shows, and that `write` puts into a file; `printed` says why nothing is turned there."""
+    """A page that a notebook shows and `write` puts into a file; `no_live_reason` says why it has no knobs there."""
 
     text: str
-    printed: str = ""
+    no_live_reason: str = ""
 
     def __repr__(self) -> str:
-        kind = "printed" if self.printed else "live"
+        kind = "printed" if self.no_live_reason else "live"
         return f"<{kind} page of {len(self.text) // 1000} kB: `write(path)` puts it into a file>"
 
     def _repr_html_(self) -> str:
         frame = '<iframe srcdoc="{}" width="100%" height="{}" style="border: 0" sandbox="allow-scripts"></iframe>'
         return Markup(frame).format(escape(self.text), HEIGHT)
 
-    @door
+    @check_arguments
     def write(self, path: str | Path) -> Path:
         """Write the page to a file, and give its path.
 
@@ -57,9 +57,9 @@ class LoopPage:
         return place
 
 
-@door
+@check_arguments
 def live(
-    loop: Loop | Ode | Sampled,
+    loop: Loop | Ode | SampledSystem,
     until: float,
     h: float = 1e-3,
     metrics: Sequence[AbstractMetric] = (),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from workbench.core.validation.refusals import Array, numbers, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear.system_answers import feedback_poles, lti, system_roots
 from workbench.design.linear_loop import LinearLoop
 from workbench.report.linear_loop_loci import locus_figure
@@ -28,7 +28,7 @@ from workbench.study.document.gain_bounds import Disk, GainBound
 GAINS = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 800)])  # of a root locus
 
 
-@door
+@check_arguments
 def bode(
     systems: Systems,
     frequencies: Array | None = None,
@@ -69,19 +69,19 @@ def bode(
     return Picture(bode_figure("bode", " ".join(found.remarks), found.curves, asymptotes, bounds))
 
 
-@door
+@check_arguments
 def nyquist(
     systems: Systems,
     frequencies: Array | None = None,
     margins: bool = True,
     reach: float | None = None,
-    forbidden: tuple[Disk, ...] = (),
+    forbidden_disks: tuple[Disk, ...] = (),
 ) -> Picture:
     """The Nyquist plot of a loop gain L with one channel, of a loop, of several by their names, or of a curve.
 
     Turns about -1 are counted, and with the unstable poles of a single L those of the closed loop are told. Systems,
-    frequencies and margins are as of `bode`; the curve is cut at the distance `reach` from zero, and `forbidden` disks
-    are shaded.
+    frequencies and margins are as of `bode`; the curve is cut at the distance `reach` from zero, and `forbidden_disks`
+    disks are shaded.
 
     Raises
     ------
@@ -98,10 +98,12 @@ def nyquist(
     found = curves_of("nyquist", systems, frequencies, margins)
     unstable = found.unstable[0] if len(found.curves) == 1 else None
     remarks = " ".join(found.remarks)
-    return Picture(nyquist_figure("nyquist", remarks, found.curves, unstable, forbidden=forbidden, reach=reach))
+    return Picture(
+        nyquist_figure("nyquist", remarks, found.curves, unstable, forbidden_disks=forbidden_disks, reach=reach)
+    )
 
 
-@door
+@check_arguments
 def nichols(systems: Systems, frequencies: Array | None = None, margins: bool = True) -> Picture:
     """The Nichols plot of a loop gain L with one channel, of a loop, of several by their names, or of a curve.
 
@@ -122,7 +124,7 @@ def nichols(systems: Systems, frequencies: Array | None = None, margins: bool = 
     return Picture(nichols_figure("nichols", " ".join(found.remarks), found.curves))
 
 
-@door
+@check_arguments
 def singular_values(systems: Systems, frequencies: Array | None = None, bounds: tuple[GainBound, ...] = ()) -> Picture:
     """The singular values over frequency of a system with several channels, or of several systems by their names.
 
@@ -144,7 +146,7 @@ def singular_values(systems: Systems, frequencies: Array | None = None, bounds: 
     return Picture(singular_value_figure("singular_values", " ".join(remarks), held, bounds))
 
 
-@door
+@check_arguments
 def pole_zero_map(systems: Systems, grid: bool = True) -> Picture:
     """The poles and zeros of a system of python-control, or of several by their names, with lines of damping.
 
@@ -165,12 +167,12 @@ def pole_zero_map(systems: Systems, grid: bool = True) -> Picture:
     return Picture(pole_zero_figure("pole_zero_map", "", roots_of("pole_zero_map", systems), grid))
 
 
-@door
+@check_arguments
 def root_locus(
     system: Systems,
     over: object = None,
     values: Array | None = None,
-    marked: tuple[float, ...] = (),
+    marked_values: tuple[float, ...] = (),
     grid: bool = True,
 ) -> Picture:
     """The poles of a loop over the values of any of its parameters, or of the negative feedback of k G over gains k.
@@ -183,7 +185,7 @@ def root_locus(
         Of a loop the path of a parameter, as "plant.m", or a mapping from it to the values; of a system gains (N,).
     values
         (N,), those of the parameter of a loop, in rising or falling order.
-    marked
+    marked_values
         Values with a dot at each pole; of a loop by default its own value.
 
     Raises
@@ -201,7 +203,7 @@ def root_locus(
     'A pole crosses the limit of stability at k = 8, by interpolation'
     """
     if isinstance(system, LinearLoop):
-        return Picture(locus_figure("root_locus", system, over, values, marked, grid))
+        return Picture(locus_figure("root_locus", system, over, values, marked_values, grid))
     if values is not None or isinstance(over, str | Mapping):
         raise refusal("root_locus(system)", "a `LinearLoop`, if a parameter is named", system)
     plant = one_channel("root_locus", lti("root_locus", system))
@@ -213,7 +215,9 @@ def root_locus(
     if not len(roots.poles) or len(roots.zeros) > len(roots.poles):
         raise refusal("root_locus(system)", "a system with poles, and no more zeros than poles", system)
     poles = feedback_poles(plant, gains)
-    figure = root_locus_figure("root_locus", "", "k", gains, poles, "", marked, roots.zeros, roots.period, grid=grid)
+    figure = root_locus_figure(
+        "root_locus", "", "k", gains, poles, "", marked_values, roots.zeros, roots.period, grid=grid
+    )
     return Picture(figure)
 
 
@@ -223,7 +227,7 @@ def _gain_scale(poles: Complex, zeros: Complex, gain: float | None) -> float:
     return size ** (len(poles) - len(zeros)) / (gain or 1.0) if gain else 1.0
 
 
-@door
+@check_arguments
 def step_response(systems: Systems, until: float | None = None) -> Picture:
     """The step response of a system with one channel, of a loop, or of several by their names, and its figures.
 

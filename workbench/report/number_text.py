@@ -22,7 +22,7 @@ _NO_BREAK = "\u00a0"
 
 
 @dataclass(frozen=True)
-class Printed:
+class NumberText:
     """A number in text: a sign, digits, a tail from the point on, as '.3532(2)', and a power of ten or none."""
 
     sign: str
@@ -44,22 +44,22 @@ class Padding:
     power: str = ""
 
 
-def printed(value: float, digits: int | None = None) -> Printed:
+def number_text(value: float, digits: int | None = None) -> NumberText:
     """A number without an error: `digits` significant digits; by default four, or fewer if they are exact."""
     if math.isinf(value):
-        return Printed("−" if value < 0 else "", "∞")
+        return NumberText("−" if value < 0 else "", "∞")
     if isinstance(value, int):
-        return Printed("−" if value < 0 else "", _grouped(str(abs(value))))
+        return NumberText("−" if value < 0 else "", _grouped(str(abs(value))))
     if digits is None:
         digits = next((k for k in range(1, 4) if float(f"{value:.{k - 1}e}") == value), 4)
     mantissa, exponent = f"{abs(value):.{digits - 1}e}".split("e")
     if value == 0 or LEAST <= abs(float(f"{mantissa}e{exponent}")) < GREATEST:
         return _fixed(value, max(0, digits - 1 - int(exponent)))
     whole, point, fraction = mantissa.partition(".")
-    return Printed("−" if value < 0 else "", whole, point + fraction, _minus(int(exponent)))
+    return NumberText("−" if value < 0 else "", whole, point + fraction, _minus(int(exponent)))
 
 
-def measured(value: float, error: float) -> Printed:
+def number_text_with_error(value: float, error: float) -> NumberText:
     """A value with its error in brackets: 0.3532(2) is 0.3532 with an error of 0.0002, 480(30) one of 30.
 
     The error has one digit that counts, or two if the first is 1. No more than five digits of the value are printed; an
@@ -67,7 +67,7 @@ def measured(value: float, error: float) -> Printed:
     """
     size = max(abs(value), error)
     if size == 0:
-        return Printed("", "0")
+        return NumberText("", "0")
     top = math.floor(math.log10(size))
     last = max(_last_place(error), top - MOST_DIGITS + 1) if error else top - MOST_DIGITS + 1
     shift = 0 if LEAST <= size < GREATEST else top
@@ -75,7 +75,7 @@ def measured(value: float, error: float) -> Printed:
     body = _fixed((round(Decimal(value) / place) * place).scaleb(-shift), max(0, shift - last))
     digits = round(Decimal(error) / place) * (10**last if last > 0 and not shift else 1)
     tail = body.tail + (f"({digits})" if digits else "")
-    return Printed(body.sign, body.whole, tail, _minus(shift) if shift else "")
+    return NumberText(body.sign, body.whole, tail, _minus(shift) if shift else "")
 
 
 def join_units(text: str) -> str:
@@ -90,7 +90,7 @@ def join_units(text: str) -> str:
     return _NUMBER_AND_UNIT.sub(lambda found: found[0].replace(" ", _NO_BREAK), text)
 
 
-def paddings(column: Iterable[Printed]) -> list[Padding]:
+def paddings(column: Iterable[NumberText]) -> list[Padding]:
     """For each number of a column, the characters that it lacks to the common frame, one class of glyphs at a time.
 
     So all decimal points stand in one place in any font with digits of one width.
@@ -119,10 +119,10 @@ def _last_place(error: float) -> int:
     return int(exponent) - (1 if mantissa.startswith("1") else 0)
 
 
-def _fixed(value: float | Decimal, decimals: int) -> Printed:
+def _fixed(value: float | Decimal, decimals: int) -> NumberText:
     whole, point, fraction = f"{abs(value):.{decimals}f}".partition(".")
     negative = value < 0 and any(c in "123456789" for c in whole + fraction)
-    return Printed("−" if negative else "", whole, point + fraction)
+    return NumberText("−" if negative else "", whole, point + fraction)
 
 
 def _grouped(digits: str) -> str:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from workbench.core.drawers import DRAWERS, draw
-from workbench.core.validation.signatures import door
+from workbench.core.plot_registry import PLOTTERS, draw
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.engine import Trajectories
-from workbench.report.figures.runs import plot_runs
+from workbench.report.figures.trajectory_figure import plot_runs
 from workbench.report.linear_loop_plots import draw_loops
 from workbench.report.linear_row_plots import draw_rows
 
-DRAWERS |= {Trajectories: plot_runs, LinearLoop: draw_loops, LinearRows: draw_rows}
+PLOTTERS |= {Trajectories: plot_runs, LinearLoop: draw_loops, LinearRows: draw_rows}
 
 
-@door
+@check_arguments
 def plot(thing: object, *names: str, **options: object) -> Any:
     """The picture of an object, or of several of one class by their names, as the `.plot()` of the object makes it.
 

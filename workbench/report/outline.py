@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from workbench.report.table_text import BRACKETS, measures
 from workbench.study.document.document import (
     Block,
+    CrossReference,
     Document,
     Equation,
     Figure,
     Finding,
     Phrase,
-    Reference,
-    Table,
+    ReportTable,
     Verdict,
     parts,
 )
@@ -32,7 +32,7 @@ OF_A_RUN = "SHA-256 of equations, parameters, initial state, steps and horizon, 
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PlacedBlock:
     """A block with its kind ('table'), its number among its kind, and its anchor ('table-2')."""
 
     block: Block | Finding
@@ -57,7 +57,7 @@ class Chapter:
 
     number: int
     heading: Phrase
-    blocks: tuple[Placed, ...]
+    blocks: tuple[PlacedBlock, ...]
 
 
 def chapters(document: Document) -> tuple[Chapter, ...]:
@@ -67,26 +67,26 @@ def chapters(document: Document) -> tuple[Chapter, ...]:
     for number, section in enumerate(document.sections, start=1):
         placed = []
         for block in section.blocks:
-            kind = type(block).__name__.lower()
+            kind = type(block).__name__.removeprefix("Report").lower()
             count[kind] += 1
-            placed.append(Placed(block, kind, count[kind]))
+            placed.append(PlacedBlock(block, kind, count[kind]))
         found.append(Chapter(number, section.heading, tuple(placed)))
     return tuple(found)
 
 
-def labels(document: Document) -> dict[str, Placed]:
-    """The placed block behind each name that a `Reference` may use."""
+def labels(document: Document) -> dict[str, PlacedBlock]:
+    """The placed block behind each name that a `CrossReference` may use."""
     blocks = (placed for chapter in chapters(document) for placed in chapter.blocks)
     return {
         placed.block.name: placed
         for placed in (*findings(document), *blocks)
-        if isinstance(placed.block, (Finding, Table, Figure, Equation)) and placed.block.name
+        if isinstance(placed.block, (Finding, ReportTable, Figure, Equation)) and placed.block.name
     }
 
 
-def findings(document: Document) -> tuple[Placed, ...]:
+def findings(document: Document) -> tuple[PlacedBlock, ...]:
     """The findings with their numbers."""
-    return tuple(Placed(one, "finding", number) for number, one in enumerate(document.findings, start=1))
+    return tuple(PlacedBlock(one, "finding", number) for number, one in enumerate(document.findings, start=1))
 
 
 def legend(document: Document) -> tuple[tuple[str, str], ...]:
@@ -104,9 +104,9 @@ def notes(document: Document) -> dict[str, tuple[Phrase, ...]]:
     return found
 
 
-def named(phrase: Phrase, known: Mapping[str, Placed]) -> Phrase:
+def resolve_references(phrase: Phrase, places: Mapping[str, PlacedBlock]) -> Phrase:
     """A phrase in which each reference is the label of its block."""
-    return tuple(known[p.name].label if isinstance(p, Reference) else p for p in parts(phrase))
+    return tuple(places[p.name].label if isinstance(p, CrossReference) else p for p in parts(phrase))
 
 
 def provenance(document: Document) -> tuple[tuple[str, str], ...]:

@@ -14,11 +14,22 @@ import typst
 from workbench.core.notation import typst_math
 from workbench.core.templates import template_bytes
 from workbench.report.figures import drawings as drawings_of
-from workbench.report.number_text import Printed, join_units
-from workbench.report.outline import Chapter, Placed, chapters, findings, labels, legend, named, notes, provenance
-from workbench.report.table_text import Shown, alignments, grid, length, plain, unit_of_column
+from workbench.report.number_text import NumberText, join_units
+from workbench.report.outline import (
+    Chapter,
+    PlacedBlock,
+    chapters,
+    findings,
+    labels,
+    legend,
+    notes,
+    provenance,
+    resolve_references,
+)
+from workbench.report.table_text import CellText, alignments, grid, length, plain, unit_of_column
 from workbench.study.document.document import (
     Code,
+    CrossReference,
     Document,
     Equation,
     Figure,
@@ -27,14 +38,13 @@ from workbench.study.document.document import (
     Paragraph,
     Part,
     Phrase,
-    Reference,
+    ReportTable,
     Strong,
-    Table,
     Verdict,
     parts,
 )
 
-RUNNING = 85  # letters of the title that fit in the header of a page
+MAX_HEADER_LETTERS = 85  # letters of the title that fit in the header of a page
 LONGEST = 20_000  # letters of a phrase that are printed, some seven pages: typst takes minutes for a million
 REST = "… The rest is on the page."
 ROOM = 80  # widths of a digit between an equation's margins
@@ -59,7 +69,7 @@ def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
     ValueError
         If typst cannot set the document, as when a formula's notation is wrong; with what it said.
     """
-    return compiled(data(document, drawings))
+    return compile_pdf(data(document, drawings))
 
 
 def data(document: Document, drawings: dict[str, str] | None = None) -> str:
@@ -69,7 +79,7 @@ def data(document: Document, drawings: dict[str, str] | None = None) -> str:
     return json.dumps(tree, ensure_ascii=False)
 
 
-def compiled(data: str) -> bytes:
+def compile_pdf(data: str) -> bytes:
     """The PDF of the text that `data` gives, refused as by `pdf`; typst releases the interpreter's lock."""
     source = template_bytes("workbench.report", "report.typ")
     covered = max(data) < OTHER_SCRIPTS
@@ -102,7 +112,7 @@ def _without_suspects(content: bytes) -> bytes:
 class _Writer:
     """A document as the tree of plain data that `report.typ` reads."""
 
-    known: Mapping[str, Placed]
+    known: Mapping[str, PlacedBlock]
     drawings: Mapping[str, str]
     notes: Mapping[str, tuple[Phrase, ...]]
 
@@ -111,7 +121,7 @@ class _Writer:
         title = document.title
         return {
             "title": join_units(self.short(title)),
-            "running": title if len(title) <= RUNNING else f"{title[: RUNNING - 1].rstrip()}…",
+            "running": title if len(title) <= MAX_HEADER_LETTERS else f"{title[: MAX_HEADER_LETTERS - 1].rstrip()}…",
             "imprint": f"control-workbench {colophon.version}",
             "answer": self.phrase(document.answer),
             "findings": [self.finding(placed) for placed in findings(document)],
@@ -132,7 +142,7 @@ class _Writer:
             "again": document.colophon.again,
         }
 
-    def block(self, placed: Placed, *, floats: bool = False) -> Tree:
+    def block(self, placed: PlacedBlock, *, floats: bool = False) -> Tree:
         tree: Tree = {"floats": floats, "kind": placed.kind, "number": placed.number}
         tree |= {"label": placed.label, "anchor": placed.anchor}
         match placed.block:
@@ -150,14 +160,14 @@ class _Writer:
                     "evidence": self.phrase(evidence),
                 }
             case Figure(name, caption) as figure:
-                alt = plain(named(caption, self.known))
+                alt = plain(resolve_references(caption, self.known))
                 drawn = {"svg": self.drawings[name], "share": figure.width}
                 tree |= {"caption": self.phrase(caption), "alt": alt, **drawn}
-            case Table() as table:
+            case ReportTable() as table:
                 tree |= self.table(table)
         return tree
 
-    def finding(self, placed: Placed) -> Tree:
+    def finding(self, placed: PlacedBlock) -> Tree:
         one = placed.block
         assert isinstance(one, Finding)
         cites = (("See also", ", ".join(cited.replace("/", ": ") for cited in one.cites)),) if one.cites else ()
@@ -185,7 +195,7 @@ class _Writer:
             ],
         }
 
-    def table(self, table: Table) -> Tree:
+    def table(self, table: ReportTable) -> Tree:
         cells = grid(table)
         columns = [
             {
@@ -194,7 +204,7 @@ class _Writer:
                 "align": align,
                 "width": column.width or 0,
                 "length": max([length(row[i]) for row in cells], default=0),
-                "numbers": align != "left" and any(isinstance(row[i].content, Printed) for row in cells),
+                "numbers": align != "left" and any(isinstance(row[i].content, NumberText) for row in cells),
             }
             for i, (column, align) in enumerate(zip(table.columns, alignments(table), strict=True))
         ]
@@ -206,8 +216,8 @@ class _Writer:
             "notes": [self.phrase(note) for note in self.notes[table.name]],
         }
 
-    def cell(self, shown: Shown) -> Tree:
-        if not isinstance(shown.content, Printed):
+    def cell(self, shown: CellText) -> Tree:
+        if not isinstance(shown.content, NumberText):
             return {"kind": "phrase", "phrase": self.phrase(shown.content), "bold": shown.bold}
         number, frame = shown.content, shown.padding
         return {
@@ -248,13 +258,13 @@ class _Writer:
                 return {"kind": "code", "text": part.text}
             case Strong():
                 return {"kind": "strong", "text": join_units(part.text)}
-            case Reference():
+            case CrossReference():
                 placed = self.known[part.name]
                 return {"kind": "link", "to": placed.anchor, "text": placed.label}
         return {"kind": "math", "text": typst_math.emit(part, width=math.inf)}
 
 
-def _key(table: Table) -> list[int]:
+def _key(table: ReportTable) -> list[int]:
     """The first columns that tell the rows of a table apart, without those that are not needed for it.
 
     It is the first column alone if the rows do not differ before the last column.
@@ -271,14 +281,14 @@ def _key(table: Table) -> list[int]:
     return key
 
 
-def _floating(chapter: Chapter, drawings: Mapping[str, str]) -> set[Placed]:
+def _floating(chapter: Chapter, drawings: Mapping[str, str]) -> set[PlacedBlock]:
     """The figures that move to the next edge of a page, so that the text after them fills the page.
 
     They are tall, or stand alone between other blocks; a figure behind one that moves, too, keeps their order. Nothing
     moves that only figures follow.
     """
     last = max((k for k, placed in enumerate(chapter.blocks) if placed.kind != "figure"), default=0)
-    found: set[Placed] = set()
+    found: set[PlacedBlock] = set()
     moves = False
     kinds = ["", *(placed.kind for placed in chapter.blocks[:last]), ""]
     for before, placed, after in zip(kinds, chapter.blocks[:last], kinds[2:], strict=False):

@@ -10,8 +10,8 @@ from pathlib import Path
 from markupsafe import Markup, escape
 
 from workbench.core.validation.places import other_kind
-from workbench.core.validation.refusals import known, one_of
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import known_name, one_of
+from workbench.core.validation.signatures import check_arguments
 from workbench.report.pdf import drawing_file
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Figure
@@ -22,7 +22,7 @@ MOST_LETTERS = 80  # of a caption in the line that stands for a picture
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Picture:
     """A drawn figure with its caption, which a notebook shows; `figure` is a block for a section of a report."""
 
@@ -47,7 +47,7 @@ class Picture:
     def _repr_html_(self) -> str:
         return Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(Markup(self.svg), escape(self.caption))
 
-    @door
+    @check_arguments
     def savefig(self, path: str | Path) -> Path:
         """Write the drawing to a file, an SVG, a PDF or a PNG by its ending, and give its path.
 
@@ -72,9 +72,9 @@ class Picture:
         return place
 
 
-def known_options(call: str, made: Callable[..., Picture], options: Mapping[str, object]) -> Mapping[str, object]:
+def known_options(call: str, draw: Callable[..., Picture], options: Mapping[str, object]) -> Mapping[str, object]:
     """The options of a picture; one that it does not have is refused by its name."""
-    _, *allowed = signature(made).parameters
+    _, *allowed = signature(draw).parameters
     for name in options:
-        known(name, allowed, f"options of `{call}`")
+        known_name(name, allowed, f"options of `{call}`")
     return options

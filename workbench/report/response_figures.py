@@ -11,10 +11,10 @@ from workbench.design.linear_loop import LinearLoop
 from workbench.report.linear_loop_curves import signal_units
 from workbench.report.linear_loop_responses import Names, loop_responses, time_response
 from workbench.report.loop_pictures import TimeResponse, impulse_figure, step_figure
-from workbench.report.system_curves import Systems, named, one_channel
+from workbench.report.system_curves import Systems, one_channel, systems_by_name
 from workbench.study.document.figure import Figure
-from workbench.study.document.frequency_curves import captioned, joined
-from workbench.study.document.phrases import Phrase
+from workbench.study.document.frequency_curves import add_remarks, join_words
+from workbench.study.document.phrases_and_tables import Phrase
 
 
 def responses_figure(
@@ -29,7 +29,7 @@ def responses_figure(
     called = name if name == "step_response" else "LinearLoop.plot"
     panels: dict[str, list[TimeResponse]] = {}
     inputs_of: dict[str, str] = {}
-    for label, one in named(systems):
+    for label, one in systems_by_name(systems):
         if isinstance(one, LinearLoop):
             answers = loop_responses(called, one, inputs, outputs, until, impulse)
             units = signal_units(one)
@@ -53,7 +53,7 @@ def responses_figure(
     remarks = []
     if inputs_of:
         added = [f"1 {' '.join((*filter(None, (unit,)), *('s',) * impulse))}".strip() for unit in inputs_of.values()]
-        words = joined([f"{size} at {into}" for into, size in zip(inputs_of, added, strict=True)])
+        words = join_words([f"{size} at {into}" for into, size in zip(inputs_of, added, strict=True)])
         remarks.append(f"{'Impulse' if impulse else 'Step'} of {words}.")
     return joined_figures(name, remarks, figures, min(2, len(figures)))
 
@@ -63,4 +63,4 @@ def joined_figures(name: str, remarks: Sequence[Phrase], figures: Sequence[Figur
     said = [figure.caption for figure in figures if figure.caption not in ("", ())]
     panels = tuple(panel for figure in figures for panel in figure.panels)
     numbers = figures[0].numbers if len(figures) == 1 else None
-    return Figure(name, captioned("", [*remarks, *said]), panels, columns, numbers)
+    return Figure(name, add_remarks("", [*remarks, *said]), panels, columns, numbers)

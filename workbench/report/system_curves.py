@@ -10,10 +10,10 @@ from workbench.design.control_system import System
 from workbench.design.frequency import StabilityMargins, stability_margins
 from workbench.design.linear.system_answers import lti, system_answers, system_roots, unstable_poles
 from workbench.design.linear_loop import LinearLoop
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.report.linear_loop_curves import Curves, channel_curves, loop_matrix, loop_poles
 from workbench.report.loop_pictures import FrequencyMatrix, PoleZeroSet
-from workbench.study.document.frequency_curves import Corners, FrequencyCurve
+from workbench.study.document.frequency_curves import CornerFrequencies, FrequencyCurve
 
 if TYPE_CHECKING:
     Drawable: TypeAlias = System | LinearLoop | FrequencyCurve
@@ -22,7 +22,7 @@ else:
     Systems = object  # each picture refuses what it cannot draw, in its own words
 
 
-def named(systems: Systems) -> list[tuple[str, System]]:
+def systems_by_name(systems: Systems) -> list[tuple[str, System]]:
     """The systems by their names; a single one has no name."""
     if isinstance(systems, Mapping):
         if not systems:
@@ -46,7 +46,7 @@ def curves_of(
 ) -> Curves:
     """The curves of systems with what is to be drawn beside them; by default loops alone have margins."""
     found = Curves([])
-    for label, one in named(systems):
+    for label, one in systems_by_name(systems):
         if isinstance(one, LinearLoop):
             found += channel_curves(call, one, label, frequencies, margins is not False, asymptotes)
         elif isinstance(one, FrequencyCurve):
@@ -62,7 +62,7 @@ def _system_curves(
     """The curve of a system, and the sentence that refuses its margins if it has none."""
     held = one_channel(call, lti(call, system))
     found, roots = system_answers(held, frequencies, call), system_roots(held)
-    corners = Corners(roots.poles, roots.zeros, roots.gain) if asymptotes and roots.gain is not None else None
+    corners = CornerFrequencies(roots.poles, roots.zeros, roots.gain) if asymptotes and roots.gain is not None else None
     known, refused = _margins(held) if margins else (None, "")
     name = label or "L" * margins
     answers = found.frequencies, found.values[:, 0, 0], found.period
@@ -74,14 +74,14 @@ def _margins(system: System) -> tuple[StabilityMargins | None, str]:
     """The certified margins of a loop gain, or none and the sentence that refuses them."""
     try:
         return stability_margins(system), ""
-    except Refused as refusal:
+    except DesignError as refusal:
         return None, str(refusal)
 
 
 def matrices_of(call: str, systems: Systems, frequencies: Array | None) -> tuple[list[FrequencyMatrix], list[str]]:
     """The answers of systems with several channels, the loop gains of loops, and sentences on what is refused."""
     held, remarks = [], list[str]()
-    for label, one in named(systems):
+    for label, one in systems_by_name(systems):
         if isinstance(one, LinearLoop):
             matrix, said = loop_matrix(call, one, label, frequencies)
             held.append(matrix)
@@ -95,7 +95,7 @@ def matrices_of(call: str, systems: Systems, frequencies: Array | None) -> tuple
 def roots_of(call: str, systems: Systems) -> list[PoleZeroSet]:
     """The poles and zeros of systems, and the poles of closed loops."""
     held = []
-    for label, one in named(systems):
+    for label, one in systems_by_name(systems):
         if isinstance(one, LinearLoop):
             held.append(loop_poles(one, label))
             continue

@@ -10,24 +10,24 @@ from dataclasses import dataclass
 from typing import Literal
 
 from workbench.core.notation import latex, text
-from workbench.report.number_text import Padding, Printed, measured, paddings, printed
-from workbench.study.document.phrases import (
+from workbench.report.number_text import NumberText, Padding, number_text, number_text_with_error, paddings
+from workbench.study.document.phrases_and_tables import (
+    BoldCell,
     Cell,
     Code,
-    Column,
-    Diverged,
-    Emphasis,
-    Measured,
-    Missing,
+    CrossReference,
+    DivergedCell,
+    MissingCell,
     Part,
     Phrase,
-    Reference,
+    ReportTable,
     Strong,
-    Table,
+    TableColumn,
     Value,
+    ValueWithError,
     bare,
     parts,
-    raised,
+    superscript_powers,
 )
 from workbench.study.run_tables import spreadsheet_text
 
@@ -41,68 +41,68 @@ ERROR, ENDS = ("error",), ("from", "to")  # heads of the fields of a CSV beside 
 
 
 @dataclass(frozen=True)
-class Shown:
+class CellText:
     """A cell as it is printed: a number in its column's frame, or a phrase."""
 
-    content: Printed | Phrase
+    content: NumberText | Phrase
     padding: Padding
     bold: bool
 
 
-def grid(table: Table) -> list[list[Shown]]:
+def grid(table: ReportTable) -> list[list[CellText]]:
     """The printed cells of a table, row by row; the numbers of a column are padded to one frame."""
     columns = [_printed_column([row[i] for row in table.rows], c) for i, c in enumerate(table.columns)]
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-def _printed_column(cells: list[Cell], column: Column) -> list[Shown]:
+def _printed_column(cells: list[Cell], column: TableColumn) -> list[CellText]:
     """The column with numbers in text aligned as numbers, unless there are words among them."""
     values = [bare(cell) for cell in cells]
-    typed = all(_read(v) if isinstance(v, str) else v is None or isinstance(v, Diverged) for v in values)
-    numeric = typed or any(isinstance(v, int | float | Measured) and not isinstance(v, bool) for v in values)
+    typed = all(_read(v) if isinstance(v, str) else v is None or isinstance(v, DivergedCell) for v in values)
+    numeric = typed or any(isinstance(v, int | float | ValueWithError) and not isinstance(v, bool) for v in values)
     contents = [_printed_value(value, column.digits, numeric) for value in values]
-    frames = iter(paddings(content for content in contents if isinstance(content, Printed)))
+    frames = iter(paddings(content for content in contents if isinstance(content, NumberText)))
     return [
-        Shown(content, next(frames) if isinstance(content, Printed) else Padding(), isinstance(cell, Emphasis))
+        CellText(content, next(frames) if isinstance(content, NumberText) else Padding(), isinstance(cell, BoldCell))
         for content, cell in zip(contents, cells, strict=True)
     ]
 
 
-def _printed_value(value: Value, digits: int | None, numeric: bool) -> Printed | Phrase:
+def _printed_value(value: Value, digits: int | None, numeric: bool) -> NumberText | Phrase:
     match value:
         case None:
             return "—"
         case bool():
             return "yes" if value else "no"
         case int():
-            return printed(value)
+            return number_text(value)
         case float():
-            return printed(value, digits)
-        case Measured():
-            return _by_ends(value) if value.wide else measured(value.value, value.error)
-        case Diverged():
-            return f"diverged at {printed(float(f'{value.at:.3g}'))} s"
-        case Missing():
+            return number_text(value, digits)
+        case ValueWithError():
+            return _by_ends(value) if value.wide else number_text_with_error(value.value, value.error)
+        case DivergedCell():
+            return f"diverged at {number_text(float(f'{value.at:.3g}'))} s"
+        case MissingCell():
             return value.words
         case str() if numeric:
             return _read(value) or value
     return value
 
 
-def _by_ends(value: Measured) -> str:
+def _by_ends(value: ValueWithError) -> str:
     """A value with the ends of its interval: '4.73 (4.11 to 6.06)'."""
     low, high = (f"{end:.3g}" if math.isfinite(end) else "no bound" for end in value.interval)
     return f"{value.value:.3g} ({low} to {high})"
 
 
-def _read(typed: str) -> Printed | None:
+def _read(typed: str) -> NumberText | None:
     """A number that came as text, digit for digit: '0.2330', '+1.5'."""
     match = re.fullmatch(r"([+−-]?)(\d+)(\.\d+)?", typed)
-    return Printed(match[1].replace("-", "−"), match[2], match[3] or "") if match else None
+    return NumberText(match[1].replace("-", "−"), match[2], match[3] or "") if match else None
 
 
-def alignments(table: Table) -> list[Literal["left", "center", "right"]]:
-    """The alignment of each column: that of its `Column`, else numbers centred and words to the left."""
+def alignments(table: ReportTable) -> list[Literal["left", "center", "right"]]:
+    """The alignment of each column: that of its `TableColumn`, else numbers centred and words to the left."""
     cells = grid(table)
     return [
         column.align if column.align != "auto" else "center" if _is_centred([row[i] for row in cells]) else "left"
@@ -110,29 +110,29 @@ def alignments(table: Table) -> list[Literal["left", "center", "right"]]:
     ]
 
 
-def _is_centred(column: list[Shown]) -> bool:
-    return any(isinstance(shown.content, Printed) or shown.content in ("yes", "no") for shown in column)
+def _is_centred(column: list[CellText]) -> bool:
+    return any(isinstance(shown.content, NumberText) or shown.content in ("yes", "no") for shown in column)
 
 
-def short_columns(table: Table) -> list[bool]:
+def short_columns(table: ReportTable) -> list[bool]:
     """For each column, True if all its cells are so short that none should be broken over lines."""
     cells = grid(table)
     return [all(length(row[i]) <= 18 for row in cells) for i in range(len(table.columns))]
 
 
-def length(shown: Shown) -> int:
+def length(cell: CellText) -> int:
     """The approximate number of letters of a cell."""
-    return len(str(shown.content)) if isinstance(shown.content, Printed) else len(plain(shown.content))
+    return len(str(cell.content)) if isinstance(cell.content, NumberText) else len(plain(cell.content))
 
 
-def measures(table: Table) -> bool:
+def measures(table: ReportTable) -> bool:
     """True if a table holds measured values, whose brackets must be explained once."""
-    return any(isinstance(bare(cell), Measured) for row in table.rows for cell in row)
+    return any(isinstance(bare(cell), ValueWithError) for row in table.rows for cell in row)
 
 
-def unit_of_column(column: Column) -> str:
+def unit_of_column(column: TableColumn) -> str:
     """The unit as it is printed, in brackets: '[m/s²]'; empty for a number without one."""
-    return "" if column.unit in ("", "1") else f"[{raised(column.unit)}]"
+    return "" if column.unit in ("", "1") else f"[{superscript_powers(column.unit)}]"
 
 
 def plain(phrase: Phrase) -> str:
@@ -146,12 +146,12 @@ def _plain_part(part: Part) -> str:
             return part
         case Code() | Strong():
             return part.text
-        case Reference():
+        case CrossReference():
             return part.name
     return text.emit(part)
 
 
-def to_csv(table: Table) -> str:
+def to_csv(table: ReportTable) -> str:
     """The table after RFC 4180: numbers with all their digits, values and errors in columns of their own.
 
     Where a column has a value with the ends of its interval, all its values have their ends in place of the error. A
@@ -172,7 +172,7 @@ def to_csv(table: Table) -> str:
 
 def _fields_of(values: list[Value]) -> tuple[str, ...]:
     """The fields of a CSV beside that of a column's values: errors, or the ends of intervals."""
-    taken = [value for value in values if isinstance(value, Measured)]
+    taken = [value for value in values if isinstance(value, ValueWithError)]
     return ENDS if any(one.ends for one in taken) else ERROR if taken else ()
 
 
@@ -187,19 +187,19 @@ def _fields(cell: Cell, names: tuple[str, ...]) -> list[str]:
             field = "yes" if value else "no"
         case int() | float():
             field = repr(value)
-        case Measured():
+        case ValueWithError():
             field = repr(float(value.value))
             beside = [repr(float(part)) for part in (value.interval if names == ENDS else (value.error,))]
-        case Diverged():
+        case DivergedCell():
             field = f"diverged at {float(value.at)!r} s"
-        case Missing():
+        case MissingCell():
             field = spreadsheet_text(value.words)
         case _:
             field = spreadsheet_text(plain(value))
     return [field, *beside]
 
 
-def to_latex(table: Table) -> str:
+def to_latex(table: ReportTable) -> str:
     r"""The table as a LaTeX float in the style of booktabs, with its name as label.
 
     It needs `\usepackage{booktabs}`, and `\usepackage{amsmath}` if a cell holds a matrix.
@@ -228,8 +228,8 @@ def to_latex(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _latex_cell(shown: Shown) -> str:
-    if not isinstance(shown.content, Printed):
+def _latex_cell(shown: CellText) -> str:
+    if not isinstance(shown.content, NumberText):
         written = _latex(shown.content)
         # A row that begins with a bracket would be read as an argument of the row above.
         written = f"{{}}{written}" if written.startswith("[") else written
@@ -262,7 +262,7 @@ def _latex_part(part: Part) -> str:
             return rf"\texttt{{{_escaped(part.text)}}}"
         case Strong():
             return rf"\textbf{{{_escaped(part.text)}}}"
-        case Reference():
+        case CrossReference():
             return rf"\ref{{{part.name}}}"
     return f"${latex.emit(part, width=math.inf)}$"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from workbench.report.outline import labels, named
+from workbench.report.outline import labels, resolve_references
 from workbench.report.table_text import plain
 from workbench.study.document.document import Document, Finding, Verdict
 
@@ -14,5 +14,5 @@ def verdict_lines(page: Document) -> list[str]:
     """
     places = labels(page)
     boxes: list[Finding | Verdict] = [*page.findings, *(one for one in page.blocks if isinstance(one, Verdict))]
-    lines = [f"{box.kind}: {plain(named(box.statement, places))}" for box in boxes]
-    return [" ".join(line.split()) for line in (plain(named(page.answer, places)), *lines) if line.strip()]
+    lines = [f"{box.kind}: {plain(resolve_references(box.statement, places))}" for box in boxes]
+    return [" ".join(line.split()) for line in (plain(resolve_references(page.answer, places)), *lines) if line.strip()]

@@ -16,8 +16,9 @@ from workbench.core.lazy_names import lazy_names
 
 _FILES = {
     "case_runs": "run",
-    "contract": "Run Sweep",
-    "document.document": "Column Figure Finding Itemize Page Panel Paragraph Section Table Variation Verdict",
+    "run_and_sweep": "Run Sweep",
+    "document.document": "TableColumn Figure Finding Itemize Page Panel Paragraph Section ReportTable Variation "
+    "Verdict",
     "evidence.law_tables": "side_by_side",
     "knob": "Knob",
     "result_marks": "bars cell points",
@@ -27,7 +28,7 @@ _FILES = {
     "tuning": "Trial Tuning",
     "uncertainty": "Factor LatinHypercube LogNormal LogUniform MonteCarlo MorrisDesign Normal OneAtATime SobolDesign "
     "Triangular Uniform least_base morris quantiles sobol tornado",
-    "work": "Work",
+    "study_works": "Work",
     "writeup": "testbed",
 }
 __all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

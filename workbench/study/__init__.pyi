@@ -1,26 +1,27 @@
 """The room for editors and mypy: each of its names, and the file that it comes from."""
 
 from workbench.study.case_runs import run
-from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import (
-    Column,
     Figure,
     Finding,
     Itemize,
     Page,
     Panel,
     Paragraph,
+    ReportTable,
     Section,
-    Table,
+    TableColumn,
     Variation,
     Verdict,
 )
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.knob import Knob
 from workbench.study.result_marks import bars, cell, points
+from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.sample import Sample
 from workbench.study.single_core import one_core
 from workbench.study.study import Case, Outcome, Results, Study
+from workbench.study.study_works import Work
 from workbench.study.tuning import Trial, Tuning
 from workbench.study.uncertainty import (
     Factor,
@@ -40,12 +41,11 @@ from workbench.study.uncertainty import (
     sobol,
     tornado,
 )
-from workbench.study.work import Work
 from workbench.study.writeup import testbed
 
 __all__ = [
     "Case",
-    "Column",
+    "TableColumn",
     "Factor",
     "Figure",
     "Finding",
@@ -69,7 +69,7 @@ __all__ = [
     "SobolDesign",
     "Study",
     "Sweep",
-    "Table",
+    "ReportTable",
     "Trial",
     "Triangular",
     "Tuning",

@@ -9,26 +9,26 @@ from contextvars import copy_context
 from dataclasses import dataclass, replace
 from functools import partial
 
-from workbench.core import Ode, Sampled
+from workbench.core import Ode, SampledSystem
 from workbench.core.equations import equations_of
 from workbench.core.validation.permission import refuse_in_pages
 from workbench.core.validation.refusals import whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.arithmetic import signature
 from workbench.engine.job import Progress, threads
-from workbench.study import cost
-from workbench.study.compiled import CASES, CompiledSweep, compile_case
+from workbench.study import study_cost
+from workbench.study.compiled_sweep import CASES, CompiledSweep, compile_case
 from workbench.study.completion import Pieces, complete_pieces
 from workbench.study.executors import on_threads
-from workbench.study.ledger.about import SweepAbout
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import Task
-from workbench.study.outcome import Case, Outcome, Results
-from workbench.study.part_contract import AbstractPart, Share, Site
+from workbench.study.ledger.study_record import SweepRecord
 from workbench.study.run_tables import case_table_of
 from workbench.study.study import Study
+from workbench.study.study_part import AbstractPart, PartRecord, RunContext
+from workbench.study.study_results import Case, Outcome, Results
 
-SAID = 10.0  # s: what takes longer is said before it begins
+LONG_RUN = 10.0  # s: what takes longer is said before it begins
 
 
 class CaseError(ValueError):
@@ -56,7 +56,7 @@ class CompiledCase:
         return Outcome(self.case, self.sweep.equation, self.sweep.sample([chunk]).measurement)
 
 
-@door
+@check_arguments
 def run(study: Study, progress: Progress | None = None, workers: int | None = None) -> Results:
     """Every case of the study, in its order; those that follow from tunings are in `study.resolved`.
 
@@ -98,7 +98,7 @@ def compile_cases(cases: Sequence[Case], arithmetic: str | None = None) -> tuple
 
 def _compiled(case: Case, arithmetic: str | None) -> CompiledCase:
     with _named(case):
-        equation: Ode | Sampled = equations_of(case.run.loop, case.name)
+        equation: Ode | SampledSystem = equations_of(case.run.loop, case.name)
         _ = equation.fingerprint  # the report needs it, and here the cases make theirs side by side
         made = CompiledCase(case, compile_case(case.run, equation, arithmetic))
         _ = made.sweep.format.fingerprint
@@ -119,18 +119,18 @@ class CaseRuns(AbstractPart):
     cases: tuple[CompiledCase, ...]
 
     @property
-    def share(self) -> Share:
+    def share(self) -> PartRecord:
         """The cases as one sweep; None if there are none."""
         arithmetics = "; ".join(sorted({signature(one.sweep.arithmetic) for one in self.cases}))
         names = tuple(one.name() for one in self.cases)
-        return {"cases": SweepAbout(CASES, len(names), arithmetics, names) if names else None}
+        return {"cases": SweepRecord(CASES, len(names), arithmetics, names) if names else None}
 
-    def complete(self, site: Site, results: Results) -> Results:
+    def complete(self, site: RunContext, results: Results) -> Results:
         """The results with the outcome of each case, and a table of them; runs of earlier cases are removed."""
         ledger, order, tasks = site.ledger, site.order, tasks_of(self.cases)
         missing = [one.sweep for one in self.cases if one.name() not in ledger]
-        needed = cost.cost_of(missing, order.workers)
-        said = f"cases, {needed}" if needed.seconds > SAID else ""
+        needed = study_cost.cost_of(missing, order.workers)
+        said = f"cases, {needed}" if needed.seconds > LONG_RUN else ""
         pieces = Pieces(
             "cases", tasks, partial(_computed, self.cases, workers=order.workers), said, "cases", len(tasks)
         )

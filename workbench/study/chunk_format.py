@@ -14,10 +14,10 @@ from workbench.engine.arithmetic import signature
 from workbench.engine.divergence import Divergence
 from workbench.engine.job import Progress
 from workbench.engine.metrics.measured_run import Accumulation, MeasuredRun
-from workbench.study.contract import again
 from workbench.study.ledger.chunk import Chunk, plain
 from workbench.study.ledger.ownership import LedgerError
 from workbench.study.ledger.store import FOLDER, file_of
+from workbench.study.run_and_sweep import half_step_runs
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,14 +26,14 @@ class ChunkFormat:
 
     Attributes
     ----------
-    halved
+    half_step_every
         Each run whose number it divides is repeated at half the step; none if it is None.
     common
         True if all runs have the same noise.
     """
 
     run: MeasuredRun
-    halved: int | None
+    half_step_every: int | None
     common: bool
     keeps: bool = False
 
@@ -45,7 +45,7 @@ class ChunkFormat:
             "arithmetic": signature(run.arithmetic),
             "times": [float(time).hex() for time in (run.h, run.until, run.every, run.spacing)],
             "seed": [run.seed, self.common],
-            "kept": [self.halved, self.keeps, run.points, run.measured.accumulators.size],
+            "kept": [self.half_step_every, self.keeps, run.points, run.measured_equation.accumulators.size],
             "rates": rule.rate.numel(),
             "method": rule.method.name,
         }
@@ -56,7 +56,7 @@ class ChunkFormat:
 
     def looked_at(self, first: int, last: int) -> Integers:
         """The places among the runs first to last - 1 of those that are repeated at half the step."""
-        return again(first, last, self.halved) - first
+        return half_step_runs(first, last, self.half_step_every) - first
 
     def arrays(self, first: int, p: Array, x0: Array, progress: Progress) -> dict[str, Array]:
         """The arrays of the runs from `first` on with rows p (n, np) and x0 (n, nx), as the kernel computes them."""

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.store import Counter, Ledger, Task, complete
-from workbench.study.run_options import Order
+from workbench.study.ledger.store import Ledger, RunCounter, Task, complete
+from workbench.study.run_options import StudyOptions
 
 Execute = Callable[[Sequence[Task]], Iterator[Chunk]]
 
@@ -38,7 +38,7 @@ class Pieces:
     count: int
 
 
-def complete_pieces(pieces: Pieces, ledger: Ledger, order: Order, study: str) -> None:
+def complete_pieces(pieces: Pieces, ledger: Ledger, order: StudyOptions, study: str) -> None:
     """Compute the pieces that the ledger lacks, for the study of that name.
 
     Raises
@@ -57,9 +57,9 @@ def complete_pieces(pieces: Pieces, ledger: Ledger, order: Order, study: str) ->
         there = f"; {count - missing} of {count} {pieces.kind} are there already." if missing < count else "."
         order.say(f"{study}: {pieces.cost}{there}")
     with order.bar(study, pieces.unit) as tell:
-        complete(pieces.tasks, ledger, pieces.execute, Counter(pieces.count, lambda: tell), order.acknowledge)
+        complete(pieces.tasks, ledger, pieces.execute, RunCounter(pieces.count, lambda: tell), order.acknowledge)
 
 
-def run_again(ledger: Ledger, order: Order) -> str:
+def run_again(ledger: Ledger, order: StudyOptions) -> str:
     """The command that computes what is missing, as the end of a sentence."""
     return f"`workbench run {order.script} --out {ledger.out}` computes them"

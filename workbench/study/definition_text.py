@@ -23,7 +23,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.core import Ode, Sampled, Step
+from workbench.core import Ode, SampledSystem, StepMap
 from workbench.core.fingerprints import fingerprint_of
 from workbench.core.validation.notebook_display import brief
 
@@ -41,20 +41,20 @@ DESCRIPTORS = {"member_descriptor", "getset_descriptor", "_tuplegetter"}  # of s
 WRITTEN_BY_PYTHON = "<string>"  # the file of methods that `dataclass` and `NamedTuple` make
 
 DEEPEST = 100  # of the parts of a value in one another
-SHOWN = 60  # letters of a value in a message
+MAX_LETTERS = 60  # letters of a value in a message
 
 Definition = FunctionType | type
 
 
-class UnseenError(ValueError):
+class DigestError(ValueError):
     """The error of a definition that uses what its digest cannot hold."""
 
 
 class Reader:
     """The reader of values used at one place: it writes each as text, and lists the definitions among them."""
 
-    def __init__(self, found: list[Definition], place: str) -> None:
-        self.found, self.place = found, place
+    def __init__(self, definitions: list[Definition], place: str) -> None:
+        self.found, self.place = definitions, place
         self._open: set[int] = set()  # values that are being written
 
     def text(self, value: object) -> str:
@@ -86,7 +86,7 @@ class Reader:
             return self._of_container(value)
         if isinstance(value, ca.SX | ca.MX | ca.DM | ca.Function):
             return self._of_expression(value)
-        if isinstance(value, Ode | Sampled | Step):
+        if isinstance(value, Ode | SampledSystem | StepMap):
             return self._of_equation(value)
         return self._of_callable(value) or self._of_object(value)
 
@@ -120,13 +120,13 @@ class Reader:
         names = [symbol.name() for symbol in symbols]
         return f"SX {value.shape} {names} {fingerprint_of(b'', ca.Function('value', symbols, [value]))}"
 
-    def _of_equation(self, value: Ode | Sampled | Step) -> str:
+    def _of_equation(self, value: Ode | SampledSystem | StepMap) -> str:
         numbers = [self.text(layout.default) for layout in (value.parameters, value.states)]
-        if isinstance(value, Step):
+        if isinstance(value, StepMap):
             rule, names = value.rule, [layout.labels for layout in (value.parameters, value.states)]
             parts = [fingerprint_of(b"", part) for part in (rule.parts, rule.segment_parts) if part is not None]
             return f"Step {value.h.hex()} {names} {parts} {numbers}"
-        flow = value.flow if isinstance(value, Sampled) else value
+        flow = value.flow if isinstance(value, SampledSystem) else value
         signals = (flow.inputs, flow.follows, flow.drives, flow.measures, flow.counts, flow.horizon)
         return f"{type(value).__name__} {value.name} {signals} {value.fingerprint} {numbers}"
 
@@ -184,7 +184,7 @@ class Reader:
     def _of_cell(self, cell: CellType, lenient: bool = False) -> str:
         try:
             return self.text(cell.cell_contents)
-        except UnseenError:
+        except DigestError:
             if lenient:
                 return "unseen"
             raise
@@ -246,21 +246,21 @@ class Reader:
             value = getattr(value, str(one.argval))
         try:
             return f"{name} = {self.text(value)}"
-        except UnseenError as error:
+        except DigestError as error:
             if name in str(error):
                 raise
-            raise UnseenError(f"{error} It is reached by `{name}`.") from None
+            raise DigestError(f"{error} It is reached by `{name}`.") from None
 
-    def _unseen(self, value: object, kind: str) -> UnseenError:
-        shown = object.__repr__(value) if isinstance(value, Mapping | list | tuple) else brief(value, SHOWN)
-        return UnseenError(
-            f"{self.place} uses {shown if len(shown) <= SHOWN else shown[: SHOWN - 3] + '...'}, {kind}, whose contents "
-            "cannot be seen: two works that differ in it could not be told apart. Use numbers, text, arrays, tuples, "
-            "frozen dataclasses and functions at the top of a module."
+    def _unseen(self, value: object, kind: str) -> DigestError:
+        shown = object.__repr__(value) if isinstance(value, Mapping | list | tuple) else brief(value, MAX_LETTERS)
+        return DigestError(
+            f"{self.place} uses {shown if len(shown) <= MAX_LETTERS else shown[: MAX_LETTERS - 3] + '...'}, {kind}, "
+            "whose contents cannot be seen: two works that differ in it could not be told apart. Use numbers, text, "
+            "arrays, tuples, frozen dataclasses and functions at the top of a module."
         )
 
-    def _unseen_name(self, name: str, why: str) -> UnseenError:
-        return UnseenError(f"{self.place} uses {name}, which {why}.")
+    def _unseen_name(self, name: str, why: str) -> DigestError:
+        return DigestError(f"{self.place} uses {name}, which {why}.")
 
 
 def _sha(data: bytes) -> str:

@@ -19,19 +19,19 @@ import casadi as ca
 from workbench import __version__
 from workbench.core.validation.permission import refuse_in_pages
 from workbench.engine.arithmetic import VERSION
-from workbench.engine.job import LOOK, look_to, threads, use_threads
+from workbench.engine.job import LOOK, set_stop_check, threads, use_threads
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import LATER, Task
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer
-PARTING = 0.3  # s in which pieces under way may end by themselves when they are no longer wanted
+GRACE_PERIOD = 0.3  # s in which pieces under way may end by themselves when they are no longer wanted
 CREW = "crew"  # the name of the threads that compute them
 LOCAL = "local"  # the address of a cluster that is started here
-KEPT = f"What was done is kept. {LATER}"
+RESUME_ADVICE = f"What was done is kept. {LATER}"
 
 
-class StoppedError(RuntimeError):
+class CancelledError(RuntimeError):
     """The error that ends a march whose result is no longer wanted."""
 
 
@@ -39,7 +39,7 @@ class ClusterError(ValueError):
     """The error of a cluster that cannot do what it is asked for; its finished chunks are kept."""
 
 
-class Piece(Protocol):
+class ChunkMaker(Protocol):
     """A sweep, a case or a work, compiled: it names and computes its chunks."""
 
     def name(self, first: int, last: int) -> str:
@@ -49,7 +49,7 @@ class Piece(Protocol):
         """A chunk."""
 
 
-Pieces = Sequence[Piece]
+Pieces = Sequence[ChunkMaker]
 # The source of a study's sweeps or works for another process, as plain data that is sent there and can be hashed.
 Source = Callable[[], Pieces]
 
@@ -68,11 +68,11 @@ def on_threads(pieces: Pieces, tasks: Sequence[Task], workers: int | None = None
 
     def look() -> None:
         if stopped.is_set():
-            raise StoppedError
+            raise CancelledError
 
     def serve() -> None:
         use_threads(side // at_once)
-        look_to(look)
+        set_stop_check(look)
         while (task := waiting.get()) is not None and not stopped.is_set():
             try:
                 done.put(pieces[task.sweep].chunk(task.first, task.last))
@@ -92,7 +92,7 @@ def on_threads(pieces: Pieces, tasks: Sequence[Task], workers: int | None = None
         stopped.set()
         for _ in crew:
             waiting.put(None)
-        parting = monotonic() + PARTING
+        parting = monotonic() + GRACE_PERIOD
         for one in crew:
             one.join(max(0.0, parting - monotonic()))
 
@@ -131,7 +131,7 @@ def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int
             _check_versions(client, address)
             yield from _gathered(client, address, source, tasks)
         except CommClosedError as error:
-            raise ClusterError(f"The scheduler at '{address}' has gone. {KEPT}") from error
+            raise ClusterError(f"The scheduler at '{address}' has gone. {RESUME_ADVICE}") from error
         except distributed.KilledWorker as error:
             raise ClusterError(
                 f"A chunk was lost with several workers of the cluster at '{address}', one after the other: {error} "
@@ -159,7 +159,7 @@ def _gathered(client: Any, address: str, source: Source, tasks: Sequence[Task]) 
         if future.key not in waiting:  # one that was asked for twice
             continue
         if future.cancelled():
-            raise ClusterError(f"The scheduler at '{address}' has gone. {KEPT}")
+            raise ClusterError(f"The scheduler at '{address}' has gone. {RESUME_ADVICE}")
         try:
             chunk = Chunk(*future.result(timeout=PATIENCE))
         except TimeoutError:
@@ -206,7 +206,8 @@ def _wait_for_workers(client: Any, address: str) -> None:
         client.wait_for_workers(1, timeout=PATIENCE)
     except OSError as error:
         raise ClusterError(
-            f"The cluster at '{address}' has no workers, and none came in {PATIENCE:g} s: start `dask worker`. {KEPT}"
+            f"The cluster at '{address}' has no workers, and none came in {PATIENCE:g} s: start `dask worker`. "
+            f"{RESUME_ADVICE}"
         ) from error
 
 
@@ -228,12 +229,12 @@ def version() -> str:
     return f"workbench {__version__}, CasADi {ca.CasadiMeta.version()}, arithmetic {VERSION}"
 
 
-def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tuple[str, bytes, bytes]:
+def compute(source: Source, task: tuple[int, int, int, str], version_of_caller: str) -> tuple[str, bytes, bytes]:
     """Name, head and data of a chunk, in the process of a worker: one at a time, with the worker's threads."""
     import distributed
 
-    if asked != version():
-        raise ClusterError(_another("A worker that has come later", version(), asked))
+    if version_of_caller != version():
+        raise ClusterError(_another("A worker that has come later", version(), version_of_caller))
     sweep, first, last, name = task
     with _ALONE:
         use_threads(int(distributed.get_worker().state.nthreads))

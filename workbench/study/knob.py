@@ -9,9 +9,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from workbench.core import Layout, Step
+from workbench.core import Layout, StepMap
 from workbench.core.validation.refusals import Array, nearest, vector
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.distributions import LogUniform, Uniform
 from workbench.engine.factors import Factor, Mark, Space
 
@@ -19,7 +19,7 @@ TAILS = 0.005, 0.995  # quantiles where a distribution without ends is cut off
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Knob:
     """A number that a reader of the page can turn, from `low` to `high`, in as many loops as have its path.
 
@@ -66,7 +66,7 @@ class Knob:
         _ = self.factor
 
     @staticmethod
-    @door
+    @check_arguments
     def of(factor: Factor) -> Knob:
         """The knob of a factor of a sweep, over the range of its distribution."""
         low, high = factor.distribution.reach()
@@ -75,7 +75,7 @@ class Knob:
         log = isinstance(factor.distribution, LogUniform)
         return Knob(factor.name, factor.paths, low, high, log, factor.origin, factor.share)
 
-    @door
+    @check_arguments
     def together(self, other: Knob) -> Knob:
         """One knob with the paths and the ranges of two of one name."""
         paths = tuple(dict.fromkeys((*other.paths, *self.paths)))
@@ -92,8 +92,8 @@ class Knob:
         spread = LogUniform(self.low, self.high) if self.log else Uniform(self.low, self.high)
         return Factor(self.name, self.paths, spread, self.origin or "assumed", self.share)
 
-    @door
-    def places(self, step: Step) -> tuple[int, ...]:
+    @check_arguments
+    def places(self, step: StepMap) -> tuple[int, ...]:
         """The places that it moves in a row of parameters, then states, of those of its paths that a loop has.
 
         Raises
@@ -106,22 +106,22 @@ class Knob:
         space = Space((replace(self.factor, paths=there),), step.parameters, step.states)
         return tuple(int(place) for place in space.places[0])
 
-    @door
-    def value(self, step: Step, p: Array, x0: Array) -> float:
+    @check_arguments
+    def value(self, step: StepMap, p: Array, x0: Array) -> float:
         """The number of a loop with parameters p and initial states x0 at which it stands, unturned; of a share 1."""
         p = vector("Knob.value(p=...)", p, step.parameters.size, "parameters")
         x0 = vector("Knob.value(x0=...)", x0, step.states.size, "states")
         return 1.0 if self.share else float(np.concatenate([p, x0])[self.places(step)[0]])
 
-    @door
-    def unit(self, step: Step) -> str:
+    @check_arguments
+    def unit(self, step: StepMap) -> str:
         """The unit of the numbers that it moves; that of a share is 1."""
         entries = (*step.parameters.entries, *step.states.entries)
         units = [unit for entry in entries for unit in entry.units]
         return "1" if self.share else ", ".join(dict.fromkeys(units[place] for place in self.places(step)))
 
 
-def check(knobs: tuple[Knob, ...], steps: Mapping[str, Step]) -> None:
+def check(knobs: tuple[Knob, ...], steps: Mapping[str, StepMap]) -> None:
     """Refuse two knobs of one name, and a path that no loop has.
 
     Raises
@@ -143,11 +143,11 @@ def check(knobs: tuple[Knob, ...], steps: Mapping[str, Step]) -> None:
             )
 
 
-def has(step: Step, path: str) -> bool:
+def has(step: StepMap, path: str) -> bool:
     """True if a loop has a parameter or a state of this path."""
     return path in _names(step)
 
 
-def _names(step: Step) -> set[str]:
+def _names(step: StepMap) -> set[str]:
     layouts: tuple[Layout, ...] = (step.parameters, step.states)
     return {name for layout in layouts for name in (*layout.names, *layout.labels)}

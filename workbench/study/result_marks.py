@@ -12,18 +12,18 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from workbench.core import Entry, Ode
-from workbench.core.held_signals import is_held
-from workbench.core.validation.refusals import Array, known
-from workbench.core.validation.signatures import door
+from workbench.core.piecewise_constant import is_piecewise_constant
+from workbench.core.validation.refusals import Array, known_name
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.figure import Bars, Label, Points, Style
-from workbench.study.document.phrases import Cell, Diverged, Measured, Missing
+from workbench.study.document.phrases_and_tables import Cell, DivergedCell, MissingCell, ValueWithError
 from workbench.study.document.source import Source
 from workbench.study.study import Outcome
 
 Signal: TypeAlias = Literal["t"] | tuple[Literal["x", "y"], int]  # the time, or a place among states or outputs
 
 
-@door
+@check_arguments
 def metric_source(outcome: Outcome, metric: str, signal: int | str = 0) -> Source:
     """The source of a number of a metric, of the signal with a label or a number from 0."""
     case, about = outcome.case, (outcome.label, outcome.notes)
@@ -31,7 +31,7 @@ def metric_source(outcome: Outcome, metric: str, signal: int | str = 0) -> Sourc
     return Source(case.law, case.scenario, "metric", metric, place, label, unit, outcome.digest, None, 1.0, *about)
 
 
-@door
+@check_arguments
 def signal_source(outcome: Outcome, name: str, number: int | str = 0, rows: tuple[int, int] | None = None) -> Source:
     """The source of one number of an output or state, by its label or counted from 0, in some of the kept rows.
 
@@ -48,14 +48,14 @@ def signal_source(outcome: Outcome, name: str, number: int | str = 0, rows: tupl
     )
 
 
-@door
+@check_arguments
 def time_source(outcome: Outcome, rows: tuple[int, int] | None = None) -> Source:
     """The source of the time of an outcome, in s, in some of the kept rows."""
     case, rows = outcome.case, rows or (0, len(outcome.t))
     return Source(case.law, case.scenario, "time", "time", 0, "", "s", outcome.digest, rows)
 
 
-@door
+@check_arguments
 def labels_of(outcome: Outcome, name: str) -> tuple[str, ...]:
     """The labels of the numbers of an output or state, a matrix row by row, with what the plant counts by them."""
     entry, ode = _entry(outcome, name), outcome.ode if isinstance(outcome.ode, Ode) else outcome.ode.flow
@@ -84,7 +84,7 @@ def place_of_signal(outcome: Outcome, source: Source) -> Signal:
 def changes_by_jumps(outcome: Outcome, source: Source) -> bool:
     """True if the signal of a source changes by jumps alone, as a step or the command of a computer."""
     flow = outcome.measurement.trajectories.step.flow
-    return is_held(flow, source.name, _flat_places(_entry(outcome, source.name))[source.place])
+    return is_piecewise_constant(flow, source.name, _flat_places(_entry(outcome, source.name))[source.place])
 
 
 def _entry(outcome: Outcome, name: str) -> Entry:
@@ -102,13 +102,13 @@ def _flat_places(entry: Entry) -> list[int]:
 def _place(call: str, labels: tuple[str, ...], number: int | str) -> int:
     """The place of a number by its label, or counted from 0; a negative one would be counted from the end."""
     if isinstance(number, str):
-        return labels.index(known(number, labels, f"numbers of `{call}`"))
+        return labels.index(known_name(number, labels, f"numbers of `{call}`"))
     if not 0 <= number < len(labels):
         raise LookupError(f"`{call}` has the numbers 0 to {len(labels) - 1}, {', '.join(labels)}; got {number}.")
     return number
 
 
-@door
+@check_arguments
 def cell(outcome: Outcome, metric: str, signal: int | str = 0, scale: float = 1.0, unit: str = "") -> Cell:
     """A score with its error in a cell of a table, in a unit of which it has `scale` times as many; or why it has none.
 
@@ -124,15 +124,15 @@ def cell(outcome: Outcome, metric: str, signal: int | str = 0, scale: float = 1.
     source = metric_source(outcome, metric, signal).times(scale, unit)
     value, error = outcome.score(metric, source.place).pair
     if outcome.diverged_at is not None:
-        return Diverged(outcome.diverged_at, source)
+        return DivergedCell(outcome.diverged_at, source)
     if value == math.inf:
-        return Missing("never", source)
+        return MissingCell("never", source)
     if not (math.isfinite(value) and math.isfinite(error)):
-        return Missing("no error estimate", source)
-    return Measured(scale * value, abs(scale) * error, source)
+        return MissingCell("no error estimate", source)
+    return ValueWithError(scale * value, abs(scale) * error, source)
 
 
-@door
+@check_arguments
 def bars(
     label: Label,
     outcomes: Sequence[Outcome],
@@ -149,7 +149,7 @@ def bars(
     return Bars(label, rows, ends, np.zeros(len(ends)), style, thick=thick, sources=sources)
 
 
-@door
+@check_arguments
 def points(
     label: Label,
     outcomes: Sequence[Outcome],

@@ -21,10 +21,10 @@ class RunCost:
     bytes: int
 
     @staticmethod
-    def of(run: MeasuredRun, halved: int | None) -> RunCost:
-        """The cost of each of many runs, of which every `halved`-th is repeated at half the step."""
+    def of(run: MeasuredRun, half_step_every: int | None) -> RunCost:
+        """The cost of each of many runs, of which every `half_step_every`-th is repeated at half the step."""
         steps = run.until / run.step.h
-        seconds = SECONDS_PER_OPERATION * steps * run.step.operations * (1 + 2 / (halved or inf))
+        seconds = SECONDS_PER_OPERATION * steps * run.step.operations * (1 + 2 / (half_step_every or inf))
         return RunCost(seconds, 8 * run.step.states.size * (1 + round(run.until / run.every)))
 
     @property

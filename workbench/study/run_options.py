@@ -30,7 +30,7 @@ def _no_bar(name: str, unit: str) -> AbstractContextManager[Tell]:
 
 
 @dataclass(frozen=True)
-class Order:
+class StudyOptions:
     """The options with which a study is run."""
 
     script: Path
@@ -49,7 +49,7 @@ class Order:
     bar: Callable[[str, str], AbstractContextManager[Tell]] = _no_bar
 
 
-def check_options(study: Study, order: Order) -> None:
+def check_options(study: Study, order: StudyOptions) -> None:
     """Refuse options about sweeps and works for a study without any, and others that exclude each other."""
     for name in ("workers", "samples"):
         if (count := getattr(order, name)) is not None:

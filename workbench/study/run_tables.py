@@ -13,14 +13,14 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array
 from workbench.engine.metrics import Measurement
-from workbench.engine.metrics.score import Column
-from workbench.engine.step_choice import Choice
-from workbench.study.contract import COLUMNS
-from workbench.study.document.phrases import check_name
+from workbench.engine.metrics.score import MetricColumn
+from workbench.engine.step_choice import StepChoice
+from workbench.study.document.phrases_and_tables import check_name
 from workbench.study.ledger.chunk import Chunk, chunk_of
 from workbench.study.ledger.durability import write_durably
 from workbench.study.ledger.ownership import LedgerError, refuse_links
 from workbench.study.ledger.store import TABLE
+from workbench.study.run_and_sweep import COLUMNS
 from workbench.study.sample import ARRAYS, Sample
 
 if TYPE_CHECKING:
@@ -151,10 +151,10 @@ def _to_mat(held: Mapping[str, object]) -> bytes:
 def _arrays(sample: Sample) -> dict[str, object]:
     """Arrays as `Measurement` has them, and the names of their columns beside them."""
     found = sample.measurement
-    labels = [f"{head} [{one.unit}]" for head, one in zip(found.heads, found.columns, strict=True)]
+    labels = [f"{head} [{one.unit}]" for head, one in zip(found.column_headers, found.columns, strict=True)]
     return {
         "t": found.t,
-        "factors": sample.drawn,
+        "factors": sample.factor_values,
         "factor_names": np.array(sample.factors, dtype=object),
         "metrics": found.values,
         "metric_names": np.array(labels, dtype=object),
@@ -175,11 +175,11 @@ def _columns(sample: Sample) -> Iterator[tuple[str, Array]]:
     yield run, np.repeat(np.arange(runs), times)
     if times > 1:
         yield time, np.tile(found.t, runs)
-    for name, column in zip(sample.factors, sample.drawn.T, strict=True):
+    for name, column in zip(sample.factors, sample.factor_values.T, strict=True):
         yield name, np.repeat(column, times)
     errors = np.full(found.values.shape, np.nan)
     errors[found.looked_at] = found.errors
-    for i, (head, one) in enumerate(zip(found.heads, found.columns, strict=True)):
+    for i, (head, one) in enumerate(zip(found.column_headers, found.columns, strict=True)):
         measured = f" [{one.unit}]" if one.unit else ""
         yield f"{head}{measured}", found.values[..., i].ravel()
         yield f"{head} (error){measured}", errors[..., i].ravel()
@@ -196,9 +196,9 @@ def table_of(sample: Sample) -> Chunk:
     words: dict[str, object] = {name: getattr(sample, name) for name in WORDS}
     words |= {"columns": found.columns, "h": found.h, "tolerance": found.tolerance}
     words |= {"choice": None if found.choice is None else found.choice.record}
-    words |= {"unseen": found.unseen}
+    words |= {"unseen": found.pulse_warnings}
     arrays = {name: getattr(found, name).astype(float) for name in ARRAYS}
-    return chunk_of(f"{TABLE}/{sample.name}", {"drawn": sample.drawn, **arrays}, words)
+    return chunk_of(f"{TABLE}/{sample.name}", {"drawn": sample.factor_values, **arrays}, words)
 
 
 def sample_of(table: Chunk) -> Sample:
@@ -207,7 +207,7 @@ def sample_of(table: Chunk) -> Sample:
         words, arrays = table.content, table.arrays()
         check_name("Sample", words["name"])
         columns = tuple(
-            Column(str(m), int(number), str(unit), str(label)) for m, number, unit, label in words["columns"]
+            MetricColumn(str(m), int(number), str(unit), str(label)) for m, number, unit, label in words["columns"]
         )
         factors, drawn = tuple(map(str, words["factors"])), arrays.pop("drawn")
         runs, times, m = (arrays[name].size for name in ("diverged_at", "t", "looked_at"))
@@ -222,8 +222,8 @@ def sample_of(table: Chunk) -> Sample:
             h=float(words["h"]),
             looked_at=looked_at.astype(int),
             tolerance=None if words["tolerance"] is None else float(words["tolerance"]),
-            choice=None if words["choice"] is None else Choice.read(words["choice"]),
-            unseen=tuple(map(str, words["unseen"])),
+            choice=None if words["choice"] is None else StepChoice.from_record(words["choice"]),
+            pulse_warnings=tuple(map(str, words["unseen"])),
             t=arrays["t"],
             values=arrays["values"],
             diverged_at=arrays["diverged_at"],

@@ -9,9 +9,9 @@ from typing import TypeVar
 import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.metrics import Measurement, Score
-from workbench.study.document.phrases import raised
+from workbench.study.document.phrases_and_tables import superscript_powers
 from workbench.study.document.source import Source
 from workbench.study.uncertainty.designs import AbstractDesign
 
@@ -29,13 +29,13 @@ ARRAYS = (
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Sample:
     """N runs of one loop: the values of its d factors, (N, d), and the measurement of the runs."""
 
     name: str
     factors: tuple[str, ...]
-    drawn: Array
+    factor_values: Array
     measurement: Measurement
     seed: int
     fingerprint: str
@@ -43,7 +43,7 @@ class Sample:
     arithmetic: str = ""
 
     def __len__(self) -> int:
-        return len(self.drawn)
+        return len(self.factor_values)
 
     def design_of(self, kind: type[Design]) -> Design:
         """The design of the runs, of the kind that a method needs: `sample.design_of(wb.SobolDesign)` for indices.
@@ -66,7 +66,7 @@ class Sample:
     def digest(self) -> str:
         """A name of equations, times, seed and arithmetic, and of the numbers of all runs (64 hexadecimal digits)."""
         digest = hashlib.sha256(self.fingerprint.encode())
-        for array in (self.drawn, *(getattr(self.measurement, name) for name in ARRAYS)):
+        for array in (self.factor_values, *(getattr(self.measurement, name) for name in ARRAYS)):
             digest.update(array.astype("<f8").tobytes())
         return digest.hexdigest()
 
@@ -91,25 +91,25 @@ class Sample:
         return self.measurement.diverged_at
 
     @property
-    def failed(self) -> int:
+    def diverged_count(self) -> int:
         """The number of runs that diverged."""
-        return self.measurement.failed
+        return self.measurement.diverged_count
 
-    @door
+    @check_arguments
     def score(self, metric: str, signal: int | str = 0) -> Score:
         """A metric of one signal at the horizon in each run, by the signal's label or its number from 0."""
         return self.measurement.score(metric, signal)
 
-    @door
+    @check_arguments
     def over_time(self, metric: str, signal: int | str = 0) -> Array:
         """A metric of one signal from the start to each of the times, (N, T)."""
         return self.measurement.over_time(metric, signal)
 
-    @door
+    @check_arguments
     def only(self, runs: Integers) -> Sample:
         """The sample of some runs, by their numbers in rising order, which are numbered anew."""
         measurement = self.measurement.only(runs)  # refuses others
-        return replace(self, drawn=self.drawn[runs], measurement=measurement, design=None)
+        return replace(self, factor_values=self.factor_values[runs], measurement=measurement, design=None)
 
     @property
     def note(self) -> str:
@@ -119,11 +119,11 @@ class Sample:
         more = f", and {lost.sum():,} more at half of the step" if lost.any() else ""
         half = f", and half of it in {len(found.looked_at):,} runs" if len(found.looked_at) else ""
         seed = f"; seed {self.seeds}" if self.design is None or hasattr(self.design, "seed") else ""
-        runs = f"{len(self):,} runs, {self.failed:,} of them diverged{more}"
+        runs = f"{len(self):,} runs, {self.diverged_count:,} of them diverged{more}"
         choice = found.choice
         by = "" if choice is None else choice.by
         chosen = "" if choice is None else f"; chosen by pilot runs for a tolerance of {choice.tolerance:g}"
-        unseen = "".join(f"; {sentence}" for sentence in found.unseen)
+        unseen = "".join(f"; {sentence}" for sentence in found.pulse_warnings)
         return f"{runs}{seed}; step {_duration(self.h)}{by}{half}{self.beyond}{chosen}{unseen}"
 
     @property
@@ -143,7 +143,7 @@ class Sample:
             said.append(f"; BEYOND the stability limit in {len(beyond):,} of these, down to {_duration(least)}")
         return "".join(said)
 
-    @door
+    @check_arguments
     def note_of(self, metric: str, signal: int | str = 0) -> str:
         """The note below a figure of a metric of one signal, with its largest error."""
         score = self.score(metric, signal)
@@ -153,10 +153,10 @@ class Sample:
             return f"{self.note}; {of} not known"
         if np.isinf(error):
             return f"{self.note}; {of} not bounded, as a run diverges at half of the step alone"
-        unit = f" {raised(score.unit)}" if score.unit not in ("", "1") else ""
+        unit = f" {superscript_powers(score.unit)}" if score.unit not in ("", "1") else ""
         return f"{self.note}; {of} at most {_plain(error)}{unit}"
 
-    @door
+    @check_arguments
     def source(self, metric: str, signal: int | str = 0, law: str = "") -> Source:
         """The source of marks that show a metric of one signal in these runs; its notes are those of `note_of`."""
         _, place, unit, label = self.measurement.column(metric, signal)
@@ -167,7 +167,9 @@ class Sample:
 def _plain(number: float) -> str:
     """Two digits of a number as one writes it: 0.0021, and 2.1×10⁻⁵."""
     digits, power = f"{number:.1e}".split("e")
-    return f"{number:.2g}" if -4 < int(power) < 4 or not number else f"{digits}×{raised(f'10^({int(power)})')}"
+    return (
+        f"{number:.2g}" if -4 < int(power) < 4 or not number else f"{digits}×{superscript_powers(f'10^({int(power)})')}"
+    )
 
 
 def _duration(seconds: float) -> str:

@@ -7,23 +7,23 @@ from dataclasses import dataclass, field, replace
 
 from workbench.core.equations import answer
 from workbench.core.validation.refusals import seed, several, whole
-from workbench.core.validation.signatures import door
-from workbench.study.contract import Sweep
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.document import Page, Section
-from workbench.study.document.phrases import check_name
+from workbench.study.document.phrases_and_tables import check_name
 from workbench.study.knob import Knob
-from workbench.study.outcome import Case as Case
-from workbench.study.outcome import Outcome as Outcome
-from workbench.study.outcome import Results as Results
+from workbench.study.run_and_sweep import Sweep
+from workbench.study.study_results import Case as Case
+from workbench.study.study_results import Outcome as Outcome
+from workbench.study.study_results import Results as Results
+from workbench.study.study_works import Work
 from workbench.study.tuning import Tuning
 from workbench.study.user_values import UserValue
-from workbench.study.work import Work
 
 ENDS = ("", "_half")  # of the names of the two sweeps that each trial of a tuning becomes
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Study:
     """A question, the cases, sweeps, tunings and works that answer it, and the sections of its report.
 
@@ -101,25 +101,25 @@ class Study:
         if twice := {name for name in names if names.count(name) > 1}:
             raise ValueError(f"`Study({part}=...)` needs distinct {part}; {sorted(twice)} came more than once.")
 
-    @door
-    def resolved(self, tuned: Mapping[str, UserValue]) -> Study:
+    @check_arguments
+    def resolve(self, answers: Mapping[str, UserValue]) -> Study:
         """The study with the cases and sweeps that follow from its tunings and works.
 
         Parameters
         ----------
-        tuned
-            By name, what each tuning found, a `Tuned`, and the answers of each work that came first, a tuple.
+        answers
+            By name, what each tuning found, a `TuningResult`, and the answers of each work that came first, a tuple.
         """
         cases, sweeps = self.cases, self.sweeps
         if callable(cases):
-            call = "Study(cases=...)(tuned)"
-            cases = several(call, answer(call, cases, tuned), Case)
+            call = "Study(cases=...)(answers)"
+            cases = several(call, answer(call, cases, answers), Case)
         if callable(sweeps):
-            call = "Study(sweeps=...)(tuned)"
-            sweeps = several(call, answer(call, sweeps, tuned), Sweep)
+            call = "Study(sweeps=...)(answers)"
+            sweeps = several(call, answer(call, sweeps, answers), Sweep)
         return replace(self, cases=cases, sweeps=sweeps)
 
-    @door
+    @check_arguments
     def works_from(self, results: Results) -> tuple[Work, ...]:
         """The works, which may follow from the results of all else."""
         make = self.works

@@ -5,23 +5,23 @@ from __future__ import annotations
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
 
-from workbench.study import cost
-from workbench.study.compiled import CompiledSweep
+from workbench.study import study_cost
+from workbench.study.compiled_sweep import CompiledSweep
 from workbench.study.completion import run_again
 from workbench.study.executors import on_threads
-from workbench.study.ledger.about import SweepAbout
 from workbench.study.ledger.store import Tell
-from workbench.study.outcome import Results
-from workbench.study.part_contract import AbstractPart, Share, Site
+from workbench.study.ledger.study_record import SweepRecord
+from workbench.study.study_part import AbstractPart, PartRecord, RunContext
+from workbench.study.study_results import Results
 from workbench.study.tuning.checkpoint import about_of_searches, tune_in_ledger
-from workbench.study.tuning.search import Search
+from workbench.study.tuning.search import TuningSearch
 
 
 @dataclass(frozen=True, eq=False)
 class TuningRuns(AbstractPart):
     """Tunings, each generation of which is a record of the ledger, computed by threads of this machine."""
 
-    searches: tuple[Search, ...]
+    searches: tuple[TuningSearch, ...]
 
     @property
     def sweeps(self) -> tuple[CompiledSweep, ...]:
@@ -29,14 +29,14 @@ class TuningRuns(AbstractPart):
         return tuple(one for search in self.searches for one in search.sweeps)
 
     @property
-    def share(self) -> Share:
+    def share(self) -> PartRecord:
         """The runs that are known before anything is computed."""
         return {"tunings": about_of_searches(self.searches, {one.sweep.name: [] for one in self.sweeps})}
 
-    def complete(self, site: Site, results: Results) -> Results:
+    def complete(self, site: RunContext, results: Results) -> Results:
         """The results with the answer of each tuning."""
 
-        def describe(tunings: tuple[SweepAbout, ...]) -> None:
+        def describe(tunings: tuple[SweepRecord, ...]) -> None:
             site.description.update({"tunings": tunings})
             site.description.write()
 
@@ -52,7 +52,7 @@ class TuningRuns(AbstractPart):
         site.description.update({"tunings": tunings})
         return replace(results, tunings=tuple(tuned.values()))
 
-    def _begin(self, site: Site) -> AbstractContextManager[Tell]:
+    def _begin(self, site: RunContext) -> AbstractContextManager[Tell]:
         """The place where one is told how far the tunings are, after their cost was said."""
         order = site.order
         if order.only_report:
@@ -60,5 +60,5 @@ class TuningRuns(AbstractPart):
             raise LookupError(f"The tunings in '{ledger.out}' are not complete: {run_again(ledger, order)}.")
         where = "" if order.cluster is None else ", on this machine"
         most = "at most " if any(search.tuning.settle is not None for search in self.searches) else ""
-        order.say(f"{site.name}: tuning{where}, {most}{cost.cost_of(self.sweeps, order.workers)}.")
+        order.say(f"{site.name}: tuning{where}, {most}{study_cost.cost_of(self.sweeps, order.workers)}.")
         return order.bar(site.name, "runs")

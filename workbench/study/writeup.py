@@ -17,7 +17,7 @@ from workbench.engine.arithmetic import signature
 from workbench.study.document.document import Colophon, Document, Page, Section
 from workbench.study.study import Results, Study
 
-TIMED = ("control-workbench", "casadi", "control", "jax", "llvmlite", "numba", "numpy", "scipy")
+TIMED_PACKAGES = ("control-workbench", "casadi", "control", "jax", "llvmlite", "numba", "numpy", "scipy")
 PACKAGES = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "typst")
 
 
@@ -93,7 +93,7 @@ def testbed() -> str:
     lines = table.read_text().splitlines() if table.exists() else []
     models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     versions = [f"python {platform.python_version()}"]
-    for package in TIMED:
+    for package in TIMED_PACKAGES:
         try:
             versions.append(f"{package} {version(package)}")
         except PackageNotFoundError:

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import urdf
-from workbench.arms.mechanics.tree import Joint, Solid, arm_of
+from workbench.arms.mechanics.joint_tree import Joint, Solid, arm_of
 
 from ..parts import ARM, signals
 

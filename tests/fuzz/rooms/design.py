@@ -13,7 +13,7 @@ from workbench.arms.manipulator import FirstOrderLag, Manipulator
 from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop
-from workbench.blocks.signals import Hold
+from workbench.blocks.signals import Constant
 from workbench.core import Ode
 from workbench.design import chattering
 
@@ -31,7 +31,7 @@ def layer() -> tuple[Ode, np.ndarray]:
     arm, folded = PlanarArm((PointMass(1.0, 1.0), PointMass(1.0, 1.0)), 0.0), [0.0, np.pi]
     law = SlidingMode(arm, Lambda=[6.0] * 2, K=[5.0] * 2, phi=0.01, saturation="clip")
     plant = Manipulator(arm, q=folded, actuator=FirstOrderLag(0.01))
-    loop = ClosedLoop(plant, ArmFullState(2), law, Hold("q", "rad", folded)).ode()
+    loop = ClosedLoop(plant, ArmFullState(2), law, Constant("q", "rad", folded)).ode()
     p = loop.parameters.default.copy()
     p[loop.parameters.labels.index("controller.K[1]")] = 0.0
     return loop, p
@@ -40,9 +40,9 @@ def layer() -> tuple[Ode, np.ndarray]:
 def calls() -> dict[str, Any]:
     q, (loop, p) = np.zeros((3, 1)), layer()
     return {
-        "cut": partial(chattering.cut, loop, loop.states.default, p),
+        "cut": partial(chattering.linear_part_of, loop, loop.states.default, p),
         "Mismatch": partial(observer_gains.Mismatch.of, SWING),
-        "Frozen": partial(observer_gains.along, MISMATCH, GAINS, REGION, q, q, q),
+        "Frozen": partial(observer_gains.frozen_poles_along, MISMATCH, GAINS, REGION, q, q, q),
     }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 import workbench as wb
 from workbench.study import evidence
-from workbench.study.compiled import compile_sweep
+from workbench.study.compiled_sweep import compile_sweep
 
 from .study import sample
 
@@ -21,7 +21,11 @@ def delayed() -> Any:
     """The runs of a loop of a motor at each level of the effect."""
     motor = wb.DCMotor()
     law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
-    loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01).disturbed()
+    loop = (
+        wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+        .digital(0.01)
+        .with_timing_faults()
+    )
     run = wb.Run(loop, (wb.rmse(),), until=0.1)
     made = compile_sweep(evidence.computer_sweep("motor", run, (EFFECT,), draws=2))
     return made.sample([made.chunk(0, made.sweep.design.size)])

@@ -7,7 +7,7 @@ import numpy as np
 
 import workbench as wb
 from workbench.handover.bit_comparison import fits
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.programs.casadi_law import casadi_law
 from workbench.handover.programs.linear_law import as_control, linear_law, mat_of
 from workbench.handover.programs.python_law import python_law

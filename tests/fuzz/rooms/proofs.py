@@ -9,17 +9,17 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.arms import identity, properties
+from workbench.arms import identity_proofs, properties
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.mechanics import named
+from workbench.arms.mechanics import robot
 from workbench.arms.printed import (
     arm_letters,
     printed_equations,
 )
 from workbench.arms.printed import entry_comparison as printed  # fmt: skip
-from workbench.cli import verification
+from workbench.cli import printed_comparison
 from workbench.core import Claim
-from workbench.core.claim import Declared
+from workbench.core.claim import BlockClaim
 from workbench.core.notation.program import walk
 from workbench.engine.metrics.contract import Integral
 from workbench.proofs import (
@@ -37,7 +37,7 @@ from workbench.proofs import claim_ledger as claims
 
 from ..parts import ODE
 
-ARM = Dynamics.of(named("planar-1r"), "planar-1r")
+ARM = Dynamics.of(robot("planar-1r"), "planar-1r")
 X = ca.SX.sym("x", 2)
 WAVE = ca.sin(X[0]) * X[1]
 MATRIX = ca.blockcat([[2 + ca.cos(X[0]), 0.5], [0.5, X[1]]])
@@ -55,28 +55,28 @@ def calls() -> dict[str, Any]:
 
 
 def _of_claims() -> dict[str, Any]:
-    hunt = falsify.Hunt(ODE, Declared(STAYS), RANGES, 0.2, 0.05)
+    hunt = falsify.RunSearch(ODE, BlockClaim(STAYS), RANGES, 0.2, 0.05)
     example = hunt.search(1, falsify.Budget(4, 1, 1)).worst
     assert example is not None
     example.write(FOLDER / "example.json")
     looked, row = claim_margins.Box.of(ODE, RANGES), (np.array([[2.0]]), np.array([[1.0]]))
-    violated, watched = claim_margins.violation(STAYS), claim_margins.watching(ODE, [Declared(STAYS)])
+    violated, watched = claim_margins.violation(STAYS), claim_margins.with_violations(ODE, [BlockClaim(STAYS)])
     ruling = claims.Ruling("refuted", "it fails", "here")
     return {
         "slope_of": partial(claim_margins.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
         "Box.of": partial(claim_margins.Box.of, ODE, RANGES),
         "Ruling": partial(claims.Ruling, "not refuted", "seen", "", 3),
-        "Line": partial(claims.Line, STAYS, ruling),
-        "Ledger": partial(claims.Ledger, (claims.Line(STAYS, ruling),)),
-        "Ledger.of": partial(claims.Ledger.of, [(STAYS, lambda: ruling)]),
+        "Line": partial(claims.ClaimEntry, STAYS, ruling),
+        "Ledger": partial(claims.ClaimLedger, (claims.ClaimEntry(STAYS, ruling),)),
+        "Ledger.of": partial(claims.ClaimLedger.of, [(STAYS, lambda: ruling)]),
         "CounterExample": partial(counterexample.CounterExample, **vars(example)),
         "CounterExample.read": partial(counterexample.CounterExample.read, FOLDER / "example.json"),
         "run": partial(counterexample.run, watched, violated, (), *row, 0.2, 0.05),
         "in_reference_mode": partial(counterexample.in_reference_mode, ODE, "y", row[0][0], row[1][0], [0.0, 0.1]),
-        "hypotheses_kept": partial(counterexample.hypotheses_kept, ODE, [Declared(STAYS)], 0.2, 0.05),
+        "hypotheses_kept": partial(counterexample.hypotheses_kept, ODE, [BlockClaim(STAYS)], 0.2, 0.05),
         "Budget": partial(falsify.Budget, 8, 2, 1),
-        "Hunt": partial(falsify.Hunt, ODE, Declared(STAYS), RANGES, 0.2, 0.05, (Declared(FALLS),)),
-        "Hunt of a metric": partial(falsify.Hunt, ODE, WORTH, RANGES, 0.2, 0.05),
+        "Hunt": partial(falsify.RunSearch, ODE, BlockClaim(STAYS), RANGES, 0.2, 0.05, (BlockClaim(FALLS),)),
+        "Hunt of a metric": partial(falsify.RunSearch, ODE, WORTH, RANGES, 0.2, 0.05),
         "Hunt.search": partial(hunt.search, 1, falsify.Budget(4, 1, 1)),
         "SignalsOf": partial(claim_margins.SignalsOf, ODE, "plant."),
         "derivative": partial(claim_margins.derivative, ODE, ODE.x**2),
@@ -94,12 +94,12 @@ def _of_bounds() -> dict[str, Any]:
         "extreme_eigenvalue": partial(bounds.extreme_eigenvalue, MATRIX, X, *edge, 1, tolerance=1e-3, boxes=100),
         "largest_norm": partial(bounds.largest_norm, X, X, *edge),
         "guarantee": partial(bounds.guarantee),
-        "shown": partial(bounds.shown, 0.1, 1),
+        "shown": partial(bounds.bound_text, 0.1, 1),
         "judge_equal": partial(equality.judge_equal, X, 2 * X),
-        "Judged": partial(differential_evolution.Judged, np.ones(4), np.zeros(4)),
+        "Judged": partial(differential_evolution.TrialValues, np.ones(4), np.zeros(4)),
         "evolve": partial(
             differential_evolution.evolve,
-            lambda u: differential_evolution.Judged(u[:, 0], u[:, 0] - 2),
+            lambda u: differential_evolution.TrialValues(u[:, 0], u[:, 0] - 2),
             1,
             4,
             2,
@@ -117,28 +117,28 @@ def _of_bounds() -> dict[str, Any]:
 
 def _of_sheets() -> dict[str, Any]:
     read = printed_equations.read_sheet(SHEET, ARM, "text")
-    seen = identity.candidates(ARM)[0]
+    seen = identity_proofs.candidates(ARM)[0]
     return {
-        "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
+        "findings": partial(printed_comparison.findings, FOLDER / "sheet.txt", ARM),
         "narrowed": partial(_narrowed, ARM, {"links[0].mass": 2.0}),
-        "judge_zero": partial(identity.judge_zero, ARM.M - ARM.M.T, ARM.M, ARM),
+        "judge_zero": partial(identity_proofs.judge_zero, ARM.M - ARM.M.T, ARM.M, ARM),
         "compare_sheet": partial(printed.compare_sheet, read, ARM),
-        "judged": partial(printed.judged, {("M", 1, 1): ca.SX(1)}, ARM),
+        "judged": partial(printed.entry_verdicts, {("M", 1, 1): ca.SX(1)}, ARM),
         "symmetric": partial(properties.symmetric, ARM),
         "skew": partial(properties.skew, ARM),
         "positive_definite": partial(properties.positive_definite, ARM, -1.0, 1.0),
         "eigenvalues_along": partial(properties.eigenvalues_along, ARM, 1, np.zeros(3)),
         "read_sheet": partial(printed_equations.read_sheet, SHEET, ARM, "text"),
         "eigenvalues": partial(properties.eigenvalues, ARM, np.zeros((3, 1))),
-        "Witness": partial(identity.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),
-        "candidates": partial(identity.candidates, ARM),
-        "search": partial(identity.search, ARM.M, ARM.M, ARM),
+        "Witness": partial(identity_proofs.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),
+        "candidates": partial(identity_proofs.candidates, ARM),
+        "search": partial(identity_proofs.search, ARM.M, ARM.M, ARM),
     }
 
 
 def _narrowed(dynamics: Any, fixed: Any) -> None:
     """What it gives is of `core`, where it is called too."""
-    arm_letters.narrowed(dynamics, fixed)
+    arm_letters.fix_parameters(dynamics, fixed)
 
 
 def arguments() -> dict[str, Any]:

@@ -12,12 +12,12 @@ from workbench.engine.distributions import LogUniform
 from workbench.engine.factors import Factor
 from workbench.engine.metrics import iae, ise
 from workbench.study import case_runs, provenance, tuning, writeup
-from workbench.study.compiled import compile_sweep
-from workbench.study.contract import Run, Sweep
+from workbench.study.compiled_sweep import compile_sweep
 from workbench.study.document import document
+from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.study import Case, Results, Study
+from workbench.study.study_works import Work
 from workbench.study.uncertainty import MonteCarlo
-from workbench.study.work import Work
 
 # of these the other rooms hold a call
 
@@ -36,7 +36,7 @@ FACTOR = Factor("k", ("k",), LogUniform(0.5, 4.0))
 METRICS = (iae(), ise())
 RUN = Run(LOOP, METRICS, 1.0, 0.5, 0.05, tolerance=0.1)
 CASE = Case("S", "law", RUN)
-SWEEP = Sweep("decay", RUN, (FACTOR,), MonteCarlo(1, 24), halved=8)
+SWEEP = Sweep("decay", RUN, (FACTOR,), MonteCarlo(1, 24), half_step_every=8)
 TRIAL = tuning.Trial("step", RUN)
 
 
@@ -96,10 +96,10 @@ def outcomes() -> Any:
 
 
 def calls() -> dict[str, Any]:
-    given = provenance.assumed("k", 1.0, "1/s", "nobody says", 0.5, 2.0)
+    given = provenance.assumed_entry("k", 1.0, "1/s", "nobody says", 0.5, 2.0)
     return {
         "Given.factor": partial(given.factor, ("k",), True),
-        "Given": partial(provenance.Given, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
+        "Given": partial(provenance.CardEntry, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
         "Card": partial(provenance.Card, (given,)),
         "Trial": partial(tuning.Trial, "step", RUN),
         "Tuned": partial(tuned),
@@ -140,7 +140,7 @@ def calls() -> dict[str, Any]:
 def functions() -> dict[str, Any]:
     """Calls of what a study's author gives: loops and functions."""
     return {
-        "cases": partial(lambda cases: replace(STUDY, cases=cases).resolved({}), lambda tuned: (CASE,)),
+        "cases": partial(lambda cases: replace(STUDY, cases=cases).resolve({}), lambda tuned: (CASE,)),
         "document": partial(lambda found: writeup.document(replace(STUDY, sections=found), Results(), "run"), sections),
         "headlines": partial(
             lambda found: writeup.headlines(replace(STUDY, headlines=found), Results()), lambda results: ["Yes."]

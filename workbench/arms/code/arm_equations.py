@@ -23,10 +23,10 @@ from workbench.core.notation.normal_form import NormalForm, NotInClass, normal_f
 from workbench.core.notation.reader import MOST_NODES_OF_TEXTBOOKS, equations_of
 from workbench.core.templates import fill
 from workbench.core.validation.notebook_display import table_to_html
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
-@door
+@check_arguments
 def as_text(dynamics: Dynamics) -> str:
     """Plain text, for a terminal; the letters as comments above, so that `workbench verify` reads it.
 
@@ -34,7 +34,7 @@ def as_text(dynamics: Dynamics) -> str:
     --------
     >>> from workbench.arms.code import as_latex, as_mathml, as_text, as_typst
     >>> from workbench.arms.dynamics import Dynamics
-    >>> arm = Dynamics.of(wb.named("planar-1r"), "planar-1r")
+    >>> arm = Dynamics.of(wb.robot("planar-1r"), "planar-1r")
     >>> as_text(arm).splitlines()[-1]
     'G_1 = m_1*g*d_1*cos(q_1) + m_1*g*c_1*sin(q_1)'
     >>> [len(write(arm)) > 100 for write in (as_latex, as_mathml, as_typst)]
@@ -44,7 +44,7 @@ def as_text(dynamics: Dynamics) -> str:
     return "\n".join([*head, *("\n" + text.emit(block) for block in _blocks(dynamics))])
 
 
-@door
+@check_arguments
 def as_latex(dynamics: Dynamics) -> str:
     """Displays for a document with amsmath; the letters as comments above."""
     head = (f"% {line}".rstrip() for line in _head(dynamics))
@@ -52,7 +52,7 @@ def as_latex(dynamics: Dynamics) -> str:
     return "\n".join([*head, "", r"\allowdisplaybreaks", *displays])
 
 
-@door
+@check_arguments
 def as_typst(dynamics: Dynamics) -> str:
     """A Typst document; the letters as comments above."""
     head = (f"// {line}".rstrip() for line in _head(dynamics))
@@ -60,7 +60,7 @@ def as_typst(dynamics: Dynamics) -> str:
     return "\n".join([*head, "", "#set text(11pt)", "#show math.equation: set block(breakable: true)", *displays])
 
 
-@door
+@check_arguments
 def as_mathml(dynamics: Dynamics) -> str:
     """A page for a browser."""
     rows = [(letters(letter.name), letter.path, f"{letter.value:g}", letter.unit) for letter in letters_of(dynamics)]
@@ -127,10 +127,10 @@ def letters_of(dynamics: Dynamics) -> list[Letter]:
 
 SHORT = 2**26  # the denominator of a constant that is meant as it stands: a whole number, a half
 LAST_DIGITS = 2**51
-MOVED = Fraction(1, 4)  # of a coefficient: one that moves by more when last digits do is nothing but these
+LARGEST_MOVE = Fraction(1, 4)  # of a coefficient: one that moves by more when last digits do is nothing but these
 
 
-@door
+@check_arguments
 def in_numbers(arm: AbstractArm, name: str = "") -> Dynamics:
     """The dynamics of an arm over q and qd alone.
 
@@ -141,7 +141,7 @@ def in_numbers(arm: AbstractArm, name: str = "") -> Dynamics:
     Examples
     --------
     >>> from workbench.arms.code import in_numbers
-    >>> in_numbers(wb.named("planar-1r")).G
+    >>> in_numbers(wb.robot("planar-1r")).G
     SX((4.905*sin(q[0])))
     """
     plain, letters = Dynamics.of(arm, name, symbolic=False), Dynamics.of(arm, name)
@@ -158,7 +158,8 @@ def in_numbers(arm: AbstractArm, name: str = "") -> Dynamics:
 
 def _without_dust(matrix: ca.SX, numbers: dict[str, Fraction], plain: Dynamics) -> ca.SX:
     exact, *others = (
-        normal_forms(matrix, numbers, constant) for constant in (Fraction, _moved, lambda value: _moved(value, 64))
+        normal_forms(matrix, numbers, constant)
+        for constant in (Fraction, _move_last_digits, lambda value: _move_last_digits(value, 64))
     )
     symbols = {symbol.name(): symbol for symbol in ca.vertsplit(ca.vertcat(plain.q, plain.qd))}
     result = ca.SX(*matrix.shape)
@@ -167,12 +168,12 @@ def _without_dust(matrix: ca.SX, numbers: dict[str, Fraction], plain: Dynamics) 
             firm = form.terms
             for other in others:
                 moved = other[i][j].terms
-                firm = {key: x for key, x in firm.items() if abs(moved.get(key, 0) - x) <= MOVED * abs(x)}
+                firm = {key: x for key, x in firm.items() if abs(moved.get(key, 0) - x) <= LARGEST_MOVE * abs(x)}
             result[i, j] = NormalForm(firm).to_casadi(symbols)
     return result
 
 
-def _moved(value: float, digit: int = 1) -> Fraction:
+def _move_last_digits(value: float, digit: int = 1) -> Fraction:
     """A constant with its last digits moved, by one of four amounts that its own digits choose."""
     exact = Fraction(value)
     if exact.denominator <= SHORT:

@@ -12,7 +12,7 @@ from workbench.arms.code.arm_equations import letters_of, title
 from workbench.arms.dynamics import Dynamics, solve_definite
 from workbench.core.layout import Entry, Layout
 from workbench.core.sampled_law import SampledLaw
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 ALWAYS = 1.0  # s, the period of a law that knows no time
 
@@ -29,7 +29,7 @@ class ArmFunctions(NamedTuple):
         return f"<ArmFunctions {', '.join(law.name for law in self.laws)}>"
 
 
-@door
+@check_arguments
 def functions_of(dynamics: Dynamics) -> ArmFunctions:
     """The functions `dynamics`, `inverse_dynamics` and `forward_dynamics` of an arm, each a law without memory.
 
@@ -38,7 +38,7 @@ def functions_of(dynamics: Dynamics) -> ArmFunctions:
     Examples
     --------
     >>> from workbench.arms.code import functions_of
-    >>> arm = wb.arms.Dynamics.of(wb.named("planar-1r"), "planar-1r")
+    >>> arm = wb.arms.Dynamics.of(wb.robot("planar-1r"), "planar-1r")
     >>> [law.name for law in functions_of(arm).laws]
     ['dynamics', 'inverse_dynamics', 'forward_dynamics']
     """

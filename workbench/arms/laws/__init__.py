@@ -7,16 +7,16 @@ simulated. `sliding_surface.py` holds what the sliding mode laws share. Read `sl
 from workbench.arms.laws.adaptive_sliding_mode import (
     AbstractAdaptation,
     AdaptiveSlidingMode,
-    DeadZone,
-    Frozen,
-    Leakage,
-    Plain,
+    DeadZoneAdaptation,
+    LeakageAdaptation,
+    NoAdaptation,
+    PlainAdaptation,
 )
 from workbench.arms.laws.aosmc_rgs import K_STAYS_DEFINITE, SHAPES, AosmcRgs
 from workbench.arms.laws.arm_pid import ArmPID
 from workbench.arms.laws.arm_state_feedback import ArmStateFeedback
-from workbench.arms.laws.compensation import WithCompensation
 from workbench.arms.laws.computed_torque import ComputedTorque
+from workbench.arms.laws.disturbance_compensation import DisturbanceCompensation
 from workbench.arms.laws.fuzzy_asmc import FuzzyAsmc, RuleBase
 from workbench.arms.laws.rbf_asmc import RbfAsmc
 from workbench.arms.laws.rise import Rise
@@ -33,14 +33,14 @@ __all__ = [
     "AdaptiveSlidingMode",
     "AosmcRgs",
     "ComputedTorque",
-    "DeadZone",
-    "Frozen",
+    "DeadZoneAdaptation",
+    "NoAdaptation",
     "FuzzyAsmc",
     "K_STAYS_DEFINITE",
-    "Leakage",
+    "LeakageAdaptation",
     "NonsingularTerminalSlidingMode",
     "ArmPID",
-    "Plain",
+    "PlainAdaptation",
     "RbfAsmc",
     "Rise",
     "RuleBase",
@@ -50,5 +50,5 @@ __all__ = [
     "SlidingMode",
     "ArmStateFeedback",
     "SuperTwisting",
-    "WithCompensation",
+    "DisturbanceCompensation",
 ]

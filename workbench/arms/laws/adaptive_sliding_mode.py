@@ -16,7 +16,7 @@ from workbench.core import Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Column, Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.numbers import Bounds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 GAINS_STAY_POSITIVE = Claim(
     "no gain turns negative",
@@ -33,14 +33,14 @@ class AbstractAdaptation(ABC):
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         """K', (n, 1), in N m/s; `growth` (n, 1) in N m/s, `s` (n, 1) in rad/s, `K` (n, 1) in N m."""
 
-    @door
+    @check_arguments
     def check(self, dof: int) -> None:
         """Refuse, with a `ValueError`, to serve a law of that many joints."""
         del dof
 
 
 @block
-class Plain(AbstractAdaptation):
+class PlainAdaptation(AbstractAdaptation):
     """K_i' = gamma |s_i|: the gain never falls, and grows without end inside a boundary layer.
 
     Examples
@@ -55,7 +55,7 @@ class Plain(AbstractAdaptation):
 
 
 @block
-class Frozen(AbstractAdaptation):
+class NoAdaptation(AbstractAdaptation):
     """K_i' = 0: the gain stays constant, for comparison with a law that adapts.
 
     Examples
@@ -70,7 +70,7 @@ class Frozen(AbstractAdaptation):
 
 
 @block
-class DeadZone(AbstractAdaptation):
+class DeadZoneAdaptation(AbstractAdaptation):
     """K_i' = gamma |s_i| where |s_i| > width, best no smaller than the boundary layer, and 0 elsewhere.
 
     Examples
@@ -87,7 +87,7 @@ class DeadZone(AbstractAdaptation):
 
 
 @block
-class Leakage(AbstractAdaptation):
+class LeakageAdaptation(AbstractAdaptation):
     """K_i' = gamma |s_i| - sigma (K_i - level_i): the gain decays to its level where |s_i| is small.
 
     Where |s_i| <= c a gain that starts there stays below level_i + gamma c / sigma. `level` is meant to be K(0).
@@ -107,7 +107,7 @@ class Leakage(AbstractAdaptation):
     def check(self, dof: int) -> None:
         if len(self.level) != dof:
             raise ValueError(
-                f"`Leakage(level=...)` must hold one number for each of the {dof} gains it leaks to; "
+                f"`LeakageAdaptation(level=...)` must hold one number for each of the {dof} gains it leaks to; "
                 f"got {len(self.level)}."
             )
 
@@ -139,11 +139,11 @@ class AbstractAdaptiveSlidingMode(AbstractSlidingMode):
     def memory(self) -> Layout:
         return self.gains
 
-    @door
+    @check_arguments
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = self._sliding(est, ref)
-        return M @ qdd_r + C @ qd_r + G - self._switching(z["K"], s, M)
+        _, _, s, qd_r, qdd_r = self._sliding_variables(est, ref)
+        return M @ qdd_r + C @ qd_r + G - self._switching_torque(z["K"], s, M)
 
 
 @block
@@ -179,14 +179,14 @@ class AdaptiveSlidingMode(AbstractAdaptiveSlidingMode):
     phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
     gamma: Scalar = parameter(unit="{force}/{position}", low=0, strict=True, symbol="gamma")
     K: Vector = initial(unit="{force}", shape=("n",), symbol="K")
-    adaptation: AbstractAdaptation = Plain()
+    adaptation: AbstractAdaptation = PlainAdaptation()
     saturation: str = option(SWITCHINGS, default="clip")
 
     def __post_init__(self) -> None:
         self.check_gains()
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        s = self._sliding(est, ref).s
+        s = self._sliding_variables(est, ref).s
         return {"K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"])}
 
     def without(self) -> Mapping[str, AbstractArmController]:

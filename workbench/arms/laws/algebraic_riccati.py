@@ -6,11 +6,11 @@ import numpy as np
 TINY = float(np.finfo(float).tiny)
 
 
-def stabilising(A: ca.SX, G: ca.SX, Q: ca.SX, doublings: int) -> ca.SX:
+def stabilising_solution(A: ca.SX, G: ca.SX, Q: ca.SX, doublings: int) -> ca.SX:
     """The stabilising P (n, n) for semidefinite G, Q: in closed form for n <= 2 and a definite G, else by doubling."""
     if A.shape[0] <= 2:
         return closed_form(A, G, Q)
-    return doubled(A, G, Q, norm(A) + ca.sqrt(norm(G) * norm(Q) + TINY), doublings)
+    return doubling_solution(A, G, Q, norm(A) + ca.sqrt(norm(G) * norm(Q) + TINY), doublings)
 
 
 def closed_form(A: ca.SX, G: ca.SX, Q: ca.SX) -> ca.SX:
@@ -42,7 +42,7 @@ def closed_form(A: ca.SX, G: ca.SX, Q: ca.SX) -> ca.SX:
     return scale * (P + P.T) / 2
 
 
-def doubled(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX, doublings: int) -> ca.SX:
+def doubling_solution(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX, doublings: int) -> ca.SX:
     """P by the structure-preserving doubling algorithm, from a Cayley transform at `rate` in 1/s.
 
     A pole l of the closed loop leaves an error ((rate - |l|) / (rate + |l|))^(2^(doublings + 1)) and of that order
@@ -62,7 +62,7 @@ def doubled(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX, doublings: int) -> ca.SX:
     return _even(P)
 
 
-def stepped(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX, h: float) -> ca.SX:
+def cayley_step(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX, h: float) -> ca.SX:
     """P after h seconds of P' = A'P + PA - PGP + Q, by one Cayley step; symmetric where P is.
 
     With P = X2 X1^-1 the equation is linear, [X1; X2]' = H [X1; X2], H = [-A, G; Q, A']. The step takes X = (I - h H /

@@ -9,7 +9,7 @@ import casadi as ca
 
 from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm, solve_definite
-from workbench.arms.laws.algebraic_riccati import residual, stabilising, stepped
+from workbench.arms.laws.algebraic_riccati import cayley_step, residual, stabilising_solution
 from workbench.arms.laws.sliding_surface import SATURATIONS, AbstractSlidingMode, matrices, saturation
 from workbench.blocks.loop.contracts import EULER, Follows, Parts, Reads, euler
 from workbench.core import Entry, Layout, block, initial, option, parameter
@@ -159,7 +159,7 @@ class AosmcRgs(AbstractSlidingMode):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = self._sliding(est, ref)
+        _, _, s, qd_r, qdd_r = self._sliding_variables(est, ref)
         if self.velocity == "printed":
             qd_r, qdd_r = ref.qd, ref.qdd
         tau_eq = M @ qdd_r + C @ qd_r + G + est.d if self.feedforward == "model" else est.d
@@ -167,7 +167,7 @@ class AosmcRgs(AbstractSlidingMode):
         return tau_eq + tau_sw
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        s = self._sliding(est, ref).s
+        s = self._sliding_variables(est, ref).s
         algebraic = self.riccati == "algebraic"
         growth = self._growth(self._algebraic(z, est)[0] if algebraic else z["P"], s)
         K_rate = {"raised": growth, "zero": ca.SX.zeros(growth.shape), "printed": -growth}[self.gain_sign]
@@ -181,11 +181,11 @@ class AosmcRgs(AbstractSlidingMode):
         moved = euler(z, self.rate(t, z, est, ref), period)
         if self.integrator == "euler":
             return moved
-        A, G, Q = self._weighted(z, est)
-        return moved | {"P": stepped(A, G, Q, z["P"], period)}
+        A, G, Q = self._riccati_matrices(z, est)
+        return moved | {"P": cayley_step(A, G, Q, z["P"], period)}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        s = {"s": self._sliding(est, ref).s}
+        s = {"s": self._sliding_variables(est, ref).s}
         if self.riccati != "algebraic":
             return s
         P, left = self._algebraic(z, est)
@@ -222,11 +222,11 @@ class AosmcRgs(AbstractSlidingMode):
 
     def _algebraic(self, z: Parts, est: Reads) -> tuple[ca.SX, ca.SX]:
         """The stabilising P of (34) with P' = 0, (n, n), and its residual."""
-        A, G, Q = self._weighted(z, est)
-        P = stabilising(A, G, Q, DOUBLINGS)
+        A, G, Q = self._riccati_matrices(z, est)
+        P = stabilising_solution(A, G, Q, DOUBLINGS)
         return P, residual(A, G, Q, P)
 
-    def _weighted(self, z: Parts, est: Reads) -> tuple[ca.SX, ca.SX, ca.SX]:
+    def _riccati_matrices(self, z: Parts, est: Reads) -> tuple[ca.SX, ca.SX, ca.SX]:
         """A, G = B R^-1 B^T and Q of (34), each (n, n)."""
         A, B = -solve_definite(self.model.mass_matrix(est.q), z["K"]), ca.SX(ca.diag(self.Lambda))
         return A, B @ ca.solve(self.R, B.T), self.Q

@@ -9,7 +9,7 @@ from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core import Layout, block, parameter
 from workbench.core.block import Matrix, Number
 from workbench.core.point import gain_of
-from workbench.core.units import joined
+from workbench.core.units import join_units
 from workbench.core.validation.refusals import Array, as_array, refusal
 
 
@@ -31,7 +31,7 @@ class ArmStateFeedback(AbstractArmController):
 
     Examples
     --------
-    >>> arm = wb.named("cart-pole")
+    >>> arm = wb.robot("cart-pole")
     >>> linear = wb.linearize(wb.open_loop(wb.Manipulator(arm, q=[0.0, 0.0])), 0.0, np.zeros(4), at_rest=True)
     >>> design = wb.lqr(linear, Q=np.eye(4), R=[[1.0]])
     >>> design.K.shape, wb.ArmStateFeedback.of(arm, design).drives["tau"].unit
@@ -83,7 +83,7 @@ class ArmStateFeedback(AbstractArmController):
 
     def _gain(self, over: str) -> str:
         each = [f"{force}{over}{unit}" for unit in self.model.units for force in self.drives["tau"].units]
-        return joined(each)
+        return join_units(each)
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         e, ed = est.q - ref.q, est.qd - ref.qd

@@ -11,7 +11,7 @@ from workbench.arms.laws.adaptive_sliding_mode import (
     AbstractAdaptation,
     AbstractAdaptiveSlidingMode,
     AdaptiveSlidingMode,
-    Plain,
+    PlainAdaptation,
 )
 from workbench.arms.laws.sliding_surface import SWITCHINGS
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
@@ -104,7 +104,7 @@ class FuzzyAsmc(AbstractAdaptiveSlidingMode):
     lag: Scalar = parameter(unit="s", low=0, strict=True, symbol="T_v")
     K: Vector = initial(unit="{force}", shape=("n",), symbol="K")
     rules: RuleBase = RuleBase()
-    adaptation: AbstractAdaptation = Plain()
+    adaptation: AbstractAdaptation = PlainAdaptation()
     saturation: str = option(SWITCHINGS, default="clip")
 
     def __post_init__(self) -> None:
@@ -115,13 +115,13 @@ class FuzzyAsmc(AbstractAdaptiveSlidingMode):
         return self.gains + Layout((Entry("s_slow", np.zeros(self.dof), per_second(self.position), symbol="z"),))
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        s = self._sliding(est, ref).s
+        s = self._sliding_variables(est, ref).s
         v = self._trend(z, s)
         r = self.rules.strength(ca.fabs(s), v)
         return {"K": self.adaptation.rate(self.gamma * r * ca.fabs(s), s, z["K"]), "s_slow": v}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        s = self._sliding(est, ref).s
+        s = self._sliding_variables(est, ref).s
         return {"s": s, "r": self.rules.strength(ca.fabs(s), self._trend(z, s))}
 
     def without(self) -> Mapping[str, AbstractArmController]:

@@ -10,8 +10,8 @@ from workbench.arms.laws.adaptive_sliding_mode import (
     AbstractAdaptation,
     AbstractAdaptiveSlidingMode,
     AdaptiveSlidingMode,
-    Frozen,
-    Plain,
+    NoAdaptation,
+    PlainAdaptation,
 )
 from workbench.arms.laws.sliding_surface import SWITCHINGS, matrices
 from workbench.blocks.loop.contracts import EULER, Follows, Parts, Reads, euler
@@ -56,7 +56,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
     centres: Matrix = parameter(unit="rad, rad/s", shape=("m", "k"), symbol="c")
     widths: Vector = parameter(unit="rad, rad/s", low=0, strict=True, shape=("k",), symbol="b")
     K: Vector = initial(unit="{force}", shape=("n",), symbol="K")
-    adaptation: AbstractAdaptation = Plain()
+    adaptation: AbstractAdaptation = PlainAdaptation()
     saturation: str = option(SWITCHINGS, default="clip")
     integrator: str = option(
         {"euler": "K and W by explicit Euler", "exact": "W' exactly, K by explicit Euler"}, default="euler"
@@ -78,12 +78,12 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         M, C, G = matrices(self.model, est)
-        e, ed, s, qd_r, qdd_r = self._sliding(est, ref)
+        e, ed, s, qd_r, qdd_r = self._sliding_variables(est, ref)
         learned = z["W"].T @ self._h(e, ed)
-        return M @ qdd_r + C @ qd_r + G + learned - self._switching(z["K"], s, M)
+        return M @ qdd_r + C @ qd_r + G + learned - self._switching_torque(z["K"], s, M)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        e, ed, s, _, _ = self._sliding(est, ref)
+        e, ed, s, _, _ = self._sliding_variables(est, ref)
         return {
             "K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"]),
             "W": -self.Gamma * self._h(e, ed) @ s.T - self.sigma * z["W"],
@@ -104,14 +104,14 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
         return moved | {"W": z["W"] + period * share * rates["W"]}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        e, ed, s, _, _ = self._sliding(est, ref)
+        e, ed, s, _, _ = self._sliding_variables(est, ref)
         return {"s": s, "learned": z["W"].T @ self._h(e, ed)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
         plain = AdaptiveSlidingMode(
             self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation
         )
-        return {"network": plain, "adaptation": replace(self, adaptation=Frozen())} | self.without_layer()
+        return {"network": plain, "adaptation": replace(self, adaptation=NoAdaptation())} | self.without_layer()
 
     def _h(self, e: ca.SX, ed: ca.SX) -> ca.SX:
         x = ca.vertcat(e, ed)

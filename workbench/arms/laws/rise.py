@@ -61,11 +61,11 @@ class Rise(AbstractSlidingMode):
         return int(self.Lambda.shape[0])
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        tau: ca.SX = -(self.ks + 1) * self._sliding(est, ref).s - z["w"]
+        tau: ca.SX = -(self.ks + 1) * self._sliding_variables(est, ref).s - z["w"]
         return tau if self.model is None else tau + self.model.torque(ref.q, ref.qd, ref.qdd)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        s = self._sliding(est, ref).s
+        s = self._sliding_variables(est, ref).s
         return {"w": (self.ks + 1) * self.alpha * s + self.beta * saturation(s, self.phi, self.saturation)}
 
     def without(self) -> Mapping[str, AbstractArmController]:

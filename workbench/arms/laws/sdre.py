@@ -2,7 +2,7 @@ import casadi as ca
 
 from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm, solve_definite
-from workbench.arms.laws.algebraic_riccati import doubled, norm, residual
+from workbench.arms.laws.algebraic_riccati import doubling_solution, norm, residual
 from workbench.arms.laws.sliding_surface import matrices
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core import block, parameter
@@ -51,14 +51,14 @@ class Sdre(AbstractArmController):
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         M, C, G = matrices(self.model, est)
         x = ca.vertcat(est.q - ref.q, est.qd - ref.qd)
-        P = doubled(*self._problem(M, C), DOUBLINGS)
+        P = doubling_solution(*self._problem(M, C), DOUBLINGS)
         u = -ca.solve(self.R, solve_definite(M, P[self.dof :, :] @ x))
         return M @ ref.qdd + C @ ref.qd + G + u
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         M, C, _ = matrices(self.model, est)
         A, G, Q, rate = self._problem(M, C)
-        return {"residual": residual(A, G, Q, doubled(A, G, Q, rate, DOUBLINGS))}
+        return {"residual": residual(A, G, Q, doubling_solution(A, G, Q, rate, DOUBLINGS))}
 
     def _problem(self, M: ca.SX, C: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """A, G = B R^-1 B' and Q of the Riccati equation at a state, (2n, 2n), and a rate in 1/s amid its poles."""

@@ -45,8 +45,8 @@ class SlidingMode(AbstractSlidingMode):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = self._sliding(est, ref)
-        return M @ qdd_r + C @ qd_r + G - self._switching(self.K, s, M)
+        _, _, s, qd_r, qdd_r = self._sliding_variables(est, ref)
+        return M @ qdd_r + C @ qd_r + G - self._switching_torque(self.K, s, M)
 
     def without(self) -> Mapping[str, AbstractArmController]:
         return {"switching torque": replace(self, K=0 * self.K)} | self.without_layer()

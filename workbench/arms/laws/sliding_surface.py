@@ -9,8 +9,8 @@ from workbench.arms.arm_contracts import AbstractArmController
 from workbench.arms.dynamics import AbstractArm, solve_definite
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core.block import Scalar, Vector
-from workbench.core.claim import Claim, Signals
-from workbench.core.validation.signatures import door
+from workbench.core.claim import Claim, SignalValues
+from workbench.core.validation.signatures import check_arguments
 
 ROUNDING = 1e-7  # of rates that are exact but for the last digits
 SWEEPS, GUESSES = 5, 4  # for three joints and more: enough for all of some thousand random matrices up to n = 7
@@ -25,7 +25,7 @@ SWITCHINGS = SATURATIONS | {
 }
 
 
-def _pulled_by_the_surface(y: Signals) -> ca.SX:
+def _pulled_by_the_surface(y: SignalValues) -> ca.SX:
     """|e_i| |s_i| - Lambda_i e_i^2 - e_i e_i': >= 0, but for rounding, where e' = s - Lambda e."""
     e, s = y["e"], y["s"]
     return ca.fabs(e) * ca.fabs(s) - y["Lambda"] * e**2 - e * y["e'"] + ROUNDING
@@ -47,7 +47,7 @@ SURFACE_PULLS_THE_ERROR = Claim(
 )
 
 
-class Surface(NamedTuple):
+class SlidingVariables(NamedTuple):
     """The error and its rate, the sliding variable s, and the reference velocity and acceleration, each (n, 1)."""
 
     e: ca.SX
@@ -72,16 +72,16 @@ class AbstractSlidingMode(AbstractArmController):
     phi: Scalar
     saturation: str
 
-    @door
+    @check_arguments
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        return {"s": self._sliding(est, ref).s}
+        return {"s": self._sliding_variables(est, ref).s}
 
-    def _sliding(self, est: Reads, ref: Follows) -> Surface:
+    def _sliding_variables(self, est: Reads, ref: Follows) -> SlidingVariables:
         """The surface qd = qd_r = qd_ref - Lambda e; qd_r' = qdd_r where the estimates are exact."""
         e, ed = est.q - ref.q, est.qd - ref.qd
-        return Surface(e, ed, ed + self.Lambda * e, ref.qd - self.Lambda * e, ref.qdd - self.Lambda * ed)
+        return SlidingVariables(e, ed, ed + self.Lambda * e, ref.qd - self.Lambda * e, ref.qdd - self.Lambda * ed)
 
-    def _switching(self, K: Vector, s: ca.SX, M: ca.SX) -> ca.SX:
+    def _switching_torque(self, K: Vector, s: ca.SX, M: ca.SX) -> ca.SX:
         """K o sat(s / phi), (n, 1) in N m; "implicit" the torque of `relay` for M s' = -K o sign(s)."""
         if self.saturation == "implicit":
             return relay(s, M, K, self.sampling_period())

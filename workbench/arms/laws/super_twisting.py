@@ -72,14 +72,14 @@ class SuperTwisting(AbstractSlidingMode):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         M, C, G = matrices(self.model, est)
-        _, _, s, _, qdd_r = self._sliding(est, ref)
-        root, sigma, w = self._switched(s, z["w"])
+        _, _, s, _, qdd_r = self._sliding_variables(est, ref)
+        root, sigma, w = self._switching_terms(s, z["w"])
         u = -self.k1 * root * sigma + w
         tau: ca.SX = M @ (qdd_r + u) + C @ est.qd + G
         return tau
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        _, sigma, _ = self._switched(self._sliding(est, ref).s, z["w"])
+        _, sigma, _ = self._switching_terms(self._sliding_variables(est, ref).s, z["w"])
         return {"w": -self.k2 * sigma}
 
     @property
@@ -90,7 +90,7 @@ class SuperTwisting(AbstractSlidingMode):
         lines = {"integral part": replace(self, k2=0 * self.k2), "root part": replace(self, k1=0 * self.k1)}
         return lines | self.without_layer()
 
-    def _switched(self, s: ca.SX, w: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    def _switching_terms(self, s: ca.SX, w: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """|s|^(1/2), sat(s / phi) and the integral part that go into u; "implicit" those at the end of the period."""
         if self.saturation != "implicit":
             return _root(s), saturation(s, self.phi, self.saturation), w

@@ -18,12 +18,12 @@ from workbench.arms.laws.sliding_surface import (
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core import block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
-from workbench.core.claim import Claim, Signals
+from workbench.core.claim import Claim, SignalValues
 
 TINY = np.finfo(float).tiny
 
 
-def _moved_by_the_terminal_surface(y: Signals) -> ca.SX:
+def _moved_by_the_terminal_surface(y: SignalValues) -> ca.SX:
     power = ca.sign(y["e'"]) * ca.fabs(y["e'"]) ** y["gamma"]
     return ROUNDING - ca.fabs(power - y["beta"] * (y["surface"] - y["e"]))
 

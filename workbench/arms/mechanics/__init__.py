@@ -6,7 +6,7 @@ become matrices, then `spatial.py`.
 """
 
 from workbench.arms.mechanics import lagrange, urdf
-from workbench.arms.mechanics.arm_catalogue import CATALOGUE, named, paper_arm, planar
+from workbench.arms.mechanics.arm_catalogue import CATALOGUE, paper_arm, planar, robot
 from workbench.arms.mechanics.inertial_regressor import Regressor, regressor
 from workbench.arms.mechanics.parameter_reduction import BaseParameters, base_parameters
 from workbench.arms.mechanics.planar_arm import DIRECTIONS, Link, PlanarArm, PointMass
@@ -24,7 +24,7 @@ __all__ = [
     "SpatialLink",
     "base_parameters",
     "lagrange",
-    "named",
+    "robot",
     "paper_arm",
     "planar",
     "regressor",

@@ -4,11 +4,11 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from workbench.arms.mechanics.joint_tree import Joint, Solid, arm_of
 from workbench.arms.mechanics.planar_arm import Link, PlanarArm, PointMass
 from workbench.arms.mechanics.spatial import SpatialArm, SpatialLink
 from workbench.arms.mechanics.spatial_vectors import from_angles
-from workbench.arms.mechanics.tree import Joint, Solid, arm_of
-from workbench.core.validation.refusals import Array, known, whole
+from workbench.core.validation.refusals import Array, known_name, whole
 
 UP, ACROSS, RIGHT = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), np.pi / 2
 
@@ -218,13 +218,13 @@ CATALOGUE: Mapping[str, Callable[[], PlanarArm | SpatialArm]] = {
 }
 
 
-def named(name: str) -> PlanarArm | SpatialArm:
+def robot(name: str) -> PlanarArm | SpatialArm:
     """The arm of that name; where there is none, a `LookupError` names the nearest.
 
     Examples
     --------
-    >>> arm = wb.named("cart-pole")
+    >>> arm = wb.robot("cart-pole")
     >>> arm.dof, arm.units, arm.motors
     (2, ('m', 'rad'), (0,))
     """
-    return CATALOGUE[known(name, CATALOGUE, "robots of the catalogue")]()
+    return CATALOGUE[known_name(name, CATALOGUE, "robots of the catalogue")]()

@@ -15,7 +15,7 @@ from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.validation.refusals import Array
 
 STATES, SEED = 3, 2021
-AGREED = 1e-10  # of the largest torque; the roads differ by some hundred roundings, a wrong term by far more
+AGREEMENT = 1e-10  # of the largest torque; the roads differ by some hundred roundings, a wrong term by far more
 TINY = np.finfo(float).tiny
 REGULAR = 1e-13  # the smallest eigenvalue of M scaled to a unit diagonal: below it, M cannot be solved with in doubles
 
@@ -105,7 +105,7 @@ def kinetic_energy(links: Sequence[TreeLink], q: ca.SX, qd: ca.SX) -> ca.SX:
     return ca.densify(energy)
 
 
-def roads(arm: Tree) -> ca.Function:
+def torque_functions(arm: Tree) -> ca.Function:
     """(q, qd, qdd) -> the torque of links by the recursion and by the energies, and M of the links."""
     q, qd, qdd = (ca.SX.sym(letter, arm.dof) for letter in ("q", "qd", "qdd"))
     bodies = arm.bodies(q)
@@ -130,12 +130,12 @@ def difference(torques: ca.Function, states: Array) -> Array:
 def check(arm: Tree) -> None:
     """Refuse an arm whose recursion and energies give different torques, or whose M cannot be inverted."""
     states = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STATES, 3, arm.dof))
-    torques = roads(arm)
+    torques = torque_functions(arm)
     worst = float(np.max(difference(torques, states)))
-    if not worst <= AGREED:
+    if not worst <= AGREEMENT:
         raise ValueError(
             f"`SpatialArm(...)`: Newton and Euler's recursion and Lagrange's equation must give one torque; they "
-            f"differ by {worst:.2g} of it, above {AGREED:g}: its numbers are too far apart in size."
+            f"differ by {worst:.2g} of it, above {AGREEMENT:g}: its numbers are too far apart in size."
         )
     rotors = np.array(ca.evalf(ca.densify(arm.drive_inertias()))).ravel()
     for state in states:

@@ -23,7 +23,7 @@ from workbench.arms.mechanics.spatial_vectors import (
 from workbench.core.expressions import refuse_misfit
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, matrix, numbers
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 MOMENTS = ("I_xx", "I_xy", "I_xz", "I_yy", "I_yz", "I_zz")  # in the order of `tensor`
 FIRST = ("mc_x", "mc_y", "mc_z")
@@ -47,7 +47,7 @@ class _Link(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 @show
-@door
+@check_arguments
 class Regressor:
     r"""The matrix Y(q, qd, qdd), (n, k), with tau = Y theta for an arm of n joints.
 
@@ -87,7 +87,7 @@ class Regressor:
         """The number of joints n."""
         return int(self.q.numel())
 
-    @door
+    @check_arguments
     def at(self, q: object, qd: object, qdd: object) -> Array:
         """Y at a state, (n, k), from q, qd and qdd (n,); at N states, one below the other, (N n, k), from (N, n)."""
         parts = {"q": q, "qd": qd, "qdd": qdd}
@@ -101,7 +101,7 @@ class Regressor:
         return ca.Function("Y", [self.q, self.qd, self.qdd], [ca.densify(self.matrix)], {"cse": True})
 
 
-@door
+@check_arguments
 def regressor(arm: PlanarArm | SpatialArm) -> Regressor:
     """The matrix Y of an arm of rigid bodies, with tau = Y theta; see `Regressor`.
 

@@ -10,7 +10,7 @@ from workbench.arms.mechanics.spatial import SpatialArm
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, Integers
 from workbench.core.validation.refusals import seed as check_seed
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 ROWS = 4  # of torque for each entry of theta
 ROOM = np.pi  # of positions, speeds and accelerations of the drawn states, in rad or m
@@ -21,7 +21,7 @@ SMALL = 1e-9  # the part of a column off the span of those before it, below whic
 
 @dataclass(frozen=True, eq=False)
 @show
-@door
+@check_arguments
 class BaseParameters:
     """theta_b = K theta, (b,), with Y theta = Y_b theta_b, where Y_b has the columns `kept` of Y.
 
@@ -50,20 +50,20 @@ class BaseParameters:
     units: tuple[str, ...]
     combinations: tuple[str, ...]
     theta: Array
-    kept: Integers
+    kept_columns: Integers
     K: Array
     gap: float
     residual: float
     condition: float
     regressor: Regressor
 
-    @door
+    @check_arguments
     def at(self, q: object, qd: object, qdd: object) -> Array:
         """Y_b at a state, (n, b), from q, qd and qdd (n,); at N states, one below the other, (N n, b), from (N, n)."""
-        return np.asarray(self.regressor.at(q, qd, qdd)[:, self.kept])
+        return np.asarray(self.regressor.at(q, qd, qdd)[:, self.kept_columns])
 
 
-@door
+@check_arguments
 def base_parameters(arm: PlanarArm | SpatialArm, seed: int = 0) -> BaseParameters:
     """The base parameters of an arm, computed numerically at random states, which `seed` determines.
 
@@ -80,14 +80,14 @@ def base_parameters(arm: PlanarArm | SpatialArm, seed: int = 0) -> BaseParameter
 
     Examples
     --------
-    >>> base = wb.base_parameters(wb.named("planar-2r"))
+    >>> base = wb.base_parameters(wb.robot("planar-2r"))
     >>> len(base.theta), len(base.regressor.theta)
     (6, 8)
     >>> print(base.combinations[0])
     link1.mc_x + link2.m
     """
     rng, Y = np.random.default_rng(check_seed("base_parameters(seed=...)", seed)), regressor(arm)
-    W, fresh = _drawn(Y, rng), _drawn(Y, rng)
+    W, fresh = _random_rows(Y, rng), _random_rows(Y, rng)
     size = np.linalg.norm(W, axis=0)
     felt = size > SMALL * size.max()  # an entry that no torque feels has a column of zeros
     unit = np.where(felt, size, np.inf)
@@ -114,7 +114,7 @@ def base_parameters(arm: PlanarArm | SpatialArm, seed: int = 0) -> BaseParameter
     return BaseParameters(names, units, combined, K @ Y.theta, kept, K, gap, residual, condition, Y)
 
 
-def _drawn(Y: Regressor, rng: np.random.Generator) -> Array:
+def _random_rows(Y: Regressor, rng: np.random.Generator) -> Array:
     """Y at random states below one another, (N, k)."""
     states = 1 + ROWS * len(Y.names) // Y.dof
     return Y.at(*rng.uniform(-ROOM, ROOM, (3, states, Y.dof)))

@@ -142,7 +142,7 @@ class PlanarArm(AbstractArm):
         ends = [*joints[1:], joints[-1] + self.links[-1].length * along]
         right, up = DIRECTIONS[self.zero]
         feet = [(0.04 * size * (side * up - 2 * right), -0.04 * size * (side * right + 2 * up)) for side in (1, -1)]
-        bracket = Line([(0.0, 0.0), *feet], "ground", closed=True)
+        bracket = Line([(0.0, 0.0), *feet], "ground", is_closed=True)
         rods = [Line(pair, "link", 0.03 * size) for pair in zip(joints, ends, strict=True)]
         hinges = [Circle(place, 0.022 * size) for place in joints]
         heavy = (isinstance(link, PointMass) for link in self.links)

@@ -17,8 +17,8 @@ from workbench.arms.mechanics.spatial_vectors import (
 )
 from workbench.core import block, option, parameter
 from workbench.core.block import Column, Matrix, Number, Scalar, Vector
-from workbench.core.shapes import Circle, Line, Shape, projected
-from workbench.core.validation.refusals import Array, described, known, matrix, name, vector
+from workbench.core.shapes import Circle, Line, Shape, project
+from workbench.core.validation.refusals import Array, describe, known_name, matrix, name, vector
 
 UNIT = 1e-12  # what rounding leaves of a unit axis
 
@@ -64,9 +64,9 @@ class SpatialLink:
     speed: Scalar = parameter(default=None, unit="{length}/s", low=0, strict=True, symbol="v_s")
 
     def __post_init__(self) -> None:
-        me = f"SpatialLink({described(name('SpatialLink(name=...)', self.name))}"
-        object.__setattr__(self, "axis", _frozen(vector(f"{me}, axis=...)", self.axis, 3, "coordinates")))
-        object.__setattr__(self, "rotation", _frozen(matrix(f"{me}, rotation=...)", self.rotation, 3, 3)))
+        me = f"SpatialLink({describe(name('SpatialLink(name=...)', self.name))}"
+        object.__setattr__(self, "axis", _freeze(vector(f"{me}, axis=...)", self.axis, 3, "coordinates")))
+        object.__setattr__(self, "rotation", _freeze(matrix(f"{me}, rotation=...)", self.rotation, 3, 3)))
         length = math.hypot(*self.axis)
         if not abs(length - 1) <= UNIT:
             raise ValueError(
@@ -124,7 +124,7 @@ class SpatialLink:
         return ca.sign(qd) if self.speed is None else ca.tanh(qd / self.speed)
 
 
-def _frozen(value: Array) -> Array:
+def _freeze(value: Array) -> Array:
     value.flags.writeable = False
     return value
 
@@ -163,7 +163,7 @@ class SpatialArm(AbstractArm):
                     f"there is no loop; '{link.name}' at [{i}] has parent {link.parent}."
                 )
         for joint in self.passive:
-            known(joint, names, "joints of this arm")
+            known_name(joint, names, "joints of this arm")
         if not self.motors:
             raise ValueError("`SpatialArm(passive=...)` must leave a joint with a motor; got all joints.")
         energies.check(self)
@@ -193,11 +193,11 @@ class SpatialArm(AbstractArm):
         carrying = {link.parent for link in self.links}
         for i, (link, pose) in enumerate(zip(self.links, poses, strict=True)):
             before = poses[link.parent].position if link.parent >= 0 else base
-            rods.append(Line([projected(before), projected(pose.position)], "link", 0.03 * size))
-            hinges.append(Circle(projected(pose.position), 0.02 * size))
+            rods.append(Line([project(before), project(pose.position)], "link", 0.03 * size))
+            hinges.append(Circle(project(pose.position), 0.02 * size))
             if i not in carrying:
-                end = projected(pose.position + pose.rotation @ sparse(link.com))
-                rods.append(Line([projected(pose.position), end], "link", 0.02 * size))
+                end = project(pose.position + pose.rotation @ sparse(link.com))
+                rods.append(Line([project(pose.position), end], "link", 0.02 * size))
                 tips.append(Circle(end, 0.014 * size, "path"))
         return floor, *rods, *hinges, *tips
 

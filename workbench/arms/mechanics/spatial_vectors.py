@@ -14,7 +14,7 @@ import numpy as np
 from workbench.core.validation.refusals import Array, matrix
 
 ORTHONORMAL = 1e-12  # what rounding leaves of a rotation
-ROUNDED = 1e-6  # of the sum of the other two: how far printed digits may take a flat body beyond the triangle
+ROUNDING_MARGIN = 1e-6  # of the sum of the other two: how far printed digits may take a flat body beyond the triangle
 
 
 def _made_of(blocks: Sequence[Array]) -> ca.SX:
@@ -123,7 +123,7 @@ class Lump(NamedTuple):
     inertia: Array
 
 
-def merged(lumps: Sequence[Lump]) -> Lump:
+def merge_lumps(lumps: Sequence[Lump]) -> Lump:
     """Bodies fixed to each other, all seen from one frame, as one body."""
     mass = float(sum(lump.mass for lump in lumps))
     if mass == 0:
@@ -148,12 +148,12 @@ def refuse_impossible(of: str, mass: float, inertia: Array) -> None:
     if mass == 0 and inertia.any():
         raise ValueError(f"The inertia of {of} belongs to no mass: its mass is 0; give it one, or no inertia.")
     low, middle, high = np.linalg.eigvalsh(inertia)
-    if low < -ROUNDED * high or high < 0:
+    if low < -ROUNDING_MARGIN * high or high < 0:
         raise ValueError(
             f"The inertia of {of} must be positive definite, as a moment is a sum of masses times squares; "
             f"its principal moments are {low:.6g}, {middle:.6g} and {high:.6g} kg m^2."
         )
-    if high > (low + middle) * (1 + ROUNDED):
+    if high > (low + middle) * (1 + ROUNDING_MARGIN):
         raise ValueError(
             f"The inertia of {of} belongs to no body: the largest principal moment, {high:.6g} kg m^2, is above the "
             f"sum of the other two, {low:.6g} + {middle:.6g}; check the six moments and the frame they are given in."

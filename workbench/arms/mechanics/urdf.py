@@ -17,11 +17,11 @@ from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
 
 import numpy as np
 
+from workbench.arms.mechanics.joint_tree import Joint, Solid, arm_of
 from workbench.arms.mechanics.spatial import SpatialArm
 from workbench.arms.mechanics.spatial_vectors import from_angles, tensor
-from workbench.arms.mechanics.tree import Joint, Solid, arm_of
-from workbench.core.validation.refusals import Array, described, positive
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, describe, positive
+from workbench.core.validation.signatures import check_arguments
 
 LARGEST = 2_000_000  # bytes of a file
 LONGEST_PATH = 300  # characters of a path that a message shows
@@ -33,8 +33,8 @@ KINDS = ("revolute", "continuous", "prismatic", "fixed")
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
-@door
-def read(
+@check_arguments
+def read_urdf(
     file: str | Path, gravity: float = 9.81, *, passive: tuple[str, ...] = (), friction_speed: float | None = None
 ) -> SpatialArm:
     """The arm that a URDF file describes. No other file is opened: meshes are never read.
@@ -60,7 +60,7 @@ def read(
     >>> arm.dof, arm.links[0].mass
     (1, 1.5)
     """
-    name = described(str(file), LONGEST_PATH)
+    name = describe(str(file), LONGEST_PATH)
     try:
         if not Path(file).is_file():  # a folder, a pipe, which would wait for a writer, or nothing
             raise LookupError(f"There is no file {name}.")
@@ -71,7 +71,7 @@ def read(
     return _arm(text, name, gravity, passive, friction_speed)
 
 
-@door
+@check_arguments
 def parse(
     text: str, gravity: float = 9.81, *, passive: tuple[str, ...] = (), friction_speed: float | None = None
 ) -> SpatialArm:

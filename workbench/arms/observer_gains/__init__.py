@@ -14,25 +14,25 @@ from workbench.arms.observer_gains.decay_certificate import (
 )
 from workbench.arms.observer_gains.error_dynamics import (
     Audit,
-    Frozen,
+    FrozenPoles,
     Noise,
-    along,
     audit,
     frozen_poles,
+    frozen_poles_along,
+    frozen_poles_over,
     kalman,
     noise,
-    over,
     peaking,
-    tolerated,
+    tolerated_mismatch,
 )
 from workbench.arms.observer_gains.gains import Gains, Region, by_poles, high_gain
-from workbench.arms.observer_gains.inequality import Bound, Lipschitz, lipschitz
+from workbench.arms.observer_gains.inequality import Lipschitz, LipschitzBound, lipschitz
 from workbench.arms.observer_gains.mismatch import Mismatch
 
 __all__ = [
     "Audit",
-    "Bound",
-    "Frozen",
+    "LipschitzBound",
+    "FrozenPoles",
     "Gains",
     "Lipschitz",
     "Mismatch",
@@ -40,7 +40,7 @@ __all__ = [
     "RateCertificate",
     "Reach",
     "Region",
-    "along",
+    "frozen_poles_along",
     "audit",
     "by_lmi",
     "by_poles",
@@ -52,7 +52,7 @@ __all__ = [
     "least_double_pole",
     "lipschitz",
     "noise",
-    "over",
+    "frozen_poles_over",
     "peaking",
-    "tolerated",
+    "tolerated_mismatch",
 ]

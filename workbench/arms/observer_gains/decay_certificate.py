@@ -19,8 +19,8 @@ from workbench.arms.observer_gains.matrix_inequalities import least_noise, lyapu
 from workbench.arms.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, positive, require
-from workbench.core.validation.signatures import door
-from workbench.design.matrices import Refused, symmetric
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import DesignError, symmetric
 
 # The least double pole is found to this factor, and sought up to so many times the rate.
 FINE, FARTHEST = 1.05, 1000.0
@@ -54,7 +54,7 @@ class RateCertificate:
     rate: float
     boxes: int
 
-    @door
+    @check_arguments
     def reach(self, arm: Region) -> Reach:
         """The initial errors with which the estimate stays in the region while the arm stays in `arm`, inside it."""
         room = self._room(arm)
@@ -87,7 +87,7 @@ class RateCertificate:
         return room
 
 
-@door
+@check_arguments
 def check(mismatch: Mismatch, gains: Gains, region: Region, P: Array, rate: float) -> RateCertificate:
     """Prove that P is a certificate of a rate in a region.
 
@@ -104,7 +104,7 @@ def check(mismatch: Mismatch, gains: Gains, region: Region, P: Array, rate: floa
     positive("check(rate=...)", rate, " of 1/s")
     refuse_unfit("check", mismatch, gains, region)
     if not exactly_definite(P):
-        raise Refused("The certificate's P is not positive definite: a leading minor is not positive, exactly.")
+        raise DesignError("The certificate's P is not positive definite: a leading minor is not positive, exactly.")
     boxes = prove(_inequality(gains, P, rate, mismatch, region), mismatch, region, f"A decay at {rate:.4g} 1/s")
     return RateCertificate(gains, region, P, rate, boxes)
 
@@ -124,7 +124,7 @@ def _inequality(gains: Gains, P: Array, rate: float, mismatch: Mismatch, region:
     return Inequality(W.T @ Z0 @ W, W.T @ F, W, size)
 
 
-@door
+@check_arguments
 def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     """The gains with the least bound of noise of all that share one P for a rate in a region (extra `lmi`).
 
@@ -137,7 +137,7 @@ def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     --------
     >>> from workbench.arms.dynamics import Dynamics
     >>> from workbench.arms.observer_gains import Region, by_lmi
-    >>> arm = Dynamics.of(wb.named("planar-1r"))
+    >>> arm = Dynamics.of(wb.robot("planar-1r"))
     >>> by_lmi(arm, Region([3.0], [7.0]), 1.0).gains.L1.shape
     (1, 1)
     """
@@ -147,7 +147,7 @@ def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     return check(mismatch, gains, region, P, rate)
 
 
-@door
+@check_arguments
 def least_double_pole(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     """L1 = 2 p I, L2 = p^2 I with the least p, to some percent, that is certified a rate in a region (extra `lmi`).
 
@@ -160,42 +160,42 @@ def least_double_pole(dynamics: Dynamics, region: Region, rate: float) -> RateCe
     --------
     >>> from workbench.arms.dynamics import Dynamics
     >>> from workbench.arms.observer_gains import Region, least_double_pole
-    >>> arm = Dynamics.of(wb.named("planar-1r"))
+    >>> arm = Dynamics.of(wb.robot("planar-1r"))
     >>> least_double_pole(arm, Region([3.0], [7.0]), 1.0)
     RateCertificate(gains=Gains(...), region=Region(speed=[3], torque=[7]), P=<2 x 2>, rate=1, boxes=15)
     """
     solvers("least_double_pole")
     mismatch, low = Mismatch.of(dynamics), positive("least_double_pole(rate=...)", rate, " of 1/s")
     p = low
-    while not _proposed(mismatch, region, rate, p):
+    while not _has_proposal(mismatch, region, rate, p):
         low, p = p, 2 * p
     while p > FINE * low:
         middle = float(np.sqrt(low * p))
-        low, p = (low, middle) if _proposed(mismatch, region, rate, middle) else (middle, p)
+        low, p = (low, middle) if _has_proposal(mismatch, region, rate, middle) else (middle, p)
     while True:
         gains = by_poles(mismatch.joints, -p, -p)
         try:
             return check(mismatch, gains, region, lyapunov_matrix(mismatch, gains, region, rate), rate)
-        except Refused:
-            p = _bounded(FINE * p, rate)
+        except DesignError:
+            p = _bound_pole(FINE * p, rate)
 
 
-def _proposed(mismatch: Mismatch, region: Region, rate: float, p: float) -> bool:
+def _has_proposal(mismatch: Mismatch, region: Region, rate: float, p: float) -> bool:
     """True if a P is found for the double pole -p."""
     try:
-        lyapunov_matrix(mismatch, by_poles(mismatch.joints, -_bounded(p, rate), -p), region, rate)
-    except Refused:
+        lyapunov_matrix(mismatch, by_poles(mismatch.joints, -_bound_pole(p, rate), -p), region, rate)
+    except DesignError:
         return False
     return True
 
 
-def _bounded(p: float, rate: float) -> float:
+def _bound_pole(p: float, rate: float) -> float:
     if p > FARTHEST * rate:
         raise ValueError(f"No double pole up to {FARTHEST:g} times the rate of {rate:g} 1/s is certified there.")
     return p
 
 
-@door
+@check_arguments
 def certify(dynamics: Dynamics, gains: Gains, region: Region, rate: float) -> RateCertificate:
     """A certificate that the error of given gains decays at a rate in a region; refusals are those of `by_lmi`.
 
@@ -203,7 +203,7 @@ def certify(dynamics: Dynamics, gains: Gains, region: Region, rate: float) -> Ra
     --------
     >>> from workbench.arms.dynamics import Dynamics
     >>> from workbench.arms.observer_gains import Gains, Region, certify
-    >>> arm = Dynamics.of(wb.named("planar-1r"))
+    >>> arm = Dynamics.of(wb.robot("planar-1r"))
     >>> certify(arm, Gains(np.array([[80.0]]), np.array([[1600.0]])), Region([3.0], [7.0]), 1.0).rate
     1.0
     """

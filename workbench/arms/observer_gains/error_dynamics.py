@@ -21,9 +21,9 @@ from workbench.arms.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, positive, vector, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear.feedback_loops import largest_state_gain
-from workbench.design.matrices import Refused, matrix
+from workbench.design.matrices import DesignError, matrix
 from workbench.design.riccati import care, lqe, lyapunov
 from workbench.proofs.branch_and_bound import sequence
 
@@ -39,7 +39,7 @@ ROOM = 1e-6  # of a tolerated mismatch, which is given away for the exact check
 
 @dataclass(frozen=True, eq=False)
 @show
-class Frozen:
+class FrozenPoles:
     """Poles (N, 2n) in 1/s at N states q, qd, tau of a region, (N, n) each."""
 
     q: Array
@@ -63,15 +63,15 @@ class Frozen:
         return float((self.rates < 0).mean())
 
 
-@door
+@check_arguments
 def frozen_poles(mismatch: Mismatch, gains: Gains, q: Array, qd: Array, tau: Array) -> Array:
     """The eigenvalues (N, 2n) of the exact error Jacobian [[-L1, I], [df/dq - L2, df/dqd]] at N states, in 1/s."""
     q, qd, tau = _rows("frozen_poles", mismatch, q, qd, tau)
     return np.asarray(np.linalg.eigvals(gains.error_matrix(mismatch.at(q, qd, tau))))
 
 
-@door
-def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLES) -> Frozen:
+@check_arguments
+def frozen_poles_over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLES) -> FrozenPoles:
     """The frozen poles at states spread evenly over a region, which are samples and no bound."""
     whole("over(samples=...)", samples, most=MOST_SAMPLES)
     refuse_unfit("over", mismatch, gains, region)
@@ -79,11 +79,13 @@ def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLE
     u = sequence(samples, 3 * n)
     q = low + u[:, :n] * (high - low)
     qd, tau = (2 * u[:, n : 2 * n] - 1) * region.speed, (2 * u[:, 2 * n :] - 1) * region.torque
-    return Frozen(q, qd, tau, frozen_poles(mismatch, gains, q, qd, tau))
+    return FrozenPoles(q, qd, tau, frozen_poles(mismatch, gains, q, qd, tau))
 
 
-@door
-def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array, tau: Array) -> Frozen:
+@check_arguments
+def frozen_poles_along(
+    mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array, tau: Array
+) -> FrozenPoles:
     """The frozen poles along a path (N, n) of positions, velocities and torques, which must stay in the region."""
     refuse_unfit("along", mismatch, gains, region)
     path = q, qd, tau = _rows("along", mismatch, q, qd, tau)
@@ -96,11 +98,11 @@ def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array,
             f"`along(q, qd, tau)` must stay in the region; its row {row} leaves it, with q = {path[0][row].tolist()}, "
             f"qd = {path[1][row].tolist()}, tau = {path[2][row].tolist()}."
         )
-    return Frozen(*path, frozen_poles(mismatch, gains, *path))
+    return FrozenPoles(*path, frozen_poles(mismatch, gains, *path))
 
 
-def _rows(call: str, mismatch: Mismatch, *given: Array) -> tuple[Array, Array, Array]:
-    path = list(given)
+def _rows(call: str, mismatch: Mismatch, *arguments: Array) -> tuple[Array, Array, Array]:
+    path = list(arguments)
     shapes = {part.shape for part in path}
     if len(shapes) > 1 or path[0].ndim != 2 or path[0].shape[1] != mismatch.joints or not len(path[0]):
         raise ValueError(
@@ -125,22 +127,22 @@ class Noise:
     velocity: float
 
 
-@door
+@check_arguments
 def noise(gains: Gains, J: Array | None = None) -> Noise:
     """The H2 norms from v to q~ and to qd~: the roots of the traces of X, A X + X A' + L L' = 0.
 
-    J is the Jacobian [df/dq, df/dqd] (n, 2n) of a state; where the model adds nothing if not given. `Refused` if the
-    error does not decay there.
+    J is the Jacobian [df/dq, df/dqd] (n, 2n) of a state; where the model adds nothing if not given. `DesignError` if
+    the error does not decay there.
     """
     n = gains.joints
-    A, L = gains.error_matrix(None if J is None else matrix("noise(J=...)", "J", J, n, 2 * n)), gains.stacked
+    A, L = gains.error_matrix(None if J is None else matrix("noise(J=...)", "J", J, n, 2 * n)), gains.L
     if (slowest := float(np.linalg.eigvals(A).real.max())) >= 0:
-        raise Refused(f"`noise(...)` needs an error that decays; a mode grows here at {slowest:.3g} 1/s.")
+        raise DesignError(f"`noise(...)` needs an error that decays; a mode grows here at {slowest:.3g} 1/s.")
     X = lyapunov(A, L @ L.T).X
     return Noise(float(np.sqrt(np.trace(X[:n, :n]))), float(np.sqrt(np.trace(X[n:, n:]))))
 
 
-@door
+@check_arguments
 def peaking(gains: Gains) -> float:
     """The worst transient: the greatest |qd~(t)| for qd~(0) = 0 and |q~(0)| = 1 rad, in 1/s, to 1e-4 of itself."""
     n, A = gains.joints, gains.error_matrix()
@@ -150,8 +152,8 @@ def peaking(gains: Gains) -> float:
     return float(np.linalg.norm(part, 2, axis=(1, 2)).max())
 
 
-@door
-def tolerated(gains: Gains) -> tuple[float, Array]:
+@check_arguments
+def tolerated_mismatch(gains: Gains) -> tuple[float, Array]:
     """The largest rho such that one P (2n, 2n) proves a decay for every Delta with |Delta| <= rho |x~|, and that P.
 
     It is 1 / max |[0; I] to x~ at i w| over all frequencies w. P solves
@@ -172,11 +174,11 @@ def tolerated(gains: Gains) -> tuple[float, Array]:
     rho = (1 - 2 * ROOM) * most
     P = -care(A, B, -(((1 - ROOM) * most) ** 2) * np.eye(2 * n), np.eye(n)).X
     if not bears_mismatch(P, A, B, rho):
-        raise Refused("The certificate of the tolerated mismatch fails its check in rational arithmetic.")
+        raise DesignError("The certificate of the tolerated mismatch fails its check in rational arithmetic.")
     return rho, P
 
 
-@door
+@check_arguments
 def kalman(dynamics: Dynamics, q: Numbers, qd: Numbers, tau: Numbers, Qn: Numbers, Rn: Numbers) -> Gains:
     """The steady Kalman gain of the arm linearised at a state, for accelerations and measurements with white noise.
 
@@ -212,19 +214,24 @@ class Audit:
     """
 
     gains: Gains
-    frozen: Frozen
+    frozen_poles: FrozenPoles
     certificate: RateCertificate | None
     share: float | None
     reach: Reach | None
-    tolerated: float
+    tolerated_mismatch: float
     noise: Noise
     peaking: float
     why: str
 
 
-@door
+@check_arguments
 def audit(
-    dynamics: Dynamics, gains: Gains, region: Region, inner: float, rate: float, known: RateCertificate | None = None
+    dynamics: Dynamics,
+    gains: Gains,
+    region: Region,
+    inner: float,
+    rate: float,
+    known_certificate: RateCertificate | None = None,
 ) -> Audit:
     """Judge the gains L1, L2 of an observer of this arm in a region.
 
@@ -249,49 +256,55 @@ def audit(
     --------
     >>> from workbench.arms.dynamics import Dynamics
     >>> from workbench.arms.observer_gains import Region, audit, by_poles
-    >>> arm, region = Dynamics.of(wb.named("planar-1r")), Region([3.0], [7.0])
+    >>> arm, region = Dynamics.of(wb.robot("planar-1r")), Region([3.0], [7.0])
     >>> audit(arm, by_poles(1, -40.0, -40.0), region, 0.5, 1.0).gains
     Gains(L1=[[80]], L2=[[1600]])
     """
     positive("audit(rate=...)", rate, " of 1/s")
     if not 0 < positive("audit(inner=...)", inner) < 1:
         raise ValueError(f"`audit(inner=...)` is a share, so it lies between 0 and 1; got {inner}.")
-    if known is not None and (known.gains is not gains or known.region is not region or known.rate != rate):
+    if known_certificate is not None and (
+        known_certificate.gains is not gains or known_certificate.region is not region or known_certificate.rate != rate
+    ):
         raise ValueError("`audit(known=...)` must be the certificate of these gains, in this region, of this rate.")
     mismatch = Mismatch.of(dynamics)
-    seen = over(mismatch, gains, region)
+    seen = frozen_poles_over(mismatch, gains, region)
     certificate, share, why = (
-        (check(mismatch, gains, region, known.P, rate), 1.0, "") if known else _certified(mismatch, gains, region, rate)
+        (check(mismatch, gains, region, known_certificate.P, rate), 1.0, "")
+        if known_certificate
+        else _largest_certificate(mismatch, gains, region, rate)
     )
     reach = None
     if certificate is not None:
         whole = certificate.region
         reach = certificate.reach(Region(inner * whole.speed, whole.torque, whole.low, whole.high))
-    return Audit(gains, seen, certificate, share, reach, tolerated(gains)[0], noise(gains), peaking(gains), why)
+    return Audit(
+        gains, seen, certificate, share, reach, tolerated_mismatch(gains)[0], noise(gains), peaking(gains), why
+    )
 
 
-def _certified(
+def _largest_certificate(
     mismatch: Mismatch, gains: Gains, region: Region, rate: float
 ) -> tuple[RateCertificate | None, float | None, str]:
     """A certificate in the whole region, or in the largest share of it that halving finds."""
     try:
         return check(mismatch, gains, region, lyapunov_matrix(mismatch, gains, region, rate), rate), 1.0, ""
-    except Refused as none:
+    except DesignError as none:
         why = str(none)
     low, high = 0.0, 1.0
     for _ in range(HALVINGS):
         share = (low + high) / 2 if low else high / 4
         try:
-            lyapunov_matrix(mismatch, gains, region.scaled(share), rate)
-        except Refused:
+            lyapunov_matrix(mismatch, gains, region.scale(share), rate)
+        except DesignError:
             high = share
         else:
             low = share
     for part in SURE if low else ():
-        smaller = region.scaled(part * low)
+        smaller = region.scale(part * low)
         try:
             found = check(mismatch, gains, smaller, lyapunov_matrix(mismatch, gains, smaller, rate), rate)
-        except Refused as none:
+        except DesignError as none:
             why = str(none)
         else:
             return found, part * low, ""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, described, finite, positive, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, describe, finite, positive, whole
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import square
 
 MOST_SHARE = 1e6  # of speeds and torques
@@ -15,7 +15,7 @@ MOST_JOINTS, MOST_GAIN = 1000, 1e100
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Gains:
     """L1 (n, n) in 1/s and L2 (n, n) in 1/s^2 of
 
@@ -54,11 +54,11 @@ class Gains:
         return len(self.L1)
 
     @property
-    def stacked(self) -> Array:
+    def L(self) -> Array:
         """L = [L1; L2], (2n, n)."""
         return np.vstack([self.L1, self.L2])
 
-    @door
+    @check_arguments
     def error_matrix(self, J: Array | None = None) -> Array:
         """A = [[-L1, I], [-L2, 0] + J], (..., 2n, 2n), with J = [df/dq, df/dqd], (..., n, 2n), or none."""
         n = self.joints
@@ -71,7 +71,7 @@ class Gains:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Region:
     """low <= q <= high, |qd| <= speed, |tau| <= torque, joint by joint; any position where `low` and `high` are None.
 
@@ -97,10 +97,10 @@ class Region:
                 object.__setattr__(self, name, _vector(name, value, np.size(self.speed)))
         for name in ("speed", "torque"):
             if (getattr(self, name) < 0).any():
-                size = described(getattr(self, name).tolist())
+                size = describe(getattr(self, name).tolist())
                 raise ValueError(f"`Region({name}=...)` bounds a size, so it must not be negative; got {size}.")
         if self.low is not None and self.high is not None and not (self.low < self.high).all():
-            low, high = (described(end.tolist()) for end in (self.low, self.high))
+            low, high = (describe(end.tolist()) for end in (self.low, self.high))
             raise ValueError(f"`Region(low=..., high=...)` must be a box, low < high; got {low} and {high}.")
 
     @property
@@ -115,23 +115,23 @@ class Region:
             return np.full(self.joints, -np.pi), np.full(self.joints, np.pi)
         return self.low, self.high
 
-    @door
-    def scaled(self, share: float) -> Region:
+    @check_arguments
+    def scale(self, share: float) -> Region:
         """The region with its speeds and torques times a share, and its positions as they are."""
         share = finite("scaled(share=...)", share, low=0, high=MOST_SHARE)
         return Region(share * self.speed, share * self.torque, self.low, self.high)
 
 
-def _vector(name: str, given: Array, size: int) -> Array:
-    value = given.copy()
+def _vector(name: str, values: Array, size: int) -> Array:
+    value = values.copy()
     if value.shape != (size,) or not size or not np.isfinite(value).all():
         must = "one finite number a joint, as `speed` does"
-        raise ValueError(f"`Region({name}=...)` must hold {must}; got {described(value.tolist())}.")
+        raise ValueError(f"`Region({name}=...)` must hold {must}; got {describe(value.tolist())}.")
     value.flags.writeable = False
     return value
 
 
-@door
+@check_arguments
 def by_poles(joints: int, first: float | complex, second: float | complex) -> Gains:
     """L1 = -(s1 + s2) I, L2 = s1 s2 I: where the model adds nothing, each joint has the poles s1 and s2, in 1/s.
 
@@ -157,7 +157,7 @@ def by_poles(joints: int, first: float | complex, second: float | complex) -> Ga
     return Gains(-total.real * identity, product.real * identity)
 
 
-@door
+@check_arguments
 def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
     """L1 = a1 / epsilon I, L2 = a2 / epsilon^2 I: the poles are the roots of s^2 + a1 s + a2 over epsilon, in s.
 
@@ -171,7 +171,7 @@ def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
     --------
     >>> from workbench.arms.dynamics import Dynamics
     >>> from workbench.arms.observer_gains import high_gain, kalman
-    >>> arm = Dynamics.of(wb.named("planar-1r"))
+    >>> arm = Dynamics.of(wb.robot("planar-1r"))
     >>> kalman(arm, [0.1], [0.0], [0.0], np.eye(1), np.eye(1)).L1.round(3)
     array([[0.261]])
     >>> high_gain(2, 2.0, 1.0, 0.1).L1

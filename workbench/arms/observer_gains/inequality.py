@@ -21,15 +21,15 @@ from workbench.arms.observer_gains.gains import Region
 from workbench.arms.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
-from workbench.design.matrices import Refused
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import DesignError
 from workbench.proofs.branch_and_bound import definite, sequence
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.exact_arithmetic import Matrix, characteristic_polynomial
 
 Mask = NDArray[np.bool_]
 # Boxes of positions that a proof may take, and doubles that are held at a time.
-BUDGET, HELD = 40_000, 3_000_000
+BUDGET, MOST_DOUBLES = 40_000, 3_000_000
 # Shares above the largest norm that is known, of which the first that can be proved is taken; samples of states.
 SHARES, SAMPLES = (0.01, 0.03, 0.1, 0.3), 20_000
 
@@ -83,7 +83,7 @@ class Inequality:
 def prove(inequality: Inequality, mismatch: Mismatch, region: Region, what: str, budget: int = BUDGET) -> int:
     """Prove Z(J) > 0 over a region, and return how many boxes of positions that took.
 
-    `Refused` if it fails for the hull at the middle of a box, or not within the budget; `what` names it.
+    `DesignError` if it fails for the hull at the middle of a box, or not within the budget; `what` names it.
     """
     Y, (low, high) = mismatch.vertices(region), region.box
     c, r = ((low + high) / 2)[None], ((high - low) / 2)[None] * (1 + 8 * UNIT) + 8 * UNIT * np.abs(low + high)
@@ -91,8 +91,8 @@ def prove(inequality: Inequality, mismatch: Mismatch, region: Region, what: str,
     while len(todo.c):
         count += len(todo.c)
         if count > budget:
-            raise Refused(f"{what} was not proved within {budget} boxes of positions; allow it more room.")
-        size = max(1, HELD // int(todo.open.sum(axis=1).max() * len(inequality.Z0) ** 2))
+            raise DesignError(f"{what} was not proved within {budget} boxes of positions; allow it more room.")
+        size = max(1, MOST_DOUBLES // int(todo.open.sum(axis=1).max() * len(inequality.Z0) ** 2))
         rest = [_halves(inequality, mismatch, Y, todo.part(i, i + size), what) for i in range(0, len(todo.c), size)]
         todo = _Todo(*(np.concatenate([getattr(part, name) for part in rest]) for name in _Todo._fields))
     return count
@@ -135,20 +135,20 @@ def _halves(inequality: Inequality, mismatch: Mismatch, Y: Array, todo: _Todo, w
     still: Mask = np.zeros(todo.open.shape, dtype=bool)
     still[b, v] = np.logical_not(holds)
     failed = np.flatnonzero(still.any(axis=1))
-    return _halved(c[failed], r[failed], blame[failed], still[failed])
+    return _halve_boxes(c[failed], r[failed], blame[failed], still[failed])
 
 
 def _refuse_failure(inequality: Inequality, J: Array, c: Array, what: str) -> None:
     least = np.linalg.eigvalsh(inequality.at(J))[:, 0]
     if len(least) and not least.min() > 0:
         where = np.round(c[int(np.argmin(least))], 4).tolist()
-        raise Refused(
+        raise DesignError(
             f"{what} is not proved: near the positions {where} rad the hull of the Jacobians has a vertex with the "
             f"margin {least.min():.3g}, which must be positive."
         )
 
 
-def _halved(c: Array, r: Array, blame: Array, still: Mask) -> _Todo:
+def _halve_boxes(c: Array, r: Array, blame: Array, still: Mask) -> _Todo:
     """The halves of boxes, across the joint that changes J most; they overlap by their rounding."""
     rows, axis = np.arange(len(c)), blame.argmax(axis=1) if len(c) else np.zeros(0, int)
     shift, half = np.zeros_like(c), r.copy()
@@ -159,11 +159,11 @@ def _halved(c: Array, r: Array, blame: Array, still: Mask) -> _Todo:
 
 @dataclass(frozen=True)
 @show
-class Bound:
+class LipschitzBound:
     """`seen` is reached at a state of the region; no state exceeds `proved`."""
 
-    seen: float
-    proved: float
+    lower: float
+    upper: float
 
 
 @dataclass(frozen=True)
@@ -171,11 +171,11 @@ class Bound:
 class Lipschitz:
     """rho_q in 1/s^2 and rho_v in 1/s."""
 
-    position: Bound
-    velocity: Bound
+    position: LipschitzBound
+    velocity: LipschitzBound
 
 
-@door
+@check_arguments
 def lipschitz(mismatch: Mismatch, region: Region) -> Lipschitz:
     """The Lipschitz constants of the mismatch (14) over a region, proved by intervals:
 
@@ -192,14 +192,14 @@ def lipschitz(mismatch: Mismatch, region: Region) -> Lipschitz:
     --------
     >>> from workbench.arms.dynamics import Dynamics
     >>> from workbench.arms.observer_gains import Mismatch, Region, lipschitz
-    >>> arm = Dynamics.of(wb.named("planar-1r"))
+    >>> arm = Dynamics.of(wb.robot("planar-1r"))
     >>> lipschitz(Mismatch.of(arm), Region([3.0], [7.0]))
     Lipschitz(position=Bound(seen=14.715, proved=14.8621), velocity=Bound(seen=0, proved=1e-09))
     """
     refuse_unfit("lipschitz", mismatch, None, region)
     n = mismatch.joints
     J = mismatch.at(*extremes(region))
-    return Lipschitz(*(_bound(mismatch, region, J, slice(i, i + n)) for i in (0, n)))
+    return Lipschitz(*(_lipschitz_bound(mismatch, region, J, slice(i, i + n)) for i in (0, n)))
 
 
 def extremes(region: Region) -> tuple[Array, Array, Array]:
@@ -210,7 +210,7 @@ def extremes(region: Region) -> tuple[Array, Array, Array]:
     return low + u[:, :n] * (high - low), speeds * region.speed, torques * region.torque
 
 
-def _bound(mismatch: Mismatch, region: Region, J: Array, columns: slice) -> Bound:
+def _lipschitz_bound(mismatch: Mismatch, region: Region, J: Array, columns: slice) -> LipschitzBound:
     """The norm of a half of J: t bounds it if [[t I, J], [J', t I]] > 0."""
     n, seen = mismatch.joints, float(np.linalg.norm(J[..., columns], 2, axis=(1, 2)).max())
     F, G = np.vstack([np.eye(n), np.zeros((n, n))]), np.zeros((2 * n, 2 * n))
@@ -219,10 +219,10 @@ def _bound(mismatch: Mismatch, region: Region, J: Array, columns: slice) -> Boun
         t = max((1 + share) * seen, 1e-9)
         try:
             prove(Inequality(t * np.eye(2 * n), F, G, t * np.eye(2 * n)), mismatch, region, "A Lipschitz constant")
-        except Refused:
+        except DesignError:
             continue
-        return Bound(seen, t)
-    raise Refused(
+        return LipschitzBound(seen, t)
+    raise DesignError(
         f"No Lipschitz constant up to {1 + SHARES[-1]:g} times {seen:.4g}, which is seen, was proved: take a smaller "
         "region, or one without poles."
     )

@@ -19,11 +19,11 @@ import numpy as np
 from workbench.arms.observer_gains.gains import Gains, Region
 from workbench.arms.observer_gains.mismatch import Mismatch
 from workbench.core.validation.refusals import Array
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 # Positions of a grid a joint, rounds of adding Jacobians and how many at a time, and the room, as a share of the
 # observer's speed, that the rate of a proposal keeps for what lies between the samples.
-POINTS, ROUNDS, ADDED, ROOM = 17, 20, 10, 0.04
+POINTS, ROUNDS, MOST_ADDED, ROOM = 17, 20, 10, 0.04
 
 
 def common_lyapunov(A: Array, rate: float) -> Array:
@@ -63,7 +63,7 @@ def least_noise_observer(A: Array, nominal: Array, C: Array, rate: float, weight
 def solvers(call: str) -> Any:
     """CVXPY, or a refusal of a call that needs the extra `lmi` where it is not installed."""
     if find_spec("cvxpy") is None or find_spec("clarabel") is None:
-        raise Refused(
+        raise DesignError(
             f"`{call}(...)` needs CVXPY and Clarabel, which are not here: pip install control-workbench[lmi]."
         )
     import cvxpy
@@ -78,9 +78,9 @@ def _solve(cp: Any, objective: Any, constraints: Sequence[Any], call: str) -> No
             warnings.simplefilter("ignore")
             problem.solve(solver=cp.CLARABEL)
     except cp.error.SolverError as failure:
-        raise Refused(f"`{call}(...)` found no answer: {str(failure).splitlines()[0]}") from None
+        raise DesignError(f"`{call}(...)` found no answer: {str(failure).splitlines()[0]}") from None
     if problem.status not in ("optimal", "optimal_inaccurate"):
-        raise Refused(f"`{call}(...)` found no answer: these inequalities are {problem.status.replace('_', ', ')}.")
+        raise DesignError(f"`{call}(...)` found no answer: these inequalities are {problem.status.replace('_', ', ')}.")
 
 
 def _symmetric(P: Any) -> Array:
@@ -88,7 +88,7 @@ def _symmetric(P: Any) -> Array:
     return np.asarray((P + P.T) / 2)
 
 
-def sampled(mismatch: Mismatch, region: Region, points: int = POINTS) -> Array:
+def jacobian_samples(mismatch: Mismatch, region: Region, points: int = POINTS) -> Array:
     """Jacobians J (N, n, 2n) at a grid of positions and at all vertices of speeds and torques."""
     low, high = region.box
     axes = [np.linspace(a, b, points) for a, b in zip(low, high, strict=True)]
@@ -100,17 +100,17 @@ def sampled(mismatch: Mismatch, region: Region, points: int = POINTS) -> Array:
 
 def lyapunov_matrix(mismatch: Mismatch, gains: Gains, region: Region, rate: float) -> Array:
     """P (2n, 2n) of a V = x~' P x~ that falls at a rate in 1/s, at all sampled Jacobians of a region."""
-    J = sampled(mismatch, region)
+    J = jacobian_samples(mismatch, region)
     speed = float(np.sqrt(np.linalg.norm(gains.L2, 2)))
     room = min(ROOM * speed, rate)
     T = _scales(gains.joints, speed)
     A = T[:, None] * gains.error_matrix(J) / T
 
-    def proposed(chosen: Array) -> tuple[Array, Array]:
-        P = common_lyapunov(A[chosen], rate + room)
+    def propose(places: Array) -> tuple[Array, Array]:
+        P = common_lyapunov(A[places], rate + room)
         return P, _symmetric_sum(P @ A) + (2 * rate + room) * P
 
-    return np.asarray(T[:, None] * _grown(proposed, _extremes(J)) * T)
+    return np.asarray(T[:, None] * _grow_samples(propose, _extremes(J)) * T)
 
 
 def least_noise(mismatch: Mismatch, region: Region, rate: float) -> tuple[Gains, Array]:
@@ -118,7 +118,7 @@ def least_noise(mismatch: Mismatch, region: Region, rate: float) -> tuple[Gains,
 
     Noise is that of (rate q~, qd~) where the model adds nothing: the trace of L' P L bounds its H2 norm squared.
     """
-    n, J = mismatch.joints, sampled(mismatch, region)
+    n, J = mismatch.joints, jacobian_samples(mismatch, region)
     model = np.concatenate([np.broadcast_to(np.eye(n, 2 * n, n), J.shape), J], axis=-2)
     speed = float(np.sqrt(np.linalg.norm(J[..., :n], 2, axis=(1, 2)).max()) + rate)
     T, C, room = _scales(n, speed), np.eye(n, 2 * n), ROOM * speed
@@ -126,12 +126,12 @@ def least_noise(mismatch: Mismatch, region: Region, rate: float) -> tuple[Gains,
     weight = np.diag(np.repeat([rate / speed, 1.0], n))
     found: list[Array] = []
 
-    def proposed(chosen: Array) -> tuple[Array, Array]:
-        P, L = least_noise_observer(A[chosen], nominal, C, rate + room, weight)
+    def propose(places: Array) -> tuple[Array, Array]:
+        P, L = least_noise_observer(A[places], nominal, C, rate + room, weight)
         found[:] = [L]
         return P, _symmetric_sum(P @ (A - L @ C)) + (2 * rate + room) * P
 
-    P = _grown(proposed, _extremes(J))
+    P = _grow_samples(propose, _extremes(J))
     L = found[0] / T[:, None]
     return Gains(L[:n], L[n:]), np.asarray(speed**2 * T[:, None] * P * T)
 
@@ -151,14 +151,14 @@ def _extremes(J: Array) -> Array:
     return np.unique(np.concatenate([entries.argmin(axis=0), entries.argmax(axis=0)]))
 
 
-def _grown(proposed: Callable[[Array], tuple[Array, Array]], chosen: Array) -> Array:
+def _grow_samples(propose: Callable[[Array], tuple[Array, Array]], places: Array) -> Array:
     """P for all samples: those at which its inequality N < 0 fails worst are added to those that it was made for."""
     for _ in range(ROUNDS):
-        P, N = proposed(chosen)
+        P, N = propose(places)
         most = np.linalg.eigvalsh(N)[:, -1]
         if most.max() < 0:
             return P
         order = np.argsort(most)[::-1]
-        worst = order[: 4 * ADDED : 4]
-        chosen = np.union1d(chosen, worst[most[worst] >= 0])
-    raise Refused(f"No common P was found in {ROUNDS} rounds: a smaller region or rate may have one.")
+        worst = order[: 4 * MOST_ADDED : 4]
+        places = np.union1d(places, worst[most[worst] >= 0])
+    raise DesignError(f"No common P was found in {ROUNDS} rounds: a smaller region or rate may have one.")

@@ -25,7 +25,7 @@ from workbench.core.notation.normal_form import NotInClass, normal_forms
 from workbench.core.notation.program import Walk, walk
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, require
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.proofs.interval import Interval, evaluate, jumps
 
 MOST = 4  # joints
@@ -52,7 +52,7 @@ class Mismatch:
     periodic: bool
 
     @staticmethod
-    @door
+    @check_arguments
     def of(dynamics: Dynamics) -> Mismatch:
         """The mismatch of an arm; a `ValueError` if its acceleration may jump or bend, or is not quadratic in the
         velocities.
@@ -87,14 +87,14 @@ class Mismatch:
             _periodic(dynamics),
         )
 
-    @door
+    @check_arguments
     def at(self, q: Array, qd: Array, tau: Array) -> Array:
         """J (N, n, 2n) at states and torques, (N, n) each."""
         self._refuse_misfit("at", q, qd, tau)
         found = np.array(self.function(q.T, qd.T, tau.T)).T
         return np.asarray(found.reshape(len(q), 2 * self.joints, self.joints).transpose(0, 2, 1))
 
-    @door
+    @check_arguments
     def monomials(self, qd: Array, squares: Array, tau: Array) -> Array:
         """y (N, K) for speeds, their squares and torques, (N, n) each."""
         self._refuse_misfit("monomials", qd, squares, tau)
@@ -104,7 +104,7 @@ class Mismatch:
         ]
         return np.column_stack([np.ones(len(qd)), tau, qd, *pairs])
 
-    @door
+    @check_arguments
     def vertices(self, region: Region) -> Array:
         """Points y (V, K) whose hull holds the y of all speeds and torques of a region of up to four joints.
 
@@ -131,7 +131,7 @@ class Mismatch:
             shapes = ", ".join(str(part.shape) for part in parts)
             raise ValueError(f"`{call}(...)` must be N rows of {self.joints} numbers each; got shapes {shapes}.")
 
-    @door
+    @check_arguments
     def expand(self, c: Array, r: Array) -> tuple[Array, Array, Array]:
         """A (B, K, n, 2n), L (B, n, K, n, 2n), R (B, K, n, 2n) with |J_k(q) - A_k - sum_l L_lk (q_l - c_l)| <= R_k.
 
@@ -145,8 +145,8 @@ class Mismatch:
         ends = np.nextafter(c - r, -np.inf), np.nextafter(c + r, np.inf)
         wide = {name: Interval(ends[0][:, i], ends[1][:, i]) for i, name in enumerate(self.names)}
         with np.errstate(all="ignore"):
-            A, R = _stacked(evaluate(self.coefficients, thin | still), (K, 2 * n, n))
-            L, spread = _stacked(evaluate(self.slopes, wide | still), (n, K, 2 * n, n))
+            A, R = _stack_intervals(evaluate(self.coefficients, thin | still), (K, 2 * n, n))
+            L, spread = _stack_intervals(evaluate(self.slopes, wide | still), (n, K, 2 * n, n))
             R = R + (r[:, :, None, None, None] * spread).sum(axis=1)
         return A.swapaxes(-1, -2), L.swapaxes(-1, -2), R.swapaxes(-1, -2)
 
@@ -163,7 +163,7 @@ def _coefficients(J: ca.SX, qd: ca.SX, tau: ca.SX) -> ca.SX:
     return ca.densify(ca.vertcat(*found))
 
 
-def _stacked(parts: list[Interval], shape: tuple[int, ...]) -> tuple[Array, Array]:
+def _stack_intervals(parts: list[Interval], shape: tuple[int, ...]) -> tuple[Array, Array]:
     """Middles and radii of intervals of entries, (B, *shape); where there is no bound the radius is infinite."""
     middle = np.stack([part.middle for part in parts], axis=1)
     radius = np.stack([part.radius for part in parts], axis=1)

@@ -11,7 +11,7 @@ from workbench.arms.observers.disturbance_observers import (
     NonlinearDisturbanceObserver,
     OracleFilter,
     PrintedFilter,
-    WithDisturbance,
+    StateAndDisturbanceObserver,
 )
 from workbench.arms.observers.extended_state_observer import ExtendedStateObserver
 from workbench.arms.observers.luenberger import THEOREM_1, Luenberger
@@ -28,5 +28,5 @@ __all__ = [
     "PrintedFilter",
     "THEOREM_1",
     "VelocityFilter",
-    "WithDisturbance",
+    "StateAndDisturbanceObserver",
 ]

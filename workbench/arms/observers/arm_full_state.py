@@ -11,11 +11,11 @@ from workbench.blocks.loop.contracts import Inputs, Parts, Reads
 from workbench.core import Signals, block, initial, parameter
 from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.core.claim import Signals as Run
+from workbench.core.claim import SignalValues as Run
 from workbench.core.validation.refusals import whole
 
 
-def _filtered(y: Run) -> ca.SX:
+def _filter_margin(y: Run) -> ca.SX:
     """|E_i| |qdd_i| - omega E_i^2 - E_i E_i': >= 0, but for rounding, where E' = qdd - omega E."""
     E = y["qd_error"]
     return ca.fabs(E) * ca.fabs(y["qd'"]) - y["omega"] * E**2 - E * y["qd_error'"] + 1e-7
@@ -25,7 +25,7 @@ FILTER_FOLLOWS = Claim(
     "the filter follows qd",
     "E = qd - qd_hat has E_i E_i' <= |E_i| |qdd_i| - omega E_i^2 + 1e-7 rad^2/s^3: |E_i| falls to |qdd_i| / omega.",
     "the equation of a low-pass filter of first order",
-    margin=_filtered,
+    margin=_filter_margin,
 )
 
 
@@ -134,7 +134,7 @@ class DirtyDerivative(AbstractJointCounter, AbstractArmObserver):
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
-    measured: ClassVar[tuple[str, ...]] = ("q",)
+    measured_signals: ClassVar[tuple[str, ...]] = ("q",)
 
     joints: int
     omega: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="omega")

@@ -12,11 +12,11 @@ from workbench.arms.arm_contracts import AbstractArmObserver, AbstractJoints, mo
 from workbench.arms.dynamics import AbstractArm
 from workbench.arms.observers.arm_full_state import AbstractJointCounter
 from workbench.blocks.loop.contracts import EULER, Inputs, Parts, Reads, euler
-from workbench.blocks.loop.wiring import above, below
+from workbench.blocks.loop.wiring import prefix_names, strip_prefix
 from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Number, Scalar, Vector, initial_states
 from workbench.core.claim import Claim
-from workbench.core.claim import Signals as Run
+from workbench.core.claim import SignalValues as Run
 from workbench.core.units import ANY
 
 ROUNDING = 1e-7  # of rates that are exact but for the last digits
@@ -190,7 +190,7 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
         return d
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        return {"z": self.l * self.model.acceleration(est.q, est.qd, self.model.driven(u.tau) - est.d)}
+        return {"z": self.l * self.model.acceleration(est.q, est.qd, self.model.joint_torques(u.tau) - est.d)}
 
 
 @block
@@ -222,11 +222,11 @@ class MomentumObserver(AbstractDisturbanceObserver):
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         C, G = self.model.coriolis_matrix(est.q, est.qd), self.model.gravity_vector(est.q)
-        return {"p_hat": self.model.driven(u.tau) + C.T @ est.qd - G - est.d}
+        return {"p_hat": self.model.joint_torques(u.tau) + C.T @ est.qd - G - est.d}
 
 
 @block
-class WithDisturbance(AbstractArmObserver):
+class StateAndDisturbanceObserver(AbstractArmObserver):
     """Observers of the state and of the disturbance of the same joints as one: first the state, then D_hat from it.
 
     Both rates see the whole estimate. The true disturbance is handed only to the part that declares to use it.
@@ -240,7 +240,7 @@ class WithDisturbance(AbstractArmObserver):
     def __post_init__(self) -> None:
         if self.state.dof != self.disturbance.dof:
             raise ValueError(
-                "`WithDisturbance(...)` needs two observers of the same joints; got a state of "
+                "`StateAndDisturbanceObserver(...)` needs two observers of the same joints; got a state of "
                 f"{self.state.dof} joints and a disturbance of {self.disturbance.dof}."
             )
 
@@ -254,7 +254,7 @@ class WithDisturbance(AbstractArmObserver):
 
     @property
     def memory(self) -> Layout:
-        return self.state.memory.prefixed("state.") + self.disturbance.memory.prefixed("disturbance.")
+        return self.state.memory.with_prefix("state.") + self.disturbance.memory.with_prefix("disturbance.")
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -269,15 +269,18 @@ class WithDisturbance(AbstractArmObserver):
         return _union(self.state.inputs, self.disturbance.inputs)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        est = self.state.estimate(t, below("state", z), y.only(self.state.reads))
+        est = self.state.estimate(t, strip_prefix("state", z), y.only(self.state.reads))
         seen = y.only(self.disturbance.reads)
-        return est | {"d": self.disturbance.estimate(t, below("disturbance", z), seen, est)}
+        return est | {"d": self.disturbance.estimate(t, strip_prefix("disturbance", z), seen, est)}
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         parts: dict[str, AbstractArmObserver | AbstractDisturbanceObserver]
         parts = {"state": self.state, "disturbance": self.disturbance}
-        return above(
-            {name: o.rate(t, below(name, z), y.only(o.reads), est, u.only(o.inputs)) for name, o in parts.items()}
+        return prefix_names(
+            {
+                name: o.rate(t, strip_prefix(name, z), y.only(o.reads), est, u.only(o.inputs))
+                for name, o in parts.items()
+            }
         )
 
     @property
@@ -287,8 +290,8 @@ class WithDisturbance(AbstractArmObserver):
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
         """The state by its own method, the disturbance by explicit Euler."""
         moved, one = euler(z, self.rate(t, z, y, est, u), period), self.state
-        state = one.advance(t, below("state", z), y.only(one.reads), est, u.only(one.inputs), period)
-        return moved | above({"state": state})
+        state = one.advance(t, strip_prefix("state", z), y.only(one.reads), est, u.only(one.inputs), period)
+        return moved | prefix_names({"state": state})
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
         less = self.state.without()

@@ -5,7 +5,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.blocks.loop.contracts import AbstractObserver, Inputs, Parts, Reads
-from workbench.blocks.observers.model import HAT, phi, with_hats
+from workbench.blocks.observers.observer_model import HAT, phi, with_hats
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Number, Scalar
 from workbench.core.units import ANY

@@ -27,8 +27,8 @@ class Luenberger(AbstractArmObserver):
         qd_hat' = M^-1(q_hat) (tau - C(q_hat, qd_hat) qd_hat - G(q_hat)) + L2 (q - q_hat)
 
     with M, C, G of `model`: the arm as the designer believes it to be. As printed it settles at a biased state where a
-    disturbance acts; "compensated" has tau - D_hat in place of tau, with the D_hat of `WithDisturbance`, or 0 without
-    one.
+    disturbance acts; "compensated" has tau - D_hat in place of tau, with the D_hat of `StateAndDisturbanceObserver`, or
+    0 without one.
 
     A computer steps it by `integrator`, with e = q - q_hat, v = qd_hat and a = M^-1 (...) as a period h begins:
 
@@ -55,7 +55,7 @@ class Luenberger(AbstractArmObserver):
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (THEOREM_1,)
-    measured: ClassVar[tuple[str, ...]] = ("q",)
+    measured_signals: ClassVar[tuple[str, ...]] = ("q",)
 
     model: AbstractArm
     L1: Matrix = parameter(unit="1/s", shape=("n", "n"), symbol="L_1")
@@ -82,7 +82,7 @@ class Luenberger(AbstractArmObserver):
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         q_hat, qd_hat = z["q_hat"], z["qd_hat"]
-        tau = self.model.driven(u.tau)
+        tau = self.model.joint_torques(u.tau)
         torque = tau - est.d if self.disturbance == "compensated" else tau
         return {
             "q_hat": qd_hat + self.L1 @ (y.q - q_hat),

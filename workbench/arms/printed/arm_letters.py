@@ -19,8 +19,8 @@ from workbench.core.notation import build
 from workbench.core.notation.formula import Formula, Matrix, Product, Quotient, Sum, Symbol, letters, name_of, symbol
 from workbench.core.notation.normal_form import NotInClass
 from workbench.core.numbers import Bounds
-from workbench.core.validation.refusals import finite, known, nearest
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import finite, known_name, nearest
+from workbench.core.validation.signatures import check_arguments
 
 LARGEST = 10**99  # and one over it: sizes of numbers that a sheet may give
 
@@ -30,41 +30,41 @@ def symbols_of(dynamics: Dynamics) -> dict[Symbol, str]:
     return {symbol(printed): name for name, printed in dynamics.names().items()}
 
 
-@door
-def narrowed(dynamics: Dynamics, fixed: Mapping[str, float]) -> Dynamics:
+@check_arguments
+def fix_parameters(dynamics: Dynamics, fixed_numbers: Mapping[str, float]) -> Dynamics:
     """The same arm with some of its parameters, by their paths, fixed to numbers.
 
     Whole numbers are put into its matrices, as doubles compute with them exactly; other parameters keep their
     letters there. One that is a component of a vector becomes an entry of its own.
     """
-    for label in fixed:
-        known(label, dynamics.p.labels, f"parameters of '{dynamics.name}'")
-        finite(f"narrowed(fixed={{'{label}': ...}})", fixed[label])
-    whole = {label: value for label, value in fixed.items() if float(value).is_integer()}
+    for label in fixed_numbers:
+        known_name(label, dynamics.p.labels, f"parameters of '{dynamics.name}'")
+        finite(f"narrowed(fixed={{'{label}': ...}})", fixed_numbers[label])
+    whole = {label: value for label, value in fixed_numbers.items() if float(value).is_integer()}
     places = [dynamics.p.labels.index(label) for label in whole]
     matrices = [dynamics.M, dynamics.C, dynamics.G]
     if places:
         numbers = ca.SX(ca.DM(list(whole.values())))
         matrices = ca.substitute(matrices, [dynamics.symbols[places]], [numbers])
     M, C, G = map(ca.densify, matrices)
-    entries = (part for entry in dynamics.p.entries for part in _held(entry, fixed, dynamics.names()))
+    entries = (part for entry in dynamics.p.entries for part in _fixed_entries(entry, fixed_numbers, dynamics.names()))
     return replace(dynamics, M=M, C=C, G=G, p=Layout(tuple(entries)))
 
 
-def _held(entry: Entry, fixed: Mapping[str, float], names: Mapping[str, str]) -> Iterator[Entry]:
-    if not any(label in fixed for label in entry.labels()):
+def _fixed_entries(entry: Entry, fixed_numbers: Mapping[str, float], names: Mapping[str, str]) -> Iterator[Entry]:
+    if not any(label in fixed_numbers for label in entry.labels()):
         yield entry
         return
     for label, default in zip(entry.labels(), entry.default.ravel(order="F"), strict=True):
-        value = fixed.get(label, float(default))
-        bounds = Bounds(value, value) if label in fixed else entry.bounds
+        value = fixed_numbers.get(label, float(default))
+        bounds = Bounds(value, value) if label in fixed_numbers else entry.bounds
         yield Entry(label, np.array(value), entry.unit, bounds, names[label])
 
 
-def numbers_given(declared: Mapping[Symbol, Statement], dynamics: Dynamics) -> dict[Symbol, tuple[str, Fraction]]:
+def numbers_given(declarations: Mapping[Symbol, Statement], dynamics: Dynamics) -> dict[Symbol, tuple[str, Fraction]]:
     """The declarations that give a number to a parameter of the robot, with its path; one out of bounds is refused."""
     given: dict[Symbol, tuple[str, Fraction]] = {}
-    for name, statement in declared.items():
+    for name, statement in declarations.items():
         path, label = statement.name.text, parameter_of(name, statement, dynamics)
         if "." in path and label is None:
             near = nearest(path, dynamics.p.labels)
@@ -91,7 +91,7 @@ def _number(label: str, statement: Statement, dynamics: Dynamics) -> Fraction:
     except NotInClass:
         number = None
     if number is None:
-        raise refusal(statement.name, f"'{statement.name.shown}' of this robot takes one rational number.")
+        raise refusal(statement.name, f"'{statement.name.quotation}' of this robot takes one rational number.")
     bounds = next(entry.bounds for entry in dynamics.p.entries if label in entry.labels())
     if number and not Fraction(1, LARGEST) <= abs(number) <= LARGEST:
         raise refusal(statement.name, f"'{label}' must be zero, or of a size between 1e-99 and 1e99; got neither.")
@@ -112,7 +112,7 @@ def unnamed_zeros(entries: Iterable[Formula], dynamics: Dynamics) -> frozenset[s
     )
 
 
-def names_of(dynamics: Dynamics, printed: Iterable[Symbol], declared: Iterable[Symbol]) -> Names:
+def names_of(dynamics: Dynamics, printed_symbols: Iterable[Symbol], declared_symbols: Iterable[Symbol]) -> Names:
     """The names that a formula of a sheet may use; those that the sheet prints or declares come first.
 
     A declared name takes the spellings of its rate with it: where theta_2 is not q_2, theta_2' is not qd_2.
@@ -130,14 +130,14 @@ def names_of(dynamics: Dynamics, printed: Iterable[Symbol], declared: Iterable[S
                 joints |= {(head + index, 0, ""): q, (head + index, 1, ""): qd}
                 joints |= dict.fromkeys(_rates_in_letters(head, index), qd)
     keys = {key: letter for key, letter in joints.items() if key not in known} | known
-    own = list(declared)
+    own = list(declared_symbols)
     for angle in own:
         if angle.dots == 0:
             rate = replace(angle, dots=1)
             keys[key_of(rate)] = rate
             keys |= {key: rate for key in _rates_in_letters(angle.letter, angle.index) if key in joints}
     paths = {label: symbol(dynamics.names()[label]) for label in dynamics.p.labels}
-    return Names(keys | {key_of(name): name for name in (*printed, *own)}, paths)
+    return Names(keys | {key_of(name): name for name in (*printed_symbols, *own)}, paths)
 
 
 def _rates_in_letters(letter: str, index: str) -> Iterator[Key]:

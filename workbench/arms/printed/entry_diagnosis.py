@@ -10,11 +10,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.identity import Witness, candidates
+from workbench.arms.identity_proofs import Witness, candidates
 from workbench.arms.printed.entry_comparison import EntryVerdict
 from workbench.arms.printed.entry_units import units_of
+from workbench.arms.printed.misprint_edits import LONGEST, RANKS, Editor, Slip
 from workbench.arms.printed.printed_equations import Place, Sheet
-from workbench.arms.printed.slips import LONGEST, RANKS, Editor, Slip
 from workbench.arms.properties import skew
 from workbench.core.notation import text
 from workbench.core.notation.build import parts, rebuilt
@@ -25,7 +25,7 @@ from workbench.core.validation.refusals import Array
 
 STATES = 8  # two equations agree by chance at one, not at so many
 LONGEST_TO_EXPAND = 300  # operations of an entry; to multiply out a longer one takes seconds
-ROUNDED = Slip("rounded", "agrees with the right value to the digits printed, at the nominal parameters")
+ROUNDED_VALUE = Slip("rounded", "agrees with the right value to the digits printed, at the nominal parameters")
 SHORT, FULL = 6, 17  # significant digits: what one reads at a glance, and what tells any two doubles apart
 MOST_DECIMALS = 15
 ROUNDING = 1e-12  # of the room that the digits leave, for that of doubles
@@ -45,13 +45,16 @@ class Diagnosis:
     instead: str = ""
 
 
-def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) -> dict[str, Diagnosis]:
+def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived_dynamics: Dynamics) -> dict[str, Diagnosis]:
     """A diagnosis for each verdict that an entry differs, by its label."""
     wrong = [verdict for verdict in verdicts if verdict.kind == "differs"]
     if not wrong:
         return {}
-    varied, nominal = Editor.near(_varied(derived), derived), Editor.near(candidates(derived)[:STATES], derived)
-    units, rows = units_of(derived), misprints(sheet, verdicts, derived)
+    varied, nominal = (
+        Editor.near(_varied_states(derived_dynamics), derived_dynamics),
+        Editor.near(candidates(derived_dynamics)[:STATES], derived_dynamics),
+    )
+    units, rows = units_of(derived_dynamics), misprints(sheet, verdicts, derived_dynamics)
     diagnoses = {}
     for verdict in wrong:
         place = (verdict.matrix, verdict.row, verdict.column)
@@ -64,18 +67,18 @@ def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) 
             diagnoses[verdict.label] = Diagnosis(verdict, slip, mismatch, instead)
         else:
             slip = varied.slip(printed, varied.entries[place])
-            slip = slip or _misplaced(varied.value(printed), place, varied.entries)
+            slip = slip or _misplaced_entry(varied.value(printed), place, varied.entries)
             if slip is None or slip.kind == "scale":
                 rounded = _agrees_to_its_digits(printed, nominal.entries[place], nominal)
-                slip = ROUNDED if rounded else slip or _missing(verdict, derived)
+                slip = ROUNDED_VALUE if rounded else slip or _missing_term(verdict, derived_dynamics)
             diagnoses[verdict.label] = Diagnosis(verdict, slip, mismatch)
     return diagnoses
 
 
-def first_wrong(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) -> EntryVerdict | None:
+def first_wrong(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived_dynamics: Dynamics) -> EntryVerdict | None:
     """The first misprint: an entry that differs, not counting those of C that are right once another is corrected."""
     serious = [v for v in verdicts if v.kind == "differs" and v.same_torque != "proved"]
-    rows = misprints(sheet, serious, derived)
+    rows = misprints(sheet, serious, derived_dynamics)
     return next((v for v in serious if v.matrix != "C" or v.row not in rows or rows[v.row].label == v.label), None)
 
 
@@ -91,7 +94,7 @@ def in_common(verdicts: Sequence[EntryVerdict], diagnoses: Mapping[str, Diagnosi
     return shared
 
 
-def told_apart(one: float, other: float) -> tuple[str, str]:
+def distinct_texts(one: float, other: float) -> tuple[str, str]:
     """Two numbers as text, with enough digits to show that they differ, six at least."""
     for digits in range(SHORT, FULL + 1):
         pair = f"{one:.{digits}g}", f"{other:.{digits}g}"
@@ -113,19 +116,21 @@ def is_in_full(sheet: Sheet, row: int, joints: int) -> bool:
     return all(("C", row, column) in sheet.entries for column in range(1, joints + 1))
 
 
-def misprints(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) -> dict[int, Misprint]:
+def misprints(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived_dynamics: Dynamics) -> dict[int, Misprint]:
     """The misprint of each row of C in full, with a wrong torque and several wrong entries, that one edit repairs."""
     torques = [v for v in verdicts if (v.matrix, v.kind, v.same_torque) == ("C", "differs", "refuted")]
-    rows = {row: [v for v in torques if v.row == row] for row in range(1, derived.dof + 1)}
-    rows = {row: wrong for row, wrong in rows.items() if len(wrong) > 1 and is_in_full(sheet, row, derived.dof)}
-    editor = Editor.near(_varied(derived), derived) if rows else None
+    rows = {row: [v for v in torques if v.row == row] for row in range(1, derived_dynamics.dof + 1)}
+    rows = {
+        row: wrong for row, wrong in rows.items() if len(wrong) > 1 and is_in_full(sheet, row, derived_dynamics.dof)
+    }
+    editor = Editor.near(_varied_states(derived_dynamics), derived_dynamics) if rows else None
     found = {row: _misprint(sheet, wrong, editor) for row, wrong in rows.items() if editor}
     return {row: misprint for row, misprint in found.items() if misprint is not None}
 
 
-def _varied(derived: Dynamics) -> Sequence[Witness]:
+def _varied_states(derived_dynamics: Dynamics) -> Sequence[Witness]:
     """Some states with parameters of their own."""
-    return candidates(derived)[-STATES:]
+    return candidates(derived_dynamics)[-STATES:]
 
 
 def _misprint(sheet: Sheet, wrong: Sequence[EntryVerdict], editor: Editor) -> Misprint | None:
@@ -142,35 +147,35 @@ def _misprint(sheet: Sheet, wrong: Sequence[EntryVerdict], editor: Editor) -> Mi
     return min(edits, key=lambda edit: RANKS.index(edit.slip.kind), default=None)
 
 
-def of_factorisation(verdicts: Sequence[EntryVerdict], derived: Dynamics) -> list[str]:
+def of_factorisation(verdicts: Sequence[EntryVerdict], derived_dynamics: Dynamics) -> list[str]:
     """The skewness of M' - 2C with another factorisation of the right torque C qd, in words."""
     printed = {(v.row, v.column): v for v in verdicts if v.matrix == "C"}
     torques = {v.same_torque for v in printed.values() if v.kind == "differs"}
     if torques != {"proved"}:
         return []
-    C = ca.SX(derived.C)
+    C = ca.SX(derived_dynamics.C)
     for (row, column), verdict in printed.items():
-        C[row - 1, column - 1] = verdict.printed
-    found = skew(replace(derived, C=C))
+        C[row - 1, column - 1] = verdict.printed_entry
+    found = skew(replace(derived_dynamics, C=C))
     words = {"proved": "is skew with it", "refuted": f"is not skew with it, as {found.evidence}"}
     return [f"C is another factorisation of the right torque; M' - 2C {words.get(found.kind, 'may be skew with it')}."]
 
 
-def _misplaced(printed: Array, place: Place, right: Mapping[Place, Array]) -> Slip | None:
+def _misplaced_entry(printed_values: Array, place: Place, right: Mapping[Place, Array]) -> Slip | None:
     for other, values in sorted(right.items()):
-        if other != place and np.allclose(printed, values, rtol=1e-9, atol=0) and np.any(values != 0):
+        if other != place and np.allclose(printed_values, values, rtol=1e-9, atol=0) and np.any(values != 0):
             label = f"G[{other[1]}]" if other[0] == "G" else f"{other[0]}[{other[1]},{other[2]}]"
             return Slip("term", f"this is {label}, printed in another place")
     return None
 
 
-def _missing(verdict: EntryVerdict, derived: Dynamics) -> Slip | None:
+def _missing_term(verdict: EntryVerdict, derived_dynamics: Dynamics) -> Slip | None:
     """The slip of an entry that lacks one term, or is missing or superfluous as a whole; None for any other."""
-    if ca.SX(verdict.printed).is_zero():
+    if ca.SX(verdict.printed_entry).is_zero():
         return Slip("term", "the whole entry is missing")
     if ca.SX(verdict.right).is_zero():
         return Slip("extra", "it does not belong here: 0 is right")
-    if ca.n_nodes(ca.vertcat(verdict.printed, verdict.right)) > LONGEST_TO_EXPAND:
+    if ca.n_nodes(ca.vertcat(verdict.printed_entry, verdict.right)) > LONGEST_TO_EXPAND:
         return None
     try:
         lacking, whole = (len(NormalForm.of(entry).terms) for entry in (verdict.difference, verdict.right))
@@ -178,32 +183,32 @@ def _missing(verdict: EntryVerdict, derived: Dynamics) -> Slip | None:
         return None
     if lacking > 1 and lacking >= whole:
         return None
-    term = formula_of(-verdict.difference, derived.names())
+    term = formula_of(-verdict.difference, derived_dynamics.names())
     return None if isinstance(term, Sum) else Slip("term", f"the term {text.emit(term)} is missing")
 
 
-def _agrees_to_its_digits(printed: Formula, right: Array, editor: Editor) -> bool:
+def _agrees_to_its_digits(formula: Formula, right: Array, editor: Editor) -> bool:
     """True if a formula is right (K,) once each of its decimals of two digits may be off by half a unit of the last."""
-    if sum(1 for _ in parts(printed)) > LONGEST:
+    if sum(1 for _ in parts(formula)) > LONGEST:
         return False
-    value = editor.value(printed)
-    room = sum((np.abs(editor.value(moved) - value) for moved in _moved(printed)), np.zeros_like(value))
+    value = editor.value(formula)
+    room = sum((np.abs(editor.value(moved) - value) for moved in _move_decimals(formula)), np.zeros_like(value))
     return bool(np.all(np.isfinite(value) & (room > 0) & (np.abs(value - right) <= room * (1 + ROUNDING))))
 
 
-def _moved(formula: Formula) -> Iterator[Formula]:
+def _move_decimals(formula: Formula) -> Iterator[Formula]:
     """The formula with one of its decimal numbers half a unit of the last digit larger, for each of them."""
     match formula:
         case Number(Fraction() as value):
             if (half := _half_a_unit(value)) is not None:
                 yield Number(value + half)
         case Power(base, exponent):
-            for moved in _moved(base):
+            for moved in _move_decimals(base):
                 yield rebuilt(formula, [moved, exponent])
         case _:
             among = list(children(formula))
             for i, part in enumerate(among):
-                for moved in _moved(part):
+                for moved in _move_decimals(part):
                     yield rebuilt(formula, [*among[:i], moved, *among[i + 1 :]])
 
 

@@ -74,7 +74,7 @@ def unit_of_formula(formula: Formula, units: Mapping[Symbol, Unit]) -> Unit | No
 
 
 @dataclass(frozen=True)
-class Units:
+class ArmUnits:
     """The units of an arm's symbols, and those of its joints (none where they turn, m where they slide)."""
 
     symbols: Mapping[Symbol, Unit]
@@ -88,13 +88,13 @@ class Units:
             return power
         return power * SECOND**2 / self.joints[column - 1] / (SECOND if matrix == "C" else ONE)
 
-    def mismatch(self, place: Place, printed: Formula) -> str:
+    def mismatch(self, place: Place, formula: Formula) -> str:
         """The fault in the units of an entry, in words; empty if there is none, or if its numbers may have some."""
-        numbers = [part for part in parts(printed) if isinstance(part, Number)]
-        if not all(map(_is_plain, numbers)) or (numbers and all(letter.letter == "q" for letter in letters(printed))):
+        numbers = [part for part in parts(formula) if isinstance(part, Number)]
+        if not all(map(_is_plain, numbers)) or (numbers and all(letter.letter == "q" for letter in letters(formula))):
             return ""
         try:
-            found = unit_of_formula(printed, self.symbols)
+            found = unit_of_formula(formula, self.symbols)
         except UnitsError as error:
             return str(error)
         right = self.of_entry(place)
@@ -106,7 +106,7 @@ def _is_plain(number: Number) -> bool:
     return isinstance(number.value, Fraction) and max(abs(number.value.numerator), number.value.denominator) <= PLAIN
 
 
-def units_of(dynamics: Dynamics) -> Units | None:
+def units_of(dynamics: Dynamics) -> ArmUnits | None:
     """The units of an arm; None if one of its parameters is given as a number, or has no unit that is known here."""
     if any(entry.bounds.low == entry.bounds.high != 0 for entry in dynamics.p.entries if not entry.shape):
         return None  # numbers may then stand for it, and have its unit
@@ -119,7 +119,7 @@ def units_of(dynamics: Dynamics) -> Units | None:
         if (declared := read_unit(entry.unit)) is None:
             return None
         known |= {letters[label]: declared for label in entry.labels()}
-    return Units(known, joints)
+    return ArmUnits(known, joints)
 
 
 def read_unit(text: str) -> Unit | None:

@@ -103,7 +103,7 @@ def _number(value: Fraction | float) -> float:
     return result
 
 
-def bounded(formula: Formula, place: Token) -> Formula:
+def check_depth(formula: Formula, place: Token) -> Formula:
     """The formula, refused if its parts or powers are nested too deep to be multiplied out."""
     waiting = [(formula, 1, Fraction(1))]
     while waiting:
@@ -211,7 +211,7 @@ def _wave(kind: Literal["sin", "cos"], argument: NormalForm) -> NormalForm:
     if turns % 2:
         kind, turns = ("cos", turns) if kind == "sin" else ("sin", turns + 2)
     rest = waves.wave(kind, {(monomial, waves.PLAIN): c for monomial, c in coefficients.items() if c})
-    return NormalForm(waves.scaled(rest, -sign if turns % 4 > 1 else sign))
+    return NormalForm(waves.scale(rest, -sign if turns % 4 > 1 else sign))
 
 
 # In the first two a division by zero gives no finite number; the third is that of normal forms.

@@ -14,11 +14,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 
-from workbench.arms.printed.formula_values import HIGHEST_POWER, bounded
+from workbench.arms.printed.formula_values import HIGHEST_POWER, check_depth
 from workbench.arms.printed.tokens import (
+    BRACKETS,
     DEEPEST,
     FUNCTIONS,
-    OPENING,
     PI,
     FormulaError,
     Names,
@@ -41,12 +41,12 @@ def parse(tokens: Sequence[Token], names: Names) -> Formula:
     try:
         formula = reader.expression()
         if reader.kind:
-            raise reader.unexpected()
+            raise reader.refusal_of_next()
     except FormulaError:
         raise
     except ValueError as error:
         raise refusal(reader.tokens[max(reader.at - 1, 0)], str(error)) from None
-    return bounded(formula, tokens[0])
+    return check_depth(formula, tokens[0])
 
 
 class _Reader:
@@ -73,28 +73,30 @@ class _Reader:
 
     def take(self) -> Token:
         if self.at == len(self.tokens):
-            raise refusal(self.tokens[-1], f"the formula breaks off after '{self.tokens[-1].shown}'.")
+            raise refusal(self.tokens[-1], f"the formula breaks off after '{self.tokens[-1].quotation}'.")
         self.at += 1
         return self.tokens[self.at - 1]
 
-    def unexpected(self) -> FormulaError:
+    def refusal_of_next(self) -> FormulaError:
         token = self.take()
         advice = ", and the sign of decimals is '.'" if token.kind == "," else ""
-        return refusal(token, f"'{token.shown}' cannot stand here; a number, a name or an opening bracket can{advice}.")
+        return refusal(
+            token, f"'{token.quotation}' cannot stand here; a number, a name or an opening bracket can{advice}."
+        )
 
     def expression(self) -> Formula:
         terms: list[Formula] = []
         while True:
-            minus = self.signs(required=bool(terms))
+            minus = self.signs(is_required=bool(terms))
             term = self.product()
             terms.append(_product([MINUS_ONE, term]) if minus else term)
             if self.kind not in ("+", "-"):
                 return _total(terms)
 
-    def signs(self, *, required: bool) -> bool:
+    def signs(self, *, is_required: bool) -> bool:
         """True if the signs before a term, of which there may be two as in a + -b, make it negative."""
         minus = False
-        if required or self.kind in ("+", "-"):
+        if is_required or self.kind in ("+", "-"):
             minus = self.take().kind == "-"
         if self.kind in ("+", "-"):
             minus ^= self.take().kind == "-"
@@ -107,10 +109,10 @@ class _Reader:
         while True:
             if self.kind == "*":
                 self.take()
-                factors, unclear = factors + self.power(signed=True), None
+                factors, unclear = factors + self.power(is_signed=True), None
             elif self.kind == "/":
                 slash = self.take()
-                divisor = _product(self.power(signed=True))
+                divisor = _product(self.power(is_signed=True))
                 both = isinstance(factors[-1], Number) and isinstance(divisor, Number)
                 factors, unclear = [*factors, self.inverse(divisor, slash)], None if both else slash
             elif self.kind in STARTS:
@@ -126,15 +128,15 @@ class _Reader:
             raise refusal(sign, "a matrix is no divisor." if isinstance(divisor, Matrix) else "this divides by zero.")
         return build.quotient(build.ONE, divisor)
 
-    def power(self, *, signed: bool = False) -> list[Formula]:
-        if signed and self.kind in ("+", "-"):
+    def power(self, *, is_signed: bool = False) -> list[Formula]:
+        if is_signed and self.kind in ("+", "-"):
             minus = self.take().kind == "-"
             return [MINUS_ONE, *self.power()] if minus else self.power()
         factors = self.atom()
         while self.kind in ("^", "transpose", "'"):
             token = self.take()
             if token.kind == "^":
-                factors[-1] = self.raised(factors[-1], token)
+                factors[-1] = self.with_power(factors[-1], token)
             elif isinstance(factors[-1], Matrix):
                 factors[-1] = Matrix(tuple(zip(*factors[-1].rows, strict=True)))
             elif token.kind == "'" and isinstance(factors[-1], Symbol):
@@ -143,9 +145,9 @@ class _Reader:
                 raise refusal(token, "only a matrix is transposed, and only a symbol has a rate.")
         return factors
 
-    def raised(self, base: Formula, sign: Token) -> Formula:
+    def with_power(self, base: Formula, sign: Token) -> Formula:
         with self.within(sign):
-            exponent = _product(self.power(signed=True))
+            exponent = _product(self.power(is_signed=True))
         if isinstance(base, Matrix):
             raise refusal(sign, "a matrix has no power here; write its entries.")
         must = f"an exponent is a whole number or a half, of size at most {HIGHEST_POWER}"
@@ -191,11 +193,11 @@ class _Reader:
                 case "[" | "begin":
                     return [self.matrix(token)]
         self.at -= 1
-        raise self.unexpected()
+        raise self.refusal_of_next()
 
-    def close(self, opening: Token) -> None:
-        if self.kind != OPENING[opening.kind]:
-            raise self.unexpected()
+    def close(self, opening_bracket: Token) -> None:
+        if self.kind != BRACKETS[opening_bracket.kind]:
+            raise self.refusal_of_next()
         self.take()
 
     def argument(self) -> Formula:
@@ -208,7 +210,7 @@ class _Reader:
         exponent = None
         if self.kind == "^" and token.text in FUNCTIONS:
             sign = self.take()
-            exponent = _product(self.power(signed=True) if self.kind != "{" else self.atom())
+            exponent = _product(self.power(is_signed=True) if self.kind != "{" else self.atom())
             if not isinstance(exponent, Number) or not 0 < exponent.value <= HIGHEST_POWER:
                 must = f"is followed by a whole number from 1 to {HIGHEST_POWER}, as in sin^2 q_1."
                 raise refusal(sign, f"'{token.text}^' {must}")
@@ -234,13 +236,13 @@ class _Reader:
             raise refusal(function, f"where does '{function.text}' end? Write brackets: {function.text}(...).")
         return factors
 
-    def matrix(self, opening: Token) -> Formula:
+    def matrix(self, opening_bracket: Token) -> Formula:
         """Rows of entries; a lone entry is the entry itself, and a list of lists its rows."""
         rows: list[list[Formula]] = [[]]
-        closing = OPENING[opening.kind]
-        between, below = ((",",), (";",)) if opening.kind == "[" else (("&",), ("row",))
+        closing = BRACKETS[opening_bracket.kind]
+        between, below = ((",",), (";",)) if opening_bracket.kind == "[" else (("&",), ("row",))
         while True:
-            while opening.kind == "begin" and self.kind == "row":  # an empty row, as before \end
+            while opening_bracket.kind == "begin" and self.kind == "row":  # an empty row, as before \end
                 self.take()
             if self.kind == closing and rows[-1] == [] and len(rows) > 1:
                 rows.pop()
@@ -254,12 +256,12 @@ class _Reader:
             elif self.kind == closing:
                 break
             else:
-                raise self.unexpected()
-        self.close(opening)
-        return _matrix(rows, opening)
+                raise self.refusal_of_next()
+        self.close(opening_bracket)
+        return _matrix(rows, opening_bracket)
 
 
-def _matrix(rows: list[list[Formula]], opening: Token) -> Formula:
+def _matrix(rows: list[list[Formula]], opening_bracket: Token) -> Formula:
     """The matrix of these rows; a lone entry is itself, and a row of matrices is stacked."""
     if len(rows) == 1 and len(rows[0]) == 1:
         return rows[0][0]
@@ -267,9 +269,9 @@ def _matrix(rows: list[list[Formula]], opening: Token) -> Formula:
         rows = [list(entry.rows[0]) if isinstance(entry, Matrix) else [entry] for entry in rows[0]]
     if len({len(row) for row in rows}) > 1:
         lengths = ", ".join(str(len(row)) for row in rows)
-        raise refusal(opening, f"the rows of a matrix are equally long; these have {lengths}.")
+        raise refusal(opening_bracket, f"the rows of a matrix are equally long; these have {lengths}.")
     if any(isinstance(entry, Matrix) for row in rows for entry in row):
-        raise refusal(opening, "an entry of a matrix is a number, no matrix.")
+        raise refusal(opening_bracket, "an entry of a matrix is a number, no matrix.")
     return Matrix(tuple(map(tuple, rows)))
 
 

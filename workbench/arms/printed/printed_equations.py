@@ -24,13 +24,13 @@ from graphlib import CycleError, TopologicalSorter
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.printed.arm_letters import names_of, numbers_given, parameter_of, rate_of, unnamed_zeros
-from workbench.arms.printed.formula_values import bounded, expanded_size
+from workbench.arms.printed.formula_values import check_depth, expanded_size
 from workbench.arms.printed.grammar import parse
 from workbench.arms.printed.statements import Language, Statement, statements
-from workbench.arms.printed.tokens import FormulaError, Key, Names, Token, key_of, refusal, spelled
+from workbench.arms.printed.tokens import FormulaError, Key, Names, Token, key_of, refusal, spelled_symbol
 from workbench.core.notation.build import parts, substitute
 from workbench.core.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 # Beyond these an entry is no equation that a paper prints, and would take minutes to judge.
 MOST_SYMBOLS, MOST_TERMS, MOST_TERMS_IN_ALL = 5_000, 1_000, 4_000
@@ -53,19 +53,19 @@ class Sheet:
     zeros: frozenset[str] = frozenset()
 
     @property
-    def fixed(self) -> dict[str, float]:
+    def fixed_values(self) -> dict[str, float]:
         """The numbers that the sheet gives, as doubles."""
         return {label: float(value) for label, value in self.numbers.items()}
 
 
-@door
+@check_arguments
 def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     """The entries of M, C and G that a text prints.
 
     A `FormulaError` tells the place of what is no statement, an unknown name, a matrix of another size, an entry
     printed twice, declared by itself or too long, and a formula of constants for a letter of the robot.
     """
-    declared, printed, rest = _declared(statements(text, language), dynamics.dof)
+    declared, printed, rest = _sort_statements(statements(text, language), dynamics.dof)
     given = numbers_given(declared, dynamics)
     declared = {name: statement for name, statement in declared.items() if name not in given}
     names = names_of(dynamics, printed, declared)
@@ -79,17 +79,17 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     meanings = {name: (parse(statement.right, names), statement.name) for name, statement in declared.items()}
     in_order = sorted(entries, key=lambda place: ("MCG".index(place[0]), place))
     places = {_entry_symbol(place): place for place in in_order}
-    reading = _Reading(joints, meanings | {letter: entries[place] for letter, place in places.items()})
+    reading = _Declarations(joints, meanings | {letter: entries[place] for letter, place in places.items()})
     bound: dict[Symbol, str] = {}
     for name, statement in declared.items():
         is_path = len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
         if not is_path and (path := parameter_of(name, statement, dynamics)):
             bound[name] = path
-    resolved = reading.resolved([*places, *bound])
+    resolved = reading.resolve([*places, *bound])
     for name, path in bound.items():
         if not any(letter in joints or letter.dots for letter in letters(resolved[name])):
             why = "to which a sheet gives a number or nothing, as a formula would not hold for the robot too"
-            said = f"'{declared[name].name.shown}' is this robot's letter for {path}, {why}; choose another letter."
+            said = f"'{declared[name].name.quotation}' is this robot's letter for {path}, {why}; choose another letter."
             raise refusal(declared[name].name, said)
     written = {place: resolved[letter] for letter, place in places.items()}
     for place, formula in written.items():
@@ -103,21 +103,21 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     return Sheet(written, dict.fromkeys(sorted(zeros), Fraction(0)) | numbers, zeros)
 
 
-def _declared(
-    found: Iterable[Statement], n: int
+def _sort_statements(
+    all_statements: Iterable[Statement], n: int
 ) -> tuple[dict[Symbol, Statement], dict[Symbol, Place], list[tuple[Place | str, Statement]]]:
     """The declarations and the single entries, each by its name, and all printed entries."""
     declared: dict[Symbol, Statement] = {}
     keys: set[Key] = set()
     printed: dict[Symbol, Place] = {}
     rest: list[tuple[Place | str, Statement]] = []
-    for statement in found:
-        name = spelled(statement.name.text, statement.name.index, statement.name.dots)
+    for statement in all_statements:
+        name = spelled_symbol(statement.name.text, statement.name.index, statement.name.dots)
         place = _place(name, statement, n)
         if place is None:
             own = replace(name, bold=True)
             if key_of(own) in keys:
-                raise refusal(statement.name, f"'{statement.name.shown}' is declared twice; keep one of the two.")
+                raise refusal(statement.name, f"'{statement.name.quotation}' is declared twice; keep one of the two.")
             keys.add(key_of(own))
             declared[own] = statement
         else:
@@ -155,13 +155,13 @@ def _place(name: Symbol, statement: Statement, n: int) -> Place | str | None:
 
 
 def _entries(
-    rest: Iterable[tuple[Place | str, Statement]], names: Names, n: int, printed: Mapping[Symbol, Place]
+    rest: Iterable[tuple[Place | str, Statement]], names: Names, n: int, printed_symbols: Mapping[Symbol, Place]
 ) -> dict[Place, tuple[Formula, Token]]:
     entries: dict[Place, tuple[Formula, Token]] = {}
     for place, statement in rest:
         formula = parse(statement.right, names)
         for one, entry in _single_entries(place, formula, n, statement.name):
-            if isinstance(entry, Symbol) and entry.bold and printed.get(entry) == one:
+            if isinstance(entry, Symbol) and entry.bold and printed_symbols.get(entry) == one:
                 continue  # M = [[M_11, M_12], ...] says nothing that M_11 = ... does not
             if one in entries:
                 raise refusal(statement.name, f"{one[0]}[{one[1]},{one[2]}] is printed twice; keep one of the two.")
@@ -204,16 +204,16 @@ def _refuse_length(formula: Formula, name: Token) -> None:
 
 
 @dataclass(frozen=True)
-class _Reading:
+class _Declarations:
     """The meanings of the names of a sheet, each with its place, and the joints' velocities by their angles."""
 
     joints: Mapping[Symbol, Symbol]
     meanings: Mapping[Symbol, tuple[Formula, Token]]
 
-    def resolved(self, wanted: Iterable[Symbol]) -> dict[Symbol, Formula]:
+    def resolve(self, targets: Iterable[Symbol]) -> dict[Symbol, Formula]:
         """The wanted names, and all that they need, with all declarations in place of their names."""
         needs: dict[Symbol, list[Symbol]] = {}
-        waiting = list(wanted)
+        waiting = list(targets)
         while waiting:
             letter = waiting.pop()
             if letter not in needs:
@@ -238,24 +238,24 @@ class _Reading:
         if len(shown) > MOST_NAMES:
             shown[MOST_NAMES // 2 : -MOST_NAMES // 2] = ["..."]
         place = next(self.meanings[letter][1] for letter in ring if letter in self.meanings)
-        return refusal(place, f"'{place.shown}' is declared by itself: {' needs '.join(shown)}.")
+        return refusal(place, f"'{place.quotation}' is declared by itself: {' needs '.join(shown)}.")
 
-    def written_out(self, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
+    def written_out(self, letter: Symbol, resolved_formulas: Mapping[Symbol, Formula]) -> Formula:
         if letter not in self.meanings:
-            return self.rate(letter, resolved)
+            return self.rate(letter, resolved_formulas)
         formula, name = self.meanings[letter]
         used = self.needs(letter)
-        if any(isinstance(resolved[part], Matrix) for part in used):
+        if any(isinstance(resolved_formulas[part], Matrix) for part in used):
             raise refusal(name, "a matrix under another name is not read; print it as M, C or G itself.")
-        if sum(1 for one in (formula, *(resolved[part] for part in used)) for _ in parts(one)) > MOST_SYMBOLS:
+        if sum(1 for one in (formula, *(resolved_formulas[part] for part in used)) for _ in parts(one)) > MOST_SYMBOLS:
             raise refusal(name, f"with its declarations written out, this has more than {MOST_SYMBOLS} symbols.")
-        return bounded(substitute(formula, resolved), name) if used else formula
+        return check_depth(substitute(formula, resolved_formulas), name) if used else formula
 
-    def rate(self, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
+    def rate(self, letter: Symbol, resolved_formulas: Mapping[Symbol, Formula]) -> Formula:
         angle = replace(letter, dots=0)
-        if (rate := rate_of(resolved[angle], self.joints)) is None:
+        if (rate := rate_of(resolved_formulas[angle], self.joints)) is None:
             name = next(name for formula, name in self.meanings.values() if letter in letters(formula))
             why = "which is found only where that is a sum of joint angles times constants"
-            said = f"'{name.shown}' takes the rate of '{name_of(angle)}', {why}; declare it: `{name_of(letter)} = ...`."
-            raise refusal(name, said)
+            wrong = f"'{name.quotation}' takes the rate of '{name_of(angle)}'"
+            raise refusal(name, f"{wrong}, {why}; declare it: `{name_of(letter)} = ...`.")
         return rate

@@ -32,13 +32,13 @@ class Statement:
 def statements(text: str, language: Language) -> tuple[Statement, ...]:
     """The statements of a text in the order in which they stand."""
     found = tokens_of_latex(text) if language == "latex" else tokens_of_text(text)
-    return tuple(statement for part in _parts(found) for statement in _split(part))
+    return tuple(statement for part in _parts(found) for statement in _split_statements(part))
 
 
-def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
+def _parts(tokens: Sequence[Token]) -> Iterator[list[Token]]:
     """The tokens of each statement; a piece without an equals sign beside a sign belongs to the one before."""
     parts: list[list[Token]] = []
-    for piece in _pieces(found):
+    for piece in _pieces(tokens):
         goes_on = parts and (piece[0].kind in SIGNS or parts[-1][-1].kind in SIGNS | {"="})
         if goes_on and not _equals(piece):
             parts[-1].extend(piece)
@@ -53,14 +53,14 @@ def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
             yield part
 
 
-def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
+def _pieces(tokens: Sequence[Token]) -> Iterator[list[Token]]:
     piece: list[Token] = []
-    for i, token in enumerate(found):
-        ends = token.kind in SEPARATORS and _begins_statement(found[i + 1 : i + 1 + AHEAD], token.within)
+    for i, token in enumerate(tokens):
+        ends = token.kind in SEPARATORS and _begins_statement(tokens[i + 1 : i + 1 + AHEAD], token.within)
         next_line = piece and token.line > piece[-1].line and token.kind == "name" and not token.within
         # the signs of a long piece are sought only where it may end
         complete = next_line and piece[-1].kind not in SIGNS | {"="} and _equals(piece)
-        if complete and _begins_statement(found[i : i + AHEAD], ()):
+        if complete and _begins_statement(tokens[i : i + AHEAD], ()):
             yield piece
             piece = []
         if not token.within and (token.kind == "break" or ends):
@@ -84,7 +84,7 @@ def _equals(part: Sequence[Token]) -> list[int]:
     return [i for i, token in enumerate(part) if token.kind == "=" and not token.within]
 
 
-def _split(part: list[Token]) -> Iterator[Statement]:
+def _split_statements(part: list[Token]) -> Iterator[Statement]:
     signs = _equals(part)
     right = tuple(part[signs[-1] + 1 :])
     if not right:

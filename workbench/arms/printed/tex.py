@@ -6,12 +6,12 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from workbench.arms.printed.tokens import DEEPEST, FUNCTIONS, Token, checked, cut, refusal, refuse_size
+from workbench.arms.printed.tokens import DEEPEST, FUNCTIONS, Token, checked_tokens, refusal, refuse_size, shorten
 from workbench.core.notation.formula import ACCENTS, GREEK
 
 
-def _words(listed: str) -> list[str]:
-    return listed.split()
+def _words(words: str) -> list[str]:
+    return words.split()
 
 
 MATRICES = _words("matrix bmatrix pmatrix Bmatrix smallmatrix array")
@@ -41,7 +41,7 @@ _COLUMNS = re.compile(r"\s*(\[[tbc]\])?\s*\{[lcr| @{}]*\}")
 _PATH = re.compile(r"[A-Za-z]+(\[[0-9]+\])*(\.[A-Za-z]\w*(\[[0-9]+\])*)+")
 _NUMBER = re.compile(r"[0-9]+(\.[0-9]+)?|\.[0-9]+")
 _ROW = re.compile(r"\\\\\*?(\s*\[-?[0-9.]+\s*(pt|mm|cm|em|ex)\])?|\\cr\b")
-_NAMED = re.compile(r"\\(label|tag|vspace|hspace)\*?\s*\{[^{}\\]*\}")
+_NAMED_COMMANDS = re.compile(r"\\(label|tag|vspace|hspace)\*?\s*\{[^{}\\]*\}")
 _TRANSPOSE = re.compile(
     r"\^\s*(T\b|\{\s*T\s*\}|\\top\b|\{\s*\\(top|intercal)\s*\}|\\intercal\b|\{\s*\\mathrm\s*\{?\s*T\s*\}?\s*\})"
 )
@@ -52,7 +52,7 @@ _BELOW = re.compile(
     rf"\\({'|'.join([*STYLES, 'rm'])})(?![A-Za-z])|\\[,;!]|[{{}}_\s]|\\(?=({'|'.join(GREEK_LETTERS)})(?![A-Za-z]))"
 )
 # A letter, perhaps dotted or in a style, in braces of its own before its index, as {m}_2 and {\dot{q}}_{1}.
-_BRACED = re.compile(
+_BRACED_LETTER = re.compile(
     r"\{(\s{0,3}(?:[A-Za-z]|(?:\\[A-Za-z]+\s{0,3}){1,3}(?:[A-Za-z]|\{\s{0,3}[A-Za-z]\s{0,3}\})?)\s{0,3})\}(?=\s{0,3}_)"
 )
 # Behind these, braces hold an argument.
@@ -64,11 +64,13 @@ _BLANK, _RUN, _MANY_DIGITS = re.compile(r"\s*"), re.compile(r"[A-Za-z]+"), re.co
 _NO_FENCE, _COUNT = re.compile(r"\s*\."), re.compile(r"\s*\{[0-9]+\}")
 _TWO_DIGITS = re.compile(r"\s*([0-9])\s*([0-9])")
 _BRACES = re.compile(r"\s*\{\s*([^{}]*?)\s*\}")
-_UNKNOWN = re.compile(r"\\?[A-Za-z]+[0-9]*")  # with the number behind it, as in \write18
+_UNKNOWN_WORD = re.compile(r"\\?[A-Za-z]+[0-9]*")  # with the number behind it, as in \write18
 _REST = re.compile(r"([0-9]*)\s*\}")
 _MANY = re.compile(rf"(?:\\[A-Za-z]+[\s{{]*){{{DEEPEST}}}")
 
-READ = r"formulas are made of symbols, numbers, \frac, \sqrt, \sin, \cos, \tan, \dot, \left, \right and matrices"
+GRAMMAR_TEXT = (
+    r"formulas are made of symbols, numbers, \frac, \sqrt, \sin, \cos, \tan, \dot, \left, \right and matrices"
+)
 
 
 @dataclass(frozen=True)
@@ -88,11 +90,11 @@ def tokens_of_latex(text: str) -> tuple[Token, ...]:
         place = _Source(text).place(many.start())
         raise refusal(place, f"{DEEPEST} macros stand here one on the other; write what they mean.")
 
-    def without_braces(found: re.Match[str]) -> str:  # blanks for braces, so that every place stays what it was
-        before = text[max(found.start() - 60, 0) : found.start()]
-        return found.group() if _TAKES.search(before) else f" {found[1]} "
+    def without_braces(match: re.Match[str]) -> str:  # blanks for braces, so that every place stays what it was
+        before = text[max(match.start() - 60, 0) : match.start()]
+        return match.group() if _TAKES.search(before) else f" {match[1]} "
 
-    return checked(_Source(_BRACED.sub(without_braces, text)).scan())
+    return checked_tokens(_Source(_BRACED_LETTER.sub(without_braces, text)).scan())
 
 
 @dataclass(frozen=True)
@@ -104,8 +106,8 @@ class _Source:
     def place(self, at: int) -> tuple[int, int]:
         return self.text.count("\n", 0, at) + 1, at - self.text.rfind("\n", 0, at)
 
-    def token(self, kind: str, said: str, at: int) -> Token:
-        return Token(kind, said, *self.place(at))
+    def token(self, kind: str, message: str, at: int) -> Token:
+        return Token(kind, message, *self.place(at))
 
     def behind(self, pattern: re.Pattern[str], at: int) -> int:
         """The place behind a pattern, or the same place where it does not stand."""
@@ -133,18 +135,18 @@ class _Source:
                 found_tokens, at = self.piece(at)
                 yield from found_tokens
 
-    def environment(self, found: re.Match[str]) -> tuple[int, Token]:
-        what, name = found.groups()
+    def environment(self, match: re.Match[str]) -> tuple[int, Token]:
+        what, name = match.groups()
         if name in MATRICES:
             columns = name == "array" and what == "begin"
-            end = self.behind(_COLUMNS, found.end()) if columns else found.end()
-            return end, self.token(what, found.group(), found.start())
+            end = self.behind(_COLUMNS, match.end()) if columns else match.end()
+            return end, self.token(what, match.group(), match.start())
         if name not in DISPLAYS:
             known = ", ".join(sorted([*MATRICES, "equation", "align", "aligned"]))
-            place = self.place(found.start())
-            raise refusal(place, f"the environment '{cut(name)}' is not read here; known are {known}.")
-        end = self.behind(_COUNT, found.end()) if name == "alignat" else found.end()
-        return end, self.token("break", found.group(), found.start())
+            place = self.place(match.start())
+            raise refusal(place, f"the environment '{shorten(name)}' is not read here; known are {known}.")
+        end = self.behind(_COUNT, match.end()) if name == "alignat" else match.end()
+        return end, self.token("break", match.group(), match.start())
 
     def piece(self, at: int) -> tuple[tuple[Token, ...], int]:
         character = self.text[at]
@@ -169,13 +171,13 @@ class _Source:
     def sign(self, character: str, at: int) -> tuple[tuple[Token, ...], int]:
         """A sign; a power of several digits without braces prints another formula than it seems."""
         if character == "^" and (digits := _MANY_DIGITS.match(self.text, at + 1)):
-            first, rest, both = digits[1][0], cut(digits[1][1:]), cut(digits[1])
+            first, rest, both = digits[1][0], shorten(digits[1][1:]), shorten(digits[1])
             raise refusal(self.place(at), f"'^{both}' prints {first} above and {rest} behind it; write '^{{{both}}}'.")
         return (self.token(character, character, at),), at + 1
 
     def command(self, at: int) -> tuple[tuple[Token, ...], int] | None:
         """The tokens that a macro means, or None where it begins a symbol."""
-        if named := _NAMED.match(self.text, at):
+        if named := _NAMED_COMMANDS.match(self.text, at):
             return (), named.end()
         found = _COMMAND.match(self.text, at)
         if found is None:
@@ -217,9 +219,9 @@ class _Source:
             symbol, end = self.argument(end)
             accented = f"{symbol.letters}_{name}" if name in ACCENTS else symbol.letters
             return replace(symbol, letters=accented, dots=symbol.dots + DOTS.get(name, 0)), end
-        unknown = _UNKNOWN.match(self.text, at)
-        macro = cut(unknown.group()) if unknown else self.text[at : at + 2]
-        raise refusal(self.place(at), f"'{macro}' is not read here: {READ}; no macro is run, no file is read.")
+        unknown = _UNKNOWN_WORD.match(self.text, at)
+        macro = shorten(unknown.group()) if unknown else self.text[at : at + 2]
+        raise refusal(self.place(at), f"'{macro}' is not read here: {GRAMMAR_TEXT}; no macro is run, no file is read.")
 
     def argument(self, at: int) -> tuple[_Symbol, int]:
         """The symbol to which a macro is applied: one letter, one macro, or the content of braces."""
@@ -237,7 +239,7 @@ class _Source:
     def index(self, at: int) -> tuple[str, int]:
         if self.text[at : at + 1] != "{":
             if several := _MANY_DIGITS.match(self.text, at):
-                said = cut(several[1])
+                said = shorten(several[1])
                 raise refusal(self.place(at), f"'_{said}' prints only its first digit below; write '_{{{said}}}'.")
             if re.match(r"[A-Za-z0-9]", self.text[at : at + 1]):
                 return self.text[at], at + 1
@@ -251,8 +253,12 @@ class _Source:
                 break
         inner = _BELOW.sub(" ", self.text[at:end])
         if unknown := re.search(r"\\[A-Za-z]+", inner):
-            raise refusal(self.place(at), f"'{cut(unknown.group())}' is not read here: {READ}; no macro is run.")
+            raise refusal(
+                self.place(at), f"'{shorten(unknown.group())}' is not read here: {GRAMMAR_TEXT}; no macro is run."
+            )
         inner = inner.replace(" ", "")
         if depth or not re.fullmatch(r"[A-Za-z0-9,*]*", inner):
-            raise refusal(self.place(at), f"an index is made of letters and digits; got '{cut(self.text[at:end])}'.")
+            raise refusal(
+                self.place(at), f"an index is made of letters and digits; got '{shorten(self.text[at:end])}'."
+            )
         return inner, end

@@ -19,7 +19,7 @@ MOST_CHARACTERS, MOST_TOKENS, DEEPEST, LONGEST_WORD = 50_000, 20_000, 50, 80
 LARGEST_EXPONENT_OF_TEN = 99
 LONGEST_QUOTE = 40  # of what a message quotes
 
-OPENING = {"(": ")", "[": "]", "{": "}", "begin": "end"}
+BRACKETS = {"(": ")", "[": "]", "{": "}", "begin": "end"}
 FUNCTIONS = ("sin", "cos", "tan", "sqrt")
 
 
@@ -45,20 +45,20 @@ class Token:
     within: tuple[str, ...] = ()
 
     @property
-    def shown(self) -> str:
+    def quotation(self) -> str:
         """The token as a message quotes it."""
-        return cut(self.text if not self.index else f"{self.text}_{self.index}")
+        return shorten(self.text if not self.index else f"{self.text}_{self.index}")
 
 
-def refusal(place: Token | tuple[int, int], said: str) -> FormulaError:
+def refusal(place: Token | tuple[int, int], message: str) -> FormulaError:
     """The error that refuses the text at a place, to be raised."""
     line, column = (place.line, place.column) if isinstance(place, Token) else place
-    return FormulaError(f"line {line}, column {column}: {said}")
+    return FormulaError(f"line {line}, column {column}: {message}")
 
 
-def cut(said: str) -> str:
+def shorten(text: str) -> str:
     """A piece of the text as a message quotes it, shortened."""
-    return said if len(said) <= LONGEST_QUOTE else f"{said[:LONGEST_QUOTE]}..."
+    return text if len(text) <= LONGEST_QUOTE else f"{text[:LONGEST_QUOTE]}..."
 
 
 def refuse_size(text: str) -> None:
@@ -68,24 +68,24 @@ def refuse_size(text: str) -> None:
         raise FormulaError(f"equations take at most {MOST_CHARACTERS} characters; got {len(text)}: {advice}.")
 
 
-def checked(tokens: Iterable[Token]) -> tuple[Token, ...]:
+def checked_tokens(tokens: Iterable[Token]) -> tuple[Token, ...]:
     """The tokens, if they are not too many and their brackets match, not too deep."""
     kept: list[Token] = []
     opened: list[Token] = []
     for token in tokens:
-        outside = opened[:-1] if token.kind in OPENING.values() else opened
+        outside = opened[:-1] if token.kind in BRACKETS.values() else opened
         kept.append(replace(token, within=tuple(bracket.kind for bracket in outside)))
         if len(kept) > MOST_TOKENS:
             raise refusal(token, f"equations of at most {MOST_TOKENS} signs are read; keep only those to be checked.")
         length = len(token.text) + len(token.index)
         if length > LONGEST_WORD and token.kind in ("number", "name"):
             raise refusal(token, f"a {token.kind} has at most {LONGEST_WORD} characters; got {length}.")
-        if token.kind in OPENING:
+        if token.kind in BRACKETS:
             opened.append(token)
             if len(opened) > DEEPEST:
                 raise refusal(token, f"brackets are nested more than {DEEPEST} deep; write the formula in parts.")
-        elif token.kind in OPENING.values():
-            if not opened or OPENING[opened[-1].kind] != token.kind:
+        elif token.kind in BRACKETS.values():
+            if not opened or BRACKETS[opened[-1].kind] != token.kind:
                 raise refusal(token, f"'{token.text}' closes nothing that is open; check the brackets.")
             opened.pop()
     if opened:
@@ -102,13 +102,13 @@ _PATTERN = re.compile(
     r"|(?P<raised>[²³])|(?P<sign>\*\*|[-+*/^()\[\],;='.−·×])"
 )
 # Signs that a keyboard lacks and a copied formula has.
-_TYPED = str.maketrans("−·×²³₀₁₂₃₄₅₆₇₈₉", "-**230123456789") | {ord(sign): name for name, sign in GREEK.items()}
+_TYPED_LETTERS = str.maketrans("−·×²³₀₁₂₃₄₅₆₇₈₉", "-**230123456789") | {ord(sign): name for name, sign in GREEK.items()}
 
 
 def tokens_of_text(text: str) -> tuple[Token, ...]:
     """The tokens of a text; a new line is a "break" unless a bracket is open."""
     refuse_size(text)
-    return checked(_scan(text))
+    return checked_tokens(_scan(text))
 
 
 def _scan(text: str) -> Iterator[Token]:
@@ -128,10 +128,10 @@ def _scan(text: str) -> Iterator[Token]:
             if depth == 0:
                 yield Token("break", "the end of the line", *place)
         elif kind not in ("space", "comment"):
-            depth += (said in OPENING) - (said in OPENING.values())
+            depth += (said in BRACKETS) - (said in BRACKETS.values())
             if kind == "raised":
                 yield Token("^", said, *place)
-            said = said.translate(_TYPED)
+            said = said.translate(_TYPED_LETTERS)
             kind = {"sign": "^" if said == "**" else said, "raised": "number", "path": "name"}.get(kind, kind)
             yield Token("function" if said in FUNCTIONS else kind, said, *place)
 
@@ -155,7 +155,7 @@ def key_of(symbol: Symbol) -> Key:
     return symbol.letter + re.sub(r"[,_ ]", "", symbol.index), symbol.dots, symbol.accent + symbol.mark
 
 
-def spelled(letters: str, index: str = "", dots: int = 0) -> Symbol:
+def spelled_symbol(letters: str, index: str = "", dots: int = 0) -> Symbol:
     """The symbol of letters as a lexer found them, with index and dots: `qd` with index 1 is q dot 1."""
     read = symbol("_".join(filter(None, [letters, index.replace(",", "_")])))
     return Symbol(read.letter, read.index, min(read.dots + dots, 2), read.accent, read.mark)
@@ -177,7 +177,7 @@ class Names:
         """The known symbol of that spelling, if there is one."""
         if not index and not dots and letters in self.paths:
             return self.paths[letters]
-        return self.keys.get(key_of(spelled(letters, index, dots)))
+        return self.keys.get(key_of(spelled_symbol(letters, index, dots)))
 
     def split(self, token: Token) -> list[Symbol]:
         """The symbols that a name stands for: letters side by side in LaTeX may be several."""
@@ -185,7 +185,7 @@ class Names:
             return [whole]
         if token.text.isalpha() and not token.dots and (several := self._side_by_side(token)) is not None:
             return several
-        raise refusal(token, self._unknown(token))
+        raise refusal(token, self._refusal_text(token))
 
     def _side_by_side(self, token: Token) -> list[Symbol] | None:
         letters = token.text
@@ -200,8 +200,8 @@ class Names:
                     break
         return rest.get(0)
 
-    def _unknown(self, token: Token) -> str:
-        said = name_of(spelled(token.text, token.index, token.dots)) if token.index or token.dots else token.text
+    def _refusal_text(self, token: Token) -> str:
+        said = name_of(spelled_symbol(token.text, token.index, token.dots)) if token.index or token.dots else token.text
         letters = (symbol for symbol in self.keys.values() if not (symbol.bold and symbol.dots))
         known = sorted({name_of(symbol) for symbol in letters if "," not in symbol.index})
         near = difflib.get_close_matches(said[:60], [*known, *self.paths], n=1, cutoff=0.6)
@@ -217,4 +217,4 @@ class Names:
             advice = f" Did you mean '{near[0]}'?"
         else:
             advice = f" Known are {', '.join(known[:20])}{', ...' if len(known) > 20 else ''}."
-        return f"there is no '{cut(said)}' among the names of this robot, nor is it declared here.{advice}"
+        return f"there is no '{shorten(said)}' among the names of this robot, nor is it declared here.{advice}"

@@ -5,7 +5,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.blocks.loop.contracts import AbstractController, Follows, Parts, Reads, is_recursion
-from workbench.blocks.loop.wiring import above, below
+from workbench.blocks.loop.wiring import prefix_names, strip_prefix
 from workbench.core import Entry, Layout, Signals, block
 from workbench.core.block import Number
 from workbench.core.port import misfits
@@ -80,8 +80,8 @@ class Cascade(AbstractController):
     @property
     def memory(self) -> Layout:
         held = Layout(tuple(Entry(e.name, np.zeros(e.shape), e.unit) for e in self.outer.drives.entries))
-        both = self.outer.memory.prefixed("outer.") + self.inner.memory.prefixed("inner.")
-        return both + held.prefixed("held.") if self.ratio > 1 else both
+        both = self.outer.memory.with_prefix("outer.") + self.inner.memory.with_prefix("inner.")
+        return both + held.with_prefix("held.") if self.ratio > 1 else both
 
     @property
     def recursion(self) -> bool:
@@ -102,8 +102,8 @@ class Cascade(AbstractController):
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         outer, inner = self._arguments(t, z, est, ref)
-        held = {name: ca.SX.zeros(part.shape) for name, part in below("held", z).items()}
-        return above({"outer": self._outer.rate(*outer), "inner": self._inner.rate(*inner), "held": held})
+        held = {name: ca.SX.zeros(part.shape) for name, part in strip_prefix("held", z).items()}
+        return prefix_names({"outer": self._outer.rate(*outer), "inner": self._inner.rate(*inner), "held": held})
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         if self.period is None:
@@ -116,13 +116,15 @@ class Cascade(AbstractController):
         moved = self._outer.advance(*outer, self.ratio * period)
         parts = {"outer": moved, "inner": self._inner.advance(*inner, period)}
         if self.ratio == 1:
-            return above(parts)
+            return prefix_names(parts)
         old, wanted = outer[1], inner[3]
         parts["outer"] = {name: ca.if_else(self._is_turn(t, period), part, old[name]) for name, part in moved.items()}
-        return above(parts | {"held": {name: wanted[name] for name in self.outer.drives.names}})
+        return prefix_names(parts | {"held": {name: wanted[name] for name in self.outer.drives.names}})
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        return self._outer.signals(Signals(below("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
+        return self._outer.signals(
+            Signals(strip_prefix("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows)
+        )
 
     def without(self) -> Mapping[str, AbstractController]:
         outer = {f"outer {name}": replace(self, outer=law) for name, law in self.outer.without().items()}
@@ -143,12 +145,17 @@ class Cascade(AbstractController):
 
     def _arguments(self, t: Number, z: Parts, est: Reads, ref: Follows) -> tuple[Arguments, Arguments]:
         """The time, memory, estimates and wanted signals of the outer law, and those of the inner one."""
-        outer = (t, Signals(below("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
+        outer = (t, Signals(strip_prefix("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
         new = Signals(self._outer.command(*outer))
         if self.ratio > 1 and self.period is not None:
             turn = self._is_turn(t, self.period)
             new = Signals({name: ca.if_else(turn, part, z[f"held.{name}"]) for name, part in new.items()})
-        return outer, (t, Signals(below("inner", z)), est.only(self.inner.reads), (ref | new).only(self.inner.follows))
+        return outer, (
+            t,
+            Signals(strip_prefix("inner", z)),
+            est.only(self.inner.reads),
+            (ref | new).only(self.inner.follows),
+        )
 
     def _is_turn(self, t: Number, period: float) -> ca.SX:
         return ca.fmod(ca.floor(t / period + 0.5), self.ratio) == 0

@@ -136,10 +136,13 @@ class PID(AbstractController):
         return self.period is not None
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        return Signals(self.drives.view(self._limited(self._asked(z, est, ref))))
+        return Signals(self.drives.view(self._limit(self._unlimited_command(z, est, ref))))
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        return {"integral": self._growth(z, est, ref), "filter": self.N * (self._weighted(est, ref) - z["filter"])}
+        return {
+            "integral": self._growth(z, est, ref),
+            "filter": self.N * (self._weighted_error(est, ref) - z["filter"]),
+        }
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         return self.advance(t, z, est, ref, self._period)
@@ -148,7 +151,7 @@ class PID(AbstractController):
         share = self.N * period / (1 + self.N * period)
         return {
             "integral": z["integral"] + period * self._growth(z, est, ref),
-            "filter": z["filter"] + share * (self._weighted(est, ref) - z["filter"]),
+            "filter": z["filter"] + share * (self._weighted_error(est, ref) - z["filter"]),
         }
 
     @property
@@ -168,30 +171,32 @@ class PID(AbstractController):
     def _signals(self, est: Reads, ref: Follows) -> tuple[ca.SX, ca.SX]:
         return self.reads.flatten(est), self.reads.flatten(ref)
 
-    def _weighted(self, est: Reads, ref: Follows) -> ca.SX:
+    def _weighted_error(self, est: Reads, ref: Follows) -> ca.SX:
         """The weighted error w, of which the derivative is taken."""
         y, r = self._signals(est, ref)
         w: ca.SX = self.c * (r - self.y0) - (y - self.y0)
         return w
 
-    def _asked(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
+    def _unlimited_command(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The command v before its limits."""
         y, r = self._signals(est, ref)
-        behind = (self._weighted(est, ref) - z["filter"]) / (1 + self.N * self._period)  # w - f, the f of this instant
+        behind = (self._weighted_error(est, ref) - z["filter"]) / (
+            1 + self.N * self._period
+        )  # w - f, the f of this instant
         v: ca.SX = self.u0 + self.Kp * (self.b * r - y) + z["integral"] + self.Kd * self.N * behind
         return v
 
-    def _limited(self, v: ca.SX) -> ca.SX:
+    def _limit(self, v: ca.SX) -> ca.SX:
         v = v if self.low is None else ca.fmax(v, self.low)
         return v if self.high is None else ca.fmin(v, self.high)
 
     def _growth(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The derivative of the integral, with the anti-windup."""
         y, r = self._signals(est, ref)
-        v = self._asked(z, est, ref)
+        v = self._unlimited_command(z, est, ref)
         growth: ca.SX = self.Ki * (r - y)
         if self.anti_windup == "back-calculation":
-            growth += (self._limited(v) - v) / self.Tt
+            growth += (self._limit(v) - v) / self.Tt
         if self.anti_windup == "clamping" and self.low is not None:
             growth = ca.if_else(v < self.low, ca.fmax(growth, 0), growth)
         if self.anti_windup == "clamping" and self.high is not None:

@@ -3,11 +3,11 @@ from __future__ import annotations
 import casadi as ca
 
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
-from workbench.blocks.loop.plant_rest import point_for
+from workbench.blocks.loop.plant_equilibrium import point_for
 from workbench.core import Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
 from workbench.core.units import ANY
-from workbench.core.validation.refusals import known, matrix
+from workbench.core.validation.refusals import known_name, matrix
 
 
 @block
@@ -44,7 +44,7 @@ class StateFeedback(AbstractController):
     def __post_init__(self) -> None:
         matrix("StateFeedback(K=...)", self.K, self.inputs.size, self.states.size)
         for name in self.follow:
-            known(name, self.states.names, "states that the law reads")
+            known_name(name, self.states.names, "states that the law reads")
 
     @staticmethod
     def of(

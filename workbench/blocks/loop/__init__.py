@@ -1,4 +1,4 @@
-"""The closed loop: the contracts of its blocks, their ports, and how they become one `Ode` or one `Sampled`.
+"""The closed loop: the contracts of its blocks, their ports, and how they become one `Ode` or one `SampledSystem`.
 
 The room knows plants, observers, laws and references by their contracts alone; it knows no
 simulation and no design. Read `closed_loop.py` first, then `contracts.py`.
@@ -9,6 +9,7 @@ Examples
 True
 """
 
+from workbench.blocks.loop.block_roles import roles
 from workbench.blocks.loop.closed_loop import ClosedLoop, open_loop
 from workbench.blocks.loop.coloured_noise import AbstractNoise, GaussMarkov, RandomWalk, SecondOrderNoise
 from workbench.blocks.loop.contracts import (
@@ -20,18 +21,17 @@ from workbench.blocks.loop.contracts import (
     Parts,
     Reads,
 )
-from workbench.blocks.loop.dependence import roles
 from workbench.blocks.loop.digital_loop import DigitalLoop
-from workbench.blocks.loop.instruments import Instruments
-from workbench.blocks.loop.linear_blocks import LinearLaw, LinearPlant
-from workbench.blocks.loop.linear_filter import LinearFilter
-from workbench.blocks.loop.surroundings import (
+from workbench.blocks.loop.environment import (
     AbstractDisturbance,
     AbstractInstruments,
     AbstractReference,
+    NoReference,
     Readings,
-    Rest,
 )
+from workbench.blocks.loop.instruments import Instruments
+from workbench.blocks.loop.linear_blocks import LinearLaw, LinearPlant
+from workbench.blocks.loop.linear_filter import LinearFilter
 
 __all__ = [
     "AbstractController",
@@ -54,7 +54,7 @@ __all__ = [
     "RandomWalk",
     "Readings",
     "Reads",
-    "Rest",
+    "NoReference",
     "SecondOrderNoise",
     "open_loop",
     "roles",

@@ -1,4 +1,4 @@
-"""The closed loop: blocks in their sockets become one `Ode`, or one `Sampled` where a computer closes it."""
+"""The closed loop: blocks in their sockets become one `Ode`, or one `SampledSystem` where a computer closes it."""
 
 from __future__ import annotations
 
@@ -8,22 +8,28 @@ from dataclasses import replace
 import casadi as ca
 
 from workbench.blocks.loop import wiring
+from workbench.blocks.loop.block_roles import roles
 from workbench.blocks.loop.command_queue import Queue
 from workbench.blocks.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
-from workbench.blocks.loop.dependence import roles
+from workbench.blocks.loop.environment import AbstractInstruments, AbstractReference, NoReference, Readings
 from workbench.blocks.loop.feedback_sign import opposite, refuse_wrong_sign
-from workbench.blocks.loop.injected_signals import Outside, Shown, cut, outside_of, refuse_inputs_of_recursion
+from workbench.blocks.loop.injected_signals import (
+    InjectedSignals,
+    Outputs,
+    cut_loop,
+    injected_signals,
+    refuse_inputs_of_recursion,
+)
 from workbench.blocks.loop.instruments import Instruments
-from workbench.blocks.loop.linear_blocks import LinearLaw, LinearPlant, as_it_stands, standing_for
-from workbench.blocks.loop.linear_filter import LinearFilter, beside
+from workbench.blocks.loop.linear_blocks import LinearLaw, LinearPlant, block_maker, law_of_system
+from workbench.blocks.loop.linear_filter import LinearFilter, observer_of_system
 from workbench.blocks.loop.port_checks import refuse_instants, refuse_misfits, refuse_odd_ports, refuse_shared_names
 from workbench.blocks.loop.sampled_loop import FINE, INTEGRATORS, digital
-from workbench.blocks.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
-from workbench.core import Ode, Roles, Sampled, Signals, block, lift
+from workbench.core import Ode, Roles, SampledSystem, Signals, block, lift
 from workbench.core.block import Vector, socket
 from workbench.core.ode import time_beside
 from workbench.core.validation.refusals import one_of, refusal, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
 @block
@@ -48,9 +54,9 @@ class ClosedLoop:
     ('omega', 'omega_ref', 'e_omega', 'e_hat_omega', 'v', 'v_applied', 'omega_error')
     """
 
-    plant: AbstractPlant = socket(standing_for(LinearPlant))
-    observer: AbstractObserver = socket(standing_for(LinearFilter), default=None)
-    controller: AbstractController = socket(standing_for(as_it_stands), default=None)
+    plant: AbstractPlant = socket(block_maker(LinearPlant))
+    observer: AbstractObserver = socket(block_maker(LinearFilter), default=None)
+    controller: AbstractController = socket(block_maker(law_of_system), default=None)
     reference: AbstractReference = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -60,13 +66,13 @@ class ClosedLoop:
         refuse_odd_ports(self)
         if "observer" in empty:
             object.__setattr__(self, "observer", Readings(self.plant.outputs))
-        object.__setattr__(self, "observer", beside(self.plant, self.observer))
+        object.__setattr__(self, "observer", observer_of_system(self.plant, self.observer))
         if "reference" in empty:
-            object.__setattr__(self, "reference", Rest())
+            object.__setattr__(self, "reference", NoReference())
         refuse_misfits(self)
         plant = self.plant
-        if not (is_recursion(plant) or is_recursion(self.observer) or plant.noises or plant.settling.size):
-            _refuse_wrong_sign(self, lambda loop: _around(loop, "loop", Outside()), recursion=False)
+        if not (is_recursion(plant) or is_recursion(self.observer) or plant.noises or plant.sampled_states.size):
+            _refuse_wrong_sign(self, lambda loop: _around(loop, "loop", InjectedSignals()), recursion=False)
 
     @property
     def follows(self) -> tuple[str, ...]:
@@ -119,9 +125,9 @@ class ClosedLoop:
         LookupError
             If a name of `at` is none of an input or an output.
         """
-        return _around(self, name, outside_of("ClosedLoop.ode", self, inputs, at))
+        return _around(self, name, injected_signals("ClosedLoop.ode", self, inputs, at))
 
-    def broken(self, name: str = "loop", *, at: str | tuple[str, ...] | None = None) -> Ode:
+    def cut(self, name: str = "loop", *, at: str | tuple[str, ...] | None = None) -> Ode:
         """The loop cut at inputs of the plant, all unless named by `at`, or at outputs, where 'drive' acts: the
         declared input.
 
@@ -135,7 +141,7 @@ class ClosedLoop:
         LookupError
             If a name is none of an input or an output.
         """
-        return _around(self, name, cut("ClosedLoop.broken", self, at))
+        return _around(self, name, cut_loop("ClosedLoop.broken", self, at))
 
     def digital(
         self,
@@ -143,12 +149,12 @@ class ClosedLoop:
         instruments: AbstractInstruments | None = None,
         *,
         delay: bool | float | Mapping[str, float] = False,
-        waiting: Mapping[str, Vector] | None = None,
+        initial_commands: Mapping[str, Vector] | None = None,
         integrator: str = "declared",
         name: str = "loop",
         inputs: bool = False,
         at: str | tuple[str, ...] | None = None,
-    ) -> Sampled:
+    ) -> SampledSystem:
         """The closed loop with observer and controller in a computer, which runs them once in `period` seconds.
 
         At t_k = k period the computer reads the instruments, and its observer estimates from the readings; the law sees
@@ -182,32 +188,34 @@ class ClosedLoop:
         """
         fine = one_of("ClosedLoop.digital(integrator=...)", integrator, INTEGRATORS) == "fine"
         length = seconds("ClosedLoop.digital(period=...)", period)
-        outside = outside_of("ClosedLoop.digital", self, inputs, at)
-        queue = Queue.of(self.plant.inputs, delay, waiting)
+        outside = injected_signals("ClosedLoop.digital", self, inputs, at)
+        queue = Queue.of(self.plant.inputs, delay, initial_commands)
         gauges = Instruments() if instruments is None else instruments
-        _refuse_wrong_sign(self, lambda loop: digital(loop, length, gauges, queue, 0, name, Outside()), recursion=True)
+        _refuse_wrong_sign(
+            self, lambda loop: digital(loop, length, gauges, queue, 0, name, InjectedSignals()), recursion=True
+        )
         return digital(self, length, gauges, queue, FINE if fine else 0, name, outside)
 
 
 def _refuse_wrong_sign(
-    closed: ClosedLoop, equations: Callable[[ClosedLoop], Ode | Sampled], *, recursion: bool
+    loop: ClosedLoop, equations: Callable[[ClosedLoop], Ode | SampledSystem], *, recursion: bool
 ) -> None:
     """Refuse a law of python-control, given as it stands, by whose sign the loop of these equations is unstable."""
-    law = closed.controller
+    law = loop.controller
     if isinstance(law, LinearLaw) and law.stands and law.recursion == recursion and not law.follows.size:
-        turned = replace(closed, controller=opposite(law))
-        refuse_wrong_sign(law.system, equations(closed), equations(turned))
+        turned = replace(loop, controller=opposite(law))
+        refuse_wrong_sign(law.system, equations(loop), equations(turned))
 
 
-def _refuse_instants(closed: ClosedLoop, outside: Outside) -> None:
+def _refuse_instants(loop: ClosedLoop, outside: InjectedSignals) -> None:
     """Refuse a loop in continuous time with a block that moves at instants alone."""
-    refuse_instants(closed.plant)
-    refuse_inputs_of_recursion(closed, outside)
-    for part in (closed.plant, closed.observer, closed.controller):
+    refuse_instants(loop.plant)
+    refuse_inputs_of_recursion(loop, outside)
+    for part in (loop.plant, loop.observer, loop.controller):
         if is_recursion(part):
             way = (
                 "digital(period, at=...)` in place of `broken()"
-                if outside.cut.size
+                if outside.cut_signals.size
                 else "digital(period)` in place of `ode()"
             )
             raise ValueError(
@@ -216,29 +224,29 @@ def _refuse_instants(closed: ClosedLoop, outside: Outside) -> None:
             )
 
 
-def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
-    _refuse_instants(closed, outside)
-    lifted = lift(closed)
-    loop, states, inputs = lifted.block, wiring.memory(closed), closed.plant.inputs
+def _around(closed_loop: ClosedLoop, name: str, outside: InjectedSignals) -> Ode:
+    _refuse_instants(closed_loop, outside)
+    lifted = lift(closed_loop)
+    loop, states, inputs = lifted.block, wiring.memory(closed_loop), closed_loop.plant.inputs
     observer, law = loop.observer, loop.controller
     t, x = ca.SX.sym("t"), states.symbols()
     z = wiring.split(states.view(x))
 
-    ref = outside.meets("references", wiring.wanted(loop, t))
-    y = wiring.measured(loop, t, z["plant"])
-    seen, est = wiring.estimated(loop, t, z["observer"], outside.meets("readings", y))
-    u = wiring.commanded(loop, t, z["controller"], est, ref)
-    acts = outside.meets("inputs", u)
-    moves = {"plant": wiring.asked(loop.plant, "rate", closed.plant.states, t, z["plant"], acts)}
+    ref = outside.inject("references", wiring.reference_signals(loop, t))
+    y = wiring.measurements(loop, t, z["plant"])
+    seen, est = wiring.estimates(loop, t, z["observer"], outside.inject("readings", y))
+    u = wiring.commands(loop, t, z["controller"], est, ref)
+    acts = outside.inject("inputs", u)
+    moves = {"plant": wiring.call_block(loop.plant, "rate", closed_loop.plant.states, t, z["plant"], acts)}
     told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
-    moves["observer"] = wiring.asked(observer, "rate", observer.memory, t, z["observer"], seen, est, told)
-    moves["controller"] = wiring.asked(law, "rate", law.memory, t, z["controller"], heard, followed)
+    moves["observer"] = wiring.call_block(observer, "rate", observer.memory, t, z["observer"], seen, est, told)
+    moves["controller"] = wiring.call_block(law, "rate", law.memory, t, z["controller"], heard, followed)
 
-    def shown() -> Shown:
-        applied = wiring.asked(loop.plant, "applied", inputs, t, z["plant"], acts)
-        return wiring.shown(loop, y, ref, est, u, applied, wiring.signals(loop, z["controller"], est, ref))
+    def shown() -> Outputs:
+        applied = wiring.call_block(loop.plant, "applied", inputs, t, z["plant"], acts)
+        return wiring.loop_outputs(loop, y, ref, est, u, applied, wiring.signals(loop, z["controller"], est, ref))
 
-    outputs, watched = outside.watched(y | u, shown)
+    outputs, watched = outside.outputs(y | u, shown)
     symbols = (t, x, ca.vertcat(lifted.symbols, outside.symbols))
     return Ode(
         name,
@@ -246,22 +254,22 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         lifted.layout + outside.layout,
         outputs,
         *symbols,
-        states.flatten(wiring.above(moves)),
+        states.flatten(wiring.prefix_names(moves)),
         outputs.flatten(watched),
         inputs=outside.layout.names,
-        notes=wiring.notes(closed, continuous=True),
-        follows=() if outside.cut.size else closed.follows,
+        notes=wiring.notes(closed_loop, continuous=True),
+        follows=() if outside.cut_signals.size else closed_loop.follows,
         drives=inputs.names,
-        measures=wiring.measures(closed),
-        differences=wiring.differences(closed),
-        power=wiring.power(closed),
-        horizon=wiring.horizon(closed),
-        counts=closed.plant.counts,
-        drawing=wiring.drawn(loop.plant, t, z["plant"], symbols[-1], lifted.layout + outside.layout),
+        measures=wiring.measures(closed_loop),
+        differences=wiring.differences(closed_loop),
+        power=wiring.power(closed_loop),
+        horizon=wiring.horizon(closed_loop),
+        counts=closed_loop.plant.counts,
+        drawing=wiring.plant_drawing(loop.plant, t, z["plant"], symbols[-1], lifted.layout + outside.layout),
     )
 
 
-@door
+@check_arguments
 def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     """The plant alone, driven by its inputs, which are parameters and the declared inputs.
 
@@ -285,11 +293,11 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     states, inputs, outputs = plant.states, plant.inputs, plant.outputs
     u, t, x = inputs.symbols(), time_beside(states, inputs, lifted.layout), states.symbols()
     z = Signals(states.view(x))
-    rate = wiring.asked(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
-    y = wiring.asked(lifted.block, "measure", outputs + plant.truths, t, z)
+    rate = wiring.call_block(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
+    y = wiring.call_block(lifted.block, "measure", outputs + plant.truths, t, z)
     watched = outputs.flatten({name: ca.densify(part) for name, part in y.only(outputs).items()})
     p = ca.vertcat(lifted.symbols, u)
     equations, ends = (t, x, p, states.flatten(rate), watched), wiring.horizon(plant)
     ode = Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)
-    drawing = wiring.drawn(lifted.block, t, z, p, ode.parameters)
+    drawing = wiring.plant_drawing(lifted.block, t, z, p, ode.parameters)
     return replace(ode, counts=plant.counts, drawing=drawing)

@@ -14,11 +14,11 @@ from itertools import count
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.loop.signal_units import fitted
+from workbench.blocks.loop.signal_units import fit_element
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Scalar, Vector, quantities
 from workbench.core.units import ANY, per_second
-from workbench.core.validation.refusals import Array, described, seconds, whole
+from workbench.core.validation.refusals import Array, describe, seconds, whole
 
 TINY = float(np.finfo(float).tiny)
 MOST_DRAWS = 10**8  # of a path: 0.8 GB
@@ -59,7 +59,7 @@ class AbstractNoise(ABC):
             if shapes != [(size, 1)] * len(names):
                 raise ValueError(
                     f"`{call}({name}=...)` must be a column of shape ({size}, 1) for each state, {', '.join(names)}; "
-                    f"got {described(shapes)}."
+                    f"got {describe(shapes)}."
                 )
         seconds(f"{call}(period=...)", period)
 
@@ -92,7 +92,7 @@ class GaussMarkov(AbstractNoise):
 
     Examples
     --------
-    >>> gust = wb.Disturbed(wb.DCMotor(), by=wb.GaussMarkov("v", sigma=0.5, time_constant=0.2))
+    >>> gust = wb.DisturbedPlant(wb.DCMotor(), by=wb.GaussMarkov("v", sigma=0.5, time_constant=0.2))
     >>> gust.states.names, gust.truths.names
     (('omega', 'i', 'v.noise'), ('d_v',))
     """
@@ -135,7 +135,7 @@ class SecondOrderNoise(AbstractNoise):
     Examples
     --------
     >>> waves = wb.SecondOrderNoise("F", sigma=0.2, natural_frequency=2.0, damping=0.1)
-    >>> wb.Disturbed(wb.CartPole(), by=waves).states.names[-2:]
+    >>> wb.DisturbedPlant(wb.CartPole(), by=waves).states.names[-2:]
     ('F.noise', 'F.noise_rate')
     """
 
@@ -211,7 +211,7 @@ class RandomWalk(AbstractNoise):
 
 def noise_of(field: str, noise: AbstractNoise, port: Layout, of: str) -> AbstractNoise:
     """A noise in the unit of its signal of a port, with one number for each element of the signal."""
-    fitting = fitted(field, noise, port, of)
+    fitting = fit_element(field, noise, port, of)
     shape = port[noise.signal].shape
     for f, quantity in quantities(fitting):
         if quantity.shape == ("*",):
@@ -234,7 +234,7 @@ class NoiseStates:
         """The states, zero before the first instant."""
         entries = (
             _entry(here, noise.size, unit)
-            for noise, names in self._named()
+            for noise, names in self._names()
             for here, (_, unit) in zip(names, noise.states, strict=True)
         )
         return Layout(tuple(entries))
@@ -247,20 +247,20 @@ class NoiseStates:
     def after(self, k: ca.SX, z: Parts, w: ca.SX, period: float) -> dict[str, ca.SX]:
         """The states at the instant k, with standard normal w, (size of the layout, 1)."""
         draws, moved = self.layout.view(w), dict[str, ca.SX]()
-        for noise, names in self._named():
+        for noise, names in self._names():
             own = [draws[name] for name in names]
             pairs = zip(noise.start(own), noise.after([z[name] for name in names], own, period), strict=True)
             moved |= {n: ca.if_else(k == 0, first, later) for n, (first, later) in zip(names, pairs, strict=True)}
         return moved
 
-    def added(self, z: Parts) -> Signals:
+    def signal_noise(self, z: Parts) -> Signals:
         """The sum of the noises of each signal."""
         sums = dict[str, ca.SX]()
-        for noise, (name, *_) in self._named():
+        for noise, (name, *_) in self._names():
             sums[noise.signal] = sums[noise.signal] + z[name] if noise.signal in sums else z[name]
         return Signals(sums)
 
-    def _named(self) -> Iterator[tuple[AbstractNoise, list[str]]]:
+    def _names(self) -> Iterator[tuple[AbstractNoise, list[str]]]:
         taken = set[str]()
         for noise in self.noises:
             for i in count(1):

@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Signals
 from workbench.core.port import one_entry
-from workbench.core.validation.refusals import as_array, as_number, known, refusal
+from workbench.core.validation.refusals import as_array, as_number, known_name, refusal
 
 NEXT = "hold.next"  # the commands that wait for the next instant; 'hold.next.2' those for the one behind it
 MOST_PERIODS = 1000  # each is a state for every input
@@ -26,21 +26,26 @@ class Queue:
 
     @staticmethod
     def of(
-        inputs: Layout, delay: bool | float | Mapping[str, float], waiting: Mapping[str, object] | None = None
+        inputs: Layout, delay: bool | float | Mapping[str, float], initial_commands: Mapping[str, object] | None = None
     ) -> Queue:
         """The queue of `ClosedLoop.digital(delay=..., waiting=...)`."""
         if isinstance(delay, Mapping):
-            named = {known(name, inputs.names, "inputs of the plant"): _periods(count) for name, count in delay.items()}
+            named = {
+                known_name(name, inputs.names, "inputs of the plant"): _periods(count) for name, count in delay.items()
+            }
             periods = dict.fromkeys(inputs.names, 0) | named
         else:
             periods = dict.fromkeys(inputs.names, _periods(float(delay)))
-        first = {known(name, inputs.names, "inputs of the plant"): value for name, value in (waiting or {}).items()}
+        first = {
+            known_name(name, inputs.names, "inputs of the plant"): value
+            for name, value in (initial_commands or {}).items()
+        }
         if idle := [name for name in first if not periods[name]]:
             raise ValueError(
                 f"`ClosedLoop.digital(waiting=...)` is for commands that wait, and '{idle[0]}' acts at once: leave it "
                 "out, or give it a `delay`."
             )
-        return Queue(Layout(tuple(_starting(entry, first) for entry in inputs.entries)), periods)
+        return Queue(Layout(tuple(_first_command(entry, first) for entry in inputs.entries)), periods)
 
     @cached_property
     def places(self) -> dict[str, Layout]:
@@ -61,7 +66,7 @@ class Queue:
             held |= inputs.view(x[name])  # a place further behind holds a later command
         return held
 
-    def moved(self, x: Mapping[str, ca.SX], u: Signals) -> tuple[Signals, dict[str, ca.SX]]:
+    def shift(self, x: Mapping[str, ca.SX], u: Signals) -> tuple[Signals, dict[str, ca.SX]]:
         """The commands that act from this instant on, where u is commanded, and those that wait, by their states."""
         acts, moved = u, {}
         for name, inputs in reversed(self.places.items()):
@@ -70,7 +75,7 @@ class Queue:
         return acts, moved
 
 
-def _starting(entry: Entry, first: Mapping[str, object]) -> Entry:
+def _first_command(entry: Entry, first: Mapping[str, object]) -> Entry:
     """The entry of an input with the command that waits at the start as its default."""
     if entry.name not in first:
         return entry
@@ -86,6 +91,6 @@ def _periods(count: object) -> int:
     clean = as_number(count)
     if clean is None or not (0 <= clean <= MOST_PERIODS and clean == round(clean)):
         must = f"a whole number of periods from 0 to {MOST_PERIODS}, as a computer commands at its instants"
-        advice = ": take a period that divides the delay, or a `PadeDelay` of `Equipped`"
+        advice = ": take a period that divides the delay, or a `PadeDelay` of `EquippedPlant`"
         raise refusal("ClosedLoop.digital(delay=...)", must, count, advice)
     return round(clean)

@@ -12,8 +12,8 @@ import casadi as ca
 from workbench.blocks.loop import wiring
 from workbench.blocks.loop.command_queue import Queue
 from workbench.blocks.loop.contracts import AbstractMember, Parts, euler, is_recursion
-from workbench.blocks.loop.injected_signals import Outside
-from workbench.blocks.loop.surroundings import AbstractInstruments
+from workbench.blocks.loop.environment import AbstractInstruments
+from workbench.blocks.loop.injected_signals import InjectedSignals
 from workbench.blocks.loop.wiring import Blocks
 from workbench.core import Entry, Layout, Signals
 from workbench.core.crossing import Crossing
@@ -34,15 +34,15 @@ def periods_of(block: AbstractMember, period: float) -> int:
     return times
 
 
-def remembered(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
+def held_signals(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
     """The signals, beside the memories, that a computer holds from one instant to the next."""
     inputs = loop.plant.inputs
     commands = is_recursion(loop.plant) or (every["controller"] > 1 and not all(queue.periods.values()))
     estimates = Layout(tuple(Entry(f"{e.name}_hat", e.default, e.unit) for e in loop.observer.gives.entries))
     return (
         queue.memory
-        + (inputs.prefixed("hold.") if commands else Layout())
-        + (estimates.prefixed("hold.") if every["observer"] > 1 else Layout())
+        + (inputs.with_prefix("hold.") if commands else Layout())
+        + (estimates.with_prefix("hold.") if every["observer"] > 1 else Layout())
     )
 
 
@@ -56,7 +56,7 @@ def units_of(loop: Blocks) -> dict[str, str]:
     }
 
 
-class Answer(NamedTuple):
+class ComputerSignals(NamedTuple):
     """The signals of a computer at an instant, in the order in which it makes them."""
 
     est: Signals  # estimates
@@ -68,23 +68,23 @@ class Answer(NamedTuple):
     own: Mapping[str, ca.SX]  # the law's own signals
 
     @property
-    def named(self) -> dict[str, ca.SX]:
+    def by_name(self) -> dict[str, ca.SX]:
         """All of them by names of their own, always in the same order."""
         groups = {name: part for name, part in self._asdict().items() if name != "moved"}
-        return wiring.above({**groups, **self.moved})
+        return wiring.prefix_names({**groups, **self.moved})
 
-    def crossed(self) -> tuple[Answer, Crossing]:
+    def as_numbers(self) -> tuple[ComputerSignals, Crossing]:
         """The same signals as numbers for whoever takes them, and the crossing that hands them over."""
-        crossing = Crossing.of(self.named)
-        groups = {name: wiring.below(name, crossing.parts) for name in self._fields if name != "moved"}
-        moved = {socket: Signals(wiring.below(socket, crossing.parts)) for socket in self.moved}
+        crossing = Crossing.of(self.by_name)
+        groups = {name: wiring.strip_prefix(name, crossing.parts) for name in self._fields if name != "moved"}
+        moved = {socket: Signals(wiring.strip_prefix(socket, crossing.parts)) for socket in self.moved}
         signals = {name: Signals(groups[name]) for name in ("est", "asked", "limited", "acts")}
-        return Answer(**signals, waiting=groups["waiting"], moved=moved, own=groups["own"]), crossing
+        return ComputerSignals(**signals, waiting=groups["waiting"], moved=moved, own=groups["own"]), crossing
 
     def states(self) -> dict[str, ca.SX]:
         """The states at the next instant, but those of the plant: memories, commands on their way, and what is held."""
         holds = {**self.acts, **{f"{name}_hat": part for name, part in self.est.items()}, **self.own}
-        return self.waiting | wiring.above({**self.moved, "hold": holds})
+        return self.waiting | wiring.prefix_names({**self.moved, "hold": holds})
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Computer:
     every: Mapping[str, int]
     queue: Queue
     fine: int
-    outside: Outside
+    outside: InjectedSignals
 
     def after(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> tuple[dict[str, ca.SX], tuple[Crossing, ...]]:
         """The states x after the instant t_k, all that the computer remembers and holds, in symbols of the crossings.
@@ -111,47 +111,50 @@ class Computer:
         crossings, plant = list[Crossing](), wiring.split(x)["plant"]
 
         def numbers(socket: str, parts: Mapping[str, ca.SX]) -> Signals:
-            crossings.append(Crossing.of(wiring.above({socket: parts})))
-            return Signals(wiring.below(socket, crossings[-1].parts))
+            crossings.append(Crossing.of(wiring.prefix_names({socket: parts})))
+            return Signals(wiring.strip_prefix(socket, crossings[-1].parts))
 
         if is_recursion(self.loop.plant):
             plant = numbers("plant", self._moved_plant(k, k * self.period, plant, x))
-        plant, drifts = plant | self.stirred_plant(k, wiring.above({"plant": plant}), w), self._drifts(k, x, w)
+        plant, drifts = (
+            plant | self.plant_noise_states(k, wiring.prefix_names({"plant": plant}), w),
+            self._drifts(k, x, w),
+        )
         said = self.reference(k)
         crossings.append(said)
-        ref = Signals(wiring.below("r", said.parts))
+        ref = Signals(wiring.strip_prefix("r", said.parts))
         if self.outside.touches("references"):
-            ref = numbers("r", self.outside.meets("references", ref))
-        y = self.outside.meets("readings", wiring.measured(self.loop, k * self.period, plant))
-        seen = self.instruments.drifting(y.only(self.instruments.reads), drifts)
+            ref = numbers("r", self.outside.inject("references", ref))
+        y = self.outside.inject("readings", wiring.measurements(self.loop, k * self.period, plant))
+        seen = self.instruments.add_coloured_noise(y.only(self.instruments.reads), drifts)
         y = y | self.instruments.read(seen, w[: self.instruments.noises])
-        answer, made = self.answer(k, x, numbers("y", y.only(self.loop.observer.reads)), ref).crossed()
-        acts = self.outside.meets("inputs", answer.acts)
+        answer, made = self.answer(k, x, numbers("y", y.only(self.loop.observer.reads)), ref).as_numbers()
+        acts = self.outside.inject("inputs", answer.acts)
         own = self.loop.plant
-        plant = plant | wiring.asked(own, "settled", own.settling, k * self.period, plant, acts)
-        return wiring.above({"plant": plant, "instruments": drifts}) | answer.states(), (*crossings, made)
+        plant = plant | wiring.call_block(own, "settled", own.sampled_states, k * self.period, plant, acts)
+        return wiring.prefix_names({"plant": plant, "instruments": drifts}) | answer.states(), (*crossings, made)
 
     def reference(self, k: ca.SX) -> Crossing:
         """The signals that the law follows at t_k, as the reference says them."""
-        ref = wiring.wanted(self.loop, k * self.period)
-        return Crossing.of(wiring.above({"r": ref.only(self.loop.controller.follows)}))
+        ref = wiring.reference_signals(self.loop, k * self.period)
+        return Crossing.of(wiring.prefix_names({"r": ref.only(self.loop.controller.follows)}))
 
-    def answer(self, k: ca.SX, x: Mapping[str, ca.SX], y: Signals, ref: Signals) -> Answer:
+    def answer(self, k: ca.SX, x: Mapping[str, ca.SX], y: Signals, ref: Signals) -> ComputerSignals:
         """The answer at t_k to readings y and wanted signals."""
         loop, z, t = self.loop, wiring.split(x), k * self.period
-        seen, est = wiring.estimated(loop, t, z["observer"], y)
+        seen, est = wiring.estimates(loop, t, z["observer"], y)
         est = self._unless("observer", k, est, {n: x.get(f"hold.{n}_hat", part) for n, part in est.items()})
         law = loop.controller.run_every(self.every["controller"] * self.period)
         twin = copy(loop)  # in which the law runs at its period
         object.__setattr__(twin, "controller", law)
-        asked = wiring.commanded(twin, t, z["controller"], est, ref)
-        u = asked | self.instruments.limited(asked.only(self.instruments.limits))
+        asked = wiring.commands(twin, t, z["controller"], est, ref)
+        u = asked | self.instruments.limit_commands(asked.only(self.instruments.limits))
         last = {name: x.get(f"hold.{name}", part) for name, part in u.items()} | self.queue.last(x)
-        acts, waiting = self.queue.moved(x, self._unless("controller", k, u, last))
-        moved = self._moved(twin, t, z, seen, est, acts, ref)
+        acts, waiting = self.queue.shift(x, self._unless("controller", k, u, last))
+        moved = self._next_memories(twin, t, z, seen, est, acts, ref)
         moved = {socket: self._unless(socket, k, Signals(new), z[socket]) for socket, new in moved.items()}
         own = {name: ca.vec(ca.SX(part)) for name, part in wiring.signals(twin, z["controller"], est, ref).items()}
-        return Answer(est, asked, u, acts, waiting, moved, own)
+        return ComputerSignals(est, asked, u, acts, waiting, moved, own)
 
     def _unless(self, socket: str, k: ca.SX, new: Signals, old: Mapping[str, ca.SX]) -> Signals:
         """The new signals of a block where this is one of its instants, and the old ones elsewhere."""
@@ -160,52 +163,61 @@ class Computer:
         runs = ca.fmod(k, self.every[socket]) == 0
         return Signals({name: ca.if_else(runs, part, old[name]) for name, part in new.items()})
 
-    def stirred_plant(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> Signals:
+    def plant_noise_states(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> Signals:
         """The states of the plant that its noise moves at t_k."""
         last = self.instruments.noises + self.instruments.memory.size
-        return wiring.stirred(self.loop.plant, k, wiring.split(x)["plant"], w[last:], self.period)
+        return wiring.noise_states(self.loop.plant, k, wiring.split(x)["plant"], w[last:], self.period)
 
     def _drifts(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> Signals:
         """The memory of the instruments at t_k."""
         first, size = self.instruments.noises, self.instruments.memory.size
-        z = Signals(wiring.below("instruments", x))
-        return Signals(self.instruments.stirred(k, z, w[first : first + size], self.period))
+        z = Signals(wiring.strip_prefix("instruments", x))
+        return Signals(self.instruments.noise_states(k, z, w[first : first + size], self.period))
 
     def _moved_plant(self, k: ca.SX, t: ca.SX, z: Signals, x: Mapping[str, ca.SX]) -> Signals:
         """The states of a plant in discrete time after the held command."""
         plant = self.loop.plant
         u = Signals({name: x[f"hold.{name}"] for name in plant.inputs.names})
-        new = wiring.asked(plant, "update", plant.states, t - self.every["plant"] * self.period, z, u)
+        new = wiring.call_block(plant, "update", plant.states, t - self.every["plant"] * self.period, z, u)
         runs = k > 0 if self.every["plant"] == 1 else ca.logic_and(k > 0, ca.fmod(k, self.every["plant"]) == 0)
         return Signals({name: ca.if_else(runs, part, z[name]) for name, part in new.items()})
 
-    def _moved(
-        self, loop: Blocks, t: ca.SX, z: Mapping[str, Signals], seen: Signals, est: Signals, u: Signals, ref: Signals
+    def _next_memories(
+        self,
+        loop: Blocks,
+        t: ca.SX,
+        z: Mapping[str, Signals],
+        readings: Signals,
+        est: Signals,
+        u: Signals,
+        ref: Signals,
     ) -> dict[str, Signals]:
         observer, law = loop.observer, loop.controller
         told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
 
         def observed(own: Signals) -> Mapping[str, ca.SX]:
-            _, now = wiring.estimated(loop, t, own, seen)
-            return wiring.asked(observer, "rate", observer.memory, t, own, seen, now, told)
+            _, now = wiring.estimates(loop, t, own, readings)
+            return wiring.call_block(observer, "rate", observer.memory, t, own, readings, now, told)
 
         def adapted(own: Signals) -> Mapping[str, ca.SX]:
-            return wiring.asked(law, "rate", law.memory, t, own, heard, followed)
+            return wiring.call_block(law, "rate", law.memory, t, own, heard, followed)
 
         def moved(
-            block: AbstractMember, rate: Callable[[Signals], Parts], z: Signals, period: float, *given: Signals
+            block: AbstractMember, rate: Callable[[Signals], Parts], z: Signals, period: float, *arguments: Signals
         ) -> Signals:
             if self.fine and not is_recursion(block):
-                return _refined(rate, z, period, self.fine)
-            return wiring.asked(block, "advance", block.memory, t, z, *given, period)
+                return _fine_steps(rate, z, period, self.fine)
+            return wiring.call_block(block, "advance", block.memory, t, z, *arguments, period)
 
         return {
-            "observer": moved(observer, observed, z["observer"], self.every["observer"] * self.period, seen, est, told),
+            "observer": moved(
+                observer, observed, z["observer"], self.every["observer"] * self.period, readings, est, told
+            ),
             "controller": moved(law, adapted, z["controller"], self.every["controller"] * self.period, heard, followed),
         }
 
 
-def _refined(rate: Callable[[Signals], Parts], z: Signals, period: float, steps: int) -> Signals:
+def _fine_steps(rate: Callable[[Signals], Parts], z: Signals, period: float, steps: int) -> Signals:
     """A memory after so many classical Runge-Kutta steps of a period together."""
     h = period / steps
     for _ in range(steps):

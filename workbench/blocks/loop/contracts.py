@@ -19,7 +19,7 @@ from workbench.core import Layout, Signals
 from workbench.core.block import Memory, Number, States, initial_states
 from workbench.core.shapes import Shape
 from workbench.core.validation.refusals import seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 EULER, RECURSION = "explicit Euler", "its own recursion in discrete time"
 
@@ -57,19 +57,19 @@ class AbstractPlant(ABC):
         """The number of standard normal numbers that the plant takes at each instant of a computer."""
         return 0
 
-    @door
-    def stirred(self, k: Number, x: States, w: ca.SX, period: float) -> Parts:
+    @check_arguments
+    def noise_states(self, k: Number, x: States, w: ca.SX, period: float) -> Parts:
         """The states that noise moves at the instant k of a computer, by w (noises, 1); a period in s after k - 1."""
         del k, x, w, period
         return {}
 
     @property
-    def settling(self) -> Layout:
+    def sampled_states(self) -> Layout:
         """The states that move at the instants of a computer alone, behind its command; their rate is zero."""
         return Layout()
 
-    @door
-    def settled(self, t: Number, x: States, u: Inputs) -> Parts:
+    @check_arguments
+    def update_sampled_states(self, t: Number, x: States, u: Inputs) -> Parts:
         """The settling states behind an instant from which on `u` acts."""
         del t, x, u
         return {}
@@ -99,14 +99,14 @@ class AbstractPlant(ABC):
     def outputs(self) -> Layout:
         """The signals that instruments read of it."""
 
-    @door
+    @check_arguments
     def measure(self, t: Number, x: States) -> Signals:
         """The outputs and truths at a state: by default the states of the same names."""
         del t
         return Signals({name: x[name] for name in self.outputs.names})
 
-    @door
-    def applied(self, t: Number, x: States, u: Inputs) -> Signals:
+    @check_arguments
+    def applied_inputs(self, t: Number, x: States, u: Inputs) -> Signals:
         """The inputs that act in the plant where `u` is commanded."""
         del t, x
         return u
@@ -199,7 +199,7 @@ class AbstractObserver(AbstractMember):
         del t, z, y, est, u
         return {}
 
-    @door
+    @check_arguments
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
         """The memory at the end of a period in s, over which a computer holds the readings and the commands."""
         if is_recursion(self):
@@ -263,14 +263,14 @@ class AbstractController(AbstractMember):
         del z, est, ref
         return {}
 
-    @door
+    @check_arguments
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """The memory at the end of a period in s, over which a computer holds the estimate and the reference."""
         if is_recursion(self):
             return self.update(t, z, est, ref)
         return euler(z, self.rate(t, z, est, ref), period)
 
-    @door
+    @check_arguments
     def run_every(self, period: float) -> Self:
         """The same law, run by a computer once in `period` seconds."""
         law = copy(self)

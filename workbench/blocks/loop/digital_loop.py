@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 
 from workbench.blocks.loop.closed_loop import ClosedLoop
 from workbench.blocks.loop.command_queue import Queue
+from workbench.blocks.loop.environment import AbstractInstruments
 from workbench.blocks.loop.sampled_loop import INTEGRATORS
-from workbench.blocks.loop.surroundings import AbstractInstruments
-from workbench.core import Sampled
+from workbench.core import SampledSystem
 from workbench.core.block import Vector
 from workbench.core.validation.refusals import one_of, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class DigitalLoop:
     """A closed loop with its observer and controller in a computer, declared now and built by `ode`.
 
@@ -49,21 +49,23 @@ class DigitalLoop:
     period: float
     instruments: AbstractInstruments | None = None
     delay: bool | float | Mapping[str, float] = False
-    waiting: Mapping[str, Vector] | None = None
+    initial_commands: Mapping[str, Vector] | None = None
     integrator: str = "declared"
 
     def __post_init__(self) -> None:
         seconds("DigitalLoop(period=...)", self.period)
         one_of("DigitalLoop(integrator=...)", self.integrator, INTEGRATORS)
-        Queue.of(self.loop.plant.inputs, self.delay, self.waiting)  # refuses a delay that is none
+        Queue.of(self.loop.plant.inputs, self.delay, self.initial_commands)  # refuses a delay that is none
 
-    def ode(self, name: str = "loop", *, inputs: bool = False, at: str | tuple[str, ...] | None = None) -> Sampled:
+    def ode(
+        self, name: str = "loop", *, inputs: bool = False, at: str | tuple[str, ...] | None = None
+    ) -> SampledSystem:
         """The loop in its computer, see `ClosedLoop.digital`."""
         return self.loop.digital(
             self.period,
             self.instruments,
             delay=self.delay,
-            waiting=self.waiting,
+            initial_commands=self.initial_commands,
             integrator=self.integrator,
             name=name,
             inputs=inputs,

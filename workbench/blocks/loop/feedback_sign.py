@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.blocks.loop.linear_blocks import LinearLaw
-from workbench.core import LinearSystem, Ode, Sampled
+from workbench.core import LinearSystem, Ode, SampledSystem
 from workbench.core.validation.refusals import Array
 
 SUBSTEPS = 8  # of a period: enough to tell a mode that grows from one that decays
@@ -22,23 +22,23 @@ def opposite(law: LinearLaw) -> LinearLaw:
     return replace(law, system=replace(system, **turned))
 
 
-def refuse_wrong_sign(system: LinearSystem, made: Ode | Sampled, turned: Ode | Sampled) -> None:
+def refuse_wrong_sign(system: LinearSystem, loop: Ode | SampledSystem, reversed_loop: Ode | SampledSystem) -> None:
     """Refuse a loop that is unstable near its start as it is `made`, and stable where the sign of its law is `turned`.
 
     A compensator that was designed for negative feedback of the error is so where it is given y.
     """
-    if not (_grows(made) and not _grows(turned)):
+    if not (_grows(loop) and not _grows(reversed_loop)):
         return
     read, driven = (", ".join(port.names) for port in (system.inputs, system.outputs))
     raise ValueError(
         f"`ClosedLoop(controller=...)`: a system of python-control as it stands is given '{read}' and not its error, "
         f"and '{driven}' is what comes out; so this loop is unstable, and with the opposite sign it is stable. Take "
-        f"`LinearLaw(C, error=True)` and a reference, which may be a `Hold` at zero, where C is a compensator of the "
-        f"error; or `LinearLaw(C)` where the command is C {read} all the same."
+        "`LinearLaw(C, error=True)` and a reference, which may be a `Constant` at zero, where C is a compensator of "
+        f"the error; or `LinearLaw(C)` where the command is C {read} all the same."
     )
 
 
-def _grows(loop: Ode | Sampled) -> bool:
+def _grows(loop: Ode | SampledSystem) -> bool:
     """True if the loop, linearised at its start, has a mode that grows."""
     matrix = _matrix(loop)
     if not np.isfinite(matrix).all():
@@ -48,12 +48,12 @@ def _grows(loop: Ode | Sampled) -> bool:
     return bool(growth.max(initial=-np.inf) > ROUNDING * (1 + np.abs(matrix).max(initial=0.0)))
 
 
-def _matrix(loop: Ode | Sampled) -> Array:
+def _matrix(loop: Ode | SampledSystem) -> Array:
     """The Jacobian of the rate at the start or, of a loop that a computer closes, of the state after a period."""
     x, p = loop.states.default, loop.parameters.default
     if isinstance(loop, Ode):
         return np.array(loop.A(0.0, x, p))
     rule = loop.step(SUBSTEPS).rule
-    slope = ca.jacobian(rule.plain(rule.update), rule.x)
+    slope = ca.jacobian(rule.without_crossings(rule.update), rule.x)
     after = ca.Function("after", [rule.k, rule.x, rule.p, rule.w], [slope])
     return np.array(ca.densify(after(0.0, x, p, np.zeros(rule.w.shape))))

@@ -9,12 +9,12 @@ import numpy as np
 
 from workbench.blocks.loop.coloured_noise import AbstractNoise, NoiseStates, noise_of
 from workbench.blocks.loop.contracts import AbstractPlant, Parts
-from workbench.blocks.loop.quantisation import Converter, quantised, refuse_quantum
-from workbench.blocks.loop.surroundings import AbstractInstruments
+from workbench.blocks.loop.environment import AbstractInstruments
+from workbench.blocks.loop.quantisation import Converter, quantise, refuse_quantum
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Vector
 from workbench.core.expressions import refuse_misfit
-from workbench.core.validation.refusals import Array, known, numbers, refusal
+from workbench.core.validation.refusals import Array, known_name, numbers, refusal
 
 
 @block
@@ -59,7 +59,7 @@ class Instruments(AbstractInstruments):
 
     A reading has the `coloured` noises of its name added, then passes its sensor and its converter `adcs`; a command
     passes its limit, then its converter of `dacs`. All of a reading is on the plant's side; limits and converters of
-    commands are a part of the law that `Sampled.law` hands over.
+    commands are a part of the law that `SampledSystem.law` hands over.
 
     Examples
     --------
@@ -75,7 +75,7 @@ class Instruments(AbstractInstruments):
     bounds: tuple[Limit, ...] = ()
     adcs: tuple[Converter, ...] = ()
     dacs: tuple[Converter, ...] = ()
-    coloured: tuple[AbstractNoise, ...] = ()
+    coloured_noises: tuple[AbstractNoise, ...] = ()
 
     @staticmethod
     def of(
@@ -85,7 +85,7 @@ class Instruments(AbstractInstruments):
         limit: Mapping[str, Vector] | None = None,
         adc: Mapping[str, Vector] | None = None,  # numbers, behind which a rounding may stand
         dac: Mapping[str, Vector] | None = None,
-        coloured: tuple[AbstractNoise, ...] = (),
+        coloured_noises: tuple[AbstractNoise, ...] = (),
     ) -> Instruments:
         """Instruments of a plant, by the names of its outputs and inputs.
 
@@ -110,17 +110,17 @@ class Instruments(AbstractInstruments):
         """
         given, sensors, bounds = {"noise": noise or {}, "quantum": quantum or {}}, [], []
         for name in dict.fromkeys(name for named in given.values() for name in named):
-            entry = plant.outputs[known(name, plant.outputs.names, "outputs of the plant")]
+            entry = plant.outputs[known_name(name, plant.outputs.names, "outputs of the plant")]
             own = {key: _each(key, entry, named.get(name, 0.0)) for key, named in given.items()}
             sensors.append(Sensor(name, entry.unit, **own))
         for name, pair in (limit or {}).items():
-            entry = plant.inputs[known(name, plant.inputs.names, "inputs of the plant")]
+            entry = plant.inputs[known_name(name, plant.inputs.names, "inputs of the plant")]
             if not isinstance(pair, tuple | list) or len(pair) != 2:
                 raise refusal("Instruments.of(limit=...)", f"a pair (low, high) for '{name}'", pair)
             bounds.append(Limit(name, entry.unit, *(_each("limit", entry, end) for end in pair)))
         adcs = tuple(_converter("adc", plant.outputs, "outputs", *given) for given in (adc or {}).items())
         dacs = tuple(_converter("dac", plant.inputs, "inputs", *given) for given in (dac or {}).items())
-        noises = tuple(noise_of("coloured", noise, plant.outputs, "outputs of the plant") for noise in coloured)
+        noises = tuple(noise_of("coloured", noise, plant.outputs, "outputs of the plant") for noise in coloured_noises)
         return Instruments(tuple(sensors), tuple(bounds), adcs, dacs, noises)
 
     @property
@@ -146,13 +146,13 @@ class Instruments(AbstractInstruments):
         """The states of the coloured noises."""
         return self._drifts.layout
 
-    def stirred(self, k: ca.SX, z: Parts, w: ca.SX, period: float) -> Parts:
+    def noise_states(self, k: ca.SX, z: Parts, w: ca.SX, period: float) -> Parts:
         """The coloured noises at the instant k."""
         return self._drifts.after(k, z, w, period)
 
-    def drifting(self, y: Signals, z: Parts) -> Signals:
+    def add_coloured_noise(self, y: Signals, z: Parts) -> Signals:
         """The outputs with their coloured noises."""
-        return y | {name: y[name] + drift for name, drift in self._drifts.added(z).items()}
+        return y | {name: y[name] + drift for name, drift in self._drifts.signal_noise(z).items()}
 
     def read(self, y: Signals, w: ca.SX) -> Signals:
         """The readings."""
@@ -160,10 +160,10 @@ class Instruments(AbstractInstruments):
         draws, readings = self._draws.view(w), dict(y.only(self.reads))
         for sensor in self.sensors:
             x = y[sensor.output] + sensor.noise * draws[sensor.output]
-            readings[sensor.output] = quantised(x, sensor.quantum + 0 * x)
+            readings[sensor.output] = quantise(x, sensor.quantum + 0 * x)
         return Signals(readings | {adc.signal: adc.output(readings[adc.signal]) for adc in self.adcs})
 
-    def limited(self, u: Signals) -> Signals:
+    def limit_commands(self, u: Signals) -> Signals:
         """The commands within their limits, as their converters give them."""
         commands = dict(u.only(self.limits))
         commands |= {b.input: ca.fmin(ca.fmax(u[b.input], b.low), b.high) for b in self.bounds}
@@ -171,7 +171,7 @@ class Instruments(AbstractInstruments):
 
     @property
     def _drifts(self) -> NoiseStates:
-        return NoiseStates(self.coloured)
+        return NoiseStates(self.coloured_noises)
 
     @property
     def _draws(self) -> Layout:
@@ -182,13 +182,13 @@ def _ports_of(converters: tuple[Converter, ...]) -> dict[str, Entry]:
     return {each.signal: _port(each.signal, each.unit, each.low) for each in converters}
 
 
-def _converter(key: str, port: Layout, of: str, name: str, given: object) -> Converter:
-    entry = port[known(name, port.names, f"{of} of the plant")]
-    if not isinstance(given, tuple | list) or len(given) not in (3, 4):
+def _converter(key: str, port: Layout, of: str, name: str, value: object) -> Converter:
+    entry = port[known_name(name, port.names, f"{of} of the plant")]
+    if not isinstance(value, tuple | list) or len(value) not in (3, 4):
         raise refusal(
-            f"Instruments.of({key}=...)", f"(bits, low, high) or (bits, low, high, rounding) for '{name}'", given
+            f"Instruments.of({key}=...)", f"(bits, low, high) or (bits, low, high, rounding) for '{name}'", value
         )
-    bits, low, high, *rounding = given
+    bits, low, high, *rounding = value
     return Converter(name, entry.unit, bits, _each(key, entry, low), _each(key, entry, high), *rounding)
 
 

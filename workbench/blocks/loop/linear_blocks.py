@@ -21,7 +21,7 @@ from workbench.core.block import Number, States, Vector, socket
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import vector
 
-WANTED = "_ref"  # an input of a law by this ending is a wanted signal
+REFERENCE_ENDING = "_ref"  # an input of a law by this ending is a wanted signal
 
 
 class AbstractLinear:
@@ -93,13 +93,13 @@ class LinearPlant(AbstractLinear, AbstractPlant):
     def measure(self, t: Number, x: States) -> Signals:
         """C x."""
         del t
-        y = self.system.shown(self.system.states.flatten(x), ca.SX.zeros(self.inputs.size))
+        y = self.system.output_column(self.system.states.flatten(x), ca.SX.zeros(self.inputs.size))
         return Signals(self.outputs.view(y))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         """A x + B u."""
         del t
-        return self.system.moved(self.system.states.flatten(x), self.inputs.flatten(u))
+        return self.system.dynamics(self.system.states.flatten(x), self.inputs.flatten(u))
 
     update = rate
 
@@ -159,13 +159,17 @@ class LinearLaw(AbstractLinear, AbstractController):
     @property
     def reads(self) -> Layout:
         """The inputs of the system, but for wanted signals."""
-        return Layout(tuple(entry for entry in self.system.inputs.entries if not entry.name.endswith(WANTED)))
+        return Layout(tuple(entry for entry in self.system.inputs.entries if not entry.name.endswith(REFERENCE_ENDING)))
 
     @property
     def follows(self) -> Layout:
         """The signals whose wanted values are inputs of the system; with `error`, also all that it reads."""
         inputs = self.system.inputs
-        followed = {name.removesuffix(WANTED): inputs[name] for name in inputs.names if name.endswith(WANTED)}
+        followed = {
+            name.removesuffix(REFERENCE_ENDING): inputs[name]
+            for name in inputs.names
+            if name.endswith(REFERENCE_ENDING)
+        }
         followed |= {entry.name: entry for entry in self.reads.entries if self.error}
         return Layout(tuple(replace(entry, name=name) for name, entry in followed.items()))
 
@@ -177,13 +181,13 @@ class LinearLaw(AbstractLinear, AbstractController):
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """u0 + C z + D v."""
         del t
-        u = self.system.shown(self.memory.flatten(z), self._inputs(est, ref))
+        u = self.system.output_column(self.memory.flatten(z), self._inputs(est, ref))
         return Signals(self.drives.view(u if self.u0 is None else self.u0 + u))
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """A z + B v."""
         del t
-        return self.system.moved(self.memory.flatten(z), self._inputs(est, ref))
+        return self.system.dynamics(self.memory.flatten(z), self._inputs(est, ref))
 
     update = rate
 
@@ -201,20 +205,20 @@ class LinearLaw(AbstractLinear, AbstractController):
     def _inputs(self, est: Reads, ref: Follows) -> ca.SX:
         parts = {}
         for name in self.system.inputs.names:
-            if name.endswith(WANTED):
-                parts[name] = ref[name.removesuffix(WANTED)]
+            if name.endswith(REFERENCE_ENDING):
+                parts[name] = ref[name.removesuffix(REFERENCE_ENDING)]
             else:
                 parts[name] = ref[name] - est[name] if self.error else est[name]
         v = self.system.inputs.flatten(parts)
         return v if self.v0 is None else v - self.v0
 
 
-def standing_for(block: Callable[..., object]) -> Callable[[object], object]:
+def block_maker(block: Callable[..., object]) -> Callable[[object], object]:
     """A function that makes a block of a linear system, and returns any other value unchanged."""
     return lambda value: block(value) if LinearSystem.recognises(value) else value
 
 
-def as_it_stands(system: object) -> LinearLaw:
+def law_of_system(system: object) -> LinearLaw:
     """The law of a system that does not say if it is given y or the error: y, for which a loop checks its sign."""
     law = LinearLaw(LinearSystem.of(system))
     object.__setattr__(law, "stands", True)

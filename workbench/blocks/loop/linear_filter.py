@@ -10,7 +10,7 @@ from workbench.blocks.loop.contracts import AbstractObserver, AbstractPlant, Inp
 from workbench.blocks.loop.linear_blocks import AbstractLinear, refuse_feedthrough
 from workbench.core import Layout, LinearSystem, Signals, block
 from workbench.core.block import Number, socket
-from workbench.core.validation.refusals import known
+from workbench.core.validation.refusals import known_name
 
 
 @block
@@ -44,7 +44,7 @@ class LinearFilter(AbstractLinear, AbstractObserver):
 
     def __post_init__(self) -> None:
         for name in self.counts_on:
-            known(name, self.system.inputs.names, "inputs of the system")
+            known_name(name, self.system.inputs.names, "inputs of the system")
         why = "an estimate never sees the command of the same instant"
         refuse_feedthrough("LinearFilter", self.system, self.counts_on, why)
         object.__setattr__(self, "period", self.system.dt)
@@ -69,17 +69,17 @@ class LinearFilter(AbstractLinear, AbstractObserver):
         del t
         u = {entry.name: ca.SX.zeros(entry.size) for entry in self.inputs.entries}
         inputs = self.system.inputs.flatten(dict(y) | u)
-        return Signals(self.gives.view(self.system.shown(self.memory.flatten(z), inputs)))
+        return Signals(self.gives.view(self.system.output_column(self.memory.flatten(z), inputs)))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """A z + B [y; u]."""
         del t, est
-        return self.system.moved(self.memory.flatten(z), self.system.inputs.flatten(dict(y) | dict(u)))
+        return self.system.dynamics(self.memory.flatten(z), self.system.inputs.flatten(dict(y) | dict(u)))
 
     update = rate
 
 
-def beside(plant: AbstractPlant, observer: AbstractObserver) -> AbstractObserver:
+def observer_of_system(plant: AbstractPlant, observer: AbstractObserver) -> AbstractObserver:
     """The observer; a linear system reads the commands of all its inputs that are inputs of the plant."""
     if not isinstance(observer, LinearFilter) or observer.counts_on:
         return observer

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant
-from workbench.blocks.loop.surroundings import AbstractInstruments, Readings, Rest
+from workbench.blocks.loop.environment import AbstractInstruments, NoReference, Readings
 from workbench.blocks.loop.wiring import SOCKETS, Blocks, names, truths
 from workbench.core import Layout
 from workbench.core.block import quantities
@@ -59,7 +59,7 @@ def refuse_misfits(loop: Blocks) -> None:
     visible = plant.outputs + truths(loop) if observer.uses_truth else plant.outputs
     _refuse(observer, "reads", observer.reads, plant, "gives", visible, _way_to_observe(loop))
     _refuse(observer, "counts on", observer.inputs, plant, "has as inputs", plant.inputs)
-    if isinstance(reference, Rest) and law.follows.size:
+    if isinstance(reference, NoReference) and law.follows.size:
         raise ValueError(
             f"`{_name(law)}` follows {_names(law.follows)}, and the loop has no reference: give "
             "`ClosedLoop(reference=...)` one that says it, as a `Step` does."
@@ -92,9 +92,9 @@ def refuse_instants(plant: AbstractPlant) -> None:
             f"`{_name(plant)}` has coloured noise, which moves at the instants of a computer, and in continuous time "
             "there are none: take `ClosedLoop.digital(period)`, or the plant without its noise for a design."
         )
-    if plant.settling.size:
+    if plant.sampled_states.size:
         raise ValueError(
-            f"`{_name(plant)}` has {_names(plant.settling)}, which moves at the instants of a computer, and in "
+            f"`{_name(plant)}` has {_names(plant.sampled_states)}, which moves at the instants of a computer, and in "
             "continuous time there are none: take `ClosedLoop.digital(period)`, or give it its `time_constant`."
         )
 
@@ -144,7 +144,7 @@ def _refuse_ignored_reference(loop: Blocks) -> None:
     ignored = tuple(name for name in reference.primary if name not in motions)
     everything = len(ignored) == len(reference.primary)
     if ignored := ignored if everything else tuple(name for name in ignored if name in loop.plant.outputs):
-        named = _listed(ignored)
+        named = _list_names(ignored)
         raise ValueError(
             f"`{_name(reference)}` says {named}, which `{_name(law)}` does not follow, as it follows "
             f"{_names(law.follows)}: this would change nothing. Take {_way_to_follow(law, ignored)}, or make the loop "
@@ -155,8 +155,8 @@ def _refuse_ignored_reference(loop: Blocks) -> None:
 def _way_to_follow(law: AbstractController, names: tuple[str, ...]) -> str:
     """The law that follows the signals: by its own advice, if this one reads them."""
     if law.hint_on_follows and all(name in law.reads for name in names):
-        return law.hint_on_follows.format(names=_listed(names), wanted=_listed(f"{name}_ref" for name in names))
-    return f"a law that follows {_listed(names)}"
+        return law.hint_on_follows.format(names=_list_names(names), wanted=_list_names(f"{name}_ref" for name in names))
+    return f"a law that follows {_list_names(names)}"
 
 
 def _way_to_observe(loop: Blocks) -> str:
@@ -177,17 +177,15 @@ def _way_to_estimate(loop: Blocks) -> str:
         return law.hint_on_reads
     as_these = f", as {OBSERVERS} does" if all(name in plant.states for name in hidden) else ""
     if not isinstance(loop.observer, Readings):
-        return f"Take an observer that gives {_listed(hidden)}{as_these}."
+        return f"Take an observer that gives {_list_names(hidden)}{as_these}."
     return (
-        f"Give `ClosedLoop(observer=...)` one that estimates {_listed(hidden)}{as_these}; where an instrument measures "
-        f"it, add it to the outputs of `{_name(plant)}`."
+        f"Give `ClosedLoop(observer=...)` one that estimates {_list_names(hidden)}{as_these}; where an instrument "
+        f"measures it, add it to the outputs of `{_name(plant)}`."
     )
 
 
-def _refuse(
-    asks: object, verb: str, wanted: Layout, gives: object, has: str, offered: Layout, remedy: str = ""
-) -> None:
-    for clause in misfits(wanted, offered):
+def _refuse(asks: object, verb: str, demand: Layout, gives: object, has: str, offer: Layout, remedy: str = "") -> None:
+    for clause in misfits(demand, offer):
         sentence = f"`{_name(asks)}` {verb} {clause.format(gives=f'`{_name(gives)}` {has}')}"
         if sentence.endswith("?"):
             raise ValueError(sentence)
@@ -196,15 +194,15 @@ def _refuse(
 
 
 def _parameters(block: DataclassInstance) -> tuple[str, ...]:
-    own = (field.name for field, quantity in quantities(block) if quantity.lifted)
+    own = (field.name for field, quantity in quantities(block) if quantity.is_symbolic)
     return tuple(name for name in own if getattr(block, name) is not None)
 
 
 def _names(port: Layout) -> str:
-    return _listed(port.names)
+    return _list_names(port.names)
 
 
-def _listed(names: Iterable[str]) -> str:
+def _list_names(names: Iterable[str]) -> str:
     return ", ".join(map(repr, names)) or "nothing"
 
 

@@ -19,7 +19,7 @@ ROUNDING = {
 }
 
 
-def quantised(x: ca.SX, quantum: ca.SX, rounding: str = "nearest") -> ca.SX:
+def quantise(x: ca.SX, quantum: ca.SX, rounding: str = "nearest") -> ca.SX:
     """x rounded to a multiple of the quantum by a rule of `ROUNDING`; x itself if the quantum is 0."""
     some = quantum > 0
     b = ca.if_else(some, quantum, 1)  # nothing is ever divided by 0

@@ -11,15 +11,15 @@ import numpy as np
 
 from workbench.blocks.loop import wiring
 from workbench.blocks.loop.command_queue import Queue
-from workbench.blocks.loop.computer import Computer, periods_of, remembered, units_of
+from workbench.blocks.loop.computer import Computer, held_signals, periods_of, units_of
 from workbench.blocks.loop.contracts import AbstractMember, is_recursion
-from workbench.blocks.loop.injected_signals import Outside, refuse_inputs_of_recursion
-from workbench.blocks.loop.law_alone import law_alone
+from workbench.blocks.loop.environment import AbstractInstruments
+from workbench.blocks.loop.injected_signals import InjectedSignals, refuse_inputs_of_recursion
+from workbench.blocks.loop.law_extraction import extract_law
 from workbench.blocks.loop.port_checks import refuse_instruments
-from workbench.blocks.loop.surroundings import AbstractInstruments
 from workbench.blocks.loop.wiring import SOCKETS, Blocks
-from workbench.core import Entry, Layout, Ode, Sampled, Signals, lift
-from workbench.core.crossing import plain
+from workbench.core import Entry, Layout, Ode, SampledSystem, Signals, lift
+from workbench.core.crossing import without_crossings
 
 FINE = 16  # steps of Runge-Kutta a period: stable up to 44 / period, where (34) at 500 N m and 4 ms has 23
 INTEGRATORS = ("declared", "fine")
@@ -32,20 +32,20 @@ def digital(
     queue: Queue,
     fine: int,
     name: str,
-    outside: Outside,
-) -> Sampled:
+    outside: InjectedSignals,
+) -> SampledSystem:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
     refuse_inputs_of_recursion(loop, outside)
     refuse_instruments(loop, instruments)
     every = {socket: periods_of(getattr(loop, socket), period) for socket in SOCKETS}
     lifted, gauges = lift(loop), lift(instruments, "instruments.")
-    drifts = instruments.memory.prefixed("instruments.")
-    remembers = wiring.memory(loop) + remembered(loop, every, queue) + drifts
+    drifts = instruments.memory.with_prefix("instruments.")
+    remembers = wiring.memory(loop) + held_signals(loop, every, queue) + drifts
     k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises + drifts.size + loop.plant.noises)
     x = remembers.symbols()
     computer = Computer(lifted.block, gauges.block, period, every, queue, fine, outside)
     answer, crossings = computer.after(k, remembers.view(x), w)
-    stirred = (*drifts.names, *wiring.above({"plant": computer.stirred_plant(k, remembers.view(x), w)}))
+    stirred = (*drifts.names, *wiring.prefix_names({"plant": computer.plant_noise_states(k, remembers.view(x), w)}))
     after = {n: ca.densify(ca.SX(part)) for n, part in answer.items()}
     units = units_of(loop)
     new = [(n, part) for n, part in after.items() if n not in remembers]
@@ -56,32 +56,34 @@ def digital(
     p = ca.vertcat(lifted.symbols, gauges.symbols, outside.symbols)
     equations = (states.flatten(moves), outputs.flatten(watched))
     flow = Ode(name, states, parameters, outputs, t, x, p, *equations, inputs=outside.layout.names)
-    follows = () if outside.cut.size else loop.follows
+    follows = () if outside.cut_signals.size else loop.follows
     flow = replace(flow, notes=wiring.notes(loop), horizon=wiring.horizon(loop), counts=loop.plant.counts)
-    drawing = wiring.drawn(lifted.block.plant, t, wiring.split(states.view(x))["plant"], p, parameters)
+    drawing = wiring.plant_drawing(lifted.block.plant, t, wiring.split(states.view(x))["plant"], p, parameters)
     flow = replace(flow, follows=follows, drives=loop.plant.inputs.names, drawing=drawing)
     flow = replace(flow, measures=wiring.measures(loop), differences=wiring.differences(loop), power=wiring.power(loop))
     methods = _methods(loop, every["controller"] * period, fine)
-    law = partial(law_alone, loop, period, instruments, queue, fine)
+    law = partial(extract_law, loop, period, instruments, queue, fine)
     crossed = states.flatten(after)
-    return Sampled(flow, period, k, w, plain(crossings, crossed), methods, law, crossings, crossed, stirred)
+    return SampledSystem(
+        flow, period, k, w, without_crossings(crossings, crossed), methods, law, crossings, crossed, stirred
+    )
 
 
 def _between(
-    loop: Blocks, queue: Queue, t: ca.SX, x: Mapping[str, ca.SX], outside: Outside
+    loop: Blocks, queue: Queue, t: ca.SX, x: Mapping[str, ca.SX], outside: InjectedSignals
 ) -> tuple[dict[str, ca.SX], Layout, dict[str, ca.SX]]:
     """The rates of all states between two instants, where only the plant moves, and the outputs then."""
     plant, z = loop.plant, wiring.split(x)["plant"]
-    held = wiring.below("hold", {name: part for name, part in x.items() if name not in queue.places})
+    held = wiring.strip_prefix("hold", {name: part for name, part in x.items() if name not in queue.places})
     u = Signals({name: held.pop(name) for name in plant.inputs.names})
-    acts = outside.meets("inputs", u)
+    acts = outside.inject("inputs", u)
     est = Signals({name: held.pop(f"{name}_hat") for name in loop.observer.gives.names})
     moves = {name: ca.SX.zeros(part.shape) for name, part in x.items()}
     if not is_recursion(plant):
-        moves |= wiring.above({"plant": wiring.asked(plant, "rate", plant.states, t, z, acts)})
-    y, ref = wiring.measured(loop, t, z), outside.meets("references", wiring.wanted(loop, t))
-    applied = wiring.asked(plant, "applied", plant.inputs, t, z, acts)
-    return moves, *outside.watched(y | u, lambda: wiring.shown(loop, y, ref, est, u, applied, held))
+        moves |= wiring.prefix_names({"plant": wiring.call_block(plant, "rate", plant.states, t, z, acts)})
+    y, ref = wiring.measurements(loop, t, z), outside.inject("references", wiring.reference_signals(loop, t))
+    applied = wiring.call_block(plant, "applied", plant.inputs, t, z, acts)
+    return moves, *outside.outputs(y | u, lambda: wiring.loop_outputs(loop, y, ref, est, u, applied, held))
 
 
 def _methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core import Layout
 from workbench.core.block import quantities
-from workbench.core.validation.refusals import known
+from workbench.core.validation.refusals import known_name
 
 
 class Equipment(Protocol):
@@ -24,12 +24,12 @@ class Equipment(Protocol):
 T = TypeVar("T", bound=Equipment)
 
 
-def fitted(field: str, element: T, port: Layout, of: str) -> T:
+def fit_element(field: str, element: T, port: Layout, of: str) -> T:
     """An element with the unit of its signal, or a refusal of one that fits no signal of the port."""
-    entry = port[known(element.signal, port.names, f"{of} of the plant")]
+    entry = port[known_name(element.signal, port.names, f"{of} of the plant")]
     for f, quantity in quantities(element):
         shape = np.shape(getattr(element, f.name))
-        differ = quantity.lifted and "{unit}" in quantity.unit and len(set(entry.units)) > 1
+        differ = quantity.is_symbolic and "{unit}" in quantity.unit and len(set(entry.units)) > 1
         if quantity.shape != ("*",) or shape == entry.shape or not (shape or differ):
             continue
         must = f"be one number, as '{entry.name}' is"

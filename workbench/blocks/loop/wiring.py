@@ -12,13 +12,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.blocks.loop.contracts import AbstractController, AbstractMember, AbstractObserver, AbstractPlant, Parts
-from workbench.blocks.loop.surroundings import AbstractReference
+from workbench.blocks.loop.environment import AbstractReference
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
 from workbench.core.expressions import SymbolError, symbols_are_no_numbers
 from workbench.core.port import NoSignalError, signals_of
 from workbench.core.shapes import Drawing, drawing_of
-from workbench.core.validation.refusals import described
+from workbench.core.validation.refusals import describe
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -46,29 +46,29 @@ class Blocks(Protocol):
 def memory(loop: Blocks) -> Layout:
     """The states of all blocks, each below the name of its socket."""
     own = {"plant": loop.plant.states, "observer": loop.observer.memory, "controller": loop.controller.memory}
-    return sum((own[socket].prefixed(f"{socket}.") for socket in SOCKETS), Layout())
+    return sum((own[socket].with_prefix(f"{socket}.") for socket in SOCKETS), Layout())
 
 
-def asked(block: object, method: str, port: Layout, *arguments: object) -> Signals:
+def call_block(block: object, method: str, port: Layout, *arguments: object) -> Signals:
     """The answer of a method of a block for a port, or a refusal that names the class, the method and the port."""
     call = f"{type(block).__name__}.{method}(...)"
     if not hasattr(block, method):
         raise LookupError(f"`{call}` is asked for, and this class of blocks has no such method.")
-    with _answering(call):
+    with _refuse_odd_answers(call):
         parts = getattr(block, method)(*arguments)
     return signals_of(call, port, parts)
 
 
-def drawn(plant: AbstractPlant, t: ca.SX, x: Signals, p: ca.SX, parameters: Layout) -> Drawing | None:
+def plant_drawing(plant: AbstractPlant, t: ca.SX, x: Signals, p: ca.SX, parameters: Layout) -> Drawing | None:
     """The drawing of a plant, its widths at the defaults of the loop's parameters p, or a refusal that names it."""
     call = f"{type(plant).__name__}.drawing(...)"
-    with _answering(call):
+    with _refuse_odd_answers(call):
         shapes = plant.drawing(t, x)
     return drawing_of(call, shapes, p, parameters.default)
 
 
 @contextlib.contextmanager
-def _answering(call: str) -> Iterator[None]:
+def _refuse_odd_answers(call: str) -> Iterator[None]:
     """Refuse by name a method that takes symbols for numbers, or asks for signals that are not there."""
     try:
         with symbols_are_no_numbers():
@@ -82,9 +82,9 @@ def _answering(call: str) -> Iterator[None]:
         ) from error
 
 
-def wanted(loop: Blocks, t: ca.SX) -> Signals:
+def reference_signals(loop: Blocks, t: ca.SX) -> Signals:
     """The signals of the reference at a time."""
-    return asked(loop.reference, "at", loop.reference.says, t)
+    return call_block(loop.reference, "at", loop.reference.says, t)
 
 
 def truths(loop: Blocks) -> Layout:
@@ -95,38 +95,38 @@ def truths(loop: Blocks) -> Layout:
     return plant.truths + Layout(tuple(states) if observer.uses_truth else ())
 
 
-def measured(loop: Blocks, t: ca.SX, x: Signals) -> Signals:
+def measurements(loop: Blocks, t: ca.SX, x: Signals) -> Signals:
     """The outputs and the truths of the plant."""
-    y = asked(loop.plant, "measure", loop.plant.outputs + loop.plant.truths, t, x)
+    y = call_block(loop.plant, "measure", loop.plant.outputs + loop.plant.truths, t, x)
     return y | {name: x[name] for name in truths(loop).names if name not in y}
 
 
-def stirred(plant: AbstractPlant, k: ca.SX, x: Signals, w: ca.SX, period: float) -> Signals:
+def noise_states(plant: AbstractPlant, k: ca.SX, x: Signals, w: ca.SX, period: float) -> Signals:
     """The states of a plant that its noise moves at an instant."""
-    with _answering(call := f"{type(plant).__name__}.stirred(...)"):
-        moved = plant.stirred(k, x, w, period) if plant.noises else {}
+    with _refuse_odd_answers(call := f"{type(plant).__name__}.stirred(...)"):
+        moved = plant.noise_states(k, x, w, period) if plant.noises else {}
     return signals_of(call, Layout(tuple(entry for entry in plant.states.entries if entry.name in moved)), moved)
 
 
-def estimated(loop: Blocks, t: ca.SX, z: Signals, y: Signals) -> tuple[Signals, Signals]:
+def estimates(loop: Blocks, t: ca.SX, z: Signals, y: Signals) -> tuple[Signals, Signals]:
     """The signals that the observer reads, the truth only where it declares to use it, and its estimates."""
     seen = y.only(loop.observer.reads)
-    return seen, asked(loop.observer, "estimate", loop.observer.gives, t, z, seen)
+    return seen, call_block(loop.observer, "estimate", loop.observer.gives, t, z, seen)
 
 
-def commanded(loop: Blocks, t: ca.SX, z: Signals, est: Signals, ref: Signals) -> Signals:
+def commands(loop: Blocks, t: ca.SX, z: Signals, est: Signals, ref: Signals) -> Signals:
     """The commands of the law."""
     law = loop.controller
-    return asked(law, "command", law.drives, t, z, est.only(law.reads), ref.only(law.follows))
+    return call_block(law, "command", law.drives, t, z, est.only(law.reads), ref.only(law.follows))
 
 
 def split(parts: Mapping[str, ca.SX]) -> dict[str, Signals]:
     """The states of a loop as those of each socket, by their own names."""
-    return {socket: Signals(below(socket, parts)) for socket in SOCKETS}
+    return {socket: Signals(strip_prefix(socket, parts)) for socket in SOCKETS}
 
 
-def shown(
-    loop: Blocks, y: Signals, ref: Signals, est: Signals, u: Signals, applied: Signals, own: Parts
+def loop_outputs(
+    loop: Blocks, y: Signals, ref: Signals, est: Signals, u: Signals, applied_inputs: Signals, own: Parts
 ) -> tuple[Layout, dict[str, ca.SX]]:
     """The signals that are worth watching in any loop, with their layout, as `ClosedLoop.ode` has them."""
     outputs, inputs, true = loop.plant.outputs, loop.plant.inputs, truths(loop)
@@ -139,7 +139,7 @@ def shown(
         if e.name in est and e.name in loop.reference.primary:
             rows.append((f"e_hat_{e.name}", est[e.name] - ref[e.name], e.unit))
     rows += [(e.name, u[e.name], e.unit) for e in inputs.entries]
-    rows += [(f"{e.name}_applied", applied[e.name], e.unit) for e in inputs.entries]
+    rows += [(f"{e.name}_applied", applied_inputs[e.name], e.unit) for e in inputs.entries]
     rows += [(e.name, y[e.name], e.unit) for e in true.entries]
     rows += [(f"{e.name}_error", y[e.name] - est[e.name], e.unit) for e in of.values() if e.name in est]
     short, law = loop.plant.labels, loop.controller
@@ -196,7 +196,7 @@ def signals(loop: Blocks, z: Signals, est: Signals, ref: Signals) -> Parts:
     law = loop.controller
     own: Parts = law.signals(z, est.only(law.reads), ref.only(law.follows))
     if not isinstance(own, Mapping):
-        raise ValueError(f"`{type(law).__name__}.signals(...)` must return a mapping; it returned {described(own)}.")
+        raise ValueError(f"`{type(law).__name__}.signals(...)` must return a mapping; it returned {describe(own)}.")
     taken = names(loop)
     for name in own:
         if name in taken:
@@ -207,13 +207,13 @@ def signals(loop: Blocks, z: Signals, est: Signals, ref: Signals) -> Parts:
     return own
 
 
-def below(socket: str, parts: Mapping[str, ca.SX]) -> dict[str, ca.SX]:
+def strip_prefix(socket: str, parts: Mapping[str, ca.SX]) -> dict[str, ca.SX]:
     """The parts of one socket by their own names."""
     prefix = f"{socket}."
     return {name.removeprefix(prefix): part for name, part in parts.items() if name.startswith(prefix)}
 
 
-def above(parts: Mapping[str, Mapping[str, ca.SX]]) -> dict[str, ca.SX]:
+def prefix_names(parts: Mapping[str, Mapping[str, ca.SX]]) -> dict[str, ca.SX]:
     """The parts of several sockets, each below the name of its own."""
     return {f"{socket}.{name}": part for socket, own in parts.items() for name, part in own.items()}
 

@@ -6,7 +6,7 @@ from workbench.blocks.loop.contracts import AbstractObserver, AbstractPlant, Par
 from workbench.core import Layout, Signals, block
 from workbench.core.block import Number
 from workbench.core.port import misfits
-from workbench.core.validation.refusals import known
+from workbench.core.validation.refusals import known_name
 
 
 @block
@@ -31,7 +31,7 @@ class FullState(AbstractObserver):
 
     def __post_init__(self) -> None:
         for name in self.hidden:
-            known(name, self.states.names, "states")
+            known_name(name, self.states.names, "states")
 
     @staticmethod
     def of(plant: AbstractPlant) -> FullState:

@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts, Reads
-from workbench.blocks.observers.model import (
+from workbench.blocks.observers.observer_model import (
     MOST_SUBSTEPS,
     AbstractModelObserver,
     jacobian,
     refuse_unfit,
-    stacked,
+    stack_signals,
     with_hats,
 )
 from workbench.core import Entry, Layout, Signals, block, initial, parameter
@@ -22,8 +22,8 @@ from workbench.core.block import Matrix, Number, Scalar
 from workbench.core.methods import runge_kutta
 from workbench.core.numbers import Bounds
 from workbench.core.units import ANY
-from workbench.core.validation.refusals import known, seconds, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import known_name, seconds, whole
+from workbench.core.validation.signatures import check_arguments
 
 COVARIANCE, PIVOT = "P", "pivot"  # beside the estimated states in the memory
 
@@ -44,24 +44,24 @@ class AbstractKalmanFilter(AbstractModelObserver):
         P = Entry(COVARIANCE, self.P, ANY, Bounds(symmetric=True, definite="semi"))
         return with_hats(self.model.states) + Layout((P, Entry(PIVOT, np.array(1.0))))
 
-    @door
+    @check_arguments
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        return self._estimates(t, self._read(t, z, y)[0])
+        return self._estimates(t, self._correct_by_reading(t, z, y)[0])
 
-    @door
+    @check_arguments
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        x, P, pivot = self._read(t, z, y)
+        x, P, pivot = self._correct_by_reading(t, z, y)
         step = self.period / self.substeps
         for i in range(self.substeps):
-            x, P = self._moved(t + i * step, x, P, u, step)
+            x, P = self._predict(t + i * step, x, P, u, step)
         P = symmetric(P)
         return {**self._parts(x), COVARIANCE: P, PIVOT: ca.fmin(ca.fmin(z[PIVOT], pivot), cholesky(P)[1])}
 
-    def _read(self, t: ca.SX, z: Parts, y: Signals) -> tuple[ca.SX, ca.SX, ca.SX]:
+    def _correct_by_reading(self, t: ca.SX, z: Parts, y: Signals) -> tuple[ca.SX, ca.SX, ca.SX]:
         """The correction of a memory by `_corrected`, from which a reading that is not new is left out exactly."""
         new = self._new(t)
         R = ca.SX(self.R) * (new @ new.T) + ca.diag(1 - new)
-        x, P, pivot = self._corrected(t, self._column(z), symmetric(z[COVARIANCE]), stacked(y, self.reads), R, new)
+        x, P, pivot = self._correct(t, self._column(z), symmetric(z[COVARIANCE]), stack_signals(y, self.reads), R, new)
         return x, symmetric(P), pivot
 
     def _new(self, t: ca.SX) -> ca.SX:
@@ -72,11 +72,11 @@ class AbstractKalmanFilter(AbstractModelObserver):
         return ca.vertcat(*parts)
 
     @abstractmethod
-    def _corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    def _correct(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """x_hat and P after readings y, and their least pivot; a reading with 0 in `new` has a row of I in R."""
 
     @abstractmethod
-    def _moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
+    def _predict(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
         """x_hat and P after a step in s."""
 
 
@@ -121,7 +121,7 @@ def refuse_unfit_filter(observer: AbstractKalmanFilter) -> None:
     seconds(f"{name}(period=...)", observer.period)
     whole(f"{name}(substeps=...)", observer.substeps, most=MOST_SUBSTEPS)
     for output, count in observer.every.items():
-        known(output, observer.reads.names, f"outputs that `{name}` reads")
+        known_name(output, observer.reads.names, f"outputs that `{name}` reads")
         whole(f"{name}(every=...)", count, of=f" of instants for '{output}'")
 
 
@@ -174,18 +174,18 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
     def __post_init__(self) -> None:
         refuse_unfit_filter(self)
 
-    def _corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    def _correct(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         h, H = jacobian(lambda s: self._h(t, s), x)
         H = ca.diag(new) @ H
         K, least = gain(P @ H.T, H @ P @ H.T + R)
         rest = ca.SX.eye(x.numel()) - K @ H
         return x + K @ (new * (y - h)), rest @ P @ rest.T + K @ R @ K.T, least
 
-    def _moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
+    def _predict(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
         n = x.numel()
 
-        def rates(time: ca.SX, v: ca.SX, held: Signals) -> ca.SX:
-            f, A = jacobian(lambda s: self._f(time, s, held), v[:n])
+        def rates(time: ca.SX, v: ca.SX, inputs: Signals) -> ca.SX:
+            f, A = jacobian(lambda s: self._f(time, s, inputs), v[:n])
             flow = A @ symmetric(ca.reshape(v[n:], n, n))
             return ca.vertcat(f, ca.vec(flow + flow.T + self.Q))
 
@@ -251,23 +251,25 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
                 f"lie sqrt(n + kappa) deviations away; got {self.kappa:g}."
             )
 
-    def _corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
-        y_hat, dX, dY, weights = self._spread(x, P, lambda s: self._h(t, s))
+    def _correct(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        y_hat, dX, dY, weights = self._unscented_transform(x, P, lambda s: self._h(t, s))
         dY = ca.diag(new) @ dY
         S = dY @ weights @ dY.T + R
         K, least = gain(dX @ weights @ dY.T, S)
         return x + K @ (new * (y - y_hat)), P - K @ S @ K.T, least
 
-    def _moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
+    def _predict(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
         """The moments of the sigma points after two halves of a step, between which Q comes in by Simpson's rule."""
         half, Q = step / 2, step * ca.SX(self.Q)
         P = P + Q / 6
         for time, share in ((t, 2 / 3), (t + half, 1 / 6)):
-            x, _, dX, weights = self._spread(x, P, partial(runge_kutta, self._f, time, p=u, h=half))
+            x, _, dX, weights = self._unscented_transform(x, P, partial(runge_kutta, self._f, time, p=u, h=half))
             P = symmetric(dX @ weights @ dX.T) + share * Q
         return x, P
 
-    def _spread(self, x: ca.SX, P: ca.SX, function: Callable[[ca.SX], ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    def _unscented_transform(
+        self, x: ca.SX, P: ca.SX, function: Callable[[ca.SX], ca.SX]
+    ) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """The mean of a function, deviations of the points (n, 2n + 1) and of their images, weights on a diagonal."""
         n = x.numel()
         c = self.alpha**2 * (n + self.kappa)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import casadi as ca
 
 from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts, Reads
-from workbench.blocks.observers.model import (
+from workbench.blocks.observers.observer_model import (
     MOST_SUBSTEPS,
     AbstractModelObserver,
     jacobian,
     phi,
     point_of_model,
     refuse_unfit,
-    stacked,
-    started,
+    stack_signals,
+    start_layout,
 )
 from workbench.core import Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Number, Vector
@@ -99,7 +99,7 @@ class LinearObserver(AbstractModelObserver):
 
     @property
     def memory(self) -> Layout:
-        return started(self.model.states, self.start)
+        return start_layout(self.model.states, self.start)
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         return self._parts(self._rate(t, self._column(z), y, u))
@@ -114,7 +114,7 @@ class LinearObserver(AbstractModelObserver):
         return self._parts(x + period * phi(period * F) @ rate)
 
     def _rate(self, t: ca.SX, x: ca.SX, y: Signals, u: Signals) -> ca.SX:
-        seen = stacked(y, self.reads)
+        seen = stack_signals(y, self.reads)
         if self.x_0 is None:
             return self._f(t, x, u) + ca.SX(self.L) @ (seen - self._h(t, x))
         commands = self.inputs.flatten({name: ca.SX(u[name]) for name in self.inputs.names})
@@ -173,17 +173,17 @@ class SteadyKalmanFilter(AbstractModelObserver):
 
     @property
     def memory(self) -> Layout:
-        return started(self.model.states, self.start)
+        return start_layout(self.model.states, self.start)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        return self._estimates(t, self._corrected(t, z, y))
+        return self._estimates(t, self._correct(t, z, y))
 
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        x, step = self._corrected(t, z, y), self.period / self.substeps
+        x, step = self._correct(t, z, y), self.period / self.substeps
         for i in range(self.substeps):
             x = runge_kutta(self._f, t + i * step, x, u, step)
         return self._parts(x)
 
-    def _corrected(self, t: ca.SX, z: Parts, y: Signals) -> ca.SX:
+    def _correct(self, t: ca.SX, z: Parts, y: Signals) -> ca.SX:
         x = self._column(z)
-        return x + ca.SX(self.L) @ (stacked(y, self.reads) - self._h(t, x))
+        return x + ca.SX(self.L) @ (stack_signals(y, self.reads) - self._h(t, x))

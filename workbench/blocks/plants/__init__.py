@@ -12,9 +12,9 @@ True
 from workbench.blocks.loop.linear_blocks import LinearPlant
 from workbench.blocks.plants.buck_converter import BuckConverter
 from workbench.blocks.plants.dc_motor import DCMotor
-from workbench.blocks.plants.disturbed import Disturbed
+from workbench.blocks.plants.disturbed_plant import DisturbedPlant
 from workbench.blocks.plants.elements import AbstractElement, FirstOrder, Memory, PadeDelay, RateLimit, Saturation
-from workbench.blocks.plants.equipped import Equipped
+from workbench.blocks.plants.equipped_plant import EquippedPlant
 from workbench.blocks.plants.mechanisms import CartPole, FurutaPendulum, TwoMasses
 from workbench.blocks.plants.nonlinear_elements import Backlash, DeadZone, Quantiser
 from workbench.blocks.plants.ode_plant import OdePlant
@@ -28,8 +28,8 @@ __all__ = [
     "CartPole",
     "DCMotor",
     "DeadZone",
-    "Disturbed",
-    "Equipped",
+    "DisturbedPlant",
+    "EquippedPlant",
     "FirstOrder",
     "FurutaPendulum",
     "LinearPlant",

@@ -39,17 +39,17 @@ class DCMotor(AbstractPlant):
     theta: Scalar = initial(default=0.0, unit="rad")
     omega: Scalar = initial(default=0.0, unit="rad/s")
     i: Scalar = initial(default=0.0, unit="A")
-    measured: str = option({"speed": "omega is measured", "position": "theta is measured"}, default="speed")
+    measurement: str = option({"speed": "omega is measured", "position": "theta is measured"}, default="speed")
 
     @staticmethod
     def position() -> DCMotor:
         """The motor of the tutorial on position, as identified in a laboratory at Carnegie Mellon."""
-        return DCMotor(3.2284e-6, 3.5077e-6, 0.0274, 4.0, 2.75e-6, measured="position")
+        return DCMotor(3.2284e-6, 3.5077e-6, 0.0274, 4.0, 2.75e-6, measurement="position")
 
     @property
     def states(self) -> Layout:
         held = initial_states(self).entries
-        return Layout(held if self.measured == "position" else held[1:])
+        return Layout(held if self.measurement == "position" else held[1:])
 
     @property
     def inputs(self) -> Layout:
@@ -57,11 +57,11 @@ class DCMotor(AbstractPlant):
 
     @property
     def outputs(self) -> Layout:
-        return layout(theta="rad") if self.measured == "position" else layout(omega="rad/s")
+        return layout(theta="rad") if self.measurement == "position" else layout(omega="rad/s")
 
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
         """The rotor with a mark, of a size that the equations do not know; none where theta is no state."""
-        if self.measured != "position":
+        if self.measurement != "position":
             return None
         cos, sin = ca.cos(x["theta"]), ca.sin(x["theta"])
         return (
@@ -73,7 +73,7 @@ class DCMotor(AbstractPlant):
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         omega, i = x["omega"], x["i"]
-        angle = {"theta": omega} if self.measured == "position" else {}
+        angle = {"theta": omega} if self.measurement == "position" else {}
         return angle | {
             "omega": (self.K * i - self.b * omega) / self.J,
             "i": (u["v"] - self.R * i - self.K * omega) / self.L,

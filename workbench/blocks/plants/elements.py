@@ -43,7 +43,9 @@ class AbstractElement(ABC):
     def memory(self, entry: Entry) -> Layout:
         """The element's own states in the way of a signal, one for each of its numbers."""
         self._refuse_size(entry)
-        return Layout(tuple(replace(own, default=spread(own.default, entry)) for own in initial_states(self).entries))
+        return Layout(
+            tuple(replace(own, default=broadcast(own.default, entry)) for own in initial_states(self).entries)
+        )
 
     def _own(self, size: int) -> Layout:
         """The memory in the way of a signal of that size."""
@@ -81,7 +83,7 @@ class Saturation(AbstractElement):
 
     Examples
     --------
-    >>> wb.Equipped(wb.DCMotor(), actuators=(wb.Saturation("v", low=-12.0, high=12.0),)).inputs.names
+    >>> wb.EquippedPlant(wb.DCMotor(), actuators=(wb.Saturation("v", low=-12.0, high=12.0),)).inputs.names
     ('v',)
     """
 
@@ -105,7 +107,7 @@ class FirstOrder(AbstractElement):
 
     Examples
     --------
-    >>> wb.Equipped(wb.DCMotor(), actuators=(wb.FirstOrder("v", time_constant=0.02),)).states.names
+    >>> wb.EquippedPlant(wb.DCMotor(), actuators=(wb.FirstOrder("v", time_constant=0.02),)).states.names
     ('omega', 'i', 'v.lag')
     """
 
@@ -129,14 +131,14 @@ class RateLimit(AbstractElement):
     Examples
     --------
     >>> limit = wb.RateLimit("v", low=-100.0, high=100.0, time_constant=1e-3)
-    >>> wb.Equipped(wb.DCMotor(), actuators=(limit,)).states.names
+    >>> wb.EquippedPlant(wb.DCMotor(), actuators=(limit,)).states.names
     ('omega', 'i', 'v.limited')
     """
 
     low: Vector = parameter(unit="{unit}/s", high=0, strict=True, shape=("*",), symbol="r_min")
     high: Vector = parameter(unit="{unit}/s", low=0, strict=True, shape=("*",), symbol="r_max")
     time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
-    limited: Vector = initial(0.0, unit="{unit}", shape=("*",))
+    limited_signal: Vector = initial(0.0, unit="{unit}", shape=("*",))
 
     def output(self, z: Memory, v: Column) -> ca.SX:
         return z["limited"]
@@ -154,7 +156,7 @@ class PadeDelay(AbstractElement):
 
     Examples
     --------
-    >>> wb.Equipped(wb.DCMotor(), actuators=(wb.PadeDelay("v", time=0.1, order=2),)).states.names
+    >>> wb.EquippedPlant(wb.DCMotor(), actuators=(wb.PadeDelay("v", time=0.1, order=2),)).states.names
     ('omega', 'i', 'v.delayed')
     """
 
@@ -169,7 +171,7 @@ class PadeDelay(AbstractElement):
         """The content of the delay, (n,) or (n, k): at rest the signal, and zeros below it."""
         self._refuse_size(entry)
         first = np.eye(self.order)[0]
-        past = spread(self.past, entry)
+        past = broadcast(self.past, entry)
         units = [unit for unit in entry.units for _ in first]
         unit = entry.unit if len(set(units)) == 1 else ", ".join(units)
         return Layout((Entry("delayed", np.multiply.outer(first, past), unit),))
@@ -207,7 +209,7 @@ def pade(order: int) -> tuple[Array, Array, Array, float]:
     return A, 2 * r * driven, -2 * sign * r * driven, sign
 
 
-def spread(value: Array, entry: Entry) -> Array:
+def broadcast(value: Array, entry: Entry) -> Array:
     """One number for each number of a signal."""
     return np.broadcast_to(value, entry.shape)
 

@@ -8,7 +8,7 @@ import numpy as np
 from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Number, Scalar, States
-from workbench.core.shapes import Circle, Line, Shape, Word, projected
+from workbench.core.shapes import Circle, Line, Shape, Word, project
 
 TURN = math.pi / 12  # between the corners of a ring
 
@@ -55,7 +55,7 @@ class CartPole(AbstractPlant):
         floor, box = -0.42 * l, [(-0.5, -0.25), (0.5, -0.25), (0.5, 0.12), (-0.5, 0.12)]
         return (
             Line([(-1e3 * l, floor), (1e3 * l, floor)], "ground"),
-            Line([(at + a * l, b * l) for a, b in box], "body", closed=True),
+            Line([(at + a * l, b * l) for a, b in box], "body", is_closed=True),
             *(Circle((at + side * 0.3 * l, floor + 0.1 * l), 0.1 * l, "link") for side in (-1, 1)),
             Line([(at, 0.0), tip], "link", 0.07 * l),
             Circle((at, 0.0), 0.06 * l),
@@ -123,19 +123,19 @@ class FurutaPendulum(AbstractPlant):
         cos, sin, size = ca.cos(x["theta_1"]), ca.sin(x["theta_1"]), self.L_1
         swing, hang = 2 * self.l_2 * ca.sin(x["theta_2"]), 2 * self.l_2 * ca.cos(x["theta_2"])
         hinge = ca.vertcat(size * cos, size * sin, 0)
-        tip = projected(hinge + ca.vertcat(-swing * sin, swing * cos, -hang))
+        tip = project(hinge + ca.vertcat(-swing * sin, swing * cos, -hang))
         centre, foot = ca.SX.zeros(3), ca.vertcat(0, 0, -1.3 * size)
         ring = [
-            projected(ca.vertcat(size * math.cos(angle), size * math.sin(angle), 0)) for angle in np.arange(24) * TURN
+            project(ca.vertcat(size * math.cos(angle), size * math.sin(angle), 0)) for angle in np.arange(24) * TURN
         ]
-        post = Line([projected(foot), projected(centre)], "ground", 0.1 * size)
+        post = Line([project(foot), project(centre)], "ground", 0.1 * size)
         return (
-            Line(ring, "ground", closed=True),
+            Line(ring, "ground", is_closed=True),
             post,
-            Line([projected(centre), projected(hinge)], "link", 0.06 * size),
-            Circle(projected(centre), 0.07 * size),
-            Line([projected(hinge), tip], "link", 0.04 * size),
-            Circle(projected(hinge), 0.04 * size),
+            Line([project(centre), project(hinge)], "link", 0.06 * size),
+            Circle(project(centre), 0.07 * size),
+            Line([project(hinge), tip], "link", 0.04 * size),
+            Circle(project(hinge), 0.04 * size),
             Circle(tip, 0.025 * size, "path"),
         )
 
@@ -196,7 +196,7 @@ class TwoMasses(AbstractPlant):
         return (
             Line([(-1e3, 0.0), (1e3, 0.0)], "ground"),
             Line([(first + a * length, b) for a, b in [(0, 0.25), *bends, (1, 0.25)]], "link", 0.02),
-            *(Line([(middle + a, b) for a, b in box], "body", closed=True) for middle in (left, right)),
+            *(Line([(middle + a, b) for a, b in box], "body", is_closed=True) for middle in (left, right)),
             *(Word((middle, 0.25), digit) for middle, digit in ((left, "1"), (right, "2"))),
         )
 

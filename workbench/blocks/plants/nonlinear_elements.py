@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.loop.quantisation import ROUNDING, quantised, refuse_quantum
+from workbench.blocks.loop.quantisation import ROUNDING, quantise, refuse_quantum
 from workbench.blocks.plants.elements import AbstractElement, Memory, within
 from workbench.core import block, initial, option, parameter
 from workbench.core.block import Column, Vector
@@ -17,7 +17,7 @@ class DeadZone(AbstractElement):
 
     Examples
     --------
-    >>> motor = wb.Equipped(wb.DCMotor(), actuators=(wb.DeadZone("v", low=-0.5, high=0.5),))
+    >>> motor = wb.EquippedPlant(wb.DCMotor(), actuators=(wb.DeadZone("v", low=-0.5, high=0.5),))
     >>> motor.inputs.names
     ('v',)
     """
@@ -47,7 +47,7 @@ class Quantiser(AbstractElement):
     Examples
     --------
     >>> encoder = wb.Quantiser("theta", quantum=2 * np.pi / 1024)
-    >>> wb.Equipped(wb.DCMotor(measured="position"), sensors=(encoder,)).truths.names
+    >>> wb.EquippedPlant(wb.DCMotor(measured="position"), sensors=(encoder,)).truths.names
     ('theta_true',)
     """
 
@@ -58,7 +58,7 @@ class Quantiser(AbstractElement):
         refuse_quantum("Quantiser(quantum=...)", self.signal, self.quantum)
 
     def output(self, z: Memory, v: Column) -> ca.SX:
-        return quantised(v, self.quantum + 0 * v, self.rounding)
+        return quantise(v, self.quantum + 0 * v, self.rounding)
 
 
 @block
@@ -82,13 +82,13 @@ class Backlash(AbstractElement):
     Examples
     --------
     >>> gear = wb.Backlash("theta", gap=0.02, time_constant=1e-3)
-    >>> wb.Equipped(wb.DCMotor(measured="position"), sensors=(gear,)).states.names
+    >>> wb.EquippedPlant(wb.DCMotor(measured="position"), sensors=(gear,)).states.names
     ('theta', 'omega', 'i', 'theta.driven')
     """
 
     gap: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="b")
     time_constant: Vector = parameter(default=None, unit="s", low=0, strict=True, shape=("*",), symbol="T")
-    driven: Vector = initial(default=0.0, unit="{unit}", shape=("*",))
+    driven_side: Vector = initial(default=0.0, unit="{unit}", shape=("*",))
 
     @property
     def recursion(self) -> bool:

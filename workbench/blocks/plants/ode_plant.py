@@ -19,10 +19,10 @@ from workbench.core.block import Number, States, parameters
 from workbench.core.expressions import SymbolError, symbols_are_no_numbers
 from workbench.core.ode import time_beside
 from workbench.core.units import ANY
-from workbench.core.validation.refusals import Array, described, nearest, raised, text, vector
+from workbench.core.validation.refusals import Array, describe, error_text, nearest, text, vector
 
 Port = Layout | tuple[str, ...]
-Given: TypeAlias = Mapping[str, ca.SX | Signals]
+Arguments: TypeAlias = Mapping[str, ca.SX | Signals]
 Values: TypeAlias = ca.SX | ca.DM | Array | Iterable[ca.SX | float]  # of a function, a number for each state or output
 PLAIN = """
 sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 sinh cosh tanh arcsinh arccosh arctanh
@@ -30,7 +30,7 @@ sqrt exp log log10 log1p expm1 fabs fmax fmin fmod sign floor ceil hypot power i
 """
 
 
-class Functions(SimpleNamespace):
+class FunctionNamespace(SimpleNamespace):
     """The namespace m of a Python function: CasADi's functions, some by NumPy's names too."""
 
     def __getattr__(self, name: str) -> NoReturn:
@@ -38,7 +38,7 @@ class Functions(SimpleNamespace):
         raise AttributeError(f"the functions m have no attribute '{name}'{near}", name=name, obj=self)
 
 
-FUNCTIONS = Functions(
+FUNCTIONS = FunctionNamespace(
     **{name: getattr(ca, name) for name in PLAIN.split()},
     abs=ca.fabs,
     maximum=ca.fmax,
@@ -130,7 +130,7 @@ class OdePlant(AbstractPlant):
         own = p or Layout()
         t, x, u, theta = time_beside(known, driven, own), known.symbols(), driven.symbols(), own.symbols()
         numbers = {"p": Signals(own.view(theta))} if own.size else {}
-        rate = _read("f", f, {"t": t, "x": x, "u": u, **numbers}, known)
+        rate = _values_of("f", f, {"t": t, "x": x, "u": u, **numbers}, known)
         watched, output = _outputs(h, outputs, {"t": t, "x": x, **numbers}, known, x)
         text("OdePlant.of(name=...)", name)
         ode = Ode(name, known, own + driven, watched, t, x, ca.vertcat(theta, u), rate, output, inputs=driven.names)
@@ -169,7 +169,7 @@ class OdePlant(AbstractPlant):
 
 
 def _outputs(
-    h: Callable[..., Values] | None, outputs: Port | None, given: Given, states: Layout, x: ca.SX
+    h: Callable[..., Values] | None, outputs: Port | None, arguments: Arguments, states: Layout, x: ca.SX
 ) -> tuple[Layout, ca.SX]:
     """The outputs with their expressions (ny, 1): the values of h or, without it, states."""
     if h is None:
@@ -179,33 +179,33 @@ def _outputs(
     if outputs is None:
         raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
     watched = _port("outputs", outputs)
-    return watched, _read("h", h, given, watched)
+    return watched, _values_of("h", h, arguments, watched)
 
 
-def _port(what: str, given: Port, start: str = "", values: Array | None = None) -> Layout:
+def _port(what: str, port: Port, start: str = "", values: Array | None = None) -> Layout:
     """A layout from a "name:unit" for each number, without a colon of an unknown unit, that starts at `values`."""
-    if not isinstance(given, Layout):
-        if not given:
+    if not isinstance(port, Layout):
+        if not port:
             raise ValueError(f"`OdePlant.of({what}=...)` must have a name for each number, as 'omega:rad/s'; got none.")
-        parts = (name.partition(":") for name in given)
-        given = Layout(tuple(Entry(name, np.array(0.0), unit if colon else ANY) for name, colon, unit in parts))
+        parts = (name.partition(":") for name in port)
+        port = Layout(tuple(Entry(name, np.array(0.0), unit if colon else ANY) for name, colon, unit in parts))
     if values is None:
-        return given
-    column = vector(f"OdePlant.of({start}=...)", values, given.size, "names")
-    given.check(column[np.newaxis])
-    numbers = given.unpack(column)
-    return Layout(tuple(replace(entry, default=numbers[entry.name]) for entry in given.entries))
+        return port
+    column = vector(f"OdePlant.of({start}=...)", values, port.size, "names")
+    port.check(column[np.newaxis])
+    numbers = port.unpack(column)
+    return Layout(tuple(replace(entry, default=numbers[entry.name]) for entry in port.entries))
 
 
-def _read(letter: str, function: Callable[..., Values], given: Given, of: Layout) -> ca.SX:
+def _values_of(letter: str, function: Callable[..., Values], symbols: Arguments, of: Layout) -> ca.SX:
     """The value of a function for symbols: one expression for each number of a layout, (size, 1)."""
     call = f"OdePlant.of({letter}=...)"
     if isinstance(function, ca.Function):
-        return _column(call, _of_casadi(call, function, given), of)
+        return _column(call, _of_casadi(call, function, symbols), of)
     arguments: list[object] = [
-        _vector(part) if isinstance(part, ca.SX) and name in "xu" else part for name, part in given.items()
+        _vector(part) if isinstance(part, ca.SX) and name in "xu" else part for name, part in symbols.items()
     ]
-    if _takes(call, function, given) > len(arguments):
+    if _takes(call, function, symbols) > len(arguments):
         arguments.append(FUNCTIONS)
     try:
         with symbols_are_no_numbers():
@@ -213,26 +213,26 @@ def _read(letter: str, function: Callable[..., Values], given: Given, of: Layout
     except Exception as error:  # whatever a function of a user's own does with a symbol
         raise ValueError(
             f"`{call}` must compute with symbols in place of numbers, as it is read once, derived and compiled; it "
-            f"raised {raised(error).rstrip('.')}{_remedy(error, function, given)}."
+            f"raised {error_text(error).rstrip('.')}{_remedy(error, function, symbols)}."
         ) from error
     return _column(call, values, of)
 
 
-def _remedy(error: BaseException, function: Callable[..., Values], given: Given) -> str:
+def _remedy(error: BaseException, function: Callable[..., Values], arguments: Arguments) -> str:
     """The advice for an error of a user's function: only where its cause is known."""
     if _met_a_symbol(error):
         return (
             ": take `m.sin`, `m.sqrt`, ... of its last argument m in place of `math.sin`, and `m.where(c, a, b)` in "
             "place of `if`"
         )
-    more = [*inspect.signature(function).parameters][len(given) :]  # m, by that name or by another one
-    if "p" not in given and more not in ([], ["m"]) and "Functions" in f"{error} {getattr(error, 'obj', '')!r}":
+    more = [*inspect.signature(function).parameters][len(arguments) :]  # m, by that name or by another one
+    if "p" not in arguments and more not in ([], ["m"]) and "Functions" in f"{error} {getattr(error, 'obj', '')!r}":
         return (
             ": the last argument of a function without parameters is the namespace m; give parameters by "
             "`p=layout(R=('ohm', 1.0))`"
         )
     if isinstance(error, IndexError):
-        vectors = {name: part for name, part in given.items() if isinstance(part, ca.SX) and name in "xu"}
+        vectors = {name: part for name, part in arguments.items() if isinstance(part, ca.SX) and name in "xu"}
         sizes = " and ".join(f"{part.numel()} in {name}" for name, part in vectors.items())
         return f": there is a number for each name, {sizes}"
     return ""
@@ -245,12 +245,12 @@ def _met_a_symbol(error: BaseException) -> bool:
     return isinstance(error, SymbolError) or by_attribute or (by_type and "Functions" not in str(error))
 
 
-def _of_casadi(call: str, function: ca.Function, given: Given) -> ca.SX:
+def _of_casadi(call: str, function: ca.Function, arguments: Arguments) -> ca.SX:
     """The value of a CasADi function for symbols, expanded into scalar operations if it is a graph of matrices."""
-    columns = [ca.vertcat(*map(ca.vec, p.values())) if isinstance(p, Signals) else p for p in given.values()]
+    columns = [ca.vertcat(*map(ca.vec, p.values())) if isinstance(p, Signals) else p for p in arguments.values()]
     sizes = [function.size_in(i) for i in range(function.n_in())]
     if sizes != [part.shape for part in columns]:
-        wanted = ", ".join(f"{name} {part.shape}" for name, part in zip(given, columns, strict=True))
+        wanted = ", ".join(f"{name} {part.shape}" for name, part in zip(arguments, columns, strict=True))
         raise ValueError(f"`{call}` must be a function of {wanted}; got one of {sizes}.")
     if function.n_out() != 1:
         raise ValueError(f"`{call}` must have one output, a column; got {function.n_out()} of them.")
@@ -258,7 +258,7 @@ def _of_casadi(call: str, function: ca.Function, given: Given) -> ca.SX:
         return function(*columns)
     except Exception as error:  # an interpolant or an integrator within it, say
         raise ValueError(
-            f"`{call}` must consist of operations that CasADi expands; it raised {raised(error)}."
+            f"`{call}` must consist of operations that CasADi expands; it raised {error_text(error)}."
         ) from error
 
 
@@ -269,17 +269,17 @@ def _vector(symbols: ca.SX) -> NDArray[np.object_]:
     return entries
 
 
-def _takes(call: str, function: Callable[..., Values], given: Given) -> int:
+def _takes(call: str, function: Callable[..., Values], arguments: Arguments) -> int:
     """The number of arguments that a Python function requires by its signature: those given, with or without m."""
-    letters = ", ".join(given)
+    letters = ", ".join(arguments)
     try:
         named = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):
         raise ValueError(f"`{call}` must be a Python function of {letters} or of {letters}, m.") from None
     placed = (part for part in named if part.kind in (part.POSITIONAL_ONLY, part.POSITIONAL_OR_KEYWORD))
     needed = [part.name for part in placed if part.default is part.empty]
-    if len(needed) not in (len(given), len(given) + 1):
-        more = " Parameters are given by `p=layout(R=('ohm', 1.0))`." if "p" in needed and "p" not in given else ""
+    if len(needed) not in (len(arguments), len(arguments) + 1):
+        more = " Parameters are given by `p=layout(R=('ohm', 1.0))`." if "p" in needed and "p" not in arguments else ""
         raise ValueError(
             f"`{call}` must be a function of {letters} or of {letters}, m; got one of {', '.join(needed)}.{more}"
         )
@@ -293,7 +293,7 @@ def _column(call: str, values: Values, of: Layout) -> ca.SX:
         parts = [values] if isinstance(values, ca.SX | ca.DM | np.ndarray) else list(map(ca.SX, values))
         column = ca.densify(ca.vertcat(*(ca.vec(ca.SX(part)) for part in parts)))
     except Exception:  # whatever it is that came
-        raise ValueError(f"`{call}` must {must}; it returned {described(values)}.") from None
+        raise ValueError(f"`{call}` must {must}; it returned {describe(values)}.") from None
     if column.numel() != of.size:
         raise ValueError(f"`{call}` must {must}; it returned {column.numel()}.")
     return column

@@ -74,7 +74,7 @@ class QuadrupleTank(AbstractPlant):
             water = [(left, floor), (right, floor), (right, level), (left, level)]
             glass = [(left, floor + HEIGHT), (left, floor), (right, floor), (right, floor + HEIGHT)]
             shapes += [
-                Line(water, "liquid", closed=True),
+                Line(water, "liquid", is_closed=True),
                 Line(glass, "body", 0.003),
                 Line([(middle, floor), (middle, floor - 0.03)], "liquid", 0.004),
                 Word((middle, floor + 0.9 * HEIGHT), str(digit)),
@@ -140,10 +140,10 @@ class StirredTank(AbstractPlant):
             right = left + 0.08
             column = [(left, 0.0), (right, 0.0), (right, 0.6 * height), (left, 0.6 * height)]
             frame = [(left, 0.0), (right, 0.0), (right, 0.6), (left, 0.6)]
-            gauges += [Line(column, "liquid", closed=True), Line([*frame, frame[0]], "body", 0.006)]
+            gauges += [Line(column, "liquid", is_closed=True), Line([*frame, frame[0]], "body", 0.006)]
             gauges.append(Word((left + 0.04, -0.07), letters))
         return (
-            Line([(0.0, 0.0), (0.5, 0.0), (0.5, 0.5), (0.0, 0.5)], "liquid", closed=True),
+            Line([(0.0, 0.0), (0.5, 0.0), (0.5, 0.5), (0.0, 0.5)], "liquid", is_closed=True),
             Line([(0.0, 0.62), (0.0, 0.0), (0.5, 0.0), (0.5, 0.62)], "body", 0.012),
             Line([(0.25, 0.7), (0.25, 0.15)], "link", 0.012),
             Line([(0.15, 0.15), (0.35, 0.15)], "link", 0.03),

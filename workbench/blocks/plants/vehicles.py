@@ -7,7 +7,7 @@ import casadi as ca
 from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Number, Scalar, States, Vector
-from workbench.core.shapes import Circle, Line, Shape, projected
+from workbench.core.shapes import Circle, Line, Shape, project
 
 STRIPE = 12.0  # m, from one mark of a road to the next
 CORNERS = [math.pi / 4 * corner for corner in range(8)]  # of a rotor's disc, in rad
@@ -72,7 +72,7 @@ class SingleTrackVehicle(AbstractPlant):
         body = [(front, 0.55), (front - 0.35, 0.88), (rear + 0.2, 0.88), (rear, 0.7)]
         roof = [(self.l_f - 0.6, 0.66), (0.0, 0.6), (-self.l_r + 0.3, 0.6), (-self.l_r - 0.2, 0.66)]
         halves = [half + [(a, -b) for a, b in reversed(half)] for half in (body, roof)]
-        return *edges, *marks, *(Line(outline(half), "body", closed=True) for half in halves), *wheels
+        return *edges, *marks, *(Line(outline(half), "body", is_closed=True) for half in halves), *wheels
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         v_y, r = x["v_y"], x["r"]
@@ -199,7 +199,7 @@ class Quadrotor(AbstractPlant):
         ahead = ca.vertcat(c_z * c_y, s_z * c_y, -s_y)  # the first column of R(eta), then the others
         left = ca.vertcat(c_z * s_y * s_x - s_z * c_x, s_z * s_y * s_x + c_z * c_x, c_y * s_x)
         up = ca.vertcat(c_z * s_y * c_x + s_z * s_x, s_z * s_y * c_x - c_z * s_x, c_y * c_x)
-        hub, l, beam = projected(x["xi"]), self.l, [projected(part) for part in (ahead, left)]
+        hub, l, beam = project(x["xi"]), self.l, [project(part) for part in (ahead, left)]
 
         def at(along: float, across: float) -> ca.SX:
             place: ca.SX = hub + l * (along * beam[0] + across * beam[1])
@@ -207,7 +207,7 @@ class Quadrotor(AbstractPlant):
 
         def disc(along: float, across: float) -> Line:
             corners = [(along + 0.4 * math.cos(a), across + 0.4 * math.sin(a)) for a in CORNERS]
-            return Line([at(*corner) + 0.12 * l * projected(up) for corner in corners], "body", 0.0, closed=True)
+            return Line([at(*corner) + 0.12 * l * project(up) for corner in corners], "body", 0.0, is_closed=True)
 
         return (
             Line([at(-1.0, 0.0), at(1.0, 0.0)], "link", 0.07 * l),

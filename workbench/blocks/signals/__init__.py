@@ -4,14 +4,14 @@ The room knows time, names and units; it knows no plant and no law. Read `signal
 """
 
 from workbench.blocks.signals.profiles import Trapezoid, WayPoints
-from workbench.blocks.signals.signal import AbstractSignal, Together
+from workbench.blocks.signals.signal import AbstractSignal, CombinedReference
 from workbench.blocks.signals.table import Table
-from workbench.blocks.signals.waveforms import Chirp, Hold, PulseTrain, Ramp, Sines, SineTorque, SquareWave, Step
+from workbench.blocks.signals.waveforms import Chirp, Constant, PulseTrain, Ramp, Sines, SineTorque, SquareWave, Step
 
 __all__ = [
     "AbstractSignal",
     "Chirp",
-    "Hold",
+    "Constant",
     "PulseTrain",
     "Ramp",
     "SineTorque",
@@ -19,7 +19,7 @@ __all__ = [
     "SquareWave",
     "Step",
     "Table",
-    "Together",
+    "CombinedReference",
     "Trapezoid",
     "WayPoints",
 ]

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.core.units import declared, joined, read
-from workbench.core.validation.refusals import Array, Integers, described, known, seconds
+from workbench.core.units import checked_unit, join_units, read
+from workbench.core.validation.refusals import Array, Integers, describe, known_name, seconds
 
 LARGEST = 2**26  # bytes of a file
 LONGEST_PATH = 300  # characters of a path that a message shows
@@ -36,7 +36,7 @@ class CsvFile:
     @staticmethod
     def read(call: str, path: str | Path) -> CsvFile:
         """The cells of a CSV file, plain or gzipped; blank lines and lines that begin with # are skipped."""
-        name, text = described(str(path), LONGEST_PATH), _text(call, path)
+        name, text = describe(str(path), LONGEST_PATH), _text(call, path)
         first = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
         separator = next((mark for mark in "\t;" if mark in first), ",")
         lines: list[tuple[int, list[str]]] = []
@@ -68,7 +68,7 @@ class CsvFile:
 
     def place(self, column: str) -> int:
         """The place of the column with a name, which must be in the first line exactly once."""
-        known(column, dict.fromkeys(filter(None, self.names)), f"columns of {self.name}")
+        known_name(column, dict.fromkeys(filter(None, self.names)), f"columns of {self.name}")
         if (times := self.names.count(column)) > 1:
             raise ValueError(f"`{self.call}` must have one column '{column}'; {self.name} has {times} of them.")
         return self.names.index(column)
@@ -79,7 +79,7 @@ class CsvFile:
         for line, row in self.lines:
             value = _number(row[place])
             if value is None or not np.isfinite(value):
-                got = described(row[place].strip()) if row[place].strip() else "nothing"
+                got = describe(row[place].strip()) if row[place].strip() else "nothing"
                 raise ValueError(
                     f"`{self.call}` must have a finite number in each cell that is used, as no value can be guessed; "
                     f"line {line} of {self.name} has {got} for '{column}': leave the line out."
@@ -107,10 +107,10 @@ class CsvFile:
             raise ValueError(f"`{self.call}` must have its times in s; '{column}' of {self.name} is in [{unit}].")
         return self.numbers(column)
 
-    def rising(self, times: Array, repeated: str) -> Integers:
+    def rising_lines(self, times: Array, duplicates: str) -> Integers:
         """The places of lines whose times rise; of several lines with one time, only the "first" or the "last"."""
         changes = np.diff(times)
-        if len(back := np.flatnonzero(~(changes >= 0) if repeated in ("first", "last") else ~(changes > 0))):
+        if len(back := np.flatnonzero(~(changes >= 0) if duplicates in ("first", "last") else ~(changes > 0))):
             i = int(back[0])
             way = ": say which of the two is meant by `repeated`" if changes[i] == 0 else ""
             raise ValueError(
@@ -118,16 +118,16 @@ class CsvFile:
                 f"{self.lines[i + 1][0]} of {self.name} has {times[i + 1]:.9g} s after {times[i]:.9g} s{way}."
             )
         ends = np.flatnonzero(changes > 0)
-        return np.append(0, ends + 1) if repeated == "first" else np.append(ends, len(times) - 1)
+        return np.append(0, ends + 1) if duplicates == "first" else np.append(ends, len(times) - 1)
 
-    def unit(self, columns: Sequence[str], given: str | None) -> str:
+    def unit(self, columns: Sequence[str], unit_text: str | None) -> str:
         """The unit of a signal, or one for each of its numbers; the first line and the given unit must agree."""
-        said = [declared(f"{column} [...]", self.units[self.place(column)]) for column in columns]
-        own = [None] if given is None else declared("Table.from_csv(unit=...)", given).split(", ")
+        said = [checked_unit(f"{column} [...]", self.units[self.place(column)]) for column in columns]
+        own = [None] if unit_text is None else checked_unit("Table.from_csv(unit=...)", unit_text).split(", ")
         own = own * len(said) if len(own) == 1 else own
         if len(own) != len(said):
             raise ValueError(
-                f"`Table.from_csv(unit=...)` must be one unit, or one a column, {len(said)}; got {given!r}."
+                f"`Table.from_csv(unit=...)` must be one unit, or one a column, {len(said)}; got {unit_text!r}."
             )
         for column, unit, other in zip(columns, said, own, strict=True):
             if not unit and other is None:
@@ -141,7 +141,7 @@ class CsvFile:
                     f"'{column}' of {self.name} is in [{unit}], and got {other!r}."
                 )
         units = [unit or str(other) for unit, other in zip(said, own, strict=True)]
-        return joined(units)
+        return join_units(units)
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
@@ -162,7 +162,7 @@ def _number(cell: str) -> float | None:
 
 
 def _text(call: str, path: str | Path) -> str:
-    name = described(str(path), LONGEST_PATH)
+    name = describe(str(path), LONGEST_PATH)
     try:
         if not Path(path).is_file():  # a folder, a pipe, which would wait for a writer, or nothing
             raise LookupError(f"There is no file {name}.")

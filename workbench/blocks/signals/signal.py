@@ -6,7 +6,7 @@ from collections import Counter
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.loop.surroundings import AbstractReference
+from workbench.blocks.loop.environment import AbstractReference
 from workbench.core import Entry, Layout, Signals, block
 from workbench.core.block import Number, quantities
 from workbench.core.units import per_second
@@ -20,7 +20,7 @@ class AbstractSignal(AbstractReference):
     """One wanted signal x of n numbers, with its unit or one for each, as in "m, rad"; and its derivatives xd, xdd.
 
     A `Manipulator` takes q and qd; any other plant takes a signal by the name of its output. As a disturbance, see
-    `Disturbed`, it goes by the name of an input or an output.
+    `DisturbedPlant`, it goes by the name of an input or an output.
     """
 
     signal: str
@@ -59,12 +59,12 @@ class AbstractSignal(AbstractReference):
 
 
 @block
-class Together(AbstractReference):
+class CombinedReference(AbstractReference):
     """Several references side by side, each with signals of its own.
 
     Examples
     --------
-    >>> both = wb.Together((wb.Step("h_1", "cm", 12.4), wb.Ramp("h_2", "cm", 0.1)))
+    >>> both = wb.CombinedReference((wb.Step("h_1", "cm", 12.4), wb.Ramp("h_2", "cm", 0.1)))
     >>> both.primary
     ('h_1', 'h_2')
     """
@@ -75,8 +75,8 @@ class Together(AbstractReference):
         count = Counter(name for part in self.parts for name in part.says.names)
         if twice := [name for name, times in count.items() if times > 1]:
             raise ValueError(
-                f"`Together(parts=...)` must be references of different signals, as a law follows one of each name; "
-                f"'{twice[0]}' comes {count[twice[0]]} times."
+                "`CombinedReference(parts=...)` must be references of different signals, as a law follows one of "
+                f"each name; '{twice[0]}' comes {count[twice[0]]} times."
             )
 
     @property

@@ -81,7 +81,7 @@ class Table(AbstractSignal):
         begin: float = 0.0,
         end: float = np.inf,
         every: int = 1,
-        repeated: str = "refuse",
+        duplicates: str = "refuse",
         interpolation: str = "linear",
     ) -> Table:
         """A table from a CSV file, plain or gzipped, whose first line has names and units: `t [s],omega [rad/s]`.
@@ -115,7 +115,7 @@ class Table(AbstractSignal):
         file = CsvFile.read("Table.from_csv(path=...)", path)
         names = columns or file.columns_of(signal)
         times, values = file.times(time), np.column_stack([file.numbers(name) for name in names])
-        rows = file.rising(times, one_of("Table.from_csv(repeated=...)", repeated, ("refuse", "first", "last")))
+        rows = file.rising_lines(times, one_of("Table.from_csv(repeated=...)", duplicates, ("refuse", "first", "last")))
         rows = rows[_window(file.name, times[rows], begin, end, every)]
         return Table(signal, file.unit(names, unit), times[rows] - begin, values[rows], interpolation)
 

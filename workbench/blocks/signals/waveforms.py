@@ -3,19 +3,19 @@
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.loop.surroundings import AbstractDisturbance
+from workbench.blocks.loop.environment import AbstractDisturbance
 from workbench.blocks.signals.signal import AbstractSignal, Motion, clock
 from workbench.core import block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
 
 
 @block
-class Hold(AbstractSignal):
+class Constant(AbstractSignal):
     """A fixed value.
 
     Examples
     --------
-    >>> wb.Hold("q", "rad", [0.5, 0.0]).at(3.0).q
+    >>> wb.Constant("q", "rad", [0.5, 0.0]).at(3.0).q
     SX([0.5, 0])
     """
 

@@ -21,7 +21,7 @@ from workbench.core.notation.formula import (
 
 ZERO, ONE = Number(Fraction(0)), Number(Fraction(1))
 OPPOSITE = {"==": "!=", "!=": "==", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
-MIRRORED = {"==": "==", "!=": "!=", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
+MIRRORED_SIGNS = {"==": "==", "!=": "!=", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
 
 
 def number(value: Fraction | float) -> Number:
@@ -79,7 +79,7 @@ def total(terms: Iterable[Formula]) -> Formula:
     return flat[0] if len(flat) == 1 else Sum(tuple(flat)) if flat else ZERO
 
 
-def collected(formula: Formula) -> Formula:
+def collect_terms(formula: Formula) -> Formula:
     """A sum in which terms that differ by a number only are one, at the place of the first: x + x as 2 x."""
     if not isinstance(formula, Sum):
         return formula
@@ -129,7 +129,7 @@ def product(factors: Iterable[Formula]) -> Formula:
                 return Cases(((product(inner), when),), ZERO)
     if below:
         return quotient(product([Number(coefficient), *above]), product(below))
-    gathered = _gathered(above)
+    gathered = _gather_powers(above)
     doubles = [f for f in gathered if isinstance(f, Number)]
     rest = tuple(sorted((f for f in gathered if not isinstance(f, Number)), key=_is_oscillation))
     if not doubles:
@@ -161,7 +161,7 @@ def _coefficient_times(coefficient: Number, rest: tuple[Formula, ...]) -> Formul
     return rest[0] if len(rest) == 1 else Product(rest)
 
 
-def _gathered(factors: list[Formula]) -> list[Formula]:
+def _gather_powers(factors: list[Formula]) -> list[Formula]:
     """Factors with equal bases as one power, at the place of the first."""
     exponents: dict[Formula, Fraction] = {}
     for factor in factors:
@@ -242,7 +242,7 @@ def call(function: str, *arguments: Formula) -> Formula:
 def condition(left: Formula, sign: str, right: Formula) -> Formula:
     """A comparison with the number on its right."""
     if isinstance(left, Number) and not isinstance(right, Number):
-        return Relation(right, MIRRORED[sign], left)
+        return Relation(right, MIRRORED_SIGNS[sign], left)
     return Relation(left, sign, right)
 
 

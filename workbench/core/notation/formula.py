@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from workbench.core.validation.refusals import described, one_of
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import describe, one_of
+from workbench.core.validation.signatures import check_arguments
 
 _NAMES = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
@@ -21,7 +21,7 @@ SIGNS = ("=", "==", "!=", "<", "<=", ">", ">=", "and", "or")
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Number:
     """An exact fraction, or a double that stands for itself."""
 
@@ -29,7 +29,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Symbol:
     """A letter with its index and accents: a letter of the alphabet, a Greek one by name, or else a word.
 
@@ -48,12 +48,12 @@ class Symbol:
         if self.dots not in (0, 1, 2) or self.accent not in ("", *ACCENTS):
             raise ValueError(
                 f"`Symbol(dots=..., accent=...)` takes 0 to 2 dots, and one of {ACCENTS} or none; "
-                f"got {described(self.dots)} and {described(self.accent)}."
+                f"got {describe(self.dots)} and {describe(self.accent)}."
             )
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Sum:
     """Terms added up; a term that is a negative number, or a product that begins with one, is subtracted."""
 
@@ -61,7 +61,7 @@ class Sum:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Product:
     """Factors in the order in which they are printed; only the first may be a negative number."""
 
@@ -69,7 +69,7 @@ class Product:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Quotient:
     """A fraction."""
 
@@ -78,7 +78,7 @@ class Quotient:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Power:
     """A base with its exponent."""
 
@@ -87,7 +87,7 @@ class Power:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Call:
     """A function of its arguments, under the name it has in mathematics: sin, sqrt, abs, min, sat, ..."""
 
@@ -96,7 +96,7 @@ class Call:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Cases:
     """The value beside the first condition that holds, else `otherwise`."""
 
@@ -105,7 +105,7 @@ class Cases:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Matrix:
     """Rows of entries; a vector is a matrix with one column."""
 
@@ -113,7 +113,7 @@ class Matrix:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Relation:
     """An equation (sign "="), or a condition (any other of `SIGNS`; "==" asks whether two sides are equal)."""
 
@@ -126,7 +126,7 @@ class Relation:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class System:
     """Relations one below the other, aligned at their signs."""
 
@@ -140,7 +140,7 @@ _NAME = re.compile(
 )
 
 
-@door
+@check_arguments
 def symbol(name: str) -> Symbol:
     """The symbol that a name of the code stands for.
 
@@ -185,7 +185,7 @@ def _index(parts: list[str]) -> str:
     return ",".join(re.sub(r"(?<=[A-Za-z]{2})(?=\d)", ",", part) for part in parts)
 
 
-@door
+@check_arguments
 def name_of(symbol: Symbol) -> str:
     """The name that `symbol` reads as this symbol."""
     mark = "_star" if symbol.mark == "*" else f"_{symbol.mark}" if symbol.mark else ""
@@ -194,7 +194,7 @@ def name_of(symbol: Symbol) -> str:
     return head + mark + (f"_{index}" if index else "")
 
 
-@door
+@check_arguments
 def symbols_of(names: Iterable[str], symbols: Mapping[str, Symbol] | None) -> dict[str, Symbol]:
     """The symbol of each name of an expression: from `symbols`, else as `symbol` reads it; none may be shared."""
     known = symbols or {}
@@ -232,7 +232,7 @@ def letters(formula: Formula) -> Iterator[Symbol]:
         yield from letters(part)
 
 
-@door
+@check_arguments
 def equations(name: Symbol, matrix: Matrix) -> list[Relation]:
     """One equation for each entry of a matrix, row by row; a long entry that came before is named: `M_21 = M_12`."""
     columns = max((len(row) for row in matrix.rows), default=0)
@@ -249,7 +249,7 @@ def equations(name: Symbol, matrix: Matrix) -> list[Relation]:
     return relations
 
 
-@door
+@check_arguments
 def entry_symbol(name: Symbol, place: str) -> Symbol:
     """The symbol of one entry of a matrix: the matrix's own, with the place behind its index."""
     index = f"{name.index},{place}" if name.index else place

@@ -35,7 +35,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Piece:
+class LinePart:
     """An unbroken part: its text and width, and the texts before it within a line and at its start."""
 
     text: str
@@ -81,10 +81,10 @@ def lines(formula: Formula, writer: Writer, room: float) -> list[str]:
 class _Breaker:
     writer: Writer
 
-    def pieces(self, formula: Formula, room: float) -> list[Piece]:
+    def pieces(self, formula: Formula, room: float) -> list[LinePart]:
         write, markup = self.writer.write, self.writer.markup
         if (width := self.writer.width(formula)) <= room:
-            return [Piece(write(formula), width)]
+            return [LinePart(write(formula), width)]
         minus, size = split_sign(formula)
         if minus:
             return self._behind(markup.sign("-", unary=True), self._factor((size,), 0, room - self.writer.sign))
@@ -103,9 +103,9 @@ class _Breaker:
                 return self._in_parentheses(base, room, exponent=write(exponent))
             case Call(function, (argument,)):
                 return self._in_parentheses(argument, room, function=function)
-        return [Piece(write(formula), width)]
+        return [LinePart(write(formula), width)]
 
-    def _term(self, term: Formula, i: int, room: float) -> list[Piece]:
+    def _term(self, term: Formula, i: int, room: float) -> list[LinePart]:
         minus, size = split_sign(term)
         if i == 0:
             return self.pieces(term, room) if minus else self._factor((size,), 0, room)
@@ -113,7 +113,7 @@ class _Breaker:
             self.writer.markup.sign("-" if minus else "+"), self._factor((size,), 0, room - self.writer.sign)
         )
 
-    def _factor(self, factors: tuple[Formula, ...], i: int, room: float) -> list[Piece]:
+    def _factor(self, factors: tuple[Formula, ...], i: int, room: float) -> list[LinePart]:
         factor, width = factors[i], self.writer.width(factors[i])
         before = sum(map(self.writer.width, factors[:i]))
         if isinstance(factor, Sum) and room < width + (before if before < room / 2 else 0):
@@ -122,22 +122,22 @@ class _Breaker:
         elif width > room and isinstance(factor, Product | Quotient | Power | Call):
             pieces = self.pieces(factor, room)
         else:
-            pieces = [Piece(self.writer.factor(factors, i), width)]
+            pieces = [LinePart(self.writer.factor(factors, i), width)]
         if i == 0:
             return pieces
         spaces = self.writer.markup.spaces
         glue = spaces[self.writer.space(factors[i - 1], factor)]
         return [replace(pieces[0], glue=glue, lead=spaces["dot"]), *pieces[1:]]
 
-    def _in_parentheses(self, inner: Formula, room: float, *, function: str = "", exponent: str = "") -> list[Piece]:
+    def _in_parentheses(self, inner: Formula, room: float, *, function: str = "", exponent: str = "") -> list[LinePart]:
         markup = self.writer.markup
         pieces = self.pieces(inner, room - 2 * self.writer.sign - len(function))
-        pieces = self._behind(markup.opened(function), pieces)
+        pieces = self._behind(markup.open_parenthesis(function), pieces)
         last = pieces[-1]
-        text = markup.row([last.text, markup.raised(markup.closing, exponent)])
+        text = markup.row([last.text, markup.with_power(markup.closing_fence, exponent)])
         return [*pieces[:-1], replace(last, text=text, width=last.width + self.writer.sign)]
 
-    def _behind(self, prefix: str, pieces: list[Piece]) -> list[Piece]:
+    def _behind(self, prefix: str, pieces: list[LinePart]) -> list[LinePart]:
         first = pieces[0]
         text = self.writer.markup.row([prefix, first.text])
         return [replace(first, text=text, width=first.width + self.writer.sign), *pieces[1:]]

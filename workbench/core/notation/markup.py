@@ -17,12 +17,12 @@ Space: TypeAlias = Literal["none", "thin", "dot"]
 Style: TypeAlias = Literal["number", "letter", "greek", "word"]
 
 # Names of functions as they are printed, where that is not the name in the code.
-PRINTED = {"log": "ln", "asin": "arcsin", "acos": "arccos", "atan": "arctan"}
-PRINTED |= {"asinh": "arsinh", "acosh": "arcosh", "atanh": "artanh"}
+PRINTED_FUNCTIONS = {"log": "ln", "asin": "arcsin", "acos": "arccos", "atan": "arctan"}
+PRINTED_FUNCTIONS |= {"asinh": "arsinh", "acosh": "arcosh", "atanh": "artanh"}
 # Functions for which LaTeX and Typst have a name of their own.
-KNOWN = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "arcsin", "arccos", "arctan", "exp", "ln", "min", "max"}
+KNOWN_FUNCTIONS = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "arcsin", "arccos", "arctan", "exp", "ln", "min", "max"}
 DOTS = ("", "dot", "ddot")
-HIDDEN = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})  # categories of Unicode
+HIDDEN_CATEGORIES = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})  # categories of Unicode
 
 
 @dataclass(frozen=True)
@@ -58,22 +58,22 @@ class Markup:
     ten: str = ""  # a power of ten, from the sign and the digits of its exponent
     minus: str = "-"
     over: Mapping[str, str]  # accents and dots
-    indexed: str = ""
+    subscript: str = ""
     both: str = ""  # an index and a power
     marks: Mapping[str, str]  # signs in an index, and what stands between its parts
     apart: str = ""
     quotient: str
     power: str
     group: str  # parentheses as tall as their content; `opening` and `closing` stand on different lines
-    opening: str
-    closing: str
+    opening_fence: str
+    closing_fence: str
     applies: str = ""  # a sign between a function and its argument
-    applied: str = "{}{}"
+    application: str = "{}{}"
     bare: str = ""  # a function and an argument without parentheses
     comma: str = ", "
-    enclosing: Mapping[str, str]  # functions that are drawn round their argument
+    enclosures: Mapping[str, str]  # functions that are drawn round their argument
     grid: Grid
-    listed: Grid  # values beside their conditions
+    case_grid: Grid  # values beside their conditions
     condition: str
     otherwise: str
 
@@ -101,9 +101,9 @@ class Markup:
         index, mark = self._index(symbol.index), exponent or self._index(symbol.mark)
         if index and mark:
             return self.both.format(text, index, mark)
-        return self.indexed.format(text, index) if index else self.raised(text, mark)
+        return self.subscript.format(text, index) if index else self.with_power(text, mark)
 
-    def raised(self, text: str, exponent: str) -> str:
+    def with_power(self, text: str, exponent: str) -> str:
         """A text with its power, if there is one."""
         return self.power.format(text, exponent) if exponent else text
 
@@ -113,30 +113,30 @@ class Markup:
 
     def row(self, parts: Iterable[str]) -> str:
         """Parts side by side."""
-        return self._joined([part for part in parts if part], self.between)
+        return self._join([part for part in parts if part], self.between)
 
     def call(self, function: str, arguments: Sequence[str], *, exponent: str = "", bare: bool = False) -> str:
         """A function of its arguments, perhaps to a power; without parentheses if `bare`."""
         inner = self.comma.join(arguments)
-        if function in self.enclosing:
-            return self.enclosing[function].format(inner)
-        name = self.raised(self.function(function), exponent)
-        return self.bare.format(name, inner) if bare else self.applied.format(name, self.group.format(inner))
+        if function in self.enclosures:
+            return self.enclosures[function].format(inner)
+        name = self.with_power(self.function(function), exponent)
+        return self.bare.format(name, inner) if bare else self.application.format(name, self.group.format(inner))
 
-    def opened(self, function: str = "") -> str:
+    def open_parenthesis(self, function: str = "") -> str:
         """An opening parenthesis that is closed on another line, perhaps with the name of a function before it."""
-        return (self.function(function) + self.applies if function else "") + self.opening
+        return (self.function(function) + self.applies if function else "") + self.opening_fence
 
     def cases(self, branches: Sequence[tuple[str, str]], otherwise: str) -> str:
         """Values beside their conditions."""
         rows = [[value, self.condition.format(when)] for value, when in branches]
-        return self.listed.write([*rows, [otherwise, self.otherwise] if self.otherwise else [otherwise]])
+        return self.case_grid.write([*rows, [otherwise, self.otherwise] if self.otherwise else [otherwise]])
 
     def _index(self, index: str) -> str:
         parts = [self.marks.get(text) or self.letter(text, False) for _, text in runs(index)] if index else []
-        return self._joined(parts, self.apart) if parts else ""
+        return self._join(parts, self.apart) if parts else ""
 
-    def _joined(self, parts: Sequence[str], between: str) -> str:
+    def _join(self, parts: Sequence[str], between: str) -> str:
         return parts[0] if len(parts) == 1 else self.several.format(between.join(parts))
 
 
@@ -158,7 +158,7 @@ def runs(index: str) -> list[tuple[Style, str]]:
 
 def visible(text: str) -> str:
     """A name with a sign in the place of invisible characters: controls, directions, line ends, surrogates."""
-    return "".join("\ufffd" if unicodedata.category(c) in HIDDEN else c for c in text)
+    return "".join("\ufffd" if unicodedata.category(c) in HIDDEN_CATEGORIES else c for c in text)
 
 
 def scientific(value: float) -> tuple[str, str]:

@@ -6,18 +6,18 @@ from html import escape
 
 from workbench.core.notation.formula import ACCENTS, GREEK, Formula
 from workbench.core.notation.line_breaking import Row, rows
-from workbench.core.notation.markup import PRINTED, Grid, Markup, style, visible
-from workbench.core.validation.signatures import door
+from workbench.core.notation.markup import PRINTED_FUNCTIONS, Grid, Markup, style, visible
+from workbench.core.validation.signatures import check_arguments
 
 SIGNS = {"-": "−", "==": "=", "!=": "≠", "<": "&lt;", ">": "&gt;", "<=": "≤", ">=": "≥", "and": "∧", "or": "∨"}
 PRODUCT, APPLY = (f'<mo lspace="0" rspace="0">&#x206{digit};</mo>' for digit in (2, 1))
 THIN, DOT = '<mspace width="0.17em"/>', "<mo>⋅</mo>"
 OVER = '<mover accent="true">{{}}<mo>{}</mo></mover>'
-FENCED = '<mrow><mo form="prefix" fence="true" stretchy="true">{}</mo>{}'
-CLOSED = '<mo form="postfix" fence="true" stretchy="true">{}</mo></mrow>'
+OPENING_FENCE = '<mrow><mo form="prefix" fence="true" stretchy="true">{}</mo>{}'
+CLOSING_FENCE = '<mo form="postfix" fence="true" stretchy="true">{}</mo></mrow>'
 
 
-@door
+@check_arguments
 def emit(formula: Formula, *, width: float = 80, display: bool = True) -> str:
     """A formula as a `<math>` element, on lines of its own of `width` digits unless `display` is False."""
     lines = rows(formula, MATHML, width if display else float("inf"))
@@ -46,13 +46,13 @@ def _letter(text: str, bold: bool) -> str:
     return f"<mi{attributes}>{GREEK[text] if kind == 'greek' else escape(visible(text))}</mi>"
 
 
-def _fenced(left: str, inner: str, right: str = "") -> str:
-    return FENCED.format(left, inner) + (CLOSED.format(right) if right else "</mrow>")
+def _fence(left: str, inner: str, right: str = "") -> str:
+    return OPENING_FENCE.format(left, inner) + (CLOSING_FENCE.format(right) if right else "</mrow>")
 
 
 MATHML = Markup(
     letter=_letter,
-    function=lambda name: f"<mi>{escape(visible(PRINTED.get(name, name)))}</mi>",
+    function=lambda name: f"<mi>{escape(visible(PRINTED_FUNCTIONS.get(name, name)))}</mi>",
     signs=SIGNS,
     before='<mo form="prefix">{}</mo>',
     amid='<mo form="infix">{}</mo>',
@@ -64,27 +64,27 @@ MATHML = Markup(
     minus="<mo>−</mo>",
     # Spacing marks of their own, not combining ones: browsers misplace those.
     over={sign: OVER.format(mark) for sign, mark in zip((*ACCENTS, "dot", "ddot"), "^~¯˙¨", strict=True)},
-    indexed="<msub>{}{}</msub>",
+    subscript="<msub>{}{}</msub>",
     both="<msubsup>{}{}{}</msubsup>",
     marks={",": '<mo separator="true" rspace="0">,</mo>', "*": "<mo>*</mo>"},
     quotient="<mfrac>{}{}</mfrac>",
     power="<msup>{}{}</msup>",
-    group=_fenced("(", "{}", ")"),
-    opening='<mo form="prefix" stretchy="false">(</mo>',
-    closing='<mo form="postfix" stretchy="false">)</mo>',
+    group=_fence("(", "{}", ")"),
+    opening_fence='<mo form="prefix" stretchy="false">(</mo>',
+    closing_fence='<mo form="postfix" stretchy="false">)</mo>',
     applies=APPLY,
-    applied=f"<mrow>{{}}{APPLY}{{}}</mrow>",
+    application=f"<mrow>{{}}{APPLY}{{}}</mrow>",
     bare=f"<mrow>{{}}{APPLY}{THIN}{{}}</mrow>",
     comma='<mo separator="true">,</mo>',
-    enclosing={
+    enclosures={
         "sqrt": "<msqrt>{}</msqrt>",
-        "abs": _fenced("|", "{}", "|"),
-        "floor": _fenced("⌊", "{}", "⌋"),
-        "ceil": _fenced("⌈", "{}", "⌉"),
+        "abs": _fence("|", "{}", "|"),
+        "floor": _fence("⌊", "{}", "⌋"),
+        "ceil": _fence("⌈", "{}", "⌉"),
     },
-    grid=Grid("", "", _fenced("[", "<mtable>{}</mtable>", "]"), "<mtd>{}</mtd>", "<mtr>{}</mtr>"),
-    listed=Grid(
-        "", "", _fenced("{{", "<mtable>{}</mtable>"), '<mtd style="text-align: left">{}</mtd>', "<mtr>{}</mtr>"
+    grid=Grid("", "", _fence("[", "<mtable>{}</mtable>", "]"), "<mtd>{}</mtd>", "<mtr>{}</mtr>"),
+    case_grid=Grid(
+        "", "", _fence("{{", "<mtable>{}</mtable>"), '<mtd style="text-align: left">{}</mtd>', "<mtr>{}</mtr>"
     ),
     condition="<mrow><mtext>if&#xA0;</mtext>{}</mrow>",
     otherwise="<mtext>otherwise</mtext>",

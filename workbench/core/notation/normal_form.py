@@ -27,10 +27,10 @@ import casadi as ca
 from workbench.core.notation import textbook
 from workbench.core.notation import trigonometric_sums as waves
 from workbench.core.notation.formula import Formula, Matrix, Symbol, symbols_of
-from workbench.core.notation.program import NAMES, Operation, walk
+from workbench.core.notation.program import NAMES, ExpressionNode, walk
 from workbench.core.notation.trigonometric_sums import NotInClass as NotInClass
 from workbench.core.notation.trigonometric_sums import Terms
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 # Beyond so many terms in all an expansion would take minutes; it is given up.
 MOST_TERMS = 200_000
@@ -66,16 +66,16 @@ class NormalForm:
         return None if self.terms.keys() - {waves.UNIT} else self.terms.get(waves.UNIT, Fraction(0))
 
     def __add__(self, other: NormalForm) -> NormalForm:
-        return NormalForm(waves.added(self.terms, other.terms))
+        return NormalForm(waves.add(self.terms, other.terms))
 
     def __sub__(self, other: NormalForm) -> NormalForm:
-        return NormalForm(waves.added(self.terms, other.terms, -1))
+        return NormalForm(waves.add(self.terms, other.terms, -1))
 
     def __mul__(self, other: NormalForm) -> NormalForm:
-        return NormalForm(waves.multiplied(self.terms, other.terms))
+        return NormalForm(waves.multiply(self.terms, other.terms))
 
     def __truediv__(self, other: NormalForm) -> NormalForm:
-        return NormalForm(waves.multiplied(self.terms, waves.inverse(other.terms)))
+        return NormalForm(waves.multiply(self.terms, waves.inverse(other.terms)))
 
     def __pow__(self, exponent: float) -> NormalForm:
         return NormalForm(waves.power(self.terms, waves.constant(Fraction(exponent))))
@@ -105,7 +105,7 @@ class NormalForm:
         return textbook.textbook_form(self.terms, symbols_of(self.names, symbols))
 
 
-@door
+@check_arguments
 def normal_forms(
     matrix: ca.SX, numbers: Mapping[str, Fraction] | None = None, constant: Callable[[float], Fraction] = Fraction
 ) -> list[list[NormalForm]]:
@@ -132,7 +132,7 @@ def normal_forms(
     return [[NormalForm(known[place]) for place in row] for row in steps.entries]
 
 
-@door
+@check_arguments
 def to_formula(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Formula:
     """The textbook form of an expression, or of a matrix of them; `NotInClass` if one has no normal form."""
     forms = normal_forms(expression)
@@ -141,7 +141,7 @@ def to_formula(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -
     return rows[0][0] if len(rows) == len(rows[0]) == 1 else Matrix(rows)
 
 
-def _terms(node: Operation, operands: list[Terms], constant: Callable[[float], Fraction]) -> Terms:
+def _terms(node: ExpressionNode, operands: list[Terms], constant: Callable[[float], Fraction]) -> Terms:
     if node.code == ca.OP_CONST:
         if not math.isfinite(node.value):
             raise NotInClass(f"A normal form has finite coefficients; the expression holds {node.value}.")
@@ -156,13 +156,13 @@ def _terms(node: Operation, operands: list[Terms], constant: Callable[[float], F
 PRODUCTS = {ca.OP_MUL, ca.OP_SQ, ca.OP_DIV}
 RULES: dict[int, Callable[..., Terms]] = {
     ca.OP_ASSIGN: lambda x: x,
-    ca.OP_ADD: waves.added,
-    ca.OP_SUB: lambda x, y: waves.added(x, y, -1),
-    ca.OP_MUL: waves.multiplied,
-    ca.OP_DIV: lambda x, y: waves.multiplied(x, waves.inverse(y)),
-    ca.OP_NEG: lambda x: waves.scaled(x, Fraction(-1)),
-    ca.OP_TWICE: lambda x: waves.scaled(x, Fraction(2)),
-    ca.OP_SQ: lambda x: waves.multiplied(x, x),
+    ca.OP_ADD: waves.add,
+    ca.OP_SUB: lambda x, y: waves.add(x, y, -1),
+    ca.OP_MUL: waves.multiply,
+    ca.OP_DIV: lambda x, y: waves.multiply(x, waves.inverse(y)),
+    ca.OP_NEG: lambda x: waves.scale(x, Fraction(-1)),
+    ca.OP_TWICE: lambda x: waves.scale(x, Fraction(2)),
+    ca.OP_SQ: lambda x: waves.multiply(x, x),
     ca.OP_INV: waves.inverse,
     ca.OP_POW: waves.power,
     ca.OP_CONSTPOW: waves.power,

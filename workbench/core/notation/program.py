@@ -17,7 +17,7 @@ from typing import TypeVar
 import casadi as ca
 
 from workbench.core.notation.formula import Symbol, name_of, symbol
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 T = TypeVar("T")
 NAMES = {int(getattr(ca, name)): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
@@ -39,16 +39,18 @@ SIGNS = {
 }
 WRITTEN_TWICE = {ca.OP_SQ, ca.OP_SIGN}  # so their operand has a variable
 # Functions, by the names that they have in C.
-CALLED = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax fmod floor pow "
-CALLED += "ceil log1p expm1 hypot copysign"
-FUNCTIONS = {getattr(ca, f"OP_{name.upper()}"): name for name in CALLED.split()} | {ca.OP_CONSTPOW: "pow"}
+FUNCTION_NAMES = (
+    "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax fmod floor pow "
+)
+FUNCTION_NAMES += "ceil log1p expm1 hypot copysign"
+FUNCTIONS = {getattr(ca, f"OP_{name.upper()}"): name for name in FUNCTION_NAMES.split()} | {ca.OP_CONSTPOW: "pow"}
 # Truths and what is chosen by them, which each language writes in its own way.
-CHOSEN = "lt le eq ne and or not if_else_zero"
-CHOICES = {getattr(ca, f"OP_{name.upper()}"): name for name in CHOSEN.split()}
+CHOICE_NAMES = "lt le eq ne and or not if_else_zero"
+CHOICES = {getattr(ca, f"OP_{name.upper()}"): name for name in CHOICE_NAMES.split()}
 
 
 @dataclass(frozen=True)
-class Operation:
+class ExpressionNode:
     """One node of an expression: the code of its operation, the places of its operands, and its name or value."""
 
     code: int
@@ -61,7 +63,7 @@ class Operation:
 class Walk:
     """The nodes of an expression in the order of evaluation, and the place of each entry by row and column."""
 
-    nodes: tuple[Operation, ...]
+    nodes: tuple[ExpressionNode, ...]
     entries: tuple[tuple[int, ...], ...]
 
     @property
@@ -70,7 +72,7 @@ class Walk:
         return [node.name for node in self.nodes if node.code == ca.OP_INPUT]
 
 
-@door
+@check_arguments
 def walk(expression: ca.SX, *, cse: bool = False) -> Walk:
     """The operations of a matrix (n, m) of expressions, each after its operands; with `cse`, equal ones become one."""
     matrix = ca.densify(ca.SX(expression))
@@ -86,8 +88,8 @@ def walk(expression: ca.SX, *, cse: bool = False) -> Walk:
     return Walk(tuple(nodes), tuple(tuple(places[i + n * j] for j in range(m)) for i in range(n)))
 
 
-def _nodes(function: ca.Function, names: list[str]) -> tuple[list[Operation], dict[int, int]]:
-    nodes: list[Operation] = []
+def _nodes(function: ca.Function, names: list[str]) -> tuple[list[ExpressionNode], dict[int, int]]:
+    nodes: list[ExpressionNode] = []
     registers: dict[int, int] = {}
     outputs: dict[int, int] = {}
     for k in range(function.n_instructions()):
@@ -97,26 +99,26 @@ def _nodes(function: ca.Function, names: list[str]) -> tuple[list[Operation], di
             outputs[writes[1]] = registers[reads[0]]
             continue
         if code == ca.OP_INPUT:
-            node = Operation(code, (), name=names[reads[1]])
+            node = ExpressionNode(code, (), name=names[reads[1]])
         elif code == ca.OP_CONST:
-            node = Operation(code, (), value=function.instruction_constant(k))
+            node = ExpressionNode(code, (), value=function.instruction_constant(k))
         else:
-            node = Operation(code, tuple(registers[read] for read in reads))
+            node = ExpressionNode(code, tuple(registers[read] for read in reads))
         registers[writes[0]] = len(nodes)
         nodes.append(node)
     return nodes, outputs
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Dialect:
     """A language: its spelling of functions that C calls otherwise, its reserved words, and the length of a line.
 
     `choices` are the forms of the operations of `CHOICES`, by their names there, of a language that is to have them.
     """
 
-    spelled: Mapping[str, str]
-    reserved: frozenset[str]
+    spellings: Mapping[str, str]
+    reserved_words: frozenset[str]
     width: int
     choices: Mapping[str, str] = field(default_factory=dict)
 
@@ -140,14 +142,14 @@ class _Text:
         return self.text if self.tightness >= least else f"({self.text})"
 
 
-@door
+@check_arguments
 def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dialect: Dialect) -> Program:
     """The program that computes matrices with equal numbers of rows, without branches, in letters by symbols' names.
 
     A part that is used more than once has a variable, and so have the parts of too long a line.
     """
     steps = walk(ca.horzcat(*matrices.values()), cse=True)
-    taken = set(dialect.reserved)
+    taken = set(dialect.reserved_words)
     inputs = {x.name: _free(letters.get(x.name, x.name), taken) for x in steps.nodes if x.code == ca.OP_INPUT}
     names = _entry_names(steps, matrices, taken)
     parts = (name for k in count(1) if (name := f"w_{k}") not in taken)
@@ -163,7 +165,7 @@ def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dia
     for place, node in enumerate(steps.nodes):
         if node.code in WRITTEN_TWICE and not texts[node.operands[0]].text.isidentifier():
             assign(node.operands[0])
-        while len((text := _composed(node, inputs, texts, dialect)).text) > dialect.width:
+        while len((text := _compose(node, inputs, texts, dialect)).text) > dialect.width:
             longest = max(node.operands, key=lambda i: len(texts[i].text))
             if texts[longest].tightness == ATOM and texts[longest].text.isidentifier():
                 break
@@ -171,12 +173,12 @@ def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dia
         texts.append(text)
         if node.operands and (uses[place] > 1 or place in names):
             assign(place)
-    called = {_spelled(node, dialect) for node in steps.nodes if node.code in FUNCTIONS}
+    called = {_spelling(node, dialect) for node in steps.nodes if node.code in FUNCTIONS}
     entries = split(matrices, [[texts[place].text for place in row] for row in steps.entries])
     return Program(tuple((v, name) for name, v in inputs.items()), tuple(lines), entries, tuple(sorted(called)))
 
 
-@door
+@check_arguments
 def identifier(symbol: Symbol) -> str:
     """The variable for a symbol: its name, with characters that no variable may have in hexadecimal."""
     name = re.sub(r"[^A-Za-z0-9_]", lambda match: f"_x{ord(match[0]):x}_", name_of(symbol))
@@ -185,15 +187,15 @@ def identifier(symbol: Symbol) -> str:
     return f"{name}_" if keyword.iskeyword(name) else name
 
 
-def _free(name: str, taken: set[str]) -> str:
+def _free(name: str, names_taken: set[str]) -> str:
     variable = identifier(symbol(name))
-    while variable in taken:
+    while variable in names_taken:
         variable += "_"
-    taken.add(variable)
+    names_taken.add(variable)
     return variable
 
 
-def _entry_names(steps: Walk, matrices: Mapping[str, ca.SX], taken: set[str]) -> dict[int, str]:
+def _entry_names(steps: Walk, matrices: Mapping[str, ca.SX], names_taken: set[str]) -> dict[int, str]:
     """The name of each computed entry, after the first place at which it stands."""
     named: dict[int, str] = {}
     for letter, rows in split(matrices, steps.entries).items():
@@ -201,7 +203,7 @@ def _entry_names(steps: Walk, matrices: Mapping[str, ca.SX], taken: set[str]) ->
         for i, row in enumerate(rows, start=1):
             for j, place in enumerate(row, start=1):
                 if steps.nodes[place].operands and place not in named:
-                    named[place] = _free(f"{letter}_{i}{between}{j}" if len(row) > 1 else f"{letter}_{i}", taken)
+                    named[place] = _free(f"{letter}_{i}{between}{j}" if len(row) > 1 else f"{letter}_{i}", names_taken)
     return named
 
 
@@ -214,7 +216,7 @@ def split(matrices: Mapping[str, ca.SX], rows: Sequence[Sequence[T]]) -> dict[st
     return entries
 
 
-def _composed(node: Operation, inputs: Mapping[str, str], texts: list[_Text], dialect: Dialect) -> _Text:
+def _compose(node: ExpressionNode, inputs: Mapping[str, str], texts: list[_Text], dialect: Dialect) -> _Text:
     if node.code == ca.OP_INPUT:
         return _Text(inputs[node.name], ATOM)
     if node.code == ca.OP_CONST:
@@ -227,14 +229,14 @@ def _composed(node: Operation, inputs: Mapping[str, str], texts: list[_Text], di
         return _Text(form.format(*(x.within(t) for x, t in zip(operands, least, strict=True))), tightness)
     if (choice := CHOICES.get(node.code, "")) in dialect.choices:
         return _Text(f"({dialect.choices[choice].format(*(x.within(ATOM) for x in operands))})", ATOM)
-    return _Text(f"{_spelled(node, dialect)}({', '.join(x.text for x in operands)})", ATOM)
+    return _Text(f"{_spelling(node, dialect)}({', '.join(x.text for x in operands)})", ATOM)
 
 
-def _spelled(node: Operation, dialect: Dialect) -> str:
+def _spelling(node: ExpressionNode, dialect: Dialect) -> str:
     if node.code not in FUNCTIONS:
         raise ValueError(
             "A program is written without branches, of arithmetic and elementary functions; "
             f"this expression holds the operation {NAMES.get(node.code, node.code)}."
         )
     name = FUNCTIONS[node.code]
-    return dialect.spelled.get(name, name)
+    return dialect.spellings.get(name, name)

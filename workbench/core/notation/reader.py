@@ -22,9 +22,9 @@ from workbench.core.notation.formula import (
     symbols_of,
 )
 from workbench.core.notation.normal_form import NotInClass, to_formula
-from workbench.core.notation.program import NAMES, Operation, Walk, split, walk
+from workbench.core.notation.program import NAMES, ExpressionNode, Walk, split, walk
 from workbench.core.notation.writer import measure
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 MOST_SYMBOLS, DEEPEST = 20_000, 150  # a longer formula tells a reader nothing, and takes too long to typeset
 WORTH_A_NAME = 5  # symbols and operations of a shared part
@@ -66,7 +66,7 @@ OPERATIONS |= {
 }
 
 
-@door
+@check_arguments
 def read(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Formula:
     """The formula of an expression or a matrix of them, in the order of the code.
 
@@ -78,14 +78,14 @@ def read(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Form
     return _matrix(steps, _formulas(steps, symbols, {}))
 
 
-@door
+@check_arguments
 def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> tuple[tuple[Relation, ...], Formula]:
     """Definitions `w_1 = ...` of the parts that occur more than once, each after those it uses, and the formula.
 
     The letter is the first of w, z, v, u, a that is not taken.
     """
     steps = walk(expression, cse=True)
-    shared = _shared(steps)
+    shared = _shared_nodes(steps)
     table = symbols_of(steps.names, symbols)
     taken = {symbol.letter for symbol in table.values()}
     letter = next((letter for letter in "wzvua" if letter not in taken), "shared")
@@ -96,7 +96,7 @@ def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) 
     return definitions, _matrix(steps, lambda place: names[place] if place in names else formula(place))
 
 
-@door
+@check_arguments
 def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
     """An expression as a formula, in its textbook form if it has one.
 
@@ -150,9 +150,9 @@ def _formulas(
 
     @cache
     def tidy(place: int) -> Formula:
-        return build.collected(formulas[place])
+        return build.collect_terms(formulas[place])
 
-    def operand(node: Operation, k: int) -> Formula:
+    def operand(node: ExpressionNode, k: int) -> Formula:
         place = node.operands[k]
         if place in names:
             return names[place]
@@ -164,7 +164,7 @@ def _formulas(
     return tidy
 
 
-def _formula(node: Operation, operands: list[Formula], table: Mapping[str, Symbol]) -> Formula:
+def _formula(node: ExpressionNode, operands: list[Formula], table: Mapping[str, Symbol]) -> Formula:
     if node.code == ca.OP_CONST:
         return number(node.value)
     if node.code == ca.OP_INPUT:
@@ -176,7 +176,7 @@ def _formula(node: Operation, operands: list[Formula], table: Mapping[str, Symbo
     return OPERATIONS[node.code](*map(build.value, operands))
 
 
-def _shared(steps: Walk) -> list[int]:
+def _shared_nodes(steps: Walk) -> list[int]:
     uses = [0] * len(steps.nodes)
     for place in [i for node in steps.nodes for i in node.operands] + list({i for row in steps.entries for i in row}):
         uses[place] += 1  # entries that are equal are one use: they name each other
@@ -190,7 +190,7 @@ def _shared(steps: Walk) -> list[int]:
     return shared
 
 
-def _refuse_endless(steps: Walk, named: frozenset[int] = frozenset()) -> None:
+def _refuse_endless(steps: Walk, named_nodes: frozenset[int] = frozenset()) -> None:
     sizes: list[int] = []
     depths: list[int] = []
     largest = deepest = 0
@@ -198,8 +198,8 @@ def _refuse_endless(steps: Walk, named: frozenset[int] = frozenset()) -> None:
         size = 1 + sum(sizes[i] for i in node.operands)
         depth = max((depths[i] + (not _flat(steps, node, k)) for k, i in enumerate(node.operands)), default=0)
         largest, deepest = max(largest, size), max(deepest, depth)
-        sizes.append(1 if place in named else size)
-        depths.append(0 if place in named else depth)
+        sizes.append(1 if place in named_nodes else size)
+        depths.append(0 if place in named_nodes else depth)
     if largest > MOST_SYMBOLS or deepest > DEEPEST:
         raise ValueError(
             f"`read(expression)` writes formulas of at most {MOST_SYMBOLS} symbols, nested {DEEPEST} deep; this one "
@@ -207,7 +207,7 @@ def _refuse_endless(steps: Walk, named: frozenset[int] = frozenset()) -> None:
         )
 
 
-def _flat(steps: Walk, node: Operation, k: int) -> bool:
+def _flat(steps: Walk, node: ExpressionNode, k: int) -> bool:
     """True if operand number k stands on the same level of the page: sums in a sum, products in a product."""
     inner = steps.nodes[node.operands[k]].code
     if node.code == ca.OP_MUL:

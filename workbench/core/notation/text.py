@@ -5,12 +5,12 @@ from __future__ import annotations
 from workbench.core.notation.formula import Formula
 from workbench.core.notation.line_breaking import rows
 from workbench.core.notation.markup import Grid, Markup
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 INDENT = "    "
 
 
-@door
+@check_arguments
 def emit(formula: Formula, *, width: float = 100) -> str:
     """A formula in lines of at most `width` characters, the later ones indented."""
     lines = rows(formula, TEXT, width - len(INDENT))
@@ -32,11 +32,11 @@ TEXT = Markup(
     quotient="{}/{}",
     power="{}^{}",
     group="({})",
-    opening="(",
-    closing=")",
-    enclosing={},
+    opening_fence="(",
+    closing_fence=")",
+    enclosures={},
     grid=Grid(", ", ", ", "[{}]", row="[{}]"),
-    listed=Grid(" if ", " else ", "{}"),
+    case_grid=Grid(" if ", " else ", "{}"),
     condition="{}",
     otherwise="",
 )

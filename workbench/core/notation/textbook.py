@@ -104,12 +104,12 @@ class _Page:
         factors = [(self.rank[name], self.monomial(((name, e),))) for name, e in shared.items() if e]
         if len(inside) > 1:
             factors += [
-                (self.lead(min(part, key=self.monomial_order)), self.sum(part)) for part in self.separated(inside)
+                (self.lead(min(part, key=self.monomial_order)), self.sum(part)) for part in self.separate(inside)
             ]
         factors.sort(key=lambda pair: pair[0])
         return [number(content), *(formula for _, formula in factors)]
 
-    def separated(self, polynomial: Polynomial) -> list[Polynomial]:
+    def separate(self, polynomial: Polynomial) -> list[Polynomial]:
         """A polynomial as one in parameters times one in velocities, if it is such a product."""
         rows: dict[Monomial, Polynomial] = {}
         for powers, coefficient in polynomial.items():

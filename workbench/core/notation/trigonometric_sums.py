@@ -37,12 +37,12 @@ def variable(name: str) -> Terms:
     return {(((name, 1),), PLAIN): Fraction(1)}
 
 
-def scaled(terms: Terms, factor: Fraction) -> Terms:
+def scale(terms: Terms, factor: Fraction) -> Terms:
     """A sum times a number."""
     return {key: value * factor for key, value in terms.items()} if factor else {}
 
 
-def added(a: Terms, b: Terms, sign: int = 1) -> Terms:
+def add(a: Terms, b: Terms, sign: int = 1) -> Terms:
     """a + b, or with sign -1 the difference."""
     result = dict(a)
     for key, value in b.items():
@@ -60,7 +60,7 @@ def _add(terms: Terms, key: Key, value: Fraction) -> None:
         del terms[key]
 
 
-def multiplied(a: Terms, b: Terms) -> Terms:
+def multiply(a: Terms, b: Terms) -> Terms:
     """a b, with each product of two waves written as the sum of two others."""
     if len(a) * len(b) > MOST_PRODUCTS:
         raise NotInClass(f"MUL of sums of {len(a)} and {len(b)} terms: too long to expand.")
@@ -140,5 +140,5 @@ def power(base: Terms, exponent: Terms) -> Terms:
         raise NotInClass(f"POW has a normal form only for whole exponents from -{HIGHEST_POWER} to {HIGHEST_POWER}.")
     result = constant(Fraction(1))
     for _ in range(abs(int(n))):
-        result = multiplied(result, base)
+        result = multiply(result, base)
     return inverse(result) if n < 0 else result

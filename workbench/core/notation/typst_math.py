@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from workbench.core.notation.formula import Formula
 from workbench.core.notation.line_breaking import rows
-from workbench.core.notation.markup import KNOWN, PRINTED, Grid, Markup, style, visible
-from workbench.core.validation.signatures import door
+from workbench.core.notation.markup import KNOWN_FUNCTIONS, PRINTED_FUNCTIONS, Grid, Markup, style, visible
+from workbench.core.validation.signatures import check_arguments
 
 
-@door
+@check_arguments
 def emit(formula: Formula, *, width: float = 80) -> str:
     """A formula for an equation, broken into lines of `width` digits (80 are 15.5 cm at 11 pt)."""
     lines = rows(formula, TYPST, width)
@@ -40,8 +40,8 @@ def _string(text: str) -> str:
 
 
 def _function(name: str) -> str:
-    name = PRINTED.get(name, name)
-    return name if name in KNOWN else f"op({_string(name)})"
+    name = PRINTED_FUNCTIONS.get(name, name)
+    return name if name in KNOWN_FUNCTIONS else f"op({_string(name)})"
 
 
 TYPST = Markup(
@@ -52,19 +52,19 @@ TYPST = Markup(
     between=" ",
     ten="10^({}{})",
     over={"hat": "hat({})", "tilde": "tilde({})", "bar": "macron({})", "dot": "dot({})", "ddot": "dot.double({})"},
-    indexed="{}_({})",
+    subscript="{}_({})",
     both="{}_({})^({})",
     marks={",": ",", "*": "*"},
     apart=" ",
     quotient="frac({}, {})",
     power="{}^({})",
     group="({})",
-    opening=r"\(",
-    closing=r"\)",
+    opening_fence=r"\(",
+    closing_fence=r"\)",
     bare="{} {}",
-    enclosing={name: f"{name}({{}})" for name in ("sqrt", "abs", "floor", "ceil")},
+    enclosures={name: f"{name}({{}})" for name in ("sqrt", "abs", "floor", "ceil")},
     grid=Grid(", ", "; ", 'mat(delim: "[", column-gap: #1em, {})'),
-    listed=Grid(" & ", ", ", "cases({})"),
+    case_grid=Grid(" & ", ", ", "cases({})"),
     condition='quad "if" {}',
     otherwise='quad "otherwise"',
 )

@@ -56,7 +56,7 @@ class Writer:
 
         With `last` nothing follows that could be taken for a part of it: `sin q` needs no parentheses.
         """
-        text, tightness = self._written(formula, last)
+        text, tightness = self._formula_text(formula, last)
         return self.markup.group.format(text) if tightness < least else text
 
     def factor(self, factors: tuple[Formula, ...], i: int, *, last: bool = True) -> str:
@@ -74,7 +74,7 @@ class Writer:
             return "dot"
         return "thin" if _is_call(before) or _is_call(after) else "none"
 
-    def _written(self, formula: Formula, last: bool) -> tuple[str, int]:
+    def _formula_text(self, formula: Formula, last: bool) -> tuple[str, int]:
         markup, flat = self.markup, self.markup.flat
         minus, size = split_sign(formula)
         if minus:

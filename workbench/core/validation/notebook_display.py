@@ -20,7 +20,7 @@ T = TypeVar("T")
 LINE, PART, FEW = 110, 40, 8  # letters of a line, letters of one of its parts, numbers that are written out
 
 
-class Markup(str):
+class HtmlText(str):
     """Text that is HTML already."""
 
     __slots__ = ()
@@ -48,7 +48,7 @@ def one_line(thing: DataclassInstance) -> str:
     return line
 
 
-def listed(parts: Sequence[str]) -> str:
+def short_list(parts: Sequence[str]) -> str:
     """The parts that fit in a line, with the count of all if some are left out."""
     text, held = "", 0
     while held < len(parts) and len(text) + len(parts[held]) <= LINE - PART // 2:
@@ -84,17 +84,17 @@ def brief(value: object, most: int = PART) -> str:
     return text if short else f"{type(value).__name__}({long})"
 
 
-def fields_to_html(thing: DataclassInstance) -> Markup:
+def fields_to_html(thing: DataclassInstance) -> HtmlText:
     """A table of the fields of a dataclass: numbers in full, objects in a line."""
     rows = [(name, cell(value)) for name, value in _fields(thing)]
     return table_to_html(type(thing).__name__, ("name", "value"), rows)
 
 
-def table_to_html(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> Markup:
+def table_to_html(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> HtmlText:
     """A table whose cells are text, escaped, or markup that already is."""
-    body = "".join(f"<tr>{''.join(f'<td>{_escaped(part)}</td>' for part in row)}</tr>" for row in rows)
+    body = "".join(f"<tr>{''.join(f'<td>{_escape(part)}</td>' for part in row)}</tr>" for row in rows)
     top = "".join(f"<th>{escape(word)}</th>" for word in head)
-    return Markup(f"<table><caption>{escape(title)}</caption><tr>{top}</tr>{body}</table>")
+    return HtmlText(f"<table><caption>{escape(title)}</caption><tr>{top}</tr>{body}</table>")
 
 
 def _fields(thing: DataclassInstance) -> list[tuple[str, object]]:
@@ -112,16 +112,16 @@ def _array(array: NDArray[np.generic], most: int) -> str:
 def cell(value: object) -> object:
     """A value as a cell of a table, with a line for each of its first parts."""
     if isinstance(value, np.ndarray) and FEW < value.size <= FEW**2:
-        return Markup(f"<pre>{escape(np.array2string(value, precision=6))}</pre>")
+        return HtmlText(f"<pre>{escape(np.array2string(value, precision=6))}</pre>")
     if isinstance(value, Mapping):
         lines = [f"{brief(key)}: {brief(part, LINE)}" for key, part in value.items()]
     else:
         lines = [brief(part, LINE) for part in value] if isinstance(value, list | tuple) else []
     if lines:
         more = [f"... {len(lines)} in all"] if len(lines) > FEW else []
-        return Markup("<br/>".join(map(escape, lines[:FEW] + more)))
+        return HtmlText("<br/>".join(map(escape, lines[:FEW] + more)))
     return value if isinstance(value, str) else repr(value) if is_dataclass(value) else brief(value, LINE)
 
 
-def _escaped(part: object) -> str:
-    return part if isinstance(part, Markup) else escape(str(part))
+def _escape(part: object) -> str:
+    return part if isinstance(part, HtmlText) else escape(str(part))

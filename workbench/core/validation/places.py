@@ -6,7 +6,7 @@ import os
 import stat
 from pathlib import Path
 
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 KINDS = {
     stat.S_IFDIR: "a folder",
@@ -18,7 +18,7 @@ KINDS = {
 }
 
 
-@door
+@check_arguments
 def other_kind(path: str | Path, *, follow: bool = True) -> str:
     """The kind of what stands at a path and is no file of a disk, as 'a named pipe'; empty for a file, or for nothing.
 

@@ -29,23 +29,23 @@ WORDS = {int: "a whole number", float: "a number", bool: "True or False", str: "
 
 def refusal(call: str, must: str, value: object, advice: str = "") -> ValueError:
     """The error that says what an argument must be, and what value came."""
-    return ValueError(f"`{call}` must be {must}; got {described(value)}{advice}.")
+    return ValueError(f"`{call}` must be {must}; got {describe(value)}{advice}.")
 
 
 def require(call: str, value: object, kind: type[T], advice: str = "") -> T:
     """An instance of `kind`."""
     if not isinstance(value, kind):
-        raise refusal(call, WORDS.get(kind) or a(kind), value, advice or way(kind, value))
+        raise refusal(call, WORDS.get(kind) or with_article(kind), value, advice or advice_for(kind, value))
     return value
 
 
-def way(kind: type, value: object) -> str:
+def advice_for(kind: type, value: object) -> str:
     """The advice that the table `WAYS` of a class has for a value of another class; empty if it has none."""
     known = getattr(kind, "WAYS", {}).get(type(value).__name__, "")
     return known and f": {known}"
 
 
-def raised(error: BaseException) -> str:
+def error_text(error: BaseException) -> str:
     """The class and the message of an error of the user's own function, on one short line."""
     try:
         message = "".join(c if c.isprintable() else " " for c in " ".join(str(error).split()))
@@ -88,20 +88,20 @@ def one_of(call: str, value: object, choices: Iterable[str]) -> str:
     known = list(choices)
     if not isinstance(value, str) or value not in known:
         all_of_them = ", ".join(map(repr, known))
-        raise ValueError(f"`{call}` is one of {all_of_them}; got {described(value)}.{nearest(value, known)}")
+        raise ValueError(f"`{call}` is one of {all_of_them}; got {describe(value)}.{nearest(value, known)}")
     return str(value)
 
 
-def known(name: object, names: Iterable[str], of: str) -> str:
+def known_name(name: object, names: Iterable[str], of: str) -> str:
     """One of the known names, whose kind is `of` ("parameters of this loop"); else a `LookupError`."""
     held = list(names)
     if isinstance(name, str) and name in held:
         return str(name)
     if not isinstance(name, str):
-        raise LookupError(f"The {of} go by names, which are text; got {described(name)}.")
-    shown = (one if isinstance(one, str) else described(one) for one in held[:12])
+        raise LookupError(f"The {of} go by names, which are text; got {describe(name)}.")
+    shown = (one if isinstance(one, str) else describe(one) for one in held[:12])
     near = nearest(name, held) or f" They are: {', '.join(shown) or 'none'}{', ...' if len(held) > 12 else ''}."
-    raise LookupError(f"There is no {described(name)} among the {len(held)} {of}.{near}")
+    raise LookupError(f"There is no {describe(name)} among the {len(held)} {of}.{near}")
 
 
 def whole(call: str, value: object, least: int = 1, most: int | None = None, of: str = "", why: str = "") -> int:
@@ -246,15 +246,15 @@ def as_objects(value: object) -> NDArray[np.object_]:
         return np.array(None, dtype=object)
 
 
-def described(value: object, longest: int = LONGEST) -> str:
+def describe(value: object, longest: int = LONGEST) -> str:
     """A value in a few printable words: `a PID, which is an AbstractController`."""
     try:
-        return "".join(c if c.isprintable() else " " for c in _described(value, longest))
+        return "".join(c if c.isprintable() else " " for c in _describe(value, longest))
     except Exception:  # an object of the user's may raise anything when it is asked for its text
-        return a(type(value))
+        return with_article(type(value))
 
 
-def _described(value: object, longest: int) -> str:
+def _describe(value: object, longest: int) -> str:
     if isinstance(value, type):
         return f"the class `{value.__name__}` itself: make one with `{value.__name__}(...)`"
     if callable(value) and hasattr(value, "__name__"):
@@ -268,20 +268,20 @@ def _described(value: object, longest: int) -> str:
     if type(value) in (list, tuple, dict, set):
         return _SHORT.repr(value)
     bases = [base for base in type(value).__mro__[1:] if inspect.isabstract(base)]
-    return a(type(value)) + (f", which is {a(bases[0])}" if bases else "")
+    return with_article(type(value)) + (f", which is {with_article(bases[0])}" if bases else "")
 
 
 class _Short(reprlib.Repr):
     """A short text of containers: their first items, each as a message describes it."""
 
     def repr_instance(self, x: object, level: int) -> str:
-        return described(x)
+        return describe(x)
 
 
 _SHORT = _Short()
 
 
-def a(kind: object) -> str:
+def with_article(kind: object) -> str:
     """A class with its article, in backticks."""
     name = name_of(kind)
     return f"{'an' if name[1] in 'AEIOaeio' else 'a'} {name}"

@@ -14,14 +14,14 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import raised
+from workbench.core.validation.refusals import error_text
 from workbench.core.validation.type_hints import Fit, KindError, OutOfSight, fit_of
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-Door = TypeVar("Door", bound=Callable[..., object])
-Given = TypeVar("Given")
+Callee = TypeVar("Callee", bound=Callable[..., object])
+Argument = TypeVar("Argument")
 Clean = TypeVar("Clean")
 
 PORTS = {  # of a block, each a layout
@@ -32,7 +32,7 @@ PORTS = {  # of a block, each a layout
     "follows": "all that the law follows",
     "inputs": "all inputs",
 }
-SHAPED = ca.SX, np.ndarray
+SHAPED_TYPES = ca.SX, np.ndarray
 AXIS = re.compile(r"(\d*)([a-z]*)")
 
 
@@ -50,38 +50,38 @@ class _Port(Protocol):
     def names(self) -> Sequence[str]: ...
 
 
-def door(thing: Door) -> Door:
+def check_arguments(target: Callee) -> Callee:
     """The same function, or dataclass below `@dataclass`, whose arguments must fit its type hints.
 
     Whole numbers, numbers and truths of NumPy become Python's, numbers on axes arrays of doubles, lists tuples. Rules
     that no hint can name (a finite number, say) are for `workbench.core.validation.refusals`.
     """
-    if isinstance(thing, type):
-        return cast(Door, _door_of_class(thing))
+    if isinstance(target, type):
+        return cast(Callee, _door_of_class(target))
 
-    @functools.wraps(thing)
-    def opened(*args: object, **kwargs: object) -> object:
-        call, signature, fits, axes, plain = _plan(thing)
+    @functools.wraps(target)
+    def checked_call(*args: object, **kwargs: object) -> object:
+        call, signature, fits, axes, plain = _plan(target)
         if plain is not None:  # as `bind` does it, which takes longer than many a function
             named = dict(zip(plain, args, strict=False)) | kwargs
             if len(named) < len(args) + len(kwargs) or not named.keys() <= fits.keys():
-                return thing(*args, **kwargs)  # whose own error names the function
+                return target(*args, **kwargs)  # whose own error names the function
             named = {name: fit(named[name]) for name, fit in fits.items() if name in named}
             if axes:
                 _refuse_misshapen(call, named.get("self"), axes, named)
-            return thing(**named)
+            return target(**named)
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError:
-            return thing(*args, **kwargs)
+            return target(*args, **kwargs)
         given = bound.arguments
         for name in given:
             given[name] = fits[name](given[name])
         if axes:
             _refuse_misshapen(call, given.get("self"), axes, given)
-        return thing(*bound.args, **bound.kwargs)
+        return target(*bound.args, **bound.kwargs)
 
-    return cast(Door, opened)
+    return cast(Callee, checked_call)
 
 
 def fit_field(owner: DataclassInstance, field: Field[object]) -> object:
@@ -92,7 +92,7 @@ def fit_field(owner: DataclassInstance, field: Field[object]) -> object:
 
 
 def answer(
-    call: str, must: str, ask: Callable[[], Given], fit: Callable[[Given], Clean], refuses: bool = False
+    call: str, must: str, ask: Callable[[], Argument], fit: Callable[[Argument], Clean], refuses: bool = False
 ) -> Clean:
     """The answer of a function of the user's own, made to fit; its own refusals pass if it `refuses` for itself.
 
@@ -106,18 +106,18 @@ def answer(
     except Exception as error:
         if refuses and type(error) in (ValueError, LookupError):
             raise
-        raise ValueError(f"`{call}` must {must}; it raised {raised(error)}.") from error
+        raise ValueError(f"`{call}` must {must}; it raised {error_text(error)}.") from error
     try:
         return fit(given)
     except KindError as misfit:
-        raise ValueError(f"`{call}` must {must}; it gave {misfit.got}{_where(misfit)}.") from None
+        raise ValueError(f"`{call}` must {must}; it gave {misfit.value_text}{_where(misfit)}.") from None
 
 
 def _fit(call: str, fit: Fit, value: object) -> object:
     try:
         return fit(value)
     except KindError as misfit:
-        raise ValueError(f"`{call}` must be {misfit.must}; got {misfit.got}{_where(misfit)}.") from None
+        raise ValueError(f"`{call}` must be {misfit.must}; got {misfit.value_text}{_where(misfit)}.") from None
 
 
 def _where(misfit: KindError) -> str:
@@ -191,19 +191,19 @@ def _axes(hint: object) -> list[str]:
     return [get_args(option)[1] for option in options if get_origin(option) is Annotated]
 
 
-def _refuse_misshapen(call: str, owner: object, axes: list[tuple[str, str]], given: Mapping[str, object]) -> None:
+def _refuse_misshapen(call: str, owner: object, axes: list[tuple[str, str]], arguments: Mapping[str, object]) -> None:
     """Refuse arguments that have not as many entries as declared: "1", "n", "2n", or all names of a port of the block.
 
     An axis is named as a `parameter` names it; in one call it has one size, which a block's `dof` or its numbers tell.
     """
     sizes = _sizes(owner)
     for name, axis in sorted(axes, key=lambda declared: declared[1] in PORTS):
-        value = given.get(name)
+        value = arguments.get(name)
         if axis in PORTS:
             if isinstance(value, Mapping):
                 _refuse_port(f"{call}({name}=...)", axis, getattr(owner, axis, None), value, sizes)
             continue
-        if not isinstance(value, SHAPED):
+        if not isinstance(value, SHAPED_TYPES):
             continue
         times, letter = AXIS.fullmatch(axis).groups()  # type: ignore[union-attr]
         size = int(times or 1) * (sizes.setdefault(letter, value.shape[0]) if letter else 1)

@@ -15,15 +15,15 @@ import numpy as np
 
 from workbench.core.validation.refusals import (
     WORDS,
-    a,
+    advice_for,
     as_array,
     as_number,
     as_path,
     as_text,
     as_whole,
-    described,
+    describe,
     name_of,
-    way,
+    with_article,
 )
 
 Fit = Callable[[object], object]  # from a value to the same value in the type of a hint, or a `KindError`
@@ -38,11 +38,11 @@ class KindError(Exception):
     The value is described when it is asked for: most misfits are those of a union, another part of which fits.
     """
 
-    def __init__(self, must: str, got: str | Callable[[], str], place: str = "") -> None:
-        self.must, self.place, self._got = must, place, got
+    def __init__(self, must: str, value_text: str | Callable[[], str], place: str = "") -> None:
+        self.must, self.place, self._got = must, place, value_text
 
     @property
-    def got(self) -> str:
+    def value_text(self) -> str:
         """The value in a few words."""
         return self._got if isinstance(self._got, str) else self._got()
 
@@ -109,7 +109,7 @@ def words(hint: Any) -> str:
         return f"a tuple of {_kinds(part for part in parts if part is not Ellipsis)}"
     if kind in (Mapping, dict) and parts:
         return f"a mapping from {_kinds(parts[:1])} to {_kinds(parts[1:])}, as a dict is"
-    return "a function" if kind is Callable else WORDS.get(kind) or a(kind)
+    return "a function" if kind is Callable else WORDS.get(kind) or with_article(kind)
 
 
 def _kinds(hints: Iterable[object]) -> str:
@@ -162,32 +162,32 @@ def _can_be_asked(kind: Any) -> TypeGuard[type]:
 def _plain(clean: Fit, must: str, value: object) -> object:
     fit = clean(value)
     if fit is None:
-        raise KindError(must, functools.partial(described, value))
+        raise KindError(must, functools.partial(describe, value))
     return fit
 
 
 def _instance(kind: type, must: str, value: object) -> object:
     if not isinstance(value, kind):
-        raise KindError(must, lambda: described(value) + way(kind, value))
+        raise KindError(must, lambda: describe(value) + advice_for(kind, value))
     return value
 
 
 def _path(fit: Fit, value: object) -> object:
     """A value that fits; of one that is to be a path, only such as a file can have."""
     if isinstance(value, str | os.PathLike) and as_path(value) is None:
-        raise KindError("a path that a file can have", described(value))
+        raise KindError("a path that a file can have", describe(value))
     return fit(value)
 
 
 def _function(count: int, must: str, value: Any) -> object:
     """A function that is told so many things, as far as it says; for those that answer there is `answer`."""
     if not callable(value):
-        raise KindError(must, described(value))
+        raise KindError(must, describe(value))
     try:
         signature = inspect.signature(value)
     except (TypeError, ValueError):  # a function in C says nothing; a class in C is none of the user's
         if isinstance(value, type):
-            raise KindError(must, described(value)) from None
+            raise KindError(must, describe(value)) from None
         return value
     try:
         signature.bind(*range(count))
@@ -239,8 +239,10 @@ PLAIN: dict[object, Fit] = {
 }
 
 
-def _union(asked: tuple[type, ...], direct: dict[type, Fit], fits: tuple[Fit, ...], must: str, value: object) -> object:
-    if isinstance(value, asked):
+def _union(
+    asked_types: tuple[type, ...], direct: dict[type, Fit], fits: tuple[Fit, ...], must: str, value: object
+) -> object:
+    if isinstance(value, asked_types):
         return value
     if (fit := direct.get(type(value))) is not None:
         try:
@@ -253,20 +255,27 @@ def _union(asked: tuple[type, ...], direct: dict[type, Fit], fits: tuple[Fit, ..
             return fit(value)
         except KindError as misfit:
             misfits.append(misfit)
-    most = max(misfits, key=lambda misfit: (len(misfit.place), len(misfit.got)))  # the one that tells most
-    raise KindError(must, most.got, most.place)
+    most = max(misfits, key=lambda misfit: (len(misfit.place), len(misfit.value_text)))  # the one that tells most
+    raise KindError(must, most.value_text, most.place)
 
 
-def _items(kind: type, asked: tuple[type, ...], fits: tuple[Fit, ...], several: bool, must: str, value: Any) -> object:
+def _items(
+    kind: type, asked_types: tuple[type, ...], fits: tuple[Fit, ...], several: bool, must: str, value: Any
+) -> object:
     """A tuple, or the list that the hint names, of items that fit; text is refused, though it has letters."""
-    if type(value) is tuple and asked and kind is not list and all(isinstance(item, asked) for item in value):
+    if (
+        type(value) is tuple
+        and asked_types
+        and kind is not list
+        and all(isinstance(item, asked_types) for item in value)
+    ):
         return value
     try:
         if isinstance(value, str | bytes | Mapping) or (kind is not Iterable and not hasattr(value, "__getitem__")):
             raise TypeError
         items = tuple(value)
     except Exception:  # an object of the user's may raise anything when it is asked for its items
-        raise KindError(must, described(value) + (_alone(fits[0], value) if several else "")) from None
+        raise KindError(must, describe(value) + (_alone(fits[0], value) if several else "")) from None
     if not several and len(items) != len(fits):
         raise KindError(must, f"{len(items)} of them")
     fitting = []
@@ -274,7 +283,7 @@ def _items(kind: type, asked: tuple[type, ...], fits: tuple[Fit, ...], several: 
         try:
             fitting.append(fits[0 if several else i](item))
         except KindError as misfit:
-            raise KindError(must, misfit.got, f"[{i}]{misfit.place}") from None
+            raise KindError(must, misfit.value_text, f"[{i}]{misfit.place}") from None
     return fitting if kind is list else tuple(fitting)
 
 
@@ -289,12 +298,12 @@ def _alone(fit: Fit, value: object) -> str:
 
 def _mapping(kind: type, key_fit: Fit, value_fit: Fit, must: str, value: object) -> object:
     if not isinstance(value, Mapping) or not isinstance(value, kind):
-        raise KindError(must, described(value))
+        raise KindError(must, describe(value))
     fitting = {}
     for key, item in value.items():
         try:
             fitting[key_fit(key)] = value_fit(item)
         except KindError as misfit:
-            raise KindError(must, misfit.got, f"[{described(key)}]{misfit.place}") from None
+            raise KindError(must, misfit.value_text, f"[{describe(key)}]{misfit.place}") from None
     same = all(new is old for new, old in zip(fitting.values(), value.values(), strict=True))
     return value if same else fitting

@@ -10,7 +10,7 @@ Relay(K=1)
 """
 
 from workbench.design.chattering.harmonic_balance import Balance, BoundaryLayer, Oscillation, Relay, harmonic_balance
-from workbench.design.chattering.linear_part import LinearPart, cut
+from workbench.design.chattering.linear_part import LinearPart, linear_part_of
 from workbench.design.chattering.relay_cycles import Cycle, RecordedOscillation, record_oscillation, relay_cycles
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "Oscillation",
     "RecordedOscillation",
     "Relay",
-    "cut",
+    "linear_part_of",
     "harmonic_balance",
     "record_oscillation",
     "relay_cycles",

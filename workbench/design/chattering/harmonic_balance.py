@@ -11,14 +11,14 @@ from scipy.optimize import brentq
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite, positive, require
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
 from workbench.design.control_system import System
 
 LEAST = 1e-100  # an amplitude
 POINTS, DECADES = 6000, 4  # of the grid of frequencies, beyond the slowest and the fastest pole
 TURN = np.sinh(np.linspace(-12, 12, 401))  # times its distance from the axis, about the frequency of a corner
-BALANCED = 1e-8  # a sign change across a pole leaves a residual near one
+BALANCE_TOLERANCE = 1e-8  # a sign change across a pole leaves a residual near one
 
 
 class AbstractSwitch(ABC):
@@ -44,7 +44,7 @@ class AbstractSwitch(ABC):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Relay(AbstractSwitch):
     """f(s) = K sign(s), K > 0, N(a) = 4 K / (pi a) (Gelb and Vander Velde 1968, appendix B)."""
 
@@ -53,31 +53,31 @@ class Relay(AbstractSwitch):
     def __post_init__(self) -> None:
         positive("Relay(K=...)", self.K)
 
-    @door
+    @check_arguments
     def amplitude(self, g: float) -> float | None:
         """4 K / (pi g)."""
         return 4 * self.K / (math.pi * g) if g > 0 else None
 
-    @door
+    @check_arguments
     def gain(self, a: float) -> float:
         """4 K / (pi a)."""
         a = _amplitude("gain", a)
         return 4 * self.K / (math.pi * a)
 
-    @door
+    @check_arguments
     def slope(self, a: float) -> float:
         """-4 K / (pi a^2)."""
         a = _amplitude("slope", a)
         return -4 * self.K / (math.pi * a**2)
 
-    @door
+    @check_arguments
     def third(self, a: float) -> float:
         """4 K / (3 pi)."""
         return 4 * self.K / (3 * math.pi)
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class BoundaryLayer(AbstractSwitch):
     """f(s) = K sat(s / phi), clipped; with r = phi / a, N(a) = 2 K (asin r + r sqrt(1 - r^2)) / (pi phi) for r < 1.
 
@@ -91,7 +91,7 @@ class BoundaryLayer(AbstractSwitch):
         positive("BoundaryLayer(K=...)", self.K)
         positive("BoundaryLayer(phi=...)", self.phi)
 
-    @door
+    @check_arguments
     def amplitude(self, g: float) -> float | None:
         """The root of N(a) = g; None where the layer's own gain K / phi does not reach g."""
         if not 0 < g < self.K / self.phi:
@@ -99,20 +99,20 @@ class BoundaryLayer(AbstractSwitch):
         relay = 4 * self.K / (math.pi * g)  # a saturation does less than the relay, so its amplitude is smaller
         return float(brentq(lambda a: self.gain(a) - g, self.phi, relay, xtol=1e-15 * relay, rtol=1e-14))
 
-    @door
+    @check_arguments
     def gain(self, a: float) -> float:
         """N(a); K / phi within the layer."""
         r = min(self.phi / _amplitude("gain", a), 1.0)
         return 2 * self.K / (math.pi * self.phi) * (math.asin(r) + r * math.sqrt(1 - r**2))
 
-    @door
+    @check_arguments
     def slope(self, a: float) -> float:
         """dN/da, which is zero within the layer."""
         a = _amplitude("slope", a)
         r = min(self.phi / a, 1.0)
         return -4 * self.K / (math.pi * a**2) * math.sqrt(1 - r**2)
 
-    @door
+    @check_arguments
     def third(self, a: float) -> float:
         """Zero within the layer, that of the relay far beyond it."""
         a = _amplitude("third", a)
@@ -163,7 +163,7 @@ class Balance:
     rest: float | None = None
 
 
-@door
+@check_arguments
 def harmonic_balance(system: System, switch: AbstractSwitch) -> Balance:
     """The solutions (a, w) of 1 + N(a, j w) W(j w) = 0 for u = -f(s), s = W u, with Loeb's criterion for each.
 
@@ -191,9 +191,9 @@ def harmonic_balance(system: System, switch: AbstractSwitch) -> Balance:
     require("harmonic_balance(switch=...)", switch, AbstractSwitch)
     crossings = _crossings(W)
     found = [(w, a) for w in crossings if (a := switch.amplitude(-(1 / complex(W.response(w)[0][0])).real)) is not None]
-    held = tuple(o for w, a in found if (o := _oscillation(W, switch, w, a)).residual < BALANCED)
+    held = tuple(o for w, a in found if (o := _oscillation(W, switch, w, a)).residual < BALANCE_TOLERANCE)
     least = switch.K * max((abs(complex(W.response(w)[0][0])) for w in crossings), default=0.0)
-    rest = W.closed(switch.K / switch.phi) if isinstance(switch, BoundaryLayer) else None
+    rest = W.decay_rate(switch.K / switch.phi) if isinstance(switch, BoundaryLayer) else None
     return Balance(held, _verdict(held, least, rest), least, rest)
 
 
@@ -236,8 +236,8 @@ def _grid(W: LinearPart) -> Array:
     return w[w < np.pi / W.period * (1 - 1e-6)] if W.period else w
 
 
-def _verdict(held: tuple[Oscillation, ...], least: float, rest: float | None) -> str:
-    stable = [o for o in held if o.stable]
+def _verdict(oscillations: tuple[Oscillation, ...], least: float, rest: float | None) -> str:
+    stable = [o for o in oscillations if o.stable]
     if stable:
         return "; ".join(
             f"an oscillation of amplitude {o.amplitude:.4g} at {o.frequency / (2 * np.pi):.4g} Hz, its third harmonic "
@@ -250,6 +250,6 @@ def _verdict(held: tuple[Oscillation, ...], least: float, rest: float | None) ->
         return (
             f"no oscillation: the layer is wider than {least:.4g}, which is K |W| where W has a phase of -180 degrees"
         )
-    if held:
+    if oscillations:
         return "no oscillation that attracts: those of the balance repel"
     return "no oscillation: the phases of W and of the switch meet at no finite frequency"

@@ -10,22 +10,22 @@ import numpy as np
 from scipy.linalg import eig, eigvals
 from scipy.signal import BadCoefficients
 
-from workbench.core import Ode, Step
+from workbench.core import Ode, StepMap
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import (
     Array,
-    described,
+    describe,
     finite,
-    known,
+    known_name,
     positive,
     refusal,
     require,
     seconds,
     vector,
 )
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
-from workbench.design.matrices import Complex, Refused, square
+from workbench.design.matrices import Complex, DesignError, square
 
 FASTEST = 1e100  # a frequency in rad/s
 ROUNDING = 1e-6  # a threefold integrator has computed poles as far from zero as the cube root of rounding
@@ -34,7 +34,7 @@ INSTANTS = (0, 1009)  # at which a rest is asked for; nothing may depend on time
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class LinearPart:
     """W = c (zeta I - A)^-1 b from u to s = c x, with x' = A x + b u, or x+ = A x + b u with a period.
 
@@ -64,7 +64,7 @@ class LinearPart:
         self._check_sign()
 
     @staticmethod
-    @door
+    @check_arguments
     def of(system: System) -> LinearPart:
         """The linear part from a `StateSpace` or `TransferFunction` of python-control, from u to s.
 
@@ -88,7 +88,7 @@ class LinearPart:
             try:
                 states = control.ss(system)
             except BadCoefficients:
-                raise Refused(
+                raise DesignError(
                     "`LinearPart.of(system)` must be a transfer function whose polynomials can be trusted; the leading "
                     "coefficients of this one nearly vanish beside the others. Give it as a `StateSpace`."
                 ) from None
@@ -98,12 +98,12 @@ class LinearPart:
             )
         return LinearPart(states.A, states.B[:, 0], states.C[0], float(states.dt or 0.0))
 
-    @door
+    @check_arguments
     def response(self, w: Array | float) -> tuple[Complex, Complex]:
         """W and dW/ds at s = j w for w (N,) in rad/s; a `ValueError` for other frequencies, or at a pole of W."""
         w = np.atleast_1d(w)
         if w.ndim != 1 or not (np.abs(w) < FASTEST).all():
-            raise ValueError(f"`response(w=...)` must be a vector of finite frequencies in rad/s; got {described(w)}.")
+            raise ValueError(f"`response(w=...)` must be a vector of finite frequencies in rad/s; got {describe(w)}.")
         s = 1j * w
         zeta, rate = (np.exp(s * self.period), self.period) if self.period else (s, 1.0)
         resolvent = zeta[:, np.newaxis, np.newaxis] * np.eye(len(self.c)) - self.A
@@ -135,8 +135,8 @@ class LinearPart:
         found = found[np.abs(found) > 1e-9]
         return np.asarray(np.log(found) / self.period if self.period else found, dtype=complex)
 
-    @door
-    def closed(self, gain: float) -> float:
+    @check_arguments
+    def decay_rate(self, gain: float) -> float:
         """The rate at which u = -gain s brings s to rest, in 1/s: the negative of the slowest pole's growth."""
         finite("closed(gain=...)", gain, low=-FASTEST, high=FASTEST)
         poles = np.linalg.eigvals(self.A - gain * np.outer(self.b, self.c))
@@ -148,7 +148,7 @@ class LinearPart:
         poles = self.poles
         size = np.abs(poles) - 1 if self.period else poles.real
         worst = int(np.argmax(size))
-        if size[worst] > _moved(self.A)[worst]:
+        if size[worst] > _pole_doubts(self.A)[worst]:
             raise ValueError(
                 f"`LinearPart(A=...)` must have no unstable pole, as no oscillation about zero is to be trusted then; "
                 f"got the pole {complex(np.round(poles[worst], 12)):.6g}. Cut the loop where the rest is stable."
@@ -170,7 +170,7 @@ class LinearPart:
             )
 
 
-def _moved(A: Array) -> Array:
+def _pole_doubts(A: Array) -> Array:
     """The distance that rounding may have moved each pole of A, no farther than a threefold one: (nx,)."""
     values, left, right = (np.asarray(part) for part in eig(A, left=True))
     cosines = np.abs(np.einsum("ik,ik->k", left.conj(), right))
@@ -178,9 +178,9 @@ def _moved(A: Array) -> Array:
     return np.asarray(np.minimum(first, ROUNDING * np.abs(values).max()))
 
 
-@door
-def cut(
-    loop: Ode | Step,
+@check_arguments
+def linear_part_of(
+    loop: Ode | StepMap,
     x: Numbers,
     p: Numbers | None = None,
     *,
@@ -210,7 +210,7 @@ def cut(
     LookupError
         If a label is none of the loop's.
     """
-    if not isinstance(loop, Step):
+    if not isinstance(loop, StepMap):
         require("cut(loop=...)", loop, Ode, ": a loop becomes one by its method `ode()`, or a `Step` by `sampled(...)`")
     point = vector("cut(x=...)", x, loop.states.size, "states")
     row = loop.parameters.default if p is None else vector("cut(p=...)", p, loop.parameters.size, "parameters")
@@ -218,40 +218,40 @@ def cut(
     after, A, C = _functions(loop)
     off, on = row.copy(), row.copy()
     off[place], on[place] = 0.0, positive(f"cut(width='{width}')", phi)
-    if isinstance(loop, Step):
+    if isinstance(loop, StepMap):
         for _ in range(3):  # what a computer holds is brought up to date
             point = np.array(after(INSTANTS[0], point, off)).ravel()
     loose, tight = (np.array(A(INSTANTS[0], point, values)) for values in (off, on))
     c = np.array(C(INSTANTS[0], point, off))[_label(loop.outputs.labels, variable)]
-    _check_rest(after, A, point, off, isinstance(loop, Step))
-    b = _driven(loose - tight, c, f"cut(gain='{gain}', variable='{variable}', width='{width}')")
-    return LinearPart(loose, b, c, loop.h if isinstance(loop, Step) else 0.0)
+    _check_rest(after, A, point, off, isinstance(loop, StepMap))
+    b = _input_column(loose - tight, c, f"cut(gain='{gain}', variable='{variable}', width='{width}')")
+    return LinearPart(loose, b, c, loop.h if isinstance(loop, StepMap) else 0.0)
 
 
-def _driven(step: Array, c: Array, call: str) -> Array:
+def _input_column(step: Array, c: Array, call: str) -> Array:
     """The b of b c = A(0) - A(phi), or a refusal where that is no such product."""
     if not np.any(c) or not np.any(step):
-        raise Refused(
+        raise DesignError(
             f"`{call}` must close a linear loop, and has no effect at this state: a "
             "law with saturation='sign' has no derivative. Cut the loop of the same law with 'clip'."
         )
     b: Array = step @ c / (c @ c)
     if np.abs(step - np.outer(b, c)).max() > 1e-9 * np.abs(step).max():
-        raise Refused(
+        raise DesignError(
             f"`{call}` must be a term -K sat(s / phi) with these "
             "three; what the gain multiplies here is not this s alone."
         )
     return b
 
 
-def _functions(loop: Ode | Step) -> tuple[ca.Function, ca.Function, ca.Function]:
+def _functions(loop: Ode | StepMap) -> tuple[ca.Function, ca.Function, ca.Function]:
     """The state's rate, or the state that follows, its Jacobian and that of the outputs, each of (t or k, x, p)."""
     if isinstance(loop, Ode):
         return loop.f, loop.A, loop.Cy
     rule = loop.rule
     symbols = [rule.k, rule.x, rule.p]
     noiseless = ca.substitute(
-        ca.vertcat(rule.next, rule.plain(rule.output)),
+        ca.vertcat(rule.next, rule.without_crossings(rule.output)),
         ca.vertcat(rule.t, rule.h, rule.w),
         ca.vertcat(rule.k * loop.h, loop.h, ca.SX.zeros(rule.w.numel())),
     )
@@ -269,7 +269,7 @@ def _check_rest(after: ca.Function, A: ca.Function, x: Array, p: Array, recursio
         scale = max(1.0, float(np.abs(np.array(A(t, x, p))).max())) * max(1.0, float(np.abs(x).max()))
         if not np.abs(moved).max() <= REST * scale:
             i = int(np.argmax(np.abs(moved)))
-            raise Refused(
+            raise DesignError(
                 f"`cut(x=...)` must be a rest of the loop, about which it chatters; state {i} moves by "
                 f"{moved[i]:.3g} {'in one period' if recursion else 'a second'}. Hold the reference, set the drives "
                 "to what rest needs."
@@ -277,4 +277,4 @@ def _check_rest(after: ca.Function, A: ca.Function, x: Array, p: Array, recursio
 
 
 def _label(labels: tuple[str, ...], name: str) -> int:
-    return labels.index(known(name, labels, "labels of this loop"))
+    return labels.index(known_name(name, labels, "labels of this loop"))

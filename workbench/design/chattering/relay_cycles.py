@@ -8,10 +8,10 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, positive, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
 from workbench.design.control_system import System
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 MOST_INSTANTS = 1_000_000
 FEWEST = 5  # periods from which a frequency is taken
@@ -40,7 +40,7 @@ class Cycle:
         return self.contraction <= 1 + ROUNDING
 
 
-@door
+@check_arguments
 def relay_cycles(system: System, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     """All symmetric limit cycles of u = -K sign(s), s = W u, with two switches a period, slowest first; exact.
 
@@ -87,7 +87,7 @@ def relay_cycles(system: System, K: float, most: int = 2000) -> tuple[Cycle, ...
         residual = float(np.linalg.norm(Phi @ start - K * Gamma + start) / np.linalg.norm(start))
         found.append(Cycle(s.max(), s.max() + offset, np.pi / (m * W.period), contraction, m, residual))
     if not found:
-        raise Refused(
+        raise DesignError(
             "`relay_cycles(system, K)` needs a half period after which s comes back with its sign changed, and none of "
             f"up to {most} instants does; the relay slides, or its oscillation is not symmetric. Simulate it."
         )
@@ -109,7 +109,7 @@ class RecordedOscillation:
     scatter: float | None
 
 
-@door
+@check_arguments
 def record_oscillation(t: Array, s: Array) -> RecordedOscillation:
     """The oscillation in the record s (N,) at times t (N,) in s, from which its start is left out already.
 
@@ -133,7 +133,7 @@ def record_oscillation(t: Array, s: Array) -> RecordedOscillation:
             f"{t.shape} and {s.shape}."
         )
     if not np.isfinite(s).all():
-        raise Refused("`record_oscillation(t, s)` must be finite, and this record is not; the run was lost.")
+        raise DesignError("`record_oscillation(t, s)` must be finite, and this record is not; the run was lost.")
     low, high = float(s.min()), float(s.max())
     offset = (low + high) / 2
     d = s - offset

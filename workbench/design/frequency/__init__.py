@@ -11,7 +11,7 @@ True
 """
 
 from workbench.design.frequency.bandwidth import Bandwidth, LevelCrossing, bandwidth, sensitivity_bandwidth
-from workbench.design.frequency.certified_values import CertifiedValue, Peak
+from workbench.design.frequency.certified_values import CertifiedPeak, CertifiedValue
 from workbench.design.frequency.channel_interaction import condition_number, relative_gains
 from workbench.design.frequency.discretization import c2d
 from workbench.design.frequency.h2_norm import MeanGain, h2_norm
@@ -33,7 +33,7 @@ __all__ = [
     "LevelCrossing",
     "LiftedLoop",
     "MeanGain",
-    "Peak",
+    "CertifiedPeak",
     "PeriodPoles",
     "PoleZeroStructure",
     "Roots",

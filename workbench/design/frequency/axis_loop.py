@@ -30,7 +30,7 @@ from workbench.design.frequency.positive_roots import Root
 from workbench.design.frequency.rational_matrices import whole
 from workbench.design.frequency.transfer_polynomials import TransferPolynomials
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
     import control
@@ -48,7 +48,7 @@ class AxisLoop:
 
     numerator: Polynomial
     denominator: Polynomial
-    hidden: Polynomial
+    hidden_modes: Polynomial
     degree: int
     A: Polynomial
     B: Polynomial
@@ -58,9 +58,9 @@ class AxisLoop:
     delay: Fraction
 
     @property
-    def closed(self) -> Polynomial:
+    def closed_polynomial(self) -> Polynomial:
         """The characteristic polynomial N + D of the closed loop without its delay, hidden modes included."""
-        return trim(multiply(self.hidden, add(self.numerator, self.denominator)))
+        return trim(multiply(self.hidden_modes, add(self.numerator, self.denominator)))
 
     @property
     def top(self) -> CertifiedValue:
@@ -107,7 +107,7 @@ def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, de
     degree = len(denominator) - 1
     whole = trim(add(numerator, denominator))
     if len(whole) <= degree and not late:
-        raise Refused(
+        raise DesignError(
             f"`{call}(loop=...)` must be well-posed; here 1 + L is zero at infinity, so the feedback is an algebraic "
             "loop without a solution. Add a pole or a period of delay."
         )
@@ -133,7 +133,7 @@ def whole_coefficients(call: str, loop: System, name: str = "loop") -> tuple[Pol
 
     if isinstance(loop, control.TransferFunction):
         if len(loop.den[0][0]) > MOST_STATES + 1:
-            raise Refused(
+            raise DesignError(
                 f"`{call}({name}=...)` must have at most {MOST_STATES} poles as a `TransferFunction`, as doubles do "
                 f"not hold the coefficients of more; got {len(loop.den[0][0]) - 1}. Give a `StateSpace`."
             )
@@ -147,11 +147,11 @@ def whole_coefficients(call: str, loop: System, name: str = "loop") -> tuple[Pol
     return trim(transfer.in_variable(transfer.numerators[0][0])), trim(poles)
 
 
-CLOSED = (
+CHANNEL_ADVICE = (
     "A margin is that of one channel while the loop is closed at the others: "
     "`workbench.design.linear.one_loop(loop, place)` closes them."
 )
-SAMPLED = (
+SAMPLED_ADVICE = (
     "The margins of a sampled loop gain of several channels need the loop that it is part of: ask "
     "`linear_loop(digital_loop).margins()`."
 )
@@ -166,7 +166,7 @@ def refuse_odd_loop(call: str, loop: System, name: str = "loop", advice: str = "
     if loop.ninputs != 1 or loop.noutputs != 1:
         raise ValueError(
             f"`{call}({name}=...)` must have one channel; got {loop.noutputs} outputs and {loop.ninputs} inputs. "
-            f"{advice or (SAMPLED if loop.dt else CLOSED)}"
+            f"{advice or (SAMPLED_ADVICE if loop.dt else CHANNEL_ADVICE)}"
         )
 
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import positive
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency.axis_loop import axis_frequency
 from workbench.design.frequency.certified_values import INFINITE, ZERO, CertifiedValue, root_of
 from workbench.design.frequency.integer_polynomials import add, scale, squared_modulus, trim
 from workbench.design.frequency.positive_roots import Root, positive_roots
 from workbench.design.frequency.stable_ratios import StableRatio, stable_ratio
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
     import control
@@ -32,7 +32,7 @@ class LevelCrossing:
     """A frequency in rad/s at which a gain crosses a level, `falling` below it or rising above it."""
 
     frequency: CertifiedValue
-    falling: bool
+    is_falling: bool
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Bandwidth:
     crossings: tuple[LevelCrossing, ...]
 
 
-@door
+@check_arguments
 def bandwidth(system: control.TransferFunction | control.StateSpace, drop: float = DROP) -> Bandwidth:
     """The bandwidth of a stable system: the first frequency at which its gain falls below its gain at zero by `drop`.
 
@@ -77,11 +77,11 @@ def bandwidth(system: control.TransferFunction | control.StateSpace, drop: float
     low, high = _shares(positive("bandwidth(drop=...)", drop, " of dB"))
     ratio = stable_ratio("bandwidth", system, NO_STATE)
     if ratio.final == 0:
-        raise Refused(
+        raise DesignError(
             f"`bandwidth(system)` is where the gain has fallen from that at the frequency zero, and '{system.name}' "
             "passes nothing there; take `hinf_norm` for its peak, or the system whose output shall follow."
         )
-    return _bandwidth(ratio, low * ratio.final**2, high * ratio.final**2, falling=True)
+    return _bandwidth(ratio, low * ratio.final**2, high * ratio.final**2, is_falling=True)
 
 
 def sensitivity_bandwidth(system: control.TransferFunction | control.StateSpace, drop: float = DROP) -> Bandwidth:
@@ -102,7 +102,7 @@ def sensitivity_bandwidth(system: control.TransferFunction | control.StateSpace,
     """
     ratio = stable_ratio("sensitivity_bandwidth", system, NO_STATE)
     low, high = _shares(positive("sensitivity_bandwidth(drop=...)", drop, " of dB"))
-    return _bandwidth(ratio, low, high, falling=False)
+    return _bandwidth(ratio, low, high, is_falling=False)
 
 
 def _shares(drop: float) -> tuple[Fraction, Fraction]:
@@ -114,13 +114,13 @@ def _shares(drop: float) -> tuple[Fraction, Fraction]:
     return power - doubt, power + doubt
 
 
-def _bandwidth(ratio: StableRatio, low: Fraction, high: Fraction, falling: bool) -> Bandwidth:
+def _bandwidth(ratio: StableRatio, low: Fraction, high: Fraction, is_falling: bool) -> Bandwidth:
     """The crossings of a level whose square lies between two fractions, and the first one of a direction."""
     crossings = _crossings(ratio, low, high)
     level = root_of(low, high)
-    if not falling and ratio.final**2 >= low:
+    if not is_falling and ratio.final**2 >= low:
         return Bandwidth(ZERO, level, crossings)
-    first = next((row.frequency for row in crossings if row.falling == falling), INFINITE)
+    first = next((row.frequency for row in crossings if row.is_falling == is_falling), INFINITE)
     return Bandwidth(first, level, crossings)
 
 
@@ -133,7 +133,7 @@ def _crossings(ratio: StableRatio, low: Fraction, high: Fraction) -> tuple[Level
     pairs = list(zip(*roots, strict=False))
     touched = any(root.multiplicity > 1 for pair in pairs for root in pair)
     if touched or len(roots[0]) != len(roots[1]):
-        raise Refused(
+        raise DesignError(
             "`bandwidth(system)`: the gain touches the level within a hundred digits, so that no arithmetic tells "
             "whether it crosses; choose another `drop`."
         )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
     import control
@@ -32,7 +32,7 @@ def loop_on_axis(loop: control.StateSpace) -> control.StateSpace:
     A, B, C, D = loop.A, loop.B, loop.C, loop.D
     plus = np.eye(len(A)) + A
     if not np.linalg.cond(plus) < SINGULAR:
-        raise Refused(
+        raise DesignError(
             "`stability_margins(loop=...)` of a discrete loop with many states must have no pole at z = -1; this one "
             "has. Leave out the mode at Nyquist's frequency."
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from workbench.core.validation.notebook_display import show
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 BITS = 128  # of a quotient before its square root is taken
 LARGEST_EXPONENT = 1020  # of a norm that is a double
@@ -31,7 +31,7 @@ class CertifiedValue:
 
 @dataclass(frozen=True)
 @show
-class Peak:
+class CertifiedPeak:
     """The supremum of a gain over all frequencies, and a frequency in rad/s at which it is reached.
 
     The frequency is infinite where the supremum is a limit, and NaN where the gain is infinite; `reason` then says why.
@@ -54,7 +54,7 @@ def enclosure(low: float, high: float, steps: int = 1) -> CertifiedValue:
     return CertifiedValue(middle, low, high)
 
 
-def widened(value: float, low: float, high: float) -> CertifiedValue:
+def widen(value: float, low: float, high: float) -> CertifiedValue:
     """A value with bounds that are each right to a unit in the last place, widened by it."""
     bounds = enclosure(low, high)
     return CertifiedValue(value, bounds.low, bounds.high)
@@ -67,7 +67,7 @@ def twice_inverse(gain: CertifiedValue) -> CertifiedValue:
     value = 2 / gain.value
     if gain.low == gain.high and Fraction(value) * Fraction(gain.value) == 2:
         return CertifiedValue(value, value, value)
-    return widened(value, 2 / gain.high, 2 / gain.low)
+    return widen(value, 2 / gain.high, 2 / gain.low)
 
 
 def of_fractions(low: Fraction, high: Fraction) -> CertifiedValue:
@@ -107,7 +107,7 @@ def rounded_root(x: Fraction, up: bool) -> float:
     exponent = 2 * ((160 - x.numerator.bit_length() + x.denominator.bit_length()) // 2)
     root = Fraction(math.isqrt(math.floor(x * Fraction(2) ** exponent)) + up) / Fraction(2) ** (exponent // 2)
     if root.numerator.bit_length() - root.denominator.bit_length() > LARGEST_EXPONENT:
-        raise Refused("the norm is beyond 1e307, which is more than a double holds; choose other units.")
+        raise DesignError("the norm is beyond 1e307, which is more than a double holds; choose other units.")
     near = float(root)
     wrong = near < root if up else near > root
     return math.nextafter(near, math.inf if up else 0.0) if wrong else near

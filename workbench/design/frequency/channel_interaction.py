@@ -6,12 +6,12 @@ import numpy as np
 
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import as_array, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
-from workbench.design.matrices import EPS, Complex, Refused
+from workbench.design.matrices import EPS, Complex, DesignError
 
 
-@door
+@check_arguments
 def condition_number(G: Numbers | System) -> float:
     """The ratio of the largest to the smallest singular value of a matrix (ny, nu) of gains; inf if it lacks rank.
 
@@ -30,7 +30,7 @@ def condition_number(G: Numbers | System) -> float:
     return float(values[0] / values[-1]) if values[-1] > EPS * max(values.shape) * values[0] else np.inf
 
 
-@door
+@check_arguments
 def relative_gains(G: Numbers | System) -> Complex:
     """The relative gain array of a square matrix of gains, G o (G^-1)': rows and columns each add up to one.
 
@@ -54,7 +54,7 @@ def relative_gains(G: Numbers | System) -> Complex:
     if gains.shape[0] != gains.shape[1]:
         raise ValueError(f"`relative_gains(G=...)` must be square, as it takes the inverse; got shape {gains.shape}.")
     if not np.isfinite(condition_number(gains)):
-        raise Refused(
+        raise DesignError(
             "`relative_gains(G)` takes the inverse of G, which is singular within rounding; leave out a channel."
         )
     return np.asarray(gains * np.linalg.inv(gains).T)

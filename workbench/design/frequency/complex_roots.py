@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.design.frequency.integer_polynomials import Polynomial, derivative, square_free_factors
-from workbench.design.matrices import Complex, Refused
+from workbench.design.matrices import Complex, DesignError
 
 STEPS = 80  # of Aberth's iteration, of which some ten are taken
 WORKING_BITS = (128, 512, 2048)  # of a root beyond its leading digit
@@ -51,7 +51,7 @@ def _simple_roots(p: Polynomial) -> list[complex]:
         disks = _aberth(p, places, CLOSE)
         if disks is not None:
             return [_double(z, places) for z, _ in disks]
-    raise Refused(
+    raise DesignError(
         f"the roots of a polynomial of degree {len(p) - 1} could not be proved apart: some agree in their first "
         f"{WORKING_BITS[-1]} binary digits and yet differ. Round the numbers of the system."
     )
@@ -74,7 +74,7 @@ def root_disks(p: Polynomial, bits: int) -> tuple[list[tuple[Point, float]], int
         disks = _aberth(p, places, 2.0**-bits)
         if disks is not None:
             return disks, places
-    raise Refused(
+    raise DesignError(
         f"the poles of a system with {len(p) - 1} of them could not be told apart in {bits} binary digits; round the "
         "numbers of the system."
     )
@@ -128,15 +128,15 @@ def _aberth(p: Polynomial, places: int, close: float) -> list[tuple[Point, float
             points[i] = (z[0] - moved[0], z[1] - moved[1])
         if largest < close / 1024:
             break
-    return _proved(p, points, places, close)
+    return _prove_disks(p, points, places, close)
 
 
 def _point(z: complex, places: int) -> Point:
     """A complex number in units of 2^-places."""
-    return _shifted(z.real, places), _shifted(z.imag, places)
+    return _shift(z.real, places), _shift(z.imag, places)
 
 
-def _shifted(x: float, places: int) -> int:
+def _shift(x: float, places: int) -> int:
     mantissa, exponent = math.frexp(x)
     whole, move = int(mantissa * 2**53), exponent - 53 + places
     return whole << move if move >= 0 else whole >> -move
@@ -157,12 +157,12 @@ def _value(p: Polynomial, z: Point, places: int) -> Point:
 
 def _ratio(a: Point, b: Point, exponent: int) -> complex:
     """The quotient a / b times 2^exponent, as doubles."""
-    (u, e), (v, f) = _leading(a), _leading(b)
+    (u, e), (v, f) = _leading_digits(a), _leading_digits(b)
     quotient, power = u / v, max(-1000, min(1000, e - f + exponent))
     return complex(math.ldexp(quotient.real, power), math.ldexp(quotient.imag, power))
 
 
-def _leading(a: Point) -> tuple[complex, int]:
+def _leading_digits(a: Point) -> tuple[complex, int]:
     spare = max(0, max(abs(a[0]), abs(a[1])).bit_length() - 64)
     return complex(a[0] >> spare, a[1] >> spare), spare
 
@@ -187,7 +187,7 @@ def _correction(p: Polynomial, slope: Polynomial, points: list[Point], i: int, p
     return newton / rest if rest else newton
 
 
-def _proved(p: Polynomial, points: list[Point], places: int, close: float) -> list[tuple[Point, float]] | None:
+def _prove_disks(p: Polynomial, points: list[Point], places: int, close: float) -> list[tuple[Point, float]] | None:
     """The points and radii of disks about them that are small, disjoint, and so hold one root each.
 
     The disk about z_i has the radius n |p(z_i) / (a_n prod (z_i - z_j))| (Smith 1970). A disk that reaches the real

@@ -57,17 +57,17 @@ def _phase(loop: AxisLoop, root: Root | None) -> CertifiedValue:
     if root is None or root is ZERO:
         real = loop.P[-1] if root is None else loop.P[0]
         return CertifiedValue(math.pi, math.pi, math.pi) if real > 0 else CertifiedValue(0.0, 0.0, 0.0)
-    middle = _turned(at(loop.P, root.middle), at(loop.Q, root.middle), root.middle)
+    middle = _angle_of(at(loop.P, root.middle), at(loop.Q, root.middle), root.middle)
     P, Q = bounds(loop.P, root), bounds(loop.Q, root)
     if Q[0] <= 0 <= Q[1]:  # L is real here, as no other number is as near to the axis as 2^-BITS
         middle = math.pi if P[0] > 0 else 0.0
-    corners = [_turned(p, q, x) for p, q, x in product(P, Q, (root.low, root.high))]
+    corners = [_angle_of(p, q, x) for p, q, x in product(P, Q, (root.low, root.high))]
     offsets = [math.remainder(corner - middle, 2 * math.pi) for corner in corners]
     doubt = ROUNDING * math.pi
     return CertifiedValue(middle, middle + min(offsets) - doubt, middle + max(offsets) + doubt)
 
 
-def _turned(P: Fraction, Q: Fraction, x: Fraction) -> float:
+def _angle_of(P: Fraction, Q: Fraction, x: Fraction) -> float:
     """The angle of -(P + j omega Q)."""
     across, along = -Q * Fraction(square_root(x)), -P
     return angle(across.numerator * along.denominator, along.numerator * across.denominator)

@@ -14,7 +14,7 @@ from workbench.design.frequency.crossovers import UnitGain, unit_gains
 from workbench.design.frequency.half_planes import is_hurwitz, unstable_roots
 from workbench.design.frequency.integer_polynomials import add, trim
 from workbench.design.frequency.rational_peaks import ZERO
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 TURN = 2 * math.pi
 
@@ -28,8 +28,8 @@ def is_stable(loop: AxisLoop) -> bool:
         If a root is so near to the axis that doubles do not tell its side, or touches it without a delay.
     """
     if not loop.delay:
-        return len(loop.closed) == loop.degree + 1 and is_hurwitz(loop.closed)
-    if not is_hurwitz(loop.hidden) or (len(loop.A) == len(loop.B) and abs(loop.A[-1]) >= loop.B[-1]):
+        return len(loop.closed_polynomial) == loop.degree + 1 and is_hurwitz(loop.closed_polynomial)
+    if not is_hurwitz(loop.hidden_modes) or (len(loop.A) == len(loop.B) and abs(loop.A[-1]) >= loop.B[-1]):
         return False  # |L| >= 1 at infinity: a chain of roots at or beyond the axis
     without = trim(add(loop.numerator, loop.denominator))
     if without[0] == 0:  # a root at s = 0, for any delay
@@ -48,13 +48,13 @@ def _change(loop: AxisLoop, gain: UnitGain) -> int:
     doubt = 4e-15 * (turned + TURN) + (gain.frequency.high - gain.frequency.low) * float(loop.delay)
     on_axis = gain.phase.low <= 0 <= gain.phase.high  # a root of the loop without its delay
     if on_axis and gain.direction == 0:
-        raise Refused(
+        raise DesignError(
             f"A loop whose roots only touch the axis at {gain.frequency.value:.6g} rad/s without a delay cannot be "
             "counted with one. Change a coefficient in its last digits, and look on both sides."
         )
     crossings = (turned - (0.0 if on_axis else lag)) / TURN
     if abs(crossings - round(crossings)) * TURN < doubt and not (on_axis and round(crossings) == 0):
-        raise Refused(
+        raise DesignError(
             f"A closed loop must have no root on the axis to be judged; at {gain.frequency.value:.6g} rad/s one is so "
             "near that doubles do not tell its side. Change the gain or the delay in its last digits."
         )

@@ -17,11 +17,11 @@ from workbench.design.frequency.certified_values import (
     least,
     of_fractions,
     root_of,
-    widened,
+    widen,
 )
-from workbench.design.frequency.delay_pieces import LateLoop, Piece
+from workbench.design.frequency.delay_pieces import FrequencyInterval, LateLoop
 from workbench.design.frequency.margin_records import Crossover
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 TURN = 2 * math.pi
 ROUNDING = 1e-15  # relative, of a phase
@@ -35,7 +35,9 @@ def phase_crossovers(late: LateLoop, band: float) -> list[Crossover]:
     for piece in late.pieces(band):
         targets = _targets(piece)
         if len(crossovers) + len(targets) > MOST:
-            raise Refused(f"Up to {band:g} rad/s there are more than {MOST} phase crossovers; choose a smaller `band`.")
+            raise DesignError(
+                f"Up to {band:g} rad/s there are more than {MOST} phase crossovers; choose a smaller `band`."
+            )
         crossovers += sorted((_crossover(piece, k) for k in targets), key=lambda c: c.frequency.value)
     return crossovers
 
@@ -63,7 +65,7 @@ def gain_limits(late: LateLoop) -> tuple[CertifiedValue, CertifiedValue]:
     return greatest(lows), least(highs)
 
 
-def _all_pieces(late: LateLoop) -> Iterator[Piece]:
+def _all_pieces(late: LateLoop) -> Iterator[FrequencyInterval]:
     """All pieces, and beyond the last cut one octave after another."""
     last = max(late.cuts, default=0.0) or 1 / float(late.loop.delay)
     if late.cuts:
@@ -84,13 +86,13 @@ def _at_zero(late: LateLoop) -> list[Crossover]:
     return [Crossover(ZERO, of_fractions(gain, gain))]
 
 
-def _targets(piece: Piece) -> range:
+def _targets(piece: FrequencyInterval) -> range:
     """The numbers k for which the phase is (2 k + 1) pi inside of a piece, ascending."""
     ends = [piece.at(omega).phi for omega in (piece.start, piece.end)]
     places = [(phi / math.pi - 1) / 2 for phi in ends]
     for omega, place in zip((piece.start, piece.end), places, strict=True):
         if omega and abs(place - round(place)) < ROUNDING * (1 + abs(place)):
-            raise Refused(
+            raise DesignError(
                 f"At {omega:.6g} rad/s the phase of the loop turns within rounding of -180 degrees, so that doubles do "
                 "not tell whether it crosses. Change the delay in its last digits."
             )
@@ -98,7 +100,7 @@ def _targets(piece: Piece) -> range:
     return range(math.floor(low) + 1, math.ceil(high))
 
 
-def _crossover(piece: Piece, k: int) -> Crossover:
+def _crossover(piece: FrequencyInterval, k: int) -> Crossover:
     from scipy.optimize import brentq  # here, as it takes long to import
 
     target = (2 * k + 1) * math.pi
@@ -112,4 +114,4 @@ def _crossover(piece: Piece, k: int) -> Crossover:
     doubt = 4 * math.ulp(omega) + (abs(excess(omega)) + 4 * ROUNDING * (abs(target) + TURN)) / slope
     shift = math.exp(-point.rho)
     spread = shift * math.expm1(min(1.5 * abs(point.rho_slope) * doubt + 4 * ROUNDING, 1.0))
-    return Crossover(widened(omega, omega - doubt, omega + doubt), widened(shift, shift - spread, shift + spread))
+    return Crossover(widen(omega, omega - doubt, omega + doubt), widen(shift, shift - spread, shift + spread))

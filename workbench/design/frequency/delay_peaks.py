@@ -15,9 +15,9 @@ from fractions import Fraction
 
 from workbench.design.frequency import sector_bounds
 from workbench.design.frequency.certified_values import square_root
-from workbench.design.frequency.delay_pieces import LateLoop, Piece, Point
-from workbench.design.frequency.sector_bounds import Bound, Sector
-from workbench.design.matrices import Refused
+from workbench.design.frequency.delay_pieces import FrequencyInterval, LateLoop, LoopGainPoint
+from workbench.design.frequency.sector_bounds import Sector, SectorBound
+from workbench.design.matrices import DesignError
 
 NARROW = 1e-11  # relative gap at which the search ends
 ROUNDING = 1e-15  # relative, of |L| and of its phase
@@ -40,9 +40,9 @@ class Valley:
 class Stretch:
     """Two neighbouring points of a piece; the last one is at infinity where there is no piece."""
 
-    piece: Piece | None
-    start: Point
-    end: Point
+    piece: FrequencyInterval | None
+    start: LoopGainPoint
+    end: LoopGainPoint
 
 
 def least_distance(late: LateLoop) -> Valley:
@@ -66,12 +66,12 @@ def least_balance(late: LateLoop) -> Valley:
 class _Search:
     late: LateLoop
     value: Callable[[float, float], float]
-    bound: Callable[[Sector], Bound]
+    bound: Callable[[Sector], SectorBound]
 
-    def run(self, start: float, known: dict[float, float]) -> Valley:
+    def run(self, start: float, known_values: dict[float, float]) -> Valley:
         """The infimum over the axis from a frequency, and of what is known at single ones."""
         end = self._at_infinity()
-        best = min([(v, omega) for omega, v in known.items()] + [(self._at(end), math.inf)])
+        best = min([(v, omega) for omega, v in known_values.items()] + [(self._at(end), math.inf)])
         heap: list[tuple[float, int, Stretch]] = []
         fresh = self._first(start, end)
         for count in range(MOST):
@@ -85,12 +85,12 @@ class _Search:
                 low = min(best[0], heap[0][0] if heap else math.inf)
                 return Valley(best[0], max(low - doubt, 0.0), best[0] + doubt, best[1])
             fresh = self._halves(heapq.heappop(heap)[2])
-        raise Refused(
+        raise DesignError(
             f"The peak of a loop with a delay must be told from its neighbours within {MOST} intervals; this loop has "
             "too many that are nearly equal. Shorten the delay, or add the lag that the hardware has."
         )
 
-    def _first(self, start: float, end: Point) -> list[Stretch]:
+    def _first(self, start: float, end: LoopGainPoint) -> list[Stretch]:
         last = max([*self.late.cuts, 2 * start, 1 / float(self.late.loop.delay)])
         pieces = [piece for piece in self.late.pieces(last) if piece.end > start]
         points = [(piece, piece.at(max(piece.start, start)), piece.at(piece.end)) for piece in pieces]
@@ -106,14 +106,14 @@ class _Search:
         middle = stretch.piece.at(math.sqrt(start * end) if 0 < 4 * start < end else start + (end - start) / 2)
         return [Stretch(stretch.piece, stretch.start, middle), Stretch(stretch.piece, middle, stretch.end)]
 
-    def _at(self, point: Point) -> float:
+    def _at(self, point: LoopGainPoint) -> float:
         return self.value(point.rho, point.phi)
 
-    def _at_infinity(self) -> Point:
+    def _at_infinity(self) -> LoopGainPoint:
         """The point with the gain at infinity, and the phase of -1, as every phase recurs there."""
         A, B = self.late.loop.A, self.late.loop.B
         rho = math.log(square_root(Fraction(A[-1], B[-1]))) if len(A) == len(B) else -math.inf
-        return Point(math.inf, rho, math.pi, -math.inf, -math.inf)
+        return LoopGainPoint(math.inf, rho, math.pi, -math.inf, -math.inf)
 
     def _below(self, stretch: Stretch) -> float:
         """A lower bound of the function on a stretch."""

@@ -24,7 +24,7 @@ INSIDE = 1e-15  # relative: how far from a pole or zero on the axis the one-side
 
 
 @dataclass(frozen=True)
-class Point:
+class LoopGainPoint:
     """rho, phi and their slopes at a frequency omega in rad/s; rho and its slope are infinite at poles and zeros."""
 
     omega: float
@@ -35,12 +35,12 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Piece:
+class FrequencyInterval:
     """An open interval of frequencies in rad/s on which rho, phi and their slopes are monotonic; `at` gives a point."""
 
     start: float
     end: float
-    at: Callable[[float], Point]
+    at: Callable[[float], LoopGainPoint]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,41 +53,41 @@ class LateLoop:
     cuts: tuple[float, ...]
     singular: frozenset[float]
 
-    def pieces(self, end: float) -> list[Piece]:
+    def pieces(self, end: float) -> list[FrequencyInterval]:
         """The pieces from 0 to a frequency in rad/s."""
         ends = [0.0, *(cut for cut in self.cuts if cut < end), end]
         return [self.piece(start, stop) for start, stop in pairwise(ends)]
 
-    def piece(self, start: float, end: float) -> Piece:
+    def piece(self, start: float, end: float) -> FrequencyInterval:
         """The piece between two frequencies without a cut between them."""
         middle = math.sqrt(start * end) if start else end / 2
-        centre = self._known.angle(middle)
+        centre = self._values.angle(middle)
 
-        def point(omega: float) -> Point:
+        def point(omega: float) -> LoopGainPoint:
             return self._point(omega, start, end, centre)
 
-        return Piece(start, end, point)
+        return FrequencyInterval(start, end, point)
 
     @cached_property
-    def _known(self) -> _Values:
+    def _values(self) -> _Values:
         return _Values(self)
 
-    def _point(self, omega: float, start: float, end: float, centre: float) -> Point:
+    def _point(self, omega: float, start: float, end: float, centre: float) -> LoopGainPoint:
         delay = float(self.loop.delay)
-        b = self._known.b(omega)
+        b = self._values.b(omega)
         if omega in self.singular:
             inside = omega * (1 + INSIDE if omega == start else 1 - INSIDE) if omega else end * 1e-12
-            top, bottom = self._known.a(inside)
-            turn, rho_slope = self._known.angle(inside), math.inf if (top > 0) == (bottom > 0) else -math.inf
+            top, bottom = self._values.a(inside)
+            turn, rho_slope = self._values.angle(inside), math.inf if (top > 0) == (bottom > 0) else -math.inf
             rho = rho_slope if omega == end else -rho_slope
         else:
-            turn, rho = self._known.angle(omega), self._known.rho(omega)
-            top, bottom = self._known.a(omega)
+            turn, rho = self._values.angle(omega), self._values.rho(omega)
+            top, bottom = self._values.a(omega)
             rho_slope = omega * (top / bottom)
         turn = centre + math.remainder(turn - centre, 2 * math.pi)
         if omega == 0:  # L is real or imaginary there
             turn = round(turn / (math.pi / 2)) * (math.pi / 2)
-        return Point(omega, rho, turn - omega * delay, rho_slope, b - delay)
+        return LoopGainPoint(omega, rho, turn - omega * delay, rho_slope, b - delay)
 
 
 class _Values:

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, finite, one_of, refusal, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.frequency.exponentials import held_map
 from workbench.design.frequency.matched_roots import matched_polynomials, matched_space
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
     import control
@@ -26,7 +26,7 @@ NEAR = 1e-10  # of 2 / h: a pole that near maps beyond z = 1e10
 Polynomials = tuple[Array, Array]
 
 
-@door
+@check_arguments
 def c2d(
     system: System, period: float, method: str = "zoh", frequency: float | None = None
 ) -> control.InputOutputSystem:
@@ -131,7 +131,7 @@ def _transfer_function(system: control.TransferFunction, h: float, rule: str, al
     if rule == "matched":
         _refuse_channels(system)
     change: Callable[[Array, Array], Polynomials] = {
-        "zoh": lambda num, den: _held(num, den, h),
+        "zoh": lambda num, den: _zero_order_hold(num, den, h),
         "matched": lambda num, den: matched_polynomials(num, den, h),
     }.get(rule, lambda num, den: _bilinear(num, den, alpha))
     entries = [
@@ -139,7 +139,7 @@ def _transfer_function(system: control.TransferFunction, h: float, rule: str, al
         for rows in zip(system.num_list, system.den_list, strict=True)
     ]
     if not all(np.isfinite(p).all() for row in entries for entry in row for p in entry):
-        raise Refused(
+        raise DesignError(
             f"`c2d(...)`: '{system.name}' grows beyond the range of floating-point numbers within a period of {h:g} s; "
             "take a shorter one."
         )
@@ -172,7 +172,7 @@ def _proper(name: str, num: Numbers, den: Numbers) -> Polynomials:
     return (num if len(num) else np.zeros(1)) / den[0], den / den[0]
 
 
-def _held(num: Array, den: Array, h: float) -> Polynomials:
+def _zero_order_hold(num: Array, den: Array, h: float) -> Polynomials:
     """The transfer function behind a hold, through the companion form of the continuous one."""
     n = len(den) - 1
     padded = np.concatenate([np.zeros(n + 1 - len(num)), num])
@@ -205,7 +205,7 @@ def _bilinear(num: Array, den: Array, alpha: float) -> Polynomials:
 def _refuse_pole(poles: NDArray[np.number], alpha: float) -> None:
     """Refuse a pole at alpha, which s = alpha (z - 1) / (z + 1) maps to infinity."""
     if len(poles) and np.abs(poles - alpha).min() <= NEAR * alpha:
-        raise Refused(
+        raise DesignError(
             f"`c2d(...)` by Tustin's rule maps s = {alpha:.6g} 1/s to infinity, and the system has a pole there; take "
             "another period, or 'zoh'."
         )

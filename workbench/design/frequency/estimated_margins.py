@@ -22,20 +22,20 @@ from workbench.design.frequency.bilinear_loops import delayed_loop, loop_on_axis
 from workbench.design.frequency.certified_values import (
     INFINITE,
     ZERO,
+    CertifiedPeak,
     CertifiedValue,
-    Peak,
     greatest,
     least,
     magnitude,
     twice_inverse,
-    widened,
+    widen,
 )
 from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.margin_records import Crossover, StabilityMargins, StableMargins
-from workbench.design.frequency.response_errors import solved
+from workbench.design.frequency.response_errors import response_with_error
 from workbench.design.linear.feedback_loops import crossings_of, largest_gain, pole_frequencies, sensitivity
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import EPS, Complex, Refused, one_thread, pole_text
+from workbench.design.matrices import EPS, Complex, DesignError, one_thread, pole_text
 
 if TYPE_CHECKING:
     import control
@@ -61,13 +61,13 @@ def estimated_margins(loop: control.StateSpace, delay: float) -> StabilityMargin
     matrices, period = state_space(call, loop), period_of(call, loop)
     late = exact_delay(call, delay, period)
     if late and period is None:
-        raise Refused(
+        raise DesignError(
             f"`{call}(delay=...)` must be zero for a continuous loop with more than {MOST_STATES} states, as its peaks "
             f"are bounded by exact polynomials; got {delay:g} s for {len(matrices[0])} states. Reduce it first, by "
             "`control.balred` say."
         )
     if len(matrices[0]) + late > MOST:
-        raise Refused(
+        raise DesignError(
             f"`{call}(loop=...)` must have at most {MOST} states, as eigenvalues of twice as many are needed; "
             f"got {len(matrices[0]) + int(late)}. Reduce it first, by `control.balred` say."
         )
@@ -95,7 +95,7 @@ def _is_stable(S: control.StateSpace) -> bool:
     if (values.real > errors).any():
         return False
     if (near := values[np.abs(values.real) <= errors]).size:
-        raise Refused(
+        raise DesignError(
             f"`stability_margins(loop=...)` must know on which side the poles of the closed loop lie; "
             f"{pole_text(near[0])} is as near to the axis as rounding may move it. Reduce it, or balance its states."
         )
@@ -107,7 +107,7 @@ class _Axis:
     """A loop L on the imaginary axis, and the same loop as it was `given`, in z if it has a period in s."""
 
     L: control.StateSpace
-    given: control.StateSpace
+    system: control.StateSpace
     period: float | None
 
     def frequency(self, omega: CertifiedValue) -> CertifiedValue:
@@ -115,7 +115,7 @@ class _Axis:
         if self.period is None:
             return omega
         h = self.period
-        return widened(*(2 / h * math.atan(part) for part in (omega.value, omega.low, omega.high)))
+        return widen(*(2 / h * math.atan(part) for part in (omega.value, omega.low, omega.high)))
 
     def gain_crossovers(self) -> tuple[Crossover, ...]:
         """All places with |L| = 1 but those where it is only touched, with the phase margin in degrees."""
@@ -158,17 +158,17 @@ class _Axis:
             if self.period is not None:
                 ((_, value, _, error),) = self._answers(np.array([math.inf]))
                 size = abs(value)
-            margin = widened(1 / size, 1 / (size + error), 1 / (size - error))
+            margin = widen(1 / size, 1 / (size + error), 1 / (size - error))
             rows.append(Crossover(self.frequency(INFINITE), margin))
         return tuple(rows)
 
     def _answers(self, places: Array) -> list[tuple[float, complex, complex, float]]:
         """omega, L, its slope by omega, and the error of L, at each place on the axis."""
         if self.period is None:
-            return _with_errors(self.given, places, np.asarray(1j * places), np.full(len(places), 1j))
+            return _with_errors(self.system, places, np.asarray(1j * places), np.full(len(places), 1j))
         with np.errstate(invalid="ignore"):
             z = np.where(np.isinf(places), -1.0, (1 + 1j * places) / (1 - 1j * places))
-            return _with_errors(self.given, places, np.asarray(z), np.asarray(2j / (1 - 1j * places) ** 2))
+            return _with_errors(self.system, places, np.asarray(z), np.asarray(2j / (1 - 1j * places) ** 2))
 
 
 def _margins(
@@ -188,7 +188,7 @@ def _margins(
     )
 
 
-def _peak(axis: _Axis, S: control.StateSpace, answer: Callable[[Array], Complex], k: float, d: float) -> Peak:
+def _peak(axis: _Axis, S: control.StateSpace, answer: Callable[[Array], Complex], k: float, d: float) -> CertifiedPeak:
     """The peak of k S + d: of S, of T = 1 - S, and of S - T = 2 S - 1."""
     import control
 
@@ -202,14 +202,14 @@ def _peak(axis: _Axis, S: control.StateSpace, answer: Callable[[Array], Complex]
         place = np.array([top.frequency])
         ((*_, doubt),) = _with_errors(system, place, 1j * place, 0j * place)
     at = axis.frequency(CertifiedValue(top.frequency, top.frequency, top.frequency))
-    return Peak(CertifiedValue(top.below, top.below - doubt, top.above + doubt), at.value)
+    return CertifiedPeak(CertifiedValue(top.below, top.below - doubt, top.above + doubt), at.value)
 
 
 def _delay(row: Crossover) -> CertifiedValue:
     """The delay in s whose lag is the phase margin, taken as positive."""
     turn = 360.0 if row.margin.value < 0 else 0.0
     value, low, high = (math.radians(part + turn) for part in (row.margin.value, row.margin.low, row.margin.high))
-    return widened(value / row.frequency.value, low / row.frequency.high, high / row.frequency.low)
+    return widen(value / row.frequency.value, low / row.frequency.high, high / row.frequency.low)
 
 
 def _response(G: control.StateSpace) -> Callable[[Array], Complex]:
@@ -240,7 +240,7 @@ def _with_errors(
         m = len(places[part])
         matrix = points[part, np.newaxis, np.newaxis] * np.eye(n) - G.A
         driven, seen = np.broadcast_to(G.B + 0j, (m, n, 1)), np.broadcast_to(G.C + 0j, (m, 1, n))
-        values, errors = solved("The loop", places[part], matrix, driven, seen, G.D + 0j, rounded)
+        values, errors = response_with_error("The loop", places[part], matrix, driven, seen, G.D + 0j, rounded)
         slopes = -seen @ np.linalg.solve(matrix, np.linalg.solve(matrix, driven))
         parts = values[:, 0, 0], turns[part] * slopes[:, 0, 0], errors[:, 0, 0]
         rows += list(zip(places[part].tolist(), *(one.tolist() for one in parts), strict=True))

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import Refused, pole_text
+from workbench.design.matrices import DesignError, pole_text
 
 if TYPE_CHECKING:
     import control
@@ -22,7 +22,7 @@ def exact_state_space(call: str, system: control.StateSpace) -> tuple[Array, Arr
     """A, B, C and D of a `StateSpace` with at most 40 states, all finite."""
     A, B, C, D = state_space(call, system)
     if len(A) > MOST_STATES:
-        raise Refused(
+        raise DesignError(
             f"`{call}(system)` works in exact arithmetic, which takes seconds for {MOST_STATES} states and minutes for "
             f"more; '{system.name}' has {len(A)}. Reduce its order first, by `control.balred` say."
         )
@@ -33,7 +33,7 @@ def refuse_many_channels(call: str, ny: int, nu: int) -> None:
     """Refuse a transfer matrix (ny, nu) with more minors than can be expanded."""
     minors = sum(math.comb(ny, k) * math.comb(nu, k) for k in range(1, min(ny, nu) + 1))
     if minors > MOST_MINORS:
-        raise Refused(
+        raise DesignError(
             f"`{call}(system)` expands every minor of the transfer matrix, at most {MOST_MINORS} of them; {ny} outputs "
             f"by {nu} inputs have {minors}. Take fewer channels at a time."
         )

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import matrix_balance
 
 from workbench.core.validation.refusals import Array
-from workbench.design.matrices import Complex, Refused
+from workbench.design.matrices import Complex, DesignError
 
 Matrix = TypeVar("Matrix", Array, Complex)  # real or complex, perhaps a stack of them
 TERMS = 16  # of the series, at a norm of one half: what is left out is 0.5^16 / 17! = 4e-20
@@ -41,7 +41,7 @@ def growth(A: Matrix, span: float) -> tuple[Matrix, Matrix]:
     norm = float((sizes * scale / scale[:, np.newaxis]).sum(axis=0).max(initial=0.0)) * span
     doublings = max(0, math.ceil(math.log2(norm)) + 1) if norm else 0
     if doublings > DOUBLINGS:
-        raise Refused(_too_fast(A, span))
+        raise DesignError(_too_fast(A, span))
     X = X * (span / 2**doublings)
     S = term = np.broadcast_to(np.eye(n), A.shape)
     for k in range(2, TERMS + 1):
@@ -52,7 +52,7 @@ def growth(A: Matrix, span: float) -> tuple[Matrix, Matrix]:
         for _ in range(doublings):
             E, S = 2 * E + E @ E, 2 * S + E @ S
     if not np.isfinite(E).all() or not np.isfinite(S).all():
-        raise Refused(_too_fast(A, span))
+        raise DesignError(_too_fast(A, span))
     back = scale[:, np.newaxis] / scale
     return np.asarray(E * back), np.asarray(S * back)
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency.certified_values import INFINITE, CertifiedValue, rounded_root
 from workbench.design.frequency.exact_systems import exact_state_space, not_stable
 from workbench.design.frequency.integer_polynomials import Polynomial, add, multiply, scale, squared_modulus
@@ -30,7 +30,7 @@ class MeanGain:
     reason: str = ""
 
 
-@door
+@check_arguments
 def h2_norm(system: control.StateSpace) -> MeanGain:
     """The H2 norm of a system, continuous or discrete.
 

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
-from workbench.design.frequency.certified_values import INFINITE, Peak, enclosing_root, rounded_root
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.frequency.certified_values import INFINITE, CertifiedPeak, enclosing_root, rounded_root
 from workbench.design.frequency.exact_systems import exact_state_space, not_stable, refuse_many_channels
 from workbench.design.frequency.gain_polynomials import GainPolynomials, exceeds, largest_square
 from workbench.design.frequency.positive_roots import positive_roots
 from workbench.design.frequency.transfer_polynomials import TransferPolynomials
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
     import control
@@ -27,8 +27,8 @@ LEAST_BITS, MOST_BITS = 40, 320  # of a frequency at which a singular value meet
 LEVELS = 60  # most levels that are tried; the search converges quadratically and takes some five
 
 
-@door
-def hinf_norm(system: control.StateSpace) -> Peak:
+@check_arguments
+def hinf_norm(system: control.StateSpace) -> CertifiedPeak:
     """The H-infinity norm of a system, continuous or discrete, with a frequency that attains it.
 
     Levels are raised as Bruinsma and Steinbuch do. The frequencies at which a singular value meets a level are the
@@ -64,9 +64,9 @@ def hinf_norm(system: control.StateSpace) -> Peak:
     discrete = bool(system.isdtime(strict=True))
     transfer = TransferPolynomials.of(A, B, C, D, discrete)
     if not transfer.stable:
-        return Peak(INFINITE, math.nan, not_stable(A, discrete))
+        return CertifiedPeak(INFINITE, math.nan, not_stable(A, discrete))
     low, high, x = _enclose(GainPolynomials.of(transfer), _candidates(A, discrete))
-    return Peak(enclosing_root(low, high), _frequency(x, system.dt if discrete else None))
+    return CertifiedPeak(enclosing_root(low, high), _frequency(x, system.dt if discrete else None))
 
 
 def _candidates(A: Array, discrete: bool) -> list[Fraction | None]:
@@ -92,7 +92,7 @@ def _enclose(gains: GainPolynomials, candidates: list[Fraction | None]) -> tuple
             width *= 4
         if low == 0 and not any(any(polynomial) for polynomial in gains.E[1:]):
             return low, low, x
-        level = _rounded(low * (1 + 2 * width))
+        level = _round_up(low * (1 + 2 * width))
         roots = positive_roots(gains.level(level), bits)
         if not roots and exceeds(level, gains.at(None)) and exceeds(level, gains.at(Fraction(0))):
             return low, level, x
@@ -101,12 +101,12 @@ def _enclose(gains: GainPolynomials, candidates: list[Fraction | None]) -> tuple
         last = 2 * roots[-1].high if roots else Fraction(1)
         ends = [Fraction(0), *(end for root in roots for end in (root.low, root.high)), last]
         candidates = [Fraction(0), None, *((a + b) / 2 for a, b in pairwise(ends))]
-    raise Refused(
+    raise DesignError(
         "`hinf_norm(system)` must enclose the norm within 1e-9, and did not; balance the system or choose other units."
     )
 
 
-def _rounded(square: Fraction) -> Fraction:
+def _round_up(square: Fraction) -> Fraction:
     """The square rounded up to 80 binary digits, so that the numbers of a polynomial stay short."""
     unit = Fraction(2) ** (square.numerator.bit_length() - square.denominator.bit_length() - 80)
     return unit * -(-square // unit)

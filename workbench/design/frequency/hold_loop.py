@@ -10,12 +10,12 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency.exponentials import growth, held_map
 from workbench.design.frequency.period_poles import PeriodPoles, period_poles
-from workbench.design.frequency.response_errors import solved
-from workbench.design.frequency.sampled_parts import SAME, Matrices, band, continuous_plant, sampled_law
-from workbench.design.matrices import Complex, Refused
+from workbench.design.frequency.response_errors import response_with_error
+from workbench.design.frequency.sampled_loop_inputs import SAME, Matrices, band, continuous_plant, sampled_law
+from workbench.design.matrices import Complex, DesignError
 
 if TYPE_CHECKING:
     import control
@@ -64,7 +64,7 @@ class HoldLoop:
         n, nk, nu = len(A), len(Ak), B.shape[1]
         waiting = self.whole + (self.rest > 0)
         if waiting * nu > LONGEST:
-            raise Refused(
+            raise DesignError(
                 f"`hold_loop(delay=...)`: a delay of {waiting} periods adds {waiting * nu} states to the map of the "
                 f"period, of which {LONGEST} are the most whose poles are computed; its response has no such limit."
             )
@@ -82,7 +82,7 @@ class HoldLoop:
         change[n + nk :] = commands[: waiting * nu] - line
         return period_poles("hold_loop(...).poles", self.period, change)
 
-    @door
+    @check_arguments
     def response(self, frequencies: Array) -> HoldResponse:
         """The answers at frequencies (m,) in rad/s, in rising order from zero to Nyquist's frequency pi / h.
 
@@ -114,8 +114,8 @@ class HoldLoop:
         sizes = np.zeros((n + nk, n + nk))
         sizes[:n, :n] = np.abs(growth(A, self.period / 2)[0])  # by rounding of which E is off where it returns to zero
         turns = 1 + omega * (self.delay + self.period)  # the phases that are rounded
-        L, L_error = solved("The loop", omega, loop, driven, output, 0j * Cy @ B @ Dk, sizes)
-        Y, Y_error = solved("The closed loop", omega, closed, driven, seen, through, sizes)
+        L, L_error = response_with_error("The loop", omega, loop, driven, output, 0j * Cy @ B @ Dk, sizes)
+        Y, Y_error = response_with_error("The closed loop", omega, closed, driven, seen, through, sizes)
         L_error, Y_error = (turns[:, np.newaxis, np.newaxis] * error for error in (L_error, Y_error))
         return HoldResponse(omega, L, Y, L_error, Y_error)
 
@@ -149,7 +149,7 @@ class HoldLoop:
         return np.concatenate([by_state - by_command @ Dk @ Cy, by_command @ Ck], axis=2), by_command @ Dk
 
 
-@door
+@check_arguments
 def hold_loop(plant: control.StateSpace, law: control.StateSpace, delay: float = 0.0) -> HoldLoop:
     """The loop that a discrete law closes around a continuous plant, by negative feedback: e = r - y.
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from workbench.core.validation.notebook_display import show
-from workbench.design.frequency.certified_values import CertifiedValue, Peak
-from workbench.design.matrices import Refused
+from workbench.design.frequency.certified_values import CertifiedPeak, CertifiedValue
+from workbench.design.matrices import DesignError
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class StableMargins:
     gain_high: CertifiedValue
     phase_margin: CertifiedValue
     delay_margin: CertifiedValue
-    Ms: Peak
-    Mt: Peak
+    Ms: CertifiedPeak
+    Mt: CertifiedPeak
     disk_margin: CertifiedValue
     disk_frequency: float
 
@@ -60,46 +60,46 @@ class StabilityMargins:
     @property
     def gain_low(self) -> CertifiedValue:
         """The factor of gain below one down to which the closed loop stays stable."""
-        return self._known("gain_low").gain_low
+        return self._margins_for("gain_low").gain_low
 
     @property
     def gain_high(self) -> CertifiedValue:
         """The factor of gain above one up to which the closed loop stays stable."""
-        return self._known("gain_high").gain_high
+        return self._margins_for("gain_high").gain_high
 
     @property
     def phase_margin(self) -> CertifiedValue:
         """The loss of phase in degrees up to which the closed loop stays stable."""
-        return self._known("phase_margin").phase_margin
+        return self._margins_for("phase_margin").phase_margin
 
     @property
     def delay_margin(self) -> CertifiedValue:
         """The delay in s up to which the closed loop stays stable."""
-        return self._known("delay_margin").delay_margin
+        return self._margins_for("delay_margin").delay_margin
 
     @property
-    def Ms(self) -> Peak:
+    def Ms(self) -> CertifiedPeak:
         """The peak of S = 1 / (1 + L)."""
-        return self._known("Ms").Ms
+        return self._margins_for("Ms").Ms
 
     @property
-    def Mt(self) -> Peak:
+    def Mt(self) -> CertifiedPeak:
         """The peak of T = L / (1 + L)."""
-        return self._known("Mt").Mt
+        return self._margins_for("Mt").Mt
 
     @property
     def disk_margin(self) -> CertifiedValue:
         """The size of complex d up to which factors (2 + d) / (2 - d) keep the closed loop stable."""
-        return self._known("disk_margin").disk_margin
+        return self._margins_for("disk_margin").disk_margin
 
     @property
     def disk_frequency(self) -> float:
         """The frequency in rad/s at which the disk is touched."""
-        return self._known("disk_frequency").disk_frequency
+        return self._margins_for("disk_frequency").disk_frequency
 
-    def _known(self, name: str) -> StableMargins:
+    def _margins_for(self, name: str) -> StableMargins:
         if self.margins is None:
-            raise Refused(
+            raise DesignError(
                 f"`StabilityMargins.{name}` is the distance of a stable loop from instability, and this closed loop is "
                 "not stable; ask `stable` first, or read the crossovers, which it has too."
             )

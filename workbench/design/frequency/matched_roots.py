@@ -11,19 +11,19 @@ from workbench.core.validation.refusals import Array
 from workbench.design.frequency.exponentials import held_map
 from workbench.design.frequency.pole_zero_structure import pole_zero_structure
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import EPS, Complex, Refused, pole_text
+from workbench.design.matrices import EPS, Complex, DesignError, pole_text
 
 if TYPE_CHECKING:
     import control
 
-TRUSTED = 1e-8  # relative, between the response of a state space and its poles, zeros and gain
+MATCH_TOLERANCE = 1e-8  # relative, between the response of a state space and its poles, zeros and gain
 LOOKED_AT = 20  # frequencies at which the two are compared
 Roots = tuple[Complex, Complex, float]
 
 
 def matched_polynomials(num: Array, den: Array, h: float) -> tuple[Array, Array]:
     """Numerator and denominator in z of a transfer function whose denominator is monic."""
-    zeros, poles, gain = _matched(_roots(num), _roots(den), float(num[0]), h)
+    zeros, poles, gain = _match_roots(_roots(num), _roots(den), float(num[0]), h)
     with np.errstate(all="ignore"):
         return np.atleast_1d((gain * np.poly(1 + zeros)).real), np.atleast_1d(np.poly(1 + poles).real)
 
@@ -51,9 +51,11 @@ def matched_space(system: control.StateSpace, h: float) -> tuple[Array, Array, A
     structure = pole_zero_structure(system)
     degree = structure.relative_degree
     if degree is None or math.isinf(degree):
-        raise Refused("`c2d(method='matched')` equals the gain, and this system has none: its output is always zero.")
+        raise DesignError(
+            "`c2d(method='matched')` equals the gain, and this system has none: its output is always zero."
+        )
     leading = D if degree == 0 else Cy @ np.linalg.matrix_power(A, int(degree) - 1) @ B
-    roots = _matched(structure.invariant_zeros.values, structure.poles.values, float(leading[0, 0]), h)
+    roots = _match_roots(structure.invariant_zeros.values, structure.poles.values, float(leading[0, 0]), h)
     zeros, _, gain = roots
     E, _ = held_map(A, B, h)
     w = _seen_last(E, Cy)
@@ -81,16 +83,16 @@ def _seen_last(E: Array, C: Array) -> Complex:
         return np.full(len(E), np.nan + 0j)
 
 
-def _matched(zeros: Complex, poles: Complex, leading: float, h: float) -> Roots:
+def _match_roots(zeros: Complex, poles: Complex, leading_coefficient: float, h: float) -> Roots:
     """The zeros and poles in z less one, and the gain: zeros at infinity but one go to -1."""
     lost = max(len(poles) - len(zeros) - 1, 0)
-    gain: complex = leading / 2**lost
+    gain: complex = leading_coefficient / 2**lost
     for roots, sign in ((poles, 1), (zeros, -1)):
         for root in roots:
             with np.errstate(over="ignore", invalid="ignore"):
                 grown = np.expm1(root * h) / (root * h) if root else 1.0  # (1 - e^(s h)) / (-s h)
             if abs(grown) <= 1e3 * EPS:
-                raise Refused(
+                raise DesignError(
                     f"`c2d(method='matched')` has no gain for slow signals where a pole or zero, here "
                     f"{pole_text(root)} 1/s, is a multiple of the sampling frequency {2 * math.pi / h:.6g} rad/s; take "
                     "another period."
@@ -109,8 +111,8 @@ def _refuse_rounding(name: str, matrices: tuple[Array, Array, Array, Array], roo
         wanted = gain * np.prod(turn[:, np.newaxis] - zeros, axis=1) / np.prod(turn[:, np.newaxis] - poles, axis=1)
         points = turn[:, np.newaxis, np.newaxis] * np.eye(len(A)) - (A - np.eye(len(A)))
         reached = (C @ np.linalg.solve(points, np.broadcast_to(B + 0j, (LOOKED_AT, *B.shape))) + D)[:, 0, 0]
-    if not (np.abs(reached - wanted) <= TRUSTED * np.abs(wanted).max()).all():
-        raise Refused(
+    if not (np.abs(reached - wanted) <= MATCH_TOLERANCE * np.abs(wanted).max()).all():
+        raise DesignError(
             f"`c2d(method='matched')` finds what the input does to the states by what the output shows of them, and "
             f"that of '{name}' shows too little within rounding; give `control.tf(system)`, or take 'zoh' or 'tustin'."
         )

@@ -12,11 +12,11 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, refusal, seconds, several
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.frequency.exponentials import held_map
 from workbench.design.frequency.period_poles import PeriodPoles, period_poles
-from workbench.design.frequency.sampled_parts import Matrices, continuous_plant, sampled_law
+from workbench.design.frequency.sampled_loop_inputs import Matrices, continuous_plant, sampled_law
 from workbench.design.matrices import EPS
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class LiftedLoop:
         return period_poles("lift_rates(...).poles", self.period, self.change, sum(self.counts))
 
 
-@door
+@check_arguments
 def lift_rates(
     plant: control.StateSpace, laws: Sequence[System], periods: Sequence[Fraction] | None = None
 ) -> LiftedLoop:
@@ -105,7 +105,7 @@ def lift_rates(
     return LiftedLoop(period, counts, _change(A, B, Cy, matrices, period, counts))
 
 
-@door
+@check_arguments
 def common_period(periods: Sequence[object]) -> tuple[float, tuple[int, ...]]:
     """The least common multiple of periods in s, numbers or fractions, and how often each fits into it.
 
@@ -179,11 +179,11 @@ def _change(A: Array, B: Array, Cy: Array, laws: Sequence[Matrices], period: flo
     return change[: n + nz, : n + nz]
 
 
-def _jump(Cy: Array, laws: Sequence[Matrices], reading: Sequence[bool], size: int, n: int) -> Array:
+def _jump(Cy: Array, laws: Sequence[Matrices], reading_rows: Sequence[bool], size: int, n: int) -> Array:
     """The change of (x, z, u) at an instant at which some of the laws read."""
     step = np.zeros((size, size))
     z, u, y = n, n + sum(len(law[0]) for law in laws), 0
-    for (Ak, Bk, Ck, Dk), reads in zip(laws, reading, strict=True):
+    for (Ak, Bk, Ck, Dk), reads in zip(laws, reading_rows, strict=True):
         states, commands = slice(z, z + len(Ak)), slice(u, u + len(Dk))
         output = Cy[y : y + Dk.shape[1]]
         if reads:

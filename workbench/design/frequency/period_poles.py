@@ -9,7 +9,7 @@ from scipy.linalg import eig, matrix_balance, svd
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
-from workbench.design.matrices import EPS, Complex, Refused
+from workbench.design.matrices import EPS, Complex, DesignError
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ def period_poles(call: str, period: float, change: Array, products: int = 1) -> 
             errors = (len(change) + products) * EPS * (1 + np.linalg.norm(change, 2) / across)
     values, errors = np.concatenate([values, np.zeros(zeros)]), np.concatenate([errors, np.full(zeros, EPS)])
     if not np.isfinite(values).all():
-        raise Refused(f"`{call}`: the poles of the period's map leave the range of floating-point numbers.")
+        raise DesignError(f"`{call}`: the poles of the period's map leave the range of floating-point numbers.")
     order = np.lexsort((-values.imag, -np.round(np.abs(values), 12)))
     return PeriodPoles(period, values[order], errors[order])
 

@@ -15,7 +15,7 @@ from workbench.design.frequency.complex_roots import complex_roots
 from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.integer_polynomials import stretch
 from workbench.design.frequency.rational_matrices import integer_characteristic_polynomial, whole
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
     import control
@@ -44,7 +44,7 @@ def pole_figures(A: Array, period: float | None = None) -> PoleFigures:
         If A has more than 40 states, or poles are too near to each other to be told apart.
     """
     if len(A) > MOST_STATES:
-        raise Refused(
+        raise DesignError(
             f"poles are certified of up to {MOST_STATES} states, and this loop has {len(A)}; reduce its order first."
         )
     numbers, rate = whole(A)
@@ -64,7 +64,7 @@ def closed_pole_figures(loop: control.TransferFunction | control.StateSpace) -> 
     """
     refuse_odd_loop("pole_figures", loop)
     axis = axis_loop("pole_figures", loop, 0.0)
-    roots, _ = complex_roots(axis.closed)
+    roots, _ = complex_roots(axis.closed_polynomial)
     if axis.period is None:
         return _figures((complex(root), 0.0) for root in roots)
     poles = []

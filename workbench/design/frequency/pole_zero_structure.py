@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency.complex_roots import complex_roots
 from workbench.design.frequency.exact_systems import exact_state_space
 from workbench.design.frequency.integer_polynomials import Polynomial, common_divisor
@@ -56,7 +56,7 @@ class PoleZeroStructure:
     relative_degree: float | None
 
 
-@door
+@check_arguments
 def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
     """The poles and zeros of a system, continuous or discrete, with their multiplicities, for the doubles as written.
 
@@ -106,7 +106,7 @@ def _zeros(exact: RationalSystem, transfer: TransferPolynomials) -> tuple[Roots,
     """
     size = min(len(exact.D), exact.nu)
     if size <= MOST_CHANNELS:
-        determinants = [transfer.combined(weights).minors()[-1].popitem()[1] for weights in COMBINATIONS]
+        determinants = [transfer.combine_channels(weights).minors()[-1].popitem()[1] for weights in COMBINATIONS]
         if len(exact.D) == exact.nu and any(determinants[0]):
             return _roots(transfer.in_variable(determinants[0])), size
         if len(exact.D) != exact.nu and all(map(any, determinants)) and len(common_divisor(*determinants)) == 1:

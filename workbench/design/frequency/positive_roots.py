@@ -43,7 +43,7 @@ class Root:
         """The middle of the interval."""
         return (self.low + self.high) / 2
 
-    def refined(self, bits: int = BITS) -> Root:
+    def refine(self, bits: int = BITS) -> Root:
         """The same root known to so many bits; `factor` is a polynomial that has it as a simple root."""
         low, high = _refine(self.factor, self.low, self.high, bits)
         return replace(self, low=low, high=high)
@@ -54,7 +54,7 @@ def positive_roots(p: Polynomial, bits: int = BITS) -> list[Root]:
     roots = []
     for factor, multiplicity in square_free_factors(trim(p)):
         factor = factor[next(i for i, a in enumerate(factor) if a) :]
-        roots += [Root(low, high, multiplicity, factor).refined(bits) for low, high in _isolate(factor)]
+        roots += [Root(low, high, multiplicity, factor).refine(bits) for low, high in _isolate(factor)]
     return sorted(roots, key=lambda root: root.low)
 
 
@@ -63,7 +63,7 @@ def unit_roots(p: Polynomial, bits: int = BITS) -> list[Root]:
     roots = []
     for factor, multiplicity in square_free_factors(trim(p)):
         factor = factor[next(i for i, a in enumerate(factor) if a) :]
-        roots += [Root(low, high, multiplicity, factor).refined(bits) for low, high in _isolate(factor, 0)]
+        roots += [Root(low, high, multiplicity, factor).refine(bits) for low, high in _isolate(factor, 0)]
     return sorted(roots, key=lambda root: root.low)
 
 

@@ -10,7 +10,7 @@ from workbench.design.frequency.polynomial_ratios import slope_numerator
 from workbench.design.frequency.positive_roots import Root, bounds, positive_roots, ratio
 
 ROUGH = 60  # bits of a place at first; those of the highest candidates are refined
-UNKNOWN = Fraction(10**1000)  # no bound from above
+NO_BOUND = Fraction(10**1000)  # no bound from above
 ZERO = Root(Fraction(0), Fraction(0))
 
 
@@ -37,7 +37,7 @@ def largest_ratio(F: Polynomial, G: Polynomial) -> SquaredPeak:
         candidates.append(SquaredPeak(limit, limit, None))
     reached = max(peak.low for peak in candidates)
     finalists = [
-        _value(F, G, peak.place.refined()) if peak.place and peak.low < peak.high else peak
+        _value(F, G, peak.place.refine()) if peak.place and peak.low < peak.high else peak
         for peak in candidates
         if peak.high >= reached
     ]
@@ -50,4 +50,4 @@ def _value(F: Polynomial, G: Polynomial, root: Root) -> SquaredPeak:
     if root.low == root.high:
         return SquaredPeak(reached, reached, root)
     (_, most), (least, _) = bounds(F, root), bounds(G, root)
-    return SquaredPeak(reached, max(reached, most / least) if least > 0 else UNKNOWN, root)
+    return SquaredPeak(reached, max(reached, most / least) if least > 0 else NO_BOUND, root)

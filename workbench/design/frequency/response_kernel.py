@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.design.frequency.dual_answers import Put, Solutions, SparseRows, Systems, answers
+from workbench.design.frequency.adjoint_answers import PutAnswer, Solutions, SparseRows, Systems, answers
 from workbench.design.frequency.response_program import hyman, reduce
 from workbench.design.matrices import EPS, Complex
 from workbench.engine.kernel.vector_loops import ArrayLoops, LoopCode, Room
@@ -19,14 +19,14 @@ from workbench.engine.machines.numpy_spelling import Lanes
 ROWS, LANES = 512, 4096  # at once: rows of the compiled program, and answers of an array of NumPy's, in the cache
 ROOM = 2**22  # doubles, of the matrices that NumPy reduces at once
 SIZES = ("blocks", "n", "nu", "ny", "entries", "m")
-GIVEN = ("A", "AT", "columns", "starts", "columnsT", "startsT", "B", "C", "D", "W", "roundings", "s")
+INPUT_ARRAYS = ("A", "AT", "columns", "starts", "columnsT", "startsT", "B", "C", "D", "W", "roundings", "s")
 ROOMS = ("Q", "x", "y", "r", "sizes", "gains", "residuals", "z")
-MADE = ("values", "errors", "sensitivities")
+OUTPUT_ARRAYS = ("values", "errors", "sensitivities")
 Rooms = dict[str, Room]
 
 
 @dataclass(frozen=True, eq=False)
-class Answers:
+class FrequencyAnswers:
     """The answers (N, m, ny, nu), the error of each, and its change over the relative changes of all entries."""
 
     values: Complex
@@ -34,39 +34,41 @@ class Answers:
     sensitivities: Array
 
 
-def row_answers(A: Array, B: Array, Cy: Array, D: Array, s: Complex, compiled: bool | None = None) -> Answers:
+def row_answers(
+    A: Array, B: Array, Cy: Array, D: Array, s: Complex, use_kernel: bool | None = None
+) -> FrequencyAnswers:
     """C (s I - A)^-1 B + D of finite matrices, each (N, ...), at points s (m,); no numbers where that breaks down.
 
     `compiled` is for tests: False for NumPy, True for machine code; else it is machine code where that can be.
     """
     N, shape = len(A), (len(s), Cy.shape[1], B.shape[2])
-    function = _function() if compiled is None or compiled else None
+    function = _function() if use_kernel is None or use_kernel else None
     n, sides = A.shape[1], B.shape[2] + Cy.shape[1]
     width, some = (function[0], ROWS) if function else (1, max(1, ROOM // (sides * n * (2 * n + 1))))
     room = -(-N // width) * width  # a block that is not full repeats its last row
-    made = Answers(np.empty((room, *shape), complex), np.empty((room, *shape)), np.empty((room, *shape)))
+    made = FrequencyAnswers(np.empty((room, *shape), complex), np.empty((room, *shape)), np.empty((room, *shape)))
     for first in range(0, N, some):
         rows = slice(first, min(first + some, N))
         part = _rows_of(made, slice(first, min(first + some, room)))
         if function:
-            _compiled(function, A[rows], B[rows], Cy[rows], D[rows], s, part)
+            _run_kernel(function, A[rows], B[rows], Cy[rows], D[rows], s, part)
         else:
             _in_arrays(A[rows], B[rows], Cy[rows], D[rows], s, part)
     return _rows_of(made, slice(0, N))
 
 
-def _rows_of(of: Answers, rows: slice) -> Answers:
-    return Answers(of.values[rows], of.errors[rows], of.sensitivities[rows])
+def _rows_of(of: FrequencyAnswers, rows: slice) -> FrequencyAnswers:
+    return FrequencyAnswers(of.values[rows], of.errors[rows], of.sensitivities[rows])
 
 
-def dual_answers(A: Array, B: Array, Cy: Array, D: Array, s: Complex, x: Complex, y: Complex) -> Answers:
+def adjoint_answers(A: Array, B: Array, Cy: Array, D: Array, s: Complex, x: Complex, y: Complex) -> FrequencyAnswers:
     """The answers of N systems, each at a point s (N,), from solutions x (N, n, nu) and y (N, n, ny)."""
     (N, n, nu), ny = B.shape, Cy.shape[1]
     arrays = _rooms(nu, ny, n, (N,)) | {name: _parts(M) for name, M in (("x", x), ("y", y))}
     of = _systems(n, nu, ny, _matrices(A, B, Cy, D, lambda M: np.ascontiguousarray(M.reshape(N, -1).T)))
-    made = Answers(np.empty((N, 1, ny, nu), np.complex128), np.empty((N, 1, ny, nu)), np.empty((N, 1, ny, nu)))
+    made = FrequencyAnswers(np.empty((N, 1, ny, nu), np.complex128), np.empty((N, 1, ny, nu)), np.empty((N, 1, ny, nu)))
     _put_together(of, (s.real, s.imag), arrays, made)
-    return Answers(made.values[:, 0], made.errors[:, 0], made.sensitivities[:, 0])
+    return FrequencyAnswers(made.values[:, 0], made.errors[:, 0], made.sensitivities[:, 0])
 
 
 def _parts(solutions: Complex) -> Array:
@@ -75,7 +77,7 @@ def _parts(solutions: Complex) -> Array:
     return np.stack([columns.real, columns.imag], axis=2).reshape(-1, len(solutions))
 
 
-def _in_arrays(A: Array, B: Array, Cy: Array, D: Array, s: Complex, made: Answers) -> None:
+def _in_arrays(A: Array, B: Array, Cy: Array, D: Array, s: Complex, outputs: FrequencyAnswers) -> None:
     """Reduce the matrices of all rows at once, and solve at all points for as many rows as the cache holds."""
     (N, n, nu), ny, machine = B.shape, Cy.shape[1], ArrayLoops()
     given = _matrices(A, B, Cy, D, lambda M: np.ascontiguousarray(M.reshape(N, -1).T)[:, np.newaxis])
@@ -88,25 +90,25 @@ def _in_arrays(A: Array, B: Array, Cy: Array, D: Array, s: Complex, made: Answer
     for first in range(0, N, some):
         rows = slice(first, min(first + some, N))
         few = {name: M[..., rows] if M.ndim == 3 else M for name, M in given.items()}
-        _solve_points(n, nu, ny, few, s, _rows_of(made, rows))
+        _solve_points(n, nu, ny, few, s, _rows_of(outputs, rows))
 
 
-def _solve_points(n: int, nu: int, ny: int, given: Rooms, s: Complex, made: Answers) -> None:
+def _solve_points(n: int, nu: int, ny: int, inputs: Rooms, s: Complex, outputs: FrequencyAnswers) -> None:
     """Put the answers of some rows at all points, whose lanes have shape (m, rows)."""
     machine, parts = ArrayLoops(), (s.real[:, np.newaxis], s.imag[:, np.newaxis])
-    arrays = _rooms(nu, ny, n, (len(s), given["D"].shape[2]))
+    arrays = _rooms(nu, ny, n, (len(s), inputs["D"].shape[2]))
     with np.errstate(all="ignore"):
         for k in range(nu + ny):
-            own, turned = (machine.part(given[name], k, size) for name, size in (("W", n * (n + 1)), ("Q", n * n)))
+            own, turned = (machine.part(inputs[name], k, size) for name, size in (("W", n * (n + 1)), ("Q", n * n)))
             into = machine.part(arrays["x"], k, 2 * n) if k < nu else machine.part(arrays["y"], k - nu, 2 * n)
             hyman(machine, n, own, turned, parts, arrays["z"], into)
-    _put_together(_systems(n, nu, ny, given), parts, arrays, made)
+    _put_together(_systems(n, nu, ny, inputs), parts, arrays, outputs)
 
 
-def _put_together(of: Systems[Room, int], s: tuple[Array, Array], arrays: Rooms, made: Answers) -> None:
+def _put_together(of: Systems[Room, int], s: tuple[Array, Array], arrays: Rooms, outputs: FrequencyAnswers) -> None:
     """Put the answers of NumPy's machine from the solutions, whose lanes have shape (m, N)."""
     values, errors, sensitivities = (
-        part.reshape(*part.shape[:2], -1).T for part in (made.values, made.errors, made.sensitivities)
+        part.reshape(*part.shape[:2], -1).T for part in (outputs.values, outputs.errors, outputs.sensitivities)
     )
 
     def put(place: int, real: Lanes, imaginary: Lanes, error: Lanes, sensitivity: Lanes) -> None:
@@ -119,8 +121,14 @@ def _put_together(of: Systems[Room, int], s: tuple[Array, Array], arrays: Rooms,
         answers(ArrayLoops(), of, s, at, put)
 
 
-def _compiled(
-    function: tuple[int, Callable[..., None]], A: Array, B: Array, Cy: Array, D: Array, s: Complex, made: Answers
+def _run_kernel(
+    function: tuple[int, Callable[..., None]],
+    A: Array,
+    B: Array,
+    Cy: Array,
+    D: Array,
+    s: Complex,
+    outputs: FrequencyAnswers,
 ) -> None:
     width, call = function
     (N, n, nu), ny, m = B.shape, Cy.shape[1], len(s)
@@ -133,9 +141,9 @@ def _compiled(
     arrays: Rooms = _matrices(A, B, Cy, D, lanes) | _rooms(nu, ny, n, (width,))
     arrays |= {"Q": np.empty(((nu + ny) * n * n, width)), "s": np.ascontiguousarray(s).view(float)}
     arrays["roundings"] = np.repeat(_roundings(n)[:, np.newaxis], width, axis=1)
-    arrays |= {name: getattr(made, name) for name in MADE}
+    arrays |= {name: getattr(outputs, name) for name in OUTPUT_ARRAYS}
     sizes = (blocks, n, nu, ny, len(arrays["columns"]), m)
-    call(*sizes, *(arrays[name].ctypes.data for name in (*GIVEN, *ROOMS, *MADE)))
+    call(*sizes, *(arrays[name].ctypes.data for name in (*INPUT_ARRAYS, *ROOMS, *OUTPUT_ARRAYS)))
 
 
 def _matrices(A: Array, B: Array, Cy: Array, D: Array, lanes: Callable[[Array], Array]) -> Rooms:
@@ -180,8 +188,8 @@ def _function() -> tuple[int, Callable[..., None]] | None:
     if not llvm.has_fma():
         return None
     width = llvm.lanes()
-    arguments = [*[ctypes.c_int64] * len(SIZES), *[ctypes.c_void_p] * len((*GIVEN, *ROOMS, *MADE))]
-    return width, llvm.compiled(program(width)).function("workbench_responses", *arguments)
+    arguments = [*[ctypes.c_int64] * len(SIZES), *[ctypes.c_void_p] * len((*INPUT_ARRAYS, *ROOMS, *OUTPUT_ARRAYS))]
+    return width, llvm.compile_module(program(width)).function("workbench_responses", *arguments)
 
 
 def program(width: int) -> str:
@@ -212,7 +220,7 @@ def program(width: int) -> str:
             return ()
 
         def point(f: str) -> tuple[()]:
-            s = (m.spread("%s", m.index("mul", f, 2)), m.spread("%s", m.index("add", m.index("mul", f, 2), 1)))
+            s = (m.broadcast("%s", m.index("mul", f, 2)), m.broadcast("%s", m.index("add", m.index("mul", f, 2), 1)))
 
             def right(c: str) -> tuple[()]:
                 return sides(c, lambda W, Q: hyman(m, n, W, Q, s, "%z", m.part("%x", c, twice)))
@@ -223,7 +231,7 @@ def program(width: int) -> str:
 
             m.fold(0, nu, (), right)
             m.fold(nu, all_sides, (), left)
-            answers(m, of, s, at, _scattering(m, m.index("add", first, m.index("mul", f, cells)), answers_of_row))
+            answers(m, of, s, at, _scatter_function(m, m.index("add", first, m.index("mul", f, cells)), answers_of_row))
             return ()
 
         m.fold(0, all_sides, (), lambda c: sides(c, lambda W, Q: reduce(m, n, W, Q, "%z")))
@@ -231,10 +239,10 @@ def program(width: int) -> str:
         return ()
 
     m.fold(0, "%blocks", (), block)
-    return m.function("workbench_responses", SIZES, (*GIVEN, *ROOMS, *MADE))
+    return m.function("workbench_responses", SIZES, (*INPUT_ARRAYS, *ROOMS, *OUTPUT_ARRAYS))
 
 
-def _scattering(m: LoopCode, first: str, apart: str) -> Put[str, str]:
+def _scatter_function(m: LoopCode, first: str, apart: str) -> PutAnswer[str, str]:
     """The function that puts answers of a row from a place on, and those of the next rows as far `apart`."""
 
     def put(place: str, real: str, imaginary: str, error: str, sensitivity: str) -> None:

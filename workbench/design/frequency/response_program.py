@@ -14,13 +14,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from workbench.design.matrices import EPS
-from workbench.engine.kernel.vector_loops import Index, Machine, Place, Pointer, Vector
+from workbench.engine.kernel.vector_loops import Index, LoopMachine, Place, Pointer, Vector
 
 TINY = 1e-200
 Pair = tuple[Vector, Vector]  # the real and the imaginary part
 
 
-def times(m: Machine[Vector, Pointer, Index], a: Pair[Vector], b: Pair[Vector]) -> Pair[Vector]:
+def times(m: LoopMachine[Vector, Pointer, Index], a: Pair[Vector], b: Pair[Vector]) -> Pair[Vector]:
     """The product of two complex numbers."""
     do = m.do
     return (
@@ -29,26 +29,26 @@ def times(m: Machine[Vector, Pointer, Index], a: Pair[Vector], b: Pair[Vector]) 
     )
 
 
-def pair(m: Machine[Vector, Pointer, Index], array: Pointer, index: Place[Index]) -> Pair[Vector]:
+def pair(m: LoopMachine[Vector, Pointer, Index], array: Pointer, index: Place[Index]) -> Pair[Vector]:
     """The complex number at a place."""
     even = m.index("mul", index, 2)
     return m.load(array, even), m.load(array, m.index("add", even, 1))
 
 
-def put_pair(m: Machine[Vector, Pointer, Index], array: Pointer, index: Place[Index], value: Pair[Vector]) -> None:
+def put_pair(m: LoopMachine[Vector, Pointer, Index], array: Pointer, index: Place[Index], value: Pair[Vector]) -> None:
     """Put a complex number at a place."""
     even = m.index("mul", index, 2)
     m.store(array, even, value[0])
     m.store(array, m.index("add", even, 1), value[1])
 
 
-def size_of(m: Machine[Vector, Pointer, Index], value: Pair[Vector]) -> Vector:
+def size_of(m: LoopMachine[Vector, Pointer, Index], value: Pair[Vector]) -> Vector:
     """A bound of the modulus, at most 1.5 times as large."""
     return m.do("add", m.do("fabs", value[0]), m.do("fabs", value[1]))
 
 
 def product_with(
-    m: Machine[Vector, Pointer, Index],
+    m: LoopMachine[Vector, Pointer, Index],
     row: Pointer,
     column: Place[Index],
     z: Pointer,
@@ -66,7 +66,7 @@ def product_with(
     return real, imaginary
 
 
-def reduce(m: Machine[Vector, Pointer, Index], n: Place[Index], W: Pointer, Q: Pointer, u: Pointer) -> None:
+def reduce(m: LoopMachine[Vector, Pointer, Index], n: Place[Index], W: Pointer, Q: Pointer, u: Pointer) -> None:
     """Bring [b A] (n, n + 1) to [size e1, H] with x = Q z; the entries below the diagonal of H become their inverses.
 
     Such an entry that is rounding is made as large as that, so that it has an inverse. `u` is room for n numbers.
@@ -105,7 +105,7 @@ def reduce(m: Machine[Vector, Pointer, Index], n: Place[Index], W: Pointer, Q: P
     m.fold(1, n, (), invert)
 
 
-def put_unit(m: Machine[Vector, Pointer, Index], n: Place[Index], row: Pointer, i: Place[Index]) -> tuple[()]:
+def put_unit(m: LoopMachine[Vector, Pointer, Index], n: Place[Index], row: Pointer, i: Place[Index]) -> tuple[()]:
     """Put row i of the unit matrix into a row."""
 
     def blank(j: Index) -> tuple[()]:
@@ -118,7 +118,7 @@ def put_unit(m: Machine[Vector, Pointer, Index], n: Place[Index], row: Pointer, 
 
 
 def turn_column(
-    m: Machine[Vector, Pointer, Index],
+    m: LoopMachine[Vector, Pointer, Index],
     n: Place[Index],
     W: Pointer,
     j: Place[Index],
@@ -144,7 +144,9 @@ def turn_column(
     return ()
 
 
-def reflector(m: Machine[Vector, Pointer, Index], n: Place[Index], W: Pointer, u: Pointer, k: Place[Index]) -> Vector:
+def reflector(
+    m: LoopMachine[Vector, Pointer, Index], n: Place[Index], W: Pointer, u: Pointer, k: Place[Index]
+) -> Vector:
     """Put into u, from k on, the vector that turns column k of W to the axis k, and return 2 over its square."""
     wide, zero = m.index("add", n, 1), m.number(0.0)
 
@@ -162,7 +164,7 @@ def reflector(m: Machine[Vector, Pointer, Index], n: Place[Index], W: Pointer, u
 
 
 def turn(
-    m: Machine[Vector, Pointer, Index],
+    m: LoopMachine[Vector, Pointer, Index],
     row: Pointer,
     column: Place[Index],
     u: Pointer,
@@ -188,7 +190,13 @@ def turn(
 
 
 def hyman(
-    m: Machine[Vector, Pointer, Index], n: Place[Index], W: Pointer, Q: Pointer, s: Pair[Vector], z: Pointer, x: Pointer
+    m: LoopMachine[Vector, Pointer, Index],
+    n: Place[Index],
+    W: Pointer,
+    Q: Pointer,
+    s: Pair[Vector],
+    z: Pointer,
+    x: Pointer,
 ) -> None:
     """Put into x the solution of (s I - A) x = b from the reduced [b A]; z is room of the same size, 2 n."""
     wide, last = m.index("add", n, 1), m.index("sub", n, 1)

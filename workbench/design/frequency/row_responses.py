@@ -10,13 +10,13 @@ from scipy.linalg import matrix_balance
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, numbers, seconds
-from workbench.core.validation.signatures import door
-from workbench.design.frequency.response_kernel import Answers, dual_answers, row_answers
-from workbench.design.frequency.sampled_parts import band
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.frequency.response_kernel import FrequencyAnswers, adjoint_answers, row_answers
+from workbench.design.frequency.sampled_loop_inputs import band
 from workbench.design.matrices import EPS, Complex, one_thread
 
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
-WANTED = 1e-12  # relative error beyond which an answer is looked at again
+TARGET_ERROR = 1e-12  # relative error beyond which an answer is looked at again
 SINGULAR = 0.1  # relative change of a solution by its own residual, from which no digit of it is known
 POINTS = 2048  # at once, that are looked at again
 
@@ -33,7 +33,7 @@ class RowResponses:
 
     frequencies: Array
     values: Complex
-    flagged: Mask
+    flagged_rows: Mask
     errors: Array
     sensitivities: Array
 
@@ -47,7 +47,7 @@ class RowResponses:
             return np.asarray(np.where(self.sensitivities == 0, 0.0, self.sensitivities / np.abs(self.values)))
 
 
-@door
+@check_arguments
 def row_responses(
     A: Array, B: Array, Cy: Array, D: Array, frequencies: Array, period: float | None = None
 ) -> RowResponses:
@@ -84,19 +84,19 @@ def row_responses(
     flagged = ~np.all([np.isfinite(M.reshape(N, -1)).all(axis=1) for M in (A, B, Cy, D)], axis=0)
     sound = np.flatnonzero(~flagged)
     if len(sound) and ny and nu:
-        matrices = _balanced(A[sound], B[sound], Cy[sound], D[sound])
+        matrices = _balance(A[sound], B[sound], Cy[sound], D[sound])
         found = row_answers(*matrices, s)
         flagged[sound] = _look_again(*matrices, s, found)
         if len(sound) == N:
             return RowResponses(omega, found.values, flagged, found.errors, found.sensitivities)
-    made = Answers(*(np.full((N, len(s), ny, nu), np.nan, kind) for kind in (complex, float, float)))
+    made = FrequencyAnswers(*(np.full((N, len(s), ny, nu), np.nan, kind) for kind in (complex, float, float)))
     if len(sound) and ny and nu:
         made.values[sound], made.errors[sound] = found.values, found.errors
         made.sensitivities[sound] = found.sensitivities
     return RowResponses(omega, made.values, flagged, made.errors, made.sensitivities)
 
 
-def _balanced(A: Array, B: Array, Cy: Array, D: Array) -> tuple[Array, Array, Array, Array]:
+def _balance(A: Array, B: Array, Cy: Array, D: Array) -> tuple[Array, Array, Array, Array]:
     """The same systems in units of the states, powers of two, in which the largest entries of A are balanced."""
     if not A.shape[1]:  # a state that nothing moves and nothing reads takes the place of none
         N, nu, ny = len(B), B.shape[2], Cy.shape[1]
@@ -105,7 +105,7 @@ def _balanced(A: Array, B: Array, Cy: Array, D: Array) -> tuple[Array, Array, Ar
     return A * scale / scale[:, np.newaxis], B / scale[:, np.newaxis], Cy * scale, D
 
 
-def _look_again(A: Array, B: Array, Cy: Array, D: Array, s: Complex, found: Answers) -> Mask:
+def _look_again(A: Array, B: Array, Cy: Array, D: Array, s: Complex, answers: FrequencyAnswers) -> Mask:
     """Solve anew, by elimination with pivots, the points whose error is larger than rounding must make it.
 
     A point at which the equations are singular, as far as rounding can tell, is a pole: its answers become NaN, and
@@ -113,35 +113,37 @@ def _look_again(A: Array, B: Array, Cy: Array, D: Array, s: Complex, found: Answ
     """
     poles = np.zeros(len(A), dtype=bool)
     with np.errstate(invalid="ignore"):
-        size = np.maximum(np.abs(found.values.real), np.abs(found.values.imag))  # a modulus would take twice the time
-        doubtful = ~(found.errors < WANTED * size)  # zeros are seen to below
+        size = np.maximum(
+            np.abs(answers.values.real), np.abs(answers.values.imag)
+        )  # a modulus would take twice the time
+        doubtful = ~(answers.errors < TARGET_ERROR * size)  # zeros are seen to below
     if not doubtful.any():
         return poles
     rows, places = np.nonzero(doubtful.any(axis=(2, 3)))
-    error, moved, size = (M[rows, places] for M in (found.errors, EPS * found.sensitivities, size))
-    fine = (error <= WANTED * size) | ((error <= moved) & (moved <= 1e-3 * size))
+    error, moved, size = (M[rows, places] for M in (answers.errors, EPS * answers.sensitivities, size))
+    fine = (error <= TARGET_ERROR * size) | ((error <= moved) & (moved <= 1e-3 * size))
     again = ~(fine & np.isfinite(error)).all(axis=(1, 2))
     rows, places = rows[again], places[again]
     for start in range(0, len(rows), POINTS):
         i, k = rows[start : start + POINTS], places[start : start + POINTS]
         M = s[k, np.newaxis, np.newaxis] * np.eye(A.shape[1]) - A[i]
         with one_thread(), np.errstate(all="ignore"):
-            x, sure = _solved(M, B[i])
-            y, also = _solved(M.swapaxes(1, 2), Cy[i].swapaxes(1, 2))
-            new = dual_answers(A[i], B[i], Cy[i], D[i], s[k], x, y)
+            x, sure = _solve_rows(M, B[i])
+            y, also = _solve_rows(M.swapaxes(1, 2), Cy[i].swapaxes(1, 2))
+            new = adjoint_answers(A[i], B[i], Cy[i], D[i], s[k], x, y)
         pole = ~(sure & also)[:, np.newaxis, np.newaxis]
-        better = pole | ~(found.errors[i, k] <= new.errors)
+        better = pole | ~(answers.errors[i, k] <= new.errors)
         for old, own in (
-            (found.values, new.values),
-            (found.errors, new.errors),
-            (found.sensitivities, new.sensitivities),
+            (answers.values, new.values),
+            (answers.errors, new.errors),
+            (answers.sensitivities, new.sensitivities),
         ):
             old[i, k] = np.where(pole, np.nan, np.where(better, own, old[i, k]))
-        poles[i[~np.isfinite(found.values[i, k]).all(axis=(1, 2))]] = True
+        poles[i[~np.isfinite(answers.values[i, k]).all(axis=(1, 2))]] = True
     return poles
 
 
-def _solved(M: Complex, right: Array) -> tuple[Complex, Mask]:
+def _solve_rows(M: Complex, right: Array) -> tuple[Complex, Mask]:
     """The solutions of some systems after a step of refinement, and the mask of those that are known at all."""
     x, change = (np.full((len(M), *right.shape[1:]), np.nan, complex) for _ in range(2))
     for i, (own, b) in enumerate(zip(M, right, strict=True)):

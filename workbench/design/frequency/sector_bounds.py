@@ -21,7 +21,7 @@ class Sector:
 
 
 @dataclass(frozen=True)
-class Bound:
+class SectorBound:
     """A lower bound of a function f over a sector, and one of |f'|; zero where f' has no zero inside."""
 
     below: float
@@ -48,25 +48,25 @@ def balance(rho: float, phi: float) -> float:
     return 2 * (math.sinh(rho / 2) ** 2 + math.cos(phi / 2) ** 2) / math.cosh(rho)
 
 
-def distance_bound(sector: Sector) -> Bound:
+def distance_bound(sector: Sector) -> SectorBound:
     """The bounds of |1 + L|^2, with the slope 2 r (rho' (r + cos phi) - phi' sin phi)."""
     r_low, r_high = (math.exp(min(rho, LARGEST)) for rho in sector.rho)
     c, s = cosine(sector.phi), cosine((sector.phi[0] - math.pi / 2, sector.phi[1] - math.pi / 2))
     nearest = min(max(-c[0], r_low), r_high)
     below = (nearest + c[0]) ** 2 + max(1 - c[0] ** 2, 0.0)
     if not _regular(sector):
-        return Bound(below, math.inf)
+        return SectorBound(below, math.inf)
     radial, around = times(sector.rho_slope, (r_low + c[0], r_high + c[1])), times(sector.phi_slope, s)
-    return Bound(below, _steepest((radial[0] - around[1], radial[1] - around[0]), 2 * r_high))
+    return SectorBound(below, _steepest((radial[0] - around[1], radial[1] - around[0]), 2 * r_high))
 
 
-def inverse_distance_bound(sector: Sector) -> Bound:
+def inverse_distance_bound(sector: Sector) -> SectorBound:
     """The bounds of |1 + 1 / L|^2: those of |1 + L|^2 over the sector of 1 / L."""
     spans = (sector.rho, sector.phi, sector.rho_slope, sector.phi_slope)
     return distance_bound(Sector(*((-high, -low) for low, high in spans)))
 
 
-def balance_bound(sector: Sector) -> Bound:
+def balance_bound(sector: Sector) -> SectorBound:
     """The bounds of g, with the slope -(phi' sin phi + rho' cos phi tanh rho) / cosh rho."""
     c, s = cosine(sector.phi), cosine((sector.phi[0] - math.pi / 2, sector.phi[1] - math.pi / 2))
     least, most = (abs(rho) for rho in sorted(sector.rho, key=abs))
@@ -74,10 +74,10 @@ def balance_bound(sector: Sector) -> Bound:
     h = [1 / math.cosh(min(rho, LARGEST)) for rho in (most, least)]
     below = 1 + (c[0] * h[1] if c[0] < 0 else c[0] * h[0])
     if not _regular(sector):
-        return Bound(below, math.inf)
+        return SectorBound(below, math.inf)
     radial = times(times(c, (math.tanh(sector.rho[0]), math.tanh(sector.rho[1]))), sector.rho_slope)
     around = times(s, sector.phi_slope)
-    return Bound(below, _steepest((radial[0] + around[0], radial[1] + around[1]), h[1]))
+    return SectorBound(below, _steepest((radial[0] + around[0], radial[1] + around[1]), h[1]))
 
 
 def _regular(sector: Sector) -> bool:

@@ -11,20 +11,20 @@ import math
 from typing import TYPE_CHECKING
 
 from workbench.core.validation.refusals import positive
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency.axis_loop import AxisLoop, axis_loop, refuse_odd_loop
 from workbench.design.frequency.certified_values import (
     INFINITE,
     ZERO,
+    CertifiedPeak,
     CertifiedValue,
-    Peak,
     enclosure,
     greatest,
     least,
     magnitude,
     root_of,
     twice_inverse,
-    widened,
+    widen,
 )
 from workbench.design.frequency.crossovers import (
     UnitGain,
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 LAG = 64.0  # rad of the delay, up to which phase crossovers are listed without a `band`
 
 
-@door
+@check_arguments
 def stability_margins(
     loop: control.TransferFunction | control.StateSpace, delay: float = 0.0, band: float | None = None
 ) -> StabilityMargins:
@@ -139,7 +139,7 @@ def _delay(loop: AxisLoop, gain: UnitGain) -> CertifiedValue:
     return CertifiedValue(value / omega.value, bounds.low, bounds.high)
 
 
-def _peaks(loop: AxisLoop) -> tuple[Peak, Peak, CertifiedValue, float]:
+def _peaks(loop: AxisLoop) -> tuple[CertifiedPeak, CertifiedPeak, CertifiedValue, float]:
     """Ms, Mt and the disk margin from |D|^2, |N|^2 and |D - N|^2 over |D + N|^2."""
     both = add(loop.A, loop.B)
     closed, opposed = trim(add(both, scale(loop.P, 2))), trim(add(both, scale(loop.P, -2)))
@@ -147,18 +147,18 @@ def _peaks(loop: AxisLoop) -> tuple[Peak, Peak, CertifiedValue, float]:
     return _peak(loop, loop.B, closed), _peak(loop, loop.A, closed), twice_inverse(balance.gain), balance.frequency
 
 
-def _peak(loop: AxisLoop, F: Polynomial, G: Polynomial) -> Peak:
+def _peak(loop: AxisLoop, F: Polynomial, G: Polynomial) -> CertifiedPeak:
     peak = largest_ratio(F, G)
     place = loop.top if peak.place is None else loop.frequency(peak.place)
-    return Peak(root_of(peak.low, peak.high), place.value)
+    return CertifiedPeak(root_of(peak.low, peak.high), place.value)
 
 
-def _late_peaks(late: LateLoop) -> tuple[Peak, Peak, CertifiedValue, float]:
+def _late_peaks(late: LateLoop) -> tuple[CertifiedPeak, CertifiedPeak, CertifiedValue, float]:
     S, T, g = least_distance(late), least_inverse_distance(late), least_balance(late)
     disk = (2 * math.sqrt(part / (2 - part)) for part in (g.value, g.low, g.high))
-    return _inverse_root(S), _inverse_root(T), widened(*disk), g.frequency
+    return _inverse_root(S), _inverse_root(T), widen(*disk), g.frequency
 
 
-def _inverse_root(valley: Valley) -> Peak:
+def _inverse_root(valley: Valley) -> CertifiedPeak:
     value, low, high = (1 / math.sqrt(part) for part in (valley.value, valley.high, valley.low))
-    return Peak(widened(value, low, high), valley.frequency)
+    return CertifiedPeak(widen(value, low, high), valley.frequency)

@@ -14,7 +14,7 @@ from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.half_planes import is_hurwitz
 from workbench.design.frequency.integer_polynomials import Polynomial, bilinear
 from workbench.design.frequency.polynomial_ratios import lowest_terms
-from workbench.design.matrices import Refused, pole_text
+from workbench.design.matrices import DesignError, pole_text
 
 if TYPE_CHECKING:
     import control
@@ -60,7 +60,7 @@ def stable_ratio(call: str, system: System, purpose: str) -> StableRatio:
     """
     refuse_odd_loop(call, system, "system", ONE_CHANNEL)
     if system.nstates and system.nstates > MOST_STATES:
-        raise Refused(
+        raise DesignError(
             f"`{call}(system)` works in exact arithmetic, which takes seconds for {MOST_STATES} states and minutes for "
             f"more; '{system.name}' has {system.nstates}. Reduce its order first, by `control.balred` say."
         )
@@ -75,7 +75,7 @@ def stable_ratio(call: str, system: System, purpose: str) -> StableRatio:
         )
     on_axis = denominator if period is None else bilinear(denominator)
     if not is_hurwitz(on_axis):
-        raise Refused(_not_stable(call, system, period, denominator, purpose))
+        raise DesignError(_not_stable(call, system, period, denominator, purpose))
     return StableRatio(*lowest_terms(numerator, denominator), period)
 
 

@@ -54,12 +54,12 @@ class TransferPolynomials:
         """True if every root of d, hidden modes included, lies inside the region of stability: decided exactly."""
         return is_hurwitz(self.on_axis(self.denominator))
 
-    def combined(self, weight: int) -> TransferPolynomials:
+    def combine_channels(self, weight: int) -> TransferPolynomials:
         """The square system in which the last channel stands for all further ones too, by powers of a weight."""
         rows, columns = len(self.numerators), len(self.numerators[0])
         size = min(rows, columns)
-        numerators = [row[: size - 1] + [_weighted(row[size - 1 :], weight)] for row in self.numerators]
-        last = [_weighted([row[j] for row in numerators[size - 1 :]], weight) for j in range(size)]
+        numerators = [row[: size - 1] + [_weighted_sum(row[size - 1 :], weight)] for row in self.numerators]
+        last = [_weighted_sum([row[j] for row in numerators[size - 1 :]], weight) for j in range(size)]
         return replace(self, numerators=[*numerators[: size - 1], last])
 
     def minors(self) -> list[Minors]:
@@ -86,7 +86,7 @@ class TransferPolynomials:
         return quotient(total, self.denominator)
 
 
-def _weighted(polynomials: list[Polynomial], weight: int) -> Polynomial:
+def _weighted_sum(polynomials: list[Polynomial], weight: int) -> Polynomial:
     total: Polynomial = []
     for k, polynomial in enumerate(polynomials):
         total = add(total, scale(polynomial, weight**k))

@@ -13,13 +13,13 @@ Examples
 from workbench.design.linear.compensators import Placement, lead_lag, place
 from workbench.design.linear.equilibria import Equilibria, Equilibrium, equilibria
 from workbench.design.linear.feedback_loops import frequency_response, one_loop, sensitivity
-from workbench.design.linear.linear_modes import Hautus, Mode, Pole, controllability, observability, poles
+from workbench.design.linear.linear_modes import Hautus, HautusMode, Pole, controllability, observability, poles
 from workbench.design.linear.linear_path import LinearPath, LyapunovExponents, along, freeze, lyapunov_exponents
 from workbench.design.linear.linearization import linearize, to_control
 from workbench.design.linear.loop_cuts import broken_loop, broken_loops
 from workbench.design.linear.loop_margins import DiskMargin, LoopMargins, disk_margin, loop_margins
-from workbench.design.linear.operating_point import OperatingPoint, operating_point
-from workbench.design.matrices import Refused
+from workbench.design.linear.operating_point import TrimPoint, operating_point
+from workbench.design.matrices import DesignError
 
 __all__ = [
     "DiskMargin",
@@ -29,11 +29,11 @@ __all__ = [
     "LinearPath",
     "LoopMargins",
     "LyapunovExponents",
-    "Mode",
-    "OperatingPoint",
+    "HautusMode",
+    "TrimPoint",
     "Placement",
     "Pole",
-    "Refused",
+    "DesignError",
     "along",
     "broken_loop",
     "broken_loops",

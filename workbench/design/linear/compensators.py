@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core.point import Point, PointedGain
+from workbench.core.point import OperatingPoint, PointedGain
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import Array, described, finite, raised, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, describe, error_text, finite, refusal
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.linear.linear_modes import controllability
 from workbench.design.linear.loop_margins import loop_margins
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import EPS, Complex, Refused, pole_text
+from workbench.design.matrices import EPS, Complex, DesignError, pole_text
 
 if TYPE_CHECKING:
     import control
@@ -40,10 +40,10 @@ class Placement:
     K: Array
     poles: Complex
     error: float
-    point: Point | None = None
+    point: OperatingPoint | None = None
 
 
-@door
+@check_arguments
 def place(system: control.StateSpace, poles: Numbers) -> Placement:
     """The gain K of u = -K x that gives A - B K these poles, by python-control; for several inputs a robust one.
 
@@ -75,9 +75,9 @@ def place(system: control.StateSpace, poles: Numbers) -> Placement:
 
     state_space("place", system)
     wanted = _conjugate(poles, system)
-    if (test := controllability(system)).failing:
-        mode = test.failing[0]
-        raise Refused(
+    if (test := controllability(system)).failing_modes:
+        mode = test.failing_modes[0]
+        raise DesignError(
             f"`place(system, poles)` can move only modes that an input reaches; the pole {mode.value:.4g} of "
             f"'{system.name}' is reached by none. Take `lqr`, if it decays."
         )
@@ -85,11 +85,11 @@ def place(system: control.StateSpace, poles: Numbers) -> Placement:
     most = int((distance <= SAME * np.abs(wanted).max()).sum(axis=1).max())
     K = _gain(system, wanted, most)
     reached = np.linalg.eigvals(system.A - system.B @ K).astype(complex)
-    reached, errors = _matched(wanted, reached)
+    reached, errors = _match_poles(wanted, reached)
     worst = int(errors.argmax())
     # rounding moves a pole that is repeated m times by the m-th root of itself
     if not errors[worst] <= max(OFF, (1e3 * EPS) ** (1 / most)):
-        raise Refused(
+        raise DesignError(
             f"`place(system, poles)`: A - B K has the pole {pole_text(complex(reached[worst]))} in the place of "
             f"{pole_text(complex(wanted[worst]))}; take poles nearer to those of the system and to each other, or not "
             "repeated."
@@ -98,7 +98,7 @@ def place(system: control.StateSpace, poles: Numbers) -> Placement:
     return Placement(PointedGain.of(K, point), reached, float(errors[worst]), point)
 
 
-def _gain(system: control.StateSpace, wanted: Complex, most: int) -> Array:
+def _gain(system: control.StateSpace, target_poles: Complex, most: int) -> Array:
     """The gain of python-control for poles of which one comes so often at most."""
     import control
 
@@ -106,9 +106,9 @@ def _gain(system: control.StateSpace, wanted: Complex, most: int) -> Array:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what does not converge is seen in the poles
-            return np.asarray(design(system.A, system.B, wanted), dtype=float).reshape(system.ninputs, -1)
+            return np.asarray(design(system.A, system.B, target_poles), dtype=float).reshape(system.ninputs, -1)
     except ValueError as error:
-        raise Refused(f"`place(system, poles)`: python-control has no such gain: {raised(error)}.") from error
+        raise DesignError(f"`place(system, poles)`: python-control has no such gain: {error_text(error)}.") from error
 
 
 def _conjugate(poles: Numbers, system: System) -> Complex:
@@ -122,28 +122,26 @@ def _conjugate(poles: Numbers, system: System) -> Complex:
     with np.errstate(over="ignore"):  # a number beyond 1.8e308 becomes infinite, and is refused
         wanted = given.astype(complex)
     if wanted.shape != (len(system.A),) or not np.isfinite(wanted).all():
-        raise ValueError(
-            f"`{call}` must be {len(system.A)} finite numbers, one for each state; got {described(poles)}."
-        )
+        raise ValueError(f"`{call}` must be {len(system.A)} finite numbers, one for each state; got {describe(poles)}.")
     if not np.allclose(np.sort_complex(wanted), np.sort_complex(wanted.conj()), rtol=SAME, atol=0):
-        raise ValueError(f"`{call}` must come in conjugate pairs, as the gain is real; got {described(poles)}.")
+        raise ValueError(f"`{call}` must come in conjugate pairs, as the gain is real; got {describe(poles)}.")
     return wanted
 
 
-def _matched(wanted: Complex, reached: Complex) -> tuple[Complex, Array]:
+def _match_poles(target_poles: Complex, reached_poles: Complex) -> tuple[Complex, Array]:
     """The poles that are reached in the order of the wanted ones, with the error of each relative to its own size.
 
     A pole at zero has no size; its error is relative to the largest.
     """
     from scipy.optimize import linear_sum_assignment  # here, as it takes long to import
 
-    distance = np.abs(wanted[:, np.newaxis] - reached)
+    distance = np.abs(target_poles[:, np.newaxis] - reached_poles)
     rows, columns = linear_sum_assignment(distance)
-    size = np.where(wanted != 0, np.abs(wanted), max(float(np.abs(wanted).max()), EPS))
-    return reached[columns], distance[rows, columns] / size
+    size = np.where(target_poles != 0, np.abs(target_poles), max(float(np.abs(target_poles).max()), EPS))
+    return reached_poles[columns], distance[rows, columns] / size
 
 
-@door
+@check_arguments
 def lead_lag(
     plant: control.StateSpace, crossover: float, margin: float, boost: float = 1.0
 ) -> control.TransferFunction:
@@ -216,13 +214,13 @@ def _refuse_margin(loop: control.StateSpace, wc: float, degrees: float) -> None:
 
     poles = control.feedback(loop, 1).poles()
     if not poles.real.max() < 0:
-        raise Refused(
+        raise DesignError(
             f"`lead_lag(...)`: with a crossover at {wc:g} rad/s the closed loop has the pole "
             f"{poles[poles.real.argmax()]:.3g}, so it is not stable; take another crossover, or `lqg`."
         )
     (reached,) = loop_margins(loop)
     if not reached.phase >= degrees - CLOSE:
-        raise Refused(
+        raise DesignError(
             f"`lead_lag(...)`: the loop crosses a gain of one at {reached.crossover:.4g} rad/s, not only at {wc:g}, "
             f"and its phase margin there is {reached.phase:.3g} degrees, not {degrees:g}. Take another crossover, "
             "beyond the resonance of the plant say, a smaller margin, or `lqg`."
@@ -237,7 +235,7 @@ def _lead(wc: float, phase: float) -> control.TransferFunction:
     if phase <= 0:
         return control.tf([1], [1])
     if not phase <= MOST_LEAD:
-        raise Refused(
+        raise DesignError(
             f"`lead_lag(...)`: {phase:.3g} degrees lack at {wc:g} rad/s, and one section of lead gives {MOST_LEAD:g} "
             "at most; take a lower crossover or a smaller margin."
         )

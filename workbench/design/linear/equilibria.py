@@ -14,15 +14,15 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, whole
 from workbench.core.validation.refusals import seed as check_seed
-from workbench.core.validation.signatures import door
-from workbench.design.linear.corners import Corners, differing
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear.equilibria_proofs import prove_equilibria
 from workbench.design.linear.operating_point import row_of
+from workbench.design.linear.switching_functions import SwitchingFunctions, corner_entries
 
 NEWTON_STEPS, HALVINGS = 40, 12
-CONVERGED = 1e-12  # the last step, relative to the state
-MERGED = 1e-7  # rest points nearer than this, relative to their size, are one
-ISOLATED = 1e10  # a condition of df/dx from which on a rest point may be one of a continuum
+STEP_TOLERANCE = 1e-12  # the last step, relative to the state
+MERGE_DISTANCE = 1e-7  # rest points nearer than this, relative to their size, are one
+ISOLATED_CONDITION = 1e10  # a condition of df/dx from which on a rest point may be one of a continuum
 STRIDE, ASTRAY = 1e-3, 0.1  # a step along a continuum, relative to the state; the share of it that may lead off
 MOST_STARTS = 100_000
 
@@ -48,9 +48,9 @@ class Equilibrium:
     along: tuple[str, ...] = ()
 
     @property
-    def isolated(self) -> bool:
+    def is_isolated(self) -> bool:
         """True if df/dx is regular, so that no other rest point is near."""
-        return self.condition < ISOLATED
+        return self.condition < ISOLATED_CONDITION
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,13 +64,13 @@ class Equilibria:
 
     points: tuple[Equilibrium, ...]
     starts: int
-    converged: int
+    converged_starts: int
     complete: bool
     boxes: int
 
     def __str__(self) -> str:
         found = {0: "no rest point", 1: "1 rest point"}.get(len(self.points), f"{len(self.points)} rest points")
-        tried = f"{self.converged} of {self.starts} starts converged"
+        tried = f"{self.converged_starts} of {self.starts} starts converged"
         if self.complete:
             return f"{found} in the box, and no other: proved by intervals over {self.boxes} boxes ({tried})"
         if moving := sorted({label for point in self.points for label in point.along}):
@@ -81,7 +81,7 @@ class Equilibria:
         return f"{found} found in the box ({tried}); that there is no other is not proved"
 
 
-@door
+@check_arguments
 def equilibria(
     ode: Ode,
     box: Mapping[str, tuple[float, float]],
@@ -127,7 +127,7 @@ def equilibria(
             f"`equilibria(ode=...)` must have a rate that does not depend on time; that of '{ode.name}' does."
         )
     low, high = _ends(ode.states, box)
-    begun = _spread(low, high, starts, seed)
+    begun = _spread_points(low, high, starts, seed)
     reached = [end for start in begun if (end := _newton(ode, start, row)) is not None]
     room = 1e-9 * (high - low)
     inside = [x for x in reached if ((low - room <= x) & (x <= high + room)).all()]
@@ -136,7 +136,7 @@ def equilibria(
     radii, complete, looked_at = prove_equilibria(ode, row, low, high, found, boxes)
     # where the proof is complete, a point with no zero near it is none: its rate is small, but not zero
     kept = [(x, r) for x, r in zip(found, radii, strict=True) if r is not None or not complete]
-    points = [_certified(ode, x, row, usual, radius) for x, radius in kept]
+    points = [_certified_equilibrium(ode, x, row, usual, radius) for x, radius in kept]
     return Equilibria(tuple(points), starts, len(reached), complete, looked_at)
 
 
@@ -155,7 +155,7 @@ def _ends(states: Layout, box: Mapping[str, tuple[float, float]]) -> tuple[Array
     return low, high
 
 
-def _spread(low: Array, high: Array, count: int, seed: int) -> Array:
+def _spread_points(low: Array, high: Array, count: int, seed: int) -> Array:
     """Points (count, nx) that fill a box evenly: Kronecker's sequence of Roberts' generalised golden ratio."""
     whole("equilibria(starts=...)", count, most=MOST_STARTS)
     ratio = 1.5
@@ -174,7 +174,7 @@ def _newton(ode: Ode, start: Array, p: Array) -> Array | None:
         if not (np.isfinite(A).all() and np.isfinite(rate).all()):
             return None
         change = np.linalg.lstsq(A, -rate, rcond=1e-13)[0]
-        if np.abs(change).max() <= CONVERGED * (1 + np.abs(x).max()):
+        if np.abs(change).max() <= STEP_TOLERANCE * (1 + np.abs(x).max()):
             at = x + change
             # least squares also end where no step makes the rate less: what is left must be rounding
             rests = (np.abs(rate) <= 1e-9 * (1 + np.abs(A) @ (1 + np.abs(at)))).all()
@@ -191,14 +191,14 @@ def _newton(ode: Ode, start: Array, p: Array) -> Array | None:
 def _distinct(points: list[Array]) -> list[Array]:
     kept: list[Array] = []
     for x in points:
-        if all(np.abs(x - other).max() > MERGED * (1 + np.abs(x).max()) for other in kept):
+        if all(np.abs(x - other).max() > MERGE_DISTANCE * (1 + np.abs(x).max()) for other in kept):
             kept.append(x)
     return sorted(kept, key=lambda x: [round(float(value), 6) for value in x])
 
 
-def _usual(ode: Ode, begun: Array, p: Array) -> float:
+def _usual(ode: Ode, starts: Array, p: Array) -> float:
     """The median of the norms of df/dx over the starts at which it is defined."""
-    slopes = (np.array(ode.A(0.0, x, p)) for x in begun)
+    slopes = (np.array(ode.A(0.0, x, p)) for x in starts)
     return float(np.median([float(np.linalg.norm(A, 2)) for A in slopes if np.isfinite(A).all()] or [0.0]))
 
 
@@ -211,18 +211,18 @@ def _along(ode: Ode, x: Array, p: Array, flat: Array) -> tuple[str, ...]:
             end = _newton(ode, start, p)
             if end is not None and np.linalg.norm(end - start) <= ASTRAY * np.linalg.norm(start - x):
                 moving = np.maximum(moving, np.abs(direction))
-    return tuple(label for label, share in zip(ode.states.labels, moving, strict=True) if share > MERGED)
+    return tuple(label for label, share in zip(ode.states.labels, moving, strict=True) if share > MERGE_DISTANCE)
 
 
-def _certified(ode: Ode, x: Array, p: Array, usual: float, radius: float | None) -> Equilibrium:
+def _certified_equilibrium(ode: Ode, x: Array, p: Array, usual: float, radius: float | None) -> Equilibrium:
     A = np.array(ode.A(0.0, x, p))
-    poles, corners = np.linalg.eigvals(A).astype(complex), Corners.of(ode)
+    poles, corners = np.linalg.eigvals(A).astype(complex), SwitchingFunctions.of(ode)
     pieces, n = corners.pieces(0.0, x, p), len(x)
-    if pieces and differing(pieces)[:n, :n].any():
+    if pieces and corner_entries(pieces)[:n, :n].any():
         poles = np.full(n, np.nan + 0j)
     step = np.linalg.lstsq(A, ode.rate_at(0.0, x, p), rcond=1e-13)[0]
     _, sizes, directions = np.linalg.svd(A)
-    along = _along(ode, x, p, directions[sizes * ISOLATED <= max(sizes[0], usual)])
+    along = _along(ode, x, p, directions[sizes * ISOLATED_CONDITION <= max(sizes[0], usual)])
     condition = float(max(sizes[0], usual) / sizes[-1]) if sizes[-1] else float("inf")
     slowest = poles[np.lexsort((-poles.imag, -poles.real))]
     error = float(np.abs(step).max() / (1 + np.abs(x).max()))

@@ -48,7 +48,7 @@ def prove_equilibria(
     unknowns = Unknowns(tuple(x[k].name() for k in range(len(free))), numbers)
     around = [_neighbourhood(f, x, point[free], numbers) for point in points]
     try:
-        complete, used = _swept(walk(f), unknowns, low[free], high[free], [n for n in around if n], most)
+        complete, used = _sweep_boxes(walk(f), unknowns, low[free], high[free], [n for n in around if n], most)
     except NoBound:
         return nothing, False, 0
     # the states that are fixed at zero may be off by rounding in a point
@@ -85,7 +85,7 @@ def _neighbourhood(f: ca.SX, x: ca.SX, point: Array, numbers: Mapping[str, float
     return None
 
 
-def _swept(
+def _sweep_boxes(
     f: Walk, unknowns: Unknowns, low: Array, high: Array, around: Sequence[Neighbourhood], most: int
 ) -> tuple[bool, int]:
     """Halve boxes (N, k) until each is done with, or so many have been looked at."""

@@ -13,10 +13,10 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, numbers, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import Complex, Refused
+from workbench.design.matrices import Complex, DesignError
 
 if TYPE_CHECKING:
     import control
@@ -25,7 +25,7 @@ TOLERANCE = 1e-6  # relative, between what is proved and what is reached
 ROUNDS = 60
 
 
-@door
+@check_arguments
 def one_loop(loop: control.StateSpace, place: int) -> control.StateSpace:
     """The gain of one channel of a loop L while all others are closed.
 
@@ -56,7 +56,7 @@ def one_loop(loop: control.StateSpace, place: int) -> control.StateSpace:
     )
 
 
-@door
+@check_arguments
 def sensitivity(loop: control.StateSpace) -> control.StateSpace:
     """S = (I + L)^-1, from disturbances added at the inputs to the inputs; its poles are those of the closed loop.
 
@@ -87,7 +87,7 @@ def complementary_sensitivity(loop: control.StateSpace | control.TransferFunctio
     return control.feedback(loop, np.eye(loop.ninputs) if loop.ninputs > 1 else 1)
 
 
-@door
+@check_arguments
 def frequency_response(system: control.StateSpace, frequencies: Array) -> Complex:
     """The response of a system at frequencies (N,) in rad/s, by python-control: (N, ny, nu).
 
@@ -135,7 +135,7 @@ def pole_frequencies(G: control.StateSpace, count: int) -> Array:
 
 @dataclass(frozen=True)
 @show
-class Peak:
+class PeakGain:
     """The largest gain of a system: it is reached, `below`, at a frequency in rad/s, and nowhere beyond `above`."""
 
     below: float
@@ -143,7 +143,7 @@ class Peak:
     frequency: float
 
 
-def largest_gain(G: control.StateSpace, response: Callable[[Array], Complex] | None = None) -> Peak:
+def largest_gain(G: control.StateSpace, response: Callable[[Array], Complex] | None = None) -> PeakGain:
     """The H-infinity norm of a stable system: the largest singular value of G(i omega), which `response` may give.
 
     References
@@ -157,19 +157,19 @@ def largest_gain(G: control.StateSpace, response: Callable[[Array], Complex] | N
     if at_infinity > below:
         below, frequency = at_infinity, float("inf")
     if not below:
-        return Peak(0.0, 0.0, 0.0)
+        return PeakGain(0.0, 0.0, 0.0)
     for _ in range(ROUNDS):
         gamma = (1 + TOLERANCE) * below
         crossings = crossings_of(G, gamma)
         middles = np.concatenate([crossings, (crossings[1:] + crossings[:-1]) / 2])
         found, at = _highest(response, middles) if len(middles) else (0.0, 0.0)
         if found <= gamma:
-            return Peak(below, gamma, frequency)
+            return PeakGain(below, gamma, frequency)
         below, frequency = found, at
-    raise Refused("The largest gain over all frequencies was not found: the eigenvalues are too rough.")
+    raise DesignError("The largest gain over all frequencies was not found: the eigenvalues are too rough.")
 
 
-def largest_state_gain(A: Array, B: Array) -> Peak:
+def largest_state_gain(A: Array, B: Array) -> PeakGain:
     """The largest gain over all frequencies from u to x of the stable system x' = A x + B u."""
     import control  # takes seconds
 

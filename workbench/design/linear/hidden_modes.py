@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.design.linear.linear_modes import TOLERANCE, Mode, hautus_mode, mode_at
+from workbench.design.linear.linear_modes import TOLERANCE, HautusMode, hautus_mode, mode_at
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex
 
@@ -20,7 +20,7 @@ MOST = 24  # modes of such a system that are decided by a singular value: some s
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 
-def hidden_modes(system: control.StateSpace, kind: str, dead: float = 0.0) -> tuple[tuple[Mode, ...], int]:
+def hidden_modes(system: control.StateSpace, kind: str, dead: float = 0.0) -> tuple[tuple[HautusMode, ...], int]:
     """The modes that fail the test of Hautus, and the number of those that are not decided; of a pair only one.
 
     `kind` is "controllable" or "observable". Modes whose size is below `dead` are left out. See `controllability` for
@@ -35,7 +35,7 @@ def hidden_modes(system: control.StateSpace, kind: str, dead: float = 0.0) -> tu
     values, radii, passing = _proved_modes(A, B)
     doubtful = np.flatnonzero(~passing & (values.imag >= -1e-9 * np.abs(values)) & (np.abs(values) >= dead))
     names, scale = system.state_labels, float(np.linalg.norm(np.hstack([A, B]), 2)) or 1.0
-    found, undecided = list[Mode](), max(len(doubtful) - MOST, 0) if len(A) > LARGE else 0
+    found, undecided = list[HautusMode](), max(len(doubtful) - MOST, 0) if len(A) > LARGE else 0
     for k in doubtful[: len(doubtful) - undecided]:
         if len(A) <= LARGE:
             mode, sure = hautus_mode(A, B, complex(values[k]), scale, names), True

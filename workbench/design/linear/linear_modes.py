@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex, pole_text
 
@@ -40,7 +40,7 @@ class Pole:
     states: tuple[str, ...]
 
 
-@door
+@check_arguments
 def poles(system: control.StateSpace) -> tuple[Pole, ...]:
     """The poles of a system, the slowest to decay first.
 
@@ -61,13 +61,13 @@ def poles(system: control.StateSpace) -> tuple[Pole, ...]:
         along = left[k] * right[:, k]
         with np.errstate(over="ignore"):
             condition = float(np.linalg.norm(left[k]))
-        size, damping = _spread(complex(value), system.dt if system.isdtime(strict=True) else None)
-        found.append(Pole(complex(value), size, damping, condition, _named(along, names)))
+        size, damping = _frequency_and_damping(complex(value), system.dt if system.isdtime(strict=True) else None)
+        found.append(Pole(complex(value), size, damping, condition, _names_of(along, names)))
     growth = np.abs(values) if system.isdtime(strict=True) else values.real
     return tuple(found[k] for k in np.lexsort((-values.imag, -np.round(growth, 9))))
 
 
-def _spread(value: complex, dt: float | None) -> tuple[float, float]:
+def _frequency_and_damping(value: complex, dt: float | None) -> tuple[float, float]:
     """The natural frequency and damping of a pole; infinite and 1 for z = 0, which decays in one step."""
     if dt is not None and not value:
         return float("inf"), 1.0
@@ -78,7 +78,7 @@ def _spread(value: complex, dt: float | None) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 @show
-class Mode:
+class HautusMode:
     """An eigenvalue of A under the test of Popov, Belevitch and Hautus, where its matrix is nearest to a loss of rank.
 
     `margin` is the smallest singular value of [lambda I - A, B], or [lambda I - A; Cy], as a share of the norm of [A,
@@ -98,16 +98,16 @@ class Hautus:
     """A test of Popov, Belevitch and Hautus, its modes by their margins, each of which must exceed the tolerance."""
 
     kind: str
-    modes: tuple[Mode, ...]
+    modes: tuple[HautusMode, ...]
     tolerance: float
 
     @property
     def holds(self) -> bool:
         """True if every mode has its margin."""
-        return not self.failing
+        return not self.failing_modes
 
     @property
-    def failing(self) -> tuple[Mode, ...]:
+    def failing_modes(self) -> tuple[HautusMode, ...]:
         """The modes without a margin."""
         return tuple(mode for mode in self.modes if mode.margin <= self.tolerance)
 
@@ -121,12 +121,12 @@ class Hautus:
             return f"{self.kind}: the smallest margin is {self.margin:.2g} (tolerance {self.tolerance:.1g})"
         what = "no input moves" if self.kind == "controllable" else "no output shows"
         modes = "; ".join(
-            f"{pole_text(m.value)} 1/s along {', '.join(m.states)} (margin {m.margin:.1g})" for m in self.failing
+            f"{pole_text(m.value)} 1/s along {', '.join(m.states)} (margin {m.margin:.1g})" for m in self.failing_modes
         )
         return f"not {self.kind}: {what} the mode {modes} (tolerance {self.tolerance:.1g})"
 
 
-@door
+@check_arguments
 def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
     """The test that rank [lambda I - A, B] = nx at every eigenvalue lambda of A: inputs move every mode.
 
@@ -141,7 +141,7 @@ def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) ->
     return _hautus("controllable", A, B, system.state_labels, tolerance)
 
 
-@door
+@check_arguments
 def observability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
     """The test that rank [lambda I - A; Cy] = nx at every eigenvalue lambda of A: outputs show every mode.
 
@@ -165,7 +165,7 @@ def _least(A: Array, B: Array, value: complex) -> tuple[Complex, float, complex]
     return w, float(s[-1]), complex(w.conj() @ V[-1, : len(A)].conj())
 
 
-def _named(vector: Complex, names: list[str]) -> tuple[str, ...]:
+def _names_of(vector: Complex, names: list[str]) -> tuple[str, ...]:
     """The names of the entries that are large, the largest first; of equal ones the first."""
     size = np.abs(vector)
     largest = size.max()
@@ -181,13 +181,13 @@ def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -
     return Hautus(kind, tuple(sorted(modes, key=lambda m: m.margin)), tolerance)
 
 
-def mode_at(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
+def mode_at(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> HautusMode:
     """The mode at an eigenvalue itself."""
     w, margin, _ = _least(A, B, value)
-    return Mode(complex(value), margin / scale, w, _named(w, names))
+    return HautusMode(complex(value), margin / scale, w, _names_of(w, names))
 
 
-def hautus_mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
+def hautus_mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> HautusMode:
     """The mode at an eigenvalue, or near it where the least singular value of [lambda I - A, B] has a minimum."""
     w, margin, slope = _least(A, B, value)
     start, reach = value, NEARBY * EPS ** (1 / len(A)) * float(np.linalg.norm(A, 2))
@@ -200,4 +200,4 @@ def hautus_mode(A: Array, B: Array, value: complex, scale: float, names: list[st
                 break
         else:
             break
-    return Mode(complex(value), margin / scale, w, _named(w, names))
+    return HautusMode(complex(value), margin / scale, w, _names_of(w, names))

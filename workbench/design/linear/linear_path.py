@@ -12,16 +12,16 @@ from workbench.core import Layout, Ode, rk4, with_quadrature, with_sensitivity
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, as_array, multiple, numbers, positive, seconds
-from workbench.core.validation.signatures import door
-from workbench.design.linear.corners import (
-    Corners,
-    differing,
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.linear.operating_point import inputs_of, jacobians, places_of, row_of, smooth, vector_of
+from workbench.design.linear.switching_functions import (
+    SwitchingFunctions,
+    corner_entries,
     pieces_ahead,
     refuse_corner,
     rows_of,
     split,
 )
-from workbench.design.linear.operating_point import inputs_of, jacobians, places_of, row_of, smooth, vector_of
 from workbench.design.matrices import Complex
 
 BATCHES = 10
@@ -56,7 +56,7 @@ class LinearPath:
         return np.asarray(np.take_along_axis(values, order, axis=-1))
 
 
-@door
+@check_arguments
 def along(ode: Ode, t: Numbers, x: Numbers, p: Numbers | None = None) -> LinearPath:
     """The linear models of an `Ode` at the states of a motion, frozen at each.
 
@@ -95,7 +95,7 @@ def along(ode: Ode, t: Numbers, x: Numbers, p: Numbers | None = None) -> LinearP
     if table is not None and len(table) != len(times):
         raise ValueError(f"`along(p=...)` must have a row for each of the {len(times)} times; got {len(table)}.")
     rows = [row_of(ode, row) for row in ([p] if table is None else table)]
-    corners, points = Corners.of(ode), []
+    corners, points = SwitchingFunctions.of(ode), []
     for k, (time, state) in enumerate(zip(times, states, strict=True)):
         points.append((float(time), state, rows[0 if table is None else k]))
     matrices = [_on_motion(corners, *point) for point in points]
@@ -106,19 +106,19 @@ def along(ode: Ode, t: Numbers, x: Numbers, p: Numbers | None = None) -> LinearP
     return LinearPath(times, states, u, y, A, B, Cy, D, *names)
 
 
-def _on_motion(corners: Corners, t: float, x: Array, p: Array) -> tuple[Array, Array, Array, Array]:
+def _on_motion(corners: SwitchingFunctions, t: float, x: Array, p: Array) -> tuple[Array, Array, Array, Array]:
     """A, B, Cy and D at a state of a motion; on a corner, of the piece that lies ahead."""
     ode, pieces = corners.ode, corners.pieces(t, x, p)
     if not pieces:
         return jacobians("along", ode, t, x, p)
     ahead = pieces_ahead(corners, pieces, (t, x, p))
-    odd = differing(ahead)
+    odd = corner_entries(ahead)
     if odd.any():
         refuse_corner("along", corners, ahead, odd, rows_of(ode), "Leave this time out, or start beside the corner.")
     return split(ahead[0].near, len(x))
 
 
-@door
+@check_arguments
 def freeze(ode: Ode, names: Sequence[str]) -> Ode:
     """The same equation with the named states frozen: parameters of the same names take their places.
 
@@ -169,7 +169,7 @@ class LyapunovExponents:
     span: float
 
 
-@door
+@check_arguments
 def lyapunov_exponents(
     ode: Ode, until: float, h: float, p: Numbers | None = None, x0: Numbers | None = None, *, skip: float = 0.0
 ) -> LyapunovExponents:
@@ -254,9 +254,9 @@ def _logarithms(ode: Ode, x0: Array, p: Array, h: float, until: float, skip: flo
 
 
 def _refuse_jumps(ode: Ode, p: Array) -> None:
-    from workbench.engine.reference.surfaces import Switched  # half a second, which few callers of this room need
+    from workbench.engine.reference.surfaces import SwitchedRate  # half a second, which few callers of this room need
 
-    for surface in Switched.of(ode, p).surfaces:
+    for surface in SwitchedRate.of(ode, p).surfaces:
         if surface.jumps and ca.depends_on(surface.sigma, ode.x):
             raise ValueError(
                 "`lyapunov_exponents(ode=...)` must have a rate that is continuous in the states; that of "

@@ -8,30 +8,30 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled
+from workbench.core import Layout, Ode, SampledSystem
 from workbench.core.methods import runge_kutta
 from workbench.core.notation.program import walk
 from workbench.core.validation.refusals import MOST, Array
-from workbench.design.linear.corners import (
+from workbench.design.linear.operating_point import LATEST, jacobians, places_of, refuse_jump_at
+from workbench.design.linear.switching_functions import (
     FARTHER,
-    Corners,
+    CornerSide,
     Mask,
-    Piece,
     Sides,
-    Used,
+    SwitchingFunctions,
+    UsedEntries,
     all_entries,
     anywhere,
     chosen_pieces,
-    differing,
+    corner_entries,
     refuse_corner,
     rows_of,
     side_direction,
 )
-from workbench.design.linear.operating_point import LATEST, jacobians, places_of, refuse_jump_at
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.proofs.interval import jumps
 
-CONVERGED = 1e-12  # between a number of steps and twice as many, relative
+STEP_TOLERANCE = 1e-12  # between a number of steps and twice as many, relative
 FEWEST, MOST_STEPS = 8, 2**14
 STAIRS = {"FLOOR", "CEIL", "FMOD", "REMAINDER"}
 Matrices = tuple[Array, Array, Array, Array]
@@ -52,92 +52,105 @@ class Period:
 
 def one_period(
     call: str,
-    sampled: Sampled,
+    system: SampledSystem,
     t: float,
     x: Array,
     p: Array,
     side: Sides = None,
-    used: Used = all_entries,
+    used_entries: UsedEntries = all_entries,
     *,
     substeps: int | None = None,
-    lifted: bool = False,
+    is_lifted: bool = False,
 ) -> Period:
     """The jump at t and the flow that follows it; a corner on which the answer depends is refused, or a side taken.
 
     The flow is exact, or that of so many `substeps` of a run. A block with a period of its own is refused unless the
     period is one of several that are `lifted`.
     """
-    k = t / sampled.period
+    k = t / system.period
     if not 0 <= k <= MOST or abs(k - round(k)) > 1e-6:
-        raise ValueError(f"`{call}(t=...)` must be a multiple of the period {sampled.period:g} s; got {t:g} s.")
-    k, flow, jump, n = float(round(k)), sampled.flow, jump_of(sampled), len(x)
-    _refuse_stairs(call, jump, k, p, lifted)
+        raise ValueError(f"`{call}(t=...)` must be a multiple of the period {system.period:g} s; got {t:g} s.")
+    k, flow, jump, n = float(round(k)), system.flow, jump_of(system), len(x)
+    _refuse_stairs(call, jump, k, p, is_lifted)
     refuse_jump_at(call, jump, k, x, p)
     after = jump.rate_at(k, x, p)
     refuse_jump_at(call, flow, t, after, p)
     output = np.array(flow.h(t, after, p)).ravel()
-    first, then = Corners.of(jump), Corners.of(flow)
+    first, then = SwitchingFunctions.of(jump), SwitchingFunctions.of(flow)
     jumped, moved = first.pieces(k, x, p), then.pieces(t, after, p)
     odd = np.zeros(len(output), dtype=bool)
     if not jumped and not moved:
         A, B, _, _ = jacobians(call, jump, k, x, p)
-        end, J = _after(call, sampled, t, after, p, np.hstack([A, B]), substeps)
+        end, J = _after(call, system, t, after, p, np.hstack([A, B]), substeps)
     else:
-        end = flow_over(call, sampled, t, after, p, substeps)[0]
-        jumped = jumped or [Piece((), np.zeros(0), *2 * (np.hstack(jacobians(call, jump, k, x, p)[:2]),))]
+        end = flow_over(call, system, t, after, p, substeps)[0]
+        jumped = jumped or [CornerSide((), np.zeros(0), *2 * (np.hstack(jacobians(call, jump, k, x, p)[:2]),))]
         step = side_direction(call, first, side, x, p[places_of(flow)])
         if step is not None:
             jumped = chosen_pieces(first, jumped, step, (k, x, p))
             moved = chosen_pieces(then, moved, np.concatenate([jumped[0].near @ step, step[n:]]), (t, after, p))
-        flows: list[Piece | None] = [*moved] or [None]
-        ways = [_way(call, sampled, t, after, p, a, b, substeps) for a in jumped for b in flows]
-        apart = differing(ways)
-        if (apart & used(anywhere(ways))).any():
+        flows: list[CornerSide | None] = [*moved] or [None]
+        ways = [_way(call, system, t, after, p, a, b, substeps) for a in jumped for b in flows]
+        apart = corner_entries(ways)
+        if (apart & used_entries(anywhere(ways))).any():
             _refuse_period(call, first, jumped, then, moved)
         J, odd = ways[0].near, np.asarray(apart[n:].any(axis=1))
     return Period(end, output, (J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:]), odd)
 
 
 def _after(
-    call: str, sampled: Sampled, t: float, x: Array, p: Array, jump: Array, substeps: int | None
+    call: str, system: SampledSystem, t: float, x: Array, p: Array, jump: Array, substeps: int | None
 ) -> tuple[Array, Array]:
     """The state at the end of a flow, and the derivatives (nx + ny, nx + nu) of it and of the outputs, past a jump."""
     n = len(x)
-    end, by_x, by_u = flow_over(call, sampled, t, x, p, substeps)
-    _, _, Cy, D = jacobians(call, sampled.flow, t, x, p)
+    end, by_x, by_u = flow_over(call, system, t, x, p, substeps)
+    _, _, Cy, D = jacobians(call, system.flow, t, x, p)
     A, B = jump[:, :n], jump[:, n:]
     return end, np.block([[by_x @ A, by_x @ B + by_u], [Cy @ A, Cy @ B + D]])
 
 
 def _way(
-    call: str, sampled: Sampled, t: float, x: Array, p: Array, jump: Piece, flow: Piece | None, substeps: int | None
-) -> Piece:
+    call: str,
+    system: SampledSystem,
+    t: float,
+    x: Array,
+    p: Array,
+    jump: CornerSide,
+    flow: CornerSide | None,
+    substeps: int | None,
+) -> CornerSide:
     """The derivatives of a whole period through one piece of the jump and one of the flow, near and farther off."""
-    corners, ends = Corners(sampled.flow, (), ca.SX(0, 1)), []
+    corners, ends = SwitchingFunctions(system.flow, (), ca.SX(0, 1)), []
     for scale, own in ((1.0, jump.near), (FARTHER, jump.far)):
-        at = corners.moved(t, x, p, None if flow is None else scale * flow.direction)
-        ends.append(_after(call, sampled, *at, own, substeps)[1])
-    return Piece(jump.signs, jump.direction, *ends)
+        at = corners.shift_arguments(t, x, p, None if flow is None else scale * flow.direction)
+        ends.append(_after(call, system, *at, own, substeps)[1])
+    return CornerSide(jump.signs, jump.direction, *ends)
 
 
-def _refuse_period(call: str, jump: Corners, jumped: list[Piece], flow: Corners, moved: list[Piece]) -> None:
+def _refuse_period(
+    call: str,
+    jump: SwitchingFunctions,
+    jump_sides: list[CornerSide],
+    flow: SwitchingFunctions,
+    flow_sides: list[CornerSide],
+) -> None:
     """Refuse a period whose jump, or else whose flow, starts on a corner."""
-    odd, names = differing(jumped), jump.ode.states.labels
+    odd, names = corner_entries(jump_sides), jump.ode.states.labels
     if odd.any():
-        refuse_corner(call, jump, jumped, odd, [f"'{name}' after the instant" for name in names])
-    refuse_corner(call, flow, moved, differing(moved), rows_of(flow.ode))
+        refuse_corner(call, jump, jump_sides, odd, [f"'{name}' after the instant" for name in names])
+    refuse_corner(call, flow, flow_sides, corner_entries(flow_sides), rows_of(flow.ode))
 
 
 @lru_cache(maxsize=LATEST)
-def jump_of(sampled: Sampled) -> Ode:
+def jump_of(system: SampledSystem) -> Ode:
     """The jump without noise, as an equation whose rate is the state after it and whose time is k."""
-    flow = sampled.flow
-    rest = flow.x[sampled.jump.numel() :, 0]
-    rate = ca.substitute(ca.vertcat(sampled.jump, rest), sampled.w, ca.SX.zeros(sampled.w.shape))
-    return replace(flow, t=sampled.k, rate=rate, outputs=Layout(), output=ca.SX(0, 1))
+    flow = system.flow
+    rest = flow.x[system.jump.numel() :, 0]
+    rate = ca.substitute(ca.vertcat(system.jump, rest), system.w, ca.SX.zeros(system.w.shape))
+    return replace(flow, t=system.k, rate=rate, outputs=Layout(), output=ca.SX(0, 1))
 
 
-def _refuse_stairs(call: str, jump: Ode, k: float, p: Array, lifted: bool) -> None:
+def _refuse_stairs(call: str, jump: Ode, k: float, p: Array, is_lifted: bool) -> None:
     """Refuse a jump that is constant between its steps, or that differs at the next instant unless that is lifted."""
     fixed = [place for place in range(len(p)) if place not in places_of(jump)]
     rate = ca.densify(ca.substitute(jump.rate, jump.p[fixed], ca.SX(p[fixed])))
@@ -148,7 +161,7 @@ def _refuse_stairs(call: str, jump: Ode, k: float, p: Array, lifted: bool) -> No
             "slope is zero: a linear model would see no feedback. Set `quantum` to zero for it."
         )
     in_time = jumps(steps, [jump.t.name()])
-    if ("FMOD" in in_time and not lifted) or (in_time and k == 0):
+    if ("FMOD" in in_time and not is_lifted) or (in_time and k == 0):
         when = "every few periods" if "FMOD" in in_time else "from the second instant on: take t of one period"
         raise ValueError(
             f"`{call}(...)` must have one jump that is the same at each instant; a block of '{jump.name}' runs {when}."
@@ -156,27 +169,27 @@ def _refuse_stairs(call: str, jump: Ode, k: float, p: Array, lifted: bool) -> No
 
 
 def flow_over(
-    call: str, sampled: Sampled, t: float, x: Array, p: Array, substeps: int | None = None
+    call: str, system: SampledSystem, t: float, x: Array, p: Array, substeps: int | None = None
 ) -> tuple[Array, Array, Array]:
     """The state after a period, and its derivatives by state and inputs, in `substeps` steps of Runge and Kutta.
 
     Without a number the steps are halved until nothing changes.
     """
-    flow, step = sampled.flow, _step_of(sampled.flow)
+    flow, step = system.flow, _step_of(system.flow)
     before = np.full((len(x), 1 + len(x) + len(places_of(flow))), np.inf)
     steps = substeps or FEWEST
     while steps <= MOST_STEPS:
         state, by_x, by_u = x, np.eye(len(x)), np.zeros((len(x), len(places_of(flow))))
         for i in range(steps):
-            each = step(t + i * sampled.period / steps, state, p, sampled.period / steps)
+            each = step(t + i * system.period / steps, state, p, system.period / steps)
             state, own, driven = np.array(each[0]).ravel(), np.array(each[1]), np.array(each[2])
             by_x, by_u = own @ by_x, own @ by_u + driven
         now_all = np.column_stack([state, by_x, by_u])
-        if substeps or np.abs(now_all - before).max() <= CONVERGED * np.abs(now_all).max():
+        if substeps or np.abs(now_all - before).max() <= STEP_TOLERANCE * np.abs(now_all).max():
             return state, by_x, by_u
         before, steps = now_all, 2 * steps
-    raise Refused(
-        f"`{call}(...)`: the flow of '{flow.name}' over one period of {sampled.period:g} s does not converge within "
+    raise DesignError(
+        f"`{call}(...)`: the flow of '{flow.name}' over one period of {system.period:g} s does not converge within "
         f"{MOST_STEPS} Runge-Kutta steps; take a shorter period, or a state from which it does not escape."
     )
 

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core import Ode, Sampled
-from workbench.core.point import AT_REST, Point, rate_terms
+from workbench.core import Ode, SampledSystem
+from workbench.core.point import AT_REST, OperatingPoint, rate_terms
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
-from workbench.design.linear.corners import Corners, Mask, Sides, Used, all_entries, sure_jacobians
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear.linear_period import one_period
 from workbench.design.linear.operating_point import (
     inputs_of,
@@ -22,6 +21,14 @@ from workbench.design.linear.operating_point import (
     time_of,
     vector_of,
 )
+from workbench.design.linear.switching_functions import (
+    Mask,
+    Sides,
+    SwitchingFunctions,
+    UsedEntries,
+    all_entries,
+    sure_jacobians,
+)
 
 if TYPE_CHECKING:
     import control
@@ -29,9 +36,9 @@ if TYPE_CHECKING:
     from workbench.design.linear.pointed_systems import PointedSpace
 
 
-@door
+@check_arguments
 def linearize(
-    ode: Ode | Sampled,
+    ode: Ode | SampledSystem,
     t: float,
     x: Numbers,
     p: Numbers | None = None,
@@ -43,8 +50,8 @@ def linearize(
     """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
 
     It is a `StateSpace` of python-control that carries its point: `x0`, `u0` and `y0`, and in `point` their names and
-    units. What is designed from it is about that point too. Of a `Sampled` it is dx+ = A dx + B du over one period from
-    the instant t on: the jump, and the exact flow. The matrices are exact Jacobians.
+    units. What is designed from it is about that point too. Of a `SampledSystem` it is dx+ = A dx + B du over one
+    period from the instant t on: the jump, and the exact flow. The matrices are exact Jacobians.
 
     Parameters
     ----------
@@ -74,19 +81,19 @@ def linearize(
     return linear_model("linearize", ode, t, x, row_of(_flow_of(ode), p, u), at_rest, side)
 
 
-def _flow_of(ode: Ode | Sampled) -> Ode:
-    return ode.flow if isinstance(ode, Sampled) else ode
+def _flow_of(ode: Ode | SampledSystem) -> Ode:
+    return ode.flow if isinstance(ode, SampledSystem) else ode
 
 
 def linear_model(
     call: str,
-    ode: Ode | Sampled,
+    ode: Ode | SampledSystem,
     t: float,
     x: Numbers,
     row: Array,
     at_rest: bool = False,
     side: Sides = None,
-    used: Used = all_entries,
+    used_entries: UsedEntries = all_entries,
 ) -> PointedSpace:
     """The linear model at parameters (np,) which hold the inputs too; refusals name the call."""
     import control
@@ -96,20 +103,20 @@ def linear_model(
     flow, state, time = _flow_of(ode), vector_of("x", x, ode.states), time_of(t)
     for what, size in (("input", len(flow.inputs)), ("output", ode.outputs.size)):
         if size == 0:
-            alone = "" if isinstance(ode, Sampled) else " Take `ode.A(t, x, p)` for the matrix A alone."
+            alone = "" if isinstance(ode, SampledSystem) else " Take `ode.A(t, x, p)` for the matrix A alone."
             way = "ClosedLoop.ode(" if isinstance(ode, Ode) else "ClosedLoop.digital(period, "
             more = f" A loop has as inputs what comes from outside by `{way}inputs=True)`." if what == "input" else ""
             raise ValueError(
                 f"`{call}(ode)` needs at least one {what}, as python-control's `StateSpace` does; "
                 f"'{ode.name}' has none.{alone}{more}"
             )
-    if isinstance(ode, Sampled):
-        period = one_period(call, ode, time, state, row, side, used)
+    if isinstance(ode, SampledSystem):
+        period = one_period(call, ode, time, state, row, side, used_entries)
         matrices, output, dt = period.matrices, period.output, ode.period
         moving = step_motion(ode, state, period.end, matrices[0])
     else:
         refuse_jump_at(call, ode, time, state, row)
-        matrices, dt = sure_jacobians(call, Corners.of(ode), time, state, row, side, used), 0
+        matrices, dt = sure_jacobians(call, SwitchingFunctions.of(ode), time, state, row, side, used_entries), 0
         output = np.array(ode.h(time, state, row)).ravel()
         moving = motion(ode, time, state, row, matrices[0])
     if at_rest and moving:
@@ -117,7 +124,7 @@ def linear_model(
             f"`{call}(x=...)` must be a rest point of '{ode.name}'; at t = {time:g} {moving}. Take a point of "
             "`equilibria(...)`, or the inputs of `operating_point(...)`."
         )
-    point = Point(ode.states, inputs_of(flow), ode.outputs, state, row[places_of(flow)], output, moving)
+    point = OperatingPoint(ode.states, inputs_of(flow), ode.outputs, state, row[places_of(flow)], output, moving)
     return PointedSpace(control.ss(*matrices, dt, name=ode.name, **names_of(flow)), point)
 
 
@@ -127,22 +134,22 @@ def motion(ode: Ode, t: float, x: Array, p: Array, A: Array, mask: Mask | np.boo
     return _in_words(ode, x, rate, np.abs(rate) / rate_terms(A, x) * mask)
 
 
-def step_motion(sampled: Sampled, x: Array, end: Array, A: Array, mask: Mask | np.bool = np.True_) -> str:
+def step_motion(system: SampledSystem, x: Array, end: Array, A: Array, mask: Mask | np.bool = np.True_) -> str:
     """The state that a period changes, of those in the mask on which the next one depends; empty if it rests."""
-    return _in_words(sampled, x, end - x, np.abs(end - x) / (1 + np.abs(x)) * A.any(axis=0) * mask)
+    return _in_words(system, x, end - x, np.abs(end - x) / (1 + np.abs(x)) * A.any(axis=0) * mask)
 
 
-def _in_words(ode: Ode | Sampled, x: Array, change: Array, share: Array) -> str:
+def _in_words(ode: Ode | SampledSystem, x: Array, change: Array, share: Array) -> str:
     worst = int(np.argmax(np.where(np.isnan(share), np.inf, share)))
     if share[worst] <= AT_REST:
         return ""
     label = ode.states.labels[worst]
-    if isinstance(ode, Sampled):
+    if isinstance(ode, SampledSystem):
         return f"'{label}' changes from {x[worst]:.3g} to {x[worst] + change[worst]:.3g} over a period"
     return f"the rate of '{label}' is {change[worst]:.3g}"
 
 
-@door
+@check_arguments
 def to_control(ode: Ode, p: Numbers | None = None, name: str | None = None) -> control.NonlinearIOSystem:
     """The system x' = f(t, x, u), y = h(t, x, u) of python-control, with the names of `ode` and its CasADi functions.
 

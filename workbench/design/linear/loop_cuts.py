@@ -7,40 +7,40 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
-from workbench.core import Ode, Sampled
+from workbench.core import Ode, SampledSystem
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
-from workbench.design.linear.corners import Mask, Sides
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear.linear_path import LinearPath
 from workbench.design.linear.linear_period import jump_of, one_period
 from workbench.design.linear.linearization import linear_model, motion, step_motion
 from workbench.design.linear.operating_point import names_of, places_of, row_of, time_of, vector_of
+from workbench.design.linear.switching_functions import Mask, Sides
 
 if TYPE_CHECKING:
     import control
 
     from workbench.design.linear.pointed_systems import PointedSpace
 
-CLOSED = 1e-6  # of its size: by how much what acts may differ from what arrives at the cut, as a run prints it
+CUT_TOLERANCE = 1e-6  # of its size: by how much what acts may differ from what arrives at the cut, as a run prints it
 
 
-@door
+@check_arguments
 def broken_loop(
-    ode: Ode | Sampled,
+    ode: Ode | SampledSystem,
     t: float,
     x: Numbers,
     p: Numbers | None = None,
     u: Numbers | None = None,
     *,
-    frozen: bool = False,
+    is_frozen: bool = False,
     side: Sides = None,
 ) -> control.StateSpace:
     """The loop gain L about a state of a loop that is cut: from its inputs to its outputs, with the sign turned.
 
-    The outputs of `ode`, in their order, were its inputs before the cut, as `ClosedLoop.broken()` gives it; a `Sampled`
-    comes from `ClosedLoop.digital(at=...)`. Without u the inputs are what arrives at the cut at this state: what the
-    law itself commands there.
+    The outputs of `ode`, in their order, were its inputs before the cut, as `ClosedLoop.broken()` gives it; a
+    `SampledSystem` comes from `ClosedLoop.digital(at=...)`. Without u the inputs are what arrives at the cut at this
+    state: what the law itself commands there.
 
     Parameters
     ----------
@@ -73,26 +73,28 @@ def broken_loop(
     """
     import control
 
-    flow = ode.flow if isinstance(ode, Sampled) else ode
+    flow = ode.flow if isinstance(ode, SampledSystem) else ode
     ports = names_of(flow)
     _refuse_odd("broken_loop(ode)", f"'{ode.name}'", len(ports["inputs"]), len(ports["outputs"]))
     row, state, time = row_of(flow, p, u), vector_of("x", x, ode.states), time_of(t)
     if u is None:
-        row[places_of(flow)] = _arriving(ode, time, state, row)
+        row[places_of(flow)] = _arrivals(ode, time, state, row)
     n = ode.states.size
-    G = linear_model("broken_loop", ode, time, state, row, side=side, used=lambda pattern: reaching(pattern, n))
-    if not frozen:
+    G = linear_model(
+        "broken_loop", ode, time, state, row, side=side, used_entries=lambda pattern: loop_entries(pattern, n)
+    )
+    if not is_frozen:
         _refuse_motion(ode, time, state, row, G)
-    name = f"{ode.name}, frozen at t = {time:g} s" if frozen else ode.name
+    name = f"{ode.name}, frozen at t = {time:g} s" if is_frozen else ode.name
     return control.ss(G.A, G.B, -G.C, -G.D, G.dt, name=name, **ports)
 
 
-def _arriving(ode: Ode | Sampled, t: float, x: Array, row: Array) -> Array:
+def _arrivals(ode: Ode | SampledSystem, t: float, x: Array, row: Array) -> Array:
     """The values that arrive at the cut where they also act there: handed on, once for each signal that is cut."""
-    flow, p = ode.flow if isinstance(ode, Sampled) else ode, row.copy()
+    flow, p = ode.flow if isinstance(ode, SampledSystem) else ode, row.copy()
     places = places_of(flow)
     for _ in range(len(places) + 1):
-        at = jump_of(ode).rate_at(round(t / ode.period), x, p) if isinstance(ode, Sampled) else x
+        at = jump_of(ode).rate_at(round(t / ode.period), x, p) if isinstance(ode, SampledSystem) else x
         arriving = np.array(flow.h(t, at, p)).ravel()
         if not np.isfinite(arriving).all():
             name = flow.outputs.labels[int(np.argmin(np.isfinite(arriving)))]
@@ -106,7 +108,7 @@ def _arriving(ode: Ode | Sampled, t: float, x: Array, row: Array) -> Array:
     )
 
 
-def reaching(pattern: Mask, n: int) -> Mask:
+def loop_entries(pattern: Mask, n: int) -> Mask:
     """True for the entries of (A, B; Cy, D) on which L and the poles of the closed loop depend.
 
     A state that reaches no output, and not itself again through the state that drives it, is in neither.
@@ -137,11 +139,11 @@ def entries_of(pattern: ca.Sparsity) -> Mask:
     return mask
 
 
-def _moves(ode: Ode | Sampled) -> Mask:
+def _moves(ode: Ode | SampledSystem) -> Mask:
     """True for each state whose motion changes a Jacobian in the closed loop, at once or by what it moves, (nx,)."""
     n, m = ode.states.size, ode.outputs.size
     steps, bends = np.eye(n + m, dtype=bool), np.zeros(n + m, dtype=bool)
-    for each in (ode.flow, jump_of(ode)) if isinstance(ode, Sampled) else (ode,):
+    for each in (ode.flow, jump_of(ode)) if isinstance(ode, SampledSystem) else (ode,):
         z, values = ca.vertcat(each.x, each.input_symbols), ca.vertcat(each.rate, each.output)
         J = ca.jacobian(values, z)
         steps[: values.numel()] |= entries_of(J.sparsity())
@@ -149,7 +151,7 @@ def _moves(ode: Ode | Sampled) -> Mask:
     return np.asarray(closure(steps)[bends][:, :n].any(axis=0))
 
 
-def _refuse_motion(ode: Ode | Sampled, t: float, x: Array, row: Array, G: PointedSpace) -> None:
+def _refuse_motion(ode: Ode | SampledSystem, t: float, x: Array, row: Array, G: PointedSpace) -> None:
     """Refuse a loop in which a state moves that a Jacobian follows, or another signal acts than arrives at the cut."""
     outputs, acting, arriving = ode.outputs.labels, G.u0, G.y0
     remedy = (
@@ -160,13 +162,13 @@ def _refuse_motion(ode: Ode | Sampled, t: float, x: Array, row: Array, G: Pointe
     if not mask.any():
         return
     apart = np.abs(acting - arriving) / (1e-300 + np.maximum(np.abs(acting), np.abs(arriving)).max())
-    if apart.max() > CLOSED:
+    if apart.max() > CUT_TOLERANCE:
         worst = int(apart.argmax())
         raise ValueError(
             f"`broken_loop(u=...)` must be what arrives at the cut, or the loop does not rest: "
             f"{acting[worst]:.6g} acts in the place of '{outputs[worst]}', and {arriving[worst]:.6g} arrives. {remedy}"
         )
-    if isinstance(ode, Sampled):
+    if isinstance(ode, SampledSystem):
         moving = step_motion(ode, x, one_period("broken_loop", ode, t, x, row).end, G.A, mask)
     else:
         moving = motion(ode, t, x, row, G.A, mask)
@@ -178,7 +180,7 @@ def _refuse_motion(ode: Ode | Sampled, t: float, x: Array, row: Array, G: Pointe
         )
 
 
-@door
+@check_arguments
 def broken_loops(path: LinearPath) -> tuple[control.StateSpace, ...]:
     """The loop gain L at each time of a path of a loop that is cut, frozen there: it proves nothing of the motion.
 
@@ -192,7 +194,7 @@ def broken_loops(path: LinearPath) -> tuple[control.StateSpace, ...]:
 
     _refuse_odd("broken_loops(path)", "this one", len(path.inputs), len(path.outputs))
     apart = np.abs(path.u - path.y) / (1e-300 + np.maximum(np.abs(path.u), np.abs(path.y)).max())
-    if apart.size and apart.max() > CLOSED:
+    if apart.size and apart.max() > CUT_TOLERANCE:
         k, i = np.unravel_index(apart.argmax(), apart.shape)
         raise ValueError(
             f"`broken_loops(path)` must have a path on which the inputs are what arrives at the cut, as on a run of "

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency.margin_records import Crossover, StableMargins
 from workbench.design.frequency.stability_margins import stability_margins
 from workbench.design.linear.feedback_loops import (
@@ -20,7 +20,7 @@ from workbench.design.linear.feedback_loops import (
     sensitivity,
     square_loop,
 )
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
     import control
@@ -56,7 +56,7 @@ class DiskMargin:
         return float(np.degrees(2 * np.arctan(min(self.alpha, 2.0) / 2)))
 
 
-@door
+@check_arguments
 def disk_margin(loop: control.StateSpace) -> DiskMargin:
     """The disk margin of a loop L: 1 / mu of (S - T) / 2, over complex changes of each channel by itself.
 
@@ -77,7 +77,7 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
     square_loop("disk_margin", loop)
     if loop.ninputs == 1:  # mu is the gain itself
         return _disk(_one_channel(loop)[0])
-    M = _balanced(loop)
+    M = _balanced_sensitivity(loop)
     above = _scaled_peak(M)
     below, frequency = _spectral_peak(M)
     return DiskMargin(1 / above, 1 / below, frequency)
@@ -101,7 +101,7 @@ class LoopMargins:
     disk: DiskMargin
 
 
-@door
+@check_arguments
 def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
     """The classical margins of each channel of a loop L, one broken at a time; refusals are those of `disk_margin`.
 
@@ -126,10 +126,10 @@ def _margins(L: control.StateSpace, name: str) -> LoopMargins:
 
 def _one_channel(L: control.StateSpace) -> tuple[StableMargins, tuple[Crossover, ...]]:
     """The margins of a loop with one channel, and its gain crossovers."""
-    _balanced(L)
+    _balanced_sensitivity(L)
     found = stability_margins(L)
     if found.margins is None:
-        raise Refused(
+        raise DesignError(
             "A loop has a margin only where it is asymptotically stable once closed; here a pole is on the axis, but "
             "for rounding. Hold states that no command depends on by `freeze`."
         )
@@ -140,14 +140,14 @@ def _disk(margins: StableMargins) -> DiskMargin:
     return DiskMargin(margins.disk_margin.low, margins.disk_margin.high, margins.disk_frequency)
 
 
-def _balanced(L: control.StateSpace) -> control.StateSpace:
+def _balanced_sensitivity(L: control.StateSpace) -> control.StateSpace:
     """(S - T) / 2 = S - I / 2; refused where the closed loop does not decay."""
     import control
 
     S = sensitivity(L)
     slowest = max(np.linalg.eigvals(S.A), key=lambda pole: pole.real, default=-1.0)
     if slowest.real >= -DECAY * (1 + np.linalg.norm(S.A)):
-        raise Refused(
+        raise DesignError(
             f"A loop has a margin only where it is asymptotically stable once closed; here a pole is "
             f"{slowest:.4g} 1/s. Hold states that no command depends on by `freeze`."
         )
@@ -166,11 +166,11 @@ def _scaled_peak(G: control.StateSpace) -> float:
         return float(np.linalg.norm(d[:, np.newaxis] * response / d, 2, axis=(-2, -1)).max())
 
     best = minimize(size, np.zeros(n - 1), method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-7})
-    plain, scaled = (largest_gain(_scaled(G, np.exp(np.concatenate([[0.0], at])))).above for at in (0 * best.x, best.x))
+    plain, scaled = (largest_gain(_scale(G, np.exp(np.concatenate([[0.0], at])))).above for at in (0 * best.x, best.x))
     return min(plain, scaled)
 
 
-def _scaled(G: control.StateSpace, d: Array) -> control.StateSpace:
+def _scale(G: control.StateSpace, d: Array) -> control.StateSpace:
     """diag(d) G diag(d)^-1."""
     import control
 

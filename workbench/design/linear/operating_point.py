@@ -14,10 +14,10 @@ from workbench.core.notation.program import walk
 from workbench.core.point import AT_REST, rate_terms
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers, Values
-from workbench.core.validation.refusals import Array, as_array, described, finite, refusal, require
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, as_array, describe, finite, refusal, require
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
-from workbench.design.matrices import LARGEST, Refused
+from workbench.design.matrices import LARGEST, DesignError
 from workbench.proofs.interval import jumps
 
 ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
@@ -60,11 +60,11 @@ def vector_of(what: str, value: object, layout: Layout) -> Array:
     labels = f": {', '.join(layout.labels)}" if layout.size < 9 else ""
     want, array = f"{layout.size} finite numbers{labels}", as_array(value)
     if array is None:
-        raise ValueError(f"`{what}` must be {want}; got {described(value)}.")
+        raise ValueError(f"`{what}` must be {want}; got {describe(value)}.")
     fits = array.shape == (layout.size,)
     if not fits or not (np.abs(array) < LARGEST).all():
         size = f" below {LARGEST:g} in size" if fits and np.isfinite(array).all() else ""
-        raise ValueError(f"`{what}` must be {want}{size}; got {described(array.tolist())} of shape {array.shape}.")
+        raise ValueError(f"`{what}` must be {want}{size}; got {describe(array.tolist())} of shape {array.shape}.")
     return array
 
 
@@ -145,7 +145,7 @@ def state_space(call: str, system: System) -> tuple[Array, Array, Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 @show
-class OperatingPoint:
+class TrimPoint:
     """A state at rest x (nx,), and the inputs u (nu,) that hold it there, also in their places in p (np,).
 
     `residual` is the largest rate that remains, as a share of its terms; `condition` that of the Jacobian by all that
@@ -160,10 +160,10 @@ class OperatingPoint:
     error: float
 
 
-@door
+@check_arguments
 def operating_point(
-    ode: Ode, wanted: Values, p: Numbers | None = None, t: float = 0.0, u: Numbers | None = None
-) -> OperatingPoint:
+    ode: Ode, targets: Values, p: Numbers | None = None, t: float = 0.0, u: Numbers | None = None
+) -> TrimPoint:
     """The inputs u and the free states at which f(t, x, p, u) = 0, with the other states as given: a trimmed state.
 
     Gauss-Newton on all rates from the defaults, its step halved while the next one would be longer. Where inputs and
@@ -192,7 +192,7 @@ def operating_point(
     array([100.1])
     """
     row, time = row_of(ode, p, u), time_of(t)
-    x, fixed = _wanted(ode, wanted, row)
+    x, fixed = _targets_of(ode, targets, row)
     free = [i for i in range(ode.states.size + inputs_of(ode).size) if i not in fixed]
     driven = places_of(ode)
     if not free:
@@ -204,12 +204,12 @@ def operating_point(
     worst = int(np.argmax(share))
     if not share[worst] <= AT_REST:
         sought = [(*ode.states.labels, *inputs_of(ode).labels)[i] for i in free]
-        raise Refused(
+        raise DesignError(
             f"`operating_point(wanted=...)` found no {', '.join(sought)} that hold '{ode.name}' there: "
             f"'{ode.states.labels[worst]}' still changes by {rate[worst]:.3g} a second."
         )
     ode.parameters.check(row[np.newaxis])
-    return OperatingPoint(x, row[driven], row, float(share[worst]), float(np.linalg.cond(slope)), step)
+    return TrimPoint(x, row[driven], row, float(share[worst]), float(np.linalg.cond(slope)), step)
 
 
 def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[float, Array]:
@@ -248,18 +248,18 @@ def _towards_rest(slope: Array, rate: Array) -> Array:
     return np.asarray(np.linalg.lstsq(slope / size[:, np.newaxis], -rate / size, rcond=1e-12)[0])
 
 
-def _wanted(ode: Ode, wanted: Values, row: Array) -> tuple[Array, set[int]]:
+def _targets_of(ode: Ode, targets: Values, row: Array) -> tuple[Array, set[int]]:
     """The wanted state, with the wanted inputs put into the row, and the places of both."""
-    require("operating_point(wanted=...)", wanted, Mapping)
+    require("operating_point(wanted=...)", targets, Mapping)
     x, fixed, inputs, driven = ode.states.default.copy(), set(), inputs_of(ode), places_of(ode)
     at = np.concatenate([x, row[driven]])
-    for name, value in wanted.items():
+    for name, value in targets.items():
         is_input = isinstance(name, str) and name.partition("[")[0] in inputs
         places = [len(x) + place for place in inputs.indices(name)] if is_input else ode.states.indices(name)
         fit = as_array(value)
         if fit is None or fit.size != len(places) or not np.isfinite(fit).all():
             must = f"{len(places)} finite numbers"
-            raise ValueError(f"`operating_point(wanted=...)`: '{name}' must be {must}; got {described(value)}.")
+            raise ValueError(f"`operating_point(wanted=...)`: '{name}' must be {must}; got {describe(value)}.")
         at[places] = fit.ravel(order="F")
         fixed.update(places)
     row[driven] = at[len(x) :]

@@ -8,8 +8,8 @@ import control
 import numpy as np
 
 from workbench.core import Layout
-from workbench.core.point import Point
-from workbench.core.validation.notebook_display import listed, table_to_html
+from workbench.core.point import OperatingPoint
+from workbench.core.validation.notebook_display import short_list, table_to_html
 from workbench.core.validation.refusals import Array
 from workbench.design.control_system import System
 
@@ -22,9 +22,9 @@ class PointedSpace(control.StateSpace):  # type: ignore[misc]
     computes otherwise is a plain `StateSpace` without it; `control.ss(system)` drops it.
     """
 
-    point: Point
+    point: OperatingPoint
 
-    def __init__(self, system: control.StateSpace, point: Point) -> None:
+    def __init__(self, system: control.StateSpace, point: OperatingPoint) -> None:
         names = {"states": system.state_labels, "inputs": system.input_labels, "outputs": system.output_labels}
         matrices = (system.A, system.B, system.C, system.D, system.dt)
         control.StateSpace.__init__(self, *matrices, name=system.name, remove_useless_states=False, **names)
@@ -68,9 +68,9 @@ class PointedSpace(control.StateSpace):  # type: ignore[misc]
 class PointedTransfer(control.TransferFunction):  # type: ignore[misc]
     """A `TransferFunction` about a `point`, which one that is sampled from it has too."""
 
-    point: Point
+    point: OperatingPoint
 
-    def __init__(self, system: control.TransferFunction, point: Point) -> None:
+    def __init__(self, system: control.TransferFunction, point: OperatingPoint) -> None:
         names = {"inputs": system.input_labels, "outputs": system.output_labels, "name": system.name}
         control.TransferFunction.__init__(self, system.num_list, system.den_list, system.dt, **names)
         self.point = point
@@ -97,7 +97,7 @@ class PointedTransfer(control.TransferFunction):  # type: ignore[misc]
 
 
 def _line(kind: str, system: System) -> str:
-    ways = " to ".join(listed(names) for names in (system.input_labels, system.output_labels))
+    ways = " to ".join(short_list(names) for names in (system.input_labels, system.output_labels))
     return f"<{kind} '{system.name}' from {ways}, about {', '.join(_values(system.point.inputs, system.u0)[:3])}>"
 
 
@@ -113,9 +113,9 @@ def _values(port: Layout, at: Array) -> list[str]:
     return [f"{label} = {value:.6g}" for label, value in zip(port.labels, at, strict=True)]
 
 
-def point_of(system: System) -> Point | None:
+def point_of(system: System) -> OperatingPoint | None:
     """The point of a system, or None if it has none or another number of inputs, outputs or states by now."""
     point = getattr(system, "point", None)
-    if not isinstance(point, Point) or len(point.u0) != system.ninputs or len(point.y0) != system.noutputs:
+    if not isinstance(point, OperatingPoint) or len(point.u0) != system.ninputs or len(point.y0) != system.noutputs:
         return None
     return point if np.shape(point.x0) in ((0,), (system.nstates,)) else None

@@ -10,12 +10,12 @@ import numpy as np
 from scipy.linalg import schur, solve_triangular
 
 from workbench.core.validation.refusals import Array, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear.finite_zeros import finite_zeros, markov_parameter
 from workbench.design.linear.response_times import exact_responses, response_times, times_of
-from workbench.design.matrices import Complex, Refused
+from workbench.design.matrices import Complex, DesignError
 
 if TYPE_CHECKING:
     import control
@@ -103,7 +103,7 @@ def period_of(system: System) -> float | None:
     return float(system.dt) if system.dt else None
 
 
-@door
+@check_arguments
 def system_roots(system: control.StateSpace | control.TransferFunction) -> SystemRoots:
     """The poles and the zeros of a system, as python-control computes them, without zeros that are infinite in truth.
 
@@ -182,7 +182,7 @@ def distances(root: complex, most: int) -> Array:
     return np.asarray(width * np.sinh(np.linspace(-end, end, count)))
 
 
-@door
+@check_arguments
 def system_answers(
     system: control.StateSpace | control.TransferFunction,
     frequencies: Array | None = None,
@@ -225,7 +225,7 @@ def _by_schur_form(system: System, at: Complex) -> Complex:
     return values
 
 
-@door
+@check_arguments
 def step_answers(
     system: control.StateSpace | control.TransferFunction,
     until: float | None = None,
@@ -255,7 +255,7 @@ def step_answers(
     if not 0 < end < math.inf:
         raise refusal(f"{call}(until=...)", "a positive number of seconds", until)
     if h is not None and end / h > LONGEST:
-        raise Refused(
+        raise DesignError(
             f"`{call}(until=...)` draws up to {LONGEST} periods; {end:g} s are {end / h:.0f} of them: give a "
             "shorter `until`."
         )

@@ -12,7 +12,7 @@ from workbench.design.frequency import Bandwidth, StabilityMargins, bandwidth, s
 from workbench.design.linear import DiskMargin, disk_margin
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.loop_model import LoopModel
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
     import control
@@ -27,7 +27,7 @@ def channel_margins(call: str, models: CutModels, names: Sequence[str]) -> dict[
         if models.delays[others].any():
             raise ValueError(
                 f"`{call}` of '{name}' needs a loop without delays elsewhere; there is one of "
-                f"{models.delays[others].max():g} s. Take `response`, or a `PadeDelay` of `Equipped` there."
+                f"{models.delays[others].max():g} s. Take `response`, or a `PadeDelay` of `EquippedPlant` there."
             )
         own = opened.closed_at(others).part([i], [0]).negative()
         found[name] = stability_margins(own.system(), float(models.delays[i]))
@@ -51,7 +51,7 @@ def kind_bandwidth(system: control.StateSpace, of: str) -> Bandwidth:
 
 def refuse_rates(call: str, models: CutModels) -> None:
     """Refuse the margins of a loop whose blocks run at several periods."""
-    if models.closed.count > 1:
+    if models.closed_model.count > 1:
         raise ValueError(
             f"`{call}` needs one loop gain; here blocks run at several periods, and the gain at an instant is not that "
             "at the next. Ask for M = `hinf_norm('S')` of the lifted loop: gains from M / (M + 1) to M / (M - 1), or a "
@@ -63,7 +63,7 @@ def _on_the_axis(call: str, L: LoopModel) -> LoopModel:
     """The continuous model with the values of a discrete one: z = (1 + s) / (1 - s)."""
     A, B, Cy, D, eye = L.A[0], L.B[0], L.Cy[0], L.D[0], np.eye(len(L.states))
     if np.linalg.cond(A + eye) > 1e14:
-        raise Refused(f"`{call}`: the loop gain has a pole at z = -1, Nyquist's frequency, where it is infinite.")
+        raise DesignError(f"`{call}`: the loop gain has a pole at z = -1, Nyquist's frequency, where it is infinite.")
     inverse, root = np.linalg.inv(A + eye), math.sqrt(2.0)
     matrices = (inverse @ (A - eye), root * inverse @ B, root * Cy @ inverse, D - Cy @ inverse @ B)
     A, B, Cy, D = (np.asarray(M)[np.newaxis] for M in matrices)

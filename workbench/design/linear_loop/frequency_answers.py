@@ -11,11 +11,11 @@ import numpy as np
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, one_of, refusal
 from workbench.design.frequency.frequency_axis import phases
-from workbench.design.frequency.response_kernel import Answers
-from workbench.design.linear_loop.answer_errors import cells, closed_again, sensitivity
-from workbench.design.linear_loop.loop_equations import chosen
+from workbench.design.frequency.response_kernel import FrequencyAnswers
+from workbench.design.linear_loop.feedback_answers import cells, close_inputs, sensitivity
+from workbench.design.linear_loop.loop_equations import chosen_places
 from workbench.design.linear_loop.loop_model import LoopModel
-from workbench.design.matrices import Complex, Refused
+from workbench.design.matrices import Complex, DesignError
 
 KINDS = ("L", "S", "T", "closed", "open")
 
@@ -47,7 +47,7 @@ class FrequencyResponse:
     values: Complex
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
-    flagged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    flagged_rows: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
     errors: Array
     sensitivities: Array
 
@@ -63,7 +63,7 @@ class FrequencyResponse:
             raise refusal("FrequencyResponse[...]", "the name of an output and the name of an input", names)
         places = []
         for given, labels, of in zip(names, (self.outputs, self.inputs), ("outputs", "inputs"), strict=True):
-            found = chosen("FrequencyResponse[...]", labels, (given,), f"{of} of this response")
+            found = chosen_places("FrequencyResponse[...]", labels, (given,), f"{of} of this response")
             if len(found) != 1:
                 raise LookupError(
                     f"`FrequencyResponse[...]` takes one number; '{given}' has {len(found)}: say '{labels[found[0]]}'."
@@ -88,8 +88,8 @@ class CutModels:
     acts there by its one of the `delays` (nd,) in s later.
     """
 
-    closed: LoopModel
-    opened: LoopModel | None
+    closed_model: LoopModel
+    open_model: LoopModel | None
     channels: tuple[int, ...]
     delays: Array
 
@@ -97,10 +97,10 @@ class CutModels:
         """The model of a kind, without delays."""
         one_of(f"{call}(of=...)", of, KINDS)
         if of == "closed":
-            return self.closed
+            return self.closed_model
         others = [i for i in range(len(self.delays)) if i not in self.channels]
         if of == "open":
-            return self._cut(call, of).closed_at(others)
+            return self._cut_model(call, of).closed_at(others)
         L = self.open_drives(call, of).closed_at(others).part(self.channels, range(len(self.channels))).negative()
         L = replace(L, inputs=L.outputs)
         return L if of == "L" else feedback(L, of)
@@ -108,26 +108,28 @@ class CutModels:
     def open_drives(self, call: str, of: str = "L") -> LoopModel:
         """The model from all drives to what arrives at them."""
         drives = range(len(self.delays))
-        return self._cut(call, of).part(drives, drives)
+        return self._cut_model(call, of).part(drives, drives)
 
     def response(
         self, call: str, of: str, omega: Array, inputs: Sequence[str] | None, outputs: Sequence[str] | None
-    ) -> tuple[Answers, tuple[str, ...], tuple[str, ...]]:
+    ) -> tuple[FrequencyAnswers, tuple[str, ...], tuple[str, ...]]:
         """The answers (N, m, ny, nu) of a kind, with the names of the inputs and outputs."""
         one_of(f"{call}(of=...)", of, KINDS)
         if self.delays.any():
             return self._late(call, of, omega, inputs, outputs)
-        model = self.selected(call, of, inputs, outputs)
+        model = self.select_model(call, of, inputs, outputs)
         return model.answers(omega), model.inputs, model.outputs
 
-    def selected(self, call: str, of: str, inputs: Sequence[str] | None, outputs: Sequence[str] | None) -> LoopModel:
+    def select_model(
+        self, call: str, of: str, inputs: Sequence[str] | None, outputs: Sequence[str] | None
+    ) -> LoopModel:
         """The model of a kind, without delays, with some of its inputs and outputs."""
         model = self.kind(call, of)
         return model.part(*_places(call, of, model.outputs, model.inputs, outputs, inputs))
 
     def single(self, call: str, of: str, inputs: Sequence[str] | None, outputs: Sequence[str] | None) -> LoopModel:
         """The model of a kind from one input to one output, of a loop that is the same at each instant."""
-        model = self.selected(call, of, inputs, outputs)
+        model = self.select_model(call, of, inputs, outputs)
         for argument, labels in (("inputs", model.inputs), ("outputs", model.outputs)):
             if len(labels) != 1:
                 raise ValueError(
@@ -142,28 +144,28 @@ class CutModels:
             )
         return model
 
-    def _cut(self, call: str, of: str) -> LoopModel:
-        if self.opened is None:
+    def _cut_model(self, call: str, of: str) -> LoopModel:
+        if self.open_model is None:
             raise ValueError(
                 f"`{call}(of={of!r})` needs a loop that can be cut, a `ClosedLoop` or a `DigitalLoop`; these are "
                 "equations alone, which have of='closed'."
             )
-        return self.opened
+        return self.open_model
 
     def _late(
         self, call: str, of: str, omega: Array, inputs: Sequence[str] | None, outputs: Sequence[str] | None
-    ) -> tuple[Answers, tuple[str, ...], tuple[str, ...]]:
+    ) -> tuple[FrequencyAnswers, tuple[str, ...], tuple[str, ...]]:
         """The answers of a loop with delays: what arrives is turned by exp(-j omega delay) where it acts."""
-        opened, nd = self._cut(call, of), len(self.delays)
+        opened, nd = self._cut_model(call, of), len(self.delays)
         turn = np.exp(-1j * np.multiply.outer(omega, self.delays))
         again = [i for i in range(nd) if of == "closed" or i not in self.channels]
         left = [i for i in range(len(opened.inputs)) if i not in again]
-        answer = closed_again(opened.answers(omega), turn, again, left)
+        answer = close_inputs(opened.answers(omega), turn, again, left)
         names, labels = tuple(opened.inputs[i] for i in left), opened.outputs
         if of not in ("closed", "open"):
             channels = list(self.channels)
             cut = cells(answer, channels, range(len(channels)))
-            L = Answers(-turn[:, channels, np.newaxis] * cut.values, cut.errors, cut.sensitivities)
+            L = FrequencyAnswers(-turn[:, channels, np.newaxis] * cut.values, cut.errors, cut.sensitivities)
             answer = L if of == "L" else sensitivity(L, of)
             names = labels = tuple(opened.outputs[i] for i in channels)
         rows, columns = _places(call, of, labels, names, outputs, inputs)
@@ -194,12 +196,14 @@ def _places(
     inputs: Sequence[str] | None,
 ) -> tuple[list[int], list[int]]:
     return (
-        chosen(f"{call}(outputs=...)", output_labels, outputs, f"outputs of of={of!r}"),
-        chosen(f"{call}(inputs=...)", input_labels, inputs, f"inputs of of={of!r}, which come from outside"),
+        chosen_places(f"{call}(outputs=...)", output_labels, outputs, f"outputs of of={of!r}"),
+        chosen_places(f"{call}(inputs=...)", input_labels, inputs, f"inputs of of={of!r}, which come from outside"),
     )
 
 
-def response_of(omega: Array, of: Answers, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> FrequencyResponse:
+def response_of(
+    omega: Array, of: FrequencyAnswers, inputs: tuple[str, ...], outputs: tuple[str, ...]
+) -> FrequencyResponse:
     """The response of a single loop."""
     unflagged = np.zeros(1, dtype=bool)
     return FrequencyResponse(omega, of.values[0], inputs, outputs, unflagged, of.errors[0], of.sensitivities[0])
@@ -209,7 +213,7 @@ def refuse_pole(call: str, response: FrequencyResponse) -> FrequencyResponse:
     """Refuse the answer of one loop at a frequency at which it has a pole."""
     bad = ~np.isfinite(response.values).all(axis=(-2, -1))
     if bad.any():
-        raise Refused(
+        raise DesignError(
             f"`{call}`: there is a pole at {response.frequencies[int(np.argmax(bad))]:.6g} rad/s, where there is no "
             "answer; leave that frequency out."
         )

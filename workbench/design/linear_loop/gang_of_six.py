@@ -15,8 +15,8 @@ from workbench.design.matrices import EPS
 
 def gang(equations: LoopEquations, models: CutModels, omega: Array) -> dict[str, FrequencyResponse]:
     """The six answers by name, at frequencies (m,) in rad/s; of a loop that follows nothing four."""
-    call, flow = "LinearLoop.gang_of_six", flow_of(equations.closed)
-    if equations.opened is None:
+    call, flow = "LinearLoop.gang_of_six", flow_of(equations.closed_loop)
+    if equations.open_loop is None:
         raise ValueError(f"`{call}(...)` needs a `ClosedLoop` or a `DigitalLoop`; equations do not say what is a load.")
     u, y = (labels_of(Layout(tuple(flow.outputs[name] for name in names))) for names in (flow.drives, flow.measures))
     loads = [f"{name}_load" for name in flow.drives]

@@ -12,9 +12,9 @@ import numpy as np
 from workbench.core import Layout
 from workbench.core.validation.number_types import Values
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
-from workbench.core.views import Picture, picture_of
-from workbench.design.frequency import Bandwidth, MeanGain, Peak, StabilityMargins, h2_norm, hinf_norm
+from workbench.core.validation.signatures import check_arguments
+from workbench.core.views import NotebookPicture, picture_of
+from workbench.design.frequency import Bandwidth, CertifiedPeak, MeanGain, StabilityMargins, h2_norm, hinf_norm
 from workbench.design.frequency.certified_values import enclosure
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear import DiskMargin, Pole, poles
@@ -22,7 +22,7 @@ from workbench.design.linear_loop.cut_margins import channel_margins, common_mar
 from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, refuse_pole, response_of
 from workbench.design.linear_loop.gang_of_six import gang
 from workbench.design.linear_loop.loop_point import LoopPoint
-from workbench.design.linear_loop.loop_refusals import refuse_bent, refuse_delay, refuse_late_channels
+from workbench.design.linear_loop.loop_refusals import refuse_corner_signals, refuse_delay, refuse_late_channels
 from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, loop_remarks
 from workbench.design.linear_loop.loop_rows import LinearRows, linear_rows
 from workbench.design.step_response import StepInfo, step_info
@@ -45,7 +45,9 @@ class LinearLoop:
 
     point: LoopPoint
     models: CutModels
-    bent: tuple[str, ...] = ()  # signals with a corner or a jump at this state, and so without a linear answer
+    corner_signals: tuple[
+        str, ...
+    ] = ()  # signals with a corner or a jump at this state, and so without a linear answer
 
     @property
     def x0(self) -> Array:
@@ -60,34 +62,34 @@ class LinearLoop:
     @property
     def period(self) -> float | None:
         """The period of the computer in s; None in continuous time."""
-        return self.models.closed.period
+        return self.models.closed_model.period
 
     @property
     def states(self) -> Layout:
         """The states that move, in the order of x0."""
-        return self.point.equations.closed.states
+        return self.point.equations.closed_loop.states
 
     @property
     def parameters(self) -> Layout:
         """The parameters, signals from outside and frozen states included, in the order of p0."""
-        return self.point.equations.closed.parameters
+        return self.point.equations.closed_loop.parameters
 
     @property
     def inputs(self) -> tuple[str, ...]:
         """The signals from outside that are added to those of the closed loop."""
-        return self.models.closed.inputs
+        return self.models.closed_model.inputs
 
     @property
     def outputs(self) -> tuple[str, ...]:
         """The signals that answer."""
-        return self.models.closed.outputs
+        return self.models.closed_model.outputs
 
     @property
     def channels(self) -> tuple[str, ...]:
         """The signals at which the loop is cut."""
         return tuple(self.point.equations.drive[i] for i in self.models.channels)
 
-    @door
+    @check_arguments
     def system(self, of: str = "L", inputs: Names = None, outputs: Names = None) -> control.StateSpace:
         """A kind of this loop as a `StateSpace` of python-control, from some of its inputs to some of its outputs.
 
@@ -99,9 +101,9 @@ class LinearLoop:
             If a name is none of an input or an output of this kind.
         """
         refuse_delay("LinearLoop.system(...)", self.models)
-        refuse_bent("LinearLoop.system", self.bent, _names(outputs))
-        model = self.models.selected("LinearLoop.system", of, _names(inputs), _names(outputs))
-        return model.system(f"{of} of {self.point.equations.closed.name}")
+        refuse_corner_signals("LinearLoop.system", self.corner_signals, _names(outputs))
+        model = self.models.select_model("LinearLoop.system", of, _names(inputs), _names(outputs))
+        return model.system(f"{of} of {self.point.equations.closed_loop.name}")
 
     @property
     def L(self) -> control.StateSpace:
@@ -122,7 +124,7 @@ class LinearLoop:
     def poles(self) -> tuple[Pole, ...]:
         """The poles of the closed loop, the slowest first; of the map over the common period in a computer."""
         refuse_delay("LinearLoop.poles", self.models)
-        return poles(self.models.closed.system())
+        return poles(self.models.closed_model.system())
 
     @property
     def stable(self) -> bool:
@@ -130,17 +132,19 @@ class LinearLoop:
         if self.models.delays.any():
             refuse_late_channels(self.models)
             return all(one.stable for one in self.margins().values())
-        discrete, size = self.period is not None, float(np.linalg.norm(self.models.closed.A[0], 2))
+        discrete, size = self.period is not None, float(np.linalg.norm(self.models.closed_model.A[0], 2))
         return all(decay_of(pole, discrete) > doubt_of(pole.condition, size, len(self.poles)) for pole in self.poles)
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on what is near the axis, hidden from the cut, or without an answer, by name."""
         late = bool(self.models.delays.any())
-        L = None if late or self.models.opened is None else self.L
-        return loop_remarks(self.models.closed, () if late else self.poles, L, self.point.resting, self.bent)
+        L = None if late or self.models.open_model is None else self.L
+        return loop_remarks(
+            self.models.closed_model, () if late else self.poles, L, self.point.at_rest, self.corner_signals
+        )
 
-    @door
+    @check_arguments
     def response(
         self, frequencies: Array, of: str = "L", inputs: Names = None, outputs: Names = None
     ) -> FrequencyResponse:
@@ -157,11 +161,11 @@ class LinearLoop:
         """
         call = "LinearLoop.response"
         omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, self.period)
-        refuse_bent(call, self.bent, _names(outputs))
+        refuse_corner_signals(call, self.corner_signals, _names(outputs))
         found, seen, shown = self.models.response(call, of, omega, _names(inputs), _names(outputs))
         return refuse_pole(f"{call}(...)", response_of(omega, found, seen, shown))
 
-    @door
+    @check_arguments
     def gang_of_six(self, frequencies: Array) -> dict[str, FrequencyResponse]:
         """The gang of six at frequencies (m,) in rad/s: by "TF", "CSF", "PS", "T", "CS" and "S" their answers.
 
@@ -181,7 +185,7 @@ class LinearLoop:
         omega = checked_frequencies("LinearLoop.gang_of_six(frequencies=...)", frequencies, self.period)
         return gang(self.point.equations, self.models, omega)
 
-    @door
+    @check_arguments
     def margins(self) -> dict[str, StabilityMargins]:
         """The margins at each signal at which the loop is cut, while the loop is closed at the others.
 
@@ -202,7 +206,7 @@ class LinearLoop:
         refuse_delay("LinearLoop.disk_margin", self.models)
         return common_margin("LinearLoop.disk_margin", self.models)
 
-    @door
+    @check_arguments
     def bandwidth(self, of: str = "T", inputs: Names = None, outputs: Names = None) -> Bandwidth:
         """The bandwidth of a kind from one input to one output: where its gain first falls 3 dB below that at zero.
 
@@ -218,7 +222,7 @@ class LinearLoop:
         """
         return kind_bandwidth(self._one_answer("LinearLoop.bandwidth", of, inputs, outputs), of)
 
-    @door
+    @check_arguments
     def step_info(self, inputs: Names = None, outputs: Names = None, of: str = "closed") -> StepInfo:
         """The figures of the step response from one input to one output, see `workbench.design.step_response`.
 
@@ -231,20 +235,20 @@ class LinearLoop:
         """
         return step_info(self._one_answer("LinearLoop.step_info", of, inputs, outputs))
 
-    @door
-    def hinf_norm(self, of: str = "closed", inputs: Names = None, outputs: Names = None) -> Peak:
+    @check_arguments
+    def hinf_norm(self, of: str = "closed", inputs: Names = None, outputs: Names = None) -> CertifiedPeak:
         """The H-infinity norm of a kind, enclosed from both sides, see `workbench.design.frequency.hinf_norm`."""
         return hinf_norm(self.system(of, inputs, outputs))
 
-    @door
+    @check_arguments
     def h2_norm(self, of: str = "closed", inputs: Names = None, outputs: Names = None) -> MeanGain:
         """The H2 norm of a kind, see `workbench.design.frequency.h2_norm`; of lifted periods the mean over them."""
-        norm, share = h2_norm(self.system(of, inputs, outputs)), math.sqrt(self.models.closed.count)
+        norm, share = h2_norm(self.system(of, inputs, outputs)), math.sqrt(self.models.closed_model.count)
         if share == 1 or math.isinf(norm.gain.value):
             return norm
         return MeanGain(enclosure(norm.gain.low / share, norm.gain.high / share, steps=2), norm.reason)
 
-    @door
+    @check_arguments
     def rows(self, values: Values) -> LinearRows:
         """The same answers for each of N rows of parameters or states, by name: `{"plant.m": masses}`.
 
@@ -258,9 +262,9 @@ class LinearLoop:
         ValueError
             If the values have different numbers of rows, or no row has an answer.
         """
-        return linear_rows(self.point, self.bent, values)
+        return linear_rows(self.point, self.corner_signals, values)
 
-    def plot(self, kind: str = "", **options: object) -> Picture:
+    def plot(self, kind: str = "", **options: object) -> NotebookPicture:
         """A picture, by default Bode and Nyquist plots with margins, and the poles; a notebook shows it.
 
         Parameters
@@ -282,15 +286,14 @@ class LinearLoop:
     def __repr__(self) -> str:
         cut = f" cut at {', '.join(self.channels)}" if self.channels else ""
         time = "in continuous time" if self.period is None else f"in a computer, every {self.period:g} s"
-        return (
-            f"<LinearLoop '{self.point.equations.closed.name}'{cut}: {len(self.models.closed.states)} states, {time}>"
-        )
+        name, states = self.point.equations.closed_loop.name, len(self.models.closed_model.states)
+        return f"<LinearLoop '{name}'{cut}: {states} states, {time}>"
 
     def _one_answer(self, call: str, of: str, inputs: Names, outputs: Names) -> control.StateSpace:
         refuse_delay(call, self.models)
-        refuse_bent(call, self.bent, _names(outputs))
+        refuse_corner_signals(call, self.corner_signals, _names(outputs))
         model = self.models.single(call, of, _names(inputs), _names(outputs))
-        return model.system(f"{of} of {self.point.equations.closed.name}")
+        return model.system(f"{of} of {self.point.equations.closed_loop.name}")
 
 
 def _names(names: Names) -> tuple[str, ...] | None:

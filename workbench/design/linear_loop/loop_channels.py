@@ -19,7 +19,7 @@ TURNS = 1.0  # full turns of a delay, at which the frequencies of a loop with a 
 BEYOND = 3.0  # times the highest frequency that they must show
 
 
-def alone(models: CutModels, k: int) -> CutModels:
+def channel_models(models: CutModels, k: int) -> CutModels:
     """The models of a loop that is cut at its channel k, and closed at its other ones."""
     return replace(models, channels=(models.channels[k],))
 
@@ -29,7 +29,7 @@ def channel_roots(call: str, models: CutModels, k: int) -> SystemRoots:
 
     Over lifted periods the poles are those of one of them, and zeros are left out.
     """
-    L = visible(alone(models, k).kind(call, "L"))
+    L = without_hidden_states(channel_models(models, k).kind(call, "L"))
     if L.count > 1:
         return SystemRoots(_of_one_period(np.linalg.eigvals(L.A[0]), L.count), np.zeros(0, complex), None, L.period)
     return system_roots(L.system())
@@ -40,9 +40,11 @@ def loop_frequencies(call: str, models: CutModels, crossovers: Iterable[float] =
 
     Those of a loop with delays end after a turn of the longest one, or behind the highest of the `crossovers`.
     """
-    period = models.closed.period
-    roots = [_of_one_period(np.linalg.eigvals(visible(models.closed).A[0]), models.closed.count)]
-    if models.opened is not None:
+    period = models.closed_model.period
+    roots = [
+        _of_one_period(np.linalg.eigvals(without_hidden_states(models.closed_model).A[0]), models.closed_model.count)
+    ]
+    if models.open_model is not None:
         for k in range(len(models.channels)):
             own = channel_roots(call, models, k)
             roots += [own.poles, own.zeros]
@@ -56,7 +58,7 @@ def loop_frequencies(call: str, models: CutModels, crossovers: Iterable[float] =
     return np.asarray(omega)
 
 
-def visible(model: LoopModel) -> LoopModel:
+def without_hidden_states(model: LoopModel) -> LoopModel:
     """The model without the states that nothing moves from outside, or that no output shows, by the zeros of A."""
     A, B, Cy = (np.nan_to_num(M) != 0 for M in (model.A, model.B, model.Cy))
     reach = closure(A.any(axis=0) | np.eye(A.shape[-1], dtype=bool))  # reach[i, j]: j reaches i

@@ -9,17 +9,17 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled
+from workbench.core import Layout, Ode, SampledSystem
 from workbench.core.equations import Loop
-from workbench.core.expressions import evaluated
+from workbench.core.expressions import evaluate_sx
 from workbench.core.validation.number_types import Numbers, Values
-from workbench.core.validation.refusals import Array, finite, known, nearest, refusal, several
+from workbench.core.validation.refusals import Array, finite, known_name, nearest, refusal, several
 from workbench.design.frequency import common_period
 from workbench.design.linear.linear_path import freeze
 from workbench.design.linear.linear_period import jump_of
 
-LOOP = "a `ClosedLoop`, a `DigitalLoop`, or equations, an `Ode` or a `Sampled`, with inputs and outputs"
-Equations = Ode | Sampled
+LOOP = "a `ClosedLoop`, a `DigitalLoop`, or equations, an `Ode` or a `SampledSystem`, with inputs and outputs"
+Equations = Ode | SampledSystem
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +31,8 @@ class LoopEquations:
     delay acts. Equations that are no loop of blocks have no cut.
     """
 
-    closed: Equations
-    opened: Equations | None = None
+    closed_loop: Equations
+    open_loop: Equations | None = None
     drive: tuple[str, ...] = ()
     channels: tuple[int, ...] = ()
     delays: tuple[float, ...] = ()  # in s, one for each drive
@@ -40,20 +40,20 @@ class LoopEquations:
     @staticmethod
     def of(
         call: str,
-        loop: Loop | Ode | Sampled,
+        loop: Loop | Ode | SampledSystem,
         at: Sequence[str] | None,
         delays: Mapping[str, float],
-        frozen: Sequence[str],
+        frozen_states: Sequence[str],
     ) -> LoopEquations:
         """The equations of a loop that is cut at some of its ports, all inputs of the plant if `at` is None."""
-        if isinstance(loop, Ode | Sampled):
+        if isinstance(loop, Ode | SampledSystem):
             if at is not None or delays:
                 raise ValueError(
                     f"`{call}({'delays' if delays else 'at'}=...)` needs a `ClosedLoop` or a `DigitalLoop`, which "
                     f"knows its ports; '{loop.name}' is equations alone."
                 )
             _refuse_bare(call, loop)
-            return LoopEquations(_frozen(call, loop, frozen))
+            return LoopEquations(_freeze(call, loop, frozen_states))
         made = getattr(loop, "ode", None)
         if isinstance(loop, type) or not callable(made) or not {"inputs", "at"} <= _keywords(made):
             raise refusal(f"{call}(loop=...)", LOOP, loop)
@@ -66,25 +66,25 @@ class LoopEquations:
         times = np.zeros(len(drive))
         for name, time in delays.items():
             times[places_of_names(drive, name)] = finite(f"{call}(delays=...)", time, " of seconds", low=0)
-        if times.any() and isinstance(closed, Sampled):
+        if times.any() and isinstance(closed, SampledSystem):
             raise ValueError(
                 f"`{call}(delays=...)` is for a loop in continuous time; the commands of a computer wait for whole "
                 "periods: give them to `DigitalLoop(delay=...)`."
             )
         channels = tuple(dict.fromkeys(i for name in names for i in places_of_names(drive, name)))
-        closed, opened = _frozen(call, closed, frozen), _frozen(call, opened, frozen)
+        closed, opened = _freeze(call, closed, frozen_states), _freeze(call, opened, frozen_states)
         return LoopEquations(closed, opened, drive, channels, tuple(times.tolist()))
 
     @property
     def ports(self) -> tuple[str, ...]:
         """The outputs on which the loop depends, as the plant's own inputs and outputs; of equations alone all."""
-        flow = flow_of(self.closed)
-        return (*flow.drives, *flow.measures) if self.opened is not None else flow.outputs.names
+        flow = flow_of(self.closed_loop)
+        return (*flow.drives, *flow.measures) if self.open_loop is not None else flow.outputs.names
 
 
-def port_names(call: str, closed: Equations, labels: Sequence[str]) -> tuple[str, ...]:
+def port_names(call: str, closed_loop: Equations, labels: Sequence[str]) -> tuple[str, ...]:
     """The ports to which names or labels such as `tau[0]` belong, each once; what is no port is refused."""
-    flow = flow_of(closed)
+    flow = flow_of(closed_loop)
     ports = [*flow.drives, *flow.measures]
     numbers = {label: name for name in ports for label in labels_of(Layout((flow.outputs[name],)))}
     for label in labels:
@@ -101,7 +101,7 @@ def labels_of(layout: Layout) -> tuple[str, ...]:
     return tuple(n for e in layout.entries for n in (e.labels() if e.size > 1 else [e.name]))
 
 
-def chosen(call: str, layout_labels: Sequence[str], names: Sequence[str] | None, of: str) -> list[int]:
+def chosen_places(call: str, layout_labels: Sequence[str], names: Sequence[str] | None, of: str) -> list[int]:
     """The places of some names, each a label or a whole vector; all of them if None."""
     if names is None:
         return list(range(len(layout_labels)))
@@ -109,7 +109,7 @@ def chosen(call: str, layout_labels: Sequence[str], names: Sequence[str] | None,
     for name in several(call, names, str, 1):
         own = places_of_names(layout_labels, name)
         if not own:
-            known(name, dict.fromkeys([*layout_labels, *(n.partition("[")[0] for n in layout_labels)]), of)
+            known_name(name, dict.fromkeys([*layout_labels, *(n.partition("[")[0] for n in layout_labels)]), of)
         places += own
     return places
 
@@ -121,7 +121,7 @@ def places_of_names(labels: Sequence[str], name: str) -> list[int]:
 
 def flow_of(equations: Equations) -> Ode:
     """The equations in continuous time."""
-    return equations.flow if isinstance(equations, Sampled) else equations
+    return equations.flow if isinstance(equations, SampledSystem) else equations
 
 
 def rows_by_name(source: Layout, target: Layout, rows: Array) -> Array:
@@ -133,9 +133,9 @@ def rows_by_name(source: Layout, target: Layout, rows: Array) -> Array:
     return found
 
 
-def instants_of(sampled: Sampled) -> tuple[int, float]:
+def instants_of(system: SampledSystem) -> tuple[int, float]:
     """The number of periods after which the jump is the same again, and their common length in s."""
-    jump = jump_of(sampled)
+    jump = jump_of(system)
     symbols, moduli = (jump.t, jump.x, jump.p), set[float]()
 
     def operation(code: int, *a: ca.SX) -> ca.SX:
@@ -147,8 +147,8 @@ def instants_of(sampled: Sampled) -> tuple[int, float]:
 
     function = ca.Function("jump", [*symbols], [jump.rate], {"cse": True})
     if any(function.instruction_id(k) == ca.OP_FMOD for k in range(function.n_instructions())):
-        evaluated(function, lambda part, entry: symbols[part][entry], ca.SX, operation)
-    length, counts = common_period([sampled.period, *(sampled.period * m for m in sorted(moduli))])
+        evaluate_sx(function, lambda part, entry: symbols[part][entry], ca.SX, operation)
+    length, counts = common_period([system.period, *(system.period * m for m in sorted(moduli))])
     return counts[0], length
 
 
@@ -165,7 +165,7 @@ def _refuse_bare(call: str, equations: Equations) -> None:
             )
 
 
-def _frozen(call: str, equations: Equations, names: Sequence[str]) -> Equations:
+def _freeze(call: str, equations: Equations, names: Sequence[str]) -> Equations:
     """The same equations with the named states as parameters."""
     names = several(f"{call}(freeze=...)", names, str)
     if not names:
@@ -175,24 +175,28 @@ def _frozen(call: str, equations: Equations, names: Sequence[str]) -> Equations:
     flow = freeze(equations.flow, names)
     fixed = {place for name in names for place in equations.states.indices(name)}
     jump = equations.jump[[i for i in range(equations.jump.numel()) if i not in fixed]]
-    return replace(equations, flow=flow, jump=jump, law_of=None, crossings=(), crossed=None)
+    return replace(equations, flow=flow, jump=jump, law_of=None, crossings=(), crossing_jump=None)
 
 
-def split_values(call: str, closed: Equations, values: Values) -> tuple[Array, Array, list[int]]:
+def split_values(call: str, closed_loop: Equations, values: Values) -> tuple[Array, Array, list[int]]:
     """States (N, nx) and parameters (N, np) with values by name, and the places of the states that are named."""
-    states = {name: value for name, value in values.items() if _in(closed.states, name)}
+    states = {name: value for name, value in values.items() if _in(closed_loop.states, name)}
     rest = {name: value for name, value in values.items() if name not in states}
     for name in rest:
-        if not _in(closed.parameters, name):
-            known(name, [*closed.parameters.names, *closed.states.names], f"parameters and states of '{closed.name}'")
+        if not _in(closed_loop.parameters, name):
+            known_name(
+                name,
+                [*closed_loop.parameters.names, *closed_loop.states.names],
+                f"parameters and states of '{closed_loop.name}'",
+            )
     empty = [name for name, one in values.items() if _is_empty(one)]
     if empty:
         raise ValueError(f"`{call}(...)` must have at least one value for each name; '{empty[0]}' has none.")
-    x, p = closed.states.pack(states), closed.parameters.pack(rest)
+    x, p = closed_loop.states.pack(states), closed_loop.parameters.pack(rest)
     count = max(len(x), len(p))
     if {len(x), len(p)} - {1, count}:
         raise ValueError(f"`{call}(...)` must have one number of rows; got {len(x)} of states, {len(p)} of parameters.")
-    fixed = sorted({place for name in states for place in closed.states.indices(name)})
+    fixed = sorted({place for name in states for place in closed_loop.states.indices(name)})
     x, p = (np.repeat(rows, count // len(rows), axis=0) for rows in (x, p))
     return x, p, fixed
 

@@ -9,29 +9,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core import Ode, Sampled
+from workbench.core import Ode, SampledSystem
 from workbench.core.equations import Loop
 from workbench.core.point import AT_REST
 from workbench.core.validation.number_types import Values
 from workbench.core.validation.refusals import whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.linear_loop import LinearLoop
 from workbench.design.linear_loop.loop_equations import LoopEquations, split_values
-from workbench.design.linear_loop.loop_point import LoopPoint, point_models, straight
+from workbench.design.linear_loop.loop_point import LoopPoint, point_models, without_corners
 from workbench.design.linear_loop.point_model import Instant
-from workbench.design.linear_loop.rest_state import motion_of, resting_states, seek_rest, start_of, unrest
-from workbench.design.matrices import Refused
+from workbench.design.linear_loop.rest_state import motion_of, motion_sentences, resting_states, seek_rest, start_of
+from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:  # a door lets it pass: the corner says what is wrong with it
-    from workbench.design.linear.corners import Sides
+    from workbench.design.linear.switching_functions import Sides
 
 CALL = "linear_loop"
 
 
-@door
+@check_arguments
 def linear_loop(
-    loop: Loop | Ode | Sampled,
+    loop: Loop | Ode | SampledSystem,
     at: str | tuple[str, ...] | None = None,
     values: Values | None = None,
     *,
@@ -87,15 +87,15 @@ def linear_loop(
     array([0.03, 3.01])
     """
     equations = LoopEquations.of(CALL, loop, (at,) if isinstance(at, str) else at, delays or {}, freeze)
-    point = rest_point(equations, Instant.of(CALL, equations.closed, t), values or {}, at_rest, side, substeps)
+    point = rest_point(equations, Instant.of(CALL, equations.closed_loop, t), values or {}, at_rest, side, substeps)
     given = {"at": at, "t": t, "freeze": freeze, "delays": delays, "at_rest": at_rest, "side": side}
-    return about(replace(point, arguments=_arguments({**given, "substeps": substeps})))
+    return linear_loop_about(replace(point, arguments=_arguments({**given, "substeps": substeps})))
 
 
-def _arguments(given: Mapping[str, object]) -> str:
+def _arguments(arguments: Mapping[str, object]) -> str:
     """The arguments that differ from the defaults of `linear_loop`, as Python writes them in a call."""
     defaults = {name: one.default for name, one in signature(linear_loop).parameters.items()}
-    return "".join(f", {name}={value!r}" for name, value in given.items() if repr(value) != repr(defaults[name]))
+    return "".join(f", {name}={value!r}" for name, value in arguments.items() if repr(value) != repr(defaults[name]))
 
 
 def rest_point(
@@ -109,7 +109,7 @@ def rest_point(
     """The point at which a loop rests, or at which it starts; a loop that should rest and does not is refused."""
     if substeps is not None:
         whole(f"{CALL}(substeps=...)", substeps)
-    closed = equations.closed
+    closed = equations.closed_loop
     rows, parameters, fixed = split_values(CALL, closed, values)
     if len(rows) > 1:
         raise ValueError(
@@ -120,19 +120,19 @@ def rest_point(
     kept = fixed if at_rest else list(range(closed.states.size))
     motion = motion_of(CALL, closed, instant, substeps)
     start = start_of(closed, instant, rows, parameters, kept)
-    found, share = seek_rest(motion, start, parameters, must, kept, isinstance(closed, Sampled))
-    (moving,) = unrest(CALL, closed, instant, found, parameters, share, must) if at_rest else ("",)
+    found, share = seek_rest(motion, start, parameters, must, kept, isinstance(closed, SampledSystem))
+    (moving,) = motion_sentences(CALL, closed, instant, found, parameters, share, must) if at_rest else ("",)
     if moving:
-        raise Refused(moving)
+        raise DesignError(moving)
     resting = bool((share <= AT_REST).all())
     return LoopPoint(equations, instant, found[0], parameters[0], resting, side, substeps, tuple(fixed))
 
 
-def about(point: LoopPoint) -> LinearLoop:
+def linear_loop_about(point: LoopPoint) -> LinearLoop:
     """The linear loop about a point, without the outputs that have a corner there."""
     closed, opened = point_models(CALL, point, point.x, point.p)
-    bent = tuple(dict.fromkeys((*closed.bent, *(opened.bent if opened else ()))))
-    cut = None if opened is None else straight(opened.model, bent)
+    bent = tuple(dict.fromkeys((*closed.corner_signals, *(opened.corner_signals if opened else ()))))
+    cut = None if opened is None else without_corners(opened.model, bent)
     delays = np.array(point.equations.delays)
-    models = CutModels(straight(closed.model, bent), cut, point.equations.channels, delays)
+    models = CutModels(without_corners(closed.model, bent), cut, point.equations.channels, delays)
     return LinearLoop(point, models, bent)

@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array
 from workbench.design.frequency import row_responses
-from workbench.design.frequency.response_kernel import Answers
+from workbench.design.frequency.response_kernel import FrequencyAnswers
 from workbench.design.linear.loop_cuts import closure
 from workbench.design.matrices import EPS, Complex
 
@@ -75,7 +75,7 @@ class LoopModel:
             D=kept.D + to_all.D @ E @ from_rest.D,
         )
 
-    def reduced(self) -> LoopModel:
+    def reduce(self) -> LoopModel:
         """The model of a computer without the states that nothing reads, as what is computed anew each period."""
         if self.period is None:
             return self
@@ -93,7 +93,7 @@ class LoopModel:
         """The values of `answers`."""
         return self.answers(omega).values
 
-    def answers(self, omega: Array) -> Answers:
+    def answers(self, omega: Array) -> FrequencyAnswers:
         """The answers (N, m, ny, nu) at frequencies (m,) in rad/s; NaN at a pole and in rows that are not finite.
 
         Over lifted periods it is the part at the frequency itself of the answer to a signal of that frequency.
@@ -118,9 +118,9 @@ class LoopModel:
             np.abs(blocks(part)).sum(axis=(2, 4)) / q for part in (ahead.values, ahead.errors, ahead.sensitivities)
         )
         terms, errors, sensitivities = sizes
-        return Answers(values, errors + 4 * (q + 2) * EPS * terms, sensitivities)
+        return FrequencyAnswers(values, errors + 4 * (q + 2) * EPS * terms, sensitivities)
 
-    def _answers(self, omega: Array, period: float | None) -> Answers:
+    def _answers(self, omega: Array, period: float | None) -> FrequencyAnswers:
         """C (z I - A)^-1 B + D, by the states alone that lie between an input and the outputs."""
         steps = (np.nan_to_num(self.A) != 0).any(axis=0)
         reach = closure(steps | np.eye(len(steps), dtype=bool))  # reach[i, j]: j reaches i
@@ -130,13 +130,13 @@ class LoopModel:
             moved = reach[:, (np.nan_to_num(self.B[:, :, j]) != 0).any(axis=0)].any(axis=1)
             groups.setdefault(tuple(np.flatnonzero(moved & seen).tolist()), []).append(j)
         shape = (len(self.A), len(omega), self.D.shape[1], self.D.shape[2])
-        made = Answers(np.empty(shape, complex), np.empty(shape), np.empty(shape))  # of no inputs, it stays so
+        made = FrequencyAnswers(np.empty(shape, complex), np.empty(shape), np.empty(shape))  # of no inputs, it stays so
         for states, inputs in groups.items():
             keep = list(states)
             matrices = (self.A[:, keep][:, :, keep], self.B[:, keep][:, :, inputs], self.Cy[:, :, keep])
             found = row_responses(*matrices, self.D[:, :, inputs], omega, period)
             if len(groups) == 1:
-                return Answers(found.values, found.errors, found.sensitivities)
+                return FrequencyAnswers(found.values, found.errors, found.sensitivities)
             made.values[..., inputs], made.errors[..., inputs] = found.values, found.errors
             made.sensitivities[..., inputs] = found.sensitivities
         return made
@@ -146,17 +146,17 @@ class LoopModel:
         import control
 
         dt = 0 if self.period is None else self.period * self.count
-        names = {"inputs": self._lifted(self.inputs), "outputs": self._lifted(self.outputs)}
+        names = {"inputs": self._lifted_labels(self.inputs), "outputs": self._lifted_labels(self.outputs)}
         matrices = (self.A[0], self.B[0], self.Cy[0], self.D[0])
         return control.ss(*matrices, dt, name=name, states=list(self.states), remove_useless_states=False, **names)
 
-    def _lifted(self, labels: tuple[str, ...]) -> list[str]:
+    def _lifted_labels(self, labels: tuple[str, ...]) -> list[str]:
         if self.count == 1:
             return list(labels)
         return [f"{label} at instant {k}" for k in range(self.count) for label in labels]
 
 
-def lifted(maps: Sequence[tuple[Array, Array, Array, Array]]) -> tuple[Array, Array, Array, Array]:
+def lift_maps(maps: Sequence[tuple[Array, Array, Array, Array]]) -> tuple[Array, Array, Array, Array]:
     """The matrices over several periods, each (N, ...), from those of each period in turn."""
     if len(maps) == 1:
         return maps[0]

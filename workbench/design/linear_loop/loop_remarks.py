@@ -20,18 +20,22 @@ DEAD = 1e-9  # a pole z of this size decays within a period, so that nothing of 
 
 
 def loop_remarks(
-    closed: LoopModel, poles: Sequence[Pole], L: control.StateSpace | None, resting: bool, bent: Sequence[str]
+    closed_model: LoopModel,
+    poles: Sequence[Pole],
+    L: control.StateSpace | None,
+    at_rest: bool,
+    corner_signals: Sequence[str],
 ) -> tuple[str, ...]:
     """Sentences on the poles of a closed loop, on what its gain L hides, on its motion, and on signals with corners."""
     found: list[str] = []
     if poles:
-        size = float(np.linalg.norm(closed.A[0], 2))
-        found += mode_remarks(poles, size, closed.period is not None, hidden=True)
+        size = float(np.linalg.norm(closed_model.A[0], 2))
+        found += mode_remarks(poles, size, closed_model.period is not None, with_advice=True)
     if L is not None:
         found += hidden_remarks(L)
-    if not resting:
+    if not at_rest:
         found.append("The loop is frozen at a state that is not at rest, so its poles prove nothing about its motion.")
-    found += [f"'{name}' has a corner or a jump at this state, so it has no linear answer." for name in bent]
+    found += [f"'{name}' has a corner or a jump at this state, so it has no linear answer." for name in corner_signals]
     return tuple(found)
 
 
@@ -50,7 +54,7 @@ def doubt_of(condition: float | Array, size: float, count: int) -> float | Array
     return doubt
 
 
-def mode_remarks(poles: Sequence[Pole], size: float, discrete: bool, hidden: bool) -> tuple[str, ...]:
+def mode_remarks(poles: Sequence[Pole], size: float, discrete: bool, with_advice: bool) -> tuple[str, ...]:
     """A sentence for each pole of the closed loop that grows, or that doubles cannot tell from one that does."""
     unit, sentences = "" if discrete else " 1/s", []
     for pole in (pole for pole in poles if pole.value.imag >= 0):
@@ -60,7 +64,7 @@ def mode_remarks(poles: Sequence[Pole], size: float, discrete: bool, hidden: boo
             sentences.append(f"The closed loop is not stable: {where} grows.")
         elif decay <= doubt:
             axis = "unit circle" if discrete else "imaginary axis"
-            advice = ". If its state is constant, name it in `freeze`" if hidden else ""
+            advice = ". If its state is constant, name it in `freeze`" if with_advice else ""
             sentences.append(f"The closed loop has a pole on the {axis} to within rounding errors: {where}{advice}.")
     return tuple(sentences)
 

@@ -8,24 +8,24 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core import Ode, Sampled
+from workbench.core import Ode, SampledSystem
 from workbench.core.notation.program import walk
 from workbench.core.validation.refusals import Array, finite
-from workbench.design.linear.corners import (
-    Corners,
+from workbench.design.linear.linear_period import jump_of, one_period
+from workbench.design.linear.loop_cuts import loop_entries
+from workbench.design.linear.operating_point import inputs_of, places_of, refuse_jump_at
+from workbench.design.linear.switching_functions import (
     Mask,
     Sides,
-    Used,
+    SwitchingFunctions,
+    UsedEntries,
     chosen_pieces,
-    differing,
+    corner_entries,
     side_direction,
     sure_jacobians,
 )
-from workbench.design.linear.linear_period import jump_of, one_period
-from workbench.design.linear.loop_cuts import reaching
-from workbench.design.linear.operating_point import inputs_of, places_of, refuse_jump_at
 from workbench.design.linear_loop.loop_equations import Equations, flow_of, instants_of, labels_of
-from workbench.design.linear_loop.loop_model import LoopModel, lifted
+from workbench.design.linear_loop.loop_model import LoopModel, lift_maps
 from workbench.proofs.interval import jumps
 
 
@@ -40,7 +40,7 @@ class Instant:
     def of(call: str, equations: Equations, t: object) -> Instant:
         """The instant at the time t in s; the first that is like all later ones, where a computer begins otherwise."""
         t = finite(f"{call}(t=...)", t, " of seconds")
-        if not isinstance(equations, Sampled):
+        if not isinstance(equations, SampledSystem):
             return Instant(t)
         count, _ = instants_of(equations)
         k = round(t / equations.period)
@@ -59,7 +59,7 @@ class PointModel:
 
     model: LoopModel
     output: Array
-    bent: tuple[str, ...]
+    corner_signals: tuple[str, ...]
 
 
 def point_model(
@@ -89,12 +89,12 @@ def point_model(
         maps, odd, period, output, state = [], np.zeros(equations.outputs.size, dtype=bool), equations.period, None, x
         for k in range(at.count):
             t = at.t + k * equations.period
-            one = one_period(call, equations, t, state, p, side, used, substeps=substeps, lifted=at.count > 1)
+            one = one_period(call, equations, t, state, p, side, used, substeps=substeps, is_lifted=at.count > 1)
             A, B, Cy, D = one.matrices
             maps.append((A[np.newaxis], B[np.newaxis], Cy[np.newaxis], D[np.newaxis]))
             odd, state = odd | one.odd, one.end
             output = one.output if output is None else output
-        rows = list(lifted(maps))
+        rows = list(lift_maps(maps))
     odd = odd & spare
     assert output is not None
     for i in np.flatnonzero(np.tile(odd, at.count)):
@@ -109,27 +109,27 @@ def input_labels(flow: Ode) -> tuple[str, ...]:
     return labels_of(inputs_of(flow))
 
 
-def _uses(n: int, spare: Mask) -> Used:
+def _uses(n: int, spare: Mask) -> UsedEntries:
     rows = np.concatenate([np.zeros(n, dtype=bool), spare])
 
     def used(pattern: Mask) -> Mask:
         """True for the entries on which all outputs but the spare ones, and all poles, depend."""
-        mask = reaching(np.where(rows[:, np.newaxis], False, pattern), n)
+        mask = loop_entries(np.where(rows[:, np.newaxis], False, pattern), n)
         return np.where(rows[:, np.newaxis], False, mask)
 
     return used
 
 
 def _continuous(
-    call: str, ode: Ode, t: float, x: Array, p: Array, side: Sides, used: Used
+    call: str, ode: Ode, t: float, x: Array, p: Array, side: Sides, used_entries: UsedEntries
 ) -> tuple[tuple[Array, Array, Array, Array], Mask]:
     """The Jacobians at a state, and the outputs whose rows differ between the pieces that meet there."""
     refuse_jump_at(call, ode, t, x, p)
-    corners, n = Corners.of(ode), len(x)
-    matrices = sure_jacobians(call, corners, t, x, p, side, used)
+    corners, n = SwitchingFunctions.of(ode), len(x)
+    matrices = sure_jacobians(call, corners, t, x, p, side, used_entries)
     pieces = corners.pieces(t, x, p)
     step = side_direction(call, corners, side, x, p[places_of(ode)])
     if pieces and step is not None:
         pieces = chosen_pieces(corners, pieces, step, (t, x, p))
-    odd = differing(pieces)[n:].any(axis=1) if pieces else np.zeros(ode.outputs.size, dtype=bool)
+    odd = corner_entries(pieces)[n:].any(axis=1) if pieces else np.zeros(ode.outputs.size, dtype=bool)
     return matrices, np.asarray(odd)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import casadi as ca
 import numpy as np
 
-from workbench.core import Ode, Sampled
+from workbench.core import Ode, SampledSystem
 from workbench.core.point import AT_REST, rate_terms
 from workbench.core.validation.refusals import Array
 from workbench.design.linear.linear_period import flow_over, jump_of
@@ -17,7 +17,7 @@ from workbench.design.linear_loop.loop_equations import Equations, flow_of, labe
 from workbench.design.linear_loop.point_model import Instant
 
 ROUNDS, SMALL, LEAST = 100, 1e-7, 1e-14  # evaluations; relative steps taken whole, and those that are rounding
-SETTLING = 10_000  # periods after which the memories of a computer should not change any more
+SETTLING_PERIODS = 10_000  # periods after which the memories of a computer should not change any more
 PATIENCE, SHORTER = 25, 0.9  # evaluations in which the step must become so much shorter, or the search stalls
 WAY = (4, 12, 24, 48, 96)  # implicit steps in time, after which Newton's method tries again
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -28,7 +28,7 @@ def motion_of(call: str, equations: Equations, at: Instant, substeps: int | None
     """The rate of a loop, or its change over the periods that recur, with the derivatives by the states."""
     if isinstance(equations, Ode):
         f, A = equations.f, equations.A
-        return lambda x, p: _stacked([(f(at.t, *row), A(at.t, *row)) for row in zip(x, p, strict=True)])
+        return lambda x, p: _stack([(f(at.t, *row), A(at.t, *row)) for row in zip(x, p, strict=True)])
 
     jump, period = jump_of(equations), equations.period
 
@@ -41,20 +41,20 @@ def motion_of(call: str, equations: Equations, at: Instant, substeps: int | None
             slope = by_after @ by_state @ slope
         return state - start, slope - np.eye(len(state))
 
-    return lambda x, p: _stacked([over_periods(*row) for row in zip(x, p, strict=True)])
+    return lambda x, p: _stack([over_periods(*row) for row in zip(x, p, strict=True)])
 
 
-def _stacked(pairs: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+def _stack(pairs: list[tuple[Array, Array]]) -> tuple[Array, Array]:
     first, second = zip(*pairs, strict=True)
     return np.array([np.array(part).ravel() for part in first]), np.array([np.array(part) for part in second])
 
 
-def resting_states(closed: Equations, ports: tuple[str, ...]) -> Mask:
+def resting_states(closed_loop: Equations, ports: tuple[str, ...]) -> Mask:
     """True for the states (nx,) that must rest, as a Jacobian depends on them; none of a linear loop."""
-    n, flow = closed.states.size, flow_of(closed)
+    n, flow = closed_loop.states.size, flow_of(closed_loop)
     seen = [i for name in ports for i in range(flow.outputs.size)[flow.outputs.slice(name)]]
     steps, bends = np.eye(n, dtype=bool), np.zeros(n, dtype=bool)
-    for each in (flow, jump_of(closed)) if isinstance(closed, Sampled) else (flow,):
+    for each in (flow, jump_of(closed_loop)) if isinstance(closed_loop, SampledSystem) else (flow,):
         steps |= entries_of(ca.jacobian_sparsity(ca.densify(each.rate), each.x))
         every = list(range(n))  # A is kept by the equations, as one of 200 states takes seconds
         for J, rows in ((each.A, every), (each.B, every), (each.Cy, seen), (each.D, seen)):
@@ -63,34 +63,34 @@ def resting_states(closed: Equations, ports: tuple[str, ...]) -> Mask:
     return np.asarray(closure(steps)[bends].any(axis=0))
 
 
-def start_of(closed: Equations, at: Instant, x: Array, p: Array, fixed: list[int]) -> Array:
+def start_of(closed_loop: Equations, at: Instant, x: Array, p: Array, fixed_states: list[int]) -> Array:
     """The states (N, nx) from which a rest is sought: in a computer with its queue filled by what its law commands.
 
     At an instant such a state follows from others, and not from itself by way of any.
     """
-    if not isinstance(closed, Sampled):
+    if not isinstance(closed_loop, SampledSystem):
         return x
-    jump = jump_of(closed)
+    jump = jump_of(closed_loop)
     by = entries_of(ca.jacobian_sparsity(ca.densify(jump.rate), jump.x))
     returns = (by & closure(by | np.eye(len(by), dtype=bool)).T).any(axis=1)
-    follows = np.setdiff1d(np.flatnonzero(~returns), fixed)
+    follows = np.setdiff1d(np.flatnonzero(~returns), fixed_states)
     after = ca.Function("after", [jump.t, jump.x, jump.p], [ca.densify(jump.rate)])
     state = x.copy()
     for _ in follows:
-        state[:, follows] = np.array(after(round(at.t / closed.period), state.T, p.T)).T[:, follows]
+        state[:, follows] = np.array(after(round(at.t / closed_loop.period), state.T, p.T)).T[:, follows]
     start = np.where(np.isfinite(state).all(axis=1, keepdims=True), state, x)
-    return _settled_memories(after, round(at.t / closed.period), start, p, fixed) if fixed else start
+    return _settled_memories(after, round(at.t / closed_loop.period), start, p, fixed_states) if fixed_states else start
 
 
-def _settled_memories(after: ca.Function, k: int, x: Array, p: Array, fixed: list[int]) -> Array:
+def _settled_memories(after: ca.Function, k: int, x: Array, p: Array, fixed_states: list[int]) -> Array:
     """The states (N, nx) after so many jumps that none changes, while those that are named stay; else as they were.
 
     A filter that has not settled may saturate the command, and Newton's method finds no way out of that.
     """
-    state, free = x.copy(), np.setdiff1d(np.arange(x.shape[1]), fixed)
+    state, free = x.copy(), np.setdiff1d(np.arange(x.shape[1]), fixed_states)
     if not free.size:
         return x
-    for step in range(SETTLING):
+    for step in range(SETTLING_PERIODS):
         new = np.array(after(k + step, state.T, p.T)).T[:, free]
         change = (np.abs(new - state[:, free]) / (1 + np.abs(new))).max(axis=1)
         state[:, free] = new
@@ -100,7 +100,9 @@ def _settled_memories(after: ca.Function, k: int, x: Array, p: Array, fixed: lis
     return np.where(settled[:, np.newaxis], state, x)
 
 
-def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], discrete: bool) -> tuple[Array, Array]:
+def find_rest(
+    motion: Motion, x: Array, p: Array, must: Mask, fixed_states: list[int], discrete: bool
+) -> tuple[Array, Array]:
     """States (N, nx) at rest by Gauss-Newton, and how far from rest they are: the shares (N, nx) of what moves.
 
     States at rest from the start, to rounding, stay as they are; those at the places `fixed`, and those that nothing
@@ -110,7 +112,7 @@ def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], 
     x = x.copy()
     change, slope = motion(x, p)
     idle = (change == 0).all(axis=0) & (slope == 0).all(axis=(0, 2))  # as an integral with a gain of zero
-    free = np.setdiff1d(np.flatnonzero(must & ~idle), fixed)
+    free = np.setdiff1d(np.flatnonzero(must & ~idle), fixed_states)
     share = _shares(change, slope, x, must, discrete)
     seeking = ~(share.max(axis=1, initial=0.0) <= AT_REST) & np.isfinite(change).all(axis=1)
     if not free.size:
@@ -141,22 +143,26 @@ def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], 
     return x, share
 
 
-def seek_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], discrete: bool) -> tuple[Array, Array]:
+def seek_rest(
+    motion: Motion, x: Array, p: Array, must: Mask, fixed_states: list[int], discrete: bool
+) -> tuple[Array, Array]:
     """The state (1, nx) at rest, as `find_rest` has it; if Newton's method fails, from states to which the loop moves.
 
     A law that saturates where the loop starts gives Newton's method no direction. The loop itself leaves that state.
     """
-    found, share = find_rest(motion, x, p, must, fixed, discrete)
+    found, share = find_rest(motion, x, p, must, fixed_states, discrete)
     if share.max(initial=0.0) <= AT_REST:
         return found, share
-    for state in _on_the_way(motion, x, p, must, fixed, discrete):
-        ahead, left = find_rest(motion, state, p, must, fixed, discrete)
+    for state in _on_the_way(motion, x, p, must, fixed_states, discrete):
+        ahead, left = find_rest(motion, state, p, must, fixed_states, discrete)
         if left.max(initial=0.0) <= AT_REST:
             return ahead, left
     return found, share
 
 
-def _on_the_way(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], discrete: bool) -> Iterator[Array]:
+def _on_the_way(
+    motion: Motion, x: Array, p: Array, must: Mask, fixed_states: list[int], discrete: bool
+) -> Iterator[Array]:
     """States (1, nx) after some implicit steps in time, which grow as the motion ends and shrink as it begins again.
 
     References
@@ -166,7 +172,7 @@ def _on_the_way(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int]
     x, eye = x.copy(), np.eye(x.shape[1])
     change, slope = motion(x, p)
     idle = (change == 0).all(axis=0) & (slope == 0).all(axis=(0, 2))
-    free = np.setdiff1d(np.flatnonzero(must & ~idle), fixed)
+    free = np.setdiff1d(np.flatnonzero(must & ~idle), fixed_states)
     if not (free.size and np.isfinite(change).all() and np.isfinite(slope).all()):
         return
     rate = 1.0 if discrete else float(np.abs(slope).sum(axis=2).max())  # of a period, or 1/s
@@ -212,9 +218,11 @@ def _sizes(step: Array, x: Array) -> Array:
         return np.asarray((np.abs(step) / (1 + np.abs(x))).max(axis=1, initial=0.0))
 
 
-def unrest(call: str, closed: Equations, at: Instant, x: Array, p: Array, share: Array, must: Mask) -> list[str]:
+def motion_sentences(
+    call: str, closed_loop: Equations, at: Instant, x: Array, p: Array, share: Array, must: Mask
+) -> list[str]:
     """For each row of states (N, nx) the sentence that says what moves there, or would in time; empty at rest."""
-    labels, sentences, driven = labels_of(closed.states), [], _driven(closed, at, x, p, must)
+    labels, sentences, driven = labels_of(closed_loop.states), [], _driven_states(closed_loop, at, x, p, must)
     for own, moved in zip(share, driven, strict=True):
         worst = int(np.argmax(own)) if own.size else 0
         if moved >= 0:
@@ -234,12 +242,12 @@ def unrest(call: str, closed: Equations, at: Instant, x: Array, p: Array, share:
     return sentences
 
 
-def _driven(closed: Equations, at: Instant, x: Array, p: Array, must: Mask) -> list[int]:
+def _driven_states(closed_loop: Equations, at: Instant, x: Array, p: Array, must: Mask) -> list[int]:
     """For each row the place of the state whose motion changes with time itself, or -1."""
     found = np.full(len(x), -1)
-    both = [(closed, at.t)]
-    if isinstance(closed, Sampled):
-        both = [(jump_of(closed), at.t / closed.period), (closed.flow, at.t)]
+    both = [(closed_loop, at.t)]
+    if isinstance(closed_loop, SampledSystem):
+        both = [(jump_of(closed_loop), at.t / closed_loop.period), (closed_loop.flow, at.t)]
     for ode, t in both:
         assert isinstance(ode, Ode)
         if not ca.depends_on(ode.rate, ode.t):

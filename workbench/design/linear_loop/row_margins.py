@@ -65,12 +65,12 @@ def row_margins(call: str, models: CutModels, names: Sequence[str], stable: Mask
         for k, i in enumerate(models.channels):
             L = _some(opened.closed_at([j for j in drives if j != i]).part([i], [0]).negative(), rows)
             Ms[rows, k], places[rows, k] = largest_gains(feedback(L, "S"))
-            disk[rows, k] = 1 / largest_gains(_centred(feedback(L, "S")))[0]
+            disk[rows, k] = 1 / largest_gains(_centred_sensitivity(feedback(L, "S")))[0]
             phase[rows, k], delay[rows, k] = phase_margins(L)
         every = np.full(N, np.nan)
         every[rows] = disk[rows, 0]
         if len(names) > 1:
-            every[rows] = 1 / largest_gains(_centred(feedback(_some(models.kind(call, "L"), rows), "S")))[0]
+            every[rows] = 1 / largest_gains(_centred_sensitivity(feedback(_some(models.kind(call, "L"), rows), "S")))[0]
     return RowMargins(tuple(names), Ms, places, disk, phase, delay, every, GAP)
 
 
@@ -78,7 +78,7 @@ def _some(model: LoopModel, rows: Places) -> LoopModel:
     return replace(model, A=model.A[rows], B=model.B[rows], Cy=model.Cy[rows], D=model.D[rows])
 
 
-def _centred(S: LoopModel) -> LoopModel:
+def _centred_sensitivity(S: LoopModel) -> LoopModel:
     """S - I / 2, half of S - T, whose largest gain is the inverse of the disk margin."""
     return replace(S, D=S.D - np.eye(S.D.shape[-1]) / 2)
 
@@ -155,11 +155,13 @@ class _Axis:
         """The values (N, m) of one channel at points v (N, m) of the axis, and their derivatives by v."""
         N = len(rows)
         finite = np.where(np.isfinite(v), v, 0.0)
-        M = _shifted(finite, self.A[rows][:, np.newaxis])
-        x = _solved(M, np.broadcast_to(self.B[rows][:, np.newaxis].astype(complex), (N, v.shape[1], *self.B.shape[1:])))
+        M = _shifted_matrices(finite, self.A[rows][:, np.newaxis])
+        x = _solve_rows(
+            M, np.broadcast_to(self.B[rows][:, np.newaxis].astype(complex), (N, v.shape[1], *self.B.shape[1:]))
+        )
         C = self.C[rows][:, np.newaxis]
         values = (C @ x)[..., 0, 0] + self.D[rows][:, :, 0]
-        return np.where(np.isfinite(v), values, self.D[rows][:, :, 0]), -1j * (C @ _solved(M, x))[..., 0, 0]
+        return np.where(np.isfinite(v), values, self.D[rows][:, :, 0]), -1j * (C @ _solve_rows(M, x))[..., 0, 0]
 
     def best(self, rows: Places, v: Array) -> tuple[Array, Array]:
         """The largest singular value (N,) at points v (N, m), where NaN is no point, and the point."""
@@ -168,7 +170,10 @@ class _Axis:
             some = slice(first, first + ROWS)
             i, k = np.nonzero(np.isfinite(v[some]))
             own = rows[some][i]
-            G = self.C[own] @ _solved(_shifted(v[some][i, k], self.A[own]), self.B[own].astype(complex)) + self.D[own]
+            G = (
+                self.C[own] @ _solve_rows(_shifted_matrices(v[some][i, k], self.A[own]), self.B[own].astype(complex))
+                + self.D[own]
+            )
             gains[some][i, k] = _largest(G)
         infinite = np.isinf(v)
         gains[infinite] = np.broadcast_to(_largest(self.D[rows])[:, np.newaxis], v.shape)[infinite]
@@ -199,7 +204,7 @@ class _Axis:
         return found[:, : max(2, int(np.isfinite(found).sum(axis=1).max(initial=0)))]
 
 
-def _shifted(v: Array, A: Array) -> Complex:
+def _shifted_matrices(v: Array, A: Array) -> Complex:
     """The matrices j v I - A, which are singular where a pole lies on the axis."""
     return np.asarray(1j * v[..., np.newaxis, np.newaxis] * np.eye(A.shape[-1]) - A)
 
@@ -208,7 +213,7 @@ def _largest(G: Array | Complex) -> Array:
     return np.asarray(np.abs(G[:, 0, 0]) if G.shape[1:] == (1, 1) else np.linalg.svd(G, compute_uv=False)[:, 0])
 
 
-def _solved(M: Complex, right: Complex) -> Complex:
+def _solve_rows(M: Complex, right: Complex) -> Complex:
     """The solutions of many systems; infinite where one is exactly singular."""
     try:
         return np.asarray(np.linalg.solve(M, right))

@@ -7,12 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.core import Ode, Sampled
+from workbench.core import Ode, SampledSystem
 from workbench.core.validation.refusals import Array
 from workbench.design.linear.linear_period import jump_of
 from workbench.design.linear_loop.kernel_values import KernelFlow, KernelJacobian
 from workbench.design.linear_loop.loop_equations import Equations, flow_of, labels_of
-from workbench.design.linear_loop.loop_model import LoopModel, lifted
+from workbench.design.linear_loop.loop_model import LoopModel, lift_maps
 from workbench.design.linear_loop.point_model import Instant, input_labels
 
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
@@ -53,7 +53,7 @@ class RowModels:
             maps.append(matrices)
             first, cornered = output if first is None else first, cornered | on_corner
         assert first is not None
-        return LoopModel(*lifted(maps), *names, self.equations.period, self.at.count), first, cornered
+        return LoopModel(*lift_maps(maps), *names, self.equations.period, self.at.count), first, cornered
 
     @cached_property
     def _jacobian(self) -> KernelJacobian:
@@ -61,17 +61,17 @@ class RowModels:
 
     @cached_property
     def _jump(self) -> KernelJacobian:
-        assert isinstance(self.equations, Sampled)
+        assert isinstance(self.equations, SampledSystem)
         return KernelJacobian(jump_of(self.equations))
 
     @cached_property
     def _flow(self) -> KernelFlow:
-        assert isinstance(self.equations, Sampled)
+        assert isinstance(self.equations, SampledSystem)
         return KernelFlow(self.equations.flow, self.equations.period)
 
     def _period(self, k: int, x: Array, p: Array) -> tuple[Array, Matrices, Array, Mask]:
         """The state after one period, its matrices, the outputs that follow its jump, and the rows on a corner."""
-        assert isinstance(self.equations, Sampled)
+        assert isinstance(self.equations, SampledSystem)
         n, t = x.shape[1], self.at.t + k * self.equations.period
         after, jump, jump_cornered = self._jump(round(t / self.equations.period), x, p)
         values, J, flow_cornered = self._jacobian(t, after, p)

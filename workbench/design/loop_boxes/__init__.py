@@ -7,6 +7,6 @@ first, then `loop_family.py` for the matrices over a box, and `box_proof.py` for
 from workbench.design.loop_boxes.box_proof import BoxProof, prove_over_box
 from workbench.design.loop_boxes.loop_family import LoopFamily
 from workbench.design.loop_boxes.parameter_box import ParameterBox
-from workbench.design.loop_boxes.quadratic_conditions import GainBelow, PolesDamped, PolesDecay
+from workbench.design.loop_boxes.quadratic_conditions import DampingAbove, DecayAbove, GainBelow
 
-__all__ = ["BoxProof", "GainBelow", "LoopFamily", "ParameterBox", "PolesDamped", "PolesDecay", "prove_over_box"]
+__all__ = ["BoxProof", "GainBelow", "LoopFamily", "ParameterBox", "DampingAbove", "DecayAbove", "prove_over_box"]

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.design.linear.corners import Mask
+from workbench.design.linear.switching_functions import Mask
 from workbench.design.loop_boxes.loop_family import LEAST, ROOM, LoopFamily, Matrices
 from workbench.design.loop_boxes.parameter_box import ParameterBox
 from workbench.design.loop_boxes.quadratic_conditions import AbstractCondition, form
 from workbench.design.loop_boxes.rest_tubes import RestBranch
-from workbench.proofs.branch_and_bound import Boxes, corners_definite, definite, halved, whole
+from workbench.proofs.branch_and_bound import Boxes, corners_definite, definite, halve, whole
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.interval import NoBound
 
@@ -28,7 +28,7 @@ SLACK = 1e-6  # by which the rest of a draw, as computed, may miss the states th
 class BoxProof:
     """The outcome of a proof on so many `boxes`: `proved`, or the reason `why` it is not."""
 
-    proved: bool
+    is_proved: bool
     boxes: int
     why: str = ""
 
@@ -61,7 +61,7 @@ def prove_over_box(
             if branch is None:
                 return BoxProof(False, 0, "its rest is not proved to be one that moves evenly over the box")
             theta, x = draws
-            rests = x[:, list(family.moving)]
+            rests = x[:, list(family.moving_states)]
             if not branch.holds(theta, rests, -SLACK * (1 + np.abs(rests))).all():
                 return BoxProof(False, 0, "some draws rest at another state than the one that is enclosed")
             return _prove(family, condition, start, branch, most)
@@ -75,7 +75,7 @@ def _prove(family: LoopFamily, condition: AbstractCondition, todo: Boxes, branch
         if count + len(todo.c) > most:
             return BoxProof(False, count, f"the budget of {most} boxes was used up")
         count += len(todo.c)
-        found = family.enclosed(todo.c, todo.r)
+        found = family.enclose(todo.c, todo.r)
         holds, possible = _proved_parts(family, condition, found, todo)
         if not possible.all():
             place = todo.c[int(np.argmin(possible))]
@@ -83,13 +83,15 @@ def _prove(family: LoopFamily, condition: AbstractCondition, todo: Boxes, branch
             return BoxProof(False, count, f"no quadratic form proves it at {words}")
         holds &= branch.holds(todo.c, found.x, found.doubt)
         failed = np.logical_not(holds)
-        todo = halved(todo.c[failed], todo.r[failed], _shares(found, todo.r)[failed])
+        todo = halve(todo.c[failed], todo.r[failed], _shares(found, todo.r)[failed])
     return BoxProof(True, count)
 
 
-def _proved_parts(family: LoopFamily, condition: AbstractCondition, found: Matrices, todo: Boxes) -> tuple[Mask, Mask]:
+def _proved_parts(
+    family: LoopFamily, condition: AbstractCondition, matrices: Matrices, todo: Boxes
+) -> tuple[Mask, Mask]:
     """True (b,) for the parts that some form proves, and for those whose middle has a form."""
-    M = family.matrices(found.x, todo.c)
+    M = family.matrices(matrices.x, todo.c)
     holds, possible = np.zeros(len(M), dtype=bool), np.zeros(len(M), dtype=bool)
     for P in condition.candidates(family, M):
         open_ = np.flatnonzero(~holds & np.isfinite(P).all(axis=(1, 2)))
@@ -99,23 +101,23 @@ def _proved_parts(family: LoopFamily, condition: AbstractCondition, found: Matri
         good = np.isfinite(S).all(axis=(1, 2)) & (np.linalg.eigvalsh(np.nan_to_num(S))[:, 0] > 0)
         open_ = open_[good]
         possible[open_] = True
-        own = Matrices(*(part[open_] for part in found))
+        own = Matrices(*(part[open_] for part in matrices))
         holds[open_] = _holds(family, condition, own, P[open_], todo.r[open_])
         if holds.all():
             break
     return holds, possible
 
 
-def _holds(family: LoopFamily, condition: AbstractCondition, found: Matrices, P: Array, r: Array) -> Mask:
+def _holds(family: LoopFamily, condition: AbstractCondition, matrices: Matrices, P: Array, r: Array) -> Mask:
     """True (b,) where P > 0 and S(M) > 0 are proved for all matrices of a box."""
     constant, doubt = condition.constant(family, P)
-    start = constant + condition.linear(family, P, found.middle)
-    slopes = np.stack([condition.linear(family, P, found.slopes[:, k]) for k in range(r.shape[1])], axis=1)
+    start = constant + condition.linear(family, P, matrices.middle)
+    slopes = np.stack([condition.linear(family, P, matrices.slopes[:, k]) for k in range(r.shape[1])], axis=1)
     steps = slopes * r[:, :, np.newaxis, np.newaxis]
     with np.errstate(invalid="ignore"):
-        size = np.abs(found.middle) + (np.abs(found.slopes) * r[:, :, np.newaxis, np.newaxis]).sum(axis=1)
+        size = np.abs(matrices.middle) + (np.abs(matrices.slopes) * r[:, :, np.newaxis, np.newaxis]).sum(axis=1)
         n = 8 * (P.shape[-1] + r.shape[1] + 4)
-        rest = condition.spread(family, P, found.rest + n * UNIT * size) * (1 + n * UNIT)
+        rest = condition.linear_bound(family, P, matrices.rest + n * UNIT * size) * (1 + n * UNIT)
         rest = np.where(np.isnan(rest), np.inf, rest) + doubt + n * UNIT * (np.abs(constant) + np.abs(start))
     _, U = np.linalg.eigh(start)
     values = np.linalg.eigvalsh(start)
@@ -131,7 +133,7 @@ def _holds(family: LoopFamily, condition: AbstractCondition, found: Matrices, P:
     return np.asarray(formed.astype(bool) & definite(P).astype(bool))
 
 
-def _shares(found: Matrices, r: Array) -> Array:
+def _shares(matrices: Matrices, r: Array) -> Array:
     """The distance by which each number moves the matrices over a box (b, d), as a share of their size."""
-    moved = np.abs(found.slopes).sum(axis=(2, 3)) * r
-    return np.asarray(moved / (np.abs(found.middle).max(axis=(1, 2))[:, np.newaxis] + 1e-300))
+    moved = np.abs(matrices.slopes).sum(axis=(2, 3)) * r
+    return np.asarray(moved / (np.abs(matrices.middle).max(axis=(1, 2))[:, np.newaxis] + 1e-300))

@@ -17,7 +17,7 @@ from workbench.proofs.interval import Interval, evaluate
 TINY = 1e-290  # more than what underflow may lose of a sum of products
 
 
-class Ball(NamedTuple):
+class MatrixBall(NamedTuple):
     """Middles and radii of the entries of matrices; an infinite radius where there is no bound."""
 
     middle: Array
@@ -51,11 +51,11 @@ class IntervalFunction:
         """The number of operations on intervals."""
         return 1 if self.steps is None else len(self.steps.nodes)
 
-    def __call__(self, boxes: Mapping[str, Interval], count: int) -> Ball:
+    def __call__(self, boxes: Mapping[str, Interval], count: int) -> MatrixBall:
         """Enclosures (b, n, m) over so many boxes."""
         if self.steps is None:
             middle = np.tile(self.constant, (count, 1, 1))
-            return Ball(middle, np.zeros_like(middle))
+            return MatrixBall(middle, np.zeros_like(middle))
         held = {name: boxes[name] for name in self.steps.names}
         parts = [_wide(part, count) for part in evaluate(self.steps, held)]
         n, m = self.shape
@@ -64,7 +64,7 @@ class IntervalFunction:
             for name in ("middle", "radius")
         )
         lost = np.logical_not(np.isfinite(middle) & np.isfinite(radius))
-        return Ball(np.where(lost, 0.0, middle), np.where(lost, np.inf, radius))
+        return MatrixBall(np.where(lost, 0.0, middle), np.where(lost, np.inf, radius))
 
 
 def _wide(part: Interval, count: int) -> Interval:
@@ -72,32 +72,32 @@ def _wide(part: Interval, count: int) -> Interval:
     return part if len(part.low) == count else Interval(*(np.broadcast_to(e, count) for e in (part.low, part.high)))
 
 
-def added(a: Ball, b: Ball) -> Ball:
+def add_balls(a: MatrixBall, b: MatrixBall) -> MatrixBall:
     """The sum of balls, with its rounding."""
     middle = a.middle + b.middle
-    return Ball(middle, _more(a.radius + b.radius + 2 * UNIT * np.abs(middle), 4))
+    return MatrixBall(middle, _more(a.radius + b.radius + 2 * UNIT * np.abs(middle), 4))
 
 
-def product(left: Array, right: Ball) -> Ball:
+def product(left: Array, right: MatrixBall) -> MatrixBall:
     """The product of doubles (b, k, n) with balls (b, n, m)."""
     n = left.shape[-1]
     with np.errstate(invalid="ignore"):
         middle, size = left @ right.middle, np.abs(left)
         radius = size @ right.radius + _share(n) * (size @ np.abs(right.middle))
-    return Ball(middle, _known(_more(radius, n)))
+    return MatrixBall(middle, _finite_or_infinite(_more(radius, n)))
 
 
-def product_right(left: Ball, right: Array) -> Ball:
+def product_right(left: MatrixBall, right: Array) -> MatrixBall:
     """The product of balls (b, k, n) with doubles (b, n, m)."""
-    turned = product(right.swapaxes(1, 2), Ball(left.middle.swapaxes(1, 2), left.radius.swapaxes(1, 2)))
-    return Ball(turned.middle.swapaxes(1, 2), turned.radius.swapaxes(1, 2))
+    turned = product(right.swapaxes(1, 2), MatrixBall(left.middle.swapaxes(1, 2), left.radius.swapaxes(1, 2)))
+    return MatrixBall(turned.middle.swapaxes(1, 2), turned.radius.swapaxes(1, 2))
 
 
 def reach(bounds: Array, radii: Array) -> Array:
     """The sums (b, k) of bounds (b, k, n) times radii (b, n), rounded up."""
     with np.errstate(invalid="ignore"):
         total = (bounds @ radii[:, :, np.newaxis])[:, :, 0]
-    return _known(_more(total, bounds.shape[-1]))
+    return _finite_or_infinite(_more(total, bounds.shape[-1]))
 
 
 def _share(n: int) -> float:
@@ -108,6 +108,6 @@ def _more(radius: Array, n: int) -> Array:
     return np.asarray(radius * (1 + _share(n)) + TINY)
 
 
-def _known(radius: Array) -> Array:
+def _finite_or_infinite(radius: Array) -> Array:
     """The radii, infinite where an infinite one met a zero."""
     return np.where(np.isnan(radius), np.inf, radius)

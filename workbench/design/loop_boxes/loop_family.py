@@ -27,9 +27,9 @@ from workbench.design.linear_loop.loop_equations import labels_of
 from workbench.design.linear_loop.point_model import input_labels
 from workbench.design.linear_loop.rest_state import resting_states
 from workbench.design.loop_boxes.interval_functions import (
-    Ball,
     IntervalFunction,
-    added,
+    MatrixBall,
+    add_balls,
     product,
     product_right,
     reach,
@@ -68,7 +68,7 @@ class LoopFamily:
     outputs: tuple[str, ...]
     order: int
     x: Array
-    moving: tuple[int, ...]
+    moving_states: tuple[int, ...]
     still: dict[str, float]
     names: tuple[tuple[str, ...], tuple[str, ...]]
     values: ca.Function
@@ -86,7 +86,7 @@ class LoopFamily:
         NoBound
             If the loop is none of these, or its equations may jump, are too long, or have an operation without bound.
         """
-        ode = linear.point.equations.closed
+        ode = linear.point.equations.closed_loop
         if not isinstance(ode, Ode) or linear.models.delays.any():
             raise NoBound("a proof is known of loops in continuous time without delays alone")
         us, ys = input_labels(ode), labels_of(ode.outputs)
@@ -94,7 +94,7 @@ class LoopFamily:
         y = ca.vertcat(*(ode.output[ys.index(name)] for name in outputs))
         M = ca.densify(ca.jacobian(ca.vertcat(ode.rate, y), ca.vertcat(ode.x, u)))
         theta = ca.vertcat(*(ode.p[ode.parameters.labels.index(label)] for label in labels))
-        must = resting_states(ode, linear.point.equations.ports) if linear.point.resting else np.zeros(0, dtype=bool)
+        must = resting_states(ode, linear.point.equations.ports) if linear.point.at_rest else np.zeros(0, dtype=bool)
         moving = np.flatnonzero(must).tolist()
         xm, f = (part[moving] if moving else ca.SX(0, 1) for part in (ode.x, ca.densify(ode.rate)))
         varying = [s.name() for part in (xm, theta) for s in ca.vertsplit(part) if part.numel()]
@@ -126,10 +126,10 @@ class LoopFamily:
 
     def rests(self, theta: Array) -> Array:
         """The states (b, n) that must rest, at draws (b, d), by Newton's method; NaN where it finds none."""
-        x, n = np.tile(self.x, (len(theta), 1)), len(self.moving)
+        x, n = np.tile(self.x, (len(theta), 1)), len(self.moving_states)
         for _ in range(ROUNDS if n else 0):
             f, slopes, _ = self._at(x, theta)
-            step = _solved(slopes[:, :, :n], f)[:, :, 0]
+            step = _solve_each(slopes[:, :, :n], f)[:, :, 0]
             x = x - step
             if not (np.abs(step) > 1e-14 * (1 + np.abs(x))).any():
                 break
@@ -139,9 +139,9 @@ class LoopFamily:
         """M (b, q, w) at states and draws, as computed."""
         return self._at(x, theta)[2]
 
-    def enclosed(self, theta: Array, r: Array) -> Matrices:
+    def enclose(self, theta: Array, r: Array) -> Matrices:
         """The matrices over the boxes |theta - theta_c| <= r, (b, d) each; no bound where a rest was not enclosed."""
-        x, n, b = self.rests(theta), len(self.moving), len(theta)
+        x, n, b = self.rests(theta), len(self.moving_states), len(theta)
         x = np.where(np.isfinite(x), x, 0.0)
         _, slopes, _ = self._at(x, theta)
         Y = _inverses(slopes[:, :, :n])
@@ -149,8 +149,11 @@ class LoopFamily:
         E, wide = self._rest_radii(x, theta, r, Y, G, LEAST)
         thin = self.matrix(self._boxes(x, theta, np.zeros_like(x), np.zeros_like(r)), b)
         curved = self.matrix_slopes(wide, b)
-        by_x, by_theta = Ball(*(part[:, :, :n] for part in curved)), Ball(*(part[:, :, n:] for part in curved))
-        along = added(by_theta, product_right(by_x, G)) if n else by_theta
+        by_x, by_theta = (
+            MatrixBall(*(part[:, :, :n] for part in curved)),
+            MatrixBall(*(part[:, :, n:] for part in curved)),
+        )
+        along = add_balls(by_theta, product_right(by_x, G)) if n else by_theta
         q, w = self.matrix.shape
         rest = _flat(thin.radius) + reach(along.radius, r) + (reach(by_x.size, E) if n else 0.0)
         total = np.asarray(rest * (1 + 16 * UNIT))
@@ -159,7 +162,7 @@ class LoopFamily:
 
     def tube(self, theta: Array, r: Array, least: float = ROOM) -> RestTube | None:
         """The rests of all draws of one box |theta - theta_c| <= r, (d,) each; None if that is not proved."""
-        middle, radius, n = theta[np.newaxis], r[np.newaxis], len(self.moving)
+        middle, radius, n = theta[np.newaxis], r[np.newaxis], len(self.moving_states)
         x = self.rests(middle)
         if not np.isfinite(x).all():
             return None
@@ -173,7 +176,7 @@ class LoopFamily:
         self, x: Array, theta: Array, r: Array, Y: Array, G: Array, least: float
     ) -> tuple[Array, dict[str, Interval]]:
         """E (b, n), infinite where none is mapped into itself, and the boxes of all symbols."""
-        n, b = len(self.moving), len(theta)
+        n, b = len(self.moving_states), len(theta)
         if not n:
             return np.zeros((b, 0)), self._boxes(x, theta, x, r)
         thin = self.rate(self._boxes(x, theta, np.zeros_like(x), np.zeros_like(r)), b)
@@ -206,7 +209,7 @@ class LoopFamily:
         """The rate (b, n, 1), its slopes (b, n, n + d) and M (b, q, w), as computed."""
         b = len(theta)
         shapes = (self.rate.shape, self.rate_slopes.shape, self.matrix.shape)
-        found = self.values(x.T, theta.T) if len(self.moving) else self.values(np.zeros((0, b)), theta.T)
+        found = self.values(x.T, theta.T) if len(self.moving_states) else self.values(np.zeros((0, b)), theta.T)
         f, slopes, M = (
             np.array(part).reshape(rows, b, columns).swapaxes(0, 1)
             for part, (rows, columns) in zip(found, shapes, strict=True)
@@ -214,13 +217,13 @@ class LoopFamily:
         return f, slopes, M
 
 
-def _image(thin: Ball, slopes: Ball, r: Array, Y: Array, G: Array, E: Array) -> Array:
+def _image(thin: MatrixBall, slopes: MatrixBall, r: Array, Y: Array, G: Array, E: Array) -> Array:
     """A bound (b, n) of |e - Y f(x_c + G d + e, theta_c + d)| over |d| <= r, |e| <= E."""
     n = E.shape[1]
-    by_x, by_theta = Ball(*(part[:, :, :n] for part in slopes)), Ball(*(part[:, :, n:] for part in slopes))
-    along = product(Y, added(by_theta, product_right(by_x, G)))
+    by_x, by_theta = MatrixBall(*(part[:, :, :n] for part in slopes)), MatrixBall(*(part[:, :, n:] for part in slopes))
+    along = product(Y, add_balls(by_theta, product_right(by_x, G)))
     kept = product(Y, by_x)
-    left = Ball(np.eye(n) - kept.middle, kept.radius + 2 * UNIT * (1 + np.abs(kept.middle)))
+    left = MatrixBall(np.eye(n) - kept.middle, kept.radius + 2 * UNIT * (1 + np.abs(kept.middle)))
     there = product(Y, thin).size[:, :, 0]
     return np.asarray((there + reach(along.size, r) + reach(left.size, E)) * (1 + 8 * UNIT))
 
@@ -230,9 +233,9 @@ def _reach_of_rest(G: Array, r: Array, E: Array) -> Array:
     return np.asarray((reach(np.abs(G), r) + E) * (1 + 4 * UNIT))
 
 
-def _refuse_jumps(expressions: ca.SX, varying: list[str]) -> None:
+def _refuse_jumps(expressions: ca.SX, varying_names: list[str]) -> None:
     """Refuse equations that may jump, or have a corner, as the rest or the box moves."""
-    if ca.symvar(expressions) and (found := jumps(walk(expressions, cse=True), varying)):
+    if ca.symvar(expressions) and (found := jumps(walk(expressions, cse=True), varying_names)):
         raise NoBound(f"its equations have a corner or a jump ({found[0].lower()}), near which no derivative holds")
 
 
@@ -241,7 +244,7 @@ def _flat(matrices: Array) -> Array:
     return matrices.swapaxes(1, 2).reshape(len(matrices), -1)
 
 
-def _solved(matrices: Array, right: Array) -> Array:
+def _solve_each(matrices: Array, right: Array) -> Array:
     return np.asarray(_inverses(matrices) @ right)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core import Layout
-from workbench.core.validation.refusals import Array, as_array, described, known, refusal
+from workbench.core.validation.refusals import Array, as_array, describe, known_name, refusal
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class ParameterBox:
             highs.append(high)
         if not labels or len(set(labels)) < len(labels):
             must = "must give at least one parameter a range (low, high), and each of them once"
-            raise ValueError(f"`{call}` {must}; got {described(list(ranges))}.")
+            raise ValueError(f"`{call}` {must}; got {describe(list(ranges))}.")
         return ParameterBox(tuple(labels), np.concatenate(lows), np.concatenate(highs))
 
     def at(self, u: Array) -> Array:
@@ -61,7 +61,9 @@ class ParameterBox:
 
 def _range(call: str, parameters: Layout, name: str, pair: object) -> tuple[list[str], Array, Array]:
     """The labels of a name, with both ends of each."""
-    known(name, [*parameters.names, *(n for n in parameters.labels if n not in parameters)], "parameters of this loop")
+    known_name(
+        name, [*parameters.names, *(n for n in parameters.labels if n not in parameters)], "parameters of this loop"
+    )
     places = list(parameters.indices(name))
     labels = [parameters.labels[place] for place in places]
     entry = next(one for one in parameters.entries if name == one.name or name in one.labels())

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.design.linear.corners import Mask
+from workbench.design.linear.switching_functions import Mask
 from workbench.design.loop_boxes.loop_family import LoopFamily
 from workbench.design.matrices import Complex
 from workbench.proofs.enclosures import UNIT
@@ -49,7 +49,7 @@ class AbstractCondition(ABC):
         """The part (b, m, m) of S that is linear in M (b, q, w)."""
 
     @abstractmethod
-    def spread(self, family: LoopFamily, P: Array, size: Array) -> Array:
+    def linear_bound(self, family: LoopFamily, P: Array, size: Array) -> Array:
         """A bound (b, m, m) of the linear part of all M with |M| <= size (b, q, w)."""
 
 
@@ -59,7 +59,7 @@ def form(condition: AbstractCondition, family: LoopFamily, P: Array, M: Array) -
 
 
 @dataclass(frozen=True)
-class PolesDecay(AbstractCondition):
+class DecayAbove(AbstractCondition):
     """The condition that every pole has a real part below -sigma, in 1/s."""
 
     sigma: float
@@ -77,13 +77,13 @@ class PolesDecay(AbstractCondition):
         """-(A' P + P A)."""
         return -_lyapunov(P, M[:, : family.order, : family.order])
 
-    def spread(self, family: LoopFamily, P: Array, size: Array) -> Array:
+    def linear_bound(self, family: LoopFamily, P: Array, size: Array) -> Array:
         """The same with absolute values."""
         return _lyapunov(np.abs(P), size[:, : family.order, : family.order])
 
 
 @dataclass(frozen=True)
-class PolesDamped(AbstractCondition):
+class DampingAbove(AbstractCondition):
     """The condition that every pole has a damping above zeta, 0 <= zeta < 1, and decays."""
 
     zeta: float
@@ -110,7 +110,7 @@ class PolesDamped(AbstractCondition):
         real, imaginary = -(PA + turned), -self.tangent * (PA - turned)
         return np.asarray(np.block([[real, -imaginary], [imaginary, real]]))
 
-    def spread(self, family: LoopFamily, P: Array, size: Array) -> Array:
+    def linear_bound(self, family: LoopFamily, P: Array, size: Array) -> Array:
         """The same with absolute values."""
         sums = _lyapunov(np.abs(P), size[:, : family.order, : family.order])
         return np.asarray(np.block([[sums, self.tangent * sums], [self.tangent * sums, sums]]))
@@ -156,7 +156,7 @@ class GainBelow(AbstractCondition):
         """Minus the matrix of the bounded real lemma."""
         return -self._lemma(family, P, M)
 
-    def spread(self, family: LoopFamily, P: Array, size: Array) -> Array:
+    def linear_bound(self, family: LoopFamily, P: Array, size: Array) -> Array:
         """The same with absolute values."""
         return self._lemma(family, np.abs(P), size)
 
@@ -196,7 +196,7 @@ def _modal_forms(A: Array, sigma: float) -> Iterator[Array]:
     sound &= (decay > 0).all(axis=1)
     with np.errstate(all="ignore"):
         sound &= np.linalg.cond(V) < DEFECTIVE
-        inverse = _inverted(V, sound)
+        inverse = _inverses(V, sound)
         for power in (0.0, 0.5, 1.0):
             weights = np.where(sound[:, np.newaxis], decay, 1.0) ** -power
             P = np.real(inverse.conj().swapaxes(1, 2) @ (weights[:, :, np.newaxis] * inverse))
@@ -224,10 +224,10 @@ def _riccati(A: Array, B: Array, C: Array, D: Array, level: float, Q: Array) -> 
     order = np.argsort(values.real, axis=1)[:, :n]
     sound &= (values.real < 0).sum(axis=1) == n
     X = np.take_along_axis(vectors, order[:, np.newaxis, :], axis=2)
-    return _symmetric(np.real(X[:, n:] @ _inverted(X[:, :n], sound)), sound)
+    return _symmetric(np.real(X[:, n:] @ _inverses(X[:, :n], sound)), sound)
 
 
-def _inverted(matrices: Complex, sound: Mask) -> Complex:
+def _inverses(matrices: Complex, sound: Mask) -> Complex:
     """The inverses (b, n, n) of the sound ones; the unit matrix for the others and for singular ones."""
     held = np.where(sound[:, np.newaxis, np.newaxis], matrices, np.eye(matrices.shape[1]))
     with np.errstate(all="ignore"):

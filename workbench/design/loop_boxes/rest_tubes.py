@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.design.linear.corners import Mask
+from workbench.design.linear.switching_functions import Mask
 from workbench.proofs.enclosures import UNIT
 
 MOST_TUBES = 64
@@ -67,7 +67,7 @@ class RestBranch:
             step[k] = half[k] / 2
             inner = half - step * (1 - 8 * UNIT) + 8 * UNIT * np.abs(middle) * (step > 0)
             left, right = cover(middle - step, inner), cover(middle + step, inner)
-            if left is None or right is None or not _joined(tube(middle, 0 * half, least), left, right):
+            if left is None or right is None or not _are_joined(tube(middle, 0 * half, least), left, right):
                 return None
             return left + right
 
@@ -81,7 +81,7 @@ class RestBranch:
         )
 
 
-def _joined(face: RestTube | None, left: list[RestTube], right: list[RestTube]) -> bool:
+def _are_joined(face: RestTube | None, left: list[RestTube], right: list[RestTube]) -> bool:
     """True if the rest at one draw lies in a tube of either side."""
     if face is None:
         return False

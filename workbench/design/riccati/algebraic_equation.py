@@ -32,7 +32,7 @@ class Data:
 
 
 @dataclass(frozen=True)
-class Point:
+class RiccatiPoint:
     """An equation at an X (n, n): its gain K (m, n), the loop A - B K, and its residual.
 
     `beside_A` and `beside_E` (n, n) stand beside a change of A and of E in the change of the equation; `terms` is the
@@ -41,17 +41,17 @@ class Point:
 
     X: Array
     K: Array
-    closed: Array
+    closed_loop: Array
     beside_A: Array
     beside_E: Array
-    left: Array
+    residual: Array
     terms: float
     W: Array
 
     @property
     def relative(self) -> float:
         """The residual over the size of its terms."""
-        return norm(self.left) / self.terms if self.terms > 0 else 0.0
+        return norm(self.residual) / self.terms if self.terms > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class Operator:
 
 
 @dataclass(frozen=True)
-class Equation:
+class RiccatiEquation:
     """A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0, or if it is discrete
 
     A'XA - E'XE - (A'XB + S) (R + B'XB)^-1 (B'XA + S') + Q = 0.
@@ -134,7 +134,7 @@ class Equation:
     data: Data
     discrete: bool
 
-    def at(self, X: Array | Twice) -> Point:
+    def at(self, X: Array | Twice) -> RiccatiPoint:
         """The equation at a symmetric X (n, n); `LinAlgError` if there is no gain."""
         d, x = self.data, twice(X)
         V = x if d.E is None else x @ d.E
@@ -160,23 +160,23 @@ class Equation:
             left = (half + half.T + cost).high
             terms += 2 * norm(V.high) * largest
             beside = V.high, x.high @ closed.high
-        return Point(x.high, K, closed.high, *beside, (left + left.T) / 2, terms, W.high)
+        return RiccatiPoint(x.high, K, closed.high, *beside, (left + left.T) / 2, terms, W.high)
 
-    def operator(self, point: Point) -> Operator:
+    def operator(self, point: RiccatiPoint) -> Operator:
         """The derivative of the residual, with F = A - B K."""
-        return Operator.of(point.closed, self.data.E, self.discrete)
+        return Operator.of(point.closed_loop, self.data.E, self.discrete)
 
-    def steering(self, point: Point, D: Array) -> Array:
+    def gain_change(self, point: RiccatiPoint, D: Array) -> Array:
         """The first-order change W^-1 B'D E, or W^-1 B'D F, of K (m, n) when X changes by D."""
         return np.asarray(np.linalg.solve(point.W, self._inputs(point, D)))
 
-    def curvature(self, point: Point, H: Array) -> Array:
+    def curvature(self, point: RiccatiPoint, H: Array) -> Array:
         """The residual at X + H, for a small H, beyond its linear part, with its sign turned."""
         inputs = self._inputs(point, H)
         return np.asarray(inputs.T @ np.linalg.solve(point.W, inputs))
 
-    def _inputs(self, point: Point, D: Array) -> Array:
-        E = point.closed if self.discrete else self.data.E
+    def _inputs(self, point: RiccatiPoint, D: Array) -> Array:
+        E = point.closed_loop if self.discrete else self.data.E
         return np.asarray(self.data.B.T @ (D if E is None else D @ E))
 
 

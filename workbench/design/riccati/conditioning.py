@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from workbench.core.validation.refusals import Array
-from workbench.design.matrices import EPS, Refused
-from workbench.design.riccati.algebraic_equation import Data, Equation, hamiltonian, norm, size
-from workbench.design.riccati.newton import Refined
+from workbench.design.matrices import EPS, DesignError
+from workbench.design.riccati.algebraic_equation import Data, RiccatiEquation, hamiltonian, norm, size
+from workbench.design.riccati.newton import NewtonResult
 
 Exponents = NDArray[np.int64]
 LEAST = float(np.finfo(float).tiny / np.finfo(float).eps)  # below it the digits of a sum get lost
@@ -36,7 +36,7 @@ MOST_POLES = 12  # whose frequencies are looked at: each asks for singular value
 
 
 @dataclass(frozen=True)
-class Units:
+class BinaryUnits:
     """The exponents of two in the units of states (n,) and inputs (m,): x = 2^states z, u = 2^inputs v."""
 
     states: Exponents
@@ -62,9 +62,9 @@ class Units:
         """K (m, n) in the units of the caller."""
         return times(K, self.inputs, -self.states)
 
-    def __add__(self, other: Units) -> Units:
+    def __add__(self, other: BinaryUnits) -> BinaryUnits:
         """The composition of two changes of units: the exponents add."""
-        return Units(self.states + other.states, self.inputs + other.inputs)
+        return BinaryUnits(self.states + other.states, self.inputs + other.inputs)
 
 
 def times(matrix: Array, rows: Exponents, columns: Exponents) -> Array:
@@ -76,14 +76,14 @@ def in_range(call: str, name: str, full: Array, within: Array) -> Array:
     """A matrix in the units of the caller, refused if its largest entry overflows or has lost digits."""
     largest = float(np.abs(full).max())
     if not (np.isfinite(largest) and (largest >= LEAST or not within.any())):
-        raise Refused(
+        raise DesignError(
             f"`{call}`: the largest entry of {name} lies beyond the range of floating-point numbers, being "
             f"{largest:.3g} in their arithmetic. Choose other units."
         )
     return full
 
 
-def good_units(d: Data) -> Units:
+def good_units(d: Data) -> BinaryUnits:
     """Units in which the extended Hamiltonian pencil has rows and columns alike, and stays Hamiltonian.
 
     References
@@ -92,14 +92,14 @@ def good_units(d: Data) -> Units:
     Systems Control Lett. 12 (the size of X).
     """
     n, m = d.B.shape
-    none = Units(np.zeros(n, dtype=int), np.zeros(m, dtype=int))
+    none = BinaryUnits(np.zeros(n, dtype=int), np.zeros(m, dtype=int))
     units = _level(d)
     # the inputs' units come next: they change R by a congruence, which balancing, a similarity, cannot undo
     weight = np.diag(units.into(d).R)
-    units += Units(none.states, -nearest(np.where(weight > 0, weight, 1.0), 2))
-    units += Units(balance(_pencil(units.into(d)), n), none.inputs)
+    units += BinaryUnits(none.states, -nearest(np.where(weight > 0, weight, 1.0), 2))
+    units += BinaryUnits(balance(_pencil(units.into(d)), n), none.inputs)
     alike = units.into(d)
-    return units + Units(none.states + nearest(norm(alike.B), 2) - nearest(norm(alike.Q), 4), none.inputs)
+    return units + BinaryUnits(none.states + nearest(norm(alike.B), 2) - nearest(norm(alike.Q), 4), none.inputs)
 
 
 @overload
@@ -119,7 +119,7 @@ def _pencil(d: Data) -> Array:
     return np.block([[A, np.zeros((d.n, d.n)), B], [Q, A.T, S], [S.T, B.T, R]])
 
 
-def _level(d: Data) -> Units:
+def _level(d: Data) -> BinaryUnits:
     """Units that bring the logarithms of the pencil's entries nearest to one number (Curtis and Reid 1972)."""
     n, m = d.B.shape
     pencil = _pencil(d)
@@ -132,7 +132,7 @@ def _level(d: Data) -> Units:
     normal = across + across.T + rows.T * seen.sum(axis=1) @ rows + columns.T * seen.sum(axis=0) @ columns
     right = rows.T @ logarithm.sum(axis=1) + columns.T @ logarithm.sum(axis=0)
     exponent = np.round(np.linalg.lstsq(normal, -right)[0][:-1] - UNDER).astype(int)
-    return Units(*np.split(exponent, [n]))
+    return BinaryUnits(*np.split(exponent, [n]))
 
 
 def balance(pencil: Array, n: int) -> Exponents:
@@ -158,9 +158,9 @@ class Conditioning:
     response: float
 
 
-def conditioning(equation: Equation, found: Refined, units: Units) -> Conditioning:
+def conditioning(equation: RiccatiEquation, solution: NewtonResult, units: BinaryUnits) -> Conditioning:
     """The effect of relative changes of A, B, Q, R, S and E in their 2-norms."""
-    d, point = equation.data, found.point
+    d, point = equation.data, solution.point
     one = np.eye(d.n)
     changes = [
         (size(d.A), point.beside_A, one),
@@ -175,7 +175,7 @@ def conditioning(equation: Equation, found: Refined, units: Units) -> Conditioni
     def most(P: Array) -> Array:
         """H(P'P)."""
         if id(P) not in moved:
-            moved[id(P)] = found.operator.solve(-P.T @ P)
+            moved[id(P)] = solution.operator.solve(-P.T @ P)
         return moved[id(P)]
 
     whole, X = size(units.out_of(point.X)), size(point.X)
@@ -188,27 +188,27 @@ def conditioning(equation: Equation, found: Refined, units: Units) -> Conditioni
         inside += 2 * r * np.sqrt(by_P) * np.sqrt(by_Z)
         c = np.sqrt(by_P / by_Z) / r
         M += c * r**2 * Z.T @ Z + P.T @ P / c
-    reach = _reach(equation, found, M)
+    reach = _reach(equation, solution, M)
     if reach <= EPS**0.75 and not equation.discrete:
-        reach = max(reach, _distance(d, found))
+        reach = max(reach, _distance(d, solution))
     response = size(units.out_of(most(one)))
     return Conditioning(total / whole if whole > 0 else 0.0, inside / X if X > 0 else 0.0, reach, response)
 
 
-def _reach(equation: Equation, found: Refined, M: Array) -> float:
+def _reach(equation: RiccatiEquation, solution: NewtonResult, M: Array) -> float:
     """The largest t with curvature(H(t M)) <= t M / 4."""
     if not M.any():
         return 1.0
-    bent = equation.curvature(found.point, found.operator.solve(-M))
+    bent = equation.curvature(solution.point, solution.operator.solve(-M))
     values, vectors = np.linalg.eigh(M)
     root = vectors / np.sqrt(np.maximum(values, EPS * values[-1]))
     most = float(linalg.eigvalsh(root.T @ bent @ root)[-1])
     return min(1.0, ENOUGH / most) if most > 0 else 1.0
 
 
-def _distance(d: Data, found: Refined) -> float:
+def _distance(d: Data, solution: NewtonResult) -> float:
     """The least singular value of H - i omega at the frequencies of the slowest poles, over the norm of H."""
     H, one = hamiltonian(d), np.eye(2 * d.n)
-    slow = found.operator.poles[np.argsort(found.operator.margins)[:MOST_POLES]]
+    slow = solution.operator.poles[np.argsort(solution.operator.margins)[:MOST_POLES]]
     least = [np.linalg.svd(H - 1j * omega * one, compute_uv=False)[-1] for omega in np.unique(np.abs(slow.imag))]
     return float(min(least)) / size(H)

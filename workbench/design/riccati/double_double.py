@@ -18,7 +18,7 @@ import numpy as np
 from workbench.core.validation.refusals import Array
 
 DIGITS = 53  # of a float
-WANTED = 106  # of a product, counted from the largest term of its row and column
+TARGET_BITS = 106  # of a product, counted from the largest term of its row and column
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def _product(A: Array, B: Array) -> Twice:
     bits = (DIGITS - int(np.ceil(np.log2(max(A.shape[1], 2))))) // 2
     left, right = _slices(A, bits), [part.T for part in _slices(B.T, bits)]
     total = Twice(*(np.zeros((len(A), B.shape[1])) for _ in range(2)))
-    pairs = [(i, j) for i in range(len(left)) for j in range(len(right)) if (i + j) * bits < WANTED]
+    pairs = [(i, j) for i in range(len(left)) for j in range(len(right)) if (i + j) * bits < TARGET_BITS]
     for i, j in sorted(pairs, key=sum):
         total = total + left[i] @ right[j]
     return total
@@ -77,7 +77,7 @@ def _slices(A: Array, bits: int) -> list[Array]:
     """Matrices that add up to A, each an integer below 2^bits times one power of two a row."""
     slices: list[Array] = []
     rest = A
-    while np.any(rest) and len(slices) * bits < WANTED:
+    while np.any(rest) and len(slices) * bits < TARGET_BITS:
         _, exponent = np.frexp(np.abs(rest).max(axis=1, keepdims=True))
         # adding and taking away 1.5 2^k rounds to the last digit of that number
         ruler = np.ldexp(0.75, exponent + DIGITS - bits)

@@ -10,18 +10,18 @@ import numpy as np
 import scipy.linalg
 
 from workbench.core import Ode
-from workbench.core.point import Point
+from workbench.core.point import OperatingPoint
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, seconds
-from workbench.core.validation.signatures import door
-from workbench.design.linear.corners import Corners, Sides, sure_jacobians
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear.linearization import motion
 from workbench.design.linear.operating_point import inputs_of, places_of, row_of, vector_of
+from workbench.design.linear.switching_functions import Sides, SwitchingFunctions, sure_jacobians
 from workbench.design.matrices import definite, matrix, semidefinite, square
-from workbench.design.riccati.stabilising_solution import ESTIMATOR, Riccati, checked_data, stabilising
+from workbench.design.riccati.stabilising_solution import ESTIMATOR, Riccati, checked_data, stabilising_solution
 
 
-@door
+@check_arguments
 def lqe(A: Numbers, G: Numbers, C: Numbers, Qn: Numbers, Rn: Numbers, discrete: bool = False) -> Riccati:
     """The gain K of the stationary Kalman filter of x' = A x + G w, y = C x + v, and X = P, its covariance.
 
@@ -47,11 +47,11 @@ def lqe(A: Numbers, G: Numbers, C: Numbers, Qn: Numbers, Rn: Numbers, discrete: 
     q, r = semidefinite(call, "Qn", Qn, g.shape[1]), definite(call, "Rn", Rn, len(c))
     driven = g @ q @ g.T
     d = checked_data(call, a.T, c.T, (driven + driven.T) / 2, r)  # the equation of the transposed system
-    dual = stabilising(call, d, discrete, ESTIMATOR)
+    dual = stabilising_solution(call, d, discrete, ESTIMATOR)
     return replace(dual, K=dual.K.T)
 
 
-@door
+@check_arguments
 def steady_kalman(
     ode: Ode,
     Q: Numbers,
@@ -103,7 +103,7 @@ def steady_kalman(
     q, r = semidefinite(call, "Q", Q, len(A)), definite(call, "R", R, len(C))
     if period is None:
         return replace(lqe(A, np.eye(len(A)), C, q, r), point=point)
-    Phi, Qd = _sampled(A, q, seconds("steady_kalman(period=...)", period))
+    Phi, Qd = _sampled_noise(A, q, seconds("steady_kalman(period=...)", period))
     answer = lqe(Phi, np.eye(len(A)), C, Qd, r, discrete=True)
     K = np.asarray(np.linalg.solve(C @ answer.X @ C.T + r, C @ answer.X).T, dtype=float)
     return replace(answer, K=K, point=point)
@@ -111,19 +111,19 @@ def steady_kalman(
 
 def _at_point(
     ode: Ode, outputs: Sequence[str], x: Numbers | None, row: Array, side: Sides
-) -> tuple[Array, Array, Point]:
+) -> tuple[Array, Array, OperatingPoint]:
     """A, the rows of Cy that are read, and the point at a state, with corners that touch neither let pass."""
     state, n = ode.states.default if x is None else vector_of("x", x, ode.states), ode.states.size
     read = [place for name in outputs or ode.outputs.names for place in ode.outputs.indices(name)]
     used = np.zeros((n + ode.outputs.size, n + len(places_of(ode))), dtype=bool)
     used[[*range(n), *(n + place for place in read)], :n] = True
-    A, _, Cy, _ = sure_jacobians("steady_kalman", Corners.of(ode), 0.0, state, row, side, lambda _: used)
+    A, _, Cy, _ = sure_jacobians("steady_kalman", SwitchingFunctions.of(ode), 0.0, state, row, side, lambda _: used)
     y0, moving = np.array(ode.h(0.0, state, row)).ravel(), motion(ode, 0.0, state, row, A)
-    point = Point(ode.states, inputs_of(ode), ode.outputs, state, row[places_of(ode)], y0, moving)
+    point = OperatingPoint(ode.states, inputs_of(ode), ode.outputs, state, row[places_of(ode)], y0, moving)
     return A, Cy[read], point.part(read, range(len(point.u0)))
 
 
-def _sampled(A: Array, Q: Array, period: float) -> tuple[Array, Array]:
+def _sampled_noise(A: Array, Q: Array, period: float) -> tuple[Array, Array]:
     """exp(A period), and the covariance that white noise of intensity Q gathers over the period.
 
     Van Loon (1978) over a part of the period that is short beside the motion of A, and then the sums over twice the

@@ -19,9 +19,9 @@ from workbench.core.validation.refusals import Array
 from workbench.design.matrices import EPS
 from workbench.design.riccati.algebraic_equation import (
     Data,
-    Equation,
     Operator,
-    Point,
+    RiccatiEquation,
+    RiccatiPoint,
     hamiltonian,
     norm,
     plain,
@@ -48,7 +48,7 @@ def _schur(d: Data) -> Array:
     return np.asarray(np.linalg.solve(U[:n, :n].T, U[n:, :n].T).T)
 
 
-def _doubling(d: Data) -> Array:
+def _doubling_solution(d: Data) -> Array:
     """X by doubling the horizon again and again; quadratic as long as R has an inverse."""
     p = plain(d)
     A, G, X = p.A, quadratic(p), p.Q
@@ -63,19 +63,19 @@ def _doubling(d: Data) -> Array:
 
 
 @dataclass(frozen=True)
-class Refined:
+class NewtonResult:
     """The end of Newton's method: the equation at the last X kept, its derivative there, and the steps kept.
 
     `correction` (n, n) is the next step: to first order, what X still lacks.
     """
 
-    point: Point
+    point: RiccatiPoint
     operator: Operator
     steps: int
     correction: Array
 
 
-def refine(equation: Equation, X: Array) -> Refined:
+def refine(equation: RiccatiEquation, X: Array) -> NewtonResult:
     """Newton's method from X, as long as each step makes the residual smaller; `LinAlgError` if a step fails.
 
     Where the residual is below the working precision, the next step must be shorter by half.
@@ -95,13 +95,13 @@ def refine(equation: Equation, X: Array) -> Refined:
     return now  # what is left is judged as any other answer
 
 
-def _looked_at(equation: Equation, X: Array, steps: int) -> Refined:
+def _looked_at(equation: RiccatiEquation, X: Array, steps: int) -> NewtonResult:
     point = equation.at(X)
     operator = equation.operator(point)
-    return Refined(point, operator, steps, operator.solve(-point.left))
+    return NewtonResult(point, operator, steps, operator.solve(-point.residual))
 
 
-def candidates(equation: Equation) -> Iterator[Array]:
+def candidates(equation: RiccatiEquation) -> Iterator[Array]:
     """Symmetric first answers X (n, n) to an equation; a method that fails gives none."""
     d = equation.data
 
@@ -109,7 +109,7 @@ def candidates(equation: Equation) -> Iterator[Array]:
         solver = linalg.solve_discrete_are if equation.discrete else linalg.solve_continuous_are
         return np.asarray(solver(d.A, d.B, d.Q, d.R, e=d.E, s=d.S))
 
-    for method in (_zero, _doubling, scipys) if equation.discrete else (_zero, _schur, scipys):
+    for method in (_zero, _doubling_solution, scipys) if equation.discrete else (_zero, _schur, scipys):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # an inaccurate candidate is judged by what Newton makes of it

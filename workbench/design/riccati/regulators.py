@@ -9,26 +9,26 @@ from typing import TypeGuard
 import numpy as np
 
 from workbench.core import Entry, Layout
-from workbench.core.point import Point, PointedGain
+from workbench.core.point import OperatingPoint, PointedGain
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import (
     Certificate,
     Complex,
-    Refused,
+    DesignError,
     indefinite,
     pole_text,
     semidefinite,
 )
 from workbench.design.riccati.algebraic_equation import distances, norm
 from workbench.design.riccati.kalman_gains import lqe
-from workbench.design.riccati.stabilising_solution import Riccati, checked_data, stabilising
+from workbench.design.riccati.stabilising_solution import Riccati, checked_data, stabilising_solution
 
 
-@door
+@check_arguments
 def lqr(
     A: Numbers | System,
     B: Numbers | None = None,
@@ -78,7 +78,7 @@ def lqr(
     d = checked_data(call, A, B, Q, R, N)
     semidefinite(call, "Q", d.Q)
     _check_weights(call, d.Q, d.S, d.R)
-    answer = stabilising(call, d, discrete)
+    answer = stabilising_solution(call, d, discrete)
     return replace(answer, K=PointedGain.of(answer.K, point), point=point)
 
 
@@ -101,7 +101,7 @@ class Lqg:
     certificate: Certificate
 
 
-@door
+@check_arguments
 def lqg(
     system: System, Q: Numbers, R: Numbers, Qn: Numbers, Rn: Numbers, N: Numbers | None = None, G: Numbers | None = None
 ) -> Lqg:
@@ -154,7 +154,7 @@ def lqg(
         error=max(regulator.certificate.error, estimator.certificate.error),
         condition=max(regulator.certificate.condition, estimator.certificate.condition),
         margin=float(margins.min()),
-        refined=max(regulator.certificate.refined, estimator.certificate.refined),
+        newton_steps=max(regulator.certificate.newton_steps, estimator.certificate.newton_steps),
         warnings=tuple(_warnings(system, controller, regulator, estimator)),
     )
     return Lqg(controller, regulator, estimator, poles, certificate)
@@ -164,7 +164,7 @@ def _stable_margins(system: System, poles: Complex) -> Array:
     """The distance of each pole of the closed loop from instability; a loop that is not stable is refused."""
     margins = distances(poles, is_discrete(system))
     if not margins.min() > 0:
-        raise Refused(
+        raise DesignError(
             f"`lqg(system, Q, R, Qn, Rn)`: the loop of '{system.name}' and its controller is not stable: its pole "
             f"{pole_text(complex(poles[margins.argmin()]))} differs from those of its two halves by rounding. Choose "
             "other units, or milder weights."
@@ -177,9 +177,9 @@ def is_system(value: object) -> TypeGuard[System]:
     return all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt"))
 
 
-def _point_of(system: System) -> Point | None:
+def _point_of(system: System) -> OperatingPoint | None:
     point = getattr(system, "point", None)
-    return point if isinstance(point, Point) else None
+    return point if isinstance(point, OperatingPoint) else None
 
 
 def is_discrete(system: System) -> bool:

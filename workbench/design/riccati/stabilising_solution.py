@@ -14,16 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from workbench.core.point import Point
+from workbench.core.point import OperatingPoint
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import (
     EPS,
     Certificate,
     Complex,
-    Refused,
+    DesignError,
     definite,
     indefinite,
     invertible,
@@ -33,20 +33,20 @@ from workbench.design.matrices import (
     square,
     symmetric,
 )
-from workbench.design.riccati.algebraic_equation import Data, Equation, distances, hamiltonian, norm
-from workbench.design.riccati.conditioning import Conditioning, Units, conditioning, good_units, in_range
+from workbench.design.riccati.algebraic_equation import Data, RiccatiEquation, distances, hamiltonian, norm
+from workbench.design.riccati.conditioning import BinaryUnits, Conditioning, conditioning, good_units, in_range
 from workbench.design.riccati.double_double import twice
-from workbench.design.riccati.newton import Refined, candidates, refine
+from workbench.design.riccati.newton import NewtonResult, candidates, refine
 
 NEAR = 1e-7  # half the digits and a little more: eigenvalues that meet on the boundary are found no better
-LOST = 1e-12  # a relative distance from a loss of rank that rounding may have made
+RANK_TOLERANCE = 1e-12  # a relative distance from a loss of rank that rounding may have made
 MOST_MODES = 40  # each asks for singular values
 WORST_RESIDUAL = 1e-11
 WORST_ERROR = 1e-4  # four digits of X for the data as given
 WORST_MOVE = 1e-2  # two digits of X in good units when every matrix is rounded to floating-point numbers
 WORTH_A_WARNING = 1e-6
 UNSURE = 0.01  # of a margin, that rounding may take
-UNSEEN = 2.0**-100  # of the terms of a residual: what sums in twice the working precision may lose
+RESIDUAL_ROUNDING = 2.0**-100  # of the terms of a residual: what sums in twice the working precision may lose
 ROUNDING = 8 * EPS  # what a few operations on the data, a change of coordinates say, do to them
 
 
@@ -63,10 +63,10 @@ class Riccati:
     K: Array
     poles: Complex
     certificate: Certificate
-    point: Point | None = None
+    point: OperatingPoint | None = None
 
 
-@door
+@check_arguments
 def care(A: Numbers, B: Numbers, Q: Numbers, R: Numbers, S: Numbers | None = None, E: Numbers | None = None) -> Riccati:
     """The stabilising X of A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0, and K = R^-1 (B'XE + S').
 
@@ -99,10 +99,10 @@ def care(A: Numbers, B: Numbers, Q: Numbers, R: Numbers, S: Numbers | None = Non
     array([[1.   , 1.732]])
     """
     call = "care(A, B, Q, R)"
-    return stabilising(call, checked_data(call, A, B, Q, R, S, E), discrete=False)
+    return stabilising_solution(call, checked_data(call, A, B, Q, R, S, E), discrete=False)
 
 
-@door
+@check_arguments
 def dare(A: Numbers, B: Numbers, Q: Numbers, R: Numbers, S: Numbers | None = None, E: Numbers | None = None) -> Riccati:
     """The stabilising X of A'XA - E'XE - (A'XB + S) (R + B'XB)^-1 (B'XA + S') + Q = 0, and its gain K.
 
@@ -117,7 +117,7 @@ def dare(A: Numbers, B: Numbers, Q: Numbers, R: Numbers, S: Numbers | None = Non
     array([[0.917, 1.682]])
     """
     call = "dare(A, B, Q, R)"
-    return stabilising(call, checked_data(call, A, B, Q, R, S, E, positive=False), discrete=True)
+    return stabilising_solution(call, checked_data(call, A, B, Q, R, S, E, positive=False), discrete=True)
 
 
 def checked_data(
@@ -161,10 +161,10 @@ def reason(d: Data, discrete: bool, words: dict[str, str] = REGULATOR) -> str:
     inside = distances(modes, discrete)
     scale = 1.0 if discrete else max(1e-300, float(np.abs(modes).max(initial=0)))
     mode, distance = _worst(d, modes[inside <= NEAR * scale], d.B, beside=True)
-    if distance <= LOST:
+    if distance <= RANK_TOLERANCE:
         return words["unmoved"].format(mode=pole_text(mode), distance=distance)
     mode, distance = _worst(d, modes[np.abs(inside) <= NEAR * scale], d.Q, beside=False)
-    if distance <= LOST and not d.S.any():
+    if distance <= RANK_TOLERANCE and not d.S.any():
         edge = "unit circle" if discrete else "imaginary axis"
         return words["free"].format(mode=pole_text(mode), distance=distance, edge=edge)
     return "" if discrete else _axis(d)
@@ -200,10 +200,10 @@ def _worst(d: Data, modes: Complex, other: Array, beside: bool) -> tuple[complex
 
 @one_thread()
 @np.errstate(all="ignore")  # what leaves the range of floats is seen in the certificate
-def stabilising(call: str, data: Data, discrete: bool, words: dict[str, str] = REGULATOR) -> Riccati:
+def stabilising_solution(call: str, data: Data, discrete: bool, words: dict[str, str] = REGULATOR) -> Riccati:
     """The stabilising solution of the first method that finds one that can be trusted, or a refusal with the reason."""
     units = good_units(data)
-    equation = Equation(units.into(data), discrete)
+    equation = RiccatiEquation(units.into(data), discrete)
     objections = []
     for X in candidates(equation):
         try:
@@ -221,47 +221,51 @@ def stabilising(call: str, data: Data, discrete: bool, words: dict[str, str] = R
         if certificate.margin > 0 and certificate.residual <= WORST_RESIDUAL and certificate.error <= WORST_ERROR:
             break  # every method would end at this X, trusted or not
     why = reason(equation.data, discrete, words) or (objections[0] if objections else "no method finds one")
-    raise Refused(f"`{call}`: there is no stabilising solution X that can be trusted: {why}.")
+    raise DesignError(f"`{call}`: there is no stabilising solution X that can be trusted: {why}.")
 
 
-def _judge(equation: Equation, found: Refined, units: Units) -> tuple[Certificate, Array, str]:
+def _judge(equation: RiccatiEquation, solution: NewtonResult, units: BinaryUnits) -> tuple[Certificate, Array, str]:
     """The certificate of a refined candidate, its gain, and the worst objection to it."""
-    point = found.point
-    margin = found.operator.margin
-    known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, np.inf, 0.0, np.inf)
+    point = solution.point
+    margin = solution.operator.margin
+    known = conditioning(equation, solution, units) if margin > 0 else Conditioning(np.inf, np.inf, 0.0, np.inf)
     # the gain may hang on digits that X has no room for, so it is that of X and the next step together
-    beyond = equation.at(twice(point.X) + found.correction)
-    still = found.operator.solve(-beyond.left)
+    beyond = equation.at(twice(point.X) + solution.correction)
+    still = solution.operator.solve(-beyond.residual)
     # what Newton's method still sees, what its next step would leave, and what lies below the digits of its residual
-    lacking = norm(units.out_of(found.correction)) + norm(units.out_of(still)) + UNSEEN * point.terms * known.response
+    lacking = (
+        norm(units.out_of(solution.correction))
+        + norm(units.out_of(still))
+        + RESIDUAL_ROUNDING * point.terms * known.response
+    )
     error = lacking / (norm(units.out_of(point.X)) or np.inf)
-    of_gain = norm(units.gain(equation.steering(beyond, still))) / (norm(units.gain(beyond.K)) or np.inf)
+    of_gain = norm(units.gain(equation.gain_change(beyond, still))) / (norm(units.gain(beyond.K)) or np.inf)
     certificate = Certificate(
         residual=point.relative,
         error=max(error, EPS / 2) if point.X.any() else 0.0,
         condition=known.condition,
         margin=margin,
-        refined=found.steps,
-        warnings=tuple(_warnings(equation, found, error, of_gain, known)),
+        newton_steps=solution.steps,
+        warnings=tuple(_warnings(equation, solution, error, of_gain, known)),
     )
-    return certificate, beyond.K, _against(found, certificate, known)
+    return certificate, beyond.K, _against(solution, certificate, known)
 
 
-def _against(found: Refined, certificate: Certificate, known: Conditioning) -> str:
+def _against(solution: NewtonResult, certificate: Certificate, sensitivity: Conditioning) -> str:
     if not certificate.margin > 0:
-        slowest = complex(found.operator.poles[found.operator.margins.argmin()])
+        slowest = complex(solution.operator.poles[solution.operator.margins.argmin()])
         return f"the closed loop of the nearest solution has the pole {pole_text(slowest)}"
     if not certificate.residual <= WORST_RESIDUAL:
         return f"the relative residual stays at {certificate.residual:.1e}, above {WORST_RESIDUAL:g}"
-    if not known.reach > ROUNDING:
+    if not sensitivity.reach > ROUNDING:
         return (
-            f"a relative change of the data by {known.reach:.1e}, less than their rounding, may move eigenvalues of "
-            "the closed loop onto the edge of stability"
+            f"a relative change of the data by {sensitivity.reach:.1e}, less than their rounding, may move "
+            "eigenvalues of the closed loop onto the edge of stability"
         )
     if not certificate.error <= WORST_ERROR:
         return f"the relative error of X is about {certificate.error:.1e}, above {WORST_ERROR:g}"
-    if not known.in_good_units * EPS <= WORST_MOVE:
-        change = f"{known.in_good_units * EPS:.1e}"
+    if not sensitivity.in_good_units * EPS <= WORST_MOVE:
+        change = f"{sensitivity.in_good_units * EPS:.1e}"
         return f"rounding the data can change X, in good units, by {change} of its size, so its digits mean nothing"
     return ""
 
@@ -274,16 +278,18 @@ def doubts(condition: float, error: float) -> Iterator[str]:
         yield f"X is known to a relative error of about {error:.1e} only"
 
 
-def _warnings(equation: Equation, found: Refined, error: float, of_gain: float, known: Conditioning) -> Iterator[str]:
-    yield from doubts(known.condition, error)
+def _warnings(
+    equation: RiccatiEquation, solution: NewtonResult, error: float, of_gain: float, sensitivity: Conditioning
+) -> Iterator[str]:
+    yield from doubts(sensitivity.condition, error)
     if of_gain > WORTH_A_WARNING:
         yield f"K is known to a relative error of about {of_gain:.1e} only"
-    margin = found.operator.margin
-    if margin > 0 and (sure := found.operator.sure_margin()) < (1 - UNSURE) * margin:
+    margin = solution.operator.margin
+    if margin > 0 and (sure := solution.operator.sure_margin()) < (1 - UNSURE) * margin:
         yield f"rounding moves the poles: of the margin {margin:.3g} only {sure:.3g} is sure"
-    if known.reach < 1 and known.reach > 0 and known.reach < EPS / WORTH_A_WARNING:
-        yield f"relative changes of the data beyond about {known.reach:.1e} may leave no stabilising solution"
+    if sensitivity.reach < 1 and sensitivity.reach > 0 and sensitivity.reach < EPS / WORTH_A_WARNING:
+        yield f"relative changes of the data beyond about {sensitivity.reach:.1e} may leave no stabilising solution"
     if indefinite(equation.data.Q):
         yield "Q is not positive semidefinite: X stabilises, but a loop that does not may cost less"
-    if indefinite((found.point.W + found.point.W.T) / 2):
+    if indefinite((solution.point.W + solution.point.W.T) / 2):
         yield "R + B'XB is not positive definite: u = -K x stabilises, but the cost has no minimum there"

@@ -9,9 +9,9 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import Array, as_array, described
-from workbench.core.validation.signatures import door
-from workbench.design.matrices import EPS, Certificate, Refused, answer, symmetric
+from workbench.core.validation.refusals import Array, as_array, describe
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import EPS, Certificate, DesignError, answer, symmetric
 from workbench.design.riccati import Riccati, care
 from workbench.design.riccati_flow.moebius import LARGEST, Escape, constant_flow
 from workbench.design.riccati_flow.time_varying import Coefficient, Coefficients, varying_flow
@@ -49,7 +49,7 @@ class RiccatiFlow:
         )
 
 
-@door
+@check_arguments
 def rde(
     A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P1: Numbers, times: Numbers, *, rtol: float = 1e-10
 ) -> RiccatiFlow:
@@ -83,10 +83,10 @@ def rde(
     Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 2. Davison and Maki (1973), The
     numerical solution of the matrix Riccati differential equation, IEEE Transactions on Automatic Control 18(1).
     """
-    return _solved("rde(A, B, Q, R, P1, times)", (A, B, Q, R), ("P1", P1), times, rtol, backward=True)
+    return _solve_flow("rde(A, B, Q, R, P1, times)", (A, B, Q, R), ("P1", P1), times, rtol, backward=True)
 
 
-@door
+@check_arguments
 def fpre(
     A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P0: Numbers, times: Numbers, *, rtol: float = 1e-10
 ) -> RiccatiFlow:
@@ -102,7 +102,7 @@ def fpre(
     Weiss, Kolmanovsky and Bernstein (2012), Forward-integration Riccati-based output-feedback control of linear
     time-varying systems, American Control Conference.
     """
-    return _solved("fpre(A, B, Q, R, P0, times)", (A, B, Q, R), ("P0", P0), times, rtol, backward=False)
+    return _solve_flow("fpre(A, B, Q, R, P0, times)", (A, B, Q, R), ("P0", P0), times, rtol, backward=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,7 @@ class StateDependent:
         return min(certificate.margin for certificate in self.certificates)
 
 
-@door
+@check_arguments
 def sdre(factors: Factors, states: Array, Q: Numbers, R: Numbers) -> StateDependent:
     """The solution of the state-dependent Riccati equation at states x of x' = A(x) x + B(x) u:
 
@@ -169,7 +169,7 @@ def sdre(factors: Factors, states: Array, Q: Numbers, R: Numbers) -> StateDepend
                 raise ValueError(f"factors must give A and B; got {type(found).__name__}.")
             A, B = found
             answers.append(care(A, B, Q, R))
-        except ValueError as error:  # a `Refused` is one, and stays one
+        except ValueError as error:  # a `DesignError` is one, and stays one
             raise type(error)(f"{where}: {error}") from error
         if answers[-1].K.shape != answers[0].K.shape:
             shapes = f"{answers[-1].K.shape} after {answers[0].K.shape}"
@@ -178,18 +178,23 @@ def sdre(factors: Factors, states: Array, Q: Numbers, R: Numbers) -> StateDepend
     return StateDependent(x, P, K, tuple(answer.certificate for answer in answers))
 
 
-def _solved(
-    call: str, given: tuple[Coefficient, ...], start: tuple[str, Numbers], times: Numbers, rtol: float, backward: bool
+def _solve_flow(
+    call: str,
+    arguments: tuple[Coefficient, ...],
+    start: tuple[str, Numbers],
+    times: Numbers,
+    rtol: float,
+    backward: bool,
 ) -> RiccatiFlow:
-    coefficients = Coefficients(call, *given)
-    t = _rising(call, times)
+    coefficients = Coefficients(call, *arguments)
+    t = _rising_times(call, times)
     if not 1e-13 <= rtol <= 1e-2:
         raise ValueError(f"`{call}`: rtol must lie between 1e-13, near rounding, and 1e-2; got {rtol!r}.")
     begin, sign = (t[-1], -1.0) if backward else (t[0], 1.0)
     first = coefficients.at(begin)
     P = symmetric(call, *start, len(first.A))
     gone = np.abs((t[::-1] if backward else t) - begin)
-    march = _constant if coefficients.constant else _varying
+    march = _constant if coefficients.constant else _varying_solution
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is seen, and refused
         found, error = march(coefficients, P, gone, rtol, begin, sign)
     if backward:
@@ -207,19 +212,19 @@ def _solved(
 
 
 def _constant(
-    coefficients: Coefficients, P: Array, gone: Array, rtol: float, begin: float, sign: float
+    coefficients: Coefficients, P: Array, elapsed_times: Array, rtol: float, begin: float, sign: float
 ) -> tuple[Array, Array]:
     """P (N, n, n) and its error (N,) after each length of time, which is cut in two ways."""
     at, scale = coefficients.at(begin), coefficients.scale(begin)
-    lengths = np.diff(gone)
-    if len(lengths) and np.ptp(lengths) <= 8 * EPS * (abs(begin) + gone[-1]):
-        lengths = np.full_like(lengths, gone[-1] / len(lengths))
+    lengths = np.diff(elapsed_times)
+    if len(lengths) and np.ptp(lengths) <= 8 * EPS * (abs(begin) + elapsed_times[-1]):
+        lengths = np.full_like(lengths, elapsed_times[-1] / len(lengths))
     one, other = (constant_flow(at.A, scale * at.G, at.Q / scale, P / scale, lengths, finer) for finer in GRIDS)
     if isinstance(one, Escape) and isinstance(other, Escape):
         both = Escape(min(one.after, other.after), max(one.before, other.before))
         raise _refusal(coefficients.call, both, begin, sign)
     if isinstance(one, Escape) or isinstance(other, Escape):
-        raise Refused(
+        raise DesignError(
             f"`{coefficients.call}`: whether P escapes to infinity hangs on the last digits of the data, so no P can "
             "be given at all the times. End before, or start further from an unstable solution."
         )
@@ -229,13 +234,15 @@ def _constant(
     return scale * ways[0], error
 
 
-def _varying(
-    coefficients: Coefficients, P: Array, gone: Array, rtol: float, begin: float, sign: float
+def _varying_solution(
+    coefficients: Coefficients, P: Array, elapsed_times: Array, rtol: float, begin: float, sign: float
 ) -> tuple[Array, Array]:
     """P (N, n, n) and its error (N,) after each length of time, by steps that keep the error within rtol."""
     scale, local = coefficients.scale(begin), rtol
     for _ in range(PASSES):
-        found = varying_flow(lambda s: coefficients.hamiltonian(begin + sign * s, scale), P / scale, gone, local)
+        found = varying_flow(
+            lambda s: coefficients.hamiltonian(begin + sign * s, scale), P / scale, elapsed_times, local
+        )
         if isinstance(found, Escape):
             raise _refusal(coefficients.call, found, begin, sign)
         fine, coarse = (np.array(tracks) for tracks in zip(*found, strict=True))
@@ -247,10 +254,10 @@ def _varying(
     return scale * fine, error
 
 
-def _rising(call: str, times: Numbers) -> Array:
+def _rising_times(call: str, times: Numbers) -> Array:
     t = as_array(times)
     if t is None or t.ndim != 1 or not t.size or not np.isfinite(t).all() or (t[1:] <= t[:-1]).any():
-        raise ValueError(f"`{call}`: times must be a vector of rising finite numbers, in s; got {described(times)}.")
+        raise ValueError(f"`{call}`: times must be a vector of rising finite numbers, in s; got {describe(times)}.")
     return t
 
 
@@ -263,21 +270,21 @@ def _apart(one: Array, other: Array) -> Array:
 
 def _demand(call: str, error: Array, rtol: float, advice: str) -> None:
     if not error.max() <= rtol:
-        raise Refused(
+        raise DesignError(
             f"`{call}`: P can be had to a relative error of {error.max():.1e} only, and {rtol:.1e} is asked for. "
             f"{advice}"
         )
 
 
-def _refusal(call: str, escape: Escape, begin: float, sign: float) -> Refused:
+def _refusal(call: str, escape: Escape, begin: float, sign: float) -> DesignError:
     low, high = sorted((begin + sign * escape.after, begin + sign * escape.before))
     if not np.isfinite([low, high]).all():
-        return Refused(
+        return DesignError(
             f"`{call}`: P cannot be followed beyond t = {begin + sign * escape.after:.6g} s: either it passes "
             f"{LARGEST:g} there, or the coefficients jump, or they are too stiff for the steps allowed, or P hangs "
             "on the last digits of the data. End before, split the times where they jump, or smooth them."
         )
-    return Refused(
+    return DesignError(
         f"`{call}`: P grows beyond every bound between t = {low:.16g} and {high:.16g} s, so there is no solution "
         "at all the times. Semidefinite Q and start rule that out; otherwise end before."
     )

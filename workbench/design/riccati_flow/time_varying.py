@@ -70,7 +70,7 @@ class Coefficients:
         B = self._part(call, "B", t, matrix, len(A))
         Q = self._part(call, "Q", t, symmetric, len(A))
         R = self._part(call, "R", t, definite, B.shape[1])
-        first = self._known.setdefault("the first B", B).shape
+        first = self._known_matrices.setdefault("the first B", B).shape
         if B.shape != first:
             raise ValueError(
                 f"`{call}`: B must have the same shape (n, m) at all times; got {B.shape} after {first}. Where states "
@@ -80,16 +80,16 @@ class Coefficients:
         return Terms(A, B, Q, R, half.T @ half)
 
     @cached_property
-    def _known(self) -> dict[str, Array]:
+    def _known_matrices(self) -> dict[str, Array]:
         return {}
 
     def _part(self, call: str, name: str, t: float, check: Callable[..., Array], *size: int) -> Array:
         given = getattr(self, name)
         if callable(given):
             return check(call, name, answer(call, name, given, t), *size)
-        if name not in self._known:
-            self._known[name] = check(call, name, given, *size)
-        return self._known[name]
+        if name not in self._known_matrices:
+            self._known_matrices[name] = check(call, name, given, *size)
+        return self._known_matrices[name]
 
     def scale(self, t: float) -> float:
         """A power of two s such that P / s has terms P G P and Q of like size."""
@@ -185,10 +185,10 @@ def _step(H: Hamiltonian, t: float, h: float, track: Track, rtol: float) -> tupl
         return track, np.inf
     difference, size = np.linalg.norm(once[0] - twice[0]), np.linalg.norm(twice[0])
     relative = float(difference / size) if size else 0.0
-    return (twice[0], coarse[0]), max(relative, _unseen(H, t, h, fine)) / rtol
+    return (twice[0], coarse[0]), max(relative, _unseen_jump(H, t, h, fine)) / rtol
 
 
-def _unseen(H: Hamiltonian, t: float, h: float, fine: Array) -> float:
+def _unseen_jump(H: Hamiltonian, t: float, h: float, fine: Array) -> float:
     """The change by a jump between the outermost nodes and the ends of a step, which the nodes do not sample."""
     off = np.tensordot(ENDS, fine, axes=1) - np.array([H(t), H(t + h)])
     return float(np.abs(off).max() * OF_HALVES[0] * h)

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.design.frequency.integer_polynomials import Polynomial, add, derivative, scale
 from workbench.design.frequency.positive_roots import Root, at, bounds, unit_roots
-from workbench.design.step_response.response_pieces import QUIET, UNIT, Piece, ResponsePieces
+from workbench.design.step_response.response_pieces import QUIET, UNIT, ResponsePiece, ResponsePieces
 
 GRID = 2000  # times in doubles, from which the search for a supremum begins
 LIKELY = 8
@@ -36,12 +36,12 @@ def first_reach(pieces: ResponsePieces, level: Fraction) -> Bounds:
     target = int(level * UNIT)
     early: Fraction | None = None
 
-    def relevant(piece: Piece) -> bool:
+    def relevant(piece: ResponsePiece) -> bool:
         return piece.range[1] >= target
 
     for _, found in pieces.spans(relevant):
         for piece in found:
-            least, most = _lowered(piece, target - piece.error - 1), _lowered(piece, target + piece.error + 1)
+            least, most = _below_level(piece, target - piece.error - 1), _below_level(piece, target + piece.error + 1)
             if early is None and (u := _first(least)) is not None:
                 early = piece.time(u.low)
             if early is not None and (u := _first(most)) is not None:
@@ -54,7 +54,7 @@ def last_outside(pieces: ResponsePieces, band: Fraction) -> Bounds:
     width = int(band * UNIT)
     late: Fraction | None = None
 
-    def relevant(piece: Piece) -> bool:
+    def relevant(piece: ResponsePiece) -> bool:
         low, high = piece.range
         return low <= UNIT - width or high >= UNIT + width
 
@@ -71,9 +71,9 @@ def last_outside(pieces: ResponsePieces, band: Fraction) -> Bounds:
     for _, found in pieces.spans(relevant, int(end / long) + 1, -1):
         for piece in found:
             doubt = piece.error + 1
-            sides = [_lowered(piece, UNIT + width), scale(_lowered(piece, UNIT - width), -1)]
-            maybe = [u.high for p in sides if (u := _last(_lifted(p, doubt))) is not None]
-            surely = [u.low for p in sides if (u := _last(_lifted(p, -doubt))) is not None]
+            sides = [_below_level(piece, UNIT + width), scale(_below_level(piece, UNIT - width), -1)]
+            maybe = [u.high for p in sides if (u := _last(_shift_up(p, doubt))) is not None]
+            surely = [u.low for p in sides if (u := _last(_shift_up(p, -doubt))) is not None]
             if late is None and maybe:
                 late = piece.time(max(maybe))
             if late is not None and surely:
@@ -87,7 +87,7 @@ def supremum(pieces: ResponsePieces, sign: int, start: Fraction) -> Top:
     best = max(limit, start)
     rows: list[tuple[Fraction, Fraction, Fraction, Fraction]] = []
 
-    def relevant(piece: Piece) -> bool:
+    def relevant(piece: ResponsePiece) -> bool:
         low, high = piece.range
         return (high if sign > 0 else -low) > best * UNIT
 
@@ -123,12 +123,12 @@ def _likely(pieces: ResponsePieces, sign: int) -> list[float]:
     return [float(t[k]) for k in np.argsort(y)[: -LIKELY - 1 : -1]]
 
 
-def _candidates(piece: Piece, sign: int) -> list[tuple[Fraction, Fraction, Fraction, Fraction]]:
+def _candidates(piece: ResponsePiece, sign: int) -> list[tuple[Fraction, Fraction, Fraction, Fraction]]:
     """Where the largest value of a piece may be: bounds of the time, and of the value."""
     p, error = scale(piece.polynomial, sign), Fraction(piece.error + 1, UNIT)
     slope, doubt = derivative(p), piece.slope_error + 1
     ends = sorted(
-        (root for shift in (-doubt, doubt) for root in unit_roots(_lifted(slope, shift), BITS)),
+        (root for shift in (-doubt, doubt) for root in unit_roots(_shift_up(slope, shift), BITS)),
         key=lambda root: root.low,
     )
     ends = [Root(Fraction(0), Fraction(0)), *ends, Root(Fraction(1), Fraction(1))]
@@ -147,12 +147,12 @@ def _candidates(piece: Piece, sign: int) -> list[tuple[Fraction, Fraction, Fract
     return rows
 
 
-def _lifted(p: Polynomial, by: int) -> Polynomial:
+def _shift_up(p: Polynomial, by: int) -> Polynomial:
     return add(p, [by])
 
 
-def _lowered(piece: Piece, level: int) -> Polynomial:
-    return _lifted(piece.polynomial, -level)
+def _below_level(piece: ResponsePiece, level: int) -> Polynomial:
+    return _shift_up(piece.polynomial, -level)
 
 
 def _first(p: Polynomial) -> Root | None:

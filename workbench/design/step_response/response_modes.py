@@ -16,7 +16,7 @@ from workbench.core.validation.refusals import Array
 from workbench.design.frequency.complex_roots import root_disks
 from workbench.design.frequency.integer_polynomials import Polynomial, square_free_factors
 from workbench.design.frequency.stable_ratios import StableRatio
-from workbench.design.step_response.complex_balls import ONE, ZERO, Ball
+from workbench.design.step_response.complex_balls import ONE, ZERO, ComplexBall
 
 SHARP = 300  # bits of a pole
 SAFE = 1e-9  # more than the rounding of an exponent up to 1e5
@@ -24,15 +24,15 @@ FAR = -700.0  # an exponent whose exponential no longer counts
 
 
 @dataclass(frozen=True)
-class Mode:
+class ResponseMode:
     """A real pole, or of a pair of poles the one above the axis, and its factors c_1, c_2, ... in the response.
 
     `decay` is a bound from below and above of -Re p in 1/s, or of -log |p|; `sizes` are the logarithms of |c_j| from
     above, those of both poles of a pair together.
     """
 
-    pole: Ball
-    factors: tuple[Ball, ...]
+    pole: ComplexBall
+    factors: tuple[ComplexBall, ...]
     real: bool
     decay: tuple[float, float]
     sizes: tuple[float, ...]
@@ -65,7 +65,7 @@ class ResponseModes:
     """The modes of a step response about its final value, and how many first samples follow poles at z = 0, too."""
 
     final: Fraction
-    modes: tuple[Mode, ...]
+    modes: tuple[ResponseMode, ...]
     first: int
 
     def envelope(self, t: float) -> float:
@@ -76,10 +76,10 @@ class ResponseModes:
         """The response at times (N,) in s in doubles, of which nothing is proved, in continuous time."""
         y = np.full(len(t), float(self.final))
         for mode in self.modes:
-            p, weight = mode.pole.rounded(), 1 if mode.real else 2
+            p, weight = mode.pole.to_complex(), 1 if mode.real else 2
             grown = weight * np.exp(p * t)
             for j, factor in enumerate(mode.factors):
-                y = y + (factor.rounded() * grown * t**j / math.factorial(j)).real
+                y = y + (factor.to_complex() * grown * t**j / math.factorial(j)).real
         return np.asarray(y, dtype=float)
 
     def side(self, t: float) -> int:
@@ -96,7 +96,7 @@ class ResponseModes:
         top = len(slowest.factors) - 1
         if slowest.discrete and t < top:
             return 0
-        logarithm = Ball(abs(lead.re) - 2 * lead.radius, 0, lead.exponent, 0).logarithm() - 1e-9
+        logarithm = ComplexBall(abs(lead.re) - 2 * lead.radius, 0, lead.exponent, 0).logarithm() - 1e-9
         rate = slowest.decay[1]
         if slowest.discrete:
             ways = math.lgamma(t + 1) - math.lgamma(top + 1) - math.lgamma(t - top + 1)
@@ -116,7 +116,7 @@ class ResponseModes:
         return 1 if lead.re > 0 else -1
 
 
-def _falls(mode: Mode, j: int, slowest: Mode, top: int, t: float) -> bool:
+def _falls(mode: ResponseMode, j: int, slowest: ResponseMode, top: int, t: float) -> bool:
     """True if the share of a term of a mode in the slowest one falls for all times from t on."""
     if mode is slowest:
         return j < top
@@ -146,7 +146,7 @@ def response_modes(ratio: StableRatio, scale: Fraction) -> ResponseModes:
     if first:
         fixed.append((ZERO, first))
     modes = []
-    unit = Ball.of(1 / (scale * denominator[-1]))
+    unit = ComplexBall.of(1 / (scale * denominator[-1]))
     for i, (pole, multiplicity) in enumerate(held):
         if pole.im < 0:
             continue
@@ -156,32 +156,34 @@ def response_modes(ratio: StableRatio, scale: Fraction) -> ResponseModes:
     return ResponseModes(ratio.final / scale, tuple(modes), first)
 
 
-def _mode(pole: Ball, factors: tuple[Ball, ...], discrete: bool) -> Mode:
+def _mode(pole: ComplexBall, factors: tuple[ComplexBall, ...], discrete: bool) -> ResponseMode:
     real = pole.im == 0
     sizes = tuple(factor.logarithm() + (0.0 if real else math.log(2)) + 1e-12 for factor in factors)
     if discrete:
         middle = -pole.logarithm()
         decay = middle - 1e-11, middle + 1e-11
     else:
-        size = Ball(pole.re, 0, pole.exponent, 0).logarithm()
+        size = ComplexBall(pole.re, 0, pole.exponent, 0).logarithm()
         middle = math.exp(size)
         decay = middle * (1 - 1e-11), middle * (1 + 1e-11)
-    return Mode(pole, factors, real, decay, sizes, discrete)
+    return ResponseMode(pole, factors, real, decay, sizes, discrete)
 
 
-def _poles(denominator: Polynomial) -> list[tuple[Ball, int]]:
+def _poles(denominator: Polynomial) -> list[tuple[ComplexBall, int]]:
     """The poles that are not zero, each with its multiplicity."""
     held = []
     for factor, multiplicity in square_free_factors(denominator):
         disks, places = root_disks(factor, SHARP)
         for (re, im), radius in disks:
-            held.append((Ball(re, im, -places, math.ceil(Fraction(radius) * 2**places) + 1), multiplicity))
+            held.append((ComplexBall(re, im, -places, math.ceil(Fraction(radius) * 2**places) + 1), multiplicity))
     return held
 
 
-def _series(numerator: Polynomial, pole: Ball, others: list[tuple[Ball, int]], count: int, unit: Ball) -> list[Ball]:
+def _series(
+    numerator: Polynomial, pole: ComplexBall, others: list[tuple[ComplexBall, int]], count: int, unit: ComplexBall
+) -> list[ComplexBall]:
     """The first coefficients at a pole of numerator / product of (s - other)^multiplicity, times `unit`."""
-    result = [unit * term for term in _expanded(numerator, pole, count)]
+    result = [unit * term for term in _expand(numerator, pole, count)]
     for other, multiplicity in others:
         inverse = (pole - other).inverse()
         power = ONE
@@ -189,15 +191,15 @@ def _series(numerator: Polynomial, pole: Ball, others: list[tuple[Ball, int]], c
             power = power * inverse
         part, terms = power, []  # of (a + x)^-m = a^-m sum C(m + k - 1, k) (-x / a)^k
         for k in range(count):
-            terms.append(part * Ball(math.comb(multiplicity + k - 1, k), 0, 0, 0))
+            terms.append(part * ComplexBall(math.comb(multiplicity + k - 1, k), 0, 0, 0))
             part = -(part * inverse)
         result = _product(result, terms)
     return result
 
 
-def _expanded(p: Polynomial, at: Ball, count: int) -> list[Ball]:
+def _expand(p: Polynomial, at: ComplexBall, count: int) -> list[ComplexBall]:
     """The coefficients of p about a point, by repeated division."""
-    rest = [Ball.of(a) for a in reversed(p)]
+    rest = [ComplexBall.of(a) for a in reversed(p)]
     found = []
     for _ in range(count):
         total, sums = ZERO, []
@@ -209,7 +211,7 @@ def _expanded(p: Polynomial, at: Ball, count: int) -> list[Ball]:
     return found
 
 
-def _product(p: list[Ball], q: list[Ball]) -> list[Ball]:
+def _product(p: list[ComplexBall], q: list[ComplexBall]) -> list[ComplexBall]:
     result = []
     for k in range(len(p)):
         total = ZERO

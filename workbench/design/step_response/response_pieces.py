@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from workbench.design.frequency.integer_polynomials import Polynomial
-from workbench.design.matrices import Refused
-from workbench.design.step_response.complex_balls import Ball
+from workbench.design.matrices import DesignError
+from workbench.design.step_response.complex_balls import ComplexBall
 from workbench.design.step_response.response_modes import ResponseModes
 
 PLACES = 240  # binary places of a coefficient
@@ -25,7 +25,7 @@ MOST_PIECES = 10_000  # some ten seconds
 
 
 @dataclass(frozen=True)
-class Piece:
+class ResponsePiece:
     """The response over `start` + 2^exponent u, 0 <= u <= 1, as a polynomial of u in units of 2^-PLACES.
 
     It is off by no more than `error`, and its slope by u by no more than `slope_error`, in the same units.
@@ -38,7 +38,7 @@ class Piece:
     slope_error: int
 
     @property
-    def resolved(self) -> bool:
+    def is_resolved(self) -> bool:
         """True if the error no longer counts."""
         return self.error <= 2 * QUIET * UNIT
 
@@ -59,7 +59,7 @@ class ResponsePieces:
 
     response: ResponseModes
     speeds: tuple[float, ...]  # |p| in 1/s from above, one for each mode
-    cache: dict[tuple[Fraction, int], Piece] = field(default_factory=dict)
+    cache: dict[tuple[Fraction, int], ResponsePiece] = field(default_factory=dict)
     tables: dict[tuple[int, int], list[tuple[int, int, int]]] = field(default_factory=dict)
 
     @staticmethod
@@ -73,8 +73,8 @@ class ResponsePieces:
         return -math.ceil(math.log2(min(self.speeds) * (1 + 1e-9)))
 
     def spans(
-        self, relevant: Callable[[Piece], bool], first: int = 0, step: int = 1
-    ) -> Iterator[tuple[float, list[Piece]]]:
+        self, relevant: Callable[[ResponsePiece], bool], first: int = 0, step: int = 1
+    ) -> Iterator[tuple[float, list[ResponsePiece]]]:
         """The later end, or with `step` = -1 the earlier one, of each long span in turn, and its relevant pieces."""
         k, long = first, Fraction(2) ** self.longest
         while k >= 0:
@@ -82,40 +82,42 @@ class ResponsePieces:
             yield float((k + (step > 0)) * long), pieces
             k += step
 
-    def around(self, t: float, relevant: Callable[[Piece], bool]) -> Piece | None:
+    def around(self, t: float, relevant: Callable[[ResponsePiece], bool]) -> ResponsePiece | None:
         """The resolved piece that holds a time in s, or None if it, or a longer one about it, is not relevant."""
         exponent = self.longest
         while True:
             length = Fraction(2) ** exponent
             piece = self.piece(int(Fraction(t) / length) * length, exponent)
-            if not relevant(piece) or piece.resolved:
+            if not relevant(piece) or piece.is_resolved:
                 return piece if relevant(piece) else None
             exponent -= 1
 
-    def _halves(self, start: Fraction, exponent: int, relevant: Callable[[Piece], bool], step: int) -> Iterator[Piece]:
+    def _halves(
+        self, start: Fraction, exponent: int, relevant: Callable[[ResponsePiece], bool], step: int
+    ) -> Iterator[ResponsePiece]:
         """The resolved pieces of a span that are relevant, in the order of time or against it."""
         piece = self.piece(start, exponent)
         if not relevant(piece):
             return
-        if piece.resolved:
+        if piece.is_resolved:
             yield piece
             return
         for half in (0, 1)[::step]:
             yield from self._halves(start + half * Fraction(2) ** (exponent - 1), exponent - 1, relevant, step)
 
-    def piece(self, start: Fraction, exponent: int) -> Piece:
+    def piece(self, start: Fraction, exponent: int) -> ResponsePiece:
         """The piece from a time in s on."""
         key = (start, exponent)
         if key not in self.cache:
             if len(self.cache) >= MOST_PIECES:
-                raise Refused(
+                raise DesignError(
                     f"`step_info(system)` looks at up to {MOST_PIECES} pieces of a response, and this one turns more "
                     "often before it settles; leave out its fast or lightly damped modes, by `control.balred` say."
                 )
             self.cache[key] = self._piece(start, exponent)
         return self.cache[key]
 
-    def _piece(self, start: Fraction, exponent: int) -> Piece:
+    def _piece(self, start: Fraction, exponent: int) -> ResponsePiece:
         top = TERMS + max(len(mode.factors) for mode in self.response.modes)
         total = [0] * top
         total[0] = _fixed_fraction(self.response.final)
@@ -130,20 +132,20 @@ class ResponsePieces:
             doubt, slope_doubt = self._add(i, start, exponent, total)
             error, slope_error = error + doubt, slope_error + slope_doubt
         if all(speed * length <= 1 for speed in self.speeds) and error > 2 * QUIET * UNIT:
-            raise Refused(
+            raise DesignError(
                 "`step_info(system)`: modes of this system cancel each other to so many digits that its response "
                 "cannot be enclosed; round its numbers, or take a system of lower order."
             )
-        return Piece(start, exponent, total, error, slope_error)
+        return ResponsePiece(start, exponent, total, error, slope_error)
 
     def _add(self, i: int, start: Fraction, exponent: int, total: list[int]) -> tuple[int, int]:
         """Add the series of a mode to a polynomial, and return its errors."""
         mode, table, top = self.response.modes[i], self._table(i, exponent), len(total)
-        grown = (mode.pole * Ball.of(start)).exponential()
-        weights = _moved(mode.factors, start, exponent, grown)
+        grown = (mode.pole * ComplexBall.of(start)).exponential()
+        weights = _shifted_factors(mode.factors, start, exponent, grown)
         double, error, slope_error = 0 if mode.real else 1, 0, 0
         for k, weight in enumerate(weights):
-            re, im, doubt = weight.fixed(PLACES)
+            re, im, doubt = weight.to_fixed_point(PLACES)
             size = abs(re) + abs(im) + doubt
             for m in range(top - k):
                 a, b, off = table[m]
@@ -159,23 +161,25 @@ class ResponsePieces:
         """The numbers q^m / m! in units of 2^-PLACES, q = p 2^exponent."""
         if (i, exponent) not in self.tables:
             mode = self.response.modes[i]
-            q, term, rows = mode.pole.doubled(exponent), Ball(1, 0, 0, 0), []
+            q, term, rows = mode.pole.scale_by_power(exponent), ComplexBall(1, 0, 0, 0), []
             for m in range(TERMS + max(len(one.factors) for one in self.response.modes)):
-                rows.append(term.fixed(PLACES))
-                term = (term * q).divided(m + 1)
+                rows.append(term.to_fixed_point(PLACES))
+                term = (term * q).divide(m + 1)
             self.tables[i, exponent] = rows
         return self.tables[i, exponent]
 
 
-def _moved(factors: tuple[Ball, ...], start: Fraction, exponent: int, grown: Ball) -> list[Ball]:
+def _shifted_factors(
+    factors: tuple[ComplexBall, ...], start: Fraction, exponent: int, growth: ComplexBall
+) -> list[ComplexBall]:
     """The factors of u^l in sum c_j (start + 2^exponent u)^(j-1) / (j-1)!, times exp(p start)."""
-    at, found = Ball.of(start), []
+    at, found = ComplexBall.of(start), []
     for k in range(len(factors)):
-        power, total = grown, Ball(0, 0, 0, 0)
+        power, total = growth, ComplexBall(0, 0, 0, 0)
         for j in range(k, len(factors)):
             total = total + power * factors[j]
-            power = (power * at).divided(j - k + 1)
-        found.append(total.divided(math.factorial(k)).doubled(k * exponent))
+            power = (power * at).divide(j - k + 1)
+        found.append(total.divide(math.factorial(k)).scale_by_power(k * exponent))
     return found
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from workbench.design.frequency.stable_ratios import StableRatio
-from workbench.design.matrices import Refused
-from workbench.design.step_response.complex_balls import Ball
+from workbench.design.matrices import DesignError
+from workbench.design.step_response.complex_balls import ComplexBall
 from workbench.design.step_response.piece_figures import Top
-from workbench.design.step_response.response_modes import Mode, ResponseModes
+from workbench.design.step_response.response_modes import ResponseMode, ResponseModes
 
 PLACES = 240
 MOST_SAMPLES = 100_000
@@ -31,7 +31,7 @@ class ExactSamples:
     def value(self, k: int) -> Fraction:
         """The sample y_k."""
         if k >= LONGEST_EXACT:
-            raise Refused(
+            raise DesignError(
                 f"`step_info(system)`: sample {k} lies on a level that decides a figure, as far as bounds tell; change "
                 "a number of the system in its last digits, and look on both sides."
             )
@@ -50,7 +50,7 @@ class SampledFigures:
 
     low: int | None
     high: int | None
-    settled: int | None
+    settling_count: int | None
     top: Top
     bottom: Top
 
@@ -75,12 +75,12 @@ def sampled_figures(
         if high >= best or -low >= worst:
             rows.append((k, known))
             best, worst = max(best, low), max(worst, -high)
-        if k >= response.first and _ended(
+        if k >= response.first and _has_ended(
             response, k + 1, best, worst, outside < k and None not in reached, relative, band
         ):
             break
         if k >= MOST_SAMPLES:
-            raise Refused(
+            raise DesignError(
                 f"`step_info(system)` looks at up to {MOST_SAMPLES} samples, within which this response does not "
                 "settle; take a longer period."
             )
@@ -88,12 +88,12 @@ def sampled_figures(
     return SampledFigures(reached[0], reached[1], outside + 1 if relative else None, top, bottom)
 
 
-def _ended(
-    response: ResponseModes, k: int, best: Fraction, worst: Fraction, risen: bool, relative: bool, band: Fraction
+def _has_ended(
+    response: ResponseModes, k: int, best: Fraction, worst: Fraction, has_risen: bool, relative: bool, band: Fraction
 ) -> bool:
     """True if no sample from k on changes a figure."""
     away = response.envelope(k)
-    if relative and not (risen and away < float(band) * (1 - 1e-6)):
+    if relative and not (has_risen and away < float(band) * (1 - 1e-6)):
         return False
     return away < QUIET or all(
         sign * response.final + (0 if sign * response.side(k) < 0 else Fraction(away)) <= bound
@@ -115,11 +115,11 @@ def _top(rows: list[tuple[int, Bounds]], sign: int, response: ResponseModes, end
     return Top(best, high, None if first is None else Fraction(first), None if last is None else Fraction(last))
 
 
-def _not_less(known: Bounds, level: Fraction, k: int, exact: ExactSamples, sign: int = 1) -> bool:
+def _not_less(bounds: Bounds, level: Fraction, k: int, exact: ExactSamples, sign: int = 1) -> bool:
     """True if a sample, or its negative, within known bounds is not less than a level."""
-    if known[0] >= level:
+    if bounds[0] >= level:
         return True
-    return known[1] >= level and sign * exact.value(k) >= level
+    return bounds[1] >= level and sign * exact.value(k) >= level
 
 
 def samples(response: ResponseModes, exact: ExactSamples) -> Iterator[Bounds]:
@@ -132,11 +132,11 @@ def samples(response: ResponseModes, exact: ExactSamples) -> Iterator[Bounds]:
     while True:
         total, doubt = 0, 0
         for i, mode in enumerate(response.modes):
-            re, _, off = _term(mode, powers[i], k).fixed(PLACES)
+            re, _, off = _term(mode, powers[i], k).to_fixed_point(PLACES)
             total, doubt = total + (re if mode.real else 2 * re), doubt + (off if mode.real else 2 * off)
             powers[i] = powers[i] * mode.pole
         if doubt > QUIET * unit:
-            raise Refused(
+            raise DesignError(
                 "`step_info(system)`: modes of this system cancel each other to so many digits that its response "
                 "cannot be enclosed; round its numbers, or take a system of lower order."
             )
@@ -144,19 +144,19 @@ def samples(response: ResponseModes, exact: ExactSamples) -> Iterator[Bounds]:
         k += 1
 
 
-def _term(mode: Mode, power: Ball, k: int) -> Ball:
+def _term(mode: ResponseMode, power: ComplexBall, k: int) -> ComplexBall:
     """The sum of c_j C(k, j-1) p^(k-j+1), with `power` = p^k."""
     if len(mode.factors) == 1:
         return mode.factors[0] * power
-    inverse, total = mode.pole.inverse(), Ball(0, 0, 0, 0)
+    inverse, total = mode.pole.inverse(), ComplexBall(0, 0, 0, 0)
     for j, factor in enumerate(mode.factors):
-        total = total + factor * power * Ball(math.comb(k, j), 0, 0, 0)
+        total = total + factor * power * ComplexBall(math.comb(k, j), 0, 0, 0)
         power = power * inverse
     return total
 
 
-def _power(pole: Ball, k: int) -> Ball:
-    result = Ball(1, 0, 0, 0)
+def _power(pole: ComplexBall, k: int) -> ComplexBall:
+    result = ComplexBall(1, 0, 0, 0)
     for _ in range(k):
         result = result * pole
     return result

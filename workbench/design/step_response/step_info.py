@@ -9,11 +9,11 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency.axis_loop import refuse_odd_loop
 from workbench.design.frequency.certified_values import INFINITE, ZERO, CertifiedValue, of_fractions
 from workbench.design.frequency.stable_ratios import ONE_CHANNEL, StableRatio, stable_ratio
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.design.step_response.piece_figures import Bounds, Top, first_reach, last_outside, supremum
 from workbench.design.step_response.response_modes import response_modes
 from workbench.design.step_response.response_pieces import ResponsePieces
@@ -26,8 +26,8 @@ RISE = (Fraction(1, 10), Fraction(9, 10))  # of the final value
 BAND = Fraction(1, 50)  # of the final value: that of the settling time
 MOST_POLES = 20  # of a picture: some seconds
 NO_STEP = "its step response has no final value"
-LOST = 10**10  # times the final value: a larger peak leaves it to rounding
-UNKNOWN = CertifiedValue(math.nan, math.nan, math.nan)
+LARGEST_PEAK = 10**10  # times the final value: a larger peak leaves it to rounding
+UNKNOWN_VALUE = CertifiedValue(math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class StepInfo:
     remarks: tuple[str, ...] = ()
 
 
-@door
+@check_arguments
 def step_info(system: control.TransferFunction | control.StateSpace) -> StepInfo:
     """The figures of the step response of a stable system with one channel, continuous or in a computer.
 
@@ -85,7 +85,7 @@ def step_info(system: control.TransferFunction | control.StateSpace) -> StepInfo
     scale = final if final else Fraction(1)
     if ratio.period is None:
         return _continuous(ratio, scale, system.name)
-    return _sampled(ratio, scale, system.name)
+    return _sampled_step_info(ratio, scale, system.name)
 
 
 def exact_figures(system: control.TransferFunction | control.StateSpace) -> StepInfo | None:
@@ -98,7 +98,7 @@ def exact_figures(system: control.TransferFunction | control.StateSpace) -> Step
         return None
     try:
         info = step_info(system)
-    except Refused:
+    except DesignError:
         return None
     return None if info.remarks else info
 
@@ -107,21 +107,21 @@ def _continuous(ratio: StableRatio, scale: Fraction, name: str) -> StepInfo:
     pieces = ResponsePieces.of(response_modes(ratio, scale))
     tops = [supremum(pieces, sign, Fraction(0)) for sign in (1, -1)]
     rise = settling = None
-    if ratio.final and max(top.high for top in tops) < LOST:
+    if ratio.final and max(top.high for top in tops) < LARGEST_PEAK:
         start, end = (first_reach(pieces, level) for level in RISE)
         rise = max(end[0] - start[1], Fraction(0)), end[1] - start[0]
         settling = last_outside(pieces, BAND)
     return _info(ratio, scale, name, rise, settling, tops, Fraction(1))
 
 
-def _sampled(ratio: StableRatio, scale: Fraction, name: str) -> StepInfo:
+def _sampled_step_info(ratio: StableRatio, scale: Fraction, name: str) -> StepInfo:
     found = sampled_figures(ratio, response_modes(ratio, scale), scale, RISE, BAND)
     rise = settling = None
     period = Fraction(ratio.period or 0)
-    small = max(found.top.high, found.bottom.high) < LOST
-    if small and found.low is not None and found.high is not None and found.settled is not None:
+    small = max(found.top.high, found.bottom.high) < LARGEST_PEAK
+    if small and found.low is not None and found.high is not None and found.settling_count is not None:
         rise = (period * (found.high - found.low),) * 2
-        settling = (period * found.settled,) * 2
+        settling = (period * found.settling_count,) * 2
     return _info(ratio, scale, name, rise, settling, [found.top, found.bottom], period)
 
 
@@ -130,7 +130,7 @@ def _info(
     scale: Fraction,
     name: str,
     rise: Bounds | None,
-    settling: Bounds | None,
+    settling_time: Bounds | None,
     tops: list[Top],
     unit: Fraction,
 ) -> StepInfo:
@@ -141,11 +141,11 @@ def _info(
     likely = [top for top in tops if top.high >= low]  # two where doubles do not tell which is the larger
     peak = of_fractions(abs(scale) * low, abs(scale) * high)
     peak_time = _time(likely, unit)
-    if rise is None or settling is None:
+    if rise is None or settling_time is None:
         return _peak_alone(peak, peak_time, final, name)
     return StepInfo(
         of_fractions(*rise),
-        of_fractions(*settling),
+        of_fractions(*settling_time),
         _percent(highest.low - 1, highest.high - 1),
         _percent(lowest.low, lowest.high),
         peak,
@@ -178,4 +178,4 @@ def _peak_alone(peak: CertifiedValue, peak_time: CertifiedValue, final: Certifie
         f"The response of '{name}' returns to zero, as far as rounding tells, so that rise, settling, overshoot and "
         "undershoot, which are parts of the final value, have no meaning; `peak` and `peak_time` stand."
     )
-    return StepInfo(UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, peak, peak_time, final, (remark,))
+    return StepInfo(UNKNOWN_VALUE, UNKNOWN_VALUE, UNKNOWN_VALUE, UNKNOWN_VALUE, peak, peak_time, final, (remark,))

@@ -18,7 +18,7 @@ from contextlib import suppress
 from pathlib import Path
 
 LARGEST = 256 * 2**20  # bytes of all kernels; beyond, those that were not used for longest go
-ABANDONED = 24 * 3600.0  # seconds after which a file that is still being written has lost its writer
+ABANDONED_AGE = 24 * 3600.0  # seconds after which a file that is still being written has lost its writer
 
 FORMAT = b"workbench kernel 1\n"  # counts up when the header or the meaning of a key changes
 HEADER = struct.Struct(f"<{len(FORMAT)}s32sQ32s")  # format, key, length and hash of the code
@@ -120,7 +120,7 @@ def _tidy(place: Path) -> None:
                 if KERNEL.fullmatch(entry.name):
                     status = entry.stat()
                     kernels.append((status.st_mtime, status.st_size, entry.path))
-                elif PART.fullmatch(entry.name) and now - entry.stat().st_mtime > ABANDONED:
+                elif PART.fullmatch(entry.name) and now - entry.stat().st_mtime > ABANDONED_AGE:
                     os.unlink(entry.path)
     excess = sum(size for _, size, _ in kernels) - LARGEST
     for _, size, path in sorted(kernels):

@@ -9,7 +9,7 @@ from typing import TypeVar
 import casadi as ca
 import numpy as np
 
-from workbench.core import Step
+from workbench.core import StepMap
 from workbench.core.methods import runge_kutta
 from workbench.core.step import held_at
 from workbench.core.validation.refusals import Array
@@ -42,7 +42,7 @@ def _march(job: Job, x: Array, tell: Progress, done_before: float, part: float) 
         for piece in pieces:
             # (B, steps, nw) to CasADi's (nw, B steps), run by run
             noise = job.noise(np.arange(k, k + piece * size)).reshape(runs * piece * size, -1).T
-            out = np.array(_marcher(job.step, piece, size, runs, job.switched)(np.vstack([now, job.p.T]), noise))
+            out = np.array(_marcher(job.step, piece, size, runs, job.has_switches)(np.vstack([now, job.p.T]), noise))
             out = out.reshape(len(now), runs, size)
             now, k = out[:, :, -1], k + piece * size
             tell(min(done_before + part * (k - job.begin) / (kept * stride), 1.0))
@@ -61,34 +61,34 @@ def _pieces(stride: int, most: int) -> list[int]:
 
 
 @lru_cache(maxsize=64)
-def _marcher(step: Step, stride: int, kept: int, runs: int, switched: bool = False) -> ca.Function:
+def _marcher(step: StepMap, stride: int, kept_rows: int, runs: int, has_switches: bool = False) -> ca.Function:
     """[k; x; p] and the noise to [k; x] at `kept` times, `stride` steps apart, all side by side, for each run."""
     size = 1 + step.states.size + step.parameters.size
-    often = stride * kept > 1  # what is shared gains more than it costs to find
-    one = _one(step, ca.MX, _segmented(step, often), often) if switched else _one(step, ca.SX, step.F, often)
-    start, noise = ca.MX.sym("start", size), ca.MX.sym("noise", step.noises, stride * kept)
-    states = one.fold(stride).mapaccum(kept)(start, noise)[: 1 + step.states.size, :]
+    often = stride * kept_rows > 1  # what is shared gains more than it costs to find
+    one = _one(step, ca.MX, _segmented_step(step, often), often) if has_switches else _one(step, ca.SX, step.F, often)
+    start, noise = ca.MX.sym("start", size), ca.MX.sym("noise", step.noises, stride * kept_rows)
+    states = one.fold(stride).mapaccum(kept_rows)(start, noise)[: 1 + step.states.size, :]
     march = ca.Function("workbench_march", [start, noise], [states])
     return march if runs == 1 else march.map(runs, "thread", min(runs, 8))
 
 
-def _one(step: Step, symbols: type[Symbol], after: ca.Function, shared: bool) -> ca.Function:
+def _one(step: StepMap, symbols: type[Symbol], after: ca.Function, shares_expressions: bool) -> ca.Function:
     """[k; x; p] and the noise to [k; x; p] a step later, of a function x+ (k, x, p, w)."""
     size = 1 + step.states.size + step.parameters.size
     z, w = symbols.sym("z", size), symbols.sym("w", step.noises)
     k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, size])
-    return ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, after(k, x, p, w), p)], {"cse": shared})
+    return ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, after(k, x, p, w), p)], {"cse": shares_expressions})
 
 
-def _segmented(step: Step, shared: bool) -> ca.Function:
+def _segmented_step(step: StepMap, shares_expressions: bool) -> ca.Function:
     """x+ (k, x, p, w) of a step from switch to switch; not a number where there are more than 4096."""
-    rule, parts, options = step.rule, step.rule.segments, {"cse": shared}
+    rule, parts, options = step.rule, step.rule.segments, {"cse": shares_expressions}
     assert parts is not None
     n, number = parts.start.numel(), [rule.t, rule.h]
     k, p, x = rule.k, rule.p, rule.x[: parts.start.numel()]
 
     def at_begin(value: ca.SX) -> ca.SX:
-        return ca.substitute(rule.plain(value), ca.vertcat(*number), ca.vertcat(k * step.h, step.h))
+        return ca.substitute(rule.without_crossings(value), ca.vertcat(*number), ca.vertcat(k * step.h, step.h))
 
     end, length, passed = at_begin(parts.end), at_begin(parts.length), parts.first
     if parts.e is not None:

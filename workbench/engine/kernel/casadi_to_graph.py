@@ -12,25 +12,32 @@ from functools import lru_cache
 
 import casadi as ca
 
-from workbench.core import Rule, Step
-from workbench.core.expressions import evaluated
+from workbench.core import StepMap, StepRule
+from workbench.core.expressions import evaluate_sx
 from workbench.core.notation.program import NAMES
-from workbench.engine.kernel.barriers import BARRIER, joined
-from workbench.engine.kernel.graph import FOLDED, LEVELS, SOURCES, Graph, Level, Node, Nodes
+from workbench.engine.kernel.graph import CONSTANT_FOLDS, LEVELS, SOURCES, Graph, Level, Node, Nodes
+from workbench.engine.kernel.graph_rewriting import BARRIER, join_parts
 from workbench.engine.machines.operations import Role, with_role
 
 # Operations of CasADi by their names here; what is missing is built of these, or refused by name.
-BUILT = ("div", "fma", "fms", "fnma", "if_else", BARRIER)  # operations of a graph for which CasADi has another form
+COMPOSITE_OPERATIONS = (
+    "div",
+    "fma",
+    "fms",
+    "fnma",
+    "if_else",
+    BARRIER,
+)  # operations of a graph for which CasADi has another form
 OPERATIONS: Mapping[int, str] = {
-    getattr(ca, f"OP_{name.upper()}"): name for name in with_role(Role.NODE) if name not in BUILT
+    getattr(ca, f"OP_{name.upper()}"): name for name in with_role(Role.NODE) if name not in COMPOSITE_OPERATIONS
 }
-UNKNOWN = "unknown "
+UNKNOWN_PREFIX = "unknown "
 
 
-def read(step: Step) -> Graph:
+def read(step: StepMap) -> Graph:
     """The graph of a step's rates and updates; a ValueError names an operation that no kernel knows, and its state."""
     graph = _graph(step.rule)
-    if (unknown := _unknown(graph)) is not None:
+    if (unknown := _unknown_operation(graph)) is not None:
         operation, state = unknown
         raise ValueError(
             f"The step of '{step.flow.name}' has the operation {operation}, which the batch engine does not know; "
@@ -41,48 +48,48 @@ def read(step: Step) -> Graph:
 
 
 @lru_cache(maxsize=128)
-def _graph(rule: Rule) -> Graph:
+def _graph(rule: StepRule) -> Graph:
     earlier = []
     for crossing in rule.crossings:
         reader = _Reader()
         results = reader.read(_function(rule, crossing.values))
-        earlier.append(Graph(tuple(reader.nodes.held), tuple(results)))
+        earlier.append(Graph(tuple(reader.nodes.nodes), tuple(results)))
     reader = _Reader()
     results = reader.read(_function(rule, rule.rate, rule.update))
-    return Graph(tuple(reader.nodes.held), tuple(results), tuple(earlier))
+    return Graph(tuple(reader.nodes.nodes), tuple(results), tuple(earlier))
 
 
-def _function(rule: Rule, *values: ca.SX) -> ca.Function:
+def _function(rule: StepRule, *values: ca.SX) -> ca.Function:
     """Values as a function of the symbols of a rule; each part of a graph is read from one of its own."""
     return ca.Function("workbench_part", rule.symbols, [ca.densify(value) for value in values])
 
 
-def read_segments(step: Step) -> Graph | None:
+def read_segments(step: StepMap) -> Graph | None:
     """The graph of the parts of a step's segments; None where no switch is known."""
     return _segments(step.rule)
 
 
 @lru_cache(maxsize=128)
-def _segments(rule: Rule) -> Graph | None:
+def _segments(rule: StepRule) -> Graph | None:
     if rule.segment_parts is None:
         return None
     reader = _Reader()
     results = tuple(reader.read(rule.segment_parts))
-    return Graph(tuple(reader.nodes.held), results, _graph(rule).earlier)
+    return Graph(tuple(reader.nodes.nodes), results, _graph(rule).earlier)
 
 
 @lru_cache(maxsize=128)
-def _unknown(graph: Graph) -> tuple[str, int] | None:
+def _unknown_operation(graph: Graph) -> tuple[str, int] | None:
     """The first operation that no kernel has, and the first result that needs it."""
-    graph = joined(graph)
-    for place in (i for i, node in enumerate(graph.nodes) if node.op.startswith(UNKNOWN)):
+    graph = join_parts(graph)
+    for place in (i for i, node in enumerate(graph.nodes) if node.op.startswith(UNKNOWN_PREFIX)):
         for i, result in enumerate(graph.results):
             if place in graph.before([result]):
-                return graph.nodes[place].op.removeprefix(UNKNOWN), i
+                return graph.nodes[place].op.removeprefix(UNKNOWN_PREFIX), i
     return None
 
 
-def read_with(step: Step, values: Sequence[ca.SX]) -> tuple[Graph, list[int | None]]:
+def read_with(step: StepMap, values: Sequence[ca.SX]) -> tuple[Graph, list[int | None]]:
     """The graph of a step, as `read` has it, whose last results are those of the values (1, 1) that it makes anyway.
 
     Beside it, for each value its place among the results, or None where the step has no use of it.
@@ -90,13 +97,13 @@ def read_with(step: Step, values: Sequence[ca.SX]) -> tuple[Graph, list[int | No
     reader, rule, earlier = _Reader(), step.rule, read(step).earlier
     results = reader.read(_function(rule, rule.rate, rule.update))
     found = reader.read(_function(rule, ca.vertcat(ca.SX(0, 1), *values)))
-    both = joined(Graph(tuple(reader.nodes.held), (*results, *found), earlier))
+    both = join_parts(Graph(tuple(reader.nodes.nodes), (*results, *found), earlier))
     needed = set(both.before(both.results[: len(results)]))
     ends = dict(zip(found, both.results[len(results) :], strict=True))
     inner = {place: both.nodes[i].operands[0] if both.nodes[i].op == BARRIER else i for place, i in ends.items()}
     kept = [place for place, i in inner.items() if i in needed]
     places = {place: len(results) + i for i, place in enumerate(kept)}
-    nodes = tuple(reader.nodes.held)
+    nodes = tuple(reader.nodes.nodes)
     return Graph(nodes, (*results, *kept), earlier), [places.get(place) for place in found]
 
 
@@ -107,7 +114,7 @@ class _Reader:
 
     def read(self, function: ca.Function) -> list[int]:
         """The places of the results of the function."""
-        results = evaluated(function, self._source, self.nodes.constant, self._operation)
+        results = evaluate_sx(function, self._source, self.nodes.constant, self._operation)
         zero = self.nodes.constant(0.0)
         return [part.get(i, zero) for k, part in enumerate(results) for i in range(function.size1_out(k))]
 
@@ -148,12 +155,12 @@ class _Reader:
             case ca.OP_TAN:
                 cosine = self.nodes.add("inv", (self.nodes.add("cos", operands),))
                 return self.nodes.add("mul", (self.nodes.add("sin", operands), cosine))
-        return self.nodes.add(OPERATIONS.get(code, f"{UNKNOWN}{NAMES.get(code, code)}"), operands)
+        return self.nodes.add(OPERATIONS.get(code, f"{UNKNOWN_PREFIX}{NAMES.get(code, code)}"), operands)
 
     def _is_number(self, place: int) -> bool:
         """True if a value changes with the length of the step alone, and is so computed once for all."""
         op, operands, *_ = self.nodes[place]
-        return LEVELS.get(op) is Level.LENGTH or (op in FOLDED and all(map(self._is_number, operands)))
+        return LEVELS.get(op) is Level.LENGTH or (op in CONSTANT_FOLDS and all(map(self._is_number, operands)))
 
     def _sum(self, a: int, b: int) -> int:
         """A sum; of (c ? u : 0) and (not c ? v : 0), as CasADi writes it, (c ? u : v)."""

@@ -13,10 +13,10 @@ class Emission:
     """The machine that writes each operation as a line of LLVM IR."""
 
     def __init__(
-        self, graph: Graph, width: int, fused: bool, prefix: str, load: Callable[[Emission, int], str]
+        self, graph: Graph, width: int, fused_products: bool, prefix: str, load: Callable[[Emission, int], str]
     ) -> None:
         self.width = width
-        self.fused = fused
+        self.fused_products = fused_products
         self.prefix = prefix
         self.type, self.integers, self.flags = (f"<{width} x {kind}>" for kind in ("double", "i64", "i1"))
         self.lines: list[str] = []
@@ -52,7 +52,7 @@ class Emission:
         pointer = self.line(f"getelementptr {self.type}, ptr {base}, i64 {place}")
         return self.line(f"load {self.type}, ptr {pointer}")
 
-    def spread(self, base: str, place: int) -> str:
+    def broadcast(self, base: str, place: int) -> str:
         """The double at a place of an array, in every lane."""
         pointer = self.line(f"getelementptr double, ptr {base}, i64 {place}")
         return self.splat(self.line(f"load double, ptr {pointer}, align 8"))

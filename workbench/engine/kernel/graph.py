@@ -55,7 +55,7 @@ LEVELS = {
     "v": Level.STATE,
 }
 COMMUTATIVE = {name for name, row in OPERATIONS.items() if row.symmetric}
-FOLDED: Mapping[str, Callable[..., float]] = {
+CONSTANT_FOLDS: Mapping[str, Callable[..., float]] = {
     "add": lambda a, b: a + b,
     "sub": lambda a, b: a - b,
     "mul": lambda a, b: a * b,
@@ -84,7 +84,7 @@ class Graph:
         found: list[Level] = []
         length, parameters = Level.LENGTH, Level.PARAMETERS
         for op, operands, *_ in self.nodes:
-            level = LEVELS.get(op, length if op in FOLDED else parameters)
+            level = LEVELS.get(op, length if op in CONSTANT_FOLDS else parameters)
             for i in operands:
                 level = max(level, found[i])
             found.append(level)
@@ -95,7 +95,9 @@ class Graph:
         values: dict[int, float] = {}
         for place in (i for i, level in enumerate(self.levels) if level is Level.LENGTH):
             op, operands, value, _ = self.nodes[place]
-            values[place] = FOLDED[op](*(values[i] for i in operands)) if operands else h if op == "h" else value
+            values[place] = (
+                CONSTANT_FOLDS[op](*(values[i] for i in operands)) if operands else h if op == "h" else value
+            )
         return values
 
     @cached_property
@@ -126,12 +128,12 @@ class Graph:
                 stack.extend(self.nodes[place].operands)
         return sorted(needed)
 
-    def part(self, places: Iterable[int], changed: Mapping[int, Node]) -> Graph:
+    def part(self, places: Iterable[int], replacements: Mapping[int, Node]) -> Graph:
         """The graph of some of its places in order, with other nodes at some of them."""
         new: dict[int, int] = {}
         nodes: list[Node] = []
         for place in places:
-            node = changed.get(place) or self.nodes[place]
+            node = replacements.get(place) or self.nodes[place]
             if node.operands:
                 node = Node(node.op, tuple([new[i] for i in node.operands]), node.value, node.entry)
             new[place] = len(nodes)
@@ -143,11 +145,11 @@ class Nodes:
     """The nodes of a graph while it is built, each one once, with constants folded."""
 
     def __init__(self) -> None:
-        self.held: list[Node] = []
+        self.nodes: list[Node] = []
         self.places: dict[Node, int] = {}
 
     def __getitem__(self, place: int) -> Node:
-        return self.held[place]
+        return self.nodes[place]
 
     def constant(self, value: float) -> int:
         """A number; minus zero is zero, as the two are one key."""
@@ -155,20 +157,20 @@ class Nodes:
 
     def add(self, op: str, operands: tuple[int, ...] = (), value: float = 0.0, entry: int = 0) -> int:
         """The place of an operation on the values at earlier places."""
-        if op in FOLDED and self.held[operands[0]].op == "const":
-            given = [self.held[i] for i in operands]
+        if op in CONSTANT_FOLDS and self.nodes[operands[0]].op == "const":
+            given = [self.nodes[i] for i in operands]
             if all(node.op == "const" for node in given):
-                return self.constant(FOLDED[op](*[node.value for node in given]))
+                return self.constant(CONSTANT_FOLDS[op](*[node.value for node in given]))
         if op in COMMUTATIVE and operands[0] > operands[1]:
             operands = operands[::-1]
         node = Node(op, operands, value, entry)
-        place = self.places.setdefault(node, len(self.held))
-        if place == len(self.held):
-            self.held.append(node)
+        place = self.places.setdefault(node, len(self.nodes))
+        if place == len(self.nodes):
+            self.nodes.append(node)
         return place
 
 
-def opened(graph: Graph) -> Graph:
+def expand_angle_sums(graph: Graph) -> Graph:
     """The same graph, with sin(a + b) made of the sines and cosines of a and b where these are needed anyway."""
     angles = {node.operands[0] for node in graph.nodes if node.op in ("sin", "cos")}
     depth = dict.fromkeys(angles, 0)
@@ -182,7 +184,7 @@ def opened(graph: Graph) -> Graph:
         nodes.append(Node(op, operands))
         return len(nodes) - 1
 
-    def turned(op: str, angle: int) -> int:
+    def sine_or_cosine(op: str, angle: int) -> int:
         if (op, angle) not in made:
             node = graph.nodes[angle]
             summed = node.op in ("add", "sub") and angles.issuperset(node.operands) and depth[angle] <= DEEPEST
@@ -190,14 +192,14 @@ def opened(graph: Graph) -> Graph:
         return made[op, angle]
 
     def apart(op: str, node: Node) -> int:
-        (sin_a, cos_a), (sin_b, cos_b) = ((turned("sin", i), turned("cos", i)) for i in node.operands)
+        (sin_a, cos_a), (sin_b, cos_b) = ((sine_or_cosine("sin", i), sine_or_cosine("cos", i)) for i in node.operands)
         if op == "sin":
             return add(node.op, add("mul", sin_a, cos_b), add("mul", cos_a, sin_b))
         return add("sub" if node.op == "add" else "add", add("mul", cos_a, cos_b), add("mul", sin_a, sin_b))
 
     for place, node in enumerate(graph.nodes):
         if node.op in ("sin", "cos"):
-            new[place] = turned(node.op, node.operands[0])
+            new[place] = sine_or_cosine(node.op, node.operands[0])
         else:
             new[place] = len(nodes)
             operands = tuple([new[i] for i in node.operands])
@@ -205,7 +207,7 @@ def opened(graph: Graph) -> Graph:
     return Graph(tuple(nodes), tuple(new[place] for place in graph.results))
 
 
-def fused(graph: Graph) -> Graph:
+def fuse_products(graph: Graph) -> Graph:
     """The same graph without unused nodes, and with each product rounded together with the sum it is for.
 
     The product must have no other use, and change with no less than the sum: else it would be made more often.
@@ -234,7 +236,7 @@ def fused(graph: Graph) -> Graph:
     return graph.part((place for place in needed if place not in gone), changed)
 
 
-def ordered(graph: Graph) -> Graph:
+def order_nodes(graph: Graph) -> Graph:
     """The same graph in an order with few values alive at once: deepest operand first, shallowest result first."""
     height: list[int] = []
     for node in graph.nodes:

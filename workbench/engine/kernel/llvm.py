@@ -19,7 +19,7 @@ from workbench.engine.kernel import cache as disk
 
 OPTIMISATION = 2  # of the code generator; the IR is written as it shall run, and no pass goes over it
 HASTE = 0  # the same for code that is wanted at once: made in a quarter of the time, and half as fast
-KEPT = 128  # modules that stay in memory after their last user
+MOST_MODULES = 128  # modules that stay in memory after their last user
 
 llvm.initialize_native_target()
 llvm.initialize_native_asmprinter()
@@ -85,7 +85,7 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_fresh_turn)
 
 
-def compiled(ir: str, haste: bool = False) -> Native:
+def compile_module(ir: str, haste: bool = False) -> Native:
     """The module of some IR: from memory, else from disk, else from LLVM; in `haste` it may be slower code."""
     levels = (OPTIMISATION, HASTE) if haste else (OPTIMISATION,)
     with _turn:  # LLVM serves one caller at a time; a second one who wants the same module shall find it made
@@ -102,7 +102,7 @@ def compiled(ir: str, haste: bool = False) -> Native:
             module = _in_memory(code)
         _modules[key] = module
         _modules.move_to_end(key)
-        if len(_modules) > KEPT:
+        if len(_modules) > MOST_MODULES:
             _modules.popitem(last=False)
         return module
 

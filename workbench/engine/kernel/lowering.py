@@ -22,15 +22,18 @@ from workbench.engine.kernel.emission import Emission
 from workbench.engine.kernel.noise import normals_on
 from workbench.engine.kernel.plan import Plan
 from workbench.engine.machines.llvm_spelling import declarations
-from workbench.engine.machines.machine import Number
+from workbench.engine.machines.machine import MachineNumber
 
 STACK = 'alignstack(64) "stackrealign"'  # of a function that is called from code with a narrower stack
 
 
-def lower(plan: Plan, width: int, fused: bool = True, stack: str = STACK) -> str:
+def lower(plan: Plan, width: int, fused_products: bool = True, stack: str = STACK) -> str:
     """The IR of a plan for vectors of `width` runs, with `fused` products or without, and how to keep the stack."""
     truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1(<{width} x i1>)"
-    functions = [_piece(plan, width, fused, stack), *([_table(plan, width, fused, stack)] if plan.table else ())]
+    functions = [
+        _piece(plan, width, fused_products, stack),
+        *([_table(plan, width, fused_products, stack)] if plan.table else ()),
+    ]
     return "\n".join([*declarations(width), truth, *functions])
 
 
@@ -129,14 +132,14 @@ end:
 }}"""
 
 
-def _piece(plan: Plan, width: int, fused: bool, stack: str) -> str:
+def _piece(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
     nx, graph = plan.states, plan.graph
     lane = {place: i for i, place in enumerate(plan.lanes)}
     row = {place: i for i, place in enumerate(plan.table)}
 
     def outside(e: Emission, place: int) -> str:
         if place in plan.constant_places:
-            return e.spread("%constants", plan.constant_places[place])
+            return e.broadcast("%constants", plan.constant_places[place])
         return e.lane("%p_here", plan.parameters[graph.nodes[place].entry])
 
     def inside(e: Emission, place: int) -> str:
@@ -144,19 +147,22 @@ def _piece(plan: Plan, width: int, fused: bool, stack: str) -> str:
         if place in lane:
             return e.lane("%scratch", lane[place])
         if place in row:
-            return e.spread("%time_here", row[place] * width)
+            return e.broadcast("%time_here", row[place] * width)
         if node.op == "x":
             return f"%x{node.entry}"
         steps = e.splat("%k", "i64")
         return _noise(e, place, steps) if node.op == "w" else e.do("signed", steps)
 
-    before, body = Emission(graph, width, fused, "u", outside), Emission(graph, width, fused, "v", inside)
+    before, body = (
+        Emission(graph, width, fused_products, "u", outside),
+        Emission(graph, width, fused_products, "v", inside),
+    )
     before.evaluation.make(plan.per_run)
     before.store("%scratch", map(before.evaluation.value, plan.lanes))
     body.evaluation.make(plan.inside)
     ends = [body.evaluation.value(place) for place in graph.results[:nx]]
     latch, segments, ends = _segments(plan, body, ends) if plan.segments else ("step", "", ends)
-    enter, keep, last = (Emission(graph, width, fused, prefix, inside) for prefix in ("s", "t", "w"))
+    enter, keep, last = (Emission(graph, width, fused_products, prefix, inside) for prefix in ("s", "t", "w"))
     starts = [enter.lane("%x_here", i) for i in range(nx)]
     keep.store("%x_here", ends)
     keep.store("%out_here", ends)
@@ -196,7 +202,10 @@ def _segments(plan: Plan, step: Emission, ends: Sequence[str]) -> tuple[str, str
             return str(step.evaluation.value(place))  # in lines before the loop, which so are done once
         return "%s" if node.op == "s" else f"%z{node.entry}"
 
-    e, chosen = Emission(graph, width, step.fused, "q", load), Emission(graph, width, step.fused, "c", load)
+    e, chosen = (
+        Emission(graph, width, step.fused_products, "q", load),
+        Emission(graph, width, step.fused_products, "c", load),
+    )
     begins = [step.evaluation.value(place) for place in places.start]
     several = step.evaluation.truth(places.several).value
     e.evaluation.make(plan.aside)
@@ -221,30 +230,33 @@ def _noise(e: Emission, place: int, steps: str) -> str:
     """A normal number at some steps, made together with all others of these steps."""
     noise = {i: node.entry for i, node in enumerate(e.evaluation.graph.nodes) if node.op == "w"}
     names: list[str] = normals_on(e, e.splat("%seed", "i64"), "%key", steps, 1 + max(noise.values()))
-    e.evaluation.numbers |= {i: Number(e, names[entry]) for i, entry in noise.items()}
+    e.evaluation.numbers |= {i: MachineNumber(e, names[entry]) for i, entry in noise.items()}
     return names[noise[place]]
 
 
 def _any_finite(e: Emission, states: list[str]) -> None:
     """The line that says if this or an earlier block has a run with finite states: of a finite number, x - x is 0."""
-    total = reduce(Number.__add__, [Number(e, x) - Number(e, x) for x in states])
+    total = reduce(MachineNumber.__add__, [MachineNumber(e, x) - MachineNumber(e, x) for x in states])
     some = _some(e, total.compare("eq", total).value)
     e.lines.append(f"  %alive1 = or i1 %alive, {some}")
 
 
-def _table(plan: Plan, width: int, fused: bool, stack: str) -> str:
+def _table(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
     graph = plan.graph
 
     def outside(e: Emission, place: int) -> str:
         node = graph.nodes[place]
         if place in plan.constant_places:
-            return e.spread("%constants", plan.constant_places[place])
-        return e.spread("%p", plan.parameters[node.entry] * width)
+            return e.broadcast("%constants", plan.constant_places[place])
+        return e.broadcast("%p", plan.parameters[node.entry] * width)
 
     def inside(e: Emission, place: int) -> str:
         return "%time" if graph.nodes[place].op == "k" else before.evaluation.value(place)
 
-    before, body = Emission(graph, width, fused, "u", outside), Emission(graph, width, fused, "v", inside)
+    before, body = (
+        Emission(graph, width, fused_products, "u", outside),
+        Emission(graph, width, fused_products, "v", inside),
+    )
     before.evaluation.make(plan.behind_table)
     body.evaluation.make(plan.per_step)
     body.store("%table_here", map(body.evaluation.value, plan.table))

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.job import BLOCKS_OF_A_LOT, Job, Piece, Progress, crew, lots, stages
+from workbench.engine.job import BLOCKS_OF_A_LOT, Job, JobPiece, Progress, lots, parallel_map, stages
 from workbench.engine.kernel import llvm
 from workbench.engine.kernel.lowering import lower
 from workbench.engine.kernel.plan import Plan
@@ -23,7 +23,7 @@ ALIGNMENT = 64  # bytes: what the widest vector loads ask for
 
 
 # The steps of blocks that each plan has marched in this process.
-_marched: WeakKeyDictionary[Plan, int] = WeakKeyDictionary()
+_steps_marched: WeakKeyDictionary[Plan, int] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +37,9 @@ class Kernel:
 
 
 @lru_cache(maxsize=256)
-def kernel(plan: Plan, width: int, haste: bool = False, fused: bool = True) -> Kernel:
+def kernel(plan: Plan, width: int, haste: bool = False, fused_products: bool = True) -> Kernel:
     """The kernel of a plan, `width` runs side by side, with `fused` products or without; in `haste` slower code."""
-    module = llvm.compiled(_ir(plan, width, fused), haste)
+    module = llvm.compile_module(_ir(plan, width, fused_products), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
     piece = module.function("workbench_piece", *[number] * 7, *[pointer] * 7, result=ctypes.c_bool)
     table = module.function("workbench_table", *[number] * 2, *[pointer] * 3) if plan.table else None
@@ -56,10 +56,10 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     made, parts = _kernel(job, kept, width), lots(job, width)
     done, total = 0.0, kept * job.stride
 
-    def advance(stage: list[Piece], lot: slice) -> None:
+    def advance(stage: list[JobPiece], lot: slice) -> None:
         _advance(made, job, lot, x[lot], stage)
 
-    with crew(len(parts)) as each:
+    with parallel_map(len(parts)) as each:
         for stage in stages(job, kept, width * min(BLOCKS_OF_A_LOT, -(-len(x) // width))):
             length = sum(piece.length for piece in stage)
             for _ in each(partial(advance, stage), parts):
@@ -72,22 +72,22 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
                 break
 
 
-def _kernel(job: Job, kept: int, width: int) -> Kernel:
+def _kernel(job: Job, kept_rows: int, width: int) -> Kernel:
     """The kernel of a job, compiled with few optimisations as long as its plan has marched little."""
     plan = job.plan
-    steps = _marched.get(plan, 0) + -(-len(job.p) // width) * kept * job.stride
-    _marched[plan] = steps
-    return kernel(plan, width, steps < WORTH_COMPILING, job.fused)
+    steps = _steps_marched.get(plan, 0) + -(-len(job.p) // width) * kept_rows * job.stride
+    _steps_marched[plan] = steps
+    return kernel(plan, width, steps < WORTH_COMPILING, job.fused_products)
 
 
-def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -> None:
+def _advance(compiled_kernel: Kernel, job: Job, lot: slice, x: Array, stage: list[JobPiece]) -> None:
     """Fill the rows of a stage in x (runs, rows, nx); a block that is not full repeats its last run."""
     runs, _, nx = x.shape
-    plan, width, blocks = made.plan, made.width, -(-runs // made.width)
+    plan, width, blocks = compiled_kernel.plan, compiled_kernel.width, -(-runs // compiled_kernel.width)
     fill = np.minimum(np.arange(blocks * width), runs - 1)
 
     def lanes(rows: Array) -> Array:
-        return _aligned(rows[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
+        return _align(rows[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
 
     first, end = stage[0].row, stage[-1].row + stage[-1].rows
     p, state, keys = lanes(job.p[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
@@ -95,14 +95,14 @@ def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -
     out = _room(blocks, end - first, nx, width)
     scratch, table = _room(len(plan.lanes), width), _room(groups, len(plan.table), width)
     # all of it is held while the march runs
-    memory = (_aligned(keys), _constants(plan, job.step.h), p, scratch, table, state, out)
+    memory = (_align(keys), _constants(plan, job.step.h), p, scratch, table, state, out)
     places = [array.ctypes.data for array in memory]
     seed, done = job.seed - (job.seed >> 63 << 64), end
     for piece in stage:
-        if made.table:
-            made.table(-(-piece.length // width), piece.begin, *places[1:3], places[4])
+        if compiled_kernel.table:
+            compiled_kernel.table(-(-piece.length // width), piece.begin, *places[1:3], places[4])
         row = piece.row - first
-        alive = made.piece(blocks, piece.rows, piece.steps, piece.begin, row, end - first, seed, *places)
+        alive = compiled_kernel.piece(blocks, piece.rows, piece.steps, piece.begin, row, end - first, seed, *places)
         if piece.whole and not alive:  # no run is finite any more
             done = piece.row + piece.rows
             break
@@ -112,7 +112,7 @@ def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -
 
 @lru_cache(maxsize=256)
 def _constants(plan: Plan, h: float) -> Array:
-    return _aligned(np.array(plan.constants(h)))
+    return _align(np.array(plan.constants(h)))
 
 
 def _room(*shape: int, kind: type[float | np.generic] = float) -> Array:
@@ -123,7 +123,7 @@ def _room(*shape: int, kind: type[float | np.generic] = float) -> Array:
     return room[start : start + size].reshape(shape)
 
 
-def _aligned(array: Array | Integers) -> Array:
+def _align(array: Array | Integers) -> Array:
     room = _room(*array.shape, kind=array.dtype.type)
     room[...] = array
     return room

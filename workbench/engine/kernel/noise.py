@@ -22,11 +22,11 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.machines.elementary_functions import COSINE, SINE
-from workbench.engine.machines.machine import Machine, Number, Value, Word, select
+from workbench.engine.machines.machine import Machine, MachineNumber, MachineWord, Value, select
 from workbench.engine.machines.numpy_spelling import Arrays
 
-ARRAYS = Arrays(fused=False)
-Words = tuple[Word[Value], Word[Value], Word[Value], Word[Value]]
+ARRAYS = Arrays(fused_products=False)
+Words = tuple[MachineWord[Value], MachineWord[Value], MachineWord[Value], MachineWord[Value]]
 
 STEP_BITS = 32  # beyond 2^32 steps a counter would repeat an earlier one
 BLOCK = 2**14  # counters at a time: what is made of them stays in the cache
@@ -70,7 +70,7 @@ def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
     for first in range(0, len(out), size):
         run, step = np.divmod(np.arange(first, min(first + size, len(out))), len(steps))
         of_run, of_step = run_words[run, np.newaxis], step_words[step, np.newaxis]
-        key, one, k, index = (Word(ARRAYS, word) for word in (np.uint64(seed), of_run, of_step, pairs))
+        key, one, k, index = (MachineWord(ARRAYS, word) for word in (np.uint64(seed), of_run, of_step, pairs))
         made = pair(key, one, k, index)
         out[first : first + size, :, 0], out[first : first + size, :, 1] = (number.value for number in made)
     return out.reshape(len(runs), len(steps), 2 * len(pairs))[:, :, :entries]
@@ -78,16 +78,16 @@ def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
 
 def normals_on(machine: Machine[Value], seed: Value, run: Value, step: Value, entries: int) -> list[Value]:
     """The first entries of a step of a run on a machine, from its words of seed, run and step, in their ranges."""
-    first, second, third = (Word(machine, word) for word in (seed, run, step))
+    first, second, third = (MachineWord(machine, word) for word in (seed, run, step))
     made: list[Value] = []
     for index in range((entries + 1) // 2):
-        made += (number.value for number in pair(first, second, third, Word(machine, machine.word(index))))
+        made += (number.value for number in pair(first, second, third, MachineWord(machine, machine.word(index))))
     return made[:entries]
 
 
 def pair(
-    seed: Word[Value], run: Word[Value], step: Word[Value], index: Word[Value]
-) -> tuple[Number[Value], Number[Value]]:
+    seed: MachineWord[Value], run: MachineWord[Value], step: MachineWord[Value], index: MachineWord[Value]
+) -> tuple[MachineNumber[Value], MachineNumber[Value]]:
     """The entries 2 index and 2 index + 1 of a step of a run."""
     words = philox((run & LOW, run >> 32, step, index), (seed & LOW, seed >> 32))
     radius = (logarithm(uniform(words[1] << 32 | words[0])) * -2.0).do("sqrt")
@@ -95,7 +95,7 @@ def pair(
     return radius * c, radius * s
 
 
-def philox(counter: Words[Value], key: tuple[Word[Value], Word[Value]]) -> Words[Value]:
+def philox(counter: Words[Value], key: tuple[MachineWord[Value], MachineWord[Value]]) -> Words[Value]:
     """Philox4x32-10: four words of 32 bits from four, one to one under every key."""
     x0, x1, x2, x3 = counter
     for i in range(ROUNDS):
@@ -106,12 +106,12 @@ def philox(counter: Words[Value], key: tuple[Word[Value], Word[Value]]) -> Words
     return x0 & LOW, x1 & LOW, x2 & LOW, x3 & LOW
 
 
-def uniform(bits: Word[Value]) -> Number[Value]:
+def uniform(bits: MachineWord[Value]) -> MachineNumber[Value]:
     """(k + 1/2) / 2^52 from the first 52 bits k: never 0, never 1, and exact."""
     return (bits >> 12 | ONE).number - (1 - 2**-53)
 
 
-def circle(bits: Word[Value]) -> tuple[Number[Value], Number[Value]]:
+def circle(bits: MachineWord[Value]) -> tuple[MachineNumber[Value], MachineNumber[Value]]:
     """A point on the unit circle: 52 bits make an angle within pi / 4, two more reflect it into all quarters."""
     angle = (uniform(bits) - 0.5) * HALF_PI
     square = angle * angle
@@ -122,7 +122,7 @@ def circle(bits: Word[Value]) -> tuple[Number[Value], Number[Value]]:
     return select(turned, sine, cosine), select(turned, cosine, sine)
 
 
-def logarithm(x: Number[Value]) -> Number[Value]:
+def logarithm(x: MachineNumber[Value]) -> MachineNumber[Value]:
     """ln x for normal x > 0, to the last bit or two: x = 2^n m with m within a factor sqrt(2) of one.
 
     With f = m - 1 and s = f / (2 + f) it is ln m = f - (f^2/2 - s (f^2/2 + R(s^2))), as in fdlibm.
@@ -136,7 +136,7 @@ def logarithm(x: Number[Value]) -> Number[Value]:
     return n * LN_2[0] - ((half - tail) - f)
 
 
-def polynomial(x: Number[Value], coefficients: Sequence[float]) -> Number[Value]:
+def polynomial(x: MachineNumber[Value], coefficients: Sequence[float]) -> MachineNumber[Value]:
     """The value of a polynomial by Horner's rule, highest power first, every product and every sum rounded."""
     result = x * coefficients[0] + coefficients[1]
     for coefficient in coefficients[2:]:

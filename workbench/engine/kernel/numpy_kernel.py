@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.job import Job, Piece, Progress, crew, pieces
+from workbench.engine.job import Job, JobPiece, Progress, parallel_map, pieces
 from workbench.engine.kernel.plan import Evaluation, Plan
 from workbench.engine.kernel.tape import Line, Tape, play
 from workbench.engine.machines.numpy_spelling import Arrays, Lanes
@@ -29,17 +29,17 @@ def march(job: Job, x: Array, tell: Progress) -> None:
     parts = [np.arange(first, min(first + RUNS_AT_ONCE, len(x))) for first in range(0, len(x), RUNS_AT_ONCE)]
     done, total = 0.0, (x.shape[1] - 1) * job.stride
 
-    def advance(piece: Piece, lot: Integers) -> None:
+    def advance(piece: JobPiece, lot: Integers) -> None:
         _advance(job, lot, x, piece)
 
-    with crew(len(parts)) as each:
+    with parallel_map(len(parts)) as each:
         for piece in pieces(job, x.shape[1] - 1):
             for _ in each(partial(advance, piece), parts):
                 done += piece.length / len(parts)
                 tell(min(done / total, 1.0))
 
 
-class Loop(NamedTuple):
+class TapeLoop(NamedTuple):
     """Lines on a tape with their constants, the places of the nodes that come in, and the places of some results."""
 
     lines: list[Line]
@@ -48,17 +48,17 @@ class Loop(NamedTuple):
     results: list[int]
 
     @staticmethod
-    def of(plan: Plan, fused: bool, made: Sequence[int], results: Sequence[int]) -> Loop:
+    def of(plan: Plan, fused_products: bool, nodes: Sequence[int], results: Sequence[int]) -> TapeLoop:
         """The loop that makes some nodes of a plan, and of them the results."""
-        tape, sources = Tape(fused), dict[int, int]()
+        tape, sources = Tape(fused_products), dict[int, int]()
 
         def load(node: int) -> int:
             return sources.setdefault(node, tape.place(node))
 
         evaluation = Evaluation(plan.graph, tape, load)
-        evaluation.make(made)
+        evaluation.make(nodes)
         places = [evaluation.value(place) for place in results]
-        return Loop(tape.lines(places), tape.constants, sources, places)
+        return TapeLoop(tape.lines(places), tape.constants, sources, places)
 
     def play(self, values: Mapping[int, Lanes]) -> list[Lanes]:
         """The results from the values of the nodes that come in."""
@@ -68,21 +68,21 @@ class Loop(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _loops(plan: Plan, fused: bool) -> tuple[Loop, Loop | None, tuple[int, ...]]:
+def _loops(plan: Plan, fused_products: bool) -> tuple[TapeLoop, TapeLoop | None, tuple[int, ...]]:
     """The loop of a step, that of a segment of it, and the nodes that the first makes for the second."""
     results, segments = plan.graph.results[: plan.states], plan.segments
     if segments is None:
-        return Loop.of(plan, fused, plan.inside, results), None, ()
-    segment = Loop.of(plan, fused, plan.aside, (segments.more, segments.end, *segments.ends))
+        return TapeLoop.of(plan, fused_products, plan.inside, results), None, ()
+    segment = TapeLoop.of(plan, fused_products, plan.aside, (segments.more, segments.end, *segments.ends))
     inside = set(plan.inside)
     lent = tuple(node for node in segment.sources if node in inside)
     wanted = (*results, segments.several, *segments.start, *lent)
-    return Loop.of(plan, fused, plan.inside, wanted), segment, lent
+    return TapeLoop.of(plan, fused_products, plan.inside, wanted), segment, lent
 
 
-def _advance(job: Job, lot: Integers, x: Array, piece: Piece) -> None:
+def _advance(job: Job, lot: Integers, x: Array, piece: JobPiece) -> None:
     plan, nodes, part = job.plan, job.plan.graph.nodes, job.part(lot, job.stride, job.begin)
-    loop, segment, lent = _loops(plan, job.fused)
+    loop, segment, lent = _loops(plan, job.fused_products)
     steps = np.arange(piece.begin, piece.begin + piece.length)
     per_run = _values(job, plan.per_run, plan.lanes, part.p.T)
     per_step = _values(job, plan.behind_table + plan.per_step, plan.table, part.p[0], steps.astype(float))
@@ -113,7 +113,7 @@ def _noise(job: Job, steps: Integers) -> Iterator[Array]:
 
 
 def _march_segments(
-    plan: Plan, loop: Loop, values: Mapping[int, Lanes], state: Array, several: Lanes, start: Sequence[Lanes]
+    plan: Plan, loop: TapeLoop, values: Mapping[int, Lanes], state: Array, several: Lanes, start: Sequence[Lanes]
 ) -> None:
     """Put the states at the end of a step into `state` (nx, B) for the runs in which it has several segments."""
     runs = np.flatnonzero(several)
@@ -138,7 +138,7 @@ def _march_segments(
 
 
 def _values(
-    job: Job, places: Sequence[int], wanted: Sequence[int], p: Array, k: Array | None = None
+    job: Job, places: Sequence[int], results: Sequence[int], p: Array, k: Array | None = None
 ) -> dict[int, Lanes]:
     """The values of some of the nodes that are made outside the loop, from the parameters p and the steps k."""
     numbers, nodes = job.plan.graph.numbers(job.step.h), job.plan.graph.nodes
@@ -151,7 +151,7 @@ def _values(
             return k
         return np.ascontiguousarray(p[nodes[place].entry])
 
-    evaluation = Evaluation(job.plan.graph, Arrays(job.fused), load)
+    evaluation = Evaluation(job.plan.graph, Arrays(job.fused_products), load)
     with np.errstate(all="ignore"):
         evaluation.make(places)
-        return {place: evaluation.value(place) for place in wanted}
+        return {place: evaluation.value(place) for place in results}

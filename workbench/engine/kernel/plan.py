@@ -7,21 +7,21 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Generic, NamedTuple
 
-from workbench.core import Step
-from workbench.engine.kernel.barriers import rewritten
+from workbench.core import StepMap
 from workbench.engine.kernel.casadi_to_graph import read, read_segments
 from workbench.engine.kernel.graph import Graph, Level, Node
-from workbench.engine.kernel.stages import stepped
+from workbench.engine.kernel.graph_rewriting import rewrite
+from workbench.engine.kernel.step_graph import step_graph
 from workbench.engine.machines.elementary_functions import Angle
-from workbench.engine.machines.formula_table import IN_DOUBLE, QUARTERS, Functions
-from workbench.engine.machines.machine import Machine, Number, Truth, Value, select
+from workbench.engine.machines.formula_table import IN_DOUBLE, QUARTERS, FormulaTable
+from workbench.engine.machines.machine import Machine, MachineNumber, MachineTruth, Value, select
 from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
 PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)
 
 
-class Segmented(NamedTuple):
+class SegmentPlaces(NamedTuple):
     """The places of the results of a step that may have several segments."""
 
     several: int
@@ -46,15 +46,15 @@ class Plan:
     table: tuple[int, ...]  # the same, made once a step
 
     @staticmethod
-    def of_step(step: Step, varied: tuple[int, ...], segments: bool = True) -> Plan:
+    def of_step(step: StepMap, varied_parameters: tuple[int, ...], segments: bool = True) -> Plan:
         """The plan of a step's graph, made once for all lengths; of `graph_of` with its segments or without."""
-        return _planned(graph_of(step, segments), varied, step.states.size)
+        return _plan_of(graph_of(step, segments), varied_parameters, step.states.size)
 
     @staticmethod
-    def of(graph: Graph, varied: Iterable[int], states: int | None = None) -> Plan:
+    def of(graph: Graph, varied_parameters: Iterable[int], states: int | None = None) -> Plan:
         """The plan where the parameters `varied` differ from run to run; of a graph with segments, so many `states`."""
         states = len(graph.results) if states is None else states
-        moving = graph.after("p", set(varied))
+        moving = graph.after("p", set(varied_parameters))
         groups: dict[Level, list[int]] = {level: [] for level in Level}
         for place, level in enumerate(graph.levels):
             groups[Level.STATE if level is Level.TIME and place in moving else level].append(place)
@@ -78,11 +78,11 @@ class Plan:
         )
 
     @cached_property
-    def segments(self) -> Segmented | None:
+    def segments(self) -> SegmentPlaces | None:
         """The results of a step that may have several segments; None of any other."""
         more = self.graph.results[self.states :]
         n = (len(more) - 3) // 2
-        return Segmented(more[0], more[1 : n + 1], more[n + 1], more[n + 2], more[n + 3 :]) if more else None
+        return SegmentPlaces(more[0], more[1 : n + 1], more[n + 1], more[n + 2], more[n + 3 :]) if more else None
 
     @cached_property
     def behind_table(self) -> tuple[int, ...]:
@@ -105,28 +105,28 @@ class Plan:
         return {i: place for place, i in enumerate(sorted(n.entry for n in self.graph.nodes if n.op == "p"))}
 
 
-def graph_of(step: Step, segments: bool = True) -> Graph:
+def graph_of(step: StepMap, segments: bool = True) -> Graph:
     """The graph of a step as every kernel evaluates it, made once for all lengths; refused as by `read`.
 
     Without its segments it serves runs that have no switch within a step, with the same bits.
     """
     parts = read_segments(step) if segments else None
-    parts = None if parts is None else _rewritten(parts)
-    return _stepped(pass_of(step), int(step.rule.rate.numel()), parts, step.rule.method)
+    parts = None if parts is None else _rewrite(parts)
+    return _step_graph(pass_of(step), int(step.rule.rate.numel()), parts, step.rule.method)
 
 
-def pass_of(step: Step) -> Graph:
+def pass_of(step: StepMap) -> Graph:
     """The graph of a step's rates and updates, as every stage of it evaluates them; refused as by `read`."""
-    return _rewritten(read(step))
+    return _rewrite(read(step))
 
 
-_rewritten = lru_cache(maxsize=128)(rewritten)
-_stepped = lru_cache(maxsize=128)(stepped)
+_rewrite = lru_cache(maxsize=128)(rewrite)
+_step_graph = lru_cache(maxsize=128)(step_graph)
 
 
 @lru_cache(maxsize=128)
-def _planned(graph: Graph, varied: tuple[int, ...], states: int) -> Plan:
-    return Plan.of(graph, varied, states)
+def _plan_of(graph: Graph, varied_parameters: tuple[int, ...], states: int) -> Plan:
+    return Plan.of(graph, varied_parameters, states)
 
 
 def _is_plain(node: Node) -> bool:
@@ -137,14 +137,14 @@ class Evaluation(Generic[Value]):
     """The evaluation of nodes in their order; a value that is not made here is loaded when it is first needed."""
 
     def __init__(
-        self, graph: Graph, machine: Machine[Value], load: Callable[[int], Value], functions: Functions = IN_DOUBLE
+        self, graph: Graph, machine: Machine[Value], load: Callable[[int], Value], functions: FormulaTable = IN_DOUBLE
     ) -> None:
         self.graph = graph
         self.machine = machine
         self.load = load
         self.functions = functions
-        self.numbers: dict[int, Number[Value]] = {}
-        self.truths: dict[int, Truth[Value]] = {}
+        self.numbers: dict[int, MachineNumber[Value]] = {}
+        self.truths: dict[int, MachineTruth[Value]] = {}
         self.angles: dict[int, Angle[Value]] = {}
 
     def make(self, places: Iterable[int]) -> None:
@@ -156,18 +156,18 @@ class Evaluation(Generic[Value]):
         """The machine's own object for a value."""
         return self.number(place).value
 
-    def number(self, place: int) -> Number[Value]:
+    def number(self, place: int) -> MachineNumber[Value]:
         """A value as a number: 1 or 0 for a truth."""
         node = self.graph.nodes[place]
         if node.op == "const" and node.value in PLAIN:
-            return Number(self.machine, self.machine.constant(node.value))
+            return MachineNumber(self.machine, self.machine.constant(node.value))
         if place not in self.numbers:
             truth = self.truths.get(place)
-            made = select(truth, 1.0, 0.0) if truth else Number(self.machine, self.load(place))
+            made = select(truth, 1.0, 0.0) if truth else MachineNumber(self.machine, self.load(place))
             self.numbers[place] = made
         return self.numbers[place]
 
-    def truth(self, place: int) -> Truth[Value]:
+    def truth(self, place: int) -> MachineTruth[Value]:
         """A value as a truth: nonzero is true."""
         if place not in self.truths:
             self.truths[place] = self.number(place).compare("ne", 0.0)
@@ -184,12 +184,12 @@ class Evaluation(Generic[Value]):
         else:
             given = map(self.number, operands) if op in OF_NUMBERS else self._operands(op, operands)
             made = self.functions.formulas[op](*given)
-            if isinstance(made, Number):
+            if isinstance(made, MachineNumber):
                 self.numbers[place] = made
             else:
-                assert isinstance(made, Truth)
+                assert isinstance(made, MachineTruth)
                 self.truths[place] = made
 
-    def _operands(self, op: str, places: Sequence[int]) -> Iterator[Number[Value] | Truth[Value]]:
+    def _operands(self, op: str, places: Sequence[int]) -> Iterator[MachineNumber[Value] | MachineTruth[Value]]:
         kinds = zip(places, OPERATIONS[op].operands, strict=True)
         return (self.truth(i) if kind is Kind.TRUTH else self.number(i) for i, kind in kinds)

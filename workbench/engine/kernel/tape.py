@@ -15,8 +15,8 @@ Line = tuple[int, Callable[..., Lanes], tuple[int, ...], tuple[int, ...]]
 class Tape:
     """A machine that records operations, each one once; a value is its place among those of a play."""
 
-    def __init__(self, fused: bool) -> None:
-        self.fused = fused
+    def __init__(self, fused_products: bool) -> None:
+        self.fused_products = fused_products
         self.places: dict[object, int] = {}
         self.notes: dict[int, tuple[Callable[..., Lanes], tuple[int, ...]]] = {}
         self.constants: dict[int, Lanes] = {}

@@ -29,7 +29,7 @@ Place: TypeAlias = Index | int  # one that is known while the program is written
 Room = NDArray[np.number]
 
 
-class Machine(Protocol[Vector, Pointer, Index]):
+class LoopMachine(Protocol[Vector, Pointer, Index]):
     """The operations from which a program is made."""
 
     def do(self, operation: str, *operands: Vector) -> Vector:
@@ -185,7 +185,7 @@ class LoopCode:
 
     # what a program needs beside the machine
 
-    def spread(self, array: str, index: Place[str]) -> str:
+    def broadcast(self, array: str, index: Place[str]) -> str:
         """The double at a place of an array of doubles, in every lane."""
         place = self.line(f"getelementptr double, ptr {array}, i64 {index}")
         number = self.line(f"load double, ptr {place}, align 8")

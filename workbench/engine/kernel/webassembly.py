@@ -17,11 +17,11 @@ from workbench.engine.machines.webassembly_spelling import FEATURES, TRIPLE, WID
 MEMORY = "env", "__linear_memory"
 MAGIC = b"\0asm\1\0\0\0"
 CUSTOM, TYPES, IMPORTS, FUNCTIONS, EXPORTS, CODE = 0, 1, 2, 3, 7, 10  # sections, by WebAssembly 1.0, section 5.5
-SYMBOLS, FUNCTION, UNDEFINED = 8, 0, 0x10  # of the "linking" section, by the tools' conventions for objects
+SYMBOLS, FUNCTION, UNDEFINED_FLAG = 8, 0, 0x10  # of the "linking" section, by the tools' conventions for objects
 
 
 @lru_cache(maxsize=64)
-def compiled(plan: Plan) -> bytes:
+def compile_plan(plan: Plan) -> bytes:
     """The module of a plan: it imports its memory, and exports the functions of `lowering`, without fused products.
 
     Raises
@@ -29,19 +29,19 @@ def compiled(plan: Plan) -> bytes:
     ValueError
         If the code needs more than memory.
     """
-    ir = lower(plan, WIDTH, fused=False, stack="")
+    ir = lower(plan, WIDTH, fused_products=False, stack="")
     return callable_module(llvm.object_for(ir, TRIPLE, FEATURES))
 
 
 def callable_module(code: bytes) -> bytes:
     """The module of an object file, its own functions exported by their names."""
     parts = dict(_sections(code))
-    names = [name for name in _imported(parts[IMPORTS]) if name != MEMORY]
+    names = [name for name in _imports(parts[IMPORTS]) if name != MEMORY]
     strangers = set(parts) - {CUSTOM, TYPES, IMPORTS, FUNCTIONS, CODE}
     if names or strangers:
         needs = ", ".join([*map(".".join, names), *(f"section {number}" for number in strangers)])
         raise ValueError(f"`compiled(plan)` must need nothing but memory in a browser; its code needs {needs}.")
-    exports = [_text(name) + b"\0" + _leb(index) for name, index in _defined(parts[CUSTOM])]
+    exports = [_text(name) + b"\0" + _leb(index) for name, index in _defined_functions(parts[CUSTOM])]
     parts[EXPORTS] = _leb(len(exports)) + b"".join(exports)
     kept = (TYPES, IMPORTS, FUNCTIONS, EXPORTS, CODE)
     return MAGIC + b"".join(bytes([number]) + _leb(len(parts[number])) + parts[number] for number in kept)
@@ -96,7 +96,7 @@ def _sections(code: bytes) -> Iterator[tuple[int, bytes]]:
             yield CUSTOM, part[inner.place :]
 
 
-def _imported(section: bytes) -> Iterator[tuple[str, str]]:
+def _imports(section: bytes) -> Iterator[tuple[str, str]]:
     """The names of all imports, each with its module."""
     reader = _Reader(section)
     for _ in range(reader.number()):
@@ -111,9 +111,9 @@ def _imported(section: bytes) -> Iterator[tuple[str, str]]:
             reader.limits()
 
 
-def _defined(linking: bytes) -> Iterator[tuple[str, int]]:
+def _defined_functions(section: bytes) -> Iterator[tuple[str, int]]:
     """The functions that the symbol table defines, with their indices."""
-    reader = _Reader(linking)
+    reader = _Reader(section)
     reader.number()  # the version
     while reader.more:
         kind, inner = reader.number(), _Reader(reader.bytes(reader.number()))
@@ -121,7 +121,7 @@ def _defined(linking: bytes) -> Iterator[tuple[str, int]]:
             if inner.number() != FUNCTION:
                 return  # functions come first
             flags, index = inner.number(), inner.number()
-            if not flags & UNDEFINED:
+            if not flags & UNDEFINED_FLAG:
                 yield inner.text(), index
 
 

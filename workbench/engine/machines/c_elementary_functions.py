@@ -7,12 +7,12 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from workbench.engine.machines.c_primitives import HARDWARE, NEEDS, PRIMITIVES, primitive
 from workbench.engine.machines.c_real import DOUBLE, SINGLE, Real, word_text
-from workbench.engine.machines.c_spelling import formatted
-from workbench.engine.machines.formula_table import IN_DOUBLE, IN_SINGLE, QUARTERS, Functions
-from workbench.engine.machines.machine import Number
+from workbench.engine.machines.c_spelling import format_operation
+from workbench.engine.machines.formula_table import IN_DOUBLE, IN_SINGLE, QUARTERS, FormulaTable
+from workbench.engine.machines.machine import MachineNumber
 from workbench.engine.machines.operations import OPERATIONS, Kind
 
-FUNCTIONS: Mapping[Real, Functions] = {DOUBLE: IN_DOUBLE, SINGLE: IN_SINGLE}
+FUNCTIONS: Mapping[Real, FormulaTable] = {DOUBLE: IN_DOUBLE, SINGLE: IN_SINGLE}
 ABOUT = {
     "sin": "The sine; not a number beyond 1e12 rad.",
     "cos": "The cosine; not a number beyond 1e12 rad.",
@@ -40,8 +40,8 @@ LETTERS = {Kind.NUMBER: "v", Kind.WORD: "w", Kind.TRUTH: "t"}  # of variables
 class Lines:
     """The machine that writes each operation as a line of C, and lists the primitives that it calls."""
 
-    def __init__(self, real: Real, prefix: str, fused: bool = False) -> None:
-        self.real, self.prefix, self.fused = real, prefix, fused
+    def __init__(self, real: Real, prefix: str, fused_products: bool = False) -> None:
+        self.real, self.prefix, self.fused_products = real, prefix, fused_products
         self.calls: set[str] = set()
         self.lines: list[str] = []
 
@@ -51,7 +51,7 @@ class Lines:
             self.calls.add(operation)
             text = f"{self.prefix}_{operation}{self.real.mark}({', '.join(operands)})"
         else:
-            text = formatted(operation, operands, self.real)
+            text = format_operation(operation, operands, self.real)
         kind = OPERATIONS[operation].result
         name = f"{LETTERS[kind]}{len(self.lines)}"
         type_ = {Kind.NUMBER: self.real.type, Kind.WORD: self.real.word, Kind.TRUTH: "bool"}[kind]
@@ -97,7 +97,7 @@ def _with_needs(name: str, hardware: Collection[str]) -> Iterator[str]:
 def _function(machine: Lines, name: str) -> str:
     prefix, real, functions = machine.prefix, machine.real, FUNCTIONS[machine.real]
     names = OPERATIONS["sin" if name == "turn" else name].arguments
-    given = [Number(machine, argument) for argument in names]
+    given = [MachineNumber(machine, argument) for argument in names]
     if name == "turn":
         angle = functions.reduce_angle(*given)
         results = [functions.sine_or_cosine(angle, quarter).value for quarter in QUARTERS.values()]

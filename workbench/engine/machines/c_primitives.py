@@ -38,12 +38,12 @@ def primitive(prefix: str, real: Real, name: str, hardware: Collection[str] = ()
     """The definition of a primitive of a format, of the processor's own where that is asked for."""
     words = numbers_of(real)
 
-    def meant(found: re.Match[str]) -> str:
-        if found["own"]:
-            return f"{prefix}_{found['own']}{real.mark}"
-        return f"{found['library']}{real.mark}" if found["library"] else words[found["word"]]
+    def replacement(match: re.Match[str]) -> str:
+        if match["own"]:
+            return f"{prefix}_{match['own']}{real.mark}"
+        return f"{match['library']}{real.mark}" if match["library"] else words[match["word"]]
 
-    return PLACEHOLDER.sub(meant, HARDWARE[name] if name in hardware else PRIMITIVES[name])
+    return PLACEHOLDER.sub(replacement, HARDWARE[name] if name in hardware else PRIMITIVES[name])
 
 
 @lru_cache
@@ -54,7 +54,7 @@ def numbers_of(real: Real) -> Mapping[str, str]:
     return {
         "REAL": real.type,
         "WORD": real.word,
-        "INTEGER": real.signed,
+        "INTEGER": real.signed_word,
         "BIAS": str(bias),
         "DIGITS": f"{real.digits}u",
         "STEPS": str(real.digits + 2),

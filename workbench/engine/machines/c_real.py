@@ -13,7 +13,7 @@ class Real(NamedTuple):
 
     type: str
     word: str
-    signed: str
+    signed_word: str
     bits: int
     digits: int  # binary digits behind the point of the mantissa
     suffix: str

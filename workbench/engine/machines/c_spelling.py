@@ -9,7 +9,7 @@ from typing import NamedTuple
 from workbench.engine.machines.c_real import Real
 from workbench.engine.machines.operations import OPERATIONS, Tightness
 
-CHOICE, LOGIC, ORDER, SUM, PRODUCT, SIGNED, ATOM = Tightness
+CHOICE, LOGIC, ORDER, SUM, PRODUCT, UNARY, ATOM = Tightness
 
 
 class Form(NamedTuple):
@@ -21,14 +21,14 @@ class Form(NamedTuple):
 
 # {real} and {integer} stand for the type of a number and of a signed word as wide, {one} for the number 1.
 SPELLING: Mapping[str, Form] = {
-    "add": Form("{} + {}", (SUM, SIGNED)),
-    "sub": Form("{} - {}", (SUM, SIGNED)),
-    "mul": Form("{} * {}", (PRODUCT, SIGNED)),
-    "fma": Form("({} * {}) + {}", (PRODUCT, SIGNED, SIGNED)),
-    "fms": Form("({} * {}) - {}", (PRODUCT, SIGNED, SIGNED)),
-    "fnma": Form("{2} - ({0} * {1})", (PRODUCT, SIGNED, SUM)),
-    "div": Form("{} / {}", (PRODUCT, SIGNED)),
-    "inv": Form("{one} / {}", (SIGNED,)),
+    "add": Form("{} + {}", (SUM, UNARY)),
+    "sub": Form("{} - {}", (SUM, UNARY)),
+    "mul": Form("{} * {}", (PRODUCT, UNARY)),
+    "fma": Form("({} * {}) + {}", (PRODUCT, UNARY, UNARY)),
+    "fms": Form("({} * {}) - {}", (PRODUCT, UNARY, UNARY)),
+    "fnma": Form("{2} - ({0} * {1})", (PRODUCT, UNARY, SUM)),
+    "div": Form("{} / {}", (PRODUCT, UNARY)),
+    "inv": Form("{one} / {}", (UNARY,)),
     "neg": Form("-{}"),
     "lt": Form("{} < {}", (SUM, SUM)),
     "le": Form("{} <= {}", (SUM, SUM)),
@@ -52,7 +52,7 @@ SPELLING: Mapping[str, Form] = {
     "nonzero": Form("{} != 0u"),
     "signed": Form("({real})({integer}){}"),
 }
-FUSED = {"fma": "{0}, {1}, {2}", "fms": "{0}, {1}, -{2}", "fnma": "-{0}, {1}, {2}"}  # as arguments of fma
+FUSED_ARGUMENTS = {"fma": "{0}, {1}, {2}", "fms": "{0}, {1}, -{2}", "fnma": "-{0}, {1}, {2}"}  # as arguments of fma
 
 
 class Text(NamedTuple):
@@ -72,23 +72,23 @@ def formula(operation: str, operands: Sequence[Text], real: Real) -> Text:
     """The formula of an operation on expressions of a format."""
     form = SPELLING[operation]
     parts = [text.within(least) for text, least in zip(operands, form.operands, strict=False)]
-    return Text(formatted(operation, parts, real), OPERATIONS[operation].tightness)
+    return Text(format_operation(operation, parts, real), OPERATIONS[operation].tightness)
 
 
-def formatted(operation: str, parts: Sequence[str], real: Real) -> str:
+def format_operation(operation: str, parts: Sequence[str], real: Real) -> str:
     """The text of an operation on operands that need no parentheses any more."""
     return SPELLING[operation].text.format(*parts, **_words(real))
 
 
 @lru_cache
 def _words(real: Real) -> Mapping[str, str]:
-    return {"real": real.type, "integer": real.signed, "one": real.literal(1.0)}
+    return {"real": real.type, "integer": real.signed_word, "one": real.literal(1.0)}
 
 
 def fused_arguments(operation: str, operands: Sequence[Text]) -> str:
     """The arguments of a function for a b + c, for a product that is rounded together with a sum."""
-    parts = [text.within(SIGNED) for text in operands]
-    return FUSED[operation].format(*(part if part[0] != "-" else f"({part})" for part in parts))
+    parts = [text.within(UNARY) for text in operands]
+    return FUSED_ARGUMENTS[operation].format(*(part if part[0] != "-" else f"({part})" for part in parts))
 
 
 def number_of_truth(truth: Text, real: Real) -> Text:

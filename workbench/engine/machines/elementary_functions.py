@@ -9,27 +9,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Generic, NamedTuple, Protocol, Self, TypeVar
 
-from workbench.engine.machines.machine import Number, Truth, Value, Word, fma, number, select
+from workbench.engine.machines.machine import MachineNumber, MachineTruth, MachineWord, Value, fma, number, select
 
 NAN, INFINITY = float("nan"), float("inf")
 
 
-def smaller(a: Number[Value], b: Number[Value]) -> Number[Value]:
+def smaller(a: MachineNumber[Value], b: MachineNumber[Value]) -> MachineNumber[Value]:
     """The smaller of two numbers; of a number and NaN the number, of two zeros the first."""
     return select(b.compare("ne", b), a, select(a <= b, a, b))
 
 
-def larger(a: Number[Value], b: Number[Value]) -> Number[Value]:
+def larger(a: MachineNumber[Value], b: MachineNumber[Value]) -> MachineNumber[Value]:
     """The larger of two numbers; of a number and NaN the number, of two zeros the first."""
     return select(b.compare("ne", b), a, select(a >= b, a, b))
 
 
-def sign(x: Number[Value]) -> Number[Value]:
+def sign(x: MachineNumber[Value]) -> MachineNumber[Value]:
     """-1, 1, or x itself where it is zero or NaN."""
     return select(x > 0.0, 1.0, select(x < 0.0, -1.0, x))
 
 
-def polynomial(x: Number[Value], coefficients: Sequence[float]) -> Number[Value]:
+def polynomial(x: MachineNumber[Value], coefficients: Sequence[float]) -> MachineNumber[Value]:
     """The value of a polynomial by Horner's rule, highest power first."""
     result = fma(x, coefficients[0], coefficients[1])
     for coefficient in coefficients[2:]:
@@ -71,18 +71,18 @@ COSINE = (
 class Angle(NamedTuple, Generic[Value]):
     """A reduced angle: its quadrant as a word, True if that is odd, and sine and cosine of the remainder."""
 
-    quadrant: Word[Value]
-    odd: Truth[Value]
-    sine: Number[Value]
-    cosine: Number[Value]
+    quadrant: MachineWord[Value]
+    odd: MachineTruth[Value]
+    sine: MachineNumber[Value]
+    cosine: MachineNumber[Value]
 
 
-def reduce_angle(x: Number[Value]) -> Angle[Value]:
+def reduce_angle(x: MachineNumber[Value]) -> Angle[Value]:
     """The quadrant of x, and sine and cosine of its rest within pi / 4 of a multiple of pi / 2."""
     shifted = fma(x, TWO_OVER_PI, ROUND)
     turns = shifted - ROUND
     minus, r = -turns, x
-    for part in FUSED_HALF_PI if x.machine.fused else SHORT_HALF_PI:
+    for part in FUSED_HALF_PI if x.machine.fused_products else SHORT_HALF_PI:
         r = fma(minus, part, r)
     r = select(abs(x) <= LARGEST_ANGLE, r, NAN)
     square = r * r
@@ -93,7 +93,7 @@ def reduce_angle(x: Number[Value]) -> Angle[Value]:
     return Angle(quadrant, (quadrant & 1).nonzero, sine, cosine)
 
 
-def sine_or_cosine(angle: Angle[Value], quarter: int) -> Number[Value]:
+def sine_or_cosine(angle: Angle[Value], quarter: int) -> MachineNumber[Value]:
     """The sine (quarter 0) or cosine (quarter 1) from a reduced angle: cos x is sin (x + pi / 2)."""
     sizes = (angle.cosine, angle.sine) if quarter == 0 else (angle.sine, angle.cosine)
     turned = angle.quadrant + 1 if quarter else angle.quadrant
@@ -106,7 +106,7 @@ LOG2_E = 1.4426950408889634073599
 LN_2 = (6.93145751953125e-1, 1.42860682030941723212e-6)
 
 
-def exponential(x: Number[Value]) -> Number[Value]:
+def exponential(x: MachineNumber[Value]) -> MachineNumber[Value]:
     """exp x: 2^n (1 + 2 r P(r^2) / (Q(r^2) - r P(r^2))) with r = x - n ln 2; 0 below -708, infinite above 709."""
     bounded = select(x < -708.0, -708.0, x)
     bounded = select(bounded > 709.0, 709.0, bounded)
@@ -125,7 +125,7 @@ TANH_P = (-9.64399179425052238628e-1, -9.92877231001918586564e1, -1.614687684417
 TANH_Q = (1.0, 1.12811678491632931402e2, 2.23548839060100448583e3, 4.84406305325125486048e3)
 
 
-def hyperbolic_tangent(x: Number[Value]) -> Number[Value]:
+def hyperbolic_tangent(x: MachineNumber[Value]) -> MachineNumber[Value]:
     """tanh x: rational near zero, from the exponential elsewhere."""
     square, size = x * x, abs(x)
     ratio = polynomial(square, TANH_P) / polynomial(square, TANH_Q)
@@ -152,7 +152,7 @@ ATAN_Q = (
 PI = (3.141592653589793, 1.2246467991473532e-16)  # and what its double lacks
 
 
-def arc_tangent(y: Number[Value], x: Number[Value]) -> Number[Value]:
+def arc_tangent(y: MachineNumber[Value], x: MachineNumber[Value]) -> MachineNumber[Value]:
     """atan2(y, x): the smaller side over the larger one, folded at 0.66 once more; then octant by octant."""
     height, width, one = abs(y), abs(x), number(x.machine, 1.0)
     steep = height > width
@@ -165,7 +165,7 @@ def arc_tangent(y: Number[Value], x: Number[Value]) -> Number[Value]:
     ratio = polynomial(square, ATAN_P) / polynomial(square, ATAN_Q)
     angle = fma(r * square, ratio, r)
 
-    def beyond(share: float, of: Number[Value]) -> Number[Value]:
+    def beyond(share: float, of: MachineNumber[Value]) -> MachineNumber[Value]:
         return number(x.machine, PI[0] * share) + (of + PI[1] * share)
 
     angle = select(high, beyond(0.25, angle), angle)
@@ -176,7 +176,7 @@ def arc_tangent(y: Number[Value], x: Number[Value]) -> Number[Value]:
     return select(lost, NAN, angle.do("copysign", y))
 
 
-def remainder(x: Number[Value], y: Number[Value]) -> Number[Value]:
+def remainder(x: MachineNumber[Value], y: MachineNumber[Value]) -> MachineNumber[Value]:
     """x - trunc(x / y) y with the sign of x; the quotient may round to the next whole number. NaN from 2^52 on."""
     size, turns = abs(y), (x / y).do("trunc")
     rest = _rest(x, turns, y)
@@ -189,7 +189,7 @@ def remainder(x: Number[Value], y: Number[Value]) -> Number[Value]:
     return select(abs(x) < size, x, rest)
 
 
-SPLIT = 2.0**27 + 1
+SPLITTER = 2.0**27 + 1
 
 
 class Scalable(Protocol):
@@ -204,14 +204,14 @@ Parts = TypeVar("Parts", bound=Scalable)
 
 def halves(x: Parts) -> tuple[Parts, Parts]:
     """Two numbers of 26 digits whose sum is x, of a machine or of NumPy, up to 2^996 (Veltkamp)."""
-    large = x * SPLIT
+    large = x * SPLITTER
     high = large - (large - x)
     return high, x - high
 
 
-def _rest(x: Number[Value], turns: Number[Value], y: Number[Value]) -> Number[Value]:
+def _rest(x: MachineNumber[Value], turns: MachineNumber[Value], y: MachineNumber[Value]) -> MachineNumber[Value]:
     """x - turns y, exact: fused, or by the error of the rounded product (Dekker, Sterbenz) within a double's range."""
-    if x.machine.fused:
+    if x.machine.fused_products:
         return fma(-turns, y, x)
     large, tiny = abs(x) > 2.0**900, abs(x) < 2.0**-900
     scale = select(large, 2.0**-200, select(tiny, 2.0**200, 1.0))
@@ -219,7 +219,7 @@ def _rest(x: Number[Value], turns: Number[Value], y: Number[Value]) -> Number[Va
     x, y = x * scale, y * scale
     product = turns * y
     (a, b), (c, d) = halves(turns), halves(y)
-    rest: Number[Value] = (x - product) - ((a * c - product) + a * d + b * c + b * d)
+    rest: MachineNumber[Value] = (x - product) - ((a * c - product) + a * d + b * c + b * d)
     return rest * back
 
 
@@ -243,12 +243,12 @@ ROOT_HALF = 7.07106781186547524401e-1
 SMALLEST_NORMAL = 2.2250738585072014e-308
 
 
-def logarithm(x: Number[Value]) -> Number[Value]:
+def logarithm(x: MachineNumber[Value]) -> MachineNumber[Value]:
     """log x from mantissa and exponent; NaN below zero, minus infinity at zero."""
     tiny = x < SMALLEST_NORMAL  # its bits hold no mantissa of 53 digits: 2^54 x does
     bits = select(tiny, x * 2.0**54, x).bits
     m = ((bits & 0x000FFFFFFFFFFFFF) | 0x3FE0000000000000).number
-    n = ((bits >> 52) + -1022).signed
+    n = ((bits >> 52) + -1022).as_signed
     n = select(tiny, n - 54.0, n)
     low = m < ROOT_HALF
     n = select(low, n - 1.0, n)

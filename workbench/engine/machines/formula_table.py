@@ -9,7 +9,7 @@ from typing import Protocol
 from workbench.engine.machines import elementary_functions as double
 from workbench.engine.machines import single_elementary_functions as single
 from workbench.engine.machines.further_elementary_functions import DOUBLE
-from workbench.engine.machines.machine import Number, Truth, Value, fma, select
+from workbench.engine.machines.machine import MachineNumber, MachineTruth, Value, fma, select
 from workbench.engine.machines.operations import OPERATIONS, Kind, Role
 
 QUARTERS = {"sin": 0, "cos": 1}  # of a turn, by which a function leads the sine
@@ -19,17 +19,17 @@ Formula = Callable[..., object]  # of Number and Truth of any machine, to one of
 class ToAngle(Protocol):
     """A function from a number of any machine to its reduced angle."""
 
-    def __call__(self, x: Number[Value], /) -> double.Angle[Value]: ...  # noqa: D102
+    def __call__(self, x: MachineNumber[Value], /) -> double.Angle[Value]: ...  # noqa: D102
 
 
 class OfAngle(Protocol):
     """A function from a reduced angle and a quarter to a number."""
 
-    def __call__(self, angle: double.Angle[Value], quarter: int, /) -> Number[Value]: ...  # noqa: D102
+    def __call__(self, angle: double.Angle[Value], quarter: int, /) -> MachineNumber[Value]: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
-class Functions:
+class FormulaTable:
     """The formulas in one format of numbers.
 
     Attributes
@@ -44,14 +44,16 @@ class Functions:
     sine_or_cosine: OfAngle
     formulas: Mapping[str, Formula]
 
-    def of(self, operation: str, *operands: Number[Value] | Truth[Value]) -> Number[Value] | Truth[Value]:
+    def of(
+        self, operation: str, *operands: MachineNumber[Value] | MachineTruth[Value]
+    ) -> MachineNumber[Value] | MachineTruth[Value]:
         """The result of an operation of a graph on numbers and truths of a machine."""
         if operation in QUARTERS:
             (x,) = operands
-            assert isinstance(x, Number)
+            assert isinstance(x, MachineNumber)
             return self.sine_or_cosine(self.reduce_angle(x), QUARTERS[operation])
         made = self.formulas[operation](*operands)
-        assert isinstance(made, Number | Truth)
+        assert isinstance(made, MachineNumber | MachineTruth)
         return made
 
 
@@ -62,15 +64,15 @@ def _of_the_machine(name: str) -> Formula:
     return lambda a, *others: a.do(name, *others)
 
 
-def _both(a: Truth[Value], b: Truth[Value]) -> Truth[Value]:
+def _both(a: MachineTruth[Value], b: MachineTruth[Value]) -> MachineTruth[Value]:
     return a & b
 
 
-def _either(a: Truth[Value], b: Truth[Value]) -> Truth[Value]:
+def _either(a: MachineTruth[Value], b: MachineTruth[Value]) -> MachineTruth[Value]:
     return a | b
 
 
-def _inverse(a: Truth[Value]) -> Truth[Value]:
+def _inverse(a: MachineTruth[Value]) -> MachineTruth[Value]:
     return ~a
 
 
@@ -87,7 +89,7 @@ COMMON: Mapping[str, Formula] = {
     "inv": lambda a: 1.0 / a,
     "barrier": lambda a: a,
 }
-IN_DOUBLE = Functions(
+IN_DOUBLE = FormulaTable(
     double.reduce_angle,
     double.sine_or_cosine,
     {
@@ -103,7 +105,7 @@ IN_DOUBLE = Functions(
         **DOUBLE.functions,
     },
 )
-IN_SINGLE = Functions(
+IN_SINGLE = FormulaTable(
     single.reduce_angle,
     single.sine_or_cosine,
     {

@@ -24,7 +24,7 @@ from workbench.engine.machines.elementary_functions import (
     polynomial,
 )
 from workbench.engine.machines.elementary_functions import LN_2 as PARTS_OF_LN_2
-from workbench.engine.machines.machine import Number, Value, Word, fma, number, select
+from workbench.engine.machines.machine import MachineNumber, MachineWord, Value, fma, number, select
 
 LN_2 = 0.6931471805599453
 EXPM1 = (
@@ -37,7 +37,7 @@ EXPM1 = (
 )
 
 
-def reduce_exponent(x: Number[Value]) -> tuple[Number[Value], Number[Value], Word[Value]]:
+def reduce_exponent(x: MachineNumber[Value]) -> tuple[MachineNumber[Value], MachineNumber[Value], MachineWord[Value]]:
     """Of x = n ln 2 + r in double precision: r, e^r - 1 - r, and a word whose last bits are n."""
     shifted = fma(x, LOG2_E, ROUND)
     minus = -(shifted - ROUND)
@@ -54,13 +54,15 @@ def reduce_exponent(x: Number[Value]) -> tuple[Number[Value], Number[Value], Wor
 class OfOne(Protocol):
     """A function of one number of any machine."""
 
-    def __call__(self, x: Number[Value], /) -> Number[Value]: ...  # noqa: D102
+    def __call__(self, x: MachineNumber[Value], /) -> MachineNumber[Value]: ...  # noqa: D102
 
 
 class Reduction(Protocol):
     """A function from a number of any machine to its rest, what that makes of e, and a word with the exponent."""
 
-    def __call__(self, x: Number[Value], /) -> tuple[Number[Value], Number[Value], Word[Value]]: ...  # noqa: D102
+    def __call__(  # noqa: D102
+        self, x: MachineNumber[Value], /
+    ) -> tuple[MachineNumber[Value], MachineNumber[Value], MachineWord[Value]]: ...
 
 
 @dataclass(frozen=True)
@@ -89,11 +91,11 @@ class Format:
     beyond: float
     edge: float
 
-    def power(self, exponent: Word[Value], less: int = 0) -> Number[Value]:
+    def power(self, exponent: MachineWord[Value], less: int = 0) -> MachineNumber[Value]:
         """2^(n - less) of a word whose last bits are n."""
         return ((exponent + (self.bias - less)) << self.digits).number
 
-    def exponential_less_one(self, x: Number[Value]) -> Number[Value]:
+    def exponential_less_one(self, x: MachineNumber[Value]) -> MachineNumber[Value]:
         """e^x - 1 = 2^n (e^r - 1) + (2^n - 1), where e^r - 1 is r and a smaller rest; infinite where e^x is."""
         r, rest, exponent = self.reduce(select(x < self.least, self.least, select(x > self.most, self.most, x)))
         power = self.power(exponent)
@@ -102,7 +104,7 @@ class Format:
         result = select(abs(x) < 2.0 ** -(self.digits + 2), x, result)
         return select(x > self.most, INFINITY, result)
 
-    def logarithm_of_one_more(self, x: Number[Value]) -> Number[Value]:
+    def logarithm_of_one_more(self, x: MachineNumber[Value]) -> MachineNumber[Value]:
         """log(1 + x) = log u + (x - (u - 1)) / u with the rounded u = 1 + x; NaN below -1."""
         u = x + 1.0
         result = self.logarithm(u) + (x - (u - 1.0)) / u
@@ -110,40 +112,40 @@ class Format:
         small_or_infinite = (abs(x) < 2.0 ** -(self.digits + 2)) | x.compare("eq", INFINITY)
         return select(small_or_infinite, x, result)
 
-    def _half_exponential(self, size: Number[Value]) -> Number[Value]:
+    def _half_exponential(self, size: MachineNumber[Value]) -> MachineNumber[Value]:
         """e^x / 2 of a size x; finite up to the largest number."""
         r, rest, exponent = self.reduce(select(size > self.beyond, self.beyond, size))
         return ((r + rest) + 1.0) * self.power(exponent, 3) * 4.0
 
-    def hyperbolic_sine(self, x: Number[Value]) -> Number[Value]:
+    def hyperbolic_sine(self, x: MachineNumber[Value]) -> MachineNumber[Value]:
         """sinh x = (E + E / (E + 1)) / 2 with E = e^|x| - 1."""
         size = abs(x)
         less = self.exponential_less_one(size)
         near = (less + less / (less + 1.0)) * 0.5
         return select(size < self.edge, near, self._half_exponential(size)).do("copysign", x)
 
-    def hyperbolic_cosine(self, x: Number[Value]) -> Number[Value]:
+    def hyperbolic_cosine(self, x: MachineNumber[Value]) -> MachineNumber[Value]:
         """cosh x = e^|x| / 2 + 1 / (2 e^|x|)."""
         size = abs(x)
         of_size = self.exponential(size)
         near = of_size * 0.5 + 0.5 / of_size
         return select(size < self.edge, near, self._half_exponential(size))
 
-    def inverse_hyperbolic_sine(self, x: Number[Value]) -> Number[Value]:
+    def inverse_hyperbolic_sine(self, x: MachineNumber[Value]) -> MachineNumber[Value]:
         """asinh x = log1p(|x| + x^2 / (1 + sqrt(1 + x^2))) with the sign of x."""
         size, square = abs(x), x * x
         near = self.logarithm_of_one_more(size + square / ((square + 1.0).do("sqrt") + 1.0))
         far = self.logarithm(size) + LN_2
         return select(size > self._large, far, near).do("copysign", x)
 
-    def inverse_hyperbolic_cosine(self, x: Number[Value]) -> Number[Value]:
+    def inverse_hyperbolic_cosine(self, x: MachineNumber[Value]) -> MachineNumber[Value]:
         """acosh x = log1p(t + sqrt(t (t + 2))) with t = x - 1; NaN below 1."""
         t = x - 1.0
         near = self.logarithm_of_one_more(t + (t * (t + 2.0)).do("sqrt"))
         result = select(x > self._large, self.logarithm(x) + LN_2, near)
         return select(x >= 1.0, result, NAN)
 
-    def inverse_hyperbolic_tangent(self, x: Number[Value]) -> Number[Value]:
+    def inverse_hyperbolic_tangent(self, x: MachineNumber[Value]) -> MachineNumber[Value]:
         """atanh x = log1p(2 |x| / (1 - |x|)) / 2 with the sign of x; infinite at 1, NaN beyond."""
         size = abs(x)
         return (self.logarithm_of_one_more((size + size) / (1.0 - size)) * 0.5).do("copysign", x)
@@ -153,7 +155,7 @@ class Format:
         """A size beyond which 1 is nothing beside its square."""
         return float(2.0 ** (self.digits // 2 + 2))
 
-    def hypotenuse(self, x: Number[Value], y: Number[Value]) -> Number[Value]:
+    def hypotenuse(self, x: MachineNumber[Value], y: MachineNumber[Value]) -> MachineNumber[Value]:
         """sqrt(x^2 + y^2) of sides that are scaled where a square would be lost; infinite if one side is."""
         width, height = abs(x), abs(y)
         largest = select(width > height, width, height)

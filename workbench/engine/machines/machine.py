@@ -22,41 +22,41 @@ class Machine(Protocol[Value]):
     """A target: its operations, and True if it rounds a product together with the sum that it is for."""
 
     @property
-    def fused(self) -> bool: ...  # noqa: D102
+    def fused_products(self) -> bool: ...  # noqa: D102
     def do(self, operation: str, *operands: Value) -> Value: ...  # noqa: D102
     def constant(self, value: float) -> Value: ...  # noqa: D102
     def word(self, value: int) -> Value: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
-class Truth(Generic[Value]):
+class MachineTruth(Generic[Value]):
     """A truth on a machine."""
 
     machine: Machine[Value]
     value: Value
 
-    def __and__(self, other: Truth[Value]) -> Truth[Value]:
-        return Truth(self.machine, self.machine.do("and", self.value, other.value))
+    def __and__(self, other: MachineTruth[Value]) -> MachineTruth[Value]:
+        return MachineTruth(self.machine, self.machine.do("and", self.value, other.value))
 
-    def __or__(self, other: Truth[Value]) -> Truth[Value]:
-        return Truth(self.machine, self.machine.do("or", self.value, other.value))
+    def __or__(self, other: MachineTruth[Value]) -> MachineTruth[Value]:
+        return MachineTruth(self.machine, self.machine.do("or", self.value, other.value))
 
-    def __invert__(self) -> Truth[Value]:
-        return Truth(self.machine, self.machine.do("not", self.value))
+    def __invert__(self) -> MachineTruth[Value]:
+        return MachineTruth(self.machine, self.machine.do("not", self.value))
 
 
-def _of_words(operation: str) -> Callable[[Word[Value], Word[Value] | int], Word[Value]]:
+def _of_words(operation: str) -> Callable[[MachineWord[Value], MachineWord[Value] | int], MachineWord[Value]]:
     """An operator of two words, the second of which may be a whole number."""
 
-    def operator(word: Word[Value], other: Word[Value] | int) -> Word[Value]:
-        operand = other.value if isinstance(other, Word) else word.machine.word(other)
-        return Word(word.machine, word.machine.do(operation, word.value, operand))
+    def operator(word: MachineWord[Value], other: MachineWord[Value] | int) -> MachineWord[Value]:
+        operand = other.value if isinstance(other, MachineWord) else word.machine.word(other)
+        return MachineWord(word.machine, word.machine.do(operation, word.value, operand))
 
     return operator
 
 
 @dataclass(frozen=True, eq=False)
-class Word(Generic[Value]):
+class MachineWord(Generic[Value]):
     """A word of 64 bits on a machine."""
 
     machine: Machine[Value]
@@ -71,31 +71,31 @@ class Word(Generic[Value]):
     __rshift__ = _of_words("lshr")
 
     @property
-    def nonzero(self) -> Truth[Value]:
+    def nonzero(self) -> MachineTruth[Value]:
         """True where a bit is set."""
-        return Truth(self.machine, self.machine.do("nonzero", self.value))
+        return MachineTruth(self.machine, self.machine.do("nonzero", self.value))
 
     @property
-    def number(self) -> Number[Value]:
+    def number(self) -> MachineNumber[Value]:
         """The number that has these bits."""
-        return Number(self.machine, self.machine.do("number", self.value))
+        return MachineNumber(self.machine, self.machine.do("number", self.value))
 
     @property
-    def signed(self) -> Number[Value]:
+    def as_signed(self) -> MachineNumber[Value]:
         """The word as a signed whole number."""
-        return Number(self.machine, self.machine.do("signed", self.value))
+        return MachineNumber(self.machine, self.machine.do("signed", self.value))
 
 
-def _of_numbers(operation: str) -> Callable[[Number[Value], Number[Value] | float], Number[Value]]:
+def _of_numbers(operation: str) -> Callable[[MachineNumber[Value], MachineNumber[Value] | float], MachineNumber[Value]]:
     return lambda number, other: number.do(operation, other)
 
 
-def _of_order(operation: str) -> Callable[[Number[Value], Number[Value] | float], Truth[Value]]:
+def _of_order(operation: str) -> Callable[[MachineNumber[Value], MachineNumber[Value] | float], MachineTruth[Value]]:
     return lambda number, other: number.compare(operation, other)
 
 
 @dataclass(frozen=True, eq=False)
-class Number(Generic[Value]):
+class MachineNumber(Generic[Value]):
     """A double on a machine."""
 
     machine: Machine[Value]
@@ -110,44 +110,48 @@ class Number(Generic[Value]):
     __gt__ = _of_order("gt")
     __ge__ = _of_order("ge")
 
-    def __rsub__(self, other: float) -> Number[Value]:
+    def __rsub__(self, other: float) -> MachineNumber[Value]:
         return number(self.machine, other) - self
 
-    def __rtruediv__(self, other: float) -> Number[Value]:
+    def __rtruediv__(self, other: float) -> MachineNumber[Value]:
         return number(self.machine, other) / self
 
-    def __neg__(self) -> Number[Value]:
+    def __neg__(self) -> MachineNumber[Value]:
         return self.do("neg")
 
-    def __abs__(self) -> Number[Value]:
+    def __abs__(self) -> MachineNumber[Value]:
         return self.do("fabs")
 
     @property
-    def bits(self) -> Word[Value]:
+    def bits(self) -> MachineWord[Value]:
         """The bits of the number as a word."""
-        return Word(self.machine, self.machine.do("bits", self.value))
+        return MachineWord(self.machine, self.machine.do("bits", self.value))
 
-    def do(self, operation: str, *others: Number[Value] | float) -> Number[Value]:
+    def do(self, operation: str, *others: MachineNumber[Value] | float) -> MachineNumber[Value]:
         """The result of an operation on this number and others."""
         operands = (number(self.machine, other).value for other in others)
-        return Number(self.machine, self.machine.do(operation, self.value, *operands))
+        return MachineNumber(self.machine, self.machine.do(operation, self.value, *operands))
 
-    def compare(self, operation: str, other: Number[Value] | float) -> Truth[Value]:
+    def compare(self, operation: str, other: MachineNumber[Value] | float) -> MachineTruth[Value]:
         """A comparison with another one; NaN differs from all numbers, and is neither smaller nor larger."""
-        return Truth(self.machine, self.machine.do(operation, self.value, number(self.machine, other).value))
+        return MachineTruth(self.machine, self.machine.do(operation, self.value, number(self.machine, other).value))
 
 
-def number(machine: Machine[Value], value: Number[Value] | float) -> Number[Value]:
+def number(machine: Machine[Value], value: MachineNumber[Value] | float) -> MachineNumber[Value]:
     """A number as one of the machine's."""
-    return value if isinstance(value, Number) else Number(machine, machine.constant(value))
+    return value if isinstance(value, MachineNumber) else MachineNumber(machine, machine.constant(value))
 
 
-def select(truth: Truth[Value], a: Number[Value] | float, b: Number[Value] | float) -> Number[Value]:
+def select(
+    truth: MachineTruth[Value], a: MachineNumber[Value] | float, b: MachineNumber[Value] | float
+) -> MachineNumber[Value]:
     """The first number where the truth holds, the second elsewhere."""
     machine = truth.machine
-    return Number(machine, machine.do("select", truth.value, number(machine, a).value, number(machine, b).value))
+    return MachineNumber(machine, machine.do("select", truth.value, number(machine, a).value, number(machine, b).value))
 
 
-def fma(a: Number[Value], b: Number[Value] | float, c: Number[Value] | float) -> Number[Value]:
+def fma(
+    a: MachineNumber[Value], b: MachineNumber[Value] | float, c: MachineNumber[Value] | float
+) -> MachineNumber[Value]:
     """a b + c, with one rounding where the machine fuses products."""
-    return a.do("fma", b, c) if a.machine.fused else a * b + c
+    return a.do("fma", b, c) if a.machine.fused_products else a * b + c

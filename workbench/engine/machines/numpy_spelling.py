@@ -134,7 +134,7 @@ IN_SINGLE: Mapping[str, Callable[..., Lanes]] = {
 class Arrays:
     """A machine that computes each operation at once."""
 
-    fused: bool
+    fused_products: bool
 
     def do(self, operation: str, *operands: Lanes) -> Lanes:
         """The result."""
@@ -153,7 +153,7 @@ class Arrays:
 class Singles:
     """A machine that computes each operation at once, on arrays of floats and of words of 32 bits."""
 
-    fused: bool = False
+    fused_products: bool = False
 
     def do(self, operation: str, *operands: Lanes) -> Lanes:
         """The result."""

@@ -26,7 +26,7 @@ class Tightness(enum.IntEnum):
     ORDER = 2
     SUM = 3
     PRODUCT = 4
-    SIGNED = 5
+    UNARY = 5
     ATOM = 6
 
 
@@ -73,30 +73,32 @@ class Operation(NamedTuple):
     role: Role
     tightness: Tightness = Tightness.ATOM
     symmetric: bool = False
-    counted: tuple[str, ...] = ()
+    count_words: tuple[str, ...] = ()
     arguments: str = ""
 
 
 _N, _T, _W = Kind.NUMBER, Kind.TRUTH, Kind.WORD
-_LOGIC, _ORDER, _SUM, _PRODUCT, _SIGNED = list(Tightness)[1:6]
+_LOGIC, _ORDER, _SUM, _PRODUCT, _UNARY = list(Tightness)[1:6]
 _MACHINE, _PROGRAM, _BOTH = Role.MACHINE, Role.PROGRAM, Role.MACHINE | Role.NODE
 _ALL = Role.MACHINE | Role.NODE | Role.PROGRAM
 _SHORT, _FUNCTION = Role.NODE | Role.SHORT, Role.NODE | Role.FUNCTION
-_DECISION, _MIRROR, _FUSED = ("comparison or choice",), ("change of sign",), ("product", "sum")
+_DECISION, _MIRROR, _FUSED_WORDS = ("comparison or choice",), ("change of sign",), ("product", "sum")
 
 _ROWS = (
     # of numbers
     Operation("add", (_N, _N), _N, _ALL, _SUM, True, ("sum",)),
     Operation("sub", (_N, _N), _N, _ALL, _SUM, False, ("sum",)),
     Operation("mul", (_N, _N), _N, _ALL, _PRODUCT, True, ("product",)),
-    Operation("fma", (_N, _N, _N), _N, _BOTH, _SUM, False, _FUSED),  # a b + c; on a machine that fuses products alone
-    Operation("fms", (_N, _N, _N), _N, _SHORT, _SUM, False, _FUSED),  # a b - c
-    Operation("fnma", (_N, _N, _N), _N, _SHORT, _SUM, False, _FUSED),  # c - a b
+    Operation(
+        "fma", (_N, _N, _N), _N, _BOTH, _SUM, False, _FUSED_WORDS
+    ),  # a b + c; on a machine that fuses products alone
+    Operation("fms", (_N, _N, _N), _N, _SHORT, _SUM, False, _FUSED_WORDS),  # a b - c
+    Operation("fnma", (_N, _N, _N), _N, _SHORT, _SUM, False, _FUSED_WORDS),  # c - a b
     Operation("div", (_N, _N), _N, _ALL, _PRODUCT, False, ("quotient",)),
     Operation("inv", (_N,), _N, _SHORT, _PRODUCT, False, ("quotient",)),
-    Operation("neg", (_N,), _N, _ALL, _SIGNED, False, _MIRROR),
-    Operation("fabs", (_N,), _N, _ALL, counted=_MIRROR),
-    Operation("copysign", (_N, _N), _N, _BOTH, counted=_MIRROR, arguments="xy"),
+    Operation("neg", (_N,), _N, _ALL, _UNARY, False, _MIRROR),
+    Operation("fabs", (_N,), _N, _ALL, count_words=_MIRROR),
+    Operation("copysign", (_N, _N), _N, _BOTH, count_words=_MIRROR, arguments="xy"),
     Operation("sqrt", (_N,), _N, _ALL),
     Operation("floor", (_N,), _N, _ALL),
     Operation("trunc", (_N,), _N, _MACHINE),
@@ -112,7 +114,7 @@ _ROWS = (
     Operation("ne", (_N, _N), _T, _ALL, _ORDER, True, _DECISION),
     Operation("and", (_T, _T), _T, _ALL, _LOGIC, True, _DECISION),
     Operation("or", (_T, _T), _T, _ALL, _LOGIC, True, _DECISION),
-    Operation("not", (_T,), _T, _ALL, _SIGNED, False, _DECISION),
+    Operation("not", (_T,), _T, _ALL, _UNARY, False, _DECISION),
     Operation("select", (_T, _N, _N), _N, _MACHINE | _PROGRAM, Tightness.CHOICE),
     Operation("if_else", (_T, _N, _N), _N, _SHORT, Tightness.CHOICE, False, _DECISION),
     Operation("barrier", (_N,), _N, _SHORT),  # gives its operand; nothing is simplified across it
@@ -127,7 +129,7 @@ _ROWS = (
     Operation("nonzero", (_W,), _T, _MACHINE, _ORDER),
     Operation("bits", (_N,), _W, _MACHINE),  # of a number
     Operation("number", (_W,), _N, _MACHINE),  # that has these bits
-    Operation("signed", (_W,), _N, _MACHINE, _SIGNED),  # the whole number that a signed word is
+    Operation("signed", (_W,), _N, _MACHINE, _UNARY),  # the whole number that a signed word is
     # elementary functions
     *(Operation(name, (_N,), _N, _FUNCTION, arguments="x") for name in ("sin", "cos", "exp", "tanh", "log")),
     Operation("atan2", (_N, _N), _N, _FUNCTION, arguments="yx"),

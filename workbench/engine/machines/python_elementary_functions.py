@@ -7,7 +7,7 @@ from functools import partial
 
 from workbench.engine.machines.elementary_functions import Angle
 from workbench.engine.machines.formula_table import IN_DOUBLE
-from workbench.engine.machines.machine import Number, Truth, Word
+from workbench.engine.machines.machine import MachineNumber, MachineTruth, MachineWord
 from workbench.engine.machines.operations import OPERATIONS
 from workbench.engine.machines.python_spelling import HELPERS, OF_TWO, PythonLines
 
@@ -33,24 +33,24 @@ NAMES: Mapping[str, str] = {  # of the functions of Python, by operation
 TURNS = {"sin": "sine", "cos": "cosine"}  # of an angle that `reduced` has reduced
 
 
-def traced(operation: str) -> list[str]:
+def python_function(operation: str) -> list[str]:
     """An elementary function as Python."""
     machine, names = PythonLines(), list(OPERATIONS[operation].arguments)
-    result = IN_DOUBLE.of(operation, *(Number(machine, argument) for argument in names))
+    result = IN_DOUBLE.of(operation, *(MachineNumber(machine, argument) for argument in names))
     return _function(NAMES[operation], names, machine.lines, result.value)
 
 
 def _angle() -> list[str]:
     machine = PythonLines()
-    angle = IN_DOUBLE.reduce_angle(Number(machine, "x"))
+    angle = IN_DOUBLE.reduce_angle(MachineNumber(machine, "x"))
     parts = (angle.quadrant.value, angle.odd.value, angle.sine.value, angle.cosine.value)
     return _function("reduced", ["x"], machine.lines, ", ".join(parts))
 
 
-def _turned(name: str, quarter: int) -> list[str]:
+def _sine_or_cosine(name: str, quarter: int) -> list[str]:
     machine = PythonLines()
-    word, odd = Word(machine, "quadrant"), Truth(machine, "odd")
-    angle = Angle(word, odd, Number(machine, "sine_part"), Number(machine, "cosine_part"))
+    word, odd = MachineWord(machine, "quadrant"), MachineTruth(machine, "odd")
+    angle = Angle(word, odd, MachineNumber(machine, "sine_part"), MachineNumber(machine, "cosine_part"))
     result = IN_DOUBLE.sine_or_cosine(angle, quarter)
     return _function(name, ["quadrant", "odd", "sine_part", "cosine_part"], machine.lines, result.value)
 
@@ -59,18 +59,18 @@ def _function(name: str, arguments: Iterable[str], lines: Iterable[str], result:
     return [f"def {name}({', '.join(arguments)}):", *(f"    {line}" for line in lines), f"    return {result}"]
 
 
-TRACED: Mapping[str, Callable[[], list[str]]] = {
+PYTHON_FUNCTIONS: Mapping[str, Callable[[], list[str]]] = {
     "reduced": _angle,
-    "sine": lambda: _turned("sine", 0),
-    "cosine": lambda: _turned("cosine", 1),
-    **{name: partial(traced, operation) for operation, name in NAMES.items()},
+    "sine": lambda: _sine_or_cosine("sine", 0),
+    "cosine": lambda: _sine_or_cosine("cosine", 1),
+    **{name: partial(python_function, operation) for operation, name in NAMES.items()},
 }
 
 
 def definitions(lines: Iterable[str]) -> list[str]:
     """The functions that some lines call, and those that these call, each before its first use."""
     text = "\n".join(lines)
-    functions = ["\n".join(make()) for name, make in TRACED.items() if f"{name}(" in text]
+    functions = ["\n".join(make()) for name, make in PYTHON_FUNCTIONS.items() if f"{name}(" in text]
     text = "\n".join([text, *functions])
     helpers = [
         f"def {name}({'x, y' if name in OF_TWO else 'x'}):{body}"

@@ -77,7 +77,7 @@ def literal(value: float) -> str:
 class PythonLines:
     """The machine that writes each operation as a line of Python, of floats, truths and whole numbers below 2^64."""
 
-    fused = False
+    fused_products = False
 
     def __init__(self) -> None:
         self.lines: list[str] = []

@@ -18,7 +18,7 @@ from workbench.engine.machines.elementary_functions import (
     polynomial,
 )
 from workbench.engine.machines.further_elementary_functions import Format
-from workbench.engine.machines.machine import Number, Value, Word, number, select
+from workbench.engine.machines.machine import MachineNumber, MachineWord, Value, number, select
 
 # pi / 2 in parts of 11 bits and a rest: k < 2^13 times such a part is exact, and so is what is left near its multiples.
 HALF_PI = (
@@ -35,7 +35,7 @@ SINE = (-1.9515295891e-4, 8.3321608736e-3, -1.6666654611e-1)
 COSINE = (2.443315711809948e-5, -1.388731625493765e-3, 4.166664568298827e-2)
 
 
-def reduce_angle(x: Number[Value]) -> Angle[Value]:
+def reduce_angle(x: MachineNumber[Value]) -> Angle[Value]:
     """The quadrant of x, and sine and cosine of its rest within pi / 4 of a multiple of pi / 2."""
     shifted = x * TWO_OVER_PI + ROUND
     turns, r = shifted - ROUND, x
@@ -49,7 +49,7 @@ def reduce_angle(x: Number[Value]) -> Angle[Value]:
     return Angle(quadrant, (quadrant & 1).nonzero, sine, cosine)
 
 
-def sine_or_cosine(angle: Angle[Value], quarter: int) -> Number[Value]:
+def sine_or_cosine(angle: Angle[Value], quarter: int) -> MachineNumber[Value]:
     """The sine (quarter 0) or cosine (quarter 1) from a reduced angle: cos x is sin (x + pi / 2)."""
     sizes = (angle.cosine, angle.sine) if quarter == 0 else (angle.sine, angle.cosine)
     turned = angle.quadrant + 1 if quarter else angle.quadrant
@@ -62,7 +62,7 @@ LN_2 = (0.693359375, -2.12194440e-4)
 LEAST_EXPONENT, MOST_EXPONENT = -87.0, 88.0
 
 
-def reduce_exponent(x: Number[Value]) -> tuple[Number[Value], Number[Value], Word[Value]]:
+def reduce_exponent(x: MachineNumber[Value]) -> tuple[MachineNumber[Value], MachineNumber[Value], MachineWord[Value]]:
     """Of x = n ln 2 + r: r, e^r - 1 - r = r^2 P(r), and a word whose last bits are n."""
     shifted = x * LOG2_E + ROUND
     turns = shifted - ROUND
@@ -70,7 +70,7 @@ def reduce_exponent(x: Number[Value]) -> tuple[Number[Value], Number[Value], Wor
     return r, r * r * polynomial(r, EXP), shifted.bits
 
 
-def exponential(x: Number[Value]) -> Number[Value]:
+def exponential(x: MachineNumber[Value]) -> MachineNumber[Value]:
     """exp x; 0 below -87, infinite above 88."""
     bounded = select(x < LEAST_EXPONENT, LEAST_EXPONENT, x)
     bounded = select(bounded > MOST_EXPONENT, MOST_EXPONENT, bounded)
@@ -82,7 +82,7 @@ def exponential(x: Number[Value]) -> Number[Value]:
 TANH = (-5.70498872745e-3, 2.06390887954e-2, -5.37397155531e-2, 1.33314422036e-1, -3.33332819422e-1)
 
 
-def hyperbolic_tangent(x: Number[Value]) -> Number[Value]:
+def hyperbolic_tangent(x: MachineNumber[Value]) -> MachineNumber[Value]:
     """tanh x: a polynomial near zero, from the exponential elsewhere."""
     square, size = x * x, abs(x)
     near = square * x * polynomial(square, TANH) + x
@@ -95,7 +95,7 @@ FOLD = 0.4142135623730950  # tan(pi / 8)
 PI = (3.1415927410125732, -8.742278000372485e-08)  # and what its float has too much
 
 
-def arc_tangent(y: Number[Value], x: Number[Value]) -> Number[Value]:
+def arc_tangent(y: MachineNumber[Value], x: MachineNumber[Value]) -> MachineNumber[Value]:
     """atan2(y, x): the smaller side over the larger one, folded at pi / 8 once more; then octant by octant."""
     height, width, one = abs(y), abs(x), number(x.machine, 1.0)
     steep = height > width
@@ -107,7 +107,7 @@ def arc_tangent(y: Number[Value], x: Number[Value]) -> Number[Value]:
     square = r * r
     angle = square * r * polynomial(square, ATAN) + r
 
-    def beyond(share: float, of: Number[Value]) -> Number[Value]:
+    def beyond(share: float, of: MachineNumber[Value]) -> MachineNumber[Value]:
         return number(x.machine, PI[0] * share) + (of + PI[1] * share)
 
     angle = select(high, beyond(0.25, angle), angle)
@@ -119,10 +119,10 @@ def arc_tangent(y: Number[Value], x: Number[Value]) -> Number[Value]:
 
 
 MOST_TURNS = 2.0**23
-SPLIT = 2.0**12 + 1
+SPLITTER = 2.0**12 + 1
 
 
-def remainder(x: Number[Value], y: Number[Value]) -> Number[Value]:
+def remainder(x: MachineNumber[Value], y: MachineNumber[Value]) -> MachineNumber[Value]:
     """x - trunc(x / y) y with the sign of x, exact; NaN where the quotient is 2^23 or more."""
     size, turns = abs(y), (x / y).do("trunc")
     rest = _rest(x, turns, y)
@@ -135,21 +135,21 @@ def remainder(x: Number[Value], y: Number[Value]) -> Number[Value]:
     return select(abs(x) < size, x, rest)
 
 
-def _halves(x: Number[Value]) -> tuple[Number[Value], Number[Value]]:
+def _halves(x: MachineNumber[Value]) -> tuple[MachineNumber[Value], MachineNumber[Value]]:
     """Two numbers of 12 digits whose sum is x (Veltkamp)."""
-    large = x * SPLIT
+    large = x * SPLITTER
     high = large - (large - x)
     return high, x - high
 
 
-def _rest(x: Number[Value], turns: Number[Value], y: Number[Value]) -> Number[Value]:
+def _rest(x: MachineNumber[Value], turns: MachineNumber[Value], y: MachineNumber[Value]) -> MachineNumber[Value]:
     """x - turns y, exact by the error of the rounded product; large numbers are scaled, so that no half overflows."""
     large = abs(x) > 2.0**100
     scale, back = select(large, 2.0**-30, 1.0), select(large, 2.0**30, 1.0)
     x, y = x * scale, y * scale
     product = turns * y
     (a, b), (c, d) = _halves(turns), _halves(y)
-    rest: Number[Value] = (x - product) - ((a * c - product) + a * d + b * c + b * d)
+    rest: MachineNumber[Value] = (x - product) - ((a * c - product) + a * d + b * c + b * d)
     return rest * back
 
 
@@ -168,12 +168,12 @@ ROOT_HALF = 0.7071067811865476
 SMALLEST_NORMAL = 2.0**-126
 
 
-def logarithm(x: Number[Value]) -> Number[Value]:
+def logarithm(x: MachineNumber[Value]) -> MachineNumber[Value]:
     """log x from mantissa and exponent; NaN below zero, minus infinity at zero."""
     tiny = x < SMALLEST_NORMAL  # its bits hold no mantissa of 24 digits: 2^25 x does
     bits = select(tiny, x * 2.0**25, x).bits
     m = ((bits & 0x007FFFFF) | 0x3F000000).number
-    n = ((bits >> 23) + -126).signed
+    n = ((bits >> 23) + -126).as_signed
     n = select(tiny, n - 25.0, n)
     low = m < ROOT_HALF
     n = select(low, n - 1.0, n)

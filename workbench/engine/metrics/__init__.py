@@ -9,7 +9,7 @@ Examples
 'late error'
 """
 
-from workbench.engine.metrics.accumulators import final_values, measured
+from workbench.engine.metrics.accumulators import final_values, step_with_metrics
 from workbench.engine.metrics.contract import AbstractMetric, AbstractSignalMetric, Integral, Parts
 from workbench.engine.metrics.measure_loop import measure
 from workbench.engine.metrics.measurement import Measurement
@@ -31,13 +31,13 @@ from workbench.engine.metrics.metric_catalogue import (
     violation,
 )
 from workbench.engine.metrics.score import Score
-from workbench.engine.metrics.signal_choice import Choice, Signal
+from workbench.engine.metrics.signal_choice import Signal, SignalChoice
 from workbench.engine.metrics.step_metrics import Peak, TotalVariation
 
 __all__ = [
     "AbstractMetric",
     "AbstractSignalMetric",
-    "Choice",
+    "SignalChoice",
     "Integral",
     "Measurement",
     "Parts",
@@ -53,7 +53,7 @@ __all__ = [
     "itae",
     "late_error",
     "measure",
-    "measured",
+    "step_with_metrics",
     "observer_error",
     "overshoot",
     "peak",

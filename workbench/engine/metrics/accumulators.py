@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.core import Ode, Sampled, Step
+from workbench.core import Ode, SampledSystem, StepMap
 from workbench.core.validation.refusals import Array, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine import Trajectories
 from workbench.engine.metrics.contract import AbstractMetric
-from workbench.engine.metrics.measured_equation import MeasuredEquation, accumulated, accumulators_in, values
+from workbench.engine.metrics.measured_equation import MeasuredEquation, accumulator_totals, accumulators_in, values
 
 
-@door
-def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: float) -> Step:
+@check_arguments
+def step_with_metrics(equation: Ode | SampledSystem, metrics: Sequence[AbstractMetric], h: float) -> StepMap:
     """The step of `equation` with every metric accumulated beside it; of a sampled loop h is the substep.
 
     Integrals run along in the substeps; what looks at samples looks once a period, at what holds after the jump.
@@ -37,7 +37,7 @@ def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: floa
     return MeasuredEquation.of(equation, metrics).step(h)
 
 
-@door
+@check_arguments
 def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
     """Each metric of each run, (B, k), until a kept time, the last unless given; NaN for a run that has diverged.
 
@@ -51,5 +51,5 @@ def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int
     row = whole("final_values(row=...)", row, -len(runs.t), len(runs.t) - 1)
     horizon, held = float(runs.t[row]), accumulators_in(runs.step, metrics)
     lost = (runs.diverged_at <= horizon)[:, np.newaxis]
-    found = values(metrics, held, accumulated(runs, held, metrics, row), horizon)
+    found = values(metrics, held, accumulator_totals(runs, held, metrics, row), horizon)
     return {name: np.where(lost, np.nan, value) for name, value in found.items()}

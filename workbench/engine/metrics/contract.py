@@ -13,9 +13,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.core.units import declared, joined, unit_of_each
-from workbench.core.validation.refusals import Array, described, several
-from workbench.core.validation.signatures import answer, door
+from workbench.core.units import checked_unit, join_units, unit_of_each
+from workbench.core.validation.refusals import Array, describe, several
+from workbench.core.validation.signatures import answer, check_arguments
 from workbench.core.validation.type_hints import KindError, fit_of
 from workbench.engine.metrics.signal_choice import Signal, choose, column, names_of
 
@@ -23,7 +23,7 @@ Parts = Mapping[str, ca.SX]  # outputs of a loop, or the memory of a metric, by 
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class AbstractMetric(ABC):
     """A number per run and number of a signal, with its name and unit.
 
@@ -49,7 +49,7 @@ class AbstractMetric(ABC):
             own = vars(cls)[name]
             if not getattr(own, "__isabstractmethod__", False):
                 setattr(cls, name, _faithful(name, own))
-        cls.of = door(vars(cls).get("of", cls.of))  # type: ignore[method-assign]
+        cls.of = check_arguments(vars(cls).get("of", cls.of))  # type: ignore[method-assign]
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -61,10 +61,10 @@ class AbstractMetric(ABC):
         """True if the metric is a time, which is known to one step at best."""
         return self.unit == "s"
 
-    @door
+    @check_arguments
     def of(self, ode: Ode) -> AbstractMetric:
         """The metric resolved for this equation: with its signals there, its unit and its labels."""
-        return bound(self, watches(self)[0], ode)
+        return bind_metric(self, watches(self)[0], ode)
 
     @property
     @abstractmethod
@@ -76,22 +76,22 @@ class AbstractMetric(ABC):
         """The sample time [s] of a grid of its own, which every step must divide; None without one."""
         return None
 
-    @door
+    @check_arguments
     def check(self, ode: Ode, horizon: float) -> None:
         """Refuse an equation or a horizon [s] for which the metric is not defined."""
         del ode, horizon
 
-    @door
+    @check_arguments
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """The integrand over time, (k, 1), or None."""
         return None
 
-    @door
+    @check_arguments
     def memory(self, size: int) -> Layout:
         """The states that are updated at each step, of a metric of so many numbers."""
         return Layout()
 
-    @door
+    @check_arguments
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The memory after looking at the outputs y at time k h; with a grid of its own, h divides it."""
         return {}
@@ -102,7 +102,7 @@ class AbstractMetric(ABC):
 
 
 NAMES = fit_of(tuple[str, ...])
-A_COLUMN, A_LAYOUT, NOTHING = fit_of(ca.SX), fit_of(Layout), fit_of(type(None))
+A_COLUMN, A_LAYOUT, A_NONE = fit_of(ca.SX), fit_of(Layout), fit_of(type(None))
 PARTS, ROWS = fit_of(Parts), fit_of(Array)
 
 
@@ -115,34 +115,34 @@ def watches(metric: AbstractMetric) -> tuple[str, ...]:
 Own = TypeVar("Own", bound=AbstractMetric)
 
 
-def bound(metric: Own, signal: Signal, ode: Ode, measure: Callable[[str], str] = str, /, **parts: Signal) -> Own:
+def bind_metric(metric: Own, signal: Signal, ode: Ode, measure: Callable[[str], str] = str, /, **parts: Signal) -> Own:
     """A metric of a signal of this equation, whose units are measured from those of the signal where it has none."""
     seen = choose(metric.name, signal, ode)
     units = [measure(unit) for unit in seen.units]
-    unit = declared(f"{type(metric).__name__}({metric.name}, unit=...)", metric.unit) or joined(units)
+    unit = checked_unit(f"{type(metric).__name__}({metric.name}, unit=...)", metric.unit) or join_units(units)
     about = metric.about if metric.labels else metric.about.replace("{}", seen.words) + seen.remark  # said once
     changed: Callable[..., Own] = replace  # of fields that only the metric's own class has
     return changed(metric, unit=unit, about=about, labels=seen.labels, **parts)
 
 
-def expression(given: object) -> ca.SX:
+def expression(value: object) -> ca.SX:
     """An expression (k, 1), for an answer that must be one."""
-    column: ca.SX = A_COLUMN(given)
+    column: ca.SX = A_COLUMN(value)
     if column.shape[1] != 1 or column.numel() == 0:
         raise KindError("", f"one of shape {column.shape}")
     return column
 
 
-def _updates(given: object, k: object, h: object, z: Parts, y: object) -> Parts:
-    updates: Parts = PARTS(given)
+def _updates(result: object, k: object, h: object, z: Parts, y: object) -> Parts:
+    updates: Parts = PARTS(result)
     came, wanted = ({name: part.shape for name, part in sorted(parts.items())} for parts in (updates, z))
     if came != wanted:
-        raise KindError("", f"{described(came)} where z has {described(wanted)}")
+        raise KindError("", f"{describe(came)} where z has {describe(wanted)}")
     return updates
 
 
-def _rows(given: object, integral: Array, *_: object) -> Array:
-    rows: Array = ROWS(given)
+def _rows(result: object, integral: Array, *_: object) -> Array:
+    rows: Array = ROWS(result)
     if rows.ndim != 2 or rows.shape[:1] != integral.shape[:1] or rows.size == 0:
         raise KindError("", f"an array of shape {rows.shape} where the integral has {integral.shape}")
     return rows
@@ -150,7 +150,7 @@ def _rows(given: object, integral: Array, *_: object) -> Array:
 
 # What each method must give, in words, and what makes it fit, which sees the arguments too.
 ANSWERS: dict[str, tuple[str, Callable[..., object]]] = {
-    "check": ("raise a `ValueError` or give None", lambda given, *_: NOTHING(given)),
+    "check": ("raise a `ValueError` or give None", lambda given, *_: A_NONE(given)),
     "integrand": ("give an expression (k, 1) or None", lambda given, *_: None if given is None else expression(given)),
     "memory": ("give a `Layout`", lambda given, *_: A_LAYOUT(given)),
     "update": ("give an expression of the same shape for each name in z", _updates),
@@ -175,7 +175,7 @@ def _faithful(name: str, own: Callable[..., object]) -> Callable[..., object]:
         return answer(call, f"{must}, for the metric '{metric.name}'", ask, fits, refuses=name in REFUSES)
 
     method.__qualname__, method.__doc__ = own.__qualname__, own.__doc__
-    opened = door(method)
+    opened = check_arguments(method)
     setattr(opened, OWN, own)
     return opened
 
@@ -202,18 +202,18 @@ class AbstractSignalMetric(AbstractMetric):
         """The signal and, if it is an error, its reference."""
         return names_of(self.signal)
 
-    @door
+    @check_arguments
     def of(self, ode: Ode) -> AbstractMetric:
         """The metric with its signal as this equation has it."""
         seen = choose(self.name, self.signal, ode)
-        return bound(self, seen, ode, self.measured_in, signal=seen)
+        return bind_metric(self, seen, ode, self.measured_in, signal=seen)
 
-    @door
+    @check_arguments
     def column_of(self, y: Mapping[str, ca.SX]) -> ca.SX:
         """The column of the signal, (k, 1), from the outputs y by name; of an error, less its reference."""
         return column(self.signal, y)
 
-    @door
+    @check_arguments
     def measured_in(self, unit: str) -> str:
         """The unit of the metric of a signal in a unit."""
         return unit
@@ -224,7 +224,7 @@ class AbstractSignalMetric(AbstractMetric):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Integral(AbstractMetric):
     """finish(integral of g(t, y) dt, horizon).
 
@@ -262,12 +262,12 @@ class Integral(AbstractMetric):
         """True if its unit is declared as s, and not made from the unit of the signal."""
         return self.unit == "s" and self.measure is None
 
-    @door
+    @check_arguments
     def of(self, ode: Ode) -> AbstractMetric:
         """The metric with its signal as this equation has it."""
         if self.signal is not None:
             seen = choose(self.name, self.signal, ode)
-            return bound(self, seen, ode, self.measure or str, signal=seen)
+            return bind_metric(self, seen, ode, self.measure or str, signal=seen)
         if not self.signals:
             raise ValueError(f"The metric '{self.name}' has no signal: name at least one, `Integral(signals=('e',))`.")
         missing = [name for name in self.signals if name not in ode.outputs]
@@ -285,9 +285,9 @@ class Integral(AbstractMetric):
                     f"{len(first.units)} and '{other.words}' has {len(other.units)}: name two of one size."
                 )
         if self.measure is None or self.unit:
-            return bound(self, first, ode)
+            return bind_metric(self, first, ode)
         units = dict.fromkeys(map(self.measure, *(seen.units for seen in (first, *others))))
-        return replace(bound(self, first, ode), unit=", ".join(units))
+        return replace(bind_metric(self, first, ode), unit=", ".join(units))
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """The integrand g."""

@@ -10,12 +10,12 @@ import casadi as ca
 from workbench.core import Ode
 from workbench.core.units import SECOND, in_base_units, read
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.metrics.contract import AbstractMetric, Integral
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Energy(AbstractMetric):
     """The integral of |u v| dt of an effort u and a flow v: a pair of outputs, or what a plant declares."""
 
@@ -26,7 +26,7 @@ class Energy(AbstractMetric):
         """The effort and the flow, as far as they are known before an equation is."""
         return self.power or ()
 
-    @door
+    @check_arguments
     def of(self, ode: Ode) -> AbstractMetric:
         """The integral for this equation."""
         pair = self.power or ode.power

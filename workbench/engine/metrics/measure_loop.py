@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.core import Ode, Sampled, rk4
+from workbench.core import Ode, SampledSystem, rk4
 from workbench.core.validation.refusals import Array, multiple, positive, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.batch import progress_of, rows_of, table_of
 from workbench.engine.job import Progress
 from workbench.engine.metrics.contract import AbstractMetric
@@ -18,14 +18,14 @@ from workbench.engine.metrics.measurement import Measurement
 from workbench.engine.metrics.score import Score
 from workbench.engine.metrics.step_for_metrics import step_for
 from workbench.engine.pilot_selection import pilot_runs
-from workbench.engine.step_choice import Choice
+from workbench.engine.step_choice import StepChoice
 
 __all__ = ["Measurement", "Score", "measure"]
 
 
-@door
+@check_arguments
 def measure(
-    equation: Ode | Sampled,
+    equation: Ode | SampledSystem,
     metrics: Sequence[AbstractMetric],
     p: Array | None = None,
     x0: Array | None = None,
@@ -81,11 +81,11 @@ def measure(
     how = seed, arithmetic_for(step, arithmetic), method, points_of(len(p))
     run = MeasuredRun(measured, h, until, every or step.h, until, *how)
     found, trajectories = run.march(p, x0, runs, runs, tell)
-    return run.measurement(found, p, runs, tolerance=tolerance, choice=choice, kept=trajectories)
+    return run.measurement(found, p, runs, tolerance=tolerance, choice=choice, kept_runs=trajectories)
 
 
 def _choice(
-    measured: MeasuredEquation,
+    measured_equation: MeasuredEquation,
     p: Array,
     x0: Array,
     until: float,
@@ -93,7 +93,7 @@ def _choice(
     tolerance: float | None,
     seed: int,
     arithmetic: str | None,
-) -> Choice:
+) -> StepChoice:
     """The step at which the pilots of the runs keep the tolerance."""
     if tolerance is None:
         raise ValueError(
@@ -101,16 +101,23 @@ def _choice(
         )
     few = pilot_runs(p, x0)
     return step_for(
-        measured, p[few], x0[few], until=until, every=every, tolerance=tolerance, seed=seed, arithmetic=arithmetic
+        measured_equation,
+        p[few],
+        x0[few],
+        until=until,
+        every=every,
+        tolerance=tolerance,
+        seed=seed,
+        arithmetic=arithmetic,
     )
 
 
-def _rows(equation: Ode | Sampled, until: float, p: Array | None, x0: Array | None) -> tuple[Array, Array]:
+def _rows(equation: Ode | SampledSystem, until: float, p: Array | None, x0: Array | None) -> tuple[Array, Array]:
     """The rows (B, np) and (B, nx) of all runs; an equation without states has metrics to integrate all the same."""
-    (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("measure(until=...)", until)
+    (equation.flow if isinstance(equation, SampledSystem) else equation).refuse_beyond("measure(until=...)", until)
     p = None if p is None else table_of("measure(p=...)", equation.parameters, p)
     x0 = None if x0 is None else table_of("measure(x0=...)", equation.states, x0)
     if not equation.states.size:
         p = table_of("measure(p=...)", equation.parameters, p)
         return p, np.empty((len(p), 0))
-    return rows_of("measure", equation.step(1) if isinstance(equation, Sampled) else rk4(equation, until), p, x0)
+    return rows_of("measure", equation.step(1) if isinstance(equation, SampledSystem) else rk4(equation, until), p, x0)

@@ -11,14 +11,14 @@ from typing import TypeVar
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled, Step, runge_kutta_step, with_quadrature
-from workbench.core.units import declared
+from workbench.core import Layout, Ode, SampledSystem, StepMap, runge_kutta_step, with_quadrature
+from workbench.core.units import checked_unit
 from workbench.core.validation.refusals import MOST, Array, multiple, seconds, text
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine import Trajectories
-from workbench.engine.arithmetic import continued
+from workbench.engine.arithmetic import advance_states
 from workbench.engine.metrics.contract import AbstractMetric, watches
-from workbench.engine.metrics.score import Column
+from workbench.engine.metrics.score import MetricColumn
 from workbench.engine.metrics.signal_choice import refuse_unknown
 
 T = TypeVar("T")
@@ -29,12 +29,14 @@ LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divi
 class MeasuredEquation:
     """An equation and its metrics, each with the units and labels of the signals that it watches."""
 
-    equation: Ode | Sampled
+    equation: Ode | SampledSystem
     metrics: tuple[AbstractMetric, ...]
 
     @staticmethod
-    @door
-    def of(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf) -> MeasuredEquation:
+    @check_arguments
+    def of(
+        equation: Ode | SampledSystem, metrics: Sequence[AbstractMetric], horizon: float = np.inf
+    ) -> MeasuredEquation:
         """The equation with its metrics, once both are checked.
 
         Raises
@@ -50,7 +52,7 @@ class MeasuredEquation:
             raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
         bound = tuple(m.of(ode) for m in metrics)
         for m in bound:
-            declared(f"{type(m).__name__}({m.name}, unit=...)", m.unit)
+            checked_unit(f"{type(m).__name__}({m.name}, unit=...)", m.unit)
             for signal in watches(m):
                 refuse_unknown(m.name, signal, ode)
             _grid(m)
@@ -58,10 +60,10 @@ class MeasuredEquation:
         return MeasuredEquation(equation, bound)
 
     @property
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> tuple[MetricColumn, ...]:
         """A column for each number of each metric, in their order."""
         return tuple(
-            Column(m.name, number, unit, label)
+            MetricColumn(m.name, number, unit, label)
             for m in self.metrics
             for number, (unit, label) in enumerate(zip(m.units, m.labels, strict=True))
         )
@@ -71,7 +73,7 @@ class MeasuredEquation:
         """For each column, true if it is a time, which is known to one step at best."""
         return tuple(m.is_time for m in self.metrics for _ in m.labels)
 
-    def step(self, h: float, method: str = "rk4") -> Step:
+    def step(self, h: float, method: str = "rk4") -> StepMap:
         """The step of length h [s] by a method; for a sampled loop, its period in substeps of length h.
 
         Integrals are advanced in the substeps. A metric that samples does so once a period, after the jump.
@@ -83,14 +85,14 @@ class MeasuredEquation:
             sample time of a metric.
         """
         equation = self.equation
-        if isinstance(equation, Sampled):
+        if isinstance(equation, SampledSystem):
             span, substeps = equation.period, equation.substeps(h)
         else:
             span, substeps = seconds("measured(h=...)", h), 1
         for sample in filter(None, map(_grid, self.metrics)):
             multiple("metric(sample=...)", sample, span, "the step")
         if (made := self._steps.get((substeps, method))) is None:
-            if isinstance(equation, Sampled):
+            if isinstance(equation, SampledSystem):
                 plain = replace(equation, flow=self._flow).step(substeps, method)
             else:
                 plain = runge_kutta_step(self._flow, span, method)
@@ -98,7 +100,7 @@ class MeasuredEquation:
         return replace(made, h=span)
 
     @cached_property
-    def _steps(self) -> dict[tuple[int, str], Step]:
+    def _steps(self) -> dict[tuple[int, str], StepMap]:
         """The steps that were made, by the number of their substeps and their method."""
         return {}
 
@@ -120,47 +122,49 @@ class MeasuredEquation:
         """The longest time [s] that divides the sample times of the metrics and `times`; None if no metric samples."""
         return common_grid(self.metrics, *times)
 
-    def accumulated(self, runs: Trajectories, row: int = -1) -> Array:
+    def totals(self, runs: Trajectories, row: int = -1) -> Array:
         """The accumulators of each run, (B, a), at a kept time, with the memories updated there."""
-        return accumulated(runs, self.accumulators, self.metrics, row)
+        return accumulator_totals(runs, self.accumulators, self.metrics, row)
 
-    def values(self, accumulated: Array, times: Array, diverged_at: Array) -> Array:
+    def values(self, totals: Array, times: Array, diverged_at: Array) -> Array:
         """The metrics (B, T, k) from accumulators (B, T, a) at T times [s]; NaN from when a run diverged, (B,) in s."""
         rows: list[Array] = []
-        if not len(accumulated):
+        if not len(totals):
             return np.empty((0, len(times), len(self.columns)))
         for row, time in enumerate(times.tolist()):
-            found = values(self.metrics, self.accumulators, accumulated[:, row], time)
+            found = values(self.metrics, self.accumulators, totals[:, row], time)
             numbers = np.hstack([np.empty((len(diverged_at), 0)), *(found[m.name] for m in self.metrics)])
             rows.append(np.where((diverged_at <= time)[:, np.newaxis], np.nan, numbers))
         return np.stack(rows, axis=1)
 
 
-def accumulated(runs: Trajectories, held: Layout, metrics: Sequence[AbstractMetric], row: int) -> Array:
+def accumulator_totals(runs: Trajectories, accumulators: Layout, metrics: Sequence[AbstractMetric], row: int) -> Array:
     """The accumulators `held` of each run, (B, a), at a kept time, with the memories updated there."""
     step, state = runs.step, runs.x[:, row]
-    later = continued(runs.job, state, round(float(runs.t[row]) / step.h), 1)
+    later = advance_states(runs.job, state, round(float(runs.t[row]) / step.h), 1)
     integrals = set(map(_integral, metrics))
-    parts = [(state if name in integrals else later)[:, step.states.slice(name)] for name in held.names]
+    parts = [(state if name in integrals else later)[:, step.states.slice(name)] for name in accumulators.names]
     return np.hstack([np.empty((len(state), 0)), *parts])
 
 
-def accumulators_in(step: Step, metrics: Sequence[AbstractMetric]) -> Layout:
+def accumulators_in(step: StepMap, metrics: Sequence[AbstractMetric]) -> Layout:
     """The states of a step that belong to metrics, by their names."""
     memories, integrals = tuple(f"{m.name}." for m in metrics), set(map(_integral, metrics))
     return Layout(tuple(e for e in step.states.entries if e.name in integrals or e.name.startswith(memories)))
 
 
-def values(metrics: Sequence[AbstractMetric], held: Layout, accumulated: Array, horizon: float) -> Mapping[str, Array]:
+def values(
+    metrics: Sequence[AbstractMetric], accumulators: Layout, totals: Array, horizon: float
+) -> Mapping[str, Array]:
     """Each metric, (B, k), from the accumulators (B, a) of its runs and their horizon in s."""
-    parts, found = held.unpack(accumulated), {}
+    parts, found = accumulators.unpack(totals), {}
     for m in metrics:
-        integral = parts.get(_integral(m), np.zeros((len(accumulated), 0)))
+        integral = parts.get(_integral(m), np.zeros((len(totals), 0)))
         found[m.name] = m.value(integral, _below(parts, m), horizon)
     return found
 
 
-@door
+@check_arguments
 def common_grid(metrics: Sequence[AbstractMetric], *times: float) -> float | None:
     """The longest time [s] that divides the sample times of the metrics and `times`; None if no metric samples."""
     samples = list(filter(None, map(_grid, metrics)))
@@ -186,7 +190,7 @@ def _grid(metric: AbstractMetric) -> float | None:
     return None if grid is None else seconds(f"{type(metric).__name__}.grid", grid)
 
 
-def _flow(equation: Ode | Sampled) -> Ode:
+def _flow(equation: Ode | SampledSystem) -> Ode:
     return equation if isinstance(equation, Ode) else equation.flow
 
 
@@ -196,10 +200,10 @@ def _integral(metric: AbstractMetric) -> str:
 
 
 def _memories(metrics: Sequence[AbstractMetric]) -> Layout:
-    return sum((m.memory(len(m.labels)).prefixed(f"{m.name}.") for m in metrics), Layout())
+    return sum((m.memory(len(m.labels)).with_prefix(f"{m.name}.") for m in metrics), Layout())
 
 
-def _with_memories(step: Step, metrics: Sequence[AbstractMetric]) -> Step:
+def _with_memories(step: StepMap, metrics: Sequence[AbstractMetric]) -> StepMap:
     """The step with the memories of its metrics updated beside its states."""
     outputs, rule, extra = step.outputs, step.rule, _memories(metrics)
     if not extra.size:
@@ -211,7 +215,7 @@ def _with_memories(step: Step, metrics: Sequence[AbstractMetric]) -> Step:
         for m in metrics
         for name, part in m.update(rule.k, rule.h, _below(z, m), y).items()
     }
-    return step.extended(extra, symbols, extra.flatten(updates))
+    return step.with_memory(extra, symbols, extra.flatten(updates))
 
 
 def _below(z: Mapping[str, T], metric: AbstractMetric) -> dict[str, T]:

@@ -8,7 +8,7 @@ from math import isqrt
 
 import numpy as np
 
-from workbench.core import Step
+from workbench.core import StepMap
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine import Trajectories, simulate
 from workbench.engine.arithmetic import default_for
@@ -19,7 +19,7 @@ from workbench.engine.metrics.measurement import Measurement, error_of
 from workbench.engine.metrics.unseen_pulses import unseen_pulses
 from workbench.engine.pilot_selection import pilot_runs
 from workbench.engine.stability import longest_steps, modes_at
-from workbench.engine.step_choice import Choice
+from workbench.engine.step_choice import StepChoice
 
 POINTS = 400  # states of a single run at which its modes are looked at; of several runs, as many in all
 FEWEST = 4  # of each of many runs
@@ -44,10 +44,10 @@ class Accumulation:
         (m, S, nx), the states at half the step at which the modes are computed.
     """
 
-    accumulated: Array
+    totals: Array
     diverged_at: Array
-    halved: Array
-    halved_diverged_at: Array
+    half_totals: Array
+    half_diverged_at: Array
     states: Array
 
 
@@ -65,7 +65,7 @@ class MeasuredRun:
         The number of states, of a run that is repeated at h / 2, at which its modes are computed.
     """
 
-    measured: MeasuredEquation
+    measured_equation: MeasuredEquation
     h: float
     until: float
     every: float
@@ -76,14 +76,14 @@ class MeasuredRun:
     points: int = POINTS
 
     @cached_property
-    def step(self) -> Step:
+    def step(self) -> StepMap:
         """The step of the values, with the accumulators beside the states."""
-        return self.measured.step(self.h, self.method)
+        return self.measured_equation.step(self.h, self.method)
 
     @cached_property
-    def half(self) -> Step:
+    def half(self) -> StepMap:
         """The step at h / 2."""
-        return self.measured.step(self.h / 2, self.method)
+        return self.measured_equation.step(self.h / 2, self.method)
 
     @cached_property
     def times(self) -> Array:
@@ -105,7 +105,7 @@ class MeasuredRun:
         x, m = self.start(x0), len(looked_at)
         share = 2 * m / (2 * m + len(p))
         run = partial(simulate, until=self.until, seed=self.seed, arithmetic=self.arithmetic)
-        size = self.measured.accumulators.size
+        size = self.measured_equation.accumulators.size
         halved, lost = np.empty((0, len(self.times), size)), np.empty(0)
         states = np.empty((0, len(self._look_places), self.half.flow.states.size))
         if m:  # the longer run first: from it the engine sees how good its code should be
@@ -114,17 +114,17 @@ class MeasuredRun:
             own = keys if whole else keys[looked_at]
             every = self._look_spacing
             fine = run(self.half, rows, start, runs=own, every=every, progress=lambda done: tell(share * done))
-            halved, lost = self._accumulated(fine), fine.diverged_at
+            halved, lost = self._totals(fine), fine.diverged_at
             states = fine.x[:, self._look_places, : self.half.flow.states.size]
         coarse = run(
             self.step, p, x, runs=keys, every=self.every, progress=lambda done: tell(share + (1 - share) * done)
         )
-        return Accumulation(self._accumulated(coarse), coarse.diverged_at, halved, lost, states), coarse
+        return Accumulation(self._totals(coarse), coarse.diverged_at, halved, lost, states), coarse
 
-    def _accumulated(self, runs: Trajectories) -> Array:
+    def _totals(self, runs: Trajectories) -> Array:
         """The accumulators (n, T, a) of some runs at the times of the metrics."""
         kept = np.searchsorted(runs.t, self.times - runs.step.h / 2)
-        return np.stack([self.measured.accumulated(runs, int(row)) for row in kept], axis=1)
+        return np.stack([self.measured_equation.totals(runs, int(row)) for row in kept], axis=1)
 
     @cached_property
     def _look_spacing(self) -> float:
@@ -142,7 +142,7 @@ class MeasuredRun:
 
     def shapes(self, n: int, m: int) -> dict[str, tuple[int, ...]]:
         """The shapes of the arrays of an `Accumulation` of n runs, of which m are looked at."""
-        each = (len(self.times), self.measured.accumulators.size)
+        each = (len(self.times), self.measured_equation.accumulators.size)
         states = (m, len(self._look_places), self.step.flow.states.size)
         shapes = ((n, *each), (n,), (m, *each), (m,), states)
         return dict(zip((field.name for field in fields(Accumulation)), shapes, strict=True))
@@ -161,37 +161,37 @@ class MeasuredRun:
         at_half: bool = False,
         *,
         tolerance: float | None,
-        choice: Choice | None,
-        kept: Trajectories | None,
+        choice: StepChoice | None,
+        kept_runs: Trajectories | None,
     ) -> Measurement:
         """The values of runs with rows p (n, np), their errors, and the limits on the step.
 
         With `at_half` the values are those of h / 2, of the runs that were looked at.
         """
-        values, lost = self.measured.values(runs.accumulated, self.times, runs.diverged_at), runs.diverged_at
-        halved = self.measured.values(runs.halved, self.times, runs.halved_diverged_at)
-        least = [self.step.h if is_time else 0.0 for is_time in self.measured.times]
+        values, lost = self.measured_equation.values(runs.totals, self.times, runs.diverged_at), runs.diverged_at
+        halved = self.measured_equation.values(runs.half_totals, self.times, runs.half_diverged_at)
+        least = [self.step.h if is_time else 0.0 for is_time in self.measured_equation.times]
         errors = error_of(values[looked_at], halved, least)
         if at_half:
-            values, lost, p, looked_at = halved, runs.halved_diverged_at, p[looked_at], np.arange(len(looked_at))
+            values, lost, p, looked_at = halved, runs.half_diverged_at, p[looked_at], np.arange(len(looked_at))
         limits, at = self._limits(runs.states, p[looked_at])
         few = looked_at[pilot_runs(p[looked_at], np.empty((len(looked_at), 0)))] if len(looked_at) else looked_at
         return Measurement(
-            columns=self.measured.columns,
+            columns=self.measured_equation.columns,
             t=self.times,
             h=self.h,
             values=values,
             diverged_at=lost,
             looked_at=looked_at,
             errors=errors,
-            half_diverged_at=runs.halved_diverged_at,
+            half_diverged_at=runs.half_diverged_at,
             limits=limits,
             limited_at=at,
-            metrics=self.measured.metrics,
-            unseen=unseen_pulses(self.step, self.measured.metrics, p[few], self.until),
+            metrics=self.measured_equation.metrics,
+            pulse_warnings=unseen_pulses(self.step, self.measured_equation.metrics, p[few], self.until),
             tolerance=tolerance,
             choice=choice,
-            kept=kept,
+            kept_runs=kept_runs,
         )
 
     def _limits(self, states: Array, p: Array) -> tuple[Array, Array]:
@@ -209,6 +209,6 @@ class MeasuredRun:
         return limits, np.where(np.isnan(limits), np.nan, t[first])
 
 
-def arithmetic_for(step: Step, name: str | None) -> str:
+def arithmetic_for(step: StepMap, name: str | None) -> str:
     """The arithmetic of all runs at a step and at half of it: the one that is named, or else the step's best."""
     return name or default_for(step)

@@ -9,19 +9,19 @@ from functools import cached_property
 import numpy as np
 
 from workbench.core.validation.array_shapes import require_shapes
-from workbench.core.validation.notebook_display import listed, table_to_html
-from workbench.core.validation.refusals import Array, Integers, described, nearest
-from workbench.core.validation.signatures import door
+from workbench.core.validation.notebook_display import short_list, table_to_html
+from workbench.core.validation.refusals import Array, Integers, describe, nearest
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine import StepLimit, Trajectories
 from workbench.engine.metrics.contract import AbstractMetric
-from workbench.engine.metrics.score import HEAD, Column, Score
+from workbench.engine.metrics.score import HEADERS, MetricColumn, Score
 from workbench.engine.stability import beyond
-from workbench.engine.step_choice import Choice
+from workbench.engine.step_choice import StepChoice
 from workbench.engine.step_limits import Check, accuracy
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Measurement:
     """The metrics of N runs of one loop in k columns at T times, with their errors and the limits on their step.
 
@@ -54,7 +54,7 @@ class Measurement:
         The sentences on metrics that may miss a pulse between two steps.
     """
 
-    columns: tuple[Column, ...]
+    columns: tuple[MetricColumn, ...]
     t: Array
     h: float
     values: Array
@@ -65,10 +65,10 @@ class Measurement:
     limits: Array
     limited_at: Array | None = None
     tolerance: float | None = None
-    choice: Choice | None = None
+    choice: StepChoice | None = None
     metrics: tuple[AbstractMetric, ...] = ()
-    unseen: tuple[str, ...] = ()
-    kept: Trajectories | None = None
+    pulse_warnings: tuple[str, ...] = ()
+    kept_runs: Trajectories | None = None
 
     def __post_init__(self) -> None:
         runs, times, looked = self.diverged_at.size, max(1, self.t.size), self.looked_at.size
@@ -90,7 +90,7 @@ class Measurement:
         return f"<Measurement of {len(self)} runs: {self.summary}>"
 
     def _repr_html_(self) -> str:
-        return table_to_html(repr(self)[1:-1], HEAD, [score.row for score in self.scores])
+        return table_to_html(repr(self)[1:-1], HEADERS, [score.row for score in self.scores])
 
     @property
     def trajectories(self) -> Trajectories:
@@ -101,11 +101,11 @@ class Measurement:
         LookupError
             If they were not kept, as those of a sweep are not.
         """
-        if self.kept is None:
+        if self.kept_runs is None:
             raise LookupError("`Measurement.trajectories` were not kept: those of `measure` and of a case are.")
-        return self.kept
+        return self.kept_runs
 
-    @door
+    @check_arguments
     def score(self, metric: str, signal: int | str = 0) -> Score:
         """A metric of one signal at the horizon, by the signal's label or its number from 0.
 
@@ -116,7 +116,7 @@ class Measurement:
         """
         return self._score(self.place(metric, signal))
 
-    @door
+    @check_arguments
     def over_time(self, metric: str, signal: int | str = 0) -> Array:
         """A metric of one signal from the start to each of the times, (N, T)."""
         return np.asarray(self.values[:, :, self.place(metric, signal)])
@@ -126,7 +126,7 @@ class Measurement:
         """The score of each column."""
         return tuple(map(self._score, range(len(self.columns))))
 
-    @door
+    @check_arguments
     def scores_of(self, metric: str) -> tuple[Score, ...]:
         """The score of each signal of a metric."""
         self.place(metric)
@@ -139,12 +139,12 @@ class Measurement:
         errors[self.looked_at] = np.where(alone, np.inf, found)
         return Score(column.metric, column.label, column.unit, values, errors)
 
-    @door
-    def column(self, metric: str, signal: int | str = 0) -> Column:
+    @check_arguments
+    def column(self, metric: str, signal: int | str = 0) -> MetricColumn:
         """The column of a metric of one signal, by the signal's label or its number from 0."""
         return self.columns[self.place(metric, signal)]
 
-    @door
+    @check_arguments
     def place(self, metric: str, signal: int | str = 0) -> int:
         """The place of the column of a metric of one signal."""
         mine = {i: one for i, one in enumerate(self.columns) if one.metric == metric}
@@ -156,9 +156,9 @@ class Measurement:
             there = ", ".join(
                 f"{one.number} ({one.label!r})" if one.label else f"{one.number}" for one in mine.values()
             )
-            raise LookupError(f"'{metric}' has no signal {described(signal)}: it has {there}, counted from 0.{near}")
-        there = f"among {listed(self.names)}" if self.names else "as none was taken"
-        raise LookupError(f"There is no metric {described(metric)} {there}.{nearest(metric, self.names)}")
+            raise LookupError(f"'{metric}' has no signal {describe(signal)}: it has {there}, counted from 0.{near}")
+        there = f"among {short_list(self.names)}" if self.names else "as none was taken"
+        raise LookupError(f"There is no metric {describe(metric)} {there}.{nearest(metric, self.names)}")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -166,18 +166,18 @@ class Measurement:
         return tuple(dict.fromkeys(one.metric for one in self.columns))
 
     @property
-    def heads(self) -> tuple[str, ...]:
+    def column_headers(self) -> tuple[str, ...]:
         """A head for each column: the metric with the signal's label or, where that is of two words, its number."""
         names = ((one.metric, one.number if " " in one.label or not one.label else one.label) for one in self.columns)
         return tuple(f"{metric}[{signal}]" for metric, signal in names)
 
-    @door
+    @check_arguments
     def only(self, runs: Integers) -> Measurement:
         """The measurement of some runs, by their numbers in rising order, which are numbered anew."""
         if runs.ndim != 1 or not ((runs >= 0) & (runs < len(self))).all() or (np.diff(runs) <= 0).any():
             raise ValueError(
                 f"`only(runs)` takes numbers of the {len(self)} runs in rising order, counted from 0; got "
-                f"{described(runs.tolist())}."
+                f"{describe(runs.tolist())}."
             )
         held = np.isin(self.looked_at, runs)
         return replace(
@@ -189,11 +189,11 @@ class Measurement:
             half_diverged_at=self.half_diverged_at[held],
             limits=self.limits[held],
             limited_at=None if self.limited_at is None else self.limited_at[held],
-            kept=None,
+            kept_runs=None,
         )
 
     @property
-    def failed(self) -> int:
+    def diverged_count(self) -> int:
         """The number of runs that diverged."""
         return int(np.isfinite(self.diverged_at).sum())
 
@@ -224,24 +224,24 @@ class Measurement:
     @property
     def summary(self) -> str:
         """The names of the metrics, and the warnings."""
-        return "; ".join([listed(list(self.names)), *self.warnings])
+        return "; ".join([short_list(list(self.names)), *self.warnings])
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """The sentences on the runs that diverged, a step beyond its limit, and the metrics that miss a tolerance."""
-        missed = () if self.check is None else tuple(one.miss for one in self.check.metrics if not one.met)
-        lost = f"{self.failed:,} of {len(self):,} runs diverged" if self.failed else ""
-        losses = lost if self.kept is None else self.kept.losses
+        missed = () if self.check is None else tuple(one.miss for one in self.check.metrics if not one.is_met)
+        lost = f"{self.diverged_count:,} of {len(self):,} runs diverged" if self.diverged_count else ""
+        losses = lost if self.kept_runs is None else self.kept_runs.losses
         step = beyond(self.limit) if len(self.limits) else ""
-        return tuple(filter(None, (losses, step, *missed, *self.unseen)))
+        return tuple(filter(None, (losses, step, *missed, *self.pulse_warnings)))
 
 
-def error_of(value: Array, halved: Array, least: Sequence[float]) -> Array:
+def error_of(value: Array, half_value: Array, least: Sequence[float]) -> Array:
     """The error of values (..., k): twice their change to those at half the step, and at least so much, (k,).
 
     A method of order p has the error 2^p / (2^p - 1) times the change, so that twice the change bounds it for p >= 1,
     once the step is short enough. It is zero where two infinite values agree.
     """
     with np.errstate(invalid="ignore"):
-        found = np.maximum(2 * np.abs(value - halved), least)
-    return np.where(np.isinf(value) & np.isinf(halved), 0.0, found)
+        found = np.maximum(2 * np.abs(value - half_value), least)
+    return np.where(np.isinf(value) & np.isinf(half_value), 0.0, found)

@@ -14,11 +14,11 @@ import numpy as np
 
 from workbench.core.units import SECOND, read
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import Array, described, finite, numbers, positive, refusal, seconds, vector
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, describe, finite, numbers, positive, refusal, seconds, vector
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.metrics.contract import Integral
 from workbench.engine.metrics.energy import Energy
-from workbench.engine.metrics.signal_choice import Choice
+from workbench.engine.metrics.signal_choice import SignalChoice
 from workbench.engine.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 
 
@@ -34,7 +34,7 @@ def _square(t: ca.SX, e: ca.SX) -> ca.SX:
     return e**2
 
 
-def _named(name: str, signal: str | None) -> str:
+def _name_of(name: str, signal: str | None) -> str:
     return name if signal is None else f"{name} of {signal}"
 
 
@@ -47,7 +47,7 @@ def _error(
     measure: Callable[[str], str] = str,
 ) -> Integral:
     """An integral of the error of a signal."""
-    return Integral(name, "", about, g, finish, signal=Choice("error", signal), measure=measure)
+    return Integral(name, "", about, g, finish, signal=SignalChoice("error", signal), measure=measure)
 
 
 def _over_time(order: int, seconds: int) -> Callable[[str], str]:
@@ -55,7 +55,7 @@ def _over_time(order: int, seconds: int) -> Callable[[str], str]:
     return lambda unit: str(read(unit) ** order * SECOND**seconds)
 
 
-@door
+@check_arguments
 def rmse(signal: str | None = None, name: str | None = None) -> Integral:
     """sqrt(1/T integral of e^2 dt): the limit of (43) of the paper as its samples grow dense.
 
@@ -66,18 +66,18 @@ def rmse(signal: str | None = None, name: str | None = None) -> Integral:
     >>> wb.measure(loop.ode(), [wb.rmse()], until=5.0, h=1e-3).score("RMSE").value.round(3)
     array([0.122])
     """
-    return _error(name or _named("RMSE", signal), signal, "root mean square of {}", _square, _root_mean)
+    return _error(name or _name_of("RMSE", signal), signal, "root mean square of {}", _square, _root_mean)
 
 
-@door
+@check_arguments
 def sampled_rmse(sample: float, signal: str | None = None, name: str | None = None) -> SampledRms:
     """sqrt(1/N sum of e(t_k)^2), equation (43) of the paper, on a grid of `sample` s that begins at t = 0."""
     sample = seconds("sampled_rmse(sample=...)", sample)
     about = f"root mean square of {{}} over samples every {1000 * sample:g} ms"
-    return SampledRms(name or _named("sampled RMSE", signal), "", about, Choice("error", signal), sample)
+    return SampledRms(name or _name_of("sampled RMSE", signal), "", about, SignalChoice("error", signal), sample)
 
 
-@door
+@check_arguments
 def iae(signal: str | None = None) -> Integral:
     """Integral of |e| dt.
 
@@ -91,23 +91,23 @@ def iae(signal: str | None = None) -> Integral:
     array([[[0.147, 0.075, 0.026, 1.305, 0.088, 0.338]]])
     """
     size = _over_time(1, 1)
-    return _error(_named("IAE", signal), signal, "integral of |{}|", lambda t, e: ca.fabs(e), _whole, size)
+    return _error(_name_of("IAE", signal), signal, "integral of |{}|", lambda t, e: ca.fabs(e), _whole, size)
 
 
-@door
+@check_arguments
 def ise(signal: str | None = None) -> Integral:
     """Integral of e^2 dt."""
-    return _error(_named("ISE", signal), signal, "integral of {}^2", _square, _whole, _over_time(2, 1))
+    return _error(_name_of("ISE", signal), signal, "integral of {}^2", _square, _whole, _over_time(2, 1))
 
 
-@door
+@check_arguments
 def itae(signal: str | None = None) -> Integral:
     """Integral of t |e| dt."""
     size = _over_time(1, 2)
-    return _error(_named("ITAE", signal), signal, "integral of t |{}|", lambda t, e: t * ca.fabs(e), _whole, size)
+    return _error(_name_of("ITAE", signal), signal, "integral of t |{}|", lambda t, e: t * ca.fabs(e), _whole, size)
 
 
-@door
+@check_arguments
 def effort(signal: str | None = None) -> Integral:
     """Root mean square of an input, as it acts on the plant unless a signal is named.
 
@@ -119,10 +119,10 @@ def effort(signal: str | None = None) -> Integral:
     array([16.238])
     """
     about = "root mean square of {}"
-    return Integral(_named("effort", signal), "", about, _square, _root_mean, signal=Choice("input", signal))
+    return Integral(_name_of("effort", signal), "", about, _square, _root_mean, signal=SignalChoice("input", signal))
 
 
-@door
+@check_arguments
 def energy(power: tuple[str, str] | None = None) -> Energy:
     """Integral of |u v| dt of an effort u and a flow v: the energy moved either way, none of it recovered.
 
@@ -145,7 +145,7 @@ def energy(power: tuple[str, str] | None = None) -> Energy:
     return Energy("energy" if power is None else f"energy of {' '.join(power)}", "", "", power=power)
 
 
-@door
+@check_arguments
 def observer_error(signal: str) -> Integral:
     """Root mean square of the error of an observer: `x_error` = x - x_hat of a signal x that it estimates.
 
@@ -157,7 +157,7 @@ def observer_error(signal: str) -> Integral:
     return Integral(f"RMS {signal}", "", "root mean square of {}", _square, _root_mean, signal=signal)
 
 
-@door
+@check_arguments
 def peak_error(signal: str | None = None) -> Peak:
     """Largest |e|.
 
@@ -168,23 +168,25 @@ def peak_error(signal: str | None = None) -> Peak:
     >>> wb.measure(loop.ode(), [wb.peak_error()], until=5.0, h=1e-3).score("peak error").value.round(3)
     array([1.])
     """
-    return Peak(_named("peak error", signal), "", "largest |{}|", Choice("error", signal))
+    return Peak(_name_of("peak error", signal), "", "largest |{}|", SignalChoice("error", signal))
 
 
-@door
+@check_arguments
 def late_error(after: float, signal: str | None = None) -> Peak:
     """Largest |e| from `after` s on: the error of the steady state, after the transient."""
     after = finite("late_error(after=...)", after, " of seconds", low=0)
-    return Peak(_named("late error", signal), "", f"largest |{{}}| from {after:g} s on", Choice("error", signal), after)
+    return Peak(
+        _name_of("late error", signal), "", f"largest |{{}}| from {after:g} s on", SignalChoice("error", signal), after
+    )
 
 
-@door
+@check_arguments
 def peak(signal: str | None = None) -> Peak:
     """Largest absolute value of an input, as it acts on the plant unless a signal is named."""
-    return Peak(_named("peak", signal), "", "largest |{}|", Choice("input", signal))
+    return Peak(_name_of("peak", signal), "", "largest |{}|", SignalChoice("input", signal))
 
 
-@door
+@check_arguments
 def violation(signal: str, low: Numbers | None = None, high: Numbers | None = None) -> tuple[Peak, Integral]:
     """Two metrics: the largest distance of a signal beyond its limits, and the seconds for which it is beyond.
 
@@ -203,7 +205,7 @@ def violation(signal: str, low: Numbers | None = None, high: Numbers | None = No
     if len(sizes) > 1 or not np.all(least < most) or np.isinf([*least, *most]).all():
         raise ValueError(
             "`violation(low=..., high=...)` must be numbers with room between them, at least one of them finite, and "
-            f"one for all or one for each number of the signal; got {described(low)} and {described(high)}."
+            f"one for all or one for each number of the signal; got {describe(low)} and {describe(high)}."
         )
 
     def beyond(e: ca.SX) -> ca.SX:
@@ -216,23 +218,23 @@ def violation(signal: str, low: Numbers | None = None, high: Numbers | None = No
         far = beyond(e)
         return ca.if_else(far > 0, 1, ca.if_else(far <= 0, 0, far))  # which is no number where e is none
 
-    of, ends = Choice("input", signal), (("below", low), ("above", high))
-    where = " or ".join(f"{side} {described(end)}" for side, end in ends if end is not None)
+    of, ends = SignalChoice("input", signal), (("below", low), ("above", high))
+    where = " or ".join(f"{side} {describe(end)}" for side, end in ends if end is not None)
     return (
         Peak(f"violation of {signal}", "", f"how far {{}} is {where} at worst", of, size=beyond),
         Integral(f"time of violation of {signal}", "s", f"time in which {{}} is {where}", outside, _whole, signal=of),
     )
 
 
-def _limit(side: str, given: Numbers | None, none: float) -> Array:
+def _limit(side: str, values: Numbers | None, none: float) -> Array:
     call = f"violation({side}=...)"
-    limit = np.atleast_1d(numbers(call, none if given is None else given).squeeze())
+    limit = np.atleast_1d(numbers(call, none if values is None else values).squeeze())
     if limit.ndim > 1:
-        raise refusal(call, "a number, or a vector of them", given)
+        raise refusal(call, "a number, or a vector of them", values)
     return limit
 
 
-@door
+@check_arguments
 def total_variation(sample: float, signal: str | None = None, after: float = 0.0) -> TotalVariation:
     """Total variation per second, on a grid of `sample` s, of an input, as it acts on the plant unless one is named.
 
@@ -249,10 +251,10 @@ def total_variation(sample: float, signal: str | None = None, after: float = 0.0
     after = finite("total_variation(after=...)", after, " of seconds", low=0)
     late, since = ("late TV", f" from {after:g} s on") if after else ("TV", "")
     about = f"total variation of {{}} per second{since}, sampled every {1000 * sample:g} ms"
-    return TotalVariation(_named(late, signal), "", about, Choice("input", signal), sample, after)
+    return TotalVariation(_name_of(late, signal), "", about, SignalChoice("input", signal), sample, after)
 
 
-@door
+@check_arguments
 def overshoot(signal: str | None = None) -> Overshoot:
     """Largest excursion beyond the new level after a jump of the reference, in percent of the jump.
 
@@ -264,10 +266,10 @@ def overshoot(signal: str | None = None) -> Overshoot:
     array([30.491])
     """
     about = "largest excursion beyond a new level, in percent of the jump"
-    return Overshoot(_named("overshoot", signal), "%", about, Choice("level", signal))
+    return Overshoot(_name_of("overshoot", signal), "%", about, SignalChoice("level", signal))
 
 
-@door
+@check_arguments
 def settling_time(signal: str | None = None, band: float = 0.02) -> SettlingTime:
     """Longest time after a jump of the reference until the error stays within `band` of the jump.
 
@@ -280,4 +282,4 @@ def settling_time(signal: str | None = None, band: float = 0.02) -> SettlingTime
     """
     band = positive("settling_time(band=...)", band)
     about = f"longest time after a jump until the error stays within {100 * band:g} % of the jump"
-    return SettlingTime(_named("settling time", signal), "s", about, band, Choice("level", signal))
+    return SettlingTime(_name_of("settling time", signal), "s", about, band, SignalChoice("level", signal))

@@ -10,12 +10,12 @@ import numpy as np
 from workbench.core.validation.array_shapes import require_shapes
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
-HEAD = ("metric", "of", "unit", "least", "mean", "largest", "error")
+HEADERS = ("metric", "of", "unit", "least", "mean", "largest", "error")
 
 
-class Column(NamedTuple):
+class MetricColumn(NamedTuple):
     """One number of a metric: the metric's name, the number counted from 0, its unit, and the label of its signal."""
 
     metric: str
@@ -25,7 +25,7 @@ class Column(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Score:
     """One number of a metric in N runs, (N,), and its error, (N,): twice the change of the value from h to h / 2.
 
@@ -70,4 +70,4 @@ class Score:
         return (self.metric, self.label, self.unit, *(f"{number:.6g}" for number in numbers))
 
     def _repr_html_(self) -> str:
-        return table_to_html("", HEAD, [self.row])
+        return table_to_html("", HEADERS, [self.row])

@@ -13,15 +13,15 @@ from typing import Literal
 import casadi as ca
 
 from workbench.core import Ode
-from workbench.core.validation.refusals import described, known, nearest
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import describe, known_name, nearest
+from workbench.core.validation.signatures import check_arguments
 
 BOOK = "e"  # the error of an equation that was made by hand and declares nothing
 
 
 @dataclass(frozen=True)
-@door
-class Choice:
+@check_arguments
+class SignalChoice:
     """A signal that is to be found in an equation: by its name, or all that follow a reference or drive the plant.
 
     An "error" is that of the outputs that follow a reference, a "level" such outputs with their references, an "input"
@@ -38,7 +38,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class SignalColumn:
     """Outputs one below the other, less their references `wanted`, with unit and label of each number.
 
@@ -46,7 +46,7 @@ class SignalColumn:
     """
 
     outputs: tuple[str, ...]
-    wanted: tuple[str, ...]
+    references: tuple[str, ...]
     units: tuple[str, ...]
     labels: tuple[str, ...]
     words: str
@@ -55,17 +55,17 @@ class SignalColumn:
     @property
     def names(self) -> tuple[str, ...]:
         """The outputs and their references."""
-        return self.outputs + self.wanted
+        return self.outputs + self.references
 
 
-Signal = str | Choice | SignalColumn
+Signal = str | SignalChoice | SignalColumn
 
 
 def names_of(signal: Signal) -> tuple[str, ...]:
     """The outputs of a signal, as far as they are known before an equation is."""
     if isinstance(signal, SignalColumn):
         return signal.names
-    name = signal.signal if isinstance(signal, Choice) else signal
+    name = signal.signal if isinstance(signal, SignalChoice) else signal
     return () if name is None else (name,)
 
 
@@ -79,8 +79,8 @@ def levels(signal: Signal, y: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
     """A signal and its reference, each (k, 1), from the outputs y by name."""
     outputs, wanted = names_of(signal), tuple[str, ...]()
     if isinstance(signal, SignalColumn):
-        outputs, wanted = signal.outputs, signal.wanted
-    parts = {name: y[known(name, y, "outputs")] for name in outputs + wanted}
+        outputs, wanted = signal.outputs, signal.references
+    parts = {name: y[known_name(name, y, "outputs")] for name in outputs + wanted}
     return ca.vertcat(*(parts[name] for name in outputs)), ca.vertcat(*(parts[name] for name in wanted))
 
 
@@ -111,7 +111,7 @@ def refuse_unknown(metric: str, signal: str, ode: Ode) -> None:
     if signal not in ode.outputs:
         known = nearest(signal, ode.outputs.names) or f" It has: {', '.join(ode.outputs.names) or 'none'}."
         raise LookupError(
-            f"The metric {described(metric)} needs the output {described(signal)}, which '{ode.name}' does not "
+            f"The metric {describe(metric)} needs the output {describe(signal)}, which '{ode.name}' does not "
             f"have.{known}"
         )
 
@@ -128,7 +128,7 @@ class _Outputs:
         if name is not None and f"{name}_ref" not in self.ode.outputs:
             of_itself = name == BOOK or name in self.ode.differences
             return self.plain((name,), remark="" if of_itself else f", which is from 0, as {name} follows nothing")
-        names = self._followed if name is None else (name,)
+        names = self._followed_outputs if name is None else (name,)
         if not names and BOOK in self.ode.outputs:
             return self.plain((BOOK,))
         outputs = tuple(map(self._difference, self._some(names, "follows")))
@@ -136,7 +136,7 @@ class _Outputs:
 
     def level(self, name: str | None) -> SignalColumn:
         """A signal with its reference, or all signals that have one."""
-        return self.less(self._some(self._followed, "follows") if name is None else (name,))
+        return self.less(self._some(self._followed_outputs, "follows") if name is None else (name,))
 
     def input(self, name: str | None) -> SignalColumn:
         """A signal, or all inputs as they act on the plant."""
@@ -147,20 +147,22 @@ class _Outputs:
         acting = (f"{n}{applied}" if f"{n}{applied}" in outputs else n for n in self._some(names, "drives"))
         return self.plain(tuple(acting), names)
 
-    def plain(self, outputs: tuple[str, ...], labelled: tuple[str, ...] = (), remark: str = "") -> SignalColumn:
+    def plain(self, outputs: tuple[str, ...], with_labels: tuple[str, ...] = (), remark: str = "") -> SignalColumn:
         """Outputs as they are, whose labels may be those of other outputs."""
         units = self._units(outputs)
-        return SignalColumn(outputs, (), units, self._labels(outputs, labelled or outputs), _listed(outputs), remark)
+        return SignalColumn(
+            outputs, (), units, self._labels(outputs, with_labels or outputs), _list_words(outputs), remark
+        )
 
     def less(self, names: tuple[str, ...]) -> SignalColumn:
         """Outputs less their references."""
         wanted = tuple(f"{name}_ref" for name in names)
         self._units(wanted)
-        words = _listed([f"{name} - {name}_ref" for name in names])
+        words = _list_words([f"{name} - {name}_ref" for name in names])
         return SignalColumn(names, wanted, self._units(names), self._labels(names, names), words)
 
     @property
-    def _followed(self) -> tuple[str, ...]:
+    def _followed_outputs(self) -> tuple[str, ...]:
         outputs = self.ode.outputs
         return self.ode.follows or tuple(name for name in outputs.names if f"{name}_ref" in outputs)
 
@@ -172,7 +174,7 @@ class _Outputs:
     def _some(self, names: tuple[str, ...], does: str) -> tuple[str, ...]:
         if not names:
             raise LookupError(
-                f"The metric {described(self.metric)} without a signal is of what a loop {does}, and "
+                f"The metric {describe(self.metric)} without a signal is of what a loop {does}, and "
                 f"'{self.ode.name}' {does} nothing: name a signal. It has: "
                 f"{', '.join(self.ode.outputs.names) or 'none'}."
             )
@@ -183,15 +185,15 @@ class _Outputs:
             refuse_unknown(self.metric, name, self.ode)
         return tuple(unit for name in names for unit in self.ode.outputs[name].units)
 
-    def _labels(self, outputs: tuple[str, ...], labelled: tuple[str, ...]) -> tuple[str, ...]:
+    def _labels(self, outputs: tuple[str, ...], with_labels: tuple[str, ...]) -> tuple[str, ...]:
         """The names of signals, with their numbers where they have several, and with what the plant counts by them."""
         labels: list[str] = []
-        for output, name in zip(outputs, labelled, strict=True):
+        for output, name in zip(outputs, with_labels, strict=True):
             size, counts = self.ode.outputs[output].size, self.ode.counts
             several = [f"{counts} {i + 1}" if counts else f"{name}[{i}]" for i in range(size)]
             labels += [name] if size == 1 else several
         return tuple(labels)
 
 
-def _listed(words: Sequence[str]) -> str:
+def _list_words(words: Sequence[str]) -> str:
     return words[0] if len(words) == 1 else f"({', '.join(words)})"

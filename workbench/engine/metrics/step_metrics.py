@@ -13,12 +13,12 @@ from workbench.core import Ode
 from workbench.core.units import per_second
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite, positive, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.metrics.contract import AbstractSignalMetric, Parts
-from workbench.engine.metrics.signal_choice import Choice, Signal, SignalColumn, column, levels
+from workbench.engine.metrics.signal_choice import Signal, SignalChoice, SignalColumn, column, levels
 
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
-LEVELS = Choice("level")  # all that is followed
+LEVELS = SignalChoice("level")  # all that is followed
 ROUNDING = 1e-9  # a change by less, in units of a level of 1 at least, is rounding and no jump
 
 
@@ -27,13 +27,13 @@ def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
     return ca.fmod(k, ca.floor(sample / h + 0.5)) == 0
 
 
-@door
+@check_arguments
 def _absolute(e: ca.SX) -> ca.SX:
     return ca.fabs(e)
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Peak(AbstractSignalMetric):
     """The largest absolute value of a signal over all steps, from `after` seconds on.
 
@@ -87,7 +87,7 @@ class AbstractSampledMetric(AbstractSignalMetric):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class TotalVariation(AbstractSampledMetric):
     """The sum of |u(t_j) - u(t_(j-1))| over the grid from `after` seconds on, per second: a measure of chattering.
 
@@ -104,7 +104,7 @@ class TotalVariation(AbstractSampledMetric):
         seconds("TotalVariation(sample=...)", self.sample)
         finite("TotalVariation(after=...)", self.after, " of seconds", low=0)
 
-    @door
+    @check_arguments
     def measured_in(self, unit: str) -> str:
         """The unit of the signal, per second."""
         return per_second(unit)
@@ -122,7 +122,7 @@ class TotalVariation(AbstractSampledMetric):
         """The memory with the change since the last sample added, on the grid."""
         u, sampled, first = column(self.signal, y), on_grid(k, h, self.sample), k == 0
         change = ca.if_else(first, 0, ca.fabs(u - z["last"]))
-        begins = (self._skipped + 1) * self.sample  # where the first change that counts ends
+        begins = (self._skipped_samples + 1) * self.sample  # where the first change that counts ends
         counts = ca.logic_and(sampled, k * h >= begins - h / 2) if self.after else sampled
         return {
             "sum": z["sum"] + ca.if_else(counts, change, 0),
@@ -134,17 +134,17 @@ class TotalVariation(AbstractSampledMetric):
         return z["sum"] / (self.sample * max(1.0, self._intervals(horizon)))
 
     @property
-    def _skipped(self) -> float:
+    def _skipped_samples(self) -> float:
         """The number of sample times before the first sample from `after` on."""
         return float(np.ceil(self.after / self.sample - 1e-6))
 
     def _intervals(self, horizon: float) -> float:
         """The number of whole sample times from `after` to the horizon."""
-        return float(np.floor(horizon / self.sample + 1e-6)) - self._skipped
+        return float(np.floor(horizon / self.sample + 1e-6)) - self._skipped_samples
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class SampledRms(AbstractSampledMetric):
     """sqrt(1/N sum of u(t_k)^2) over the N samples t = 0, sample, 2 sample, ... up to the horizon.
 
@@ -175,7 +175,7 @@ class AbstractStepResponse(AbstractSignalMetric):
         signal = self.signal
         _, wanted = levels(signal, ode.outputs.view(ode.output))
         if ca.sparsify(ca.jacobian(wanted, ca.vertcat(ode.t, ode.x))).nnz():
-            names = ", ".join(signal.wanted if isinstance(signal, SignalColumn) else ())
+            names = ", ".join(signal.references if isinstance(signal, SignalColumn) else ())
             raise ValueError(
                 f"The metric '{self.name}' needs a piecewise constant reference, as it is measured from one jump to "
                 f"the next; the {names} of '{ode.name}' moves. Use steps or a square wave, or `peak_error()` and "
@@ -183,10 +183,10 @@ class AbstractStepResponse(AbstractSignalMetric):
             )
 
 
-def jump(k: ca.SX, z: Parts, actual: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
+def jump(k: ca.SX, z: Parts, actual: ca.SX, reference: ca.SX) -> tuple[ca.SX, ca.SX]:
     """True if the reference has just jumped, and the level from which it did."""
     first = k == 0
-    jumped = ca.logic_or(first, height(z["level"], wanted) != 0)
+    jumped = ca.logic_or(first, height(z["level"], reference) != 0)
     return jumped, ca.if_else(first, actual, ca.if_else(jumped, z["level"], z["origin"]))
 
 
@@ -218,7 +218,7 @@ class Overshoot(AbstractStepResponse):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class SettlingTime(AbstractStepResponse):
     """The longest time after a jump until the error stays within `band` times the jump; infinite if it never does."""
 

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.core import Step
+from workbench.core import StepMap
 from workbench.core.switches import NEAR, find_switches
 from workbench.core.validation.refusals import Array
 from workbench.engine.metrics.contract import AbstractMetric
 
 
-def unseen_pulses(step: Step, metrics: Sequence[AbstractMetric], p: Array, until: float) -> tuple[str, ...]:
+def unseen_pulses(step: StepMap, metrics: Sequence[AbstractMetric], p: Array, until: float) -> tuple[str, ...]:
     """A sentence for each metric without a grid of its own that may miss a pulse of what it watches in runs p (B, np).
 
     In a computer, a metric looks once a period.

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
 
-from workbench.core import Layout, Step
-from workbench.core.validation.refusals import Array, raised, seconds
-from workbench.core.validation.signatures import door
+from workbench.core import Layout, StepMap
+from workbench.core.validation.refusals import Array, error_text, seconds
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.machines.numpy_spelling import SPELLING
 from workbench.engine.machines.operations import OPERATIONS, Kind, Role, gives_truth, with_role
 from workbench.engine.metrics.contract import AbstractMetric, value_as_written
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 else:
     Written = tuple[object, ...]
 
-RESHAPED: tuple[Callable[..., Places], ...] = (np.reshape, np.ravel, np.transpose, np.broadcast_to)
-JOINED: tuple[Callable[..., Places], ...] = (np.concatenate, np.hstack, np.stack, np.column_stack)
+RESHAPE_FUNCTIONS: tuple[Callable[..., Places], ...] = (np.reshape, np.ravel, np.transpose, np.broadcast_to)
+JOIN_FUNCTIONS: tuple[Callable[..., Places], ...] = (np.concatenate, np.hstack, np.stack, np.column_stack)
 PROGRAM = with_role(Role.PROGRAM)
 OF_NUMPY = {SPELLING[name].__name__: name for name in PROGRAM if isinstance(SPELLING[name], np.ufunc)}
 OF_NUMPY |= {"absolute": "fabs", "maximum": "max", "minimum": "min"}
@@ -41,8 +41,8 @@ OF_NUMPY |= {"bitwise_and": "and", "bitwise_or": "or", "invert": "not"}
 
 
 @dataclass(frozen=True)
-@door
-class Program:
+@check_arguments
+class MetricProgram:
     """The k numbers of a metric from places in the states of a step.
 
     Node i is input i; behind the inputs come the `nodes`, whose operands are nodes before them. A truth is 1 or 0.
@@ -59,7 +59,7 @@ class Program:
     nodes: tuple[Written, ...]
     results: tuple[int, ...]
 
-    @door
+    @check_arguments
     def evaluate(self, x: Array, z: Array) -> Array:
         """The numbers (B, k) of the metric from states (B, nx) at the horizon, x, and one step later, z."""
         rows = {"x": x, "z": z}
@@ -87,8 +87,8 @@ def _plain(number: float) -> float | str:
     return number if math.isfinite(number) else {math.inf: "Infinity", -math.inf: "-Infinity"}.get(number, "NaN")
 
 
-@door
-def program_of(step: Step, metric: AbstractMetric, horizon: float) -> Program:
+@check_arguments
+def program_of(step: StepMap, metric: AbstractMetric, horizon: float) -> MetricProgram:
     """The program of a metric of a measured step, with the bits of its `value` at a horizon in s.
 
     Of two zeros with unlike signs, NumPy's larger one differs from machine to machine; that of a program is +0.
@@ -101,7 +101,7 @@ def program_of(step: Step, metric: AbstractMetric, horizon: float) -> Program:
     horizon, tape = seconds("program_of(horizon=...)", horizon), _Tape({})
     held, name = accumulators_in(step, [metric]), f"integral of {metric.name}"
     parts = {entry: _inputs(tape, step.states, entry, "x" if entry == name else "z") for entry in held.names}
-    integral = parts.pop(name, _Traced(tape, np.zeros((1, 0), dtype=np.intp)))
+    integral = parts.pop(name, _TracedArray(tape, np.zeros((1, 0), dtype=np.intp)))
     z = {entry.removeprefix(f"{metric.name}."): part for entry, part in parts.items()}
     try:
         with np.errstate(all="ignore"):
@@ -110,7 +110,7 @@ def program_of(step: Step, metric: AbstractMetric, horizon: float) -> Program:
             raise _UntraceableError(f"an answer of shape {answer.shape}")
     except Exception as error:  # a metric of the user's may raise anything when it meets other things than arrays
         cause = error.__cause__ or error
-        why = str(cause) if isinstance(cause, _UntraceableError) else f"an operation that raised {raised(error)}"
+        why = str(cause) if isinstance(cause, _UntraceableError) else f"an operation that raised {error_text(error)}"
         raise ValueError(
             f"The value of the metric '{metric.name}' cannot be written as a program: it needs {why}. A program knows "
             f"{', '.join(PROGRAM)}, of numbers one by one."
@@ -118,10 +118,10 @@ def program_of(step: Step, metric: AbstractMetric, horizon: float) -> Program:
     return tape.program(answer.places[0].tolist())
 
 
-def _inputs(tape: _Tape, states: Layout, name: str, of: str) -> _Traced:
+def _inputs(tape: _Tape, states: Layout, name: str, of: str) -> _TracedArray:
     """A quantity of a single run, (1, ...), as inputs of a program."""
     places = states.unpack(np.arange(states.size, dtype=float)[np.newaxis])[name]
-    return _Traced(tape, _each(lambda place: tape.node(of, int(place)), places))
+    return _TracedArray(tape, _each(lambda place: tape.node(of, int(place)), places))
 
 
 def _each(function: Callable[..., int], *arrays: Places | Array) -> Places:
@@ -160,19 +160,19 @@ class _Tape:
     def _number(self, node: _Node) -> int:
         return self.numbers.setdefault(node, len(self.numbers))
 
-    def of(self, given: object) -> _Traced:
+    def of(self, value: object) -> _TracedArray:
         """An array of nodes, or numbers as constants."""
-        if isinstance(given, np.ndarray) and given.dtype == object and given.ndim == 0:
-            given = given[()]  # made by `np.asarray`
-        if isinstance(given, _Traced):
-            return given
-        array = np.asarray(given)
+        if isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 0:
+            value = value[()]  # made by `np.asarray`
+        if isinstance(value, _TracedArray):
+            return value
+        array = np.asarray(value)
         if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8:
             raise _UntraceableError(f"numbers of kind {array.dtype}")
         places = _each(lambda number: self.constant(float(number)), array.astype(np.float64))
-        return _Traced(self, places, array.dtype.kind == "b")
+        return _TracedArray(self, places, array.dtype.kind == "b")
 
-    def program(self, results: Sequence[int]) -> Program:
+    def program(self, results: Sequence[int]) -> MetricProgram:
         """The program of what the results need, inputs first."""
         nodes, needed = list(self.numbers), set(results)
         for i in reversed(range(len(nodes))):
@@ -187,7 +187,7 @@ class _Tape:
                 return node.operation, float.fromhex(node.constant)
             return node.operation, *(place[i] for i in node.operands)
 
-        return Program(
+        return MetricProgram(
             tuple((nodes[i].operation, nodes[i].operands[0]) for i in inputs),
             tuple(moved(nodes[i]) for i in others),
             tuple(place[i] for i in results),
@@ -195,7 +195,7 @@ class _Tape:
 
 
 @dataclass(frozen=True, eq=False)
-class _Traced(NDArrayOperatorsMixin):
+class _TracedArray(NDArrayOperatorsMixin):
     """An array of nodes, which writes down the operations that NumPy is asked to do with it."""
 
     tape: _Tape
@@ -214,10 +214,10 @@ class _Traced(NDArrayOperatorsMixin):
     def __len__(self) -> int:
         return len(self.places)
 
-    def __getitem__(self, key: Key | tuple[Key, ...]) -> _Traced:
+    def __getitem__(self, key: Key | tuple[Key, ...]) -> _TracedArray:
         return replace(self, places=np.asarray(self.places[key]))
 
-    def reshape(self, *shape: SupportsIndex) -> _Traced:
+    def reshape(self, *shape: SupportsIndex) -> _TracedArray:
         return replace(self, places=self.places.reshape(*shape))
 
     def __bool__(self) -> bool:
@@ -231,55 +231,55 @@ class _Traced(NDArrayOperatorsMixin):
         whole[()] = self
         return whole
 
-    def __pow__(self, power: object) -> _Traced:
+    def __pow__(self, power: object) -> _TracedArray:
         if not isinstance(power, int | float) or power not in (2, 0.5):
             raise _UntraceableError(f"a power of {power if isinstance(power, int | float) else 'a changing number'}")
-        return self._done("multiply", self, self) if power == 2 else self._done("sqrt", self)
+        return self._apply("multiply", self, self) if power == 2 else self._apply("sqrt", self)
 
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: object, **options: object) -> _Traced:
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: object, **options: object) -> _TracedArray:
         if method != "__call__" or options:
             called = "" if method == "__call__" else f".{method}"
             raise _UntraceableError(f"`np.{ufunc.__name__}{called}`{''.join(f' with `{name}`' for name in options)}")
-        return self._done(ufunc.__name__, *map(self.tape.of, inputs))
+        return self._apply(ufunc.__name__, *map(self.tape.of, inputs))
 
     def __array_function__(
         self,
         function: Callable[..., Places],
         types: object,
-        given: tuple[Iterable[object], ...],
+        arguments: tuple[Iterable[object], ...],
         options: Mapping[str, object],
-    ) -> _Traced:
-        if function is np.where and len(given) == 3:
-            return self._select(*map(self.tape.of, given))
-        if function in RESHAPED:
-            return replace(self, places=function(self.places, *given[1:], **options))
-        if function in JOINED:
-            parts = [self.tape.of(part) for part in given[0]]
+    ) -> _TracedArray:
+        if function is np.where and len(arguments) == 3:
+            return self._select(*map(self.tape.of, arguments))
+        if function in RESHAPE_FUNCTIONS:
+            return replace(self, places=function(self.places, *arguments[1:], **options))
+        if function in JOIN_FUNCTIONS:
+            parts = [self.tape.of(part) for part in arguments[0]]
             if len({part.truth for part in parts}) == 1:
-                return replace(parts[0], places=function([part.places for part in parts], *given[1:], **options))
+                return replace(parts[0], places=function([part.places for part in parts], *arguments[1:], **options))
         raise _UntraceableError(f"`np.{function.__name__}`")
 
-    def _done(self, name: str, *operands: _Traced) -> _Traced:
+    def _apply(self, name: str, *operands: _TracedArray) -> _TracedArray:
         """An operation by NumPy's name."""
         match name:
             case "square":
-                return self._done("multiply", *operands, *operands)
+                return self._apply("multiply", *operands, *operands)
             case "positive":
                 return operands[0]
             case "isfinite" | "isinf":
-                size = self._done("absolute", *operands)
-                return self._done("less" if name == "isfinite" else "equal", size, self.tape.of(np.inf))
+                size = self._apply("absolute", *operands)
+                return self._apply("less" if name == "isfinite" else "equal", size, self.tape.of(np.inf))
         operation, truths = OF_NUMPY.get(name), [operand.truth for operand in operands]
         # of truths alone NumPy's arithmetic has rules of its own
         if operation is None or (not all(truths) if operation in ("and", "or", "not") else all(truths)):
             raise _UntraceableError(f"`np.{name}`" + (" of truths" if all(truths) else ""))
-        return self._written(operation, *operands, truth=gives_truth(operation))
+        return self._record(operation, *operands, truth=gives_truth(operation))
 
-    def _select(self, truth: _Traced, a: _Traced, b: _Traced) -> _Traced:
+    def _select(self, truth: _TracedArray, a: _TracedArray, b: _TracedArray) -> _TracedArray:
         if not truth.truth:
             raise _UntraceableError("`np.where` of a number that is not a comparison")
-        return self._written("select", truth, a, b, truth=a.truth and b.truth)
+        return self._record("select", truth, a, b, truth=a.truth and b.truth)
 
-    def _written(self, operation: str, *operands: _Traced, truth: bool) -> _Traced:
+    def _record(self, operation: str, *operands: _TracedArray, truth: bool) -> _TracedArray:
         places = _each(lambda *nodes: self.tape.node(operation, *map(int, nodes)), *(of.places for of in operands))
-        return _Traced(self.tape, places, truth)
+        return _TracedArray(self.tape, places, truth)

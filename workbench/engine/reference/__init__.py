@@ -4,6 +4,6 @@ The room knows one `Ode` or one function and its surfaces, follows sliding motio
 its error; it knows no batch and no step. Read `solution.py` first, then `switched_run.py` and `smooth_pieces.py`.
 """
 
-from workbench.engine.reference.solution import Reference, reference, reference_of_function
+from workbench.engine.reference.solution import ReferenceSolution, reference_of_function, reference_run
 
-__all__ = ["Reference", "reference", "reference_of_function"]
+__all__ = ["ReferenceSolution", "reference_run", "reference_of_function"]

@@ -12,8 +12,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.engine.reference.smooth_pieces import Guard, Mode, Numeric, Piece
-from workbench.engine.reference.surfaces import Switched
+from workbench.engine.reference.smooth_pieces import Guard, Numeric, SmoothPiece, SwitchingMode
+from workbench.engine.reference.surfaces import SwitchedRate
 
 MOST = 3**5  # continuations from one state that are looked at: five relays at once
 FLAT = 1e5  # a derivative this many times beyond its rounding has a sign
@@ -25,41 +25,41 @@ SINGULAR = 1e-10  # reciprocal condition below which sides in sliding are not de
 class Modes:
     """The modes of a switched rate, each made once."""
 
-    switched: Switched
-    pieces: dict[Mode, Piece | str] = field(default_factory=dict)
+    switched_rate: SwitchedRate
+    pieces: dict[SwitchingMode, SmoothPiece | str] = field(default_factory=dict)
 
-    def piece(self, mode: Mode) -> Piece | str:
+    def piece(self, mode: SwitchingMode) -> SmoothPiece | str:
         """The piece of a mode, or the reason why it has none."""
         if mode not in self.pieces:
             try:
-                self.pieces[mode] = Piece.of(self.switched, mode)
+                self.pieces[mode] = SmoothPiece.of(self.switched_rate, mode)
             except ValueError as reason:
                 self.pieces[mode] = str(reason)
         return self.pieces[mode]
 
-    def start(self, t: float, x: Array) -> Piece:
+    def start(self, t: float, x: Array) -> SmoothPiece:
         """The piece from an initial state."""
-        count = len(self.switched.surfaces)
+        count = len(self.switched_rate.surfaces)
         levels = tuple(self._first_levels(t, x))
-        mode = self._settled(t, x, Mode((0,) * count, levels), {})
+        mode = self._mode_at(t, x, SwitchingMode((0,) * count, levels), {})
         sigma = self._sigma(t, x, mode)
         return self.onward(t, x, mode, {k for k in range(count) if not abs(sigma[k]) > 1e-14 * (1 + abs(t))})
 
-    def onward(self, t: float, x: Array, mode: Mode, on: Collection[int]) -> Piece:
+    def onward(self, t: float, x: Array, mode: SwitchingMode, on: Collection[int]) -> SmoothPiece:
         """The piece that continues from a state that lies on the surfaces `on`, or a refusal.
 
         A piece continues if each side it names is the side that it moves to; in sliding, if the sides that keep it on
         the surface are between -1 and 1.
         """
-        places = sorted({*on, *mode.sliding})
-        names = ", ".join(f"{self.switched.surfaces[k].name} = 0" for k in places)
-        options = [(1, -1, 0) if self.switched.surfaces[k].jumps else (1, -1) for k in places]
+        places = sorted({*on, *mode.sliding_surfaces})
+        names = ", ".join(f"{self.switched_rate.surfaces[k].name} = 0" for k in places)
+        options = [(1, -1, 0) if self.switched_rate.surfaces[k].jumps else (1, -1) for k in places]
         if math.prod(map(len, options)) > MOST:
             raise stop(t, f"the state lies on {len(places)} surfaces at once, which is too many to look at: {names}")
-        found: dict[bool, list[Piece]] = {True: [], False: []}
-        looked, reasons = list[Piece](), list[str]()
+        found: dict[bool, list[SmoothPiece]] = {True: [], False: []}
+        looked, reasons = list[SmoothPiece](), list[str]()
         for sides in itertools.product(*options):
-            piece = self.piece(self._settled(t, x, mode, dict(zip(places, sides, strict=True))))
+            piece = self.piece(self._mode_at(t, x, mode, dict(zip(places, sides, strict=True))))
             if isinstance(piece, str):
                 reasons.append(piece)
                 continue
@@ -76,13 +76,13 @@ class Modes:
             raise stop(t, f"the state can neither cross {names} nor slide there{why}")
         return (found[True] or found[False])[0]
 
-    def _continues(self, piece: Piece, t: float, x: Array, on: list[int]) -> bool | None:
+    def _continues(self, piece: SmoothPiece, t: float, x: Array, on: list[int]) -> bool | None:
         """True if the piece continues from (t, x) with certainty, False if within rounding, None if not at all."""
-        if piece.mode.sliding:
+        if piece.mode.sliding_surfaces:
             held, control = piece.hold(t, x), piece.control(t, x)
-            if not determined(control[:, 1:]):
+            if not is_determined(control[:, 1:]):
                 return None
-            beyond_first = held[len(piece.mode.sliding) :]
+            beyond_first = held[len(piece.mode.sliding_surfaces) :]
             if (np.abs(beyond_first[:, 0]) > beyond_first[:, -1]).any():
                 return None
         certain, second = True, None
@@ -103,51 +103,51 @@ class Modes:
             certain = certain and bool(slope > FLAT * slope_noise)
         return certain
 
-    def _settled(self, t: float, x: Array, mode: Mode, chosen: dict[int, int]) -> Mode:
+    def _mode_at(self, t: float, x: Array, mode: SwitchingMode, chosen_sides: dict[int, int]) -> SwitchingMode:
         """The mode with some sides chosen, and each other side by the sign of its own sigma."""
         sides = list(mode.sides)
         for k in range(len(sides)):
-            if k in chosen:
-                sides[k] = chosen[k]
+            if k in chosen_sides:
+                sides[k] = chosen_sides[k]
             else:
-                sigma = self._sigma(t, x, Mode(tuple(sides), mode.levels))[k]
+                sigma = self._sigma(t, x, SwitchingMode(tuple(sides), mode.levels))[k]
                 # a side is flipped by a surface that lies before it, never by rounding on its own
                 sides[k] = int(np.sign(sigma)) if abs(sigma) > 1e-12 or not sides[k] else sides[k]
-        return Mode(tuple(sides), mode.levels)
+        return SwitchingMode(tuple(sides), mode.levels)
 
     def _first_levels(self, t: float, x: Array) -> list[float]:
-        levels = [0.0] * len(self.switched.surfaces)
-        for k, surface in enumerate(self.switched.surfaces):
+        levels = [0.0] * len(self.switched_rate.surfaces)
+        for k, surface in enumerate(self.switched_rate.surfaces):
             if surface.level is not None:
-                mode = self._settled(t, x, Mode((0,) * len(levels), tuple(levels)), {})
+                mode = self._mode_at(t, x, SwitchingMode((0,) * len(levels), tuple(levels)), {})
                 levels[k] = float(np.round(self._sigma(t, x, mode)[k]))
         return levels
 
-    def _sigma(self, t: float, x: Array, mode: Mode) -> Array:
+    def _sigma(self, t: float, x: Array, mode: SwitchingMode) -> Array:
         return self._sigmas(t, np.concatenate([x, mode.sides, mode.levels])).ravel()
 
     @cached_property
     def _sigmas(self) -> Numeric:
         """All sigma as a function of (t, [x; sides; levels])."""
-        every = self.switched.surfaces
+        every = self.switched_rate.surfaces
         sides, levels = ca.SX.sym("sides", len(every)), ca.SX.sym("levels", len(every))
         sigma = ca.vertcat(ca.SX(0, 1), *[s.sigma for s in every])
         old = [[s.side, s.corner, *([] if s.level is None else [s.level])] for s in every]
         new = [[sides[k], sides[k], *([] if s.level is None else [levels[k]])] for k, s in enumerate(every)]
         if every:
             sigma = ca.substitute(sigma, ca.vertcat(*itertools.chain(*old)), ca.vertcat(*itertools.chain(*new)))
-        arguments = [self.switched.t, ca.vertcat(self.switched.x, sides, levels)]
+        arguments = [self.switched_rate.t, ca.vertcat(self.switched_rate.x, sides, levels)]
         return Numeric(ca.Function("sigma", arguments, [sigma]))
 
 
-def turned(mode: Mode, guard: Guard) -> Mode:
+def next_mode(mode: SwitchingMode, guard: Guard) -> SwitchingMode:
     """The mode after a staircase has moved on by one level: the side of the surface changes its sign."""
     k, side = guard.surface, guard.side
     levels = tuple(level + side * (i == k) for i, level in enumerate(mode.levels))
-    return Mode(tuple(-side if i == k else s for i, s in enumerate(mode.sides)), levels)
+    return SwitchingMode(tuple(-side if i == k else s for i, s in enumerate(mode.sides)), levels)
 
 
-def determined(gains: Array) -> bool:
+def is_determined(gains: Array) -> bool:
     """True if the sides in sliding follow from their gains (k, k)."""
     if not np.isfinite(gains).all():
         return False
@@ -156,11 +156,13 @@ def determined(gains: Array) -> bool:
     return bool(sizes[-1] > SINGULAR * sizes[0])
 
 
-def _alike(pieces: list[Piece], looked: list[Piece], t: float, x: Array) -> bool:
+def _alike(pieces: list[SmoothPiece], examined_pieces: list[SmoothPiece], t: float, x: Array) -> bool:
     """True if pieces have one rate, relative to the largest rate of all that were examined."""
     if len(pieces) < 2:
         return True
-    rates = [[p.field(t, p.with_companions(t, x)).ravel()[: len(x)] for p in some] for some in (pieces, looked)]
+    rates = [
+        [p.field(t, p.with_companions(t, x)).ravel()[: len(x)] for p in some] for some in (pieces, examined_pieces)
+    ]
     spread, size = np.ptp(rates[0], axis=0), np.abs(rates[1]).max(axis=0)
     return not (spread > ALIKE * size).any()
 

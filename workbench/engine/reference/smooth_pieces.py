@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.core.expressions import memory
 from workbench.core.validation.refusals import Array
-from workbench.engine.reference.surfaces import Switched
+from workbench.engine.reference.surfaces import SwitchedRate
 
 # The distance from zero to which rounding may take a value, in units of its terms' sizes.
 ROUNDING = 64 * np.finfo(float).eps
@@ -49,14 +49,14 @@ class Numeric:
 
 
 @dataclass(frozen=True)
-class Mode:
+class SwitchingMode:
     """The side of each surface, 1 or -1, or 0 where the state slides on it; and the levels of staircases."""
 
     sides: tuple[int, ...]
     levels: tuple[float, ...]
 
     @property
-    def sliding(self) -> tuple[int, ...]:
+    def sliding_surfaces(self) -> tuple[int, ...]:
         """The surfaces on which the state slides."""
         return tuple(k for k, side in enumerate(self.sides) if side == 0)
 
@@ -72,7 +72,7 @@ class Guard:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class SmoothPiece:
     """The smooth rate x' = f(t, x) while no side changes, with its constraints and guards.
 
     On the surfaces in sliding the sides u solve d sigma / dt = 0 (d^2 sigma / dt^2 = 0 where no side enters the first
@@ -80,7 +80,7 @@ class Piece:
     enters it.
     """
 
-    mode: Mode
+    mode: SwitchingMode
     t: ca.SX
     x: ca.SX
     rate: ca.SX  # f, (nx, 1)
@@ -91,12 +91,12 @@ class Piece:
     guards: tuple[Guard, ...]
 
     @staticmethod
-    def of(switched: Switched, mode: Mode) -> Piece:
+    def of(switched_rate: SwitchedRate, mode: SwitchingMode) -> SmoothPiece:
         """The piece of a mode; a ValueError says why it has none, as no equivalent control."""
-        t, x, free = switched.t, switched.x, switched.symbols(mode.sliding)
-        rate, sigma = _fixed(switched, mode)
-        names = switched.names(mode.sliding)
-        on = ca.vertcat(ca.SX(0, 1), *[sigma[k] for k in mode.sliding])
+        t, x, free = switched_rate.t, switched_rate.x, switched_rate.symbols(mode.sliding_surfaces)
+        rate, sigma = _rate_of_mode(switched_rate, mode)
+        names = switched_rate.names(mode.sliding_surfaces)
+        on = ca.vertcat(ca.SX(0, 1), *[sigma[k] for k in mode.sliding_surfaces])
         push = ca.jacobian(rate, free)
         if ca.depends_on(ca.vertcat(on, ca.vec(push)), free):
             raise ValueError(f"the rate is not affine in the sides of {names}, so that Utkin's and Filippov's differ")
@@ -112,10 +112,10 @@ class Piece:
         rows = ca.vertcat(ca.SX(0, 1), *found)
         gains = ca.densify(ca.jacobian(rows, free))
         zero = ca.SX.zeros(free.numel())
-        sides = -ca.solve(gains, ca.substitute(rows, free, zero)) if mode.sliding else zero
+        sides = -ca.solve(gains, ca.substitute(rows, free, zero)) if mode.sliding_surfaces else zero
         rate, sigma = ca.substitute([rate, sigma], [free], [sides])
-        guards = _guards(switched, mode, sigma, sides)
-        return Piece(mode, t, x, rate, sides, gains, push, ca.vertcat(*constraints), guards)
+        guards = _guards(switched_rate, mode, sigma, sides)
+        return SmoothPiece(mode, t, x, rate, sides, gains, push, ca.vertcat(*constraints), guards)
 
     @property
     def second_order(self) -> bool:
@@ -128,7 +128,7 @@ class Piece:
         return ca.vertcat(ca.SX(0, 1), *[guard.value for guard in self.guards])
 
     @cached_property
-    def curved(self) -> ca.SX:
+    def curved_guards(self) -> ca.SX:
         """The guards not affine in t and x, and their rates, (nz, 2), which are integrated beside the state."""
         z = ca.vertcat(self.t, self.x)
         guards = [guard.value for guard in self.guards]
@@ -138,7 +138,7 @@ class Piece:
     @cached_property
     def companions(self) -> Numeric:
         """`curved` as a function of (t, x)."""
-        return self._function("companions", self.curved)
+        return self._function("companions", self.curved_guards)
 
     def with_companions(self, t: float, x: Array) -> Array:
         """The state and its companions, [x; z]."""
@@ -157,15 +157,15 @@ class Piece:
         return Numeric(ca.Function("jacobian", [self.t, y], [ca.jacobian(both, y)], {"cse": True}))
 
     def _both(self) -> tuple[ca.SX, ca.SX]:
-        z = ca.SX.sym("z", self.curved.shape[0])
-        return ca.vertcat(self.rate, self.curved[:, 1]), ca.vertcat(self.x, z)
+        z = ca.SX.sym("z", self.curved_guards.shape[0])
+        return ca.vertcat(self.rate, self.curved_guards[:, 1]), ca.vertcat(self.x, z)
 
     @cached_property
     def watch(self) -> Numeric:
         """The guards and their rates, each followed by how far rounding may take it from zero: (t, x) -> (m, 4)."""
-        return self._function("watch", self._watched())
+        return self._function("watch", self._guard_values())
 
-    def _watched(self) -> ca.SX:
+    def _guard_values(self) -> ca.SX:
         g = self.values
         first = derivative(g, self.t, self.x, self.rate)
         # the terms of a rate may cancel, as they do where a side in sliding is left: its noise is that of the terms
@@ -174,7 +174,7 @@ class Piece:
     @cached_property
     def samples(self) -> Numeric:
         """`watch` at `SAMPLES` instants side by side: (1, s), (nx, s) -> (m, 4 s)."""
-        return Numeric(ca.Function("watch", [self.t, self.x], [self._watched()], {"cse": True}).map(SAMPLES))
+        return Numeric(ca.Function("watch", [self.t, self.x], [self._guard_values()], {"cse": True}).map(SAMPLES))
 
     @cached_property
     def bend(self) -> Numeric:
@@ -219,10 +219,10 @@ def derivative(g: ca.SX, t: ca.SX, x: ca.SX, rate: ca.SX) -> ca.SX:
     return ca.jacobian(g, t) + ca.jacobian(g, x) @ rate
 
 
-def _fixed(switched: Switched, mode: Mode) -> tuple[ca.SX, ca.SX]:
+def _rate_of_mode(switched_rate: SwitchedRate, mode: SwitchingMode) -> tuple[ca.SX, ca.SX]:
     """The rate and all sigma with the sides of a mode; those in sliding stay symbols, with no corner."""
     old, new = [], []
-    for surface, side, level in zip(switched.surfaces, mode.sides, mode.levels, strict=True):
+    for surface, side, level in zip(switched_rate.surfaces, mode.sides, mode.levels, strict=True):
         old.append(surface.corner)
         new.append(ca.SX(side))
         if side:
@@ -231,24 +231,24 @@ def _fixed(switched: Switched, mode: Mode) -> tuple[ca.SX, ca.SX]:
         if surface.level is not None:
             old.append(surface.level)
             new.append(ca.SX(level))
-    sigma = ca.vertcat(ca.SX(0, 1), *[surface.sigma for surface in switched.surfaces])
+    sigma = ca.vertcat(ca.SX(0, 1), *[surface.sigma for surface in switched_rate.surfaces])
     if not old:
-        return switched.rate, sigma
-    rate, sigma = ca.substitute([switched.rate, sigma], [ca.vertcat(*old)], [ca.vertcat(*new)])
+        return switched_rate.rate, sigma
+    rate, sigma = ca.substitute([switched_rate.rate, sigma], [ca.vertcat(*old)], [ca.vertcat(*new)])
     return rate, sigma
 
 
-def _guards(switched: Switched, mode: Mode, sigma: ca.SX, sides: ca.SX) -> tuple[Guard, ...]:
+def _guards(switched_rate: SwitchedRate, mode: SwitchingMode, sigma: ca.SX, sides: ca.SX) -> tuple[Guard, ...]:
     guards: list[Guard] = []
     for k, side in enumerate(mode.sides):
         if side:
             guards.append(Guard(k, "cross", -side, side * sigma[k]))
-            if switched.surfaces[k].level is not None:
+            if switched_rate.surfaces[k].level is not None:
                 guards.append(Guard(k, "turn", side, TURN - side * sigma[k]))
-    for u, k in zip(ca.vertsplit(sides) if mode.sliding else [], mode.sliding, strict=True):
+    for u, k in zip(ca.vertsplit(sides) if mode.sliding_surfaces else [], mode.sliding_surfaces, strict=True):
         guards += [Guard(k, "leave", 1, 1 - u), Guard(k, "leave", -1, 1 + u)]
     still = [guard for guard in guards if not ca.symvar(guard.value)]
     for guard in still:
         if not float(guard.value) > 0:
-            raise ValueError(f"nothing keeps the state on that side of {switched.surfaces[guard.surface].name}")
+            raise ValueError(f"nothing keeps the state on that side of {switched_rate.surfaces[guard.surface].name}")
     return tuple(guard for guard in guards if guard not in still)

@@ -10,25 +10,25 @@ import numpy as np
 
 from workbench.core import Layout, Ode
 from workbench.core.validation.permission import refuse_in_pages
-from workbench.core.validation.refusals import Array, as_array, one_of, raised, refusal, vector, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, as_array, error_text, one_of, refusal, vector, whole
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.reference.continuation import Modes
 from workbench.engine.reference.smooth_pieces import Numeric
-from workbench.engine.reference.surfaces import Switched
-from workbench.engine.reference.switched_run import Event, Run, follow
-from workbench.engine.reference.variable_step import Effort, Flow, Rule, StoppedError, travel
+from workbench.engine.reference.surfaces import SwitchedRate
+from workbench.engine.reference.switched_run import Event, SwitchedRun, follow
+from workbench.engine.reference.variable_step import Effort, Flow, IntegrationError, SolverOptions, travel
 
 METHODS = ("auto", "explicit", "implicit")
 TIGHTEST = 3e-13  # what double precision resolves, with room for a tighter run
 TIGHTER = 0.01
 ROUNDING = 3e-14  # the smallest relative tolerance of any run
 MOST_STEPS = 200_000
-GROWN = 1e6  # a state this many times larger than it began, where no step is short enough, escapes
+ESCAPE_RATIO = 1e6  # a state this many times larger than it began, where no step is short enough, escapes
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Reference:
+@check_arguments
+class ReferenceSolution:
     """One solution at N times, and its certificate.
 
     `x` is from a run at a hundredth of the tolerances, and `error` how far the run at the tolerances is from it: above
@@ -40,14 +40,16 @@ class Reference:
     error: Array  # (N, nx)
     events: tuple[Event, ...]
     event_error: float  # s, the largest change of an event's time between the runs; NaN if they met different events
-    slid: tuple[tuple[float, float, tuple[str, ...]], ...]  # begin, end and surfaces of sliding, as Filippov defines it
+    sliding_spans: tuple[
+        tuple[float, float, tuple[str, ...]], ...
+    ]  # begin, end and surfaces of sliding, as Filippov defines it
     steps: int  # of the tighter run
     evaluations: int
     method: str  # "explicit" (Dormand and Prince, order 8) or "implicit" (Radau IIA, order 5)
 
 
-@door
-def reference(
+@check_arguments
+def reference_run(
     ode: Ode,
     p: Array | None = None,
     x0: Array | None = None,
@@ -57,7 +59,7 @@ def reference(
     atol: float | Array = 1e-12,
     method: str = "auto",
     most_steps: int = MOST_STEPS,
-) -> Reference:
+) -> ReferenceSolution:
     """The solution of x' = f(t, x, p) from time 0, smooth piece by smooth piece.
 
     The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else are switching functions. No step
@@ -100,27 +102,27 @@ def reference(
     start, when = _values("x0", x0, ode.states), _times("reference", times)
     ode.refuse_beyond("reference(times=...)", float(when[-1]))
     rule = _rule("reference", rtol, atol, method, most_steps, ode.states.size)
-    run = _switched(ode, _values("p", p, ode.parameters), start, when)
-    return _certified("reference(ode=...)", ode.states.labels, when, start, rule, run)
+    run = _switched_run(ode, _values("p", p, ode.parameters), start, when)
+    return _certified_solution("reference(ode=...)", ode.states.labels, when, start, rule, run)
 
 
-def _switched(ode: Ode, p: Array, start: Array, when: Array) -> Callable[[Rule], Run]:
+def _switched_run(ode: Ode, p: Array, start: Array, when: Array) -> Callable[[SolverOptions], SwitchedRun]:
     """The run of an `Ode` by a rule; its pieces are made once for all rules."""
-    modes = Modes(Switched.of(ode, p))
+    modes = Modes(SwitchedRate.of(ode, p))
     rate = Numeric(ca.Function("rate", [ode.t, ode.x], [ca.substitute(ode.rate, ode.p, p)], {"cse": True}))
 
     def valid(t: float, x: Array) -> bool:
         return bool(np.isfinite(rate(t, x)).all())
 
-    def run(rule: Rule) -> Run:
+    def run(rule: SolverOptions) -> SwitchedRun:
         if not valid(0.0, start):
-            raise StoppedError(0.0, start, "rate")
+            raise IntegrationError(0.0, start, "rate")
         return follow(modes, valid, start, when, rule)
 
     return run
 
 
-@door
+@check_arguments
 def reference_of_function(
     f: Callable[[float, Array], object],
     x0: Array | Sequence[float],
@@ -130,7 +132,7 @@ def reference_of_function(
     atol: float | Array = 1e-12,
     method: str = "auto",
     most_steps: int = MOST_STEPS,
-) -> Reference:
+) -> ReferenceSolution:
     """The solution of x' = f(t, x) from time 0 for a smooth Python function f that is only evaluated.
 
     As `reference`, without surfaces; "auto" is explicit, and the Jacobian of "implicit" a difference.
@@ -155,71 +157,76 @@ def reference_of_function(
             given = f(t, x)
             rate = given if type(given) is np.ndarray and given.dtype == np.float64 else as_array(given)
         except Exception as error:  # whatever a foreign function raises
-            raise StoppedError(t, x, f"the function raised {raised(error)}") from error
+            raise IntegrationError(t, x, f"the function raised {error_text(error)}") from error
         if rate is None or rate.size != len(start):
             raise refusal(call, f"a function that gives a rate for each of the {len(start)} states", given)
         return rate.ravel()
 
     flow = Flow(len(start), field, None, lambda t, x: True)
 
-    def run(rule: Rule) -> Run:
+    def run(rule: SolverOptions) -> SwitchedRun:
         effort = Effort()
         begun = [start] if when[0] == 0 else []
         ahead = when[len(begun) :]
         if len(ahead) == 0:
-            return Run(np.array(begun), (), (), effort)
+            return SwitchedRun(np.array(begun), (), (), effort)
         leg = travel(flow, 0.0, start, when[-1], ahead, rule, effort)
-        if leg.stalled:
-            raise StoppedError(leg.t, leg.x, "step")
-        return Run(np.array([*begun, *leg.states]), (), (), effort)
+        if leg.is_stalled:
+            raise IntegrationError(leg.t, leg.x, "step")
+        return SwitchedRun(np.array([*begun, *leg.states]), (), (), effort)
 
-    return _certified(call, [f"x[{i}]" for i in range(len(start))], when, start, rule, run)
+    return _certified_solution(call, [f"x[{i}]" for i in range(len(start))], when, start, rule, run)
 
 
-def _certified(
-    call: str, labels: Sequence[str], times: Array, start: Array, rule: Rule, run: Callable[[Rule], Run]
-) -> Reference:
+def _certified_solution(
+    call: str,
+    labels: Sequence[str],
+    times: Array,
+    start: Array,
+    rule: SolverOptions,
+    run: Callable[[SolverOptions], SwitchedRun],
+) -> ReferenceSolution:
     """The run at a hundredth of the tolerances, and how far it is from the one at the tolerances."""
     refuse_in_pages(call)
     finer = replace(rule, rtol=max(TIGHTER * rule.rtol, ROUNDING), atol=TIGHTER * rule.atol)
     with np.errstate(all="ignore"):
         try:
             coarse, fine = run(rule), run(finer)
-        except StoppedError as stopped:
-            raise ValueError(f"`{call}` {_explained(stopped, labels, start, rule)}") from stopped.__cause__
+        except IntegrationError as stopped:
+            raise ValueError(f"`{call}` {_explanation(stopped, labels, start, rule)}") from stopped.__cause__
     same = [(e.what, e.surface) for e in coarse.events] == [(e.what, e.surface) for e in fine.events]
     moved = [abs(a.t - b.t) for a, b in zip(coarse.events, fine.events, strict=False)]
-    return Reference(
+    return ReferenceSolution(
         times,
         fine.states,
         np.abs(fine.states - coarse.states),
         fine.events,
         max(moved, default=0.0) if same else np.nan,
-        fine.slid,
+        fine.sliding_spans,
         fine.effort.steps,
         fine.effort.evaluations,
         "implicit" if fine.effort.implicit else "explicit",
     )
 
 
-def _explained(stopped: StoppedError, labels: Sequence[str], start: Array, rule: Rule) -> str:
-    at = f"stops at t = {stopped.t:.12g} s"
-    worst = int(np.argmax(np.abs(stopped.x)))
-    size = f"'{labels[worst]}' = {stopped.x[worst]:g}"
-    if stopped.why == "steps":
+def _explanation(error: IntegrationError, labels: Sequence[str], start: Array, rule: SolverOptions) -> str:
+    at = f"stops at t = {error.t:.12g} s"
+    worst = int(np.argmax(np.abs(error.x)))
+    size = f"'{labels[worst]}' = {error.x[worst]:g}"
+    if error.why == "steps":
         return f"{at}, after {rule.most} steps: allow more with `most_steps`, or looser tolerances."
-    if stopped.why not in ("rate", "state", "step"):
-        return f"{at}, where {stopped.why}."
-    if np.abs(stopped.x).max() > GROWN * (1 + np.abs(start).max()):
+    if error.why not in ("rate", "state", "step"):
+        return f"{at}, where {error.why}."
+    if np.abs(error.x).max() > ESCAPE_RATIO * (1 + np.abs(start).max()):
         return f"{at}, where the solution grows without bound ({size}): a finite escape. Ask for earlier times."
-    if stopped.why == "rate":
+    if error.why == "rate":
         return f"{at}, where the rate is not finite, at a state with {size}."
     return f"{at}, where no step is short enough, at a state with {size}: the rate is singular there, or jumps unseen."
 
 
-def _values(name: str, given: Array | None, layout: Layout) -> Array:
+def _values(name: str, values: Array | None, layout: Layout) -> Array:
     what = "parameters" if name == "p" else "states"
-    value = layout.default if given is None else vector(f"reference({name}=...)", given, layout.size, what)
+    value = layout.default if values is None else vector(f"reference({name}=...)", values, layout.size, what)
     layout.check(value[np.newaxis])
     return value
 
@@ -231,11 +238,13 @@ def _times(call: str, times: Array | Sequence[float]) -> Array:
     return when
 
 
-def _rule(call: str, rtol: float, atol: float | Array, method: str, most: int, states: int) -> Rule:
+def _rule(call: str, rtol: float, atol: float | Array, method: str, most: int, states: int) -> SolverOptions:
     if not TIGHTEST <= rtol < 1:
         must = f"a number from {TIGHTEST:g}, which double precision resolves, to below 1"
         raise refusal(f"{call}(rtol=...)", must, rtol)
     floor = vector(f"{call}(atol=...)", np.full(states, atol) if np.ndim(atol) == 0 else atol, states, "states")
     if not (np.isfinite(floor) & (floor > 0)).all():
         raise refusal(f"{call}(atol=...)", "positive and finite", atol)
-    return Rule(rtol, floor, one_of(f"{call}(method=...)", method, METHODS), whole(f"{call}(most_steps=...)", most))
+    return SolverOptions(
+        rtol, floor, one_of(f"{call}(method=...)", method, METHODS), whole(f"{call}(most_steps=...)", most)
+    )

@@ -9,18 +9,18 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.expressions import evaluated
+from workbench.core.expressions import evaluate_sx
 from workbench.core.notation.program import NAMES
 from workbench.core.validation.refusals import Array
 
-REFUSED = (ca.OP_EQ, ca.OP_NE, ca.OP_FMOD, ca.OP_REMAINDER, ca.OP_COPYSIGN)
+REFUSED_OPERATIONS = (ca.OP_EQ, ca.OP_NE, ca.OP_FMOD, ca.OP_REMAINDER, ca.OP_COPYSIGN)
 ROOTS = (ca.OP_SQRT, ca.OP_POW, ca.OP_CONSTPOW)
 SMALLEST = float(np.finfo(float).tiny)
 LONGEST = 60  # how much of an expression a message shows
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class SwitchingSurface:
     """One surface sigma(t, x) = 0, where `side` and `corner` stand for sign(sigma).
 
     A rate that has the symbol `side` jumps, and the state may slide on the surface; one that has `corner` only bends
@@ -43,24 +43,24 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
-class Switched:
+class SwitchedRate:
     """A rate (nx, 1) in t, x and the sides of its surfaces: smooth while no side changes."""
 
     name: str
     t: ca.SX
     x: ca.SX
     rate: ca.SX
-    surfaces: tuple[Surface, ...]
+    surfaces: tuple[SwitchingSurface, ...]
 
     @staticmethod
-    def of(ode: Ode, p: Array) -> Switched:
+    def of(ode: Ode, p: Array) -> SwitchedRate:
         """The rate of an `Ode` at the parameters p (np,); a ValueError names an operation that switches and has no
         surface.
         """
         reader = _Reader(ode.name)
         rate = reader.read(ca.Function("f", [ode.t, ode.x], [ca.substitute(ode.rate, ode.p, p)], {"cse": True}), ode)
-        surfaces = tuple(Surface(*parts, k in reader.jumping) for k, parts in enumerate(reader.surfaces))
-        return Switched(ode.name, ode.t, ode.x, rate, surfaces)
+        surfaces = tuple(SwitchingSurface(*parts, k in reader.jump_surfaces) for k, parts in enumerate(reader.surfaces))
+        return SwitchedRate(ode.name, ode.t, ode.x, rate, surfaces)
 
     def names(self, which: Iterable[int]) -> str:
         """The switching functions of some surfaces, in order."""
@@ -77,7 +77,7 @@ class _Reader:
     def __init__(self, name: str) -> None:
         self.name = name
         self.surfaces: list[tuple[ca.SX, ca.SX, ca.SX, ca.SX | None]] = []
-        self.jumping: set[int] = set()
+        self.jump_surfaces: set[int] = set()
         self.places: dict[object, tuple[int, int]] = {}
         self.truths: dict[int, ca.SX] = {}  # values that are 0 or 1; held, so that no other takes their key
         self.sizes: dict[int, ca.SX] = {}  # values that are |sigma|
@@ -85,7 +85,7 @@ class _Reader:
 
     def read(self, function: ca.Function, ode: Ode) -> ca.SX:
         inputs, rate = (ode.t, ode.x), ca.SX.zeros(ode.states.size)
-        results = evaluated(function, lambda part, entry: inputs[part][entry], ca.SX, self._operation)
+        results = evaluate_sx(function, lambda part, entry: inputs[part][entry], ca.SX, self._operation)
         for place, part in results[0].items():
             rate[function.sparsity_out(0).row(place)] = part
         return rate
@@ -99,9 +99,9 @@ class _Reader:
             case ca.OP_SIGN:
                 return self._side(a[0])
             case ca.OP_FABS:
-                return self._kept(self.sizes, self._corner(a[0]) * a[0])
-            case ca.OP_FMAX if any(self._floored(*pair) for pair in (a, a[::-1])):
-                return a[0] if self._floored(*a) else a[1]
+                return self._keep(self.sizes, self._corner(a[0]) * a[0])
+            case ca.OP_FMAX if any(self._is_above_floor(*pair) for pair in (a, a[::-1])):
+                return a[0] if self._is_above_floor(*a) else a[1]
             case ca.OP_FMIN | ca.OP_FMAX:
                 w = self._corner(a[0] - a[1]) if code == ca.OP_FMAX else -self._corner(a[0] - a[1])
                 return a[0] * (1 + w) / 2 + a[1] * (1 - w) / 2
@@ -119,14 +119,14 @@ class _Reader:
                 return self._true(1 - (1 - self._truth(a[0])) * (1 - self._truth(a[1])))
             case ca.OP_IF_ELSE_ZERO:
                 return self._truth(a[0]) * a[1]
-        if code in REFUSED:
+        if code in REFUSED_OPERATIONS:
             raise self._refusal(NAMES[code].lower())
         if code in ROOTS and self._bends(a[0]):
             # beyond its surface a root of |sigma| has no smooth continuation: its mirror image is at least real
             return _plain(code, ca.fabs(a[0]), *a[1:])
         return _plain(code, *a)
 
-    def _floored(self, a: ca.SX, floor: ca.SX) -> bool:
+    def _is_above_floor(self, a: ca.SX, floor: ca.SX) -> bool:
         """True if max(a, floor) equals a: a size |sigma| with a floor that only bounds the slope of its root."""
         return a.__hash__() in self.sizes and floor.is_constant() and float(floor) <= SMALLEST
 
@@ -137,7 +137,7 @@ class _Reader:
         if a.is_constant():
             return ca.sign(a)
         place, sign = self._surface(a)
-        self.jumping.add(place)
+        self.jump_surfaces.add(place)
         return sign * self.surfaces[place][1]
 
     def _corner(self, a: ca.SX) -> ca.SX:
@@ -148,14 +148,14 @@ class _Reader:
 
     def _floor(self, a: ca.SX) -> ca.SX:
         place, sign = self._surface(a, ca.SX.sym(f"level{len(self.surfaces)}"))
-        self.jumping.add(place)
+        self.jump_surfaces.add(place)
         _, side, _, level = self.surfaces[place]
         assert level is not None
         return level - 0.5 + sign * side / 2
 
     def _surface(self, a: ca.SX, level: ca.SX | None = None) -> tuple[int, int]:
         """The place of the surface a = 0, and the sign with which a is its switching function."""
-        sign, key = (1, ("floor", a.__hash__())) if level is not None else _oriented(a)
+        sign, key = (1, ("floor", a.__hash__())) if level is not None else _orientation(a)
         if key not in self.places:
             k = len(self.surfaces)
             self.places[key] = k, sign
@@ -166,9 +166,9 @@ class _Reader:
         return place, sign * first
 
     def _true(self, a: ca.SX) -> ca.SX:
-        return self._kept(self.truths, a)
+        return self._keep(self.truths, a)
 
-    def _kept(self, among: dict[int, ca.SX], a: ca.SX) -> ca.SX:
+    def _keep(self, among: dict[int, ca.SX], a: ca.SX) -> ca.SX:
         among[a.__hash__()] = a
         return a
 
@@ -192,14 +192,14 @@ def _plain(code: int, *a: ca.SX) -> ca.SX:
     return ca.SX.unary(code, *a) if len(a) == 1 else ca.SX.binary(code, *a)
 
 
-def _oriented(a: ca.SX, sign: int = 1) -> tuple[int, object]:
+def _orientation(a: ca.SX, sign: int = 1) -> tuple[int, object]:
     """The sign and a key of a switching function that -a, 2 a and b - a, a - b have in common."""
     if a.is_op(ca.OP_NEG):
-        return _oriented(a.dep(0), -sign)
+        return _orientation(a.dep(0), -sign)
     if a.is_op(ca.OP_TWICE):
-        return _oriented(a.dep(0), sign)
+        return _orientation(a.dep(0), sign)
     if a.is_op(ca.OP_MUL) and a.dep(0).is_constant() and float(a.dep(0)) != 0:
-        return _oriented(a.dep(1), sign if float(a.dep(0)) > 0 else -sign)
+        return _orientation(a.dep(1), sign if float(a.dep(0)) > 0 else -sign)
     if a.is_op(ca.OP_SUB):
         first, second = _key(a.dep(0)), _key(a.dep(1))
         return (sign, ("difference", first, second)) if first <= second else (-sign, ("difference", second, first))

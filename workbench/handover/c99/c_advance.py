@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from workbench.core.sampled_law import Stage
-from workbench.handover.c99.c_assignments import Answer, Call, Demand, Scope, Wanted, assignments
+from workbench.handover.c99.c_assignments import CCall, Demand, DemandCode, Scope, ValueForm, assignments
 from workbench.handover.c99.c_equations import opening, printed_equation
 from workbench.handover.c99.c_header import block, prototype
 from workbench.handover.c99.c_names import comment, places_of
@@ -20,7 +20,7 @@ class Advance(NamedTuple):
     """The lines of the function, and what they call."""
 
     lines: tuple[str, ...]
-    calls: tuple[Call, ...]
+    calls: tuple[CCall, ...]
 
 
 class _StageValue(NamedTuple):
@@ -39,10 +39,10 @@ def advance_of(request: Request, graph: StepGraph, variables: LawVariables) -> A
         for stage, parts in enumerate(graph.values)
         for name, places in parts.items()
     ]
-    early = set(graph.graph.before(results)).intersection(graph.adjustable)
+    early = set(graph.graph.before(results)).intersection(graph.parameter_nodes)
     demands = [Demand(tuple(sorted(early))), *(Demand((place,)) for value in values for place in value.places)]
-    demands += [Demand(results), Demand(results, Wanted.TEXT)]
-    demands += [Demand(results, Wanted.VARIABLE), Demand(hidden, Wanted.VARIABLE)]
+    demands += [Demand(results), Demand(results, ValueForm.TEXT)]
+    demands += [Demand(results, ValueForm.VARIABLE), Demand(hidden, ValueForm.VARIABLE)]
     written = assignments(_scope(request, graph, variables), demands)
     first, *made, rest, narrowed, ends, behind = written.answers
     lines = [*variables.opening, *first.lines, *_stages(request, values, iter(made))]
@@ -50,8 +50,8 @@ def advance_of(request: Request, graph: StepGraph, variables: LawVariables) -> A
     checks = _checks(request, graph, ends.texts, behind.texts)
     lines += ["", "/* Nothing is kept that is not finite. */", f"const bool done = {_joined(checks)};"]
     lines += ["if (done) {", *_stores(request, ends.texts), "}", "return done;"]
-    calls = (*variables.calls, *written.calls, Call("finite", request.real))
-    calls += (Call("defined", request.real),) if hidden else ()
+    calls = (*variables.calls, *written.calls, CCall("finite", request.real))
+    calls += (CCall("defined", request.real),) if hidden else ()
     return Advance((prototype(request, "static bool", "advance"), "{", *_body(request, variables, lines), "}"), calls)
 
 
@@ -64,18 +64,18 @@ def _scope(request: Request, graph: StepGraph, variables: LawVariables) -> Scope
         graph.numbers,
         variables.sources,
         variables.names,
-        request.fused,
-        frozenset((*graph.adjustable, *graph.timed)) if request.precision == "single" else frozenset(),
+        request.fused_products,
+        frozenset((*graph.parameter_nodes, *graph.instant_nodes)) if request.precision == "single" else frozenset(),
     )
 
 
 def _hidden(request: Request, graph: StepGraph) -> tuple[int, ...]:
     """The values behind the limits of results, which can be no number where the results are."""
-    fixed = {*graph.numbers, *(() if request.settable else graph.adjustable)}
+    fixed = {*graph.numbers, *(() if request.settable else graph.parameter_nodes)}
     return tuple(place for place in behind_limits(graph.graph) if place not in fixed)
 
 
-def _stages(request: Request, values: Iterable[_StageValue], answers: Iterator[Answer]) -> list[str]:
+def _stages(request: Request, values: Iterable[_StageValue], answers: Iterator[DemandCode]) -> list[str]:
     """The lines of all stages, each below its title, and each value below its equation."""
     lines: list[list[str]] = [[] for _ in request.law.stages]
     for value in values:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.machines.c_real import DOUBLE, Real, word_text
 from workbench.engine.machines.c_spelling import (
-    FUSED,
+    FUSED_ARGUMENTS,
     SPELLING,
     Text,
     formula,
@@ -41,7 +41,7 @@ class Scope:
         The texts of the other nodes that have no operands, as an entry of a state.
     names
         The variables of some nodes.
-    fused
+    fused_products
         True if products are rounded together with sums.
     doubles
         The nodes that are made in doubles whatever the format.
@@ -53,7 +53,7 @@ class Scope:
     numbers: Mapping[int, float]
     sources: Mapping[int, Text]
     names: Mapping[int, str] = field(default_factory=dict)
-    fused: bool = False
+    fused_products: bool = False
     doubles: Collection[int] = frozenset()
 
     def format_of(self, place: int) -> Real:
@@ -66,7 +66,7 @@ class Scope:
         return not named and gives_truth(self.graph.nodes[place].op)
 
 
-class Wanted(enum.Enum):
+class ValueForm(enum.Enum):
     """The form in which a value is wanted: made, as an expression, or as a variable or a plain number."""
 
     MADE = "made"
@@ -78,17 +78,17 @@ class Demand(NamedTuple):
     """Places of a graph, and the form in which each value is wanted."""
 
     places: tuple[int, ...]
-    wanted: Wanted = Wanted.MADE
+    form: ValueForm = ValueForm.MADE
 
 
-class Answer(NamedTuple):
+class DemandCode(NamedTuple):
     """The lines that a demand needs behind those before it, and the texts of its places where they are wanted."""
 
     lines: tuple[str, ...]
     texts: tuple[str, ...]
 
 
-class Call(NamedTuple):
+class CCall(NamedTuple):
     """A function that is called, and the format of its numbers."""
 
     name: str
@@ -99,8 +99,8 @@ class Call(NamedTuple):
 class Assignments:
     """The answers to some demands, in their order, and what their lines call, in the order of the first calls."""
 
-    answers: tuple[Answer, ...]
-    calls: tuple[Call, ...]
+    answers: tuple[DemandCode, ...]
+    calls: tuple[CCall, ...]
 
 
 def assignments(scope: Scope, demands: Sequence[Demand]) -> Assignments:
@@ -136,21 +136,21 @@ class _Writer:
         self.texts: dict[int, Text] = {}
         self.narrow: dict[int, Text] = {}  # of values in doubles, rounded to the format
         self.turns: dict[int, str] = {}  # the pairs of sine and cosine, by their angles
-        self.calls: dict[Call, None] = {}
+        self.calls: dict[CCall, None] = {}
         self.lines: list[str] = []
         self.fresh = itertools.count(1)
 
-    def answer(self, demand: Demand) -> Answer:
+    def answer(self, demand: Demand) -> DemandCode:
         self.lines = []
-        if demand.wanted is Wanted.MADE:
+        if demand.form is ValueForm.MADE:
             for place in self._lacking(demand.places):
                 self._make(place)
-            return Answer(tuple(self.lines), ())
+            return DemandCode(tuple(self.lines), ())
         texts = [self._number(place, self.scope.real) for place in demand.places]
-        if demand.wanted is Wanted.VARIABLE:
+        if demand.form is ValueForm.VARIABLE:
             type_ = self.scope.real.type
             texts = [text if text.plain else self._variable(type_, self._new(), text) for text in texts]
-        return Answer(tuple(self.lines), tuple(text.text for text in texts))
+        return DemandCode(tuple(self.lines), tuple(text.text for text in texts))
 
     def _lacking(self, places: Iterable[int]) -> list[int]:
         """The places among some, and all that they need, that have no text yet, in the order of evaluation."""
@@ -203,7 +203,7 @@ class _Writer:
         real = self.scope.format_of(place)
         if op in MEMBERS and operands[0] in self.paired:
             return Text(f"{self._turn(operands[0], real)}.{MEMBERS[op]}", Tightness.ATOM)
-        if op in FUSED and self.scope.fused:
+        if op in FUSED_ARGUMENTS and self.scope.fused_products:
             return self._call("fma", real, fused_arguments(op, [self._number(i, real) for i in operands]))
         if op not in SPELLING:
             return self._call(op, real, ", ".join(self._number(i, real).text for i in operands))
@@ -215,7 +215,7 @@ class _Writer:
         return formula(op, given, real)
 
     def _call(self, name: str, real: Real, arguments: str) -> Text:
-        self.calls[Call(name, real)] = None
+        self.calls[CCall(name, real)] = None
         return Text(f"{self.scope.prefix}_{name}{real.mark}({arguments})", Tightness.ATOM)
 
     def _turn(self, angle: int, real: Real) -> str:
@@ -239,8 +239,8 @@ class _Writer:
             return number_of_truth(self.texts[place], real)
         if place in self.scope.doubles and real is not DOUBLE:
             if place not in self.narrow:
-                rounded = f"({real.type}){self.texts[place].within(Tightness.SIGNED)}"
-                self.narrow[place] = self._variable(real.type, self._new(), Text(rounded, Tightness.SIGNED))
+                rounded = f"({real.type}){self.texts[place].within(Tightness.UNARY)}"
+                self.narrow[place] = self._variable(real.type, self._new(), Text(rounded, Tightness.UNARY))
             return self.narrow[place]
         return self.texts[place]
 
@@ -248,4 +248,4 @@ class _Writer:
         if not math.isfinite(value):
             return self._call("number", real, word_text(real.pattern(value)))
         text = real.literal(value)
-        return Text(text, Tightness.SIGNED if text.startswith("-") else Tightness.ATOM, plain=True)
+        return Text(text, Tightness.UNARY if text.startswith("-") else Tightness.ATOM, plain=True)

@@ -22,25 +22,25 @@ VARIABLE = re.compile(r"^ +(?:const )?(?:\w+|union \{[^}]*\}) (?:\w+)(?: =|;)", 
 FRAME = 96  # bytes of a frame beside its variables: what is saved of registers, the address to return to, alignment
 
 
-class Costs(NamedTuple):
+class CallCost(NamedTuple):
     """The sentence on the operations of a call, and the bytes of stack that it takes at most, as counted."""
 
     operations: str
     stack: int
 
 
-def costs_of(graph: StepGraph, text: str, name: str) -> Costs:
+def costs_of(graph: StepGraph, text: str, name: str) -> CallCost:
     """The costs of a law from its graph, and from the text of its functions for NAME_step."""
     needed = [i for i in graph.graph.before(graph.graph.results) if i not in graph.numbers]
     ops = [graph.graph.nodes[i].op for i in needed if graph.graph.nodes[i].operands]
-    kinds = Counter(kind for op in ops for kind in OPERATIONS[op].counted)
-    calls = Counter(op for op in ops if not OPERATIONS[op].counted)
+    kinds = Counter(kind for op in ops for kind in OPERATIONS[op].count_words)
+    calls = Counter(op for op in ops if not OPERATIONS[op].count_words)
     used = set(needed)
-    fixed = sum(bool(graph.graph.nodes[i].operands) for i in graph.adjustable if i in used)
+    fixed = sum(bool(graph.graph.nodes[i].operands) for i in graph.parameter_nodes if i in used)
     parts = [f"{kinds[one]} {one if kinds[one] == 1 else many}" for one, many in PLURALS.items() if kinds[one]]
     parts += [f"{count} {op}" for op, count in sorted(calls.items())]
     also = f"; {fixed} of them depend on numbers of the law alone" if fixed else ""
-    return Costs(f"{', '.join(parts) or 'nothing to compute'}{also}", deepest_chain(text, f"{name}_step"))
+    return CallCost(f"{', '.join(parts) or 'nothing to compute'}{also}", deepest_chain(text, f"{name}_step"))
 
 
 def deepest_chain(text: str, start: str) -> int:

@@ -12,7 +12,7 @@ SECTIONS = frozenset(("Parameters", "Attributes", "Raises", "References", "Examp
 NEXT = "[k+1]"  # the mark of a value at the next instant, as ' is that of a rate
 
 
-class Numbered(NamedTuple):
+class NumberedEquation(NamedTuple):
     """An equation with its number: what stands left of the equals sign, and the whole line."""
 
     left: str
@@ -26,12 +26,12 @@ def opening(docstring: str) -> list[str]:
     return "\n".join(lines[:end]).strip().splitlines()
 
 
-def numbered_equations(docstring: str) -> Iterator[Numbered]:
+def numbered_equations(docstring: str) -> Iterator[NumberedEquation]:
     """The lines of the form `s = ed + Lambda e   (12)`, each with two spaces where it has more."""
     for line in docstring.splitlines():
         words = line.split()
         if len(words) >= 3 and words[1] == "=" and _is_number(words[-1]):
-            yield Numbered(words[0], "  ".join(part.strip() for part in line.split("  ") if part.strip()))
+            yield NumberedEquation(words[0], "  ".join(part.strip() for part in line.split("  ") if part.strip()))
 
 
 def _is_number(word: str) -> bool:

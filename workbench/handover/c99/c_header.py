@@ -13,14 +13,14 @@ from workbench.core import Entry, Layout, SampledLaw
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import Array
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
-from workbench.handover.c99.c_costs import FRAME, Costs
+from workbench.handover.c99.c_costs import FRAME, CallCost
 from workbench.handover.c99.c_names import comment, members
 from workbench.handover.c99.c_request import Request
 from workbench.handover.export_seal import MARK
 from workbench.handover.law_graph import graph_of_law
 
 WIDTH = 100
-FUSED = "each product rounded together with the sum that it is for: the fused"
+FUSED_WORDS = "each product rounded together with the sum that it is for: the fused"
 PORTABLE = "each product and each sum rounded by itself: the portable"
 OPTIONS = {"sqrt": "-fno-math-errno", "fma": "(on x86) -mfma"}
 STRUCTS: Mapping[str, str] = {
@@ -37,7 +37,7 @@ FLAGS = {
 }
 
 
-def header_of(request: Request, costs: Costs) -> str:
+def header_of(request: Request, costs: CallCost) -> str:
     """The text of NAME.h."""
     name, law = request.name, request.law
     guard = f"{name.upper()}_H"
@@ -67,7 +67,7 @@ def header_of(request: Request, costs: Costs) -> str:
     return "\n".join(lines) + "\n"
 
 
-def about(request: Request, costs: Costs) -> Iterator[str]:
+def about(request: Request, costs: CallCost) -> Iterator[str]:
     """The lines of the comment at the head of both files."""
     law = request.law
     yield f"{law.name}: a control law that runs once in {law.period:g} s."
@@ -75,7 +75,7 @@ def about(request: Request, costs: Costs) -> Iterator[str]:
     yield from _wrapped(f"Made by {MARK} {__version__}{f' with: {request.command}' if request.command else ''}.")
     yield f"Fingerprint of its equations and numbers: {law.fingerprint[:16]}"
     size = "32 bits (single precision)" if request.real is SINGLE else "64 bits (double precision)"
-    rounding = FUSED if request.fused else PORTABLE
+    rounding = FUSED_WORDS if request.fused_products else PORTABLE
     yield from _wrapped(f"Numbers of {size}, {rounding} arithmetic.")
     yield from _wrapped(
         "Compile it without options that change arithmetic, such as -ffast-math, -funsafe-math-optimizations, or "
@@ -114,7 +114,7 @@ def about(request: Request, costs: Costs) -> Iterator[str]:
         yield from _wrapped(f"Note: {note}.".replace("..", "."))
 
 
-def _costs(request: Request, costs: Costs) -> Iterator[str]:
+def _costs(request: Request, costs: CallCost) -> Iterator[str]:
     """The lines on operations, stack and libraries."""
     yield ""
     yield from _wrapped(f"A call makes {costs.operations}.")

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from workbench.core import Layout
-from workbench.core.validation.refusals import described
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import describe
+from workbench.core.validation.signatures import check_arguments
 
 WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register
@@ -46,13 +46,13 @@ TRIGRAPH = re.compile(r"\?(?=\?)")
 IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
-@door
+@check_arguments
 def prefix_of(name: str) -> str:
     """A name as the prefix of all that is visible in C; a ValueError if it cannot be one."""
     if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or len(name) > LONGEST or name in KEYWORDS | HEADERS:
         raise ValueError(
             f"`name` must be an identifier of C of at most {LONGEST} letters, digits and '_' that begins with a letter "
-            f"and is no word of the language and no header of its library, as 'motor_law' is; got {described(name)}."
+            f"and is no word of the language and no header of its library, as 'motor_law' is; got {describe(name)}."
         )
     return name
 
@@ -63,7 +63,7 @@ def member(name: str) -> str:
     return f"x_{text}" if text[0].isdigit() or text in KEYWORDS or MACRO.fullmatch(text) else text
 
 
-@door
+@check_arguments
 def members(layout: Layout) -> dict[str, str]:
     """The member of each quantity of a layout; a ValueError if two would be one."""
     names = {name: member(name) for name in layout.names}
@@ -81,8 +81,8 @@ def members(layout: Layout) -> dict[str, str]:
 class Variables:
     """Variables of a function, which are told apart by an ending."""
 
-    def __init__(self, taken: Iterable[str] = ()) -> None:
-        self.taken = {*KEYWORDS, *OWN, *taken}
+    def __init__(self, reserved_names: Iterable[str] = ()) -> None:
+        self.taken = {*KEYWORDS, *OWN, *reserved_names}
 
     def new(self, name: str) -> str:
         """The name, or one like it that is not taken."""

@@ -48,7 +48,7 @@ class Request:
         return SINGLE if self.precision == "single" else DOUBLE
 
     @property
-    def fused(self) -> bool:
+    def fused_products(self) -> bool:
         """True if products are rounded together with sums."""
         return "fma" in self.hardware
 

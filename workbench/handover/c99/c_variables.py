@@ -13,7 +13,7 @@ from workbench.engine.machines.c_primitives import HARDWARE, PRIMITIVES
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
 from workbench.engine.machines.c_spelling import Text
 from workbench.engine.machines.operations import Tightness
-from workbench.handover.c99.c_assignments import Call
+from workbench.handover.c99.c_assignments import CCall
 from workbench.handover.c99.c_header import STRUCTS
 from workbench.handover.c99.c_names import Member, Variables, entries_of, letter_of
 from workbench.handover.c99.c_parameters import built_in, parameters_of
@@ -45,7 +45,7 @@ class LawVariables:
     sources: Mapping[int, Text]
     names: Mapping[int, str]
     reads: frozenset[str]
-    calls: tuple[Call, ...]
+    calls: tuple[CCall, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class _Inputs:
     def text(self, op: str, entry: int) -> Text:
         """The text of a source of the law's graph; its parameters are those of the law, readings and references."""
         if op == "k":
-            return Text("(double)state->k", Tightness.SIGNED)
+            return Text("(double)state->k", Tightness.UNARY)
         members = self.memory if op == "x" else (*self.parameters, *self.readings, *self.references)
         return Text(members[entry].variable, Tightness.ATOM, plain=True)
 
@@ -96,7 +96,7 @@ def variables_of(request: Request, graph: StepGraph) -> LawVariables:
         sources,
         _names_of_values(law, graph, names),
         frozenset(struct for struct, read in reads.items() if read),
-        (Call("number", DOUBLE),) if odd else (),
+        (CCall("number", DOUBLE),) if odd else (),
     )
 
 

@@ -12,13 +12,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.core import Ode, Sampled, SampledLaw
+from workbench.core import Ode, SampledLaw, SampledSystem
 from workbench.core.validation.places import other_kind
-from workbench.core.validation.refusals import described, one_of
+from workbench.core.validation.refusals import describe, one_of
 from workbench.core.validation.refusals import name as check_name
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.handover.c99.c_names import LONGEST, prefix_of
-from workbench.handover.export_seal import OPEN_SEAL, sealed
+from workbench.handover.export_seal import OPEN_SEAL, seal
 from workbench.handover.fmi.binary import compiler_of, library
 from workbench.handover.fmi.co_simulation import FIXED, Model, Variable, digest, model_of
 from workbench.handover.fmi.description import build_description, model_description
@@ -31,7 +31,7 @@ OWN_FILES = "model", "instance", "fmi2", "fmi3"  # which the files of a law must
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Fmu:
     """A functional mock-up unit for co-simulation; `write` makes the file.
 
@@ -56,7 +56,7 @@ class Fmu:
     files: Mapping[str, bytes]
     without_library: str = ""
 
-    @door
+    @check_arguments
     def content(self) -> bytes:
         """The bytes of the archive, the same for the same files."""
         stream = io.BytesIO()
@@ -69,9 +69,9 @@ class Fmu:
                 packed = zipfile.ZIP_STORED if path == DESCRIPTION else zipfile.ZIP_DEFLATED
                 archive.writestr(entry, self.files[path], packed, 9)
             archive.comment = OPEN_SEAL.encode()
-        return sealed(stream.getvalue())
+        return seal(stream.getvalue())
 
-    @door
+    @check_arguments
     def write(self, path: str | Path) -> Path:
         """Write the archive to a path that ends with '.fmu', all of it or nothing.
 
@@ -83,7 +83,7 @@ class Fmu:
         if "\0" in str(path) or Path(path).suffix != ".fmu" or other_kind(path):
             raise ValueError(
                 "`Fmu.write(path)` must be a file that ends with '.fmu', as 'motor.fmu' does; got "
-                f"{described(str(path))}."
+                f"{describe(str(path))}."
             )
         target = Path(path)
         draft = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
@@ -112,9 +112,9 @@ class Fmu:
         return ", ".join(path for path in self.files if path.startswith("binaries/"))
 
 
-@door
+@check_arguments
 def fmu(
-    what: SampledLaw | Ode | Sampled,
+    what: SampledLaw | Ode | SampledSystem,
     version: str = "2.0",
     name: str | None = None,
     *,

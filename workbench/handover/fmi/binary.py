@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from workbench.core.validation.refusals import described
+from workbench.core.validation.refusals import describe
 
 COMPILERS = ("cc", "gcc", "clang")
 SECONDS = 600  # of one compilation
@@ -44,7 +44,7 @@ class Library(NamedTuple):
     reason: str
 
 
-def library(files: Mapping[str, str], compiled: Sequence[str], identifier: str, version: str, call: str) -> Library:
+def library(files: Mapping[str, str], c_files: Sequence[str], identifier: str, version: str, call: str) -> Library:
     """The library of some sources for this platform, or the reason why there is none."""
     here = PLATFORMS.get((platform.system(), platform.machine()), Platform("", "", ""))
     folder = here.two if version == "2.0" else here.three
@@ -53,7 +53,7 @@ def library(files: Mapping[str, str], compiled: Sequence[str], identifier: str, 
     if not call:
         return Library("", b"", "no C compiler is here")
     path = f"binaries/{folder}/{identifier}{here.ending}"
-    return Library(path, _compiled(files, compiled, call), "")
+    return Library(path, _compiled(files, c_files, call), "")
 
 
 def compiler_of(compiler: str | None) -> str:
@@ -63,7 +63,7 @@ def compiler_of(compiler: str | None) -> str:
     if compiler and shutil.which(compiler) is None:
         raise LookupError(
             f"`fmu(compiler=...)` must be a C compiler on the path, or '' for an FMU of sources alone; got "
-            f"{described(compiler)}."
+            f"{describe(compiler)}."
         )
     return shutil.which(compiler) or ""
 

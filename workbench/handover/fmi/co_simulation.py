@@ -13,13 +13,13 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Ode, Sampled, SampledLaw, Step, rk4
-from workbench.core.validation.refusals import described, seconds
+from workbench.core import Entry, Layout, Ode, SampledLaw, SampledSystem, StepMap, rk4
+from workbench.core.validation.refusals import describe, seconds
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.plan import graph_of
 
 PART = r"[A-Za-z_][A-Za-z0-9_]*(\[\d+(,\d+)*\])?"
-STRUCTURED = re.compile(rf"{PART}(\.{PART})*")  # a name of FMI's structured naming, without its quoted ones
+STRUCTURED_NAME = re.compile(rf"{PART}(\.{PART})*")  # a name of FMI's structured naming, without its quoted ones
 START = "start."  # before the name of a state: its value at the first instant
 INPUT, PARAMETER, FIXED, OUTPUT = "input", "parameter", "fixed", "output"
 
@@ -54,7 +54,7 @@ class Model:
     name: str
     about: str
     fingerprint: str
-    step: Step
+    step: StepMap
     inputs: frozenset[int]
     outputs: Layout
     output: ca.SX
@@ -69,7 +69,9 @@ class Model:
         update = ca.densify(self.output)
         graph = graph_of(
             replace(
-                self.step, states=self.step.states + self.outputs.prefixed("."), rule=still.extended(symbols, update)
+                self.step,
+                states=self.step.states + self.outputs.with_prefix("."),
+                rule=still.with_memory(symbols, update),
             )
         )
         return Graph(graph.nodes, graph.results[self.step.states.size :])
@@ -90,7 +92,7 @@ class Model:
         roles = [INPUT if i in self.inputs else PARAMETER for i in range(p.size)]
         roles += [FIXED] * x.size + [OUTPUT] * self.outputs.size
         found = []
-        layouts = (p, x.prefixed(START), self.outputs)
+        layouts = (p, x.with_prefix(START), self.outputs)
         for place, (label, unit, entry, value) in enumerate(row for layout in layouts for row in _rows(layout)):
             role = roles[place]
             start = None if role == OUTPUT else value
@@ -109,7 +111,7 @@ def _rows(layout: Layout) -> Iterable[tuple[str, str, Entry, float]]:
             yield INNER.sub(lambda found: f"_{found[1] or found[2]}", label), unit, entry, float(value)
 
 
-def model_of(what: SampledLaw | Ode | Sampled, name: str, h: float | None) -> Model:
+def model_of(what: SampledLaw | Ode | SampledSystem, name: str, h: float | None) -> Model:
     """The model of a law, a plant or a loop; h [s] is the step of the plant's equations."""
     if isinstance(what, SampledLaw):
         model = _of_law(what, name, h)
@@ -134,7 +136,7 @@ def _of_law(law: SampledLaw, name: str, h: float | None) -> Model:
     inputs = range(law.parameters.size, step.parameters.size)
     about = f"{law.name}: the law of a computer, every {law.period:g} s"
     output = step.rule.x[law.memory.size :]
-    commands = law.commands.prefixed("u.")
+    commands = law.commands.with_prefix("u.")
     fields = (step, frozenset(inputs), commands, output, math.inf, law)
     return Model("law", name, _with_notes(about, law.notes), law.fingerprint, *fields)
 
@@ -148,7 +150,7 @@ def _of_equations(ode: Ode, name: str, h: float) -> Model:
     return Model(kind, name, _with_notes(about, ode.notes), ode.fingerprint, *fields)
 
 
-def _of_sampled(loop: Sampled, name: str, h: float) -> Model:
+def _of_sampled(loop: SampledSystem, name: str, h: float) -> Model:
     step = loop.step(loop.substeps(h))
     about = f"{loop.name}: a loop with a computer, every {loop.period:g} s; its plant in steps of {h:g} s"
     fields = (step, frozenset[int](), loop.outputs, step.rule.output, loop.flow.horizon)
@@ -168,14 +170,14 @@ def _refuse(model: Model) -> None:
         )
     names = [variable.name for variable in model.variables]
     for name in names:
-        if not STRUCTURED.fullmatch(name):
+        if not STRUCTURED_NAME.fullmatch(name):
             raise ValueError(
                 "`fmu(what=...)` needs names of letters of ASCII, digits and '_' that begin with a letter, with dots "
-                f"and indices between them, as 'controller.K[0,1]' is; got {described(name)}. Rename it."
+                f"and indices between them, as 'controller.K[0,1]' is; got {describe(name)}. Rename it."
             )
     if twice := sorted({name for name in ["time", *names] if ["time", *names].count(name) > 1}):
         raise ValueError(
-            f"`fmu(what=...)` needs one name for each variable; two are called {described(twice[0])} among inputs, "
+            f"`fmu(what=...)` needs one name for each variable; two are called {describe(twice[0])} among inputs, "
             "parameters, outputs and the time. Rename one of them."
         )
     for variable in model.variables:

@@ -13,8 +13,8 @@ from workbench.engine.machines.c_elementary_functions import definitions
 from workbench.engine.machines.c_real import DOUBLE
 from workbench.engine.machines.c_spelling import Text
 from workbench.engine.machines.operations import Tightness
-from workbench.handover.c99.c_assignments import Answer, Demand, Scope, Wanted, assignments
-from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_assignments import Demand, DemandCode, Scope, ValueForm, assignments
+from workbench.handover.c99.c_files import c_code
 from workbench.handover.c99.c_names import members
 from workbench.handover.c99.c_source import guards
 from workbench.handover.fmi.co_simulation import Model
@@ -73,7 +73,7 @@ def _functions(model: Model) -> list[str]:
 
 
 def _demands(scope: Scope) -> tuple[Demand, ...]:
-    return Demand(scope.graph.results), Demand(scope.graph.results, Wanted.TEXT)
+    return Demand(scope.graph.results), Demand(scope.graph.results, ValueForm.TEXT)
 
 
 def _scope(graph: Graph, model: Model) -> Scope:
@@ -86,7 +86,7 @@ def _scope(graph: Graph, model: Model) -> Scope:
     return Scope(graph, "model", DOUBLE, graph.numbers(model.step.h), sources)
 
 
-def _function(head: str, target: str, scope: Scope, answers: Sequence[Answer], ends: list[str]) -> list[str]:
+def _function(head: str, target: str, scope: Scope, answers: Sequence[DemandCode], ends: list[str]) -> list[str]:
     made, asked = answers
     results = [f"{target}[{i}] = {text};" for i, text in enumerate(asked.texts)]
     ops = {scope.graph.nodes[i].op for i in scope.graph.before(scope.graph.results)}

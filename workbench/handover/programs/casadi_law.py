@@ -9,16 +9,16 @@ import casadi as ca
 
 from workbench.core.layout import Layout
 from workbench.core.notation.comments import harmless
-from workbench.core.notation.program import CALLED, Dialect, straight_line
+from workbench.core.notation.program import FUNCTION_NAMES, Dialect, straight_line
 from workbench.core.sampled_law import SYMBOLS, SampledLaw
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.handover.export_seal import MARK
 
 SIGNS = {"lt": "{} < {}", "le": "{} <= {}", "eq": "{} == {}", "ne": "{} != {}"}
 WORDS = {"and": "ca.logic_and({}, {})", "or": "ca.logic_or({}, {})", "not": "ca.logic_not({})"}
 OWN = ("k", *SYMBOLS, "u", "z_next", "ca", "law", "after", "PERIOD", "START", "NOMINAL")
 CASADI = Dialect(
-    {name: f"ca.{name}" for name in CALLED.split()} | {"pow": "ca.power"},
+    {name: f"ca.{name}" for name in FUNCTION_NAMES.split()} | {"pow": "ca.power"},
     frozenset([*OWN, *keyword.kwlist]),
     width=84,
     choices=SIGNS | WORDS | {"if_else_zero": "ca.if_else({}, {}, 0.0)"},
@@ -29,7 +29,7 @@ law = ca.Function(
 )"""
 
 
-@door
+@check_arguments
 def casadi_law(law: SampledLaw, name: str = "") -> str:
     """The text of a module with the function `law` (k, z, y, r, p) -> (z_next, u), the start of z and the nominal p.
 

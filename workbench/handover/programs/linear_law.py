@@ -9,17 +9,17 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from workbench.core.expressions import evaluated
+from workbench.core.expressions import evaluate_sx
 from workbench.core.layout import Entry, Layout
 from workbench.core.linear import LinearSystem
 from workbench.core.notation.comments import harmless
 from workbench.core.notation.program import NAMES
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.validation.refusals import Array, one_of
-from workbench.core.validation.signatures import door
-from workbench.handover.export_seal import MARK, OPEN_SEAL, sealed
+from workbench.core.validation.signatures import check_arguments
+from workbench.handover.export_seal import MARK, OPEN_SEAL, seal
 
-WANTED = "_ref"  # behind the name of a reference, as in `LinearLaw`
+REFERENCE_ENDING = "_ref"  # behind the name of a reference, as in `LinearLaw`
 ONE = "one"  # the input that is 1
 MAT_HEAD, MAT_TEXT = "MATLAB 5.0 MAT-file, ", 116  # bytes of text at the head of a MAT file, of any content
 PORTS = ("inputs", "outputs", "states")
@@ -45,7 +45,7 @@ class _Affine:
         return not self.reason and not self.gains.any()
 
 
-@door
+@check_arguments
 def linear_law(law: SampledLaw, *, constants: str = "refused") -> LinearSystem:
     """The law as x+ = A x + B v, u = C x + D v with its period, where x is the memory and v readings and references.
 
@@ -74,7 +74,9 @@ def linear_law(law: SampledLaw, *, constants: str = "refused") -> LinearSystem:
             )
     J = np.array([result.gains for result in results]) + 0.0  # of which no zero is negative
     nx = law.memory.size
-    inputs = law.readings + Layout(tuple(replace(e, name=f"{e.name}{WANTED}") for e in law.references.entries))
+    inputs = law.readings + Layout(
+        tuple(replace(e, name=f"{e.name}{REFERENCE_ENDING}") for e in law.references.entries)
+    )
     offsets = np.array([result.constant for result in results])
     if offsets.any():
         J, inputs = np.column_stack([J, offsets]), inputs + Layout((Entry(ONE, np.array(1.0)),))
@@ -84,7 +86,7 @@ def linear_law(law: SampledLaw, *, constants: str = "refused") -> LinearSystem:
     return LinearSystem(law.memory, inputs, law.commands, **matrices, dt=law.period)
 
 
-@door
+@check_arguments
 def as_control(law: SampledLaw) -> str:
     """The text of a module with the linear law as `law`, a `StateSpace` of python-control; see `linear_law`.
 
@@ -113,7 +115,7 @@ def as_control(law: SampledLaw) -> str:
     return "\n".join(line for line in [*lines, f"    name={_word(law.name)!r},", ")"] if line is not None) + "\n"
 
 
-@door
+@check_arguments
 def mat_of(law: SampledLaw) -> bytes:
     """A law as a file for MATLAB and Octave.
 
@@ -140,7 +142,7 @@ def mat_of(law: SampledLaw) -> bytes:
     write(file, held, oned_as="column")
     content = bytes(file.getvalue())
     head = f"{MAT_HEAD}{OPEN_SEAL}".encode().ljust(MAT_TEXT)
-    return sealed(head + content[MAT_TEXT:])
+    return seal(head + content[MAT_TEXT:])
 
 
 def _affine(law: SampledLaw) -> list[_Affine]:
@@ -158,7 +160,7 @@ def _affine(law: SampledLaw) -> list[_Affine]:
             return _Affine(np.zeros(size), 0.0, "takes the number of the instant")
         return _Affine(np.eye(size)[starts[SIGNALS[part]] + entry], 0.0)
 
-    results = evaluated(function, source, lambda value: _Affine(np.zeros(size), value), _operation)
+    results = evaluate_sx(function, source, lambda value: _Affine(np.zeros(size), value), _operation)
     return [results[0][i] for i in range(made.numel())]
 
 

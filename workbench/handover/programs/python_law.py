@@ -12,12 +12,12 @@ from workbench.core.notation.comments import harmless
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.validation.number_types import Values
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.plan import graph_of
 from workbench.engine.machines.python_elementary_functions import definitions
 from workbench.engine.machines.python_spelling import literal
-from workbench.handover.c99.c_code import safe_command
+from workbench.handover.c99.c_files import safe_command
 from workbench.handover.c99.c_interface import queue_places
 from workbench.handover.export_seal import MARK
 from workbench.handover.law_graph import behind_limits
@@ -86,7 +86,7 @@ def finite(values, names):
 FLAGS = ("OK", "BAD_READING", "BAD_REFERENCE", "BAD_COMMAND")
 
 
-@door
+@check_arguments
 def python_law(law: SampledLaw, name: str = "", *, safe: Values | None = None) -> str:
     """The text of a module with the class `Law`, which has the bits of the simulation in the portable arithmetic.
 

@@ -17,13 +17,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from workbench.core import SampledLaw
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.machines.numpy_spelling import Arrays, Lanes
 from workbench.handover.law_graph import StepGraph
-from workbench.handover.single.further_rules import FURTHER_REASONS, FURTHER_RULES
-from workbench.handover.single.rounding_rules import INFINITY, LARGEST, RULES, SLACK, Enclosed, Reals, never_negative
-from workbench.handover.single.single_precision import Rows, input_place, rows_of, step_graph, timed
+from workbench.handover.single.further_rounding_rules import FURTHER_REASONS, FURTHER_RULES
+from workbench.handover.single.rounding_rules import (
+    INFINITY,
+    LARGEST,
+    RULES,
+    SLACK,
+    BoundedValue,
+    Reals,
+    never_negative,
+)
+from workbench.handover.single.single_precision import LawArguments, input_place, instant_values, rows_of, step_graph
 
 ALL_RULES = {**RULES, **FURTHER_RULES}
 NO_CAUSE = -1  # where there is a bound
@@ -72,15 +80,15 @@ class RoundingBound:
     reasons: Mapping[int, str]
 
     def __repr__(self) -> str:
-        return f"<RoundingBound: {len(self.u)} rows, {int(self.bounded.sum())} with a bound>"
+        return f"<RoundingBound: {len(self.u)} rows, {int(self.has_bound.sum())} with a bound>"
 
     @cached_property
-    def bounded(self) -> np.ndarray:
+    def has_bound(self) -> np.ndarray:
         """True for the rows (B,) in which each number has a bound."""
         return np.asarray(np.isfinite(np.concatenate([self.z_bound, self.u_bound], axis=1)).all(axis=1))
 
 
-@door
+@check_arguments
 def rounding_bound(
     law: SampledLaw,
     k: float | ArrayLike,
@@ -106,7 +114,7 @@ def rounding_bound(
         If an array has another shape than the law's layout says.
     """
     rows, graph = rows_of("rounding_bound", law, k, z, y, r), step_graph(law, p)
-    walk = Walk.of(law, graph, rows)
+    walk = RoundingAnalysis.of(law, graph, rows)
     with np.errstate(all="ignore"):
         walk.make()
     count, nz = len(rows.k), law.memory.size
@@ -121,44 +129,46 @@ def rounding_bound(
 
 
 @dataclass(frozen=True, eq=False)
-class Walk:
+class RoundingAnalysis:
     """The nodes of a graph in their order, each with its value, its bound, and the cause where it has none."""
 
     graph: StepGraph
-    moving: tuple[int, ...]
+    variable_nodes: tuple[int, ...]
     evaluation: Evaluation[Lanes]
     sources: Mapping[int, Lanes]
-    enclosed: dict[int, Enclosed]
+    bounded_values: dict[int, BoundedValue]
     causes: dict[int, NDArray[np.int64]]
 
     @staticmethod
-    def of(law: SampledLaw, graph: StepGraph, rows: Rows) -> Walk:
+    def of(law: SampledLaw, graph: StepGraph, rows: LawArguments) -> RoundingAnalysis:
         """The walk at its start: all that single precision reads is a double, rounded once."""
         nodes, place_of, inputs = graph.graph.nodes, input_place(law), rows.inputs
         needed = set(graph.graph.before(graph.graph.results))
-        moving = tuple(i for i in graph.moving if i in needed)
+        moving = tuple(i for i in graph.variable_nodes if i in needed)
         sources: dict[int, Lanes] = {
             i: inputs[:, place_of(nodes[i].op, nodes[i].entry)] for i in moving if not nodes[i].operands
         }
-        sources |= {i: value for i, value in timed(graph, rows.k).items() if i in needed}
-        return Walk(graph, moving, Evaluation(graph.graph, Arrays(False), sources.__getitem__), sources, {}, {})
+        sources |= {i: value for i, value in instant_values(graph, rows.k).items() if i in needed}
+        return RoundingAnalysis(
+            graph, moving, Evaluation(graph.graph, Arrays(False), sources.__getitem__), sources, {}, {}
+        )
 
     def make(self) -> None:
         """All nodes."""
         for place in self.sources:
             self._source(place)
-        self.evaluation.make(self.moving)
-        for place in self.moving:
+        self.evaluation.make(self.variable_nodes)
+        for place in self.variable_nodes:
             if place not in self.sources:
                 self._node(place)
 
     def value(self, place: int) -> Reals:
         """The value in doubles."""
-        return self.enclosed[place].value
+        return self.bounded_values[place].value
 
     def bound(self, place: int) -> Reals:
         """The bound of |single - double|."""
-        return self.enclosed[place].bound
+        return self.bounded_values[place].bound
 
     def cause(self, place: int) -> NDArray[np.int64] | np.int64:
         """The place of the operation for which a value has no bound, or -1."""
@@ -169,20 +179,20 @@ class Walk:
         single = value.astype(np.float32).astype(float)
         bound = np.where(single == value, 0.0, np.abs(single - value))
         positive = place in self.graph.numbers and bool(value >= 0)
-        self._keep(place, Enclosed(value, bound, positive), ())
+        self._keep(place, BoundedValue(value, bound, positive), ())
 
     def _node(self, place: int) -> None:
         op, operands, *_ = self.graph.graph.nodes[place]
         value = np.asarray(self.evaluation.value(place), float)
-        bound = ALL_RULES[op](value, *[self.enclosed[i] for i in operands]) * SLACK
+        bound = ALL_RULES[op](value, *[self.bounded_values[i] for i in operands]) * SLACK
         finite = np.abs(value) + bound <= LARGEST  # false for a value or a bound that is no number
-        positive = {i: self.enclosed[i].positive for i in operands}
-        enclosed = Enclosed(value, np.where(finite, bound, INFINITY), never_negative(op, operands, positive))
+        positive = {i: self.bounded_values[i].positive for i in operands}
+        enclosed = BoundedValue(value, np.where(finite, bound, INFINITY), never_negative(op, operands, positive))
         self._keep(place, enclosed, operands)
 
-    def _keep(self, place: int, enclosed: Enclosed, operands: tuple[int, ...]) -> None:
+    def _keep(self, place: int, enclosed: BoundedValue, operands: tuple[int, ...]) -> None:
         """Keep a value; where it has no bound, the cause is that of the first operand without one, or itself."""
-        self.enclosed[place] = enclosed
+        self.bounded_values[place] = enclosed
         lost = ~np.isfinite(enclosed.bound)
         if lost.any():
             cause = np.where(lost, place, NO_CAUSE)

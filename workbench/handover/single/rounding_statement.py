@@ -14,15 +14,15 @@ from numpy.typing import ArrayLike
 from workbench.core import SampledLaw
 from workbench.core.validation.refusals import Array, refusal, vector, whole
 from workbench.core.validation.refusals import seed as as_seed
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.handover.single.rounding_bounds import NO_CAUSE, RoundingBound, rounding_bound
-from workbench.handover.single.single_precision import Rows
+from workbench.handover.single.single_precision import LawArguments
 
 ROWS = 10_000  # at once, which is some 100 MB for a law of a thousand operations
 QUEUE = "hold.next"  # where a command waits for the next instant; 'hold.next.2' for the one behind it
 
 
-class Box(NamedTuple):
+class ArgumentBox(NamedTuple):
     """The least and the largest memory, readings and references [z; y; r]."""
 
     low: Array
@@ -30,7 +30,7 @@ class Box(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class StatedBound:
     """The largest bound of |single - double| over many rows, for one period from the same memory.
 
@@ -54,11 +54,13 @@ class StatedBound:
     z_bound: Array
     u_share: Array
     z_share: Array
-    lost: float  # the share of rows in which a command has no bound
+    unbounded_share: float  # the share of rows in which a command has no bound
     reasons: Mapping[str, float]
 
     def __repr__(self) -> str:
-        return f"<StatedBound of '{self.law.name}': {self.rows:,} rows, {percent(self.lost)} without a bound>"
+        return (
+            f"<StatedBound of '{self.law.name}': {self.rows:,} rows, {percent(self.unbounded_share)} without a bound>"
+        )
 
     @property
     def sentence(self) -> str:
@@ -68,10 +70,11 @@ class StatedBound:
             f"In single precision the law differs from that in doubles in {_joined(parts)}, over one period from the "
             f"same memory (proved at each of {self.rows:,} {self.places})"
         )
-        if not self.lost:
+        if not self.unbounded_share:
             return f"{text}."
         why = _joined([f"{word} ({percent(share)})" for word, share in self.reasons.items()])
-        return f"{text}; at {percent(self.lost)} of them a decision is within its rounding and no bound holds: {why}."
+        share = percent(self.unbounded_share)
+        return f"{text}; at {share} of them a decision is within its rounding and no bound holds: {why}."
 
     def _commands(self) -> Iterator[tuple[str, str, float]]:
         for entry in self.law.commands.entries:
@@ -83,17 +86,17 @@ class StatedBound:
                 yield from zip(entry.labels(), units, bounds.tolist(), strict=True)
 
 
-@door
-def box_of(z: ArrayLike, y: ArrayLike, r: ArrayLike | None = None, margin: float = 0.1) -> Box:
+@check_arguments
+def box_of(z: ArrayLike, y: ArrayLike, r: ArrayLike | None = None, margin: float = 0.1) -> ArgumentBox:
     """The ranges of recorded memory (N, nz), readings (N, ny) and references (N, nr), wider by a share of each."""
     held = [np.asarray(part, float) for part in (z, y, np.zeros((len(np.asarray(y)), 0)) if r is None else r)]
     rows = np.concatenate(held, axis=1)
     low, high = rows.min(axis=0), rows.max(axis=0)
     more = 0.5 * margin * (high - low)
-    return Box(low - more, high + more)
+    return ArgumentBox(low - more, high + more)
 
 
-@door
+@check_arguments
 def stated_bound(
     law: SampledLaw,
     low: ArrayLike,
@@ -130,18 +133,18 @@ def stated_bound(
     count = whole("stated_bound(samples=...)", samples)
     draws = np.random.default_rng(as_seed("stated_bound(seed=...)", seed))
 
-    def blocks() -> Iterator[Rows]:
+    def blocks() -> Iterator[LawArguments]:
         for start in range(0, count, ROWS):
             rows = min(ROWS, count - start)
             points = draws.uniform(sides[0], sides[1], (rows, size))
             k = draws.integers(0, instants if law.uses_time else 1, rows).astype(float)
-            yield Rows(k, *np.split(points, [law.memory.size, law.memory.size + law.readings.size], axis=1))
+            yield LawArguments(k, *np.split(points, [law.memory.size, law.memory.size + law.readings.size], axis=1))
 
     return _stated(law, blocks(), "random points of a box of memory, readings and references")
 
 
-def _stated(law: SampledLaw, blocks: Iterable[Rows], places: str) -> StatedBound:
-    nz, commands = law.memory.size, commanded(law)
+def _stated(law: SampledLaw, blocks: Iterable[LawArguments], places: str) -> StatedBound:
+    nz, commands = law.memory.size, command_places(law)
     largest, lost = np.zeros(nz + law.commands.size), np.zeros(nz + law.commands.size, int)
     rows, without, words = 0, 0, Counter[str]()
     for block in blocks:
@@ -177,7 +180,7 @@ def _reasons(held: RoundingBound, commands: np.ndarray) -> dict[str, int]:
     return found
 
 
-def commanded(law: SampledLaw) -> np.ndarray:
+def command_places(law: SampledLaw) -> np.ndarray:
     """Where each number that the law commands stands in [z+; u]: a command that waits enters the queue in z+."""
     places, entries = list[int](), law.commands.entries
     for entry in entries:

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.core import SampledLaw
-from workbench.core.validation.refusals import Array, described, numbers
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, describe, numbers
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.machines.formula_table import IN_SINGLE
 from workbench.engine.machines.numpy_spelling import Arrays, Lanes, Singles
 from workbench.handover.law_graph import StepGraph, graph_of_law, split
 
 
-class Rows(NamedTuple):
+class LawArguments(NamedTuple):
     """The arguments of a law, one row each: instants (B,), memory (B, nz), readings (B, ny), references (B, nr)."""
 
     k: Array
@@ -35,7 +35,7 @@ class Rows(NamedTuple):
         return np.concatenate([self.z, self.y, self.r], axis=1)
 
 
-class Singly(NamedTuple):
+class SinglePrecisionResult(NamedTuple):
     """Memory (B, nz) and commands (B, nu) of a law in single precision, as floats."""
 
     z_next: np.ndarray
@@ -45,7 +45,7 @@ class Singly(NamedTuple):
         return f"<Singly: {len(self.u)} rows, {self.u.shape[1]} commands>"
 
 
-@door
+@check_arguments
 def single_precision(
     law: SampledLaw,
     k: float | ArrayLike,
@@ -53,7 +53,7 @@ def single_precision(
     y: ArrayLike,
     r: ArrayLike | None = None,
     p: ArrayLike | None = None,
-) -> Singly:
+) -> SinglePrecisionResult:
     """z+ = g(k, z, y, r, p) and u = c(k, z, y, r, p) of a law in single precision, row by row.
 
     Parameters
@@ -73,9 +73,9 @@ def single_precision(
     rows = rows_of("single_precision", law, k, z, y, r)
     graph = step_graph(law, p)
     with np.errstate(all="ignore"):
-        results = evaluated(law, graph, rows)
+        results = evaluate(law, graph, rows)
     nz = law.memory.size
-    return Singly(results[:, :nz], results[:, nz:])
+    return SinglePrecisionResult(results[:, :nz], results[:, nz:])
 
 
 def step_graph(law: SampledLaw, p: ArrayLike | None = None) -> StepGraph:
@@ -89,7 +89,9 @@ def step_graph(law: SampledLaw, p: ArrayLike | None = None) -> StepGraph:
     return split(law.step, held)
 
 
-def rows_of(call: str, law: SampledLaw, k: float | ArrayLike, z: ArrayLike, y: ArrayLike, r: ArrayLike | None) -> Rows:
+def rows_of(
+    call: str, law: SampledLaw, k: float | ArrayLike, z: ArrayLike, y: ArrayLike, r: ArrayLike | None
+) -> LawArguments:
     """The arguments of a law as rows of doubles, or a refusal that names the call and the shape."""
     layouts = {"z": law.memory, "y": law.readings, "r": law.references}
     readings = numbers(f"{call}(y=...)", y)
@@ -106,14 +108,14 @@ def rows_of(call: str, law: SampledLaw, k: float | ArrayLike, z: ArrayLike, y: A
     if instants.shape not in ((), (1,), (count,)) or not np.all((instants >= 0) & (instants == np.floor(instants))):
         raise ValueError(
             f"`{call}(k=...)` must be a whole number from 0 on, or {count} of them, one for each row; it is "
-            f"{described(k)}."
+            f"{describe(k)}."
         )
-    return Rows(np.broadcast_to(instants, (count,)), *held.values())
+    return LawArguments(np.broadcast_to(instants, (count,)), *held.values())
 
 
-def evaluated(law: SampledLaw, graph: StepGraph, rows: Rows) -> np.ndarray:
+def evaluate(law: SampledLaw, graph: StepGraph, rows: LawArguments) -> np.ndarray:
     """The results [z+; u] (B, nz + nu) in floats."""
-    early = timed(graph, rows.k)
+    early = instant_values(graph, rows.k)
     nodes, place_of, inputs = graph.graph.nodes, input_place(law), rows.inputs
 
     def load(place: int) -> Lanes:
@@ -123,20 +125,20 @@ def evaluated(law: SampledLaw, graph: StepGraph, rows: Rows) -> np.ndarray:
 
     evaluation = Evaluation(graph.graph, Singles(), load, IN_SINGLE)
     needed = set(graph.graph.before(graph.graph.results))
-    evaluation.make(i for i in graph.moving if i in needed)
+    evaluation.make(i for i in graph.variable_nodes if i in needed)
     results = [np.broadcast_to(evaluation.value(place), rows.k.shape) for place in graph.graph.results]
     return np.stack(results, axis=1).astype(np.float32, casting="no")
 
 
-def timed(graph: StepGraph, k: Array) -> dict[int, Lanes]:
+def instant_values(graph: StepGraph, k: Array) -> dict[int, Lanes]:
     """The values, in doubles, of the nodes that depend on numbers and on the number of the instant alone."""
 
     def load(place: int) -> Lanes:
         return np.float64(graph.numbers[place]) if place in graph.numbers else k
 
     evaluation = Evaluation(graph.graph, Arrays(False), load)
-    evaluation.make(graph.timed)
-    return {place: evaluation.value(place) for place in (*graph.numbers, *graph.timed)}
+    evaluation.make(graph.instant_nodes)
+    return {place: evaluation.value(place) for place in (*graph.numbers, *graph.instant_nodes)}
 
 
 def input_place(law: SampledLaw) -> Callable[[str, int], int]:

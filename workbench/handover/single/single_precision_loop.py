@@ -7,10 +7,10 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Sampled, SampledLaw
-from workbench.core.crossing import plain
+from workbench.core import Entry, Layout, SampledLaw, SampledSystem
+from workbench.core.crossing import without_crossings
 from workbench.core.numbers import Bounds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 LARGEST = float(np.finfo(np.float64).max)
 SPLIT = 2.0**29 + 1  # leaves 24 of 53 bits: Veltkamp's constant
@@ -21,8 +21,8 @@ EXACT = {  # of numbers in single precision these are such numbers themselves
 }  # fmt: skip
 
 
-@door
-def in_single_precision(sampled: Sampled, law: SampledLaw) -> Sampled:
+@check_arguments
+def in_single_precision(sampled_loop: SampledSystem, law: SampledLaw) -> SampledSystem:
     """The loop whose readings, references, memory and every operation of the law are rounded to single precision.
 
     Each operation is made in double precision and rounded to 24 bits, which is what a machine in single precision does
@@ -56,26 +56,28 @@ def in_single_precision(sampled: Sampled, law: SampledLaw) -> Sampled:
     Dekker (1971), A floating-point technique for extending the available precision, Numer. Math. 18, section 5.
     Figueroa (1995), When is double rounding innocuous?, ACM SIGNUM Newsletter 30(3).
     """
-    unit, flow, states = ca.SX.sym("unit"), sampled.flow, sampled.states
-    named = law.memory.names + law.commands.prefixed("hold.").names
+    unit, flow, states = ca.SX.sym("unit"), sampled_loop.flow, sampled_loop.states
+    named = law.memory.names + law.commands.with_prefix("hold.").names
     places = [i for name in named for i in states.indices(name)]
-    p = [i for name in law.parameters.names for i in sampled.parameters.indices(name)]
+    p = [i for name in law.parameters.names for i in sampled_loop.parameters.indices(name)]
     z = [i for name in law.memory.names for i in states.indices(name)]
-    taken = sampled.handed
+    taken = sampled_loop.computer_inputs
     given = (
-        sampled.k,
+        sampled_loop.k,
         flow.x[z],
         ca.vertcat(*(ca.vec(taken[f"y.{name}"]) for name in law.readings.names), ca.SX(0, 1)),
         ca.vertcat(*(ca.vec(taken[f"r.{name}"]) for name in law.references.names), ca.SX(0, 1)),
         flow.p[p],
     )
     new = _rounded(law.F, given, unit)
-    crossed = ca.vertcat(sampled.after, flow.x[sampled.jump.numel() :, 0])
+    crossed = ca.vertcat(sampled_loop.after, flow.x[sampled_loop.jump.numel() :, 0])
     for i, part in zip(places, new, strict=True):
         crossed[i] = part
     one = Layout((Entry(UNIT, np.ones(()), "1", Bounds(1.0, 1.0)),))
     wider = replace(flow, parameters=flow.parameters + one, p=ca.vertcat(flow.p, unit))
-    return replace(sampled, flow=wider, jump=plain(sampled.crossings, crossed), crossed=crossed)
+    return replace(
+        sampled_loop, flow=wider, jump=without_crossings(sampled_loop.crossings, crossed), crossing_jump=crossed
+    )
 
 
 def single(x: ca.SX, unit: ca.SX) -> ca.SX:

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from workbench.handover.targets.array_target import ArrayTarget
 from workbench.handover.targets.browser import Browser
 from workbench.handover.targets.compilers import ARM_64, HERE
-from workbench.handover.targets.contract import AbstractTarget, CalledTarget, Figures
 from workbench.handover.targets.cortex_m import CORTEX_M4F, CORTEX_M4F_AS_IT_IS, CORTEX_M7
-from workbench.handover.targets.importer import Importer
+from workbench.handover.targets.fmu_importer import Importer
+from workbench.handover.targets.target import AbstractTarget, CalledTarget, TargetCost
 
 TARGETS: Mapping[str, AbstractTarget] = {
     **{target.name.replace(" ", ""): target for target in HERE},
@@ -27,4 +27,4 @@ TARGETS: Mapping[str, AbstractTarget] = {
 
 USUAL = tuple(key for key in TARGETS if key != "cortex-m4f-libgcc")  # without a library whose fault is known
 
-__all__ = ["TARGETS", "USUAL", "AbstractTarget", "CalledTarget", "Figures"]
+__all__ = ["TARGETS", "USUAL", "AbstractTarget", "CalledTarget", "TargetCost"]

@@ -10,12 +10,12 @@ import numpy as np
 from workbench.core.validation.refusals import Array
 from workbench.engine.kernel.plan import Evaluation, graph_of
 from workbench.engine.machines.numpy_spelling import Arrays, Lanes
-from workbench.handover.c99.c_code import CCode
+from workbench.handover.c99.c_files import CCode
 from workbench.handover.memory_digest import digest
 from workbench.handover.recording import BLOCK, Recording
-from workbench.handover.targets.contract import AbstractTarget, Figures
-from workbench.handover.targets.harness import Answers
-from workbench.handover.targets.programs import TargetError
+from workbench.handover.targets.external_programs import TargetError
+from workbench.handover.targets.harness import TargetAnswers
+from workbench.handover.targets.target import AbstractTarget, TargetCost
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class ArrayTarget(AbstractTarget):
         """None."""
         return ()
 
-    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
+    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> TargetAnswers:
         """Commands and memories, block by block."""
         if code.real != "double":
             raise TargetError("NumPy is the reference of single precision itself")
@@ -41,11 +41,11 @@ class ArrayTarget(AbstractTarget):
             shares.append(new[:, nz:])
             digests.append(digest(new[:, :nz]))
         u, none = np.concatenate(shares), np.zeros(recording.periods, dtype=np.uint64)
-        return Answers(u, none, np.concatenate(digests), new[-1, :nz])
+        return TargetAnswers(u, none, np.concatenate(digests), new[-1, :nz])
 
-    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
+    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> TargetCost:
         """None of them."""
-        return Figures()
+        return TargetCost()
 
 
 def _instants(recording: Recording, first: int, last: int) -> Array:
@@ -64,7 +64,7 @@ def _instants(recording: Recording, first: int, last: int) -> Array:
             return np.float64(numbers[place])
         return k if node.op == "k" else (states if node.op == "x" else p)[:, node.entry]
 
-    evaluation = Evaluation(graph, Arrays(fused=False), load)
+    evaluation = Evaluation(graph, Arrays(fused_products=False), load)
     with np.errstate(all="ignore"):
         evaluation.make(range(len(graph.nodes)))
         return np.stack([np.broadcast_to(evaluation.value(place), count) for place in graph.results], axis=1)

@@ -11,12 +11,12 @@ import numpy as np
 from workbench.core import SampledLaw
 from workbench.core.templates import template_text
 from workbench.engine.kernel.plan import Plan
-from workbench.handover.c99.c_code import CCode
+from workbench.handover.c99.c_files import CCode
 from workbench.handover.memory_digest import digest
 from workbench.handover.recording import BLOCK, Recording
-from workbench.handover.targets.contract import AbstractTarget, Figures
-from workbench.handover.targets.harness import ANSWERS, INPUTS, Answers
-from workbench.handover.targets.programs import TargetError, run
+from workbench.handover.targets.external_programs import TargetError, run
+from workbench.handover.targets.harness import ANSWERS, INPUTS, TargetAnswers
+from workbench.handover.targets.target import AbstractTarget, TargetCost
 
 MODULE, NUMBERS, SIZES, SCRIPT = "law.wasm", "numbers", "sizes.json", "march.js"
 
@@ -32,7 +32,7 @@ class Browser(AbstractTarget):
         """Node."""
         return ("node",)
 
-    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
+    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> TargetAnswers:
         """Commands and memories of a march that goes on from its own memory."""
         law, nz = recording.law, recording.law.memory.size
         if code.real != "double":
@@ -45,11 +45,11 @@ class Browser(AbstractTarget):
         rows = rows.reshape(recording.periods, -1)
         parts = (rows[first : first + BLOCK, :nz] for first in range(0, len(rows), BLOCK))
         none = np.zeros(len(rows), dtype=np.uint64)
-        return Answers(rows[:, nz:], none, np.concatenate([digest(part) for part in parts]), rows[-1, :nz])
+        return TargetAnswers(rows[:, nz:], none, np.concatenate([digest(part) for part in parts]), rows[-1, :nz])
 
-    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
+    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> TargetCost:
         """The bytes of the module."""
-        return Figures(code=(folder / MODULE).stat().st_size)
+        return TargetCost(code=(folder / MODULE).stat().st_size)
 
 
 def _write(law: SampledLaw, recording: Recording, folder: Path) -> None:
@@ -60,7 +60,7 @@ def _write(law: SampledLaw, recording: Recording, folder: Path) -> None:
         raise TargetError("nothing is compiled for a browser without llvmlite") from None
     plan = Plan.of_step(law.step, ())
     try:
-        (folder / MODULE).write_bytes(webassembly.compiled(plan))
+        (folder / MODULE).write_bytes(webassembly.compile_plan(plan))
     except ValueError as error:
         raise TargetError(str(error)) from error
     outside = law.parameters.size

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.core.validation.refusals import Array
-from workbench.handover.c99.c_code import CCode
+from workbench.handover.c99.c_files import CCode
 from workbench.handover.recording import Recording
 from workbench.handover.targets import harness
-from workbench.handover.targets.contract import AbstractTarget, Figures
-from workbench.handover.targets.harness import Answers
-from workbench.handover.targets.programs import TargetError, lacking, run, there
-from workbench.handover.targets.size import code_and_data, deepest
+from workbench.handover.targets.binary_size import code_and_data, deepest
+from workbench.handover.targets.external_programs import TargetError, missing_programs, run, there
+from workbench.handover.targets.harness import TargetAnswers
+from workbench.handover.targets.target import AbstractTarget, TargetCost
 
 STANDARD = ("-std=c99", "-Wall", "-Wextra")
-COUNTED = 1_000  # periods under a tool that counts instructions
-LOGGED = 100  # periods in a log that has a line for each instruction
+COUNTED_PERIODS = 1_000  # periods under a tool that counts instructions
+LOGGED_PERIODS = 100  # periods in a log that has a line for each instruction
 PROGRAM, COUNTS = "law", "counts"
 
 
@@ -38,7 +38,7 @@ class CompiledProgram(AbstractTarget):
         """Compiler and emulator."""
         return (self.compiler, *([self.emulator] if self.emulator else ()))
 
-    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
+    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> TargetAnswers:
         """The answers of the program."""
         write_files({**harness.program(code), harness.PLATFORM: harness.hosted_platform()}, folder)
         sources = [harness.MAIN, harness.PLATFORM, f"{code.name}.c"]
@@ -46,25 +46,25 @@ class CompiledProgram(AbstractTarget):
         run([self.compiler, *STANDARD, *self.options, *static, *sources, "-o", PROGRAM], folder, seconds)
         return self._run(code, recording, folder, seconds)
 
-    def _run(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
+    def _run(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> TargetAnswers:
         harness.write_inputs(code, recording.inputs, folder)
         run([*([self.emulator] if self.emulator else ()), f"./{PROGRAM}"], folder, seconds)
         return harness.read_answers(code, recording.periods, folder)
 
-    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
+    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> TargetCost:
         """Instructions as Callgrind counts them, or QEMU's log of steps; stack as GCC tells it; sizes of the object."""
         stack, sizes, smallest = sizes_of(code, folder, self.compiler, self.options, f"{self.tools}size", seconds)
-        rows = recording.inputs[:COUNTED]
-        instructions, doubt = None, "" if self.emulator else lacking(["valgrind"])
+        rows = recording.inputs[:COUNTED_PERIODS]
+        instructions, doubt = None, "" if self.emulator else missing_programs(["valgrind"])
         try:
             if self.emulator:
-                instructions = self._steps(code, rows[:LOGGED], folder, seconds)
+                instructions = self._steps(code, rows[:LOGGED_PERIODS], folder, seconds)
             elif not doubt:
                 instructions = _calls(code, rows, folder, seconds)
         except TargetError as error:
             doubt = str(error)
         doubt = doubt and f"instructions were not counted: {doubt}"
-        return Figures(instructions, stack=stack, code=sizes[0], data=sizes[1], smallest=smallest, doubt=doubt)
+        return TargetCost(instructions, stack=stack, code=sizes[0], data=sizes[1], smallest=smallest, doubt=doubt)
 
     def _steps(self, code: CCode, rows: Array, folder: Path, seconds: float) -> float:
         """The instructions in the law's own code, each a line of the emulator's log, without those of `init`."""

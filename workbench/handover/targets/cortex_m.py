@@ -15,14 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.core.templates import template_text
-from workbench.handover.c99.c_code import CCode
+from workbench.handover.c99.c_files import CCode
 from workbench.handover.recording import Recording
 from workbench.handover.targets import harness
-from workbench.handover.targets.compilers import COUNTED, sizes_of, write_files
-from workbench.handover.targets.contract import AbstractTarget, Figures
-from workbench.handover.targets.harness import Answers
-from workbench.handover.targets.programs import run
+from workbench.handover.targets.compilers import COUNTED_PERIODS, sizes_of, write_files
+from workbench.handover.targets.external_programs import run
+from workbench.handover.targets.harness import TargetAnswers
 from workbench.handover.targets.soft_doubles import SOFT_DOUBLES_FILE, WRAPS, soft_doubles
+from workbench.handover.targets.target import AbstractTarget, TargetCost
 
 PREFIX = "arm-none-eabi-"
 INSTRUCTIONS_A_TICK = 40  # of a timer at 25 MHz
@@ -54,7 +54,7 @@ class Microcontroller(AbstractTarget):
         """GCC for it, and the emulator."""
         return (f"{PREFIX}gcc", "qemu-system-arm")
 
-    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
+    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> TargetAnswers:
         """The answers of the program."""
         write_files({**harness.program(code), **board_files()}, folder)
         sources = [harness.MAIN, harness.PLATFORM, f"{code.name}.c"]
@@ -73,16 +73,16 @@ class Microcontroller(AbstractTarget):
         hosting = ["-semihosting-config", "enable=on,target=native"]
         run(["qemu-system-arm", *board, *hosting, *options, "-kernel", PROGRAM], folder, seconds)
 
-    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
+    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> TargetCost:
         """Instructions of blocks of calls less those of the loop without the law, and the stack that they touch."""
-        rows = recording.inputs[:COUNTED]
-        harness.write_inputs(code, rows, folder, counted=True)
+        rows = recording.inputs[:COUNTED_PERIODS]
+        harness.write_inputs(code, rows, folder, count_instructions=True)
         self.emulate(folder, seconds, "-icount", "shift=0")
         whole, empty, most, touched = harness.read_answers(code, len(rows), folder).figures
         options = (*STANDARD[3:], *self.options)
         stack, sizes, smallest = sizes_of(code, folder, f"{PREFIX}gcc", options, f"{PREFIX}size", seconds)
         instructions = INSTRUCTIONS_A_TICK * (whole - empty) / len(rows)
-        return Figures(instructions, most * INSTRUCTIONS_A_TICK, stack, touched, *sizes, smallest)
+        return TargetCost(instructions, most * INSTRUCTIONS_A_TICK, stack, touched, *sizes, smallest)
 
 
 M4F = ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16")

@@ -17,16 +17,16 @@ import numpy as np
 
 from workbench.core.templates import fill, template_text
 from workbench.core.validation.refusals import Array
-from workbench.handover.c99.c_code import CCode
+from workbench.handover.c99.c_files import CCode
 from workbench.handover.c99.c_names import members
 from workbench.handover.memory_digest import Reals, Words
-from workbench.handover.targets.programs import TargetError
+from workbench.handover.targets.external_programs import TargetError
 
 INPUTS, ANSWERS, MAIN, PLATFORM, HEADER = "inputs", "answers", "main.c", "platform.c", "platform.h"
 
 
 @dataclass(frozen=True, eq=False)
-class Answers:
+class TargetAnswers:
     """The commands (N, nu) of a target, its flags and the digests of its memory (N,), and the memory (nz,) at the end.
 
     Figures are those of the file of answers, or none. Digests and memory are None where a target cannot show them.
@@ -73,14 +73,14 @@ def hosted_platform() -> str:
     return template_text("workbench.handover", "targets/hosted_platform.c")
 
 
-def write_inputs(code: CCode, rows: Array, folder: Path, counted: bool = False) -> None:
+def write_inputs(code: CCode, rows: Array, folder: Path, count_instructions: bool = False) -> None:
     """Write the inputs (N, ny + nr) of a law to a folder."""
     with (folder / INPUTS).open("wb") as file:
-        file.write(np.array([len(rows), counted], dtype="<u8").tobytes())
+        file.write(np.array([len(rows), count_instructions], dtype="<u8").tobytes())
         np.ascontiguousarray(rows, dtype=real_of(code)).tofile(file)
 
 
-def read_answers(code: CCode, periods: int, folder: Path) -> Answers:
+def read_answers(code: CCode, periods: int, folder: Path) -> TargetAnswers:
     """The answers of so many periods in a folder; a TargetError if the file is none of these."""
     law, real = code.law, real_of(code)
     record = np.dtype([("u", real, (law.commands.size,)), ("flags", "<u8"), ("digest", "<u8")])
@@ -94,4 +94,4 @@ def read_answers(code: CCode, periods: int, folder: Path) -> Answers:
     rows = np.frombuffer(data, record, periods)
     last = np.frombuffer(data, end, 1, periods * record.itemsize)[0]
     first, second, third, fourth = (int(number) for number in last["figures"])
-    return Answers(rows["u"], rows["flags"], rows["digest"], last["memory"], (first, second, third, fourth))
+    return TargetAnswers(rows["u"], rows["flags"], rows["digest"], last["memory"], (first, second, third, fourth))

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from workbench.core.layout import Entry, Layout
 from workbench.core.notation.comments import harmless
 from workbench.core.templates import fill
-from workbench.core.validation.refusals import described, known, require
-from workbench.core.validation.signatures import door
-from workbench.handover.c99.c_code import CCode
+from workbench.core.validation.refusals import describe, known_name, require
+from workbench.core.validation.signatures import check_arguments
+from workbench.handover.c99.c_files import CCode
 from workbench.handover.c99.c_names import members
 from workbench.handover.export_seal import MARK
 
@@ -25,7 +25,7 @@ PACKAGE = re.compile(r"[a-z](_?[a-z0-9])*")
 INTERFACE = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)+")
 
 
-@door
+@check_arguments
 def ros2(
     code: CCode, package: str | None = None, interfaces: Mapping[str, str | Sequence[str]] | None = None
 ) -> dict[str, str]:
@@ -81,7 +81,7 @@ def _package(name: str) -> str:
     if not isinstance(name, str) or not PACKAGE.fullmatch(name):
         raise ValueError(
             "`ros2(package=...)` must be small letters, digits and single '_', with a letter first and no '_' last, as "
-            f"'arm_controller' is; got {described(name)}."
+            f"'arm_controller' is; got {describe(name)}."
         )
     return name
 
@@ -94,7 +94,7 @@ def _interfaces(code: CCode, asked: Mapping[str, str | Sequence[str]]) -> dict[s
     """The interfaces of each reading and command, one a number."""
     law = code.law
     for name in asked:
-        known(name, [*law.readings.names, *law.commands.names], "readings and commands of the law")
+        known_name(name, [*law.readings.names, *law.commands.names], "readings and commands of the law")
     named: dict[str, list[str]] = {}
     for entry in (*law.readings.entries, *law.commands.entries):
         words = asked.get(entry.name)
@@ -106,7 +106,7 @@ def _interfaces(code: CCode, asked: Mapping[str, str | Sequence[str]]) -> dict[s
         if len(names) != entry.size or not all(isinstance(n, str) and INTERFACE.fullmatch(n) for n in names):
             raise ValueError(
                 f"`ros2(interfaces={{'{entry.name}': ...}})` must be {entry.size} interface"
-                f"{'s' if entry.size != 1 else ''}, each as 'axis1/position' is; got {described(words)}."
+                f"{'s' if entry.size != 1 else ''}, each as 'axis1/position' is; got {describe(words)}."
             )
         named[entry.name] = names
     for port in (law.readings, law.commands):

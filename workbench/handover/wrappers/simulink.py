@@ -8,13 +8,13 @@ from workbench.core.layout import Entry, Layout
 from workbench.core.notation.comments import harmless
 from workbench.core.templates import fill
 from workbench.core.validation.refusals import require
-from workbench.core.validation.signatures import door
-from workbench.handover.c99.c_code import CCode
+from workbench.core.validation.signatures import check_arguments
+from workbench.handover.c99.c_files import CCode
 from workbench.handover.c99.c_names import members
 from workbench.handover.export_seal import MARK
 
 
-@door
+@check_arguments
 def simulink(code: CCode) -> dict[str, str]:
     """The files of a Simulink block, by name: NAME_sfun.c, NAME_build.m, and the header and source of the law.
 

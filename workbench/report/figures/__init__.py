@@ -12,10 +12,10 @@ from workbench.report.table_text import to_csv
 from workbench.study.document.document import Document
 
 if TYPE_CHECKING:
-    from workbench.report.figures.plates import Sheet
+    from workbench.report.figures.plates import FigureSheet
 
 
-def sheets(document: Document) -> dict[str, Sheet]:
+def sheets(document: Document) -> dict[str, FigureSheet]:
     """Each figure by its name: its SVG text, and the plate from which a script draws its curves again."""
     from workbench.report.figures.figure_sheet import (
         draw_all,  # with matplotlib, which takes longer than all else to import

@@ -11,14 +11,14 @@ import numpy as np
 from matplotlib.colors import to_hex, to_rgb
 
 from workbench.core.validation.refusals import Array
-from workbench.report.figures.pen import DIGIT, INK, Box, Pen, edges, extent
+from workbench.report.figures.pen import DIGIT, INK, Pen, Rectangle, edges, extent
 from workbench.report.figures.rulers import Ruler
-from workbench.report.figures.style import GREY, LINES, SMALL_LETTERS, Look
+from workbench.report.figures.style import GREY, LINES, SMALL_LETTERS, LineStyle
 from workbench.study.document.figure import Bars, Style, Tiles
 
 CAP = 2.0  # points: half of the mark at the end of an interval
 ARROW = 3.5  # points: the arrow of an interval that goes on beyond the panel
-WHISKER: Look = {"color": "#000000", "linewidth": 0.7}
+WHISKER: LineStyle = {"color": "#000000", "linewidth": 0.7}
 EDGE = 0.6  # points: the outline of a bar
 WHITE, DARKEST = np.array([100.0, 0.0, 0.0]), np.array([30.0, 2.0, -38.0])  # the ends of the scale, CIELAB
 TURN = 50.0  # the lightness below which white letters are read better than black ones
@@ -27,7 +27,7 @@ LEAD = 0.36  # of the size of a line: the gap above it
 FRAME, THIN = 1.5, 0.09  # points, and of the lesser side of a small tile: the line around it
 CORNER, LEAST = 0.3, 3.0  # of the lesser side of a tile, and points: the marked corner's side
 STRIPE = 3.6  # points between the lines of a hatch
-OUTLINE: Look = {"color": GREY, "linewidth": 0.4}
+OUTLINE: LineStyle = {"color": GREY, "linewidth": 0.4}
 HATCH = "#8c8c8c"
 
 
@@ -43,7 +43,7 @@ def ink_on(style: Style, shade: float) -> str:
     return "#ffffff" if 0.299 * red + 0.587 * green + 0.114 * blue < 0.5 else INK
 
 
-def draw_bars(pen: Pen, box: Box, bars: Bars, x: Ruler, y: Ruler) -> None:
+def draw_bars(pen: Pen, box: Rectangle, bars: Bars, x: Ruler, y: Ruler) -> None:
     """Bars with their texts, then their intervals."""
     starts, ends = (np.clip(x.share(part), 0, 1) for part in (bars.starts, bars.ends))
     thick = abs(float(y.share(bars.thick) - y.share(0.0))) * box.height
@@ -66,7 +66,7 @@ def draw_bars(pen: Pen, box: Box, bars: Bars, x: Ruler, y: Ruler) -> None:
             draw_interval(pen, box, x, (bars.low, bars.high), k, middle[k])
 
 
-def fill_box(pen: Pen, x: Array, y: Array, style: Style, shade: float, within: Box | None = None) -> None:
+def fill_box(pen: Pen, x: Array, y: Array, style: Style, shade: float, within: Rectangle | None = None) -> None:
     """A filled polygon with its outline."""
     pen.area(x, y, tint(style, shade), within=within)
     pen.line(x, y, {"color": LINES[style]["color"], "linewidth": EDGE}, within)
@@ -74,7 +74,7 @@ def fill_box(pen: Pen, x: Array, y: Array, style: Style, shade: float, within: B
 
 def draw_interval(
     pen: Pen,
-    box: Box,
+    box: Rectangle,
     ruler: Ruler,
     ends: tuple[Array | None, Array | None],
     k: int,
@@ -119,18 +119,18 @@ def ink_over(shade: float) -> str:
     return "#ffffff" if WHITE[0] + shade * (DARKEST[0] - WHITE[0]) < TURN else INK
 
 
-def draw_tiles(pen: Pen, box: Box, tiles: Tiles, x: Ruler, y: Ruler) -> None:
+def draw_tiles(pen: Pen, box: Rectangle, tiles: Tiles, x: Ruler, y: Ruler) -> None:
     """Tiles with their texts, all as large as the smallest room allows, and their frames, corners and stripes."""
     width, height = box.width / abs(x.high - x.low), box.height / abs(y.high - y.low)
     shades = np.asarray(tiles.shades)
     size = _size(tiles, width, height)
-    framed, marked, hatched = map(np.asarray, (tiles.framed, tiles.marked, tiles.hatched))
+    framed, marked, hatched = map(np.asarray, (tiles.has_frame, tiles.has_mark, tiles.has_hatch))
     for (i, j), shade in np.ndenumerate(shades):
         lines = tiles.texts[i][j]
         if not lines and np.isnan(shade):
             continue
         across, up = box.at(float(x.share(j)), float(y.share(i)))
-        tile = Box(across - width / 2, up - height / 2, width, height)
+        tile = Rectangle(across - width / 2, up - height / 2, width, height)
         dark = float(np.nan_to_num(shade))
         pen.area(*tile.corners, tone(dark))
         if hatched[i, j]:
@@ -142,7 +142,7 @@ def draw_tiles(pen: Pen, box: Box, tiles: Tiles, x: Ruler, y: Ruler) -> None:
             pen.area(np.array([right - side, right, right]), np.array([top, top, top - side]), ink_over(dark))
         if framed[i, j]:
             line = min(FRAME, THIN * min(width, height))
-            inner = Box(tile.left + line / 2, tile.bottom + line / 2, width - line, height - line)
+            inner = Rectangle(tile.left + line / 2, tile.bottom + line / 2, width - line, height - line)
             pen.line(*inner.edges, {"color": INK, "linewidth": line})
 
 
@@ -164,7 +164,7 @@ def _height(text: Sequence[str]) -> float:
     return DIGIT + (len(text) - 1) * SMALL * (DIGIT + LEAD)
 
 
-def _write(pen: Pen, tile: Box, text: Sequence[str], size: float, shade: float, plain: bool) -> None:
+def _write(pen: Pen, tile: Rectangle, text: Sequence[str], size: float, shade: float, plain: bool) -> None:
     """The lines of a text in the middle of their tile, on `plain` ground where stripes would cross them."""
     middle = tile.left + tile.width / 2
     top = tile.bottom + (tile.height + (_height(text) if text else 0.0) * size) / 2
@@ -173,12 +173,12 @@ def _write(pen: Pen, tile: Box, text: Sequence[str], size: float, shade: float, 
         wide = extent(line, letters).width
         foot = top - DIGIT * letters
         if plain:
-            pen.area(*Box(middle - wide / 2 - 1, foot - 1, wide + 2, DIGIT * letters + 2).corners, tone(shade))
+            pen.area(*Rectangle(middle - wide / 2 - 1, foot - 1, wide + 2, DIGIT * letters + 2).corners, tone(shade))
         pen.words(line, middle - wide / 2, foot, letters, color=ink_over(shade))
         top = foot - LEAD * SMALL * size
 
 
-def _hatch(pen: Pen, tile: Box) -> None:
+def _hatch(pen: Pen, tile: Rectangle) -> None:
     """Lines of 45 degrees across a tile."""
     starts = np.arange(-tile.height, tile.width, STRIPE)
     low, high = np.maximum(starts, 0), np.minimum(starts + tile.height, tile.width)

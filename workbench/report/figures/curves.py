@@ -14,17 +14,17 @@ def drawn_points(mark: Mark, panel: Panel, figure: Figure) -> tuple[Array, ...]:
     """The points of a curve that are drawn, an abscissa and its ordinates; a mark that is no curve has none."""
     if not isinstance(mark, Series | Band):
         return ()
-    curves = windowed(
+    curves = crop_curves(
         mark.curves, None if panel.aspect == "equal" else panel.xlim
     )  # equal axes may be wider than their limits
     if panel.xscale == "linear" and panel.xcut is None:
-        return thinned(curves, points_of(figure))
+        return thin_curves(curves, points_of(figure))
     low, high = panel.xlim or (float(curves[0][0]), float(curves[0][-1]))
     ruler = Ruler(panel.xscale, low, high, cut=panel.xcut)
-    return thinned(curves, points_of(figure), ruler.straight(curves[0]))
+    return thin_curves(curves, points_of(figure), ruler.straight(curves[0]))
 
 
-def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> tuple[Array, ...]:
+def crop_curves(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> tuple[Array, ...]:
     """The curves within the limits of the abscissa and one point to each side; one that runs back is left whole."""
     if limits is None or (np.diff(curves[0]) < 0).any():
         return curves
@@ -33,7 +33,7 @@ def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> t
     return tuple(curve[inside] for curve in curves)
 
 
-def thinned(curves: tuple[Array, ...], points: int, across: Array | None = None) -> tuple[Array, ...]:
+def thin_curves(curves: tuple[Array, ...], points: int, across: Array | None = None) -> tuple[Array, ...]:
     """A selection of about `points` of the points (N,) of an abscissa and its ordinates, which keeps their extremes.
 
     Each of equally long stretches keeps the points where an ordinate is least and greatest, and one gap if it holds any

@@ -17,7 +17,7 @@ from workbench.core.validation.refusals import Array
 
 GROUND = "#16181b"  # of a dark page, as in live.css
 INK = 16.0  # the greatest contrast, which black gets
-COLORED = 0.1  # chroma in Oklab from which a colour is one of the lines, and no grey or tint
+MIN_CHROMA = 0.1  # chroma in Oklab from which a colour is one of the lines, and no grey or tint
 LEAST, MOST = 4.0, 9.0  # contrasts of the lines: above the 3 of WCAG 1.4.11, and what is bright enough
 PAINT = re.compile(r"\b(fill|stroke): (#[0-9a-f]{6})\b")
 
@@ -64,7 +64,7 @@ def dark(color: str) -> str:
     """The colour on a dark page of a colour `#rrggbb` on white paper: white becomes the ground of the page."""
     lightness, *chroma = OPPONENTS @ np.cbrt(CONES @ _linear(color))
     wanted = min(contrast(color, "#ffffff"), INK)
-    if np.hypot(*chroma) > COLORED:
+    if np.hypot(*chroma) > MIN_CHROMA:
         wanted = min(max(wanted, LEAST), MOST)
     if lightness > 0.9999:
         return GROUND

@@ -14,7 +14,7 @@ from workbench.report.figures.curves import drawn_points
 from workbench.report.figures.style import letter_of
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Band, Bars, Figure, Label, Panel, Points, Series
-from workbench.study.document.phrases import head_of
+from workbench.study.document.phrases_and_tables import head_of
 from workbench.study.document.source import Source
 from workbench.study.run_tables import spreadsheet_text
 

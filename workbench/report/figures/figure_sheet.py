@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from workbench.core.validation.refusals import Array
 from workbench.report.figures.axes import draw_axes, draw_curves, draw_sample
 from workbench.report.figures.curves import drawn_points
-from workbench.report.figures.pen import Box, Pen, extent, mathtext
-from workbench.report.figures.plates import Sheet, plate_of
-from workbench.report.figures.rulers import Ruler, Ticks, led, rulers, size_of
+from workbench.report.figures.pen import Pen, Rectangle, extent, mathtext
+from workbench.report.figures.plates import FigureSheet, plate_of
+from workbench.report.figures.rulers import Ruler, Ticks, panel_heights, rulers, size_of
 from workbench.report.figures.style import (
     LABEL,
     LEGEND_LETTERS,
@@ -53,16 +53,16 @@ def draw(figure: Figure) -> str:
     return draw_all([figure])[figure.name].svg
 
 
-def draw_all(figures: Iterable[Figure]) -> dict[str, Sheet]:
+def draw_all(figures: Iterable[Figure]) -> dict[str, FigureSheet]:
     """Figures by their names, as `draw` makes them, each with its plate."""
     with house_style():
         return {figure.name: _draw(figure) for figure in figures}
 
 
-def _draw(figure: Figure) -> Sheet:
+def _draw(figure: Figure) -> FigureSheet:
     width, height = (72 * inches for inches in size_of(figure))
     pen = Pen(width, height)
-    pen.area(*Box(0.0, 0.0, width, height).corners, "#ffffff")
+    pen.area(*Rectangle(0.0, 0.0, width, height).corners, "#ffffff")
     head = _draw_legend(pen, figure, width, height)
     panes = [_pane(figure, i) for i in range(len(figure.panels))]
     placed = list(_placed(figure, panes, width, height - head))
@@ -71,7 +71,7 @@ def _draw(figure: Figure) -> Sheet:
         draw_curves(pen, box, i, pane.panel, pane.curves, pane.x, pane.y)
         _write_labels(pen, pane, box, ticks)
     panels = ((pane.panel, box, pane.x, pane.y, ticks) for pane, box, ticks in placed)
-    return Sheet(pen.finished(figure.name), plate_of(figure, width, height, panels))
+    return FigureSheet(pen.svg_text(figure.name), plate_of(figure, width, height, panels))
 
 
 def _pane(figure: Figure, i: int) -> Pane:
@@ -89,9 +89,9 @@ def _pane(figure: Figure, i: int) -> Pane:
 
 def _placed(
     figure: Figure, panes: Sequence[Pane], width: float, height: float
-) -> Iterator[tuple[Pane, Box, tuple[Ticks, Ticks]]]:
+) -> Iterator[tuple[Pane, Rectangle, tuple[Ticks, Ticks]]]:
     """Each pane with its box and the marks of its rulers: the one that leads stands above all others."""
-    lead, others = led(figure) if figure.lead else (0.0, 1.0)
+    lead, others = panel_heights(figure) if figure.lead else (0.0, 1.0)
     foot = height * others / (lead + others)
     if figure.lead:
         for pane, box, ticks in _laid_out(panes[:1], 1, width, height - foot):
@@ -102,7 +102,7 @@ def _placed(
 
 def _laid_out(
     panes: Sequence[Pane], columns: int, width: float, height: float
-) -> list[tuple[Pane, Box, tuple[Ticks, Ticks]]]:
+) -> list[tuple[Pane, Rectangle, tuple[Ticks, Ticks]]]:
     """Each pane with its box and the marks of its rulers, all boxes of one size."""
     rows, given = -(-len(panes) // columns), panes
     w, h = width / columns, height / rows
@@ -124,7 +124,7 @@ def _laid_out(
         i, j = divmod(k, columns)
         start = sum(left[: j + 1]) + sum(right[:j]) + j * w
         foot = sum(under[i:]) + sum(above[i + 1 :]) + (rows - 1 - i) * h
-        placed.append((pane, Box(start, foot, w, h), marks))
+        placed.append((pane, Rectangle(start, foot, w, h), marks))
     return placed
 
 
@@ -150,7 +150,7 @@ def _left(pane: Pane, ticks: Ticks) -> float:
 
 def _right(pane: Pane, ticks: Ticks, width: float) -> float:
     """The length by which the last number stands out beyond the end of its ruler."""
-    last = extent(ticks.numbers[-1], SMALL_LETTERS).width if ticks.numbers and not ticks.named else 0.0
+    last = extent(ticks.numbers[-1], SMALL_LETTERS).width if ticks.numbers and not ticks.has_names else 0.0
     return EDGE + max(0.0, last / 2 - width * float(1 - pane.x.share(ticks.places[-1:]).sum()))
 
 
@@ -169,7 +169,7 @@ def _below(pane: Pane, ticks: Ticks) -> float:
     return TICK + PAD + ticks.depth + named + EDGE / 2
 
 
-def _write_labels(pen: Pen, pane: Pane, box: Box, ticks: tuple[Ticks, Ticks]) -> None:
+def _write_labels(pen: Pen, pane: Pane, box: Rectangle, ticks: tuple[Ticks, Ticks]) -> None:
     under, beside = extent(pane.xlabel, LETTERS), extent(pane.ylabel, LETTERS)
     foot = box.bottom - TICK - PAD - ticks[0].depth - LABEL - under.ascent
     pen.words(pane.xlabel, box.left + (box.width - under.width) / 2, foot, LETTERS)
@@ -192,7 +192,7 @@ def _draw_legend(pen: Pen, figure: Figure, width: float, height: float) -> float
         i, j = divmod(k, columns)
         x = start + sum(widths[:j]) + j * (handle + gap + between)
         y = height - 0.6 * size - i * line - extent(name, size).ascent
-        draw_sample(pen, series, Box(x, y, handle, 0.7 * size))
+        draw_sample(pen, series, Rectangle(x, y, handle, 0.7 * size))
         pen.words(name, x + handle + gap, y, size)
     return 0.6 * size + -(-len(names) // columns) * line
 

@@ -24,7 +24,7 @@ from matplotlib.transforms import Affine2D, Bbox, IdentityTransform
 from workbench.core.notation import latex, text
 from workbench.core.notation.formula import Formula
 from workbench.core.validation.refusals import Array
-from workbench.report.figures.style import RULES, SMALL_LETTERS, Look
+from workbench.report.figures.style import RULES, SMALL_LETTERS, LineStyle
 from workbench.study.document.figure import Label
 
 INK = "#000000"
@@ -34,7 +34,7 @@ DIGIT = 0.676  # of the size of the letters: the height of a digit
 
 
 @dataclass(frozen=True)
-class Box:
+class Rectangle:
     """A rectangle in points."""
 
     left: float
@@ -69,7 +69,7 @@ def edges(left: float, bottom: float, right: float, top: float) -> tuple[Array, 
 
 
 class Pen:
-    """Draws on one sheet, whose text `finished` gives."""
+    """Draws on one sheet, whose text `svg_text` gives."""
 
     def __init__(self, width: float, height: float) -> None:
         self.height = height
@@ -97,18 +97,18 @@ class Pen:
         yield
         self.renderer.writer.end("g")
 
-    def line(self, x: Array, y: Array, look: Look, within: Box | None = None) -> None:
+    def line(self, x: Array, y: Array, look: LineStyle, within: Rectangle | None = None) -> None:
         """Draw a line through points, with gaps at NaN."""
         self.renderer.draw_path(_context(look, within), Path(np.column_stack([x, y])), IdentityTransform())
 
-    def area(self, x: Array, y: Array, color: str, alpha: float = 1.0, within: Box | None = None) -> None:
+    def area(self, x: Array, y: Array, color: str, alpha: float = 1.0, within: Rectangle | None = None) -> None:
         """Draw a polygon filled with a colour, without an edge."""
         context = _context({"color": color, "linewidth": 0.0}, within)
         context.set_alpha(alpha)
         closed = Path(np.column_stack([x, y]), closed=False)
         self.renderer.draw_path(context, closed, IdentityTransform(), to_rgba(color, alpha))
 
-    def marks(self, x: Array, y: Array, look: Look, within: Box | None = None) -> None:
+    def marks(self, x: Array, y: Array, look: LineStyle, within: Rectangle | None = None) -> None:
         """Draw the same mark at each point."""
         style = MarkerStyle(look["marker"])
         context = _context({"color": look["color"], "linewidth": look["markeredgewidth"]}, within)
@@ -127,13 +127,13 @@ class Pen:
             context.set_foreground(color)
             self.renderer.draw_text(context, x, self.height - y, words, letters(size), angle, formula)
 
-    def finished(self, name: str) -> str:
+    def svg_text(self, name: str) -> str:
         """The SVG, its ids below `name`."""
         self.renderer.finalize()
         return _tidied(self.out.getvalue(), name)
 
 
-def _context(look: Look, within: Box | None) -> GraphicsContextBase:
+def _context(look: LineStyle, within: Rectangle | None) -> GraphicsContextBase:
     context = GraphicsContextBase()
     context.set_foreground(look["color"])
     context.set_linewidth(look["linewidth"])
@@ -227,7 +227,7 @@ def block_of(label: str, size: float) -> Extent:
 
 
 @cache
-def folded(label: str, size: float, width: float) -> str:
+def fold_label(label: str, size: float, width: float) -> str:
     """A label in lines of at most a width, broken at spaces, signs or within long words; a formula is not broken."""
     if extent(label, size).width <= width or readable(label)[1]:
         return label
@@ -242,7 +242,7 @@ def folded(label: str, size: float, width: float) -> str:
     return "\n".join(line.strip() for line in lines if line.strip())
 
 
-def unmarked(number: str) -> str:
+def plain_number(number: str) -> str:
     r"""The number at an axis as plain text, '0.5' for r'$\mathdefault{0.5}$', if it needs no formula: much faster."""
     plain = re.fullmatch(r"\$\\mathdefault\{([^\\^{}]*)\}\$", number)
     return plain[1] if plain else number

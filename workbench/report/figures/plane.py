@@ -7,22 +7,22 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.report.figures.pen import Box, Pen, extent, mathtext
+from workbench.report.figures.pen import Pen, Rectangle, extent, mathtext
 from workbench.report.figures.rulers import Ruler
-from workbench.report.figures.style import LINES, Look
+from workbench.report.figures.style import LINES, LineStyle
 from workbench.study.document.figure import Area, Arrows, Guides
 
 FILL = 0.2  # of the colour of a region
 HEAD, HALF = 6.5, 2.4  # points: the length and half of the width of an arrow's head
 SMALL_HEAD = 0.55  # of that: the head of an arrow with a shaft
-LINE: Look = {"color": "#b9b9b9", "linewidth": 0.5}
+LINE: LineStyle = {"color": "#b9b9b9", "linewidth": 0.5}
 INK, SIZE = "#666666", 6.5  # of the names of a grid, in points
 CORNERS = 3.0 * np.array([[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 0.0]])  # of a point, in points
 HALO = 0.8  # points of white around a name
 TRIES = np.concatenate([np.arange(0.0, 0.6, 0.03), np.arange(0.6, 0.95, 0.05)])  # of a line, from its end backwards
 
 
-def draw_area(pen: Pen, box: Box, area: Area, x: Ruler, y: Ruler) -> None:
+def draw_area(pen: Pen, box: Rectangle, area: Area, x: Ruler, y: Ruler) -> None:
     """A region in a light tone, and its edge."""
     across, up = box.at(x.share(area.x), y.share(area.y))
     look = LINES[area.style]
@@ -30,7 +30,7 @@ def draw_area(pen: Pen, box: Box, area: Area, x: Ruler, y: Ruler) -> None:
     pen.line(np.append(across, across[0]), np.append(up, up[0]), look | {"linestyle": "-", "linewidth": 0.6}, box)
 
 
-def draw_arrows(pen: Pen, box: Box, arrows: Arrows, x: Ruler, y: Ruler) -> None:
+def draw_arrows(pen: Pen, box: Rectangle, arrows: Arrows, x: Ruler, y: Ruler) -> None:
     """Each arrow as a piece: its shaft, if it has one, and its head."""
     across, up = box.at(x.share(arrows.x), y.share(arrows.y))
     u, v = box.width * x.slope(arrows.x, arrows.u), box.height * y.slope(arrows.y, arrows.v)
@@ -45,7 +45,7 @@ def draw_arrows(pen: Pen, box: Box, arrows: Arrows, x: Ruler, y: Ruler) -> None:
             _arrow(pen, box, np.array([across[k], up[k]]), along, arrows.length, color)
 
 
-def _arrow(pen: Pen, box: Box, start: Array, along: Array, length: float, color: str) -> None:
+def _arrow(pen: Pen, box: Rectangle, start: Array, along: Array, length: float, color: str) -> None:
     scale = SMALL_HEAD if length else 1.0
     tip = start + along * (length or HEAD / 2)
     aside, base = np.array([-along[1], along[0]]) * HALF * scale, tip - along * HEAD * scale
@@ -58,7 +58,7 @@ def _arrow(pen: Pen, box: Box, start: Array, along: Array, length: float, color:
 
 def draw_guides(
     pen: Pen,
-    box: Box,
+    box: Rectangle,
     place: tuple[int, int],
     guides: Guides,
     x: Ruler,
@@ -79,7 +79,7 @@ def draw_guides(
             if words and (found := _room(box, line, words, held, curves)) is not None:
                 held.append(found)
                 foot = found[:2] + HALO
-                pen.area(*Box(*found[:2], *(found[2:] - found[:2])).corners, "#ffffff")
+                pen.area(*Rectangle(*found[:2], *(found[2:] - found[:2])).corners, "#ffffff")
                 pen.words(words, foot[0], foot[1] + extent(words, SIZE).descent / 2, SIZE, color=INK)
 
 
@@ -90,7 +90,7 @@ def _obstacles(beside: Sequence[tuple[Array, Array]], points: Sequence[tuple[Arr
     return np.concatenate(held) if held else np.zeros((0, 2))
 
 
-def guide_points(box: Box, line: tuple[Array, Array]) -> Array:
+def guide_points(box: Rectangle, line: tuple[Array, Array]) -> Array:
     """The points of a line inside a box, one a point of its length, from its end backwards: (N, 2)."""
     points = np.column_stack(_dense(line))
     low = np.array([box.left, box.bottom])
@@ -112,7 +112,7 @@ def _dense(line: tuple[Array, Array]) -> tuple[Array, Array]:
     return across[kept], up[kept]
 
 
-def _room(box: Box, line: tuple[Array, Array], words: str, held: list[Array], curves: Array) -> Array | None:
+def _room(box: Rectangle, line: tuple[Array, Array], words: str, held: list[Array], curves: Array) -> Array | None:
     """The rectangle [left, bottom, right, top] of a name on its line; None if all places are taken."""
     points = guide_points(box, line)
     if not len(points):

@@ -8,7 +8,7 @@ from typing import TypedDict
 
 from workbench.core.validation.refusals import Array
 from workbench.report.figures.boxes import ink_on, tint
-from workbench.report.figures.pen import Box
+from workbench.report.figures.pen import Rectangle
 from workbench.report.figures.rulers import Ruler, Ticks
 from workbench.report.figures.style import LABEL, LINES, PAD, SMALL_LETTERS, TICK, TIME, points_of
 from workbench.report.table_text import plain
@@ -26,7 +26,7 @@ class PanelPlate(TypedDict):
 
 
 class Plate(TypedDict):
-    """The geometry of a figure as plain data, which `Sheet` describes."""
+    """The geometry of a figure as plain data, which `FigureSheet` describes."""
 
     width: float
     height: float
@@ -36,7 +36,7 @@ class Plate(TypedDict):
 
 
 @dataclass(frozen=True)
-class Sheet:
+class FigureSheet:
     """A figure as the text of an SVG, and its `plate`, which JSON can hold; lengths are in points.
 
     A plate has the `width` and the `height` of the sheet; the `letters` of the numbers at rulers: their `size`, the
@@ -56,7 +56,10 @@ class Sheet:
 
 
 def plate_of(
-    figure: Figure, width: float, height: float, panels: Iterable[tuple[Panel, Box, Ruler, Ruler, tuple[Ticks, Ticks]]]
+    figure: Figure,
+    width: float,
+    height: float,
+    panels: Iterable[tuple[Panel, Rectangle, Ruler, Ruler, tuple[Ticks, Ticks]]],
 ) -> Plate:
     """The plate of a figure on a sheet of a width and height: its panels with their boxes, rulers and marks."""
     return {
@@ -68,7 +71,7 @@ def plate_of(
     }
 
 
-def _panel(panel: Panel, box: Box, x: Ruler, y: Ruler, ticks: tuple[Ticks, Ticks]) -> PanelPlate:
+def _panel(panel: Panel, box: Rectangle, x: Ruler, y: Ruler, ticks: tuple[Ticks, Ticks]) -> PanelPlate:
     still = any(isinstance(mark, Tiles) for mark in panel.series)
     linear, equal = any(map(_is_linear, panel.series)), panel.aspect == "equal"  # whose limits are those of what moves
     across = still or (panel.xlim is not None and not (linear and equal))

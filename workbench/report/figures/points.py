@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array
 from workbench.report.figures.boxes import draw_interval
-from workbench.report.figures.pen import Box, Extent, Pen, extent, mathtext
+from workbench.report.figures.pen import Extent, Pen, Rectangle, extent, mathtext
 from workbench.report.figures.rulers import Ruler
-from workbench.report.figures.style import LINES, POINTS_LOOK, SHAPES, SMALL_LETTERS, Look
+from workbench.report.figures.style import LINES, POINTS_LOOK, SHAPES, SMALL_LETTERS, LineStyle
 from workbench.study.document.figure import Points
 
 Flags = NDArray[np.bool_]
@@ -21,13 +21,15 @@ MARK = 3.0  # points: half of the room that a mark takes
 ROUNDS = 2  # of placing all names
 APART = 2.5  # points between two names
 EDGE = 1.5  # points between a name and the edge of the panel
-LEADER: Look = {"color": "#999999", "linewidth": 0.4}
+LEADER: LineStyle = {"color": "#999999", "linewidth": 0.4}
 FAR = 10.0  # points from a mark, beyond which a line leads from it to its name
 TURNS = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 REACHES = np.array([0.0, 3.0, 7.0, 12.0, 18.0, 26.0, 36.0, 48.0, 64.0, 84.0, 108.0, 140.0, 180.0, 230.0, 290.0])
 
 
-def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler, beside: Sequence[tuple[Array, Array]]) -> None:
+def draw_points(
+    pen: Pen, box: Rectangle, points: Points, x: Ruler, y: Ruler, beside: Sequence[tuple[Array, Array]]
+) -> None:
     """Points with their intervals, then their names where there is room, off the lines beside them."""
     at = np.column_stack(box.at(x.share(points.x), y.share(points.y)))
     corner, room = np.array([box.left, box.bottom]), np.array([box.width, box.height])
@@ -42,7 +44,7 @@ def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler, beside: 
         names = [mathtext(points.names[k]) for k in named]
         sizes = [extent(name, SMALL_LETTERS) for name in names]
         lines = np.array([segment for segment in segments if segment]).reshape(-1, 4)
-        corners = placed(at[named], sizes, at[there], lines, box)
+        corners = place_names(at[named], sizes, at[there], lines, box)
         for k, name, size, foot in zip(named, names, sizes, corners, strict=True):
             end = np.clip(at[k], foot, foot + (size.width, size.height))
             with pen.piece("words", k):
@@ -60,7 +62,7 @@ def _segments(x: Array, y: Array) -> list[list[float]]:
     return [piece for piece in pieces.tolist() if not np.isnan(piece).any()]
 
 
-def placed(points: Array, sizes: Sequence[Extent], marks: Array, obstacles: Array, within: Box) -> Array:
+def place_names(points: Array, sizes: Sequence[Extent], marks: Array, obstacles: Array, within: Rectangle) -> Array:
     """The lower left corners (N, 2) of the names of points (N, 2), each as near to its point as there is room `within`.
 
     The names of crowded points come first, as they have the least choice; then each is placed again beside all others,
@@ -86,7 +88,7 @@ def placed(points: Array, sizes: Sequence[Extent], marks: Array, obstacles: Arra
     return boxes[:, :2]
 
 
-def _around(point: Array, size: Extent, within: Box) -> Array:
+def _around(point: Array, size: Extent, within: Rectangle) -> Array:
     """Lower left corners of a name around its point, nearer ones first, all of it within the panel."""
     turned = np.column_stack([np.cos(TURNS), np.sin(TURNS)])
     reach = turned * (size.width / 2 + GAP, size.height / 2 + GAP) + REACHES[:, None, None] * turned

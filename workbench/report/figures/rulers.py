@@ -12,8 +12,8 @@ import numpy.typing as npt
 from matplotlib.ticker import Locator, LogFormatterSciNotation, LogLocator, MaxNLocator, ScalarFormatter
 
 from workbench.core.validation.refusals import Array
-from workbench.report.figures.pen import NUMBER, block_of, extent, folded, mathtext, unmarked
-from workbench.report.figures.style import NAMED, SMALL_LETTERS, WIDTH, below, column_of, shares_rows
+from workbench.report.figures.pen import NUMBER, block_of, extent, fold_label, mathtext, plain_number
+from workbench.report.figures.style import MAX_NAME_WIDTH, SMALL_LETTERS, WIDTH, below, column_of, shares_rows
 from workbench.study.document.figure import Bars, Figure, Label, Mark, Panel, Points, Series, Tiles
 
 PLAIN = (1e-3, 1e4)  # between these a short logarithmic ruler needs no powers of ten
@@ -39,7 +39,7 @@ class Ticks:
     numbers: tuple[str, ...]
     minor: tuple[float, ...] = ()
     power: str = ""
-    named: bool = False
+    has_names: bool = False
     upright: bool = False
 
     @property
@@ -50,7 +50,7 @@ class Ticks:
     @property
     def depth(self) -> float:
         """The room that the numbers take below an abscissa, in points."""
-        if not self.named:
+        if not self.has_names:
             return NUMBER.height
         if not any(self.numbers):  # as the names stand below another panel
             return 0.0
@@ -84,7 +84,7 @@ class Ruler:
     def around(
         scale: Literal["linear", "log"],
         limits: tuple[float, float] | None,
-        held: Sequence[npt.ArrayLike],
+        values: Sequence[npt.ArrayLike],
         margin: float,
         cut: float | None = None,
         steps: tuple[float, ...] = (),
@@ -92,7 +92,7 @@ class Ruler:
         """A ruler within its limits, or else around all finite numbers that it holds, with a margin at both ends."""
         if limits is not None:
             return Ruler(scale, *limits, cut=cut, steps=steps)
-        numbers = np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in held])
+        numbers = np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in values])
         numbers = numbers[np.isfinite(numbers)]
         low, high = (float(numbers.min()), float(numbers.max())) if numbers.size else (1.0, 10.0)
         if high - low <= 1e-15 * max(abs(low), abs(high)):  # nothing to measure: some room around the only number
@@ -111,8 +111,8 @@ class Ruler:
         if self.names:
             each = tuple(float(place) for place in range(len(self.names)))
             room = length / abs(self.high - self.low)
-            wide = Ticks(each, self.names, named=True).width + 0.5 * SMALL_LETTERS > room
-            return Ticks(each, self.names, named=True, upright=wide)
+            wide = Ticks(each, self.names, has_names=True).width + 0.5 * SMALL_LETTERS > room
+            return Ticks(each, self.names, has_names=True, upright=wide)
         if self.cut is not None:
             return self._cut_ticks(self.cut, most, length)
         formatter = LogFormatterSciNotation() if self.scale == "log" else ScalarFormatter(useMathText=True)
@@ -121,7 +121,7 @@ class Ruler:
         formatter.axis.set_view_interval(self.low, self.high)
         places = self._stepped(most) or self._within(_locator(self.scale, most, whole=self.whole))
         numbers = {
-            place: unmarked(number) for place, number in zip(places, formatter.format_ticks(places), strict=True)
+            place: plain_number(number) for place, number in zip(places, formatter.format_ticks(places), strict=True)
         }
         power = formatter.get_offset()
         fine = self._within(_locator("log", most, subs=range(2, 10))) if self.scale == "log" else []
@@ -209,7 +209,7 @@ def _has_margin(mark: Mark) -> bool:
 
 def row_names(figure: Figure, panel: Panel) -> tuple[str, ...]:
     """The names of a panel's rows, folded to the room that they may take."""
-    share = NAMED if shares_rows(figure) else NAMED / figure.columns
+    share = MAX_NAME_WIDTH if shares_rows(figure) else MAX_NAME_WIDTH / figure.columns
     return tuple(_folded(label, share * figure.width) for label in panel.ynames)
 
 
@@ -228,18 +228,18 @@ def _column_names(figure: Figure, i: int) -> Sequence[str]:
     names = [mathtext(label) for label in panel.xnames]
     widest = max(extent(word, SMALL_LETTERS).width for name in names for word in name.split() or [""])
     if len(names) >= COLUMNS and widest <= room:
-        return [folded(name, SMALL_LETTERS, room) for name in names]
+        return [fold_label(name, SMALL_LETTERS, room) for name in names]
     return [_folded(label, UPRIGHT * figure.width) for label in panel.xnames]
 
 
 def _folded(label: Label, share: float) -> str:
-    return folded(mathtext(label), SMALL_LETTERS, share * 72 * WIDTH)
+    return fold_label(mathtext(label), SMALL_LETTERS, share * 72 * WIDTH)
 
 
 def size_of(figure: Figure) -> tuple[float, float]:
     """Width and height of a figure in inches."""
     if figure.lead:
-        return WIDTH * figure.width, min(sum(led(figure)) + 0.35, TALL)
+        return WIDTH * figure.width, min(sum(panel_heights(figure)) + 0.35, TALL)
     rows = -(-len(figure.panels) // figure.columns)
     height = {1: 2.4, 2: 2.0, 3: 1.8}[figure.columns] * {1: 1.0, 2: 0.86}.get(rows, 0.74)
     if any(panel.aspect in ("tall", "equal") for panel in figure.panels):
@@ -250,7 +250,7 @@ def size_of(figure: Figure) -> tuple[float, float]:
     return WIDTH * figure.width, min(rows * max(named, default=height) + 0.35, TALL)
 
 
-def led(figure: Figure) -> tuple[float, float]:
+def panel_heights(figure: Figure) -> tuple[float, float]:
     """The heights of the panel that leads and of all the others, in inches."""
     lead, *others = (_rows_of(row_names(figure, panel), panel) for panel in figure.panels)
     rows = -(-len(others) // figure.columns)

@@ -24,7 +24,7 @@ POINTS = 600  # drawn of one series; all series of a figure share BUDGET points
 BUDGET = 5400
 
 
-class Look(TypedDict, total=False):
+class LineStyle(TypedDict, total=False):
     """The look of a line or of marks: lengths in points, dashes as '-' or an offset with their lengths."""
 
     color: str
@@ -46,7 +46,7 @@ RULES: Any = {
 
 # Okabe and Ito's colours without their yellow, which no paper shows, and four darker ones; each with a dash and a width
 # of its own, so that a photocopy still tells the laws apart.
-LINES: dict[Style, Look] = {
+LINES: dict[Style, LineStyle] = {
     0: {"color": "#0072B2", "linestyle": "-", "linewidth": 1.5, "marker": "o"},
     1: {"color": "#D55E00", "linestyle": (0, (5, 1.6)), "linewidth": 1.2, "marker": "s"},
     2: {"color": "#009E73", "linestyle": (0, (6, 1.5, 1.2, 1.5)), "linewidth": 1.2, "marker": "^"},
@@ -63,16 +63,16 @@ LINES: dict[Style, Look] = {
     "bound": {"color": "#000000", "linestyle": (0, (1, 2)), "linewidth": 0.9, "marker": "_"},
     "aid": {"color": "#666666", "linestyle": (0, (4, 2)), "linewidth": 0.8, "marker": "+"},
 }
-MARKS: Look = {"markersize": 3.8, "markeredgewidth": 0.8}
-POINTS_LOOK: Look = {"markersize": 4.2, "markeredgewidth": 1.2}
-SHAPES: dict[str, Look] = {  # of the points that have a shape of their own
+MARKS: LineStyle = {"markersize": 3.8, "markeredgewidth": 0.8}
+POINTS_LOOK: LineStyle = {"markersize": 4.2, "markeredgewidth": 1.2}
+SHAPES: dict[str, LineStyle] = {  # of the points that have a shape of their own
     "": {},
     "pole": {"marker": "x", "markersize": 5.6},
     "zero": {"marker": "o", "markersize": 5.6},
     "critical": {"marker": "+", "markersize": 6.4, "markeredgewidth": 1.0},
 }
 GREY = "#aaaaaa"  # the lines between cells
-NAMED = 0.36  # of a figure's width, at most, for the names of its rows
+MAX_NAME_WIDTH = 0.36  # of a figure's width, at most, for the names of its rows
 
 
 @contextmanager
@@ -137,7 +137,7 @@ def layer_of(i: int, panel: Panel) -> float:
     return layer - 0.9 if isinstance(mark, Band | Bars | Tiles | Area) else layer
 
 
-def line_of(series: Series, y: Array) -> Look:
+def line_of(series: Series, y: Array) -> LineStyle:
     """The line of a series with the ordinates y, thin where these cover their own range many times over."""
     numbers = y[np.isfinite(y)]
     chatters = len(numbers) > 100 and bool(np.abs(np.diff(numbers)).sum() > 20 * np.ptp(numbers))

@@ -10,14 +10,14 @@ from inspect import signature
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled, Step
+from workbench.core import Layout, Ode, SampledSystem, StepMap
 from workbench.core.equations import Loop
 from workbench.core.validation.refusals import Array
 from workbench.design.linear.linear_period import jump_of
 from workbench.design.linear.loop_cuts import closure
 from workbench.design.linear_loop import LinearLoop, linear_loop
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
-from workbench.design.linear_loop.loop_linearization import about, rest_point
+from workbench.design.linear_loop.loop_linearization import linear_loop_about, rest_point
 from workbench.design.linear_loop.rest_state import resting_states
 from workbench.report.live.linear_marches import computer_marches, continuous_marches
 from workbench.report.live.marches import Modules, plain
@@ -58,17 +58,17 @@ def baseline_of(outcome: Outcome) -> Baseline:
 class Baseline:
     """The linear loop of a page before a knob is turned, and how it came about.
 
-    It rests, or else it is frozen at its start. `held` are states of the law that adapt, and that are held as gains.
-    `moves` is True if its reference is another one at a later time than that of the rest.
+    It rests, or else it is frozen at its start. `frozen_states` are states of the law that adapt, and that are held as
+    gains. `moves` is True if its reference is another one at a later time than that of the rest.
     """
 
     linear: LinearLoop
     rests: bool
-    held: tuple[str, ...]
+    frozen_states: tuple[str, ...]
     moves: bool = False
 
     @staticmethod
-    def of(loop: Loop | Ode | Sampled, step: Step) -> Baseline:
+    def of(loop: Loop | Ode | SampledSystem, step: StepMap) -> Baseline:
         """The loop at rest; if it has no rest, with its adapting gains held; if that has none, frozen at its start.
 
         Raises
@@ -104,16 +104,16 @@ class Baseline:
     def sentence(self) -> str:
         """Where the loop is linear, in words."""
         t = f"t = {self.linear.point.instant.t:g} s"
-        names = [name.removeprefix("controller.") for name in self.held]
+        names = [name.removeprefix("controller.") for name in self.frozen_states]
         held = f", with {' and '.join(names)} held" if names else ""
         if not self.rests:
             return f"Frozen at the start, where the loop does not rest{held}."
-        follows = flow_of(self.linear.point.equations.closed).follows
+        follows = flow_of(self.linear.point.equations.closed_loop).follows
         later = ", before the reference moves" if self.moves else ""
         return f"At rest{' at the reference' if follows else ''} at {t}{later}{held}."
 
 
-def linear_at(loop: Loop | Ode | Sampled, step: Step, row: Array) -> LinearLoop:
+def linear_at(loop: Loop | Ode | SampledSystem, step: StepMap, row: Array) -> LinearLoop:
     """The linear loop of a page at other parameters, then first states (np + nx,), of its step.
 
     Raises
@@ -123,7 +123,7 @@ def linear_at(loop: Loop | Ode | Sampled, step: Step, row: Array) -> LinearLoop:
     """
     baseline = Baseline.of(loop, step)
     point = baseline.linear.point
-    closed = point.equations.closed
+    closed = point.equations.closed_loop
     p, x = (_taken(layout, step, row) for layout in (closed.parameters, closed.states))
     values = {name: value[0] for name, value in closed.parameters.unpack(p[np.newaxis]).items()}
     starts = tuple(
@@ -131,30 +131,30 @@ def linear_at(loop: Loop | Ode | Sampled, step: Step, row: Array) -> LinearLoop:
         for entry, value in zip(closed.states.entries, closed.states.unpack(x[np.newaxis]).values(), strict=True)
     )
     flow = replace(flow_of(closed), states=Layout(starts))
-    moved = replace(closed, flow=flow) if isinstance(closed, Sampled) else flow
-    equations = replace(point.equations, closed=moved)
-    return about(rest_point(equations, point.instant, values, baseline.rests, None, point.substeps))
+    moved = replace(closed, flow=flow) if isinstance(closed, SampledSystem) else flow
+    equations = replace(point.equations, closed_loop=moved)
+    return linear_loop_about(rest_point(equations, point.instant, values, baseline.rests, None, point.substeps))
 
 
-def _taken(layout: Layout, step: Step, row: Array) -> Array:
+def _taken(layout: Layout, step: StepMap, row: Array) -> Array:
     """The numbers of a layout by their names from parameters, then states, of a step, else its defaults."""
     places, default = _places(layout, step)
     spots = np.array(places, dtype=int)
     return np.where(spots < 0, default, row[spots])
 
 
-def _can_be_cut(loop: Loop | Ode | Sampled) -> bool:
+def _can_be_cut(loop: Loop | Ode | SampledSystem) -> bool:
     """True for a loop that makes equations with inputs where it is cut; equations themselves have none."""
     make = _maker(loop)
     return make is not None and "inputs" in signature(make).parameters
 
 
-def _maker(loop: Loop | Ode | Sampled) -> Callable[..., Ode | Sampled] | None:
+def _maker(loop: Loop | Ode | SampledSystem) -> Callable[..., Ode | SampledSystem] | None:
     """The function that makes the equations of a loop, or of the one that a computer closes; equations have none."""
     return getattr(getattr(loop, "loop", loop), "ode", None)
 
 
-def refuse_large(step: Step) -> None:
+def refuse_large(step: StepMap) -> None:
     """Refuse a loop whose Jacobians take too long to compile: about as many operations as its step, for each state."""
     operations = step.operations * step.flow.states.size
     if operations > MOST_OPERATIONS:
@@ -164,7 +164,7 @@ def refuse_large(step: Step) -> None:
         )
 
 
-def adapting_states(loop: Loop | Ode | Sampled) -> tuple[str, ...]:
+def adapting_states(loop: Loop | Ode | SampledSystem) -> tuple[str, ...]:
     """The states of a law that it multiplies with an error, as an adapting gain, and those that act through them alone.
 
     An error is known by the reference in it.
@@ -194,14 +194,14 @@ def adapting_states(loop: Loop | Ode | Sampled) -> tuple[str, ...]:
     return tuple(name for name in own if name in gains or (gains and not acting[flow.states.slice(name)].any()))
 
 
-def _plain(baseline: Baseline, step: Step, modules: Modules) -> dict[str, object]:
+def _plain(baseline: Baseline, step: StepMap, modules: Modules) -> dict[str, object]:
     """The data of a loop with an answer."""
     point, models = baseline.linear.point, baseline.linear.models
     equations = point.equations
-    closed, opened = equations.closed, equations.opened
+    closed, opened = equations.closed_loop, equations.open_loop
     assert opened is not None
     drives = len(equations.drive)
-    if isinstance(opened, Sampled):
+    if isinstance(opened, SampledSystem):
         marches = computer_marches(opened, drives, step.substeps, modules)
     else:
         marches = continuous_marches(opened, drives, modules)
@@ -215,7 +215,7 @@ def _plain(baseline: Baseline, step: Step, modules: Modules) -> dict[str, object
         "open_poles": len(L.states),
         "said": baseline.sentence,
         "rests": baseline.rests,
-        "held": list(baseline.held),
+        "held": list(baseline.frozen_states),
         "labels": list(labels),
         "t": point.instant.t,
         "places": known[0],
@@ -224,12 +224,12 @@ def _plain(baseline: Baseline, step: Step, modules: Modules) -> dict[str, object
         "drive": flow_of(opened).parameters.indices("drive"),
         "must": np.flatnonzero(must).tolist(),
         "follows": _follows(closed) if baseline.rests else [],
-        "read": [[label in model.states for label in labels] for model in (models.closed, L)],
+        "read": [[label in model.states for label in labels] for model in (models.closed_model, L)],
         **marches,
     }
 
 
-def _places(layout: Layout, step: Step) -> tuple[list[int], Array]:
+def _places(layout: Layout, step: StepMap) -> tuple[list[int], Array]:
     """The places of numbers of a layout among parameters, then states, of the step of a page, -1 where it has none."""
     row = np.full(layout.size, -1)
     for entry in layout.entries:
@@ -240,9 +240,9 @@ def _places(layout: Layout, step: Step) -> tuple[list[int], Array]:
     return row.tolist(), layout.default
 
 
-def _follows(closed: Ode | Sampled) -> list[int]:
+def _follows(closed: Ode | SampledSystem) -> list[int]:
     """The states of a computer that follow from others at an instant, and not from themselves by way of any."""
-    if not isinstance(closed, Sampled):
+    if not isinstance(closed, SampledSystem):
         return []
     jump = jump_of(closed)
     by = np.array(ca.DM(ca.jacobian_sparsity(ca.densify(jump.rate), jump.x), 1), dtype=bool)
@@ -256,7 +256,9 @@ def grid(linear: LinearLoop) -> Array:
     A pole of little damping has more about it, as its peak would fall between two.
     """
     period = linear.period
-    poles = np.concatenate([np.linalg.eigvals(M.A[0]) for M in (linear.models.closed, linear.models.kind("", "L"))])
+    poles = np.concatenate(
+        [np.linalg.eigvals(M.A[0]) for M in (linear.models.closed_model, linear.models.kind("", "L"))]
+    )
     if period is not None:
         with np.errstate(divide="ignore"):
             poles = np.log(poles[poles != 0].astype(complex)) / period

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import casadi as ca
 
-from workbench.core import Layout, Ode, Sampled, rk4
-from workbench.design.linear.corners import REACH, Corners
+from workbench.core import Layout, Ode, SampledSystem, rk4
 from workbench.design.linear.linear_period import jump_of
+from workbench.design.linear.switching_functions import REACH, SwitchingFunctions
 from workbench.design.linear_loop.kernel_values import KernelFlow, evaluation
 from workbench.report.live.marches import Modules, march
 
@@ -21,8 +21,8 @@ def drive_part(equations: Ode, drives: int) -> Ode:
     return replace(equations, inputs=("drive",), outputs=outputs, output=equations.output[: outputs.size])
 
 
-def values_march(ode: Ode, closed: Ode | None, modules: Modules, rates: bool = True) -> dict[str, object]:
-    """Rates and arrivals, their Jacobian by states and drives, corners, and of `closed` its motion with time.
+def values_march(ode: Ode, closed_loop: Ode | None, modules: Modules, rates: bool = True) -> dict[str, object]:
+    """Rates and arrivals, their Jacobian by states and drives, corners, and of `closed_loop` its motion with time.
 
     Without `rates` it has the arrivals alone. The values stand behind the states, in this order: `heights` of them
     from the row `first` on, the entries of the Jacobian at `rows` and `columns`, the switching functions and their
@@ -30,9 +30,9 @@ def values_march(ode: Ode, closed: Ode | None, modules: Modules, rates: bool = T
     """
     z, first = ca.vertcat(ode.x, ode.input_symbols), 0 if rates else ode.states.size
     heights = ca.densify(ca.vertcat(ode.rate, ode.output)[first:])
-    J, sigma = ca.jacobian(heights, z), Corners.of(ode).sigma
+    J, sigma = ca.jacobian(heights, z), SwitchingFunctions.of(ode).sigma
     size = ca.fabs(ca.jacobian(sigma, z)) @ (REACH * (1 + ca.fabs(z)))
-    timed = ca.SX(0, 1) if closed is None else _by_time(closed)
+    timed = ca.SX(0, 1) if closed_loop is None else _by_time(closed_loop)
     values = ca.vertcat(heights, J.nz[:], ca.densify(sigma), ca.densify(size), timed)
     rows, columns = J.sparsity().get_triplet()
     return march(evaluation(ode, values), 1, modules) | {
@@ -54,18 +54,18 @@ def _by_time(closed: Ode) -> ca.SX:
     return ca.vertcat(*(ca.densify(part) for part in (first, ca.jacobian(first, closed.t), terms)))
 
 
-def flow_march(sampled: Sampled, flow: Ode, substeps: int, modules: Modules) -> dict[str, object] | None:
+def flow_march(sampled_loop: SampledSystem, flow: Ode, substeps: int, modules: Modules) -> dict[str, object] | None:
     """The flow of a period with its sensitivities, in Runge-Kutta steps; None where nothing moves.
 
     Its states are those that move, at `rows`, and behind them their derivatives by the `columns` of states and
     drives, column by column, which start at `start`. Its parameters are those of the loop, the `others` among the
     states, and the time of the instant.
     """
-    kernel = KernelFlow(flow, sampled.period)
-    if not kernel.moving:
+    kernel = KernelFlow(flow, sampled_loop.period)
+    if not kernel.moving_states:
         return None
     ode, rows, columns = kernel.sensitive
-    return march(rk4(ode, sampled.period / substeps), substeps, modules) | {
+    return march(rk4(ode, sampled_loop.period / substeps), substeps, modules) | {
         "substeps": substeps,
         "rows": rows,
         "columns": columns,
@@ -74,22 +74,22 @@ def flow_march(sampled: Sampled, flow: Ode, substeps: int, modules: Modules) -> 
     }
 
 
-def continuous_marches(opened: Ode, drives: int, modules: Modules) -> dict[str, object]:
+def continuous_marches(open_loop: Ode, drives: int, modules: Modules) -> dict[str, object]:
     """The marches of a loop in continuous time."""
-    own = drive_part(opened, drives)
+    own = drive_part(open_loop, drives)
     return {"values": values_march(own, closed_by(own, own), modules), "jump": None, "flow": None}
 
 
-def computer_marches(opened: Sampled, drives: int, substeps: int, modules: Modules) -> dict[str, object]:
+def computer_marches(open_loop: SampledSystem, drives: int, substeps: int, modules: Modules) -> dict[str, object]:
     """The marches of a loop in a computer: its jump, what arrives after it, and the flow to the next instant."""
-    flow = drive_part(opened.flow, drives)
-    jump = replace(jump_of(opened), inputs=flow.inputs)
+    flow = drive_part(open_loop.flow, drives)
+    jump = replace(jump_of(open_loop), inputs=flow.inputs)
     if ca.depends_on(jump.rate, jump.input_symbols):
         raise ValueError("The computer of this loop reads what drives its plant at the same instant.")
     return {
         "values": values_march(flow, closed_by(flow, flow), modules, rates=False),
         "jump": values_march(jump, jump, modules),
-        "flow": flow_march(opened, flow, substeps, modules),
+        "flow": flow_march(open_loop, flow, substeps, modules),
     }
 
 

@@ -115,15 +115,15 @@ class Links:
         return {one.loop for one in self.linear_marks} | {one.loop for one in self.linear_cells}
 
 
-def links_of(printed: PrintedResults, outcomes: Sequence[Outcome]) -> Links:
+def links_of(results: PrintedResults, outcomes: Sequence[Outcome]) -> Links:
     """The links of what a document prints to outcomes, which are the loops by their places."""
     loops = _Loops(outcomes)
     return Links(
-        tuple(link for one in printed.curves for link in _curve(one, loops)),
-        tuple(link for one in printed.cells for link in _live_cell(one, loops)),
-        tuple(link for one in printed.numbers for link in _live_mark(one, loops)),
-        tuple(link for one in printed.marks for link in _linear_mark(one, loops)),
-        tuple(link for one in printed.cells for link in _linear_cell(one, loops)),
+        tuple(link for one in results.curves for link in _curve(one, loops)),
+        tuple(link for one in results.cells for link in _live_cell(one, loops)),
+        tuple(link for one in results.numbers for link in _live_mark(one, loops)),
+        tuple(link for one in results.marks for link in _linear_mark(one, loops)),
+        tuple(link for one in results.cells for link in _linear_cell(one, loops)),
     )
 
 

@@ -8,18 +8,27 @@ from dataclasses import asdict, dataclass, replace
 
 import casadi as ca
 
-from workbench.core import Ode, Step
+from workbench.core import Ode, StepMap
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.metrics import AbstractMetric
 from workbench.engine.metrics.value_program import program_of
 from workbench.report.live.linear_data import linear_data
 from workbench.report.live.links import Curve, LinearCell, LinearMark, Links, LiveCell, LiveMark, links_of
-from workbench.report.live.marches import Modules, coarser, march, may_switch, plain, switches, watched, whole_and_half
+from workbench.report.live.marches import (
+    Modules,
+    coarser,
+    evaluation,
+    march,
+    may_switch,
+    plain,
+    switches,
+    whole_and_half,
+)
 from workbench.report.live.page_data import LiveData, Plain
-from workbench.report.live.turned_knobs import offered
+from workbench.report.live.turned_knobs import knobs_of_sweeps
 from workbench.study.document.document import Document
-from workbench.study.document.phrases import raised
+from workbench.study.document.phrases_and_tables import superscript_powers
 from workbench.study.document.printed_results import PrintedResults
 from workbench.study.knob import Knob, check
 from workbench.study.result_marks import Signal
@@ -30,13 +39,13 @@ FORMAT = 2
 PYTHON = """import workbench as wb
 
 study = wb.load({script!r})
-found = wb.turned(study, {{case}}, {{values}}, seed={{seed}})
+found = wb.turn_knobs(study, {{case}}, {{values}}, seed={{seed}})
 """
 # and the line that gives the linear answer of the same case behind them
-PYTHON_LINEAR = "linear = wb.turned_linear(study, {case}, {values})\n"
+PYTHON_LINEAR = "linear = wb.turn_knobs_linear(study, {case}, {values})\n"
 
 
-@door
+@check_arguments
 def live_data(study: Study, results: Results, document: Document, script: str = "") -> LiveData | None:
     """The data with which the page of a study runs its loops again, plain; None where nothing can be turned.
 
@@ -53,7 +62,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     links = links_of(PrintedResults.of(document), results.outcomes)
     outcomes = {k: results.outcomes[k] for k in sorted(links.moving_loops | links.linear_loops)}
     steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes.values()}
-    knobs = study.live or offered(study, [*steps.values()])
+    knobs = study.live or knobs_of_sweeps(study, [*steps.values()])
     if not (knobs and outcomes):
         return None
     check(knobs, steps)
@@ -72,7 +81,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "python_linear": PYTHON_LINEAR if runs else "",
         "knobs": [_knob(knob, [*outcomes.values()]) for knob in knobs],
         "loops": page.loops,
-        "modules": list(page.modules.packed.values()),
+        "modules": list(page.modules.packed_modules.values()),
         "curves": [asdict(curve) for curve in page.curves],
         "cells": [*_plain_links(links.cells, page.places), *_plain_links(links.linear_cells, page.places)],
         "marks": _plain_links(links.marks, page.places),
@@ -140,7 +149,7 @@ def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> Plain:
             f"to {knob.high:g}."
         )
     held = {name: getattr(knob, name) for name in ("name", "paths", "low", "high", "log", "origin", "share")}
-    return held | {"value": value, "unit": raised(knob.unit(runs[0].step))}
+    return held | {"value": value, "unit": superscript_powers(knob.unit(runs[0].step))}
 
 
 def _loop(
@@ -177,7 +186,7 @@ def _loop(
         "whole": march(whole, round(every / whole.h), modules, switched),
         "coarse": coarser(whole, len(run.t) - 1, round(every / whole.h), switched) if _has_finer(outcome) else [],
         "half": march(half, round(every / half.h), modules, switched),
-        "outputs": march(watched(whole, seen), 1, modules) if seen.numel() else None,
+        "outputs": march(evaluation(whole, seen), 1, modules) if seen.numel() else None,
         "drawing": None if drawing is None else drawing.data | moving,
         "metrics": [
             {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": program}
@@ -200,7 +209,7 @@ def _has_finer(outcome: Outcome) -> bool:
     return isinstance(outcome.ode, Ode) and not outcome.measurement.trajectories.step.noises
 
 
-def _moving(outcome: Outcome, step: Step) -> ca.SX:
+def _moving(outcome: Outcome, step: StepMap) -> ca.SX:
     """The coordinates of the drawing of a loop, (n, 1), in the symbols of its step."""
     ode, rule = outcome.ode if isinstance(outcome.ode, Ode) else outcome.ode.flow, step.rule
     assert ode.drawing is not None
@@ -208,7 +217,7 @@ def _moving(outcome: Outcome, step: Step) -> ca.SX:
     return ca.substitute(ode.drawing.coordinates, ca.vertcat(ode.t, ode.x, ode.p), own)
 
 
-def _programs(step: Step, metrics: Sequence[AbstractMetric], t: Array) -> list[Plain | None]:
+def _programs(step: StepMap, metrics: Sequence[AbstractMetric], t: Array) -> list[Plain | None]:
     """The value of each metric at the horizon as a program; None where no other machine can run it."""
     programs: list[Plain | None] = []
     for metric in metrics:
@@ -219,7 +228,7 @@ def _programs(step: Step, metrics: Sequence[AbstractMetric], t: Array) -> list[P
     return programs
 
 
-def _moves(knobs: Sequence[Knob], step: Step, places: Sequence[tuple[int, ...]], named: bool) -> list[Plain]:
+def _moves(knobs: Sequence[Knob], step: StepMap, places: Sequence[tuple[int, ...]], named: bool) -> list[Plain]:
     """The places among the parameters and states of a step that each knob moves, with their names if asked."""
     size, labels = step.parameters.size, (*step.parameters.labels, *step.states.labels)
     return [

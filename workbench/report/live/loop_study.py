@@ -9,27 +9,27 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Ode, Sampled, Step
+from workbench.core import Entry, Ode, SampledSystem, StepMap
 from workbench.core.equations import Loop, equations_of
 from workbench.core.validation.refusals import multiple, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.metrics import AbstractMetric, effort, peak_error, rmse
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
 from workbench.report.pictures.traces import curve
-from workbench.study.contract import Run
 from workbench.study.document.document import (
     Cell,
-    Column,
     Figure,
     Panel,
     Paragraph,
+    ReportTable,
     Section,
-    Table,
+    TableColumn,
 )
-from workbench.study.document.phrases import raised
+from workbench.study.document.phrases_and_tables import superscript_powers
 from workbench.study.knob import Knob
 from workbench.study.result_marks import cell
+from workbench.study.run_and_sweep import Run
 from workbench.study.study import Case, Outcome, Results, Study
 
 REACH = 5.0  # a knob goes from a fifth of the loop's own number to five times as much
@@ -37,12 +37,12 @@ ABOUT_ZERO = 1.0  # as far as a knob goes either way from a number that is zero
 BESIDE = 0.5  # of the width of a text: a picture among others
 POINTS = 1000  # kept times, or about that many
 FIRST = ("controller", "plant", "reference", "observer", "instruments")  # the blocks whose knobs come first
-UNKNOWN = "?"  # as the unit of a number that nobody named
+UNKNOWN_UNIT = "?"  # as the unit of a number that nobody named
 
 
-@door
+@check_arguments
 def loop_study(
-    loop: Loop | Ode | Sampled,
+    loop: Loop | Ode | SampledSystem,
     until: float,
     h: float,
     metrics: Sequence[AbstractMetric] = (),
@@ -62,7 +62,7 @@ def loop_study(
     """
     equation, until = equations_of(loop, "loop"), seconds("live(until=...)", until)
     flow = equation if isinstance(equation, Ode) else equation.flow
-    step = equation.period if isinstance(equation, Sampled) else seconds("live(h=...)", h)
+    step = equation.period if isinstance(equation, SampledSystem) else seconds("live(h=...)", h)
     every = step * max(1, round(until / step / POINTS))
     while multiple("live(until=...)", until, step, "the step") % round(every / step):
         every -= step
@@ -79,10 +79,10 @@ def loop_study(
     )
 
 
-def knobs_of(step: Step) -> tuple[Knob, ...]:
+def knobs_of(step: StepMap) -> tuple[Knob, ...]:
     """A knob for each number of a step that moves what its page shows, laws first and what they believe last."""
     seen = [place for name in shown_signals(step) for place in _places(step, name)]
-    moving = step.rule.plain(ca.vertcat(step.rule.rate, step.rule.update, step.rule.output[seen]))
+    moving = step.rule.without_crossings(ca.vertcat(step.rule.rate, step.rule.update, step.rule.output[seen]))
     used = np.array(ca.which_depends(moving, step.rule.p, 1, False), dtype=bool)
     entries = [entry for entry in step.parameters.entries if used[step.parameters.slice(entry.name)].any()]
     starts = [entry for entry in step.states.entries if _block(entry) == "plant" and entry.default.any()]
@@ -97,7 +97,7 @@ def _brief(path: str) -> str:
     return ".".join([block, *others[-2:]])
 
 
-def _places(step: Step, name: str) -> list[int]:
+def _places(step: StepMap, name: str) -> list[int]:
     """The places of a signal and its reference among the outputs of a step."""
     all_places, there = range(step.outputs.size), (one for one in (name, f"{name}_ref") if one in step.outputs)
     return [place for one in there for place in all_places[step.outputs.slice(one)]]
@@ -116,7 +116,7 @@ def _rank(entry: Entry) -> tuple[bool, int]:
 def _knob(entry: Entry) -> Knob | None:
     """The knob of a number, or of a share of several, or of one without a known unit; none for zeros of those."""
     values, bounds = entry.default.ravel(), entry.bounds
-    share = entry.size > 1 or entry.units[0] == UNKNOWN
+    share = entry.size > 1 or entry.units[0] == UNKNOWN_UNIT
     if not np.isfinite(values).all() or (share and not values.any()):
         return None
     value, low, high = float(values[0]), bounds.low, bounds.high
@@ -142,7 +142,7 @@ def _sections(results: Results) -> tuple[Section, ...]:
     figures = (_picture(outcome, i, name) for i, name in enumerate(names, 1))
     scores = (_scores(outcome),) if outcome.measurement.scores else ()
     first = Section("The loop", (*_warned(outcome), *figures, *scores))
-    if isinstance(outcome.case.run.loop, Ode | Sampled):  # equations alone, which do not say where a loop is cut
+    if isinstance(outcome.case.run.loop, Ode | SampledSystem):  # equations alone, which do not say where a loop is cut
         return (first,)
     return first, Section("The linear loop", loop_gain_pictures(outcome, "linear", BESIDE))
 
@@ -154,19 +154,19 @@ def _warned(outcome: Outcome) -> tuple[Paragraph, ...]:
     return (Paragraph(f"At the baseline, {'; '.join(said)}."),) if said else ()
 
 
-def _scores(outcome: Outcome) -> Table:
+def _scores(outcome: Outcome) -> ReportTable:
     """A row for each number of each metric."""
     rows: list[tuple[Cell, ...]] = []
     for name, place, unit, label in outcome.measurement.columns:
-        rows.append((name, label, cell(outcome, name, place), raised(unit)))
-    columns = (Column("metric"), Column("of"), Column("value", align="right"), Column("unit"))
-    return Table("scores", "The metrics of the loop.", columns, tuple(rows))
+        rows.append((name, label, cell(outcome, name, place), superscript_powers(unit)))
+    columns = (TableColumn("metric"), TableColumn("of"), TableColumn("value", align="right"), TableColumn("unit"))
+    return ReportTable("scores", "The metrics of the loop.", columns, tuple(rows))
 
 
-def shown_signals(step: Step) -> tuple[str, ...]:
+def shown_signals(step: StepMap) -> tuple[str, ...]:
     """The signals that a page of a loop draws: what it follows and what drives it, or else its outputs, or states."""
     flow = step.flow
-    known = tuple(name for name in flow.shown if name in step.outputs or name in step.states)
+    known = tuple(name for name in flow.default_signals if name in step.outputs or name in step.states)
     return known or step.outputs.names or tuple(name for name in step.states.names if name in flow.states)
 
 
@@ -183,5 +183,5 @@ def _panel(outcome: Outcome, name: str) -> Panel:
     lines = [curve(outcome, name, i, label=label, style=i % 12) for i, label in enumerate(labels)]
     if f"{name}_ref" in step.outputs:
         lines += [curve(outcome, f"{name}_ref", i, label="reference", style="reference") for i in range(len(labels))]
-    unit = ", ".join(dict.fromkeys(raised(unit) for unit in entry.units if unit))
+    unit = ", ".join(dict.fromkeys(superscript_powers(unit) for unit in entry.units if unit))
     return Panel(f"{name} [{unit}]" if unit else name, tuple(lines))

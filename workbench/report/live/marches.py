@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Ode, Sampled, Step, rk4
+from workbench.core import Entry, Layout, Ode, SampledSystem, StepMap, rk4
 from workbench.core.validation.refusals import Array
 from workbench.engine.kernel.graph import Level
 from workbench.engine.kernel.plan import Plan, pass_of
@@ -25,17 +25,17 @@ JUMPS = {"sign", "lt", "le", "eq", "ne", "floor", "fmod", "if_else"}  # operatio
 class Modules:
     """The modules of a page, each once, packed as the page holds them."""
 
-    packed: dict[bytes, str] = field(default_factory=dict)
+    packed_modules: dict[bytes, str] = field(default_factory=dict)
 
     def place(self, code: bytes) -> int:
         """The place of a module among them."""
-        if code not in self.packed:
+        if code not in self.packed_modules:
             squeeze = zlib.compressobj(9, wbits=-15)  # raw, as a browser's "deflate-raw"
-            self.packed[code] = base64.b64encode(squeeze.compress(code) + squeeze.flush()).decode("ascii")
-        return [*self.packed].index(code)
+            self.packed_modules[code] = base64.b64encode(squeeze.compress(code) + squeeze.flush()).decode("ascii")
+        return [*self.packed_modules].index(code)
 
 
-def march(step: Step, stride: int, modules: Modules, switched: bool = True) -> dict[str, object]:
+def march(step: StepMap, stride: int, modules: Modules, has_switches: bool = True) -> dict[str, object]:
     """The march of a step that keeps each `stride`-th state, as plain data; with its switches unless there are none.
 
     Raises
@@ -45,9 +45,9 @@ def march(step: Step, stride: int, modules: Modules, switched: bool = True) -> d
     """
     from workbench.engine.kernel import webassembly  # with llvmlite, which not every machine has
 
-    plan = Plan.of_step(step, (), switched)
+    plan = Plan.of_step(step, (), has_switches)
     return {
-        "module": modules.place(webassembly.compiled(plan)),
+        "module": modules.place(webassembly.compile_plan(plan)),
         "h": step.h,
         "stride": stride,
         "states": step.states.size,
@@ -58,14 +58,14 @@ def march(step: Step, stride: int, modules: Modules, switched: bool = True) -> d
     }
 
 
-def coarser(step: Step, rows: int, stride: int, switched: bool = True) -> list[dict[str, object]]:
+def coarser(step: StepMap, rows: int, stride: int, has_switches: bool = True) -> list[dict[str, object]]:
     """The numbers with which the module of a step makes longer ones, for a picture before a long run is there.
 
     Each length divides every one of the `rows`, of `stride` steps, into fewer steps, at most two thirds as many as the
     one before; the first is the finest. A run of few steps needs none.
     """
     lengths: list[dict[str, object]] = []
-    plan, last = Plan.of_step(step, (), switched), float(stride)
+    plan, last = Plan.of_step(step, (), has_switches), float(stride)
     for fewer in range(stride - 1, 0, -1) if rows * stride >= MANY else ():
         if stride % fewer or 3 * fewer > 2 * last:
             continue
@@ -74,7 +74,7 @@ def coarser(step: Step, rows: int, stride: int, switched: bool = True) -> list[d
     return lengths
 
 
-def watched(step: Step, expressions: ca.SX) -> Step:
+def evaluation(step: StepMap, expressions: ca.SX) -> StepMap:
     """The step that leaves the states x as they are and makes expressions (n, 1) in them, which stand behind x."""
     rule = step.rule
     n = int(expressions.numel())
@@ -91,19 +91,19 @@ def watched(step: Step, expressions: ca.SX) -> Step:
     return replace(step, states=states, outputs=Layout(), rule=held)
 
 
-def may_switch(step: Step, p: Array, places: Sequence[int]) -> bool:
+def may_switch(step: StepMap, p: Array, places: Sequence[int]) -> bool:
     """True if a run with the parameters p (np,), of which those at some places are turned, has switches in time."""
     segments = step.rule.segments
-    return segments is not None and (segments.come(p[np.newaxis]) or segments.switches.depends_on(places))
+    return segments is not None and (segments.can_occur(p[np.newaxis]) or segments.switches.depends_on(places))
 
 
-def switches(equation: Ode | Sampled) -> bool:
+def switches(equation: Ode | SampledSystem) -> bool:
     """True if an equation jumps where a comparison of states turns: there rounding may decide when."""
     graph = pass_of(rk4(equation, 1.0) if isinstance(equation, Ode) else equation.step(1))
     return any(node.op in JUMPS and level is Level.STATE for node, level in zip(graph.nodes, graph.levels, strict=True))
 
 
-def whole_and_half(outcome: Outcome) -> tuple[Step, Step]:
+def whole_and_half(outcome: Outcome) -> tuple[StepMap, StepMap]:
     """The step of the values of an outcome, with its metrics beside it, and half of it, for their errors."""
     whole, h = outcome.measurement.trajectories.step, outcome.measurement.h
     return whole, MeasuredEquation.of(outcome.ode, outcome.measurement.metrics).step(h / 2, whole.rule.method.name)

@@ -6,21 +6,21 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from workbench.core import Ode, Sampled, Step
+from workbench.core import Ode, SampledSystem, StepMap
 from workbench.core.equations import equations_of
-from workbench.core.validation.refusals import Array, finite, known
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, finite, known_name
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear_loop import LinearLoop
 from workbench.engine.metrics import Measurement, measure
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.report.live.linear_data import linear_at
-from workbench.study.contract import Run
 from workbench.study.knob import Knob, has
+from workbench.study.run_and_sweep import Run
 from workbench.study.study import Study
 
 
-@door
-def turned(study: Study, case: str, values: Mapping[str, float], seed: int | None = None) -> Measurement:
+@check_arguments
+def turn_knobs(study: Study, case: str, values: Mapping[str, float], seed: int | None = None) -> Measurement:
     """The measurement of a case, named 'scenario: law', with knobs of the study at other values than its own.
 
     It has the bits of the page, in the portable arithmetic. `seed` is that of the noise, if not the case's own.
@@ -39,7 +39,7 @@ def turned(study: Study, case: str, values: Mapping[str, float], seed: int | Non
     >>> case = wb.Case("speed", "PI", wb.Run(loop, (wb.rmse(),), until=5.0, h=1e-3))
     >>> knobs = (wb.Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True),)
     >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(case,), live=knobs)
-    >>> wb.turned(study, "speed: PI", {"Kp": 50.0}).score("RMSE").value.round(3)
+    >>> wb.turn_knobs(study, "speed: PI", {"Kp": 50.0}).score("RMSE").value.round(3)
     array([0.151])
     """
     run, equation, step, row = _at_knobs("turned", study, case, values)
@@ -57,8 +57,8 @@ def turned(study: Study, case: str, values: Mapping[str, float], seed: int | Non
     )
 
 
-@door
-def turned_linear(study: Study, case: str, values: Mapping[str, float]) -> LinearLoop:
+@check_arguments
+def turn_knobs_linear(study: Study, case: str, values: Mapping[str, float]) -> LinearLoop:
     """The linear loop of a case, named 'scenario: law', with knobs of the study at other values than its own.
 
     It is the one whose Bode plot, poles and margins the live page shows: at rest, with adapting gains held if it rests
@@ -78,7 +78,7 @@ def turned_linear(study: Study, case: str, values: Mapping[str, float]) -> Linea
     >>> case = wb.Case("speed", "PI", wb.Run(loop, (wb.rmse(),), until=5.0, h=1e-3))
     >>> knobs = (wb.Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True),)
     >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(case,), live=knobs)
-    >>> wb.turned_linear(study, "speed: PI", {"Kp": 100.0}).margins()["v"].margins.phase_margin.value.__round__(2)
+    >>> wb.turn_knobs_linear(study, "speed: PI", {"Kp": 100.0}).margins()["v"].margins.phase_margin.value.__round__(2)
     38.67
     """
     run, _, step, row = _at_knobs("turned_linear", study, case, values)
@@ -87,21 +87,21 @@ def turned_linear(study: Study, case: str, values: Mapping[str, float]) -> Linea
 
 def _at_knobs(
     call: str, study: Study, case: str, values: Mapping[str, float]
-) -> tuple[Run, Ode | Sampled, Step, Array]:
+) -> tuple[Run, Ode | SampledSystem, StepMap, Array]:
     """The run of a case, its equations and step, and its parameters, then states, with the knobs at their values."""
     if callable(study.cases):
         raise ValueError(f"`{call}(study, ...)` needs the cases themselves: take `study.resolved(tuned)`.")
     cases = {one.name: one for one in study.cases}
-    run = cases[known(case, cases, "cases of this study")].run
+    run = cases[known_name(case, cases, "cases of this study")].run
     equation = equations_of(run.loop, case)
     if run.h is None:
         raise ValueError(f"`{call}(study, {case!r}, ...)` needs a case with a step; this one's was chosen by pilots.")
     step = MeasuredEquation.of(equation, run.metrics).step(run.h)
-    knobs = {knob.name: knob for knob in study.live or offered(study, [step])}
+    knobs = {knob.name: knob for knob in study.live or knobs_of_sweeps(study, [step])}
     row = np.concatenate([step.parameters.default, step.states.default])
     own = row.copy()
     for name, value in values.items():
-        knob = knobs[known(name, knobs, "knobs of this study")]
+        knob = knobs[known_name(name, knobs, "knobs of this study")]
         places = [*knob.places(step)]
         if not places:
             raise LookupError(f"`{call}(study, {case!r}, ...)`: the knob '{name}' turns nothing in this case.")
@@ -110,7 +110,7 @@ def _at_knobs(
     return run, equation, step, row
 
 
-def offered(study: Study, steps: Sequence[Step]) -> tuple[Knob, ...]:
+def knobs_of_sweeps(study: Study, steps: Sequence[StepMap]) -> tuple[Knob, ...]:
     """The factors of the sweeps of a study, of which some loop has a path; those of one name are one knob."""
     knobs: dict[str, Knob] = {}
     for sweep in () if callable(study.sweeps) else study.sweeps:

@@ -20,10 +20,10 @@ from workbench.report.loop_pictures.curve_turns import CurveTurns, curve_turns
 from workbench.report.loop_pictures.describing_pictures import describing_function_figure
 from workbench.report.loop_pictures.envelopes import Envelope, bode_envelope, envelope_figure
 from workbench.report.loop_pictures.frequency_matrices import FrequencyMatrix
-from workbench.report.loop_pictures.margin_words import ROUNDED
+from workbench.report.loop_pictures.margin_words import ROUNDING
 from workbench.report.loop_pictures.nichols_pictures import nichols_figure
 from workbench.report.loop_pictures.nyquist_pictures import nyquist_figure
-from workbench.report.loop_pictures.phase_planes import PhaseCurve, Rest, VectorField, phase_figure
+from workbench.report.loop_pictures.phase_planes import EquilibriumMark, PhaseCurve, VectorField, phase_figure
 from workbench.report.loop_pictures.pole_maps import PoleZeroSet, pole_zero_map
 from workbench.report.loop_pictures.root_loci import root_locus_figure
 from workbench.report.loop_pictures.step_pictures import (
@@ -33,11 +33,11 @@ from workbench.report.loop_pictures.step_pictures import (
     sampled_step_info,
     step_figure,
 )
-from workbench.study.document.frequency_curves import Corners, FrequencyCurve
+from workbench.study.document.frequency_curves import CornerFrequencies, FrequencyCurve
 from workbench.study.document.gain_bounds import Disk, GainBound
 
 __all__ = [
-    "Corners",
+    "CornerFrequencies",
     "CurveTurns",
     "Disk",
     "Envelope",
@@ -46,8 +46,8 @@ __all__ = [
     "GainBound",
     "PhaseCurve",
     "PoleZeroSet",
-    "ROUNDED",
-    "Rest",
+    "ROUNDING",
+    "EquilibriumMark",
     "SampledStepInfo",
     "TimeResponse",
     "VectorField",

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array
 from workbench.study.document.figure import Series
-from workbench.study.document.frequency_curves import Complexes, Corners, FrequencyCurve
+from workbench.study.document.frequency_curves import Complexes, CornerFrequencies, FrequencyCurve
 
 ORIGIN = 1e-9  # of the size of the largest root: one that is nearer to zero lies there
 DENSE = 400  # frequencies of a line of phases
@@ -31,7 +31,7 @@ def phase_asymptote(curve: FrequencyCurve) -> Series:
     return Series("asymptotes", at, asymptotic_phase(corners, at), "aid")
 
 
-def asymptotic_gain(corners: Corners, omega: Array) -> Array:
+def asymptotic_gain(corners: CornerFrequencies, omega: Array) -> Array:
     """20 log10 of |gain| times max(w, |z|) of each zero over max(w, |p|) of each pole, at frequencies w in rad/s."""
     poles, zeros = (_rooted(roots, corners) for roots in (corners.poles, corners.zeros))
     above = np.log10(np.maximum(omega[:, np.newaxis], np.abs(zeros))).sum(axis=1)
@@ -39,7 +39,7 @@ def asymptotic_gain(corners: Corners, omega: Array) -> Array:
     return np.asarray(20 * (math.log10(abs(corners.gain)) + above - below))
 
 
-def asymptotic_phase(corners: Corners, omega: Array) -> Array:
+def asymptotic_phase(corners: CornerFrequencies, omega: Array) -> Array:
     """The phase in degrees at frequencies in rad/s: each root turns it by 90 degrees, over a decade to both sides.
 
     Roots with the damping zeta turn it over zeta decades; at the least, it jumps. Where the gain between is negative,
@@ -62,13 +62,13 @@ def _turn(root: complex, omega: Array) -> Array:
     return np.asarray(90.0 * share * (-1.0 if root.real > 0 else 1.0))
 
 
-def _rooted(roots: Complexes, corners: Corners) -> Array:
+def _rooted(roots: Complexes, corners: CornerFrequencies) -> Array:
     """The roots, with those that are zero as far as rounding can tell at zero."""
     largest = float(np.abs(np.concatenate([corners.poles, corners.zeros])).max(initial=0.0))
     return np.where(np.abs(roots) > ORIGIN * largest, roots, 0)
 
 
-def _checked(curve: FrequencyCurve) -> Corners:
+def _checked(curve: FrequencyCurve) -> CornerFrequencies:
     if curve.period is not None or curve.corners is None:
         raise ValueError(
             "`bode_figure(asymptotes=True)` draws straight lines between the corners of a continuous system; the curve "

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency import Crossover
 from workbench.design.frequency.frequency_axis import phases
 from workbench.report.loop_pictures.asymptotes import gain_asymptote, phase_asymptote
@@ -16,15 +16,15 @@ from workbench.report.loop_pictures.margin_words import margin_remarks, names_of
 from workbench.study.document.figure import Figure, Guides, Label, Mark, Panel, Points, Series, Style
 from workbench.study.document.frequency_curves import (
     FrequencyCurve,
+    add_remarks,
     between,
-    captioned,
     decibels,
     doubts,
     number,
     styles,
 )
 from workbench.study.document.gain_bounds import GainBound, shaded_bounds
-from workbench.study.document.phrases import Cell, Column, Phrase, Table
+from workbench.study.document.phrases_and_tables import Cell, Phrase, ReportTable, TableColumn
 
 FREQUENCY = "frequency [rad/s]"
 DECIBELS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0, 200.0, 400.0)
@@ -34,7 +34,7 @@ DEEPEST = 160.0  # decibels below the highest gain, at which a panel ends
 MARGIN = 0.06  # of a range
 
 
-@door
+@check_arguments
 def bode_figure(
     name: str,
     caption: Phrase,
@@ -64,7 +64,7 @@ def bode_figure(
     ]
     if asymptotes and any(one.corners is not None for one in curves):
         remarks.append("Dashed: asymptotes.")
-    return Figure(name, captioned(caption, remarks), panels, 1, numbers_of_curves(name, caption, curves))
+    return Figure(name, add_remarks(caption, remarks), panels, 1, numbers_of_curves(name, caption, curves))
 
 
 def _marks(curves: Sequence[FrequencyCurve], asymptotes: bool) -> tuple[list[Mark], list[Mark]]:
@@ -172,7 +172,7 @@ def magnitude(ylabel: Label, curves: Sequence[FrequencyCurve]) -> Label:
     return (*own, f" [dB of {unit}]" if unit not in ("", "1") else " [dB]")
 
 
-def numbers_of_curves(name: str, caption: Phrase, curves: Sequence[FrequencyCurve]) -> Table | None:
+def numbers_of_curves(name: str, caption: Phrase, curves: Sequence[FrequencyCurve]) -> ReportTable | None:
     """The answers of all curves as a table; None if their sources say in a file of their marks what these are."""
     if all(one.source is not None for one in curves):
         return None
@@ -181,8 +181,13 @@ def numbers_of_curves(name: str, caption: Phrase, curves: Sequence[FrequencyCurv
         omega, values = one.logarithmic
         columns = (omega, decibels(values), phases(omega, values), values.real, values.imag)
         rows += [(one.label, *(_known(x) for x in row)) for row in zip(*columns, strict=True)]
-    heads = (Column("curve"), Column("frequency", "rad/s"), Column("magnitude", "dB"), Column("phase", "degrees"))
-    return Table(name, caption, (*heads, Column("real part"), Column("imaginary part")), tuple(rows))
+    heads = (
+        TableColumn("curve"),
+        TableColumn("frequency", "rad/s"),
+        TableColumn("magnitude", "dB"),
+        TableColumn("phase", "degrees"),
+    )
+    return ReportTable(name, caption, (*heads, TableColumn("real part"), TableColumn("imaginary part")), tuple(rows))
 
 
 def _known(value: float) -> float | None:

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core.validation.refusals import Array, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency import relative_gains
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.report.loop_pictures.bode_pictures import (
     DECIBELS,
     DEEPEST,
@@ -36,14 +36,14 @@ from workbench.report.loop_pictures.nyquist_pictures import (
     turn_remarks,
 )
 from workbench.study.document.figure import STYLES, Figure, Label, Mark, Panel, Series
-from workbench.study.document.frequency_curves import FrequencyCurve, captioned, decibels
+from workbench.study.document.frequency_curves import FrequencyCurve, add_remarks, decibels
 from workbench.study.document.gain_bounds import Disk, GainBound, shaded_bounds, shaded_disks
-from workbench.study.document.phrases import Cell, Column, Phrase, Table
+from workbench.study.document.phrases_and_tables import Cell, Phrase, ReportTable, TableColumn
 
 LINES = 9  # elements of a relative gain array, of which each has a line
 
 
-@door
+@check_arguments
 def singular_value_figure(
     name: str,
     caption: Phrase,
@@ -64,14 +64,19 @@ def singular_value_figure(
     check_curves("singular_value_figure", curves)
     return _over_frequency(
         name,
-        captioned(caption, disk_remarks(systems)),
+        add_remarks(caption, disk_remarks(systems)),
         curves,
         marks,
         (*ylabel, " [dB]") if isinstance(ylabel, tuple) else f"{ylabel} [dB]",
-        Table(
+        ReportTable(
             name,
             caption,
-            (Column("system"), Column("frequency", "rad/s"), Column("singular value"), Column("gain")),
+            (
+                TableColumn("system"),
+                TableColumn("frequency", "rad/s"),
+                TableColumn("singular value"),
+                TableColumn("gain"),
+            ),
             rows,
         ),
         shaded=shaded_bounds(bounds),
@@ -87,7 +92,7 @@ def _singular_curves(
     rows: list[tuple[Cell, ...]] = []
     for k, one in enumerate(systems):
         values = np.full((len(one.frequencies), min(one.values.shape[1:])), np.nan)
-        values[one.known] = np.linalg.svd(one.values[one.known], compute_uv=False)
+        values[one.has_answers] = np.linalg.svd(one.values[one.has_answers], compute_uv=False)
         for j, column in enumerate(values.T):
             curve = FrequencyCurve(one.label, one.frequencies, column.astype(complex), one.period)
             omega, answers = curve.logarithmic
@@ -102,7 +107,7 @@ def _singular_curves(
     return curves, marks, tuple(rows)
 
 
-@door
+@check_arguments
 def relative_gain_figure(name: str, caption: Phrase, plant: FrequencyMatrix) -> Figure:
     """The sizes of the relative gains of a square plant over frequency, a line for each pair of output and input.
 
@@ -129,10 +134,10 @@ def relative_gain_figure(name: str, caption: Phrase, plant: FrequencyMatrix) -> 
     if size**2 > LINES:
         raise refusal("relative_gain_figure(plant=...)", "a plant of up to three channels, nine lines", size)
     values = np.full(plant.values.shape, np.nan, complex)
-    for k in np.flatnonzero(plant.known):
+    for k in np.flatnonzero(plant.has_answers):
         try:
             values[k] = relative_gains(plant.values[k])
-        except Refused:
+        except DesignError:
             continue
     above = plant.frequencies > 0
     curves = [
@@ -145,7 +150,12 @@ def relative_gain_figure(name: str, caption: Phrase, plant: FrequencyMatrix) -> 
         Series(one.label, plant.frequencies[above], np.abs(one.values[above]), k % STYLES)
         for k, one in enumerate(curves)
     ]
-    heads = (Column("output"), Column("input"), Column("frequency", "rad/s"), Column("relative gain"))
+    heads = (
+        TableColumn("output"),
+        TableColumn("input"),
+        TableColumn("frequency", "rad/s"),
+        TableColumn("relative gain"),
+    )
     rows = tuple(
         (plant.outputs[i], plant.inputs[j], float(w), None if np.isnan(x) else float(abs(x)))
         for i in range(size)
@@ -153,8 +163,8 @@ def relative_gain_figure(name: str, caption: Phrase, plant: FrequencyMatrix) -> 
         for w, x in zip(plant.frequencies, values[:, i, j], strict=True)
     )
     remark = "Each line is |relative gain| of an output and an input; 1 is no interaction."
-    table = Table(name, caption, heads, rows)
-    return _over_frequency(name, captioned(caption, [remark]), curves, marks, "relative gain", table, level=1.0)
+    table = ReportTable(name, caption, heads, rows)
+    return _over_frequency(name, add_remarks(caption, [remark]), curves, marks, "relative gain", table, level=1.0)
 
 
 def _over_frequency(
@@ -163,7 +173,7 @@ def _over_frequency(
     curves: Sequence[FrequencyCurve],
     marks: Sequence[Mark],
     ylabel: Label,
-    table: Table,
+    table: ReportTable,
     level: float = 0.0,
     shaded: Sequence[Mark] = (),
 ) -> Figure:
@@ -188,7 +198,7 @@ def _over_frequency(
     return Figure(name, caption, (panel,), 1, table)
 
 
-@door
+@check_arguments
 def determinant_figure(
     name: str,
     caption: Phrase,
@@ -224,12 +234,12 @@ def determinant_figure(
     return _plane_figure("determinant_figure", name, caption, curves, loops, (0.0, unstable_poles, reach))
 
 
-@door
+@check_arguments
 def characteristic_loci_figure(
     name: str,
     caption: Phrase,
     loop: FrequencyMatrix,
-    forbidden: Sequence[Disk] = (),
+    forbidden_disks: Sequence[Disk] = (),
     reach: float | None = None,
 ) -> Figure:
     """The eigenvalues of L(j w) over frequency: together they turn about -1 as det(I + L) does about zero.
@@ -250,7 +260,9 @@ def characteristic_loci_figure(
     """
     square_channels("characteristic_loci_figure(loop=...)", [loop])
     curves = characteristic_curves(loop)
-    return _plane_figure("characteristic_loci_figure", name, caption, curves, [loop], (-1.0, None, reach), forbidden)
+    return _plane_figure(
+        "characteristic_loci_figure", name, caption, curves, [loop], (-1.0, None, reach), forbidden_disks
+    )
 
 
 def _plane_figure(
@@ -268,11 +280,11 @@ def _plane_figure(
     if unstable is not None and (unstable < 0 or len(curves) > 1):
         raise refusal(f"{call}(unstable_poles=...)", "the number of unstable poles of the only loop", unstable)
     plane = Plane(point, "0" if point == 0 else "−1", plane_reach(call, curves, reach, point or 1.0))
-    marks = [*plane_marks(curves, plane, mirrored=True), *shaded_disks(forbidden)]
+    marks = [*plane_marks(curves, plane, with_mirror_image=True), *shaded_disks(forbidden)]
     remarks: list[Phrase] = []
     if not point:  # single loci may be closed through each other, and only all of them count
         remarks = [said for one in curves for said in turn_remarks(one, plane, unstable, len(curves) > 1)]
     remarks += frame_remarks(curves, curves, plane)
     remarks += disk_remarks(loops)
     table = numbers_of_curves(name, caption, curves)
-    return Figure(name, captioned(caption, remarks), (plane_panel(marks, curves, plane),), 1, table)
+    return Figure(name, add_remarks(caption, remarks), (plane_panel(marks, curves, plane),), 1, table)

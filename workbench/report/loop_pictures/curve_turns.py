@@ -8,19 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.refusals import Array, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency.frequency_axis import low_slope
-from workbench.study.document.frequency_curves import Complex, complexes, number, rising
+from workbench.study.document.frequency_curves import Complex, check_frequencies, complexes, number
 
 LARGEST = 2 * np.pi / 3  # of a turn from one frequency to the next
-SETTLED = 0.5  # of the distance of the point from zero: a curve that ends nearer to zero turns no more about the point
+APPROACH_SHARE = (
+    0.5  # of the distance of the point from zero: a curve that ends nearer to zero turns no more about the point
+)
 REAL = 0.25  # radians from the real axis, as seen from the point, within which a curve that is flat at its end ends
-INTEGRATING = 0.05  # of the slope of a gain from that of integrators
+INTEGRATOR_TOLERANCE = 0.05  # of the slope of a gain from that of integrators
 FLAT, BEFORE = 0.25, 3.0  # of the distance from the point: the change over the last factor of 3 of frequency
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class CurveTurns:
     """The `clockwise` turns about a point, negative if they are the other way; None where the curve does not tell.
 
@@ -33,7 +35,7 @@ class CurveTurns:
     reason: str = ""
 
 
-@door
+@check_arguments
 def curve_turns(
     frequencies: Array,
     values: object,
@@ -57,7 +59,7 @@ def curve_turns(
     ----------
     Astrom and Murray (2021), Feedback Systems, second edition, section 10.2.
     """
-    omega = rising("curve_turns(frequencies=...)", frequencies, period)
+    omega = check_frequencies("curve_turns(frequencies=...)", frequencies, period)
     curve = complexes("curve_turns(values=...)", values, 1, gaps=True)
     if curve.shape != omega.shape or not math.isfinite(point):
         must = f"an answer for each of {len(omega)} frequencies, and a finite point"
@@ -88,7 +90,7 @@ def curve_turns(
 
 def _ends(omega: Array, curve: Complex, point: float) -> bool:
     """True if a curve ends near zero, where it turns no more about the point, or is flat there and nearly real."""
-    if abs(curve[-1]) < SETTLED * abs(point):
+    if abs(curve[-1]) < APPROACH_SHARE * abs(point):
         return True
     away = complex(curve[-1]) - point
     before = complex(curve[int(np.searchsorted(omega, omega[-1] / BEFORE))])
@@ -100,14 +102,14 @@ def _begins(omega: Array, curve: Complex, point: float, order: int) -> bool:
     """True if a curve begins as integrators do, in slope and phase, or near zero, or flat and nearly real."""
     first = complex(curve[0])
     if order == 0:
-        if abs(first) < SETTLED * abs(point) and low_slope(omega, curve) > 0:
+        if abs(first) < APPROACH_SHARE * abs(point) and low_slope(omega, curve) > 0:
             return True
         away, later = first - point, complex(curve[min(len(curve) - 1, int(np.searchsorted(omega, BEFORE * omega[0])))])
         real = abs(math.remainder(2 * math.atan2(away.imag, away.real), 2 * math.pi)) < 2 * REAL
         return real and abs(later - first) < FLAT * max(abs(first), abs(later))
     angle = 2 * (math.atan2(first.imag, first.real) + order * math.pi / 2)
     slope = math.log(abs(curve[1] / curve[0])) / math.log(omega[1] / omega[0])
-    return abs(math.remainder(angle, 2 * math.pi)) < 2 * REAL and abs(slope + order) < INTEGRATING
+    return abs(math.remainder(angle, 2 * math.pi)) < 2 * REAL and abs(slope + order) < INTEGRATOR_TOLERANCE
 
 
 def _nearest(angle: float, to: float) -> float:

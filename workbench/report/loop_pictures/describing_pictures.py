@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.core.validation.refusals import positive
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.chattering.harmonic_balance import AbstractSwitch, Balance
 from workbench.report.loop_pictures.bode_pictures import check_curves, numbers_of_curves
 from workbench.report.loop_pictures.nyquist_pictures import Plane, plane_marks, plane_panel
 from workbench.study.document.figure import Figure, Mark, Points, Series
-from workbench.study.document.frequency_curves import FrequencyCurve, captioned, number
-from workbench.study.document.phrases import Phrase
+from workbench.study.document.frequency_curves import FrequencyCurve, add_remarks, number
+from workbench.study.document.phrases_and_tables import Phrase
 
 SPAN = 300  # amplitudes of the line -1 / N(a)
 DECADES = 4.0  # of the amplitudes, about those that are predicted
 REACH = 2.5  # times the largest |1 / N| of the predicted oscillations
 
 
-@door
+@check_arguments
 def describing_function_figure(
     name: str,
     caption: Phrase,
@@ -53,7 +53,9 @@ def describing_function_figure(
     sizes = [1 / switch.gain(one.amplitude) for one in found]
     far = REACH * max(sizes, default=float(np.nanmedian(np.abs(linear.values))))
     plane = Plane(0.0, "", far if reach is None else positive("describing_function_figure(reach=...)", reach))
-    marks: list[Mark] = [mark for mark in plane_marks([linear], plane, mirrored=False) if not isinstance(mark, Points)]
+    marks: list[Mark] = [
+        mark for mark in plane_marks([linear], plane, with_mirror_image=False) if not isinstance(mark, Points)
+    ]
     middle = [one.amplitude for one in found] or [4 * switch.K / np.pi * plane.reach / REACH]
     amplitudes = np.geomspace(min(middle) * 10**-DECADES, max(middle) * 10**DECADES, SPAN)
     line = np.array([-1 / switch.gain(float(a)) for a in amplitudes])
@@ -70,4 +72,4 @@ def describing_function_figure(
     verdict = f"{balance.verdict[0].upper()}{balance.verdict[1:]}."
     panel = plane_panel(marks, [linear], Plane(-plane.reach / REACH, "", plane.reach))
     remarks: list[Phrase] = [f"Harmonic balance predicts: {verdict[0].lower()}{verdict[1:]}"]
-    return Figure(name, captioned(caption, remarks), (panel,), 1, numbers_of_curves(name, caption, [linear]))
+    return Figure(name, add_remarks(caption, remarks), (panel,), 1, numbers_of_curves(name, caption, [linear]))

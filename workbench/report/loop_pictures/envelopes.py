@@ -8,28 +8,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, numbers, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency.frequency_axis import phases
 from workbench.report.loop_pictures.bode_pictures import DECIBELS, DEEPEST, DEGREES, FREQUENCY, limits_of, nyquist_lines
 from workbench.study.document.figure import Band, Figure, Label, Mark, Panel, Series
 from workbench.study.document.frequency_curves import (
     Complexes,
     FrequencyCurve,
-    captioned,
+    add_remarks,
+    check_frequencies,
     complexes,
     decibels,
-    joined,
-    rising,
+    join_words,
 )
 from workbench.study.document.gain_bounds import GainBound, shaded_bounds
-from workbench.study.document.phrases import Column, Phrase, Table, raised
+from workbench.study.document.phrases_and_tables import Phrase, ReportTable, TableColumn, superscript_powers
 
 QUANTILES = (0.05, 0.5, 0.95)
-NAMED = 5  # draws without an answer that a caption names
+MAX_NAMES = 5  # draws without an answer that a caption names
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Envelope:
     """The rows (N, m) of N draws over one abscissa (m,), real or complex; a draw with a NaN is flagged and left out.
 
@@ -61,7 +61,7 @@ class Envelope:
         return np.asarray(np.isfinite(self.rows).all(axis=1))
 
 
-@door
+@check_arguments
 def bode_envelope(
     name: str,
     caption: Phrase,
@@ -86,7 +86,7 @@ def bode_envelope(
     >>> bode_envelope("draws", "Two draws", draws).name
     'draws'
     """
-    omega = rising("bode_envelope(draws=...)", draws.x, period)
+    omega = check_frequencies("bode_envelope(draws=...)", draws.x, period)
     if omega[0] <= 0:
         raise refusal("bode_envelope(draws=...)", "frequencies above zero, which have a logarithm", draws.x)
     held = draws.rows[draws.sound]
@@ -117,11 +117,11 @@ def bode_envelope(
                 ysteps=steps,
             )
         )
-    table = envelope_table(name, caption, Column("frequency", "rad/s"), omega, gains, "dB")
-    return Figure(name, captioned(caption, envelope_remarks(draws)), tuple(panels), 1, table)
+    table = envelope_table(name, caption, TableColumn("frequency", "rad/s"), omega, gains, "dB")
+    return Figure(name, add_remarks(caption, envelope_remarks(draws)), tuple(panels), 1, table)
 
 
-@door
+@check_arguments
 def envelope_figure(
     name: str,
     caption: Phrase,
@@ -150,11 +150,11 @@ def envelope_figure(
     if draws.worst is not None and draws.sound[draws.worst]:
         worst = draws.rows[draws.worst].real
     own = ylabel if isinstance(ylabel, tuple) else (ylabel,)
-    label = (*own, f" [{raised(unit)}]") if unit not in ("", "1") else own
+    label = (*own, f" [{superscript_powers(unit)}]") if unit not in ("", "1") else own
     limits = float(draws.x[0]), float(draws.x[-1])
     panel = Panel(label, tuple(envelope_marks(draws.x, held, worst, draws.worst_name)), xlabel, limits)
-    table = envelope_table(name, caption, Column(xlabel), draws.x, held, unit)
-    return Figure(name, captioned(caption, envelope_remarks(draws)), (panel,), 1, table)
+    table = envelope_table(name, caption, TableColumn(xlabel), draws.x, held, unit)
+    return Figure(name, add_remarks(caption, envelope_remarks(draws)), (panel,), 1, table)
 
 
 def envelope_marks(x: Array, rows: Array, worst: Array | None, worst_name: str) -> list[Mark]:
@@ -171,7 +171,7 @@ def envelope_marks(x: Array, rows: Array, worst: Array | None, worst_name: str) 
     return marks
 
 
-def envelope_table(name: str, caption: Phrase, head: Column, x: Array, rows: Array, unit: str) -> Table:
+def envelope_table(name: str, caption: Phrase, head: TableColumn, x: Array, rows: Array, unit: str) -> ReportTable:
     """The least, the quantiles and the largest at each abscissa."""
     there = np.isfinite(rows).any(axis=0)
     columns = (
@@ -179,8 +179,8 @@ def envelope_table(name: str, caption: Phrase, head: Column, x: Array, rows: Arr
         np.nanmin(rows[:, there], axis=0),
         np.nanmax(rows[:, there], axis=0),
     )
-    heads = [Column(words, unit) for words in ("5 % quantile", "median", "95 % quantile", "least", "largest")]
-    return Table(
+    heads = [TableColumn(words, unit) for words in ("5 % quantile", "median", "95 % quantile", "least", "largest")]
+    return ReportTable(
         name, caption, (head, *heads), tuple(tuple(map(float, row)) for row in zip(x[there], *columns, strict=True))
     )
 
@@ -190,8 +190,8 @@ def envelope_remarks(draws: Envelope) -> list[Phrase]:
     count, lost = len(draws.rows), np.flatnonzero(~draws.sound)
     said: list[Phrase] = [f"Of {count} draws, the median, the middle 90 % and the range at each place."]
     if lost.size:
-        some = joined([str(k) for k in lost[:NAMED].tolist()])
-        more = f" and {lost.size - NAMED} others" if lost.size > NAMED else ""
+        some = join_words([str(k) for k in lost[:MAX_NAMES].tolist()])
+        more = f" and {lost.size - MAX_NAMES} others" if lost.size > MAX_NAMES else ""
         words = "1 draw that has" if lost.size == 1 else f"{lost.size} draws that have"
         said.append(f"Left out: {words} no answer somewhere ({some}{more}, counted from 0).")
     if draws.worst is not None:

@@ -9,14 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.figure import Label
-from workbench.study.document.frequency_curves import Complex, Complexes, FrequencyCurve, complexes, number, rising
-from workbench.study.document.phrases import Phrase
+from workbench.study.document.frequency_curves import (
+    Complex,
+    Complexes,
+    FrequencyCurve,
+    check_frequencies,
+    complexes,
+    number,
+)
+from workbench.study.document.phrases_and_tables import Phrase
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class FrequencyMatrix:
     """The answers (m, ny, nu) of several channels at frequencies (m,) in rad/s; NaN is a gap.
 
@@ -33,7 +40,7 @@ class FrequencyMatrix:
     disk_margin: float | None = None
 
     def __post_init__(self) -> None:
-        omega = rising("FrequencyMatrix(frequencies=...)", self.frequencies, self.period)
+        omega = check_frequencies("FrequencyMatrix(frequencies=...)", self.frequencies, self.period)
         values = complexes("FrequencyMatrix(values=...)", self.values, 3, gaps=True)
         if len(values) != len(omega) or 0 in values.shape:
             must = f"an array ({len(omega)}, ny, nu), a matrix for each frequency"
@@ -47,7 +54,7 @@ class FrequencyMatrix:
         object.__setattr__(self, "values", values)
 
     @property
-    def known(self) -> NDArray[np.bool_]:
+    def has_answers(self) -> NDArray[np.bool_]:
         """True at the frequencies at which all channels have an answer."""
         return np.asarray(np.isfinite(self.values).all(axis=(1, 2)))
 
@@ -67,7 +74,7 @@ def square_channels(call: str, matrices: Sequence[FrequencyMatrix]) -> None:
 def determinant_curve(loop: FrequencyMatrix) -> FrequencyCurve:
     """det(I + L) over frequency."""
     values = np.full(len(loop.frequencies), np.nan, complex)
-    values[loop.known] = np.linalg.det(np.eye(loop.values.shape[1]) + loop.values[loop.known])
+    values[loop.has_answers] = np.linalg.det(np.eye(loop.values.shape[1]) + loop.values[loop.has_answers])
     return FrequencyCurve(loop.label, loop.frequencies, values, loop.period)
 
 
@@ -77,7 +84,7 @@ def characteristic_curves(loop: FrequencyMatrix) -> list[FrequencyCurve]:
 
     size, last = loop.values.shape[1], None
     values = np.full((len(loop.frequencies), size), np.nan, complex)
-    for k in np.flatnonzero(loop.known):
+    for k in np.flatnonzero(loop.has_answers):
         found: Complex = np.linalg.eigvals(loop.values[k])
         if last is None:
             found = found[np.argsort(-np.abs(found), kind="stable")]

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 from workbench.design.frequency import CertifiedValue, Crossover, StabilityMargins
 from workbench.study.document.figure import Label
-from workbench.study.document.frequency_curves import FrequencyCurve, number, written
-from workbench.study.document.phrases import Phrase
+from workbench.study.document.frequency_curves import FrequencyCurve, certified_text, number
+from workbench.study.document.phrases_and_tables import Phrase
 
 SAME = 1e-12  # relative, of two figures that are one
-ROUNDED = 1e-12  # a factor below which a gain margin is none, but for the rounding of poles of L at zero
+ROUNDING = 1e-12  # a factor below which a gain margin is none, but for the rounding of poles of L at zero
 
 
 def in_decibels(gain: CertifiedValue) -> CertifiedValue:
@@ -27,17 +27,17 @@ def fall_in_decibels(factor: CertifiedValue) -> CertifiedValue:
     return CertifiedValue(-gain.value, -gain.high, -gain.low)
 
 
-def names_of_gains(found: StabilityMargins, rows: Sequence[Crossover]) -> tuple[Label, ...]:
+def names_of_gains(margins: StabilityMargins, rows: Sequence[Crossover]) -> tuple[Label, ...]:
     """The names of phase crossovers: 'gain margin 6.02 dB, 1.73 rad/s' at the one or two that decide.
 
     Where the gain may fall, the name is 'gain may fall by 13.3 dB, 2.1 rad/s'.
     """
-    if found.margins is None:
+    if margins.margins is None:
         return tuple(f"{number(row.frequency.value)} rad/s" for row in rows)
-    held = (found.margins.gain_low, found.margins.gain_high)
+    held = (margins.margins.gain_low, margins.margins.gain_high)
     decides = [any(_same(row.margin, one) for one in held) for row in rows]
     return tuple(
-        f"{_of_gain(row.margin)}, {written(row.frequency)} rad/s" if here else ""
+        f"{_of_gain(row.margin)}, {certified_text(row.frequency)} rad/s" if here else ""
         for row, here in zip(rows, decides, strict=True)
     )
 
@@ -48,20 +48,20 @@ def _of_gain(factor: CertifiedValue) -> str:
 
 
 def _rise(factor: CertifiedValue) -> str:
-    return written(in_decibels(factor))
+    return certified_text(in_decibels(factor))
 
 
 def _fall(factor: CertifiedValue) -> str:
-    return written(fall_in_decibels(factor))
+    return certified_text(fall_in_decibels(factor))
 
 
-def names_of_phases(found: StabilityMargins, rows: Sequence[Crossover]) -> tuple[Label, ...]:
+def names_of_phases(margins: StabilityMargins, rows: Sequence[Crossover]) -> tuple[Label, ...]:
     """The names of gain crossovers: 'phase margin 45 degrees, 1.2 rad/s' at the one that decides."""
-    if found.margins is None:
+    if margins.margins is None:
         return tuple(f"{number(row.frequency.value)} rad/s" for row in rows)
     return tuple(
-        f"phase margin {written(row.margin)} degrees, {written(row.frequency)} rad/s"
-        if math.isclose(abs(row.margin.value), found.margins.phase_margin.value, rel_tol=SAME)
+        f"phase margin {certified_text(row.margin)} degrees, {certified_text(row.frequency)} rad/s"
+        if math.isclose(abs(row.margin.value), margins.margins.phase_margin.value, rel_tol=SAME)
         else ""
         for row in rows
     )
@@ -84,23 +84,23 @@ def margin_remarks(curves: Sequence[FrequencyCurve], several: bool) -> list[Phra
     return said
 
 
-def margin_sentence(found: StabilityMargins) -> str:
+def margin_sentence(margins: StabilityMargins) -> str:
     """The margins in a sentence, or that there are none.
 
     The gain margin is how far the gain may rise. Where it may not fall to zero, the sentence says how far it may fall.
     """
-    held = found.margins
+    held = margins.margins
     if held is None:
         return "The closed loop is not stable, so that it has no margins."
-    parts, falls = [], held.gain_low.value > ROUNDED
+    parts, falls = [], held.gain_low.value > ROUNDING
     if math.isfinite(held.gain_high.value):
         also = f" (the gain may also fall by {_fall(held.gain_low)} dB)" if falls else ""
         parts.append(f"gain margin {_rise(held.gain_high)} dB{also}")
     head = f"the gain may fall by {_fall(held.gain_low)} dB and rise without limit; " if falls and not parts else ""
     if math.isfinite(held.phase_margin.value):
-        parts.append(f"phase margin {written(held.phase_margin)} degrees")
+        parts.append(f"phase margin {certified_text(held.phase_margin)} degrees")
         if math.isfinite(held.delay_margin.value):
-            parts.append(f"delay margin {written(held.delay_margin)} s")
-    parts += [f"Ms {written(held.Ms.gain)}", f"disk margin {written(held.disk_margin)}"]
+            parts.append(f"delay margin {certified_text(held.delay_margin)} s")
+    parts += [f"Ms {certified_text(held.Ms.gain)}", f"disk margin {certified_text(held.disk_margin)}"]
     sentence = head + ", ".join(parts)
     return f"{sentence[0].upper()}{sentence[1:]}."

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency.frequency_axis import phases
 from workbench.report.loop_pictures.bode_pictures import DECIBELS, DEGREES, check_curves, limits_of, numbers_of_curves
 from workbench.report.loop_pictures.margin_words import margin_remarks
@@ -16,12 +16,12 @@ from workbench.study.document.figure import Figure, Guides, Mark, Panel, Points,
 from workbench.study.document.frequency_curves import (
     Complex,
     FrequencyCurve,
-    captioned,
+    add_remarks,
     decibels,
     doubts,
     styles,
 )
-from workbench.study.document.phrases import Phrase
+from workbench.study.document.phrases_and_tables import Phrase
 
 M_LINES = (6.0, 3.0, 2.0, 1.0, 0.5, 0.25, 0.0, -0.5, -1.0, -3.0, -6.0, -12.0, -20.0, -40.0)  # dB
 N_LINES = (-10.0, -20.0, -30.0, -60.0, -90.0, -120.0, -150.0, -180.0)  # degrees, and as far above -360
@@ -32,7 +32,7 @@ GAINS = np.concatenate([np.geomspace(1e-4, 0.9, 80), np.linspace(0.91, 1.09, 41)
 LEAST, MOST = -40.0, 80.0  # decibels: the ends of a picture about -1, which is at 0 dB
 
 
-@door
+@check_arguments
 def nichols_figure(name: str, caption: Phrase, curves: Sequence[FrequencyCurve]) -> Figure:
     """The curves of loop gains L, in decibels over degrees, with M- and N-lines: those of T = L / (1 + L).
 
@@ -63,7 +63,7 @@ def nichols_figure(name: str, caption: Phrase, curves: Sequence[FrequencyCurve])
     remarks: list[Phrase] = margin_remarks(curves, len(curves) > 1)
     remarks += [said for one in curves for said in doubts(one, len(curves) > 1)]
     remarks.append("Grey: lines of constant gain (dB) and phase (degrees) of T = L / (1 + L).")
-    return Figure(name, captioned(caption, remarks), (panel,), 1, numbers_of_curves(name, caption, curves))
+    return Figure(name, add_remarks(caption, remarks), (panel,), 1, numbers_of_curves(name, caption, curves))
 
 
 def _chart(ends: tuple[int, int]) -> Guides:

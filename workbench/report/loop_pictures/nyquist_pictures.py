@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.refusals import positive, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency import StableMargins
 from workbench.report.loop_pictures.bode_pictures import check_curves, numbers_of_curves
 from workbench.report.loop_pictures.curve_turns import curve_turns
@@ -17,14 +17,14 @@ from workbench.study.document.figure import Arrows, Figure, Guides, Label, Mark,
 from workbench.study.document.frequency_curves import (
     Complex,
     FrequencyCurve,
+    add_remarks,
     breaks,
-    captioned,
+    certified_text,
     number,
     styles,
-    written,
 )
 from workbench.study.document.gain_bounds import Disk, shaded_disks
-from workbench.study.document.phrases import Phrase
+from workbench.study.document.phrases_and_tables import Phrase
 from workbench.study.document.source import Source
 
 LEAST, MOST = 2.0, 20.0  # the reach of a picture that is cut by itself
@@ -43,22 +43,22 @@ class Plane:
     reach: float
 
 
-@door
+@check_arguments
 def nyquist_figure(
     name: str,
     caption: Phrase,
     curves: Sequence[FrequencyCurve],
     unstable_poles: int | None = None,
     circles: bool = True,
-    forbidden: Sequence[Disk] = (),
+    forbidden_disks: Sequence[Disk] = (),
     reach: float | None = None,
 ) -> Figure:
     """The curves of loop gains L over frequency, with their mirror images dashed, about the critical point -1.
 
     The turns about -1 are counted and told. Of one curve with margins the circle |S| = Ms touches it, and that of the
     disk margin does, too. With `unstable_poles`, how many poles of L are unstable, the caption says how many unstable
-    poles the closed loop has. `forbidden` disks are shaded. A curve is cut at the `reach`, the distance from zero. The
-    turns of curves with a `source` are not told.
+    poles the closed loop has. `forbidden_disks` disks are shaded. A curve is cut at the `reach`, the distance from
+    zero. The turns of curves with a `source` are not told.
 
     Raises
     ------
@@ -70,16 +70,16 @@ def nyquist_figure(
         must = "the number of unstable poles of the only curve"
         raise refusal("nyquist_figure(unstable_poles=...)", must, unstable_poles)
     plane = Plane(-1.0, "−1", plane_reach("nyquist_figure", curves, reach, -1.0))
-    marks: list[Mark] = list(plane_marks(curves, plane, mirrored=True))
+    marks: list[Mark] = list(plane_marks(curves, plane, with_mirror_image=True))
     if circles and len(curves) == 1:
         marks += _margin_circles(curves[0])
-    marks += [*shaded_disks(forbidden), Guides(((np.cos(CIRCLE), np.sin(CIRCLE)),), ("|L| = 1",))]
+    marks += [*shaded_disks(forbidden_disks), Guides(((np.cos(CIRCLE), np.sin(CIRCLE)),), ("|L| = 1",))]
     still = [one for one in curves if one.source is None]
     remarks = [said for one in still for said in turn_remarks(one, plane, unstable_poles, len(curves) > 1)]
     remarks += frame_remarks(still, curves, plane)
     return Figure(
         name,
-        captioned(caption, remarks),
+        add_remarks(caption, remarks),
         (plane_panel(marks, curves, plane),),
         1,
         numbers_of_curves(name, caption, curves),
@@ -110,12 +110,12 @@ def _cuts(values: Complex) -> list[float]:
     return [-float(x) for x in at[crosses]]
 
 
-def plane_marks(curves: Sequence[FrequencyCurve], plane: Plane, mirrored: bool) -> list[Mark]:
+def plane_marks(curves: Sequence[FrequencyCurve], plane: Plane, with_mirror_image: bool) -> list[Mark]:
     """The curves within the reach with arrowheads towards higher frequencies, and the critical point."""
     marks: list[Mark] = []
     for one, style in zip(curves, styles(curves), strict=True):
         marks += _pieces(one, one.label, plane, style)
-    if mirrored:
+    if with_mirror_image:
         for k, one in enumerate(curves):
             marks += _pieces(one, "negative frequencies" if not k else "", plane, "aid", -1.0)
     return [*marks, Points("", np.array([plane.point]), np.array([0.0]), (plane.name,), 6, shape="critical")]
@@ -127,7 +127,7 @@ def _pieces(one: FrequencyCurve, label: Label, plane: Plane, style: Style, way: 
     far = np.abs(values) > BEYOND * plane.reach
     if (shown := one.sources("imaginary part", "real part", way)) is not None:
         held = Series(label, np.where(far, 0.0, values.real), np.where(far, np.nan, values.imag), style, sources=shown)
-        return [held, *_heads(values[~far & np.isfinite(values)], plane, style, way, shown[1].named("arrowheads"))]
+        return [held, *_heads(values[~far & np.isfinite(values)], plane, style, way, shown[1].with_name("arrowheads"))]
     marks: list[Mark] = []
     stretches = [(a, b) for a, b in breaks(np.isfinite(values) & ~far) if b - a > 1]
     for a, b in stretches:
@@ -169,12 +169,12 @@ def _margin_circles(one: FrequencyCurve) -> list[Mark]:
     marks: list[Mark] = []
     if math.isfinite(held.Ms.gain.value):
         edge = _closed(Disk("", -1.0, 1 / held.Ms.gain.value).edge)
-        marks.append(Series(f"|S| = Ms = {written(held.Ms.gain)}", edge.real, edge.imag, "bound"))
+        marks.append(Series(f"|S| = Ms = {certified_text(held.Ms.gain)}", edge.real, edge.imag, "bound"))
     alpha = held.disk_margin.value
     if alpha < 2:
         ends = -(2 + alpha) / (2 - alpha), -(2 - alpha) / (2 + alpha)
         edge = _closed(Disk("", sum(ends) / 2, (ends[1] - ends[0]) / 2).edge)
-        marks.append(Series(f"disk margin {written(held.disk_margin)}", edge.real, edge.imag, 7))
+        marks.append(Series(f"disk margin {certified_text(held.disk_margin)}", edge.real, edge.imag, 7))
     return marks
 
 

@@ -9,10 +9,10 @@ from typing import TypeAlias
 import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers, numbers, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.figure import STYLES, Arrows, Figure, Label, Mark, Panel, Points, Series
-from workbench.study.document.frequency_curves import captioned
-from workbench.study.document.phrases import Column, Phrase, Table
+from workbench.study.document.frequency_curves import add_remarks
+from workbench.study.document.phrases_and_tables import Phrase, ReportTable, TableColumn
 
 Point: TypeAlias = tuple[float, float]
 ARROWS = 17  # along each axis
@@ -22,7 +22,7 @@ HEADS = (0.15, 0.5)  # of the length of a run: the places of its arrowheads
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class VectorField:
     """The rates u and v (ny, nx) of two states at the abscissae x (nx,) and the ordinates y (ny,) of a grid."""
 
@@ -44,8 +44,8 @@ class VectorField:
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Rest:
+@check_arguments
+class EquilibriumMark:
     """An equilibrium at (x, y), with its kind in words: 'stable focus'."""
 
     x: float
@@ -54,7 +54,7 @@ class Rest:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class PhaseCurve:
     """A run (N,) through the plane, in the order of time."""
 
@@ -67,14 +67,14 @@ class PhaseCurve:
             raise refusal("PhaseCurve(x, y)", "two arrays (N,) of one length N >= 2, x finite", self.x)
 
 
-@door
+@check_arguments
 def phase_figure(
     name: str,
     caption: Phrase,
     field: VectorField,
     xlabel: Label,
     ylabel: Label,
-    equilibria: Sequence[Rest] = (),
+    equilibria: Sequence[EquilibriumMark] = (),
     runs: Sequence[PhaseCurve] = (),
     nullclines: tuple[Label, Label] = ("x' = 0", "y' = 0"),
 ) -> Figure:
@@ -89,10 +89,10 @@ def phase_figure(
 
     Examples
     --------
-    >>> from workbench.report.loop_pictures import PhaseCurve, Rest, VectorField, phase_figure
+    >>> from workbench.report.loop_pictures import PhaseCurve, EquilibriumMark, VectorField, phase_figure
     >>> grid = np.array([-1.0, 0.0, 1.0])
     >>> field = VectorField(grid, grid, *np.meshgrid(grid, grid))
-    >>> rests, runs = [Rest(0.0, 0.0, "saddle")], [PhaseCurve("run", grid, grid)]
+    >>> rests, runs = [EquilibriumMark(0.0, 0.0, "saddle")], [PhaseCurve("run", grid, grid)]
     >>> phase_figure("plane", "A saddle", field, "x", "y", rests, runs).name
     'plane'
     """
@@ -112,10 +112,10 @@ def phase_figure(
         marks.append(Points("equilibria", x, y, tuple(one.kind for one in equilibria), 6, shape="zero"))
     limits = [(float(grid[0]), float(grid[-1])) for grid in (field.x, field.y)]
     panel = Panel(ylabel, tuple(marks), xlabel, limits[0], limits[1], aspect="tall")
-    return Figure(name, captioned(caption, []), (panel,), 1, _table(name, caption, field, xlabel, ylabel))
+    return Figure(name, add_remarks(caption, []), (panel,), 1, _table(name, caption, field, xlabel, ylabel))
 
 
-def _table(name: str, caption: Phrase, field: VectorField, xlabel: Label, ylabel: Label) -> Table:
+def _table(name: str, caption: Phrase, field: VectorField, xlabel: Label, ylabel: Label) -> ReportTable:
     """The rates as rows."""
     rows = tuple(
         (float(x), float(y), *(None if np.isnan(rate[i, j]) else float(rate[i, j]) for rate in (field.u, field.v)))
@@ -123,8 +123,8 @@ def _table(name: str, caption: Phrase, field: VectorField, xlabel: Label, ylabel
         for j, x in enumerate(field.x)
     )
     across, up = (label if isinstance(label, tuple) else (label,) for label in (xlabel, ylabel))
-    heads = (Column(xlabel), Column(ylabel), Column((*across, ", rate")), Column((*up, ", rate")))
-    return Table(name, caption, heads, rows)
+    heads = (TableColumn(xlabel), TableColumn(ylabel), TableColumn((*across, ", rate")), TableColumn((*up, ", rate")))
+    return ReportTable(name, caption, heads, rows)
 
 
 def _arrows(field: VectorField) -> Arrows:

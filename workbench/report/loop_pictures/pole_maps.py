@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.refusals import Array, refusal, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.figure import STYLES, Figure, Guides, Label, Mark, Panel, Points, Series, Style
-from workbench.study.document.frequency_curves import Complex, Complexes, captioned, complexes, number
-from workbench.study.document.phrases import Cell, Column, Phrase, Table
+from workbench.study.document.frequency_curves import Complex, Complexes, add_remarks, complexes, number
+from workbench.study.document.phrases_and_tables import Cell, Phrase, ReportTable, TableColumn
 from workbench.study.document.source import Source
 
 DAMPINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
@@ -25,7 +25,7 @@ ROOM = 0.12  # of the largest extent, around all poles and zeros
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class PoleZeroSet:
     """The poles (n,) and zeros (m,) of one system, in 1/s, or those of a sampled one with its `period` in s.
 
@@ -50,7 +50,7 @@ class PoleZeroSet:
             raise refusal("PoleZeroSet(names=...)", f"a name for each of {len(self.poles)} poles", self.names)
 
 
-@door
+@check_arguments
 def pole_zero_map(name: str, caption: Phrase, systems: Sequence[PoleZeroSet], grid: bool = True) -> Figure:
     """The poles (crosses) and zeros (rings) of systems in the plane of s, or in that of z, with axes of one scale.
 
@@ -84,9 +84,15 @@ def pole_zero_map(name: str, caption: Phrase, systems: Sequence[PoleZeroSet], gr
         for kind, roots in (("pole", one.poles), ("zero", one.zeros))
         for root in roots
     ]
-    heads = (Column("system"), Column("kind"), Column("real part"), Column("imaginary part"), Column("absolute value"))
+    heads = (
+        TableColumn("system"),
+        TableColumn("kind"),
+        TableColumn("real part"),
+        TableColumn("imaginary part"),
+        TableColumn("absolute value"),
+    )
     remarks = grid_remarks(period) if grid else []
-    return Figure(name, captioned(caption, remarks), (panel,), 1, Table(name, caption, heads, tuple(rows)))
+    return Figure(name, add_remarks(caption, remarks), (panel,), 1, ReportTable(name, caption, heads, tuple(rows)))
 
 
 def _of(one: PoleZeroSet, systems: Sequence[PoleZeroSet]) -> str:
@@ -109,9 +115,9 @@ def grid_remarks(period: float | None) -> list[Phrase]:
     return [f"Grey: lines of constant damping, and of constant natural frequency in rad/s{plane}."]
 
 
-def root_panel(marks: Sequence[Mark], held: Complex, period: float | None, grid: bool) -> Panel:
+def root_panel(marks: Sequence[Mark], roots: Complex, period: float | None, grid: bool) -> Panel:
     """The panel of a plane of roots: the axis or the circle of stability, and the grid, around all that is held."""
-    across, up = root_limits(held, period)
+    across, up = root_limits(roots, period)
     drawn = list(marks)
     if period is None:
         lines, names = _damping_grid(across, up)
@@ -125,15 +131,15 @@ def root_panel(marks: Sequence[Mark], held: Complex, period: float | None, grid:
     return Panel(label, tuple(drawn), over, across, up, hlines=(0.0,), vlines=(0.0,), aspect="equal")
 
 
-def root_limits(held: Complex, period: float | None) -> tuple[tuple[float, float], tuple[float, float]]:
+def root_limits(roots: Complex, period: float | None) -> tuple[tuple[float, float], tuple[float, float]]:
     """The ends of both axes: around all roots, and zero, or the unit circle unless all are near z = 1."""
     if period is None:
         anchor = np.array([0.0])
-    elif np.abs(held - 1).max() < 0.25:
+    elif np.abs(roots - 1).max() < 0.25:
         anchor = np.array([1.0])
     else:
         anchor = np.array([-1.0, 1.0, 1j, -1j])
-    both = np.concatenate([held, held.conj(), anchor])
+    both = np.concatenate([roots, roots.conj(), anchor])
     size = max(float(np.ptp(both.real)), float(np.ptp(both.imag)), 1e-9 * float(np.abs(both).max()), 1e-12)
     room = ROOM * size
     up = max(float(both.imag.max()), 0.25 * size)

@@ -8,17 +8,17 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.core.validation.refusals import Array, numbers, positive, refusal, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.report.loop_pictures.pole_maps import grid_remarks, root_panel
 from workbench.study.document.figure import Arrows, Figure, Label, Mark, Points, Series
-from workbench.study.document.frequency_curves import Complex, Complexes, captioned, complexes, joined, number
-from workbench.study.document.phrases import Cell, Column, Phrase, Table, raised
+from workbench.study.document.frequency_curves import Complex, Complexes, add_remarks, complexes, join_words, number
+from workbench.study.document.phrases_and_tables import Cell, Phrase, ReportTable, TableColumn, superscript_powers
 
-NAMED = 4  # crossings with a name
+MAX_NAMES = 4  # crossings with a name
 FAR = 6.0  # times the size of the poles at the first value: beyond it a branch is cut, unless `reach` says otherwise
 
 
-@door
+@check_arguments
 def root_locus_figure(
     name: str,
     caption: Phrase,
@@ -26,7 +26,7 @@ def root_locus_figure(
     values: Array,
     poles: Complexes,
     unit: str = "",
-    marked: Sequence[float] = (),
+    marked_values: Sequence[float] = (),
     zeros: Complexes = (),  # type: ignore[assignment]
     period: float | None = None,
     reach: float | None = None,
@@ -34,9 +34,9 @@ def root_locus_figure(
 ) -> Figure:
     """The poles (N, nx) of a loop at the values (N,) of one of its parameters, joined to branches.
 
-    A cross stands at the first value, a dot at each of the `marked` values, and a plus where a branch crosses the limit
-    of stability, with the value there. Arrowheads point to higher values. `zeros`, where branches end, are rings. What
-    lies farther from zero than the `reach`, in 1/s, is cut.
+    A cross stands at the first value, a dot at each of the `marked_values` values, and a plus where a branch crosses
+    the limit of stability, with the value there. Arrowheads point to higher values. `zeros`, where branches end, are
+    rings. What lies farther from zero than the `reach`, in 1/s, is cut.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def root_locus_figure(
         period = seconds("root_locus_figure(period=...)", period)
     paths = branches(held)
     window = _window(paths, rings, period, reach)
-    marks = [*_paths(paths, window), *_dots(at, paths, marked, parameter, unit), *_ends(paths, rings)]
+    marks = [*_paths(paths, window), *_dots(at, paths, marked_values, parameter, unit), *_ends(paths, rings)]
     crossings = stability_crossings(at, paths, period)
     marks += _limits(crossings, unit)
     shown = paths[np.isfinite(paths) & (np.abs(paths) <= window)]
@@ -65,9 +65,14 @@ def root_locus_figure(
         for value, row in zip(at, paths, strict=True)
         for k, root in enumerate(row)
     ]
-    heads = (Column(parameter, unit), Column("branch"), Column("real part"), Column("imaginary part"))
+    heads = (
+        TableColumn(parameter, unit),
+        TableColumn("branch"),
+        TableColumn("real part"),
+        TableColumn("imaginary part"),
+    )
     remarks = [*_remarks(at, crossings, parameter, unit), *(grid_remarks(period) if grid else [])]
-    return Figure(name, captioned(caption, remarks), (panel,), 1, Table(name, caption, heads, tuple(rows)))
+    return Figure(name, add_remarks(caption, remarks), (panel,), 1, ReportTable(name, caption, heads, tuple(rows)))
 
 
 def _limits(crossings: Sequence[tuple[float, complex]], unit: str) -> list[Mark]:
@@ -75,13 +80,13 @@ def _limits(crossings: Sequence[tuple[float, complex]], unit: str) -> list[Mark]
     if not crossings:
         return []
     roots = np.array([root for _, root in crossings])
-    upper = [k for k, root in enumerate(roots) if root.imag >= 0][:NAMED]
+    upper = [k for k, root in enumerate(roots) if root.imag >= 0][:MAX_NAMES]
     words = tuple(f"{number(value)}{_unit(unit)}" if k in upper else "" for k, (value, _) in enumerate(crossings))
     return [Points("limit of stability", roots.real, roots.imag, words, 6, shape="critical")]
 
 
 def _unit(unit: str) -> str:
-    return f" {raised(unit)}" if unit not in ("", "1") else ""
+    return f" {superscript_powers(unit)}" if unit not in ("", "1") else ""
 
 
 def branches(poles: Complex) -> Complex:
@@ -194,7 +199,7 @@ def _remarks(at: Array, crossings: Sequence[tuple[float, complex]], parameter: L
             (
                 "A pole crosses the limit of stability at ",
                 *label,
-                f" = {joined(values)}{_unit(unit)}, by interpolation.",
+                f" = {join_words(values)}{_unit(unit)}, by interpolation.",
             )
         )
     else:

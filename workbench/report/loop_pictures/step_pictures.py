@@ -10,18 +10,18 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite, numbers, refusal, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.step_response import StepInfo
 from workbench.study.document.figure import STYLES, Band, Figure, Label, Mark, Panel, Points, Series, Style
-from workbench.study.document.frequency_curves import captioned, number
-from workbench.study.document.phrases import Phrase, raised
+from workbench.study.document.frequency_curves import add_remarks, number
+from workbench.study.document.phrases_and_tables import Phrase, superscript_powers
 
-SETTLED = 0.02  # of the step: the band of the settling time
+SETTLING_BAND = 0.02  # of the step: the band of the settling time
 RISE = (0.1, 0.9)  # of the step: the ends of the rise time
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class TimeResponse:
     """A response y (N,) at times t (N,) in s to a step or an impulse at the first of them; a NaN is a gap.
 
@@ -70,8 +70,8 @@ class SampledStepInfo:
     final: float
 
 
-@door
-def sampled_step_info(t: Array, y: Array, final: float, band: float = SETTLED) -> SampledStepInfo:
+@check_arguments
+def sampled_step_info(t: Array, y: Array, final: float, band: float = SETTLING_BAND) -> SampledStepInfo:
     """The figures of a response y (N,) at times t (N,) in s to a step at the first of them, from rest at y[0].
 
     Crossings are found on the straight lines between the samples. A response that has not stayed within the band for
@@ -135,7 +135,7 @@ def _first_above(t: Array, share: Array, level: float) -> float:
     return float(t[k - 1] + part * (t[k] - t[k - 1]) - t[0])
 
 
-@door
+@check_arguments
 def step_figure(name: str, caption: Phrase, responses: Sequence[TimeResponse], ylabel: Label = "response") -> Figure:
     """Step responses over time, with their figures where a final value is known.
 
@@ -155,10 +155,10 @@ def step_figure(name: str, caption: Phrase, responses: Sequence[TimeResponse], y
         remarks.append(_sentence(one, info, len(responses) > 1))
         if len(responses) == 1:
             marks += _marked(one, info, k)
-    return _figure(name, captioned(caption, remarks), responses, marks, ylabel)
+    return _figure(name, add_remarks(caption, remarks), responses, marks, ylabel)
 
 
-@door
+@check_arguments
 def impulse_figure(name: str, caption: Phrase, responses: Sequence[TimeResponse], ylabel: Label = "response") -> Figure:
     """Impulse responses over time.
 
@@ -195,7 +195,7 @@ def _figure(
     units = {one.unit for one in responses}
     unit = units.pop() if len(units) == 1 else ""
     own = ylabel if isinstance(ylabel, tuple) else (ylabel,)
-    label = (*own, f" [{raised(unit)}]") if unit not in ("", "1") else own
+    label = (*own, f" [{superscript_powers(unit)}]") if unit not in ("", "1") else own
     ends = min(float(one.t[0]) for one in responses), max(float(one.t[-1]) for one in responses)
     return Figure(name, caption, (Panel(label, tuple(marks), xlim=ends),))
 
@@ -204,7 +204,7 @@ def _marked(one: TimeResponse, info: SampledStepInfo, k: int) -> list[Mark]:
     """The band about the final value, the rise, the peak and the settling."""
     start = float(one.y[0]) if one.info is None else 0.0
     step, ends = info.final - start, one.t[[0, -1]]
-    edges = sorted((info.final - SETTLED * step, info.final + SETTLED * step))
+    edges = sorted((info.final - SETTLING_BAND * step, info.final + SETTLING_BAND * step))
     marks: list[Mark] = [
         Series("final value", ends, np.full(2, info.final), "bound"),
         Band("2 % of the step", ends, np.full(2, edges[0]), np.full(2, edges[1]), "reference"),

@@ -13,19 +13,28 @@ from typing import Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, Integers, described, refusal
+from workbench.core.validation.refusals import Array, Integers, describe, refusal
 from workbench.study.document.figure import Figure, Label, Panel
-from workbench.study.document.phrases import Cell, Column, Part, Phrase, Table, head_of, parts, raised
+from workbench.study.document.phrases_and_tables import (
+    Cell,
+    Part,
+    Phrase,
+    ReportTable,
+    TableColumn,
+    head_of,
+    parts,
+    superscript_powers,
+)
 from workbench.study.document.source import Source
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado
-from workbench.study.uncertainty.indices import SobolIndices
 from workbench.study.uncertainty.outputs import Estimate
+from workbench.study.uncertainty.sobol_indices import SobolIndices
 
 Labels: TypeAlias = Mapping[str, Label] | None
 Note: TypeAlias = Phrase | Source | tuple[Source, ...]  # words, or a source for each output or law
 DECADE = 10.0  # the ratio of the largest number to the least from which on an axis is logarithmic
 BEYOND = "An interval with an arrow goes on beyond the axes."
-Found = TypeVar("Found", SobolIndices, MorrisEffects, Tornado)
+Result = TypeVar("Result", SobolIndices, MorrisEffects, Tornado)
 
 
 def picture(
@@ -34,7 +43,7 @@ def picture(
     caption: Phrase,
     note: Note,
     panels: Iterable[Panel],
-    heads: Iterable[str | Column],
+    headers: Iterable[str | TableColumn],
     rows: Iterable[tuple[Cell, ...]],
     remarks: Iterable[Phrase] = (),
     columns: int = 1,
@@ -49,7 +58,7 @@ def picture(
     words = _words_of(sources) if sources else cast(Phrase, note)
     if sources:
         rows = [(*row, head_of(sources[str(row[0]) if len(sources) > 1 else names[0]])) for row in rows]
-        heads = (*heads, "of")
+        headers = (*headers, "of")
     if not any(part.strip() if isinstance(part, str) else True for part in parts(words)):
         raise ValueError(
             f"`{call}(note=...)` must say how many runs a figure shows, how many of them failed, their seed and their "
@@ -57,8 +66,8 @@ def picture(
         )
     said = [phrase for phrase in (caption, *remarks, words) if phrase]
     text = tuple(part for i, phrase in enumerate(said) for part in (*([" "] if i else []), *_sentence(phrase)))
-    named = tuple(Column(head) if isinstance(head, str) else head for head in heads)
-    return Figure(name, text, tuple(panels), columns, Table(name, caption, named, tuple(rows)), lead)
+    named = tuple(TableColumn(head) if isinstance(head, str) else head for head in headers)
+    return Figure(name, text, tuple(panels), columns, ReportTable(name, caption, named, tuple(rows)), lead)
 
 
 def sources_of(call: str, names: Sequence[str], note: Note) -> dict[str, Source]:
@@ -67,7 +76,7 @@ def sources_of(call: str, names: Sequence[str], note: Note) -> dict[str, Source]
     found = [source for source in several if isinstance(source, Source)]
     if found and len(found) != len(names):
         raise ValueError(
-            f"`{call}(note=...)` must have a source for each of {described(list(names))}, in their order; got "
+            f"`{call}(note=...)` must have a source for each of {describe(list(names))}, in their order; got "
             f"{len(found)}."
         )
     return dict(zip(names, found, strict=True)) if found else {}
@@ -99,21 +108,21 @@ def label_of(name: str, labels: Labels) -> Label:
 def with_unit(name: Label, unit: str) -> Label:
     """The label of an axis, with its unit in brackets."""
     own = name if isinstance(name, tuple) else (name,)
-    return (*own, f" [{raised(unit)}]") if unit not in ("", "1") else own
+    return (*own, f" [{superscript_powers(unit)}]") if unit not in ("", "1") else own
 
 
-def each(found: Found) -> list[Found]:
+def each(result: Result) -> list[Result]:
     """The results of each output that was not refused; those of a single output are themselves."""
-    if isinstance(found, Tornado):
-        numbers = found.swing
+    if isinstance(result, Tornado):
+        numbers = result.swing
     else:
-        numbers = (found.S1 if isinstance(found, SobolIndices) else found.mu_star).value
-    return [found] if numbers.ndim == 1 else [found[name] for name in found.names if name not in found.refused]
+        numbers = (result.S1 if isinstance(result, SobolIndices) else result.mu_star).value
+    return [result] if numbers.ndim == 1 else [result[name] for name in result.names if name not in result.refusals]
 
 
-def refusals(found: SobolIndices | MorrisEffects | Tornado) -> tuple[str, ...]:
+def refusals(result: SobolIndices | MorrisEffects | Tornado) -> tuple[str, ...]:
     """A sentence for each output that is not drawn, with the reason."""
-    return tuple(f"Not drawn is '{name}': {why}." for name, why in found.refused.items())
+    return tuple(f"Not drawn is '{name}': {why}." for name, why in result.refusals.items())
 
 
 def stretches(curve: Array) -> list[Integers]:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from workbench.core.validation.refusals import Array, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.report.pictures.captions import (
     Note,
     number,
@@ -20,18 +20,18 @@ from workbench.report.pictures.captions import (
     times_of,
 )
 from workbench.study.document.figure import STYLES, Band, Figure, Label, Panel, Series
-from workbench.study.document.phrases import Column, Phrase
+from workbench.study.document.phrases_and_tables import Phrase, TableColumn
 from workbench.study.document.source import Source
 from workbench.study.uncertainty.quantiles import Quantiles
 
 TOGETHER = 3  # laws whose bands still can be told apart in one panel
 ACROSS = 3  # panels side by side, one a law
 BEYOND = 4.0  # times the least cost of all laws: the end of the scale of panels with a law each
-MARKED = 15  # points of a front, at most, so that marks do not cover one another
-SOME = f"Of a front of more points {MARKED} are marked."
+MAX_MARKS = 15  # points of a front, at most, so that marks do not cover one another
+SOME = f"Of a front of more points {MAX_MARKS} are marked."
 
 
-@door
+@check_arguments
 def quantile_bands(
     name: str,
     caption: Phrase,
@@ -68,12 +68,18 @@ def quantile_bands(
         panels = [Panel(ylabel, tuple(found), title=law, ylim=limits, yscale=scale) for law, found in marks.items()]
     said = (_levels(levels), *(line for law, one in held.items() for line in _failures(law, times, one)))
     rows = (
-        (law, float(t[k]), level, *(number(part[k, j]) for part in (one.value, one.low, one.high)), int(one.failed[k]))
+        (
+            law,
+            float(t[k]),
+            level,
+            *(number(part[k, j]) for part in (one.value, one.low, one.high)),
+            int(one.failures[k]),
+        )
         for law, one in held.items()
         for k in range(len(t))
         for j, level in enumerate(one.levels)
     )
-    heads = ("law", Column("time", "s"), "level", "quantile", "from", "to", "failed runs")
+    heads = ("law", TableColumn("time", "s"), "level", "quantile", "from", "to", "failed runs")
     columns = 1 if len(panels) == 1 else 2
     return picture("quantile_bands", name, caption, note, panels, heads, rows, said, columns, names=tuple(held))
 
@@ -114,13 +120,13 @@ def _levels(levels: tuple[float, ...]) -> str:
 
 
 def _failures(law: str, t: Array, one: Quantiles) -> tuple[str, ...]:
-    lost = np.flatnonzero(one.failed)
+    lost = np.flatnonzero(one.failures)
     if not lost.size:
         return ()
-    return (f"{law} has no quantiles from {t[lost[0]]:g} s on (failed runs: {int(one.failed.max()):,}).",)
+    return (f"{law} has no quantiles from {t[lost[0]]:g} s on (failed runs: {int(one.failures.max()):,}).",)
 
 
-@door
+@check_arguments
 def pareto_fronts(
     name: str,
     caption: Phrase,
@@ -161,7 +167,7 @@ def pareto_fronts(
         raise ValueError(f"`pareto_fronts('{name}')` needs a point with two finite numbers; got none.")
     points = np.concatenate(list(found.values()))
     (xscale, xlim), (yscale, ylim) = _scale(points[:, 0]), _scale(points[:, 1])
-    said += [SOME] * any(len(front) > MARKED for front in found.values())
+    said += [SOME] * any(len(front) > MAX_MARKS for front in found.values())
     if len(found) <= TOGETHER:
         together = tuple(mark for law in marks.values() for mark in law)
         panels = [Panel(ylabel, together, xlabel=xlabel, xscale=xscale, yscale=yscale)]
@@ -173,7 +179,7 @@ def pareto_fronts(
             for k, (law, own) in enumerate(marks.items())
         ]
     rows = ((law, float(x), float(y)) for law, front in found.items() for x, y in front)
-    heads = ("law", Column(xlabel), Column(ylabel))
+    heads = ("law", TableColumn(xlabel), TableColumn(ylabel))
     columns = min(len(panels), ACROSS)
     return picture("pareto_fronts", name, caption, note, panels, heads, rows, said, columns, names=tuple(fronts))
 
@@ -182,7 +188,7 @@ def _front_marks(law: str, front: Array, style: int) -> list[Series]:
     """A front as steps, with marks at some of its points; a single point is a mark alone."""
     if not len(front):
         return []
-    some = np.unique(np.linspace(0, len(front) - 1, min(len(front), MARKED)).round().astype(int))
+    some = np.unique(np.linspace(0, len(front) - 1, min(len(front), MAX_MARKS)).round().astype(int))
     marks = Series("" if len(front) > 1 else law, front[some, 0], front[some, 1], style, "marks")
     return [Series(law, front[:, 0], front[:, 1], style, "steps"), marks] if len(front) > 1 else [marks]
 
@@ -194,7 +200,7 @@ def _front(points: Array) -> Array:
     return np.asarray(ordered[ordered[:, 1] < least])
 
 
-@door
+@check_arguments
 def budget_curves(
     name: str,
     caption: Phrase,
@@ -242,7 +248,7 @@ def budget_curves(
         for search in range(len(best))
         for k in range(len(spent))
     )
-    heads = ("law", "search", "evaluations", Column(ylabel))
+    heads = ("law", "search", "evaluations", TableColumn(ylabel))
     columns = min(len(panels), ACROSS)
     return picture("budget_curves", name, caption, note, panels, heads, rows, said, columns, names=tuple(curves))
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.report.loop_pictures import PoleZeroSet, bode_figure, nyquist_figure, pole_zero_map
 from workbench.report.loop_pictures.bode_pictures import (
     DECIBELS,
@@ -21,12 +21,12 @@ from workbench.report.pictures.loop_gain_table import margin_table
 from workbench.report.pictures.loop_gains import LoopGain, linear_source, loop_gain
 from workbench.study.document.document import Block, Figure, Panel, Paragraph
 from workbench.study.document.figure import Series
-from workbench.study.document.frequency_curves import FrequencyCurve, decibels, joined
-from workbench.study.document.phrases import Phrase, Reference
-from workbench.study.outcome import Outcome
+from workbench.study.document.frequency_curves import FrequencyCurve, decibels, join_words
+from workbench.study.document.phrases_and_tables import CrossReference, Phrase
+from workbench.study.study_results import Outcome
 
 
-@door
+@check_arguments
 def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float = 1.0) -> tuple[Block, ...]:
     """The linear pictures of a loop, cut at the inputs of its plant: blocks for a section of a study.
 
@@ -66,7 +66,10 @@ def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float =
         _sensitivities(f"{name}_sensitivity", outcome, gain),
         _poles(f"{name}_poles", outcome, gain),
     )
-    about, state = f"Cut at {joined(gain.channels)}. {gain.about}", gain.about[0].lower() + gain.about[1:].rstrip(".")
+    about, state = (
+        f"Cut at {join_words(gain.channels)}. {gain.about}",
+        gain.about[0].lower() + gain.about[1:].rstrip("."),
+    )
     return (
         Paragraph(f"The loop is linear about one state: {state}. It is cut at {_inputs(gain)}."),
         *(replace(figure, width=width) for figure in figures),
@@ -78,7 +81,7 @@ def _inputs(gain: LoopGain) -> str:
     """The channels in words."""
     count = len(gain.channels)
     closed = f", each while the loop stays closed at the other{'s' if count > 2 else ''}" if count > 1 else ""
-    return f"the input{'s' if count > 1 else ''} {joined(gain.channels)} of the plant{closed}"
+    return f"the input{'s' if count > 1 else ''} {join_words(gain.channels)} of the plant{closed}"
 
 
 def _curves(outcome: Outcome, gain: LoopGain) -> list[FrequencyCurve]:
@@ -100,7 +103,7 @@ def _curves(outcome: Outcome, gain: LoopGain) -> list[FrequencyCurve]:
 def _bode(name: str, outcome: Outcome, gain: LoopGain, table: str) -> Figure:
     caption: Phrase = (
         f"Bode plot of the loop gain at {_inputs(gain)}. {gain.about} Dashed: the gain and phase margins of ",
-        Reference(table),
+        CrossReference(table),
         ".",
     )
     return replace(bode_figure(name, caption, _curves(outcome, gain)), title="Bode")
@@ -151,7 +154,7 @@ def _poles(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
     closed = linear_source(outcome, "poles of the closed loop")
     sets = [PoleZeroSet("the closed loop", gain.poles, period=gain.period, style=0, source=closed)]
     if len(gain.cut_poles):
-        cut = closed.named("poles of the cut loop")
+        cut = closed.with_name("poles of the cut loop")
         sets.append(PoleZeroSet("the cut loop", gain.cut_poles, period=gain.period, style=1, source=cut))
     sets = [one for one in sets if np.size(one.poles)]
     return replace(pole_zero_map(name, f"Poles of the loop. {gain.about}", sets), title="poles")

@@ -9,9 +9,17 @@ import numpy as np
 from workbench.design.frequency import CertifiedValue, StabilityMargins
 from workbench.report.loop_pictures.margin_words import fall_in_decibels, in_decibels
 from workbench.report.pictures.loop_gains import Complex, LoopGain, linear_source
-from workbench.study.document.phrases import Cell, Column, Measured, Missing, Phrase, Table, raised
+from workbench.study.document.phrases_and_tables import (
+    Cell,
+    MissingCell,
+    Phrase,
+    ReportTable,
+    TableColumn,
+    ValueWithError,
+    superscript_powers,
+)
 from workbench.study.document.source import Source
-from workbench.study.outcome import Outcome
+from workbench.study.study_results import Outcome
 
 UNSTABLE = "unstable"  # in place of a margin, where the closed loop has none
 BOUNDLESS = "no limit"  # in place of a margin that nothing limits
@@ -30,7 +38,7 @@ SEVERAL = (
 )
 
 
-def margin_table(name: str, caption: Phrase, outcome: Outcome, gain: LoopGain) -> Table:
+def margin_table(name: str, caption: Phrase, outcome: Outcome, gain: LoopGain) -> ReportTable:
     """A row for each margin and each peak, a column for each channel, then what all channels have in common."""
     several = len(gain.channels) > 1
     rows: list[tuple[Cell, ...]] = []
@@ -39,14 +47,14 @@ def margin_table(name: str, caption: Phrase, outcome: Outcome, gain: LoopGain) -
             _cell(_value(margins, quantity), _reason(margins), linear_source(outcome, quantity, i, channel, unit))
             for i, (channel, margins) in enumerate(zip(gain.channels, gain.margins, strict=True))
         )
-        rows.append((quantity, raised(unit), *cells, *([""] if several else [])))
+        rows.append((quantity, superscript_powers(unit), *cells, *([""] if several else [])))
     for quantity, unit, value in _common(gain):
         reason = UNSTABLE if quantity == "disk margin" else "none"
         cell = _cell(value, reason, linear_source(outcome, quantity, unit=unit))
-        rows.append((quantity, raised(unit), *([""] * len(gain.channels) if several else []), cell))
+        rows.append((quantity, superscript_powers(unit), *([""] * len(gain.channels) if several else []), cell))
     heads = [*gain.channels, "all at once"] if several else ["value"]
-    columns = Column("linear answer"), Column("unit"), *(Column(head, align="right") for head in heads)
-    return Table(name, caption, columns, tuple(rows), (SEVERAL,) if several else ())
+    columns = TableColumn("linear answer"), TableColumn("unit"), *(TableColumn(head, align="right") for head in heads)
+    return ReportTable(name, caption, columns, tuple(rows), (SEVERAL,) if several else ())
 
 
 def _value(found: StabilityMargins | None, quantity: str) -> CertifiedValue | None:
@@ -107,7 +115,7 @@ def _rounded(value: float, size: float) -> CertifiedValue | None:
 def _cell(value: CertifiedValue | None, reason: str, source: Source) -> Cell:
     """The cell of a number, or of the words in its place."""
     if value is None:
-        return Missing(reason, source)
+        return MissingCell(reason, source)
     if math.isinf(value.value):
-        return Missing(BOUNDLESS, source)
-    return Measured(value.value, value.error, source)
+        return MissingCell(BOUNDLESS, source)
+    return ValueWithError(value.value, value.error, source)

@@ -13,7 +13,7 @@ from workbench.design.linear import DiskMargin
 from workbench.design.linear_loop import LinearLoop
 from workbench.report.live.linear_data import baseline_of, grid
 from workbench.study.document.source import Source
-from workbench.study.outcome import Outcome
+from workbench.study.study_results import Outcome
 
 Complex = NDArray[np.complex128]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core.notation.formula import Relation, Symbol
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.report.pictures.captions import (
     BEYOND,
     DECADE,
@@ -23,7 +23,7 @@ from workbench.report.pictures.captions import (
     with_unit,
 )
 from workbench.study.document.figure import Bars, Figure, Label, Panel, Points, Series
-from workbench.study.document.phrases import Cell, Column, Phrase, parts
+from workbench.study.document.phrases_and_tables import Cell, Phrase, TableColumn, parts
 from workbench.study.document.source import Source
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado
 from workbench.study.uncertainty.outputs import Estimate
@@ -39,7 +39,7 @@ LOGARITHMIC = "Both axes are logarithmic, as a few factors are more than ten tim
 LEVEL = 0.36  # of a row: the thickness of the bar of one level
 
 
-@door
+@check_arguments
 def morris_plane(
     name: str, caption: Phrase, effects: MorrisEffects, note: Note, unit: str = "", *, labels: Labels = None
 ) -> Figure:
@@ -75,10 +75,10 @@ def morris_plane(
     panels, near, beyond = zip(*drawn, strict=True)
     where = f"Below {FLOOR:g} of the largest number" if log else "Next to 0"
     said = (*([LOGARITHMIC] * log), *_named_near(near, names, where), *([BEYOND] * any(beyond)))
-    heads = [Column(head, unit) for kind in ("mu*", "sigma", "mu") for head in (kind, f"{kind} (half-interval)")]
+    heads = [TableColumn(head, unit) for kind in ("mu*", "sigma", "mu") for head in (kind, f"{kind} (half-interval)")]
     rows = (row for one in single for row in _moments(one))
     remarks = (*refusals(effects), *key, *said)
-    named: tuple[str | Column, ...] = ("output", "factor", *heads)
+    named: tuple[str | TableColumn, ...] = ("output", "factor", *heads)
     return picture("morris_plane", name, caption, note, panels, named, rows, remarks, names=effects.names)
 
 
@@ -165,7 +165,7 @@ def _moments(one: MorrisEffects) -> list[tuple[Cell, ...]]:
     return rows
 
 
-@door
+@check_arguments
 def tornado_figure(
     name: str, caption: Phrase, tornado: Tornado, note: Note, unit: str = "", *, labels: Labels = None
 ) -> Figure:
@@ -188,10 +188,22 @@ def tornado_figure(
     'tornado'
     """
     single = each(tornado)
-    levels = [Column(_level(level), unit) for level in tornado.levels]
-    heads: tuple[str | Column, ...] = ("output", "factor", Column("base", unit), *levels, Column("swing", unit))
+    levels = [TableColumn(_level(level), unit) for level in tornado.levels]
+    heads: tuple[str | TableColumn, ...] = (
+        "output",
+        "factor",
+        TableColumn("base", unit),
+        *levels,
+        TableColumn("swing", unit),
+    )
     rows = (
-        (one.names[0], one.factors[i], number(float(one.base)), *map(number, one.moved[i]), number(one.swing[i]))
+        (
+            one.names[0],
+            one.factors[i],
+            number(float(one.base)),
+            *map(number, one.moved_outputs[i]),
+            number(one.swing[i]),
+        )
         for one in single
         for i in one.order
     )
@@ -204,7 +216,7 @@ def tornado_figure(
 def _bars(tornado: Tornado, unit: str, labels: Labels, source: Source | None) -> Panel:
     order, base = tornado.order, float(tornado.base)
     lowest, highest = int(np.argmin(tornado.levels)), int(np.argmax(tornado.levels))
-    rows, moved = np.arange(len(order), dtype=float), tornado.moved[order]
+    rows, moved = np.arange(len(order), dtype=float), tornado.moved_outputs[order]
     start, sources = np.full(len(order), base), (source,) * len(order)
     both = ((lowest, -LEVEL / 2, 0.25), (highest, LEVEL / 2, 1.0))
     marks = tuple(

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.report.pictures.captions import (
     BEYOND,
     Labels,
@@ -23,22 +23,22 @@ from workbench.report.pictures.captions import (
     times_of,
 )
 from workbench.study.document.figure import Band, Bars, Figure, Panel, Series
-from workbench.study.document.phrases import Column, Phrase
+from workbench.study.document.phrases_and_tables import Phrase, TableColumn
 from workbench.study.document.source import Source
-from workbench.study.uncertainty.indices import SobolIndices
 from workbench.study.uncertainty.outputs import Estimate
+from workbench.study.uncertainty.sobol_indices import SobolIndices
 
-UNKNOWN = "Where a bar has no interval, it is not known."
+NO_INTERVAL_NOTE = "Where a bar has no interval, it is not known."
 BAR = 0.36  # of a row: the thickness of the bar of one index
 EDGE = "An interval that reaches the edge goes on beyond the axes."
 FEW_BANDS = "Intervals are drawn of the three factors with the largest ST alone, so that they can be told apart."
-BANDED = 3  # curves with a band
+MAX_BANDS = 3  # curves with a band
 MOST = 7  # curves in a panel that an eye still tells apart
 S1, ST = "S1, alone", "ST, alone and together with others"
 HEADS = ("S1", "S1 (half-interval)", "ST", "ST (half-interval)")
 
 
-@door
+@check_arguments
 def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Note, *, labels: Labels = None) -> Figure:
     """S1 and ST of every factor with their intervals, the largest ST first; several outputs side by side.
 
@@ -100,7 +100,7 @@ def _intervals(single: list[SobolIndices], scale: tuple[float, float]) -> tuple[
     """Remarks on intervals that are not drawn whole."""
     low, high = (np.stack([getattr(p, end) for one in single for p in (one.S1, one.ST)]) for end in ("low", "high"))
     beyond = bool((low < scale[0]).any() or (high > scale[1]).any())
-    return (*([BEYOND] * beyond), *([UNKNOWN] * bool(np.isnan([low, high]).any())))
+    return (*([BEYOND] * beyond), *([NO_INTERVAL_NOTE] * bool(np.isnan([low, high]).any())))
 
 
 def _cells(indices: SobolIndices, place: tuple[int, ...]) -> tuple[float | None, ...]:
@@ -108,7 +108,7 @@ def _cells(indices: SobolIndices, place: tuple[int, ...]) -> tuple[float | None,
     return tuple(number(part[place]) for e in (indices.S1, indices.ST) for part in (e.value, e.half))
 
 
-@door
+@check_arguments
 def indices_over_time(
     name: str, caption: Phrase, t: Array, indices: SobolIndices, note: Note, *, labels: Labels = None
 ) -> Figure:
@@ -137,20 +137,20 @@ def indices_over_time(
     largest = np.fmax.reduce(indices.ST.value, axis=0)
     order = np.argsort(-largest, kind="stable")
     drawn, left = order[:MOST].tolist(), order[MOST:]
-    banded, panels, beyond = drawn[:BANDED], [], False
+    banded, panels, beyond = drawn[:MAX_BANDS], [], False
     for title, part in ((S1, indices.S1), (ST, indices.ST)):
         shown = Estimate(part.value, np.where(np.isin(np.arange(len(largest)), banded), part.half, 0.0))
         limits = scale_of_shares([shown])
         curves: list[Series | Band] = []
         for k, i in enumerate(drawn):
             curves.append(Series(label_of(indices.factors[i], labels), times, part.value[:, i], k))
-            curves += _bands(times, part, i, k, limits) if k < BANDED else []
+            curves += _bands(times, part, i, k, limits) if k < MAX_BANDS else []
         beyond |= bool((shown.low < limits[0]).any() or (shown.high > limits[1]).any())
         panels.append(Panel("part of the variance", tuple(curves), title=title, hlines=(0.0,), ylim=limits))
     remarks = (
-        *([FEW_BANDS] * (len(drawn) > BANDED)),
+        *([FEW_BANDS] * (len(drawn) > MAX_BANDS)),
         *([EDGE] * beyond),
-        *_gaps(times, indices.names, indices.refused),
+        *_gaps(times, indices.names, indices.refusals),
         *_rest(largest[left]),
     )
     rows = (
@@ -158,7 +158,7 @@ def indices_over_time(
         for k in range(len(t))
         for i, factor in enumerate(indices.factors)
     )
-    heads = (Column("time", "s"), "factor", *HEADS)
+    heads = (TableColumn("time", "s"), "factor", *HEADS)
     return picture("indices_over_time", name, caption, note, panels, heads, rows, remarks)
 
 

@@ -7,11 +7,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, known, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, known_name, refusal
+from workbench.core.validation.signatures import check_arguments
 from workbench.report.pictures.captions import Note, number, picture
 from workbench.study.document.figure import Bars, Figure, Panel, Tiles
-from workbench.study.document.phrases import Cell, Phrase, head_of
+from workbench.study.document.phrases_and_tables import Cell, Phrase, head_of
 from workbench.study.evidence import Comparison, Intervals, Success
 
 Text: TypeAlias = tuple[str, ...]
@@ -25,21 +25,21 @@ ORDER = "Laws stand in the order of their mean ranks."
 ROUNDING = 1e-9  # by which probabilities may miss a sum of 1
 
 
-@door
+@check_arguments
 def standings_figure(
     name: str,
     caption: Phrase,
     comparisons: Mapping[str, Mapping[str, Comparison]],
-    asked: str,
-    drawn: Sequence[str] | None = None,
+    primary: str,
+    others: Sequence[str] | None = None,
 ) -> Figure:
     """A panel a statistic with a row a law and a column a scenario; the statistic asked for leads, with its intervals.
 
     A tile is the darker the larger the ratio of its level to the best of its column. The best of a column is framed
     where it is significantly better than every other law; where none is, all laws that no other is significantly
     better than are marked as tied. A law with failed runs is hatched. The `comparisons` of the same laws are by
-    scenario and by the words of a statistic, the `by` of a `Judgement`; `asked` is that declared before the runs. Only
-    the others in `drawn` have a panel, or all without it; the numbers of the figure have all.
+    scenario and by the words of a statistic, the `by` of a `Judgement`; `primary` is that declared before the runs.
+    Only the others in `others` have a panel, or all without it; the numbers of the figure have all.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def standings_figure(
         If there is no scenario, statistics or laws differ between scenarios, or a level is negative, of which no ratio
         says who is better.
     LookupError
-        If `asked`, or one of `drawn`, is none of the statistics.
+        If `primary`, or one of `others`, is none of the statistics.
 
     Examples
     --------
@@ -59,23 +59,25 @@ def standings_figure(
     'standings'
     """
     laws, statistics = _common(comparisons)
-    known(asked, statistics, "statistics")
-    order = (asked, *(words for words in statistics if words != asked))
+    known_name(primary, statistics, "statistics")
+    order = (primary, *(words for words in statistics if words != primary))
     columns = {words: {s: held[words] for s, held in comparisons.items()} for words in order}
     seen = [
-        known(words, statistics, "statistics") for words in (order[1:] if drawn is None else drawn) if words != asked
+        known_name(words, statistics, "statistics")
+        for words in (order[1:] if others is None else others)
+        if words != primary
     ]
-    panels = tuple(_panel(words, laws, columns[words], words == asked) for words in (asked, *seen))
+    panels = tuple(_panel(words, laws, columns[words], words == primary) for words in (primary, *seen))
     beside = min(max(1, len(seen)), 2 if len(comparisons) > WIDE else 3)
-    first = next(iter(comparisons.values()))[asked]
+    first = next(iter(comparisons.values()))[primary]
     rows = tuple(row for words in order for s, one in columns[words].items() for row in _rows(words, s, one))
-    note = _note(first, comparisons, "statistic" if seen else asked)
+    note = _note(first, comparisons, "statistic" if seen else primary)
     return picture("standings_figure", name, caption, note, panels, HEADS, rows, columns=beside, lead=True)
 
 
 def _common(comparisons: Mapping[str, Mapping[str, Comparison]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The laws and the statistics, the same in each scenario."""
-    found = {(tuple(held), tuple(one.paired.laws for one in held.values())) for held in comparisons.values()}
+    found = {(tuple(held), tuple(one.samples.laws for one in held.values())) for held in comparisons.values()}
     laws = {each for _, held in found for each in held}
     if len(found) != 1 or len(laws) != 1:
         raise ValueError(
@@ -91,7 +93,7 @@ def standing(comparison: Comparison, law: str) -> str:
 
     A law without a finite level 'fails'; all others are 'beaten'.
     """
-    if not np.isfinite(comparison.level.value[comparison.paired.place(law)]):
+    if not np.isfinite(comparison.level.value[comparison.samples.place(law)]):
         return "fails"
     if comparison.best == law:
         return "best"
@@ -100,7 +102,7 @@ def standing(comparison: Comparison, law: str) -> str:
 
 def _panel(words: str, laws: tuple[str, ...], columns: Mapping[str, Comparison], leads: bool) -> Panel:
     standings = np.array([[standing(one, law) for one in columns.values()] for law in laws])
-    failed = np.column_stack([one.paired.failed for one in columns.values()])
+    failed = np.column_stack([one.samples.failures for one in columns.values()])
     levels = np.concatenate([_shown(one).value for one in columns.values()])
     usual = levels[np.isfinite(levels) & (levels > 0)]
     decimals = _decimals(float(np.median(usual)), DIGITS if leads else DIGITS - 1) if usual.size else DIGITS
@@ -118,9 +120,9 @@ def _keys(best: bool, tied: bool, failed: bool) -> tuple[Tiles, ...]:
     one, none = (((),),), np.zeros((1, 1))
     scale = Tiles(f"1 to {BEYOND:g} times the best of its column, or more", (((),) * 5,), np.linspace(0, 1, 5)[None])
     marks = (
-        (best, Tiles("significantly better than all others", one, none, framed=True)),
-        (tied, Tiles("tied with the best", one, none, marked=True)),
-        (failed, Tiles("some or all runs failed", one, none, hatched=True)),
+        (best, Tiles("significantly better than all others", one, none, has_frame=True)),
+        (tied, Tiles("tied with the best", one, none, has_mark=True)),
+        (failed, Tiles("some or all runs failed", one, none, has_hatch=True)),
     )
     return scale, *(key for there, key in marks if there)
 
@@ -133,8 +135,8 @@ def _text(one: Comparison, i: int, leads: bool, decimals: int) -> Text:
     lines = [_short(level, digits, decimals) if np.isfinite(level) else "–"]
     if leads and np.isfinite(level) and not (np.isnan(low) or np.isnan(high)):
         lines.append(f"{_short(low, digits, decimals)}–{_short(high, digits, decimals)}")
-    if leads and one.paired.failed[i]:
-        lines.append(f"{one.paired.failed[i]} failed")
+    if leads and one.samples.failures[i]:
+        lines.append(f"{one.samples.failures[i]} failed")
     return tuple(lines)
 
 
@@ -184,11 +186,11 @@ def _shown(one: Comparison) -> Intervals:
 
 def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]], words: str) -> str:
     """The note below the tiles: the statistic, the number of draws, the confidence, and the key of the marks."""
-    sizes = sorted({len(each.paired) for held in comparisons.values() for each in held.values()})
+    sizes = sorted({len(each.samples) for held in comparisons.values() for each in held.values()})
     draws = f"{sizes[0]:,}" if len(sizes) == 1 else f"{sizes[0]:,} to {sizes[-1]:,}"
-    unit = f" in {one.paired.unit}" if one.paired.unit not in ("", "1") else ""
+    unit = f" in {one.samples.unit}" if one.samples.unit not in ("", "1") else ""
     return (
-        f"Each tile has the {words} of {one.paired.metric}{unit} over {draws} draws; the intervals of a column hold "
+        f"Each tile has the {words} of {one.samples.metric}{unit} over {draws} draws; the intervals of a column hold "
         f"at once with {100 * one.confidence:g} %. A tile is the darker, the larger its ratio to the best of its "
         "column, on a logarithmic scale. Frame: the one law that is significantly better than all others. Black or "
         "white corner: tied with the best, as no law is significantly better. Stripes: failed runs; a dash stands "
@@ -202,14 +204,14 @@ def _rows(words: str, scenario: str, one: Comparison) -> list[tuple[Cell, ...]]:
         (
             *(words, scenario, law),
             *(number(float(part[i])) for part in (shown.value, shown.low, shown.high)),
-            *(standing(one, law), int(one.paired.failed[i])),
-            None if (source := one.paired.source(law)) is None else head_of(source),
+            *(standing(one, law), int(one.samples.failures[i])),
+            None if (source := one.samples.source(law)) is None else head_of(source),
         )
-        for i, law in enumerate(one.paired.laws)
+        for i, law in enumerate(one.samples.laws)
     ]
 
 
-@door
+@check_arguments
 def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: Note) -> Figure:
     """A bar a law, cut into the probabilities of its ranks, the first the darkest; the least mean rank on top.
 

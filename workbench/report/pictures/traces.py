@@ -8,10 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.document.figure import STYLES, Band, Figure, Label, Mark, Panel, Series, Style
-from workbench.study.document.phrases import Phrase, raised
+from workbench.study.document.phrases_and_tables import Phrase, superscript_powers
 from workbench.study.document.source import Source
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.result_marks import changes_by_jumps, labels_of, signal_source, time_source
@@ -19,7 +19,7 @@ from workbench.study.study import Outcome
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Window:
     """A stretch of time in s, and the limits of the ordinate; None fits them to the curves.
 
@@ -34,7 +34,7 @@ class Window:
     ylim: tuple[float, float] | None = None
 
 
-@door
+@check_arguments
 def traces(
     name: str,
     caption: Phrase,
@@ -151,7 +151,7 @@ def _styles(name: str, outcomes: Sequence[Outcome]) -> list[int]:
     return styles
 
 
-@door
+@check_arguments
 def components(
     name: str,
     caption: Phrase,
@@ -173,7 +173,7 @@ def components(
     return Figure(name, caption, panels, columns=len(panels))
 
 
-@door
+@check_arguments
 def curve(
     outcome: Outcome,
     signal: str,
@@ -247,7 +247,7 @@ def _rows(outcome: Outcome, window: Window | None) -> tuple[int, int]:
     return int(inside[0]), int(inside[-1]) + 1
 
 
-@door
+@check_arguments
 def loops_section(
     heading: Phrase,
     about: Phrase,
@@ -288,10 +288,10 @@ def _loops_figure(
     if not (len(outcomes) > TOGETHER >= len(shown) and len({one.unit for one in shown}) == 1):
         for one in shown:
             lines = [curve(o, signal, one.place, whole, o.case.law, k) for o, k in zip(outcomes, styles, strict=True)]
-            label = f"{one.words} [{raised(one.unit)}]" if one.unit else one.words
+            label = f"{one.words} [{superscript_powers(one.unit)}]" if one.unit else one.words
             panels.append(Panel(label, tuple(lines), xlim=span, xcut=cut))
         return Figure("loops", caption, tuple(panels), columns=min(2, len(panels)))
-    label = f"{signal} [{raised(shown[0].unit)}]" if shown[0].unit else signal
+    label = f"{signal} [{superscript_powers(shown[0].unit)}]" if shown[0].unit else signal
     drawn = [[curve(o, signal, one.place, whole, one.words, k) for k, one in enumerate(shown)] for o in outcomes]
     behind = _range_of([line for lines in drawn for line in lines])
     for k, (outcome, lines) in enumerate(zip(outcomes, drawn, strict=True)):

@@ -5,8 +5,8 @@ Read `document` first.
 
 Examples
 --------
->>> columns = wb.document.Column("law"), wb.document.Column("error", "rad", "right")
->>> wb.document.Table("errors", "The error of each law.", columns, (("PID", 0.1), ("SMC", 0.05))).name
+>>> columns = wb.document.TableColumn("law"), wb.document.TableColumn("error", "rad", "right")
+>>> wb.document.ReportTable("errors", "The error of each law.", columns, (("PID", 0.1), ("SMC", 0.05))).name
 'errors'
 >>> speed = wb.document.Series("speed", np.array([0.0, 1.0]), np.array([0.0, 2.0]))
 >>> wb.document.Figure("speed", "The motor.", (wb.document.Panel("omega [rad/s]", (speed,)),)).name
@@ -16,18 +16,18 @@ Examples
 from workbench.study.document.document import Block, Equation, Itemize, Page, Paragraph, Section, Verdict
 from workbench.study.document.figure import Bars, Figure, Mark, Panel, Points, Series
 from workbench.study.document.finding import Finding, Variation
-from workbench.study.document.phrases import (
+from workbench.study.document.phrases_and_tables import (
     Cell,
     Code,
-    Column,
-    Measured,
-    Missing,
+    CrossReference,
+    MissingCell,
     Part,
     Phrase,
-    Reference,
+    ReportTable,
     Strong,
-    Table,
-    raised,
+    TableColumn,
+    ValueWithError,
+    superscript_powers,
 )
 from workbench.study.document.words import join_names, percent, span
 
@@ -36,29 +36,29 @@ __all__ = [
     "Block",
     "Cell",
     "Code",
-    "Column",
+    "TableColumn",
     "Equation",
     "Figure",
     "Finding",
     "Itemize",
     "Mark",
-    "Measured",
-    "Missing",
+    "ValueWithError",
+    "MissingCell",
     "Page",
     "Panel",
     "Paragraph",
     "Part",
     "Phrase",
     "Points",
-    "Reference",
+    "CrossReference",
     "Section",
     "Series",
     "Strong",
-    "Table",
+    "ReportTable",
     "Variation",
     "Verdict",
     "join_names",
     "percent",
-    "raised",
+    "superscript_powers",
     "span",
 ]

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import ClassVar, Literal, TypeAlias
 
 from workbench.core.notation.formula import Formula
-from workbench.core.validation.refusals import known, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import known_name, refusal
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.figure import (
     Band,
     Bars,
@@ -22,20 +22,20 @@ from workbench.study.document.figure import (
     Series,
 )
 from workbench.study.document.finding import Finding, Variation
-from workbench.study.document.phrases import (
+from workbench.study.document.phrases_and_tables import (
+    BoldCell,
     Cell,
     Code,
-    Column,
-    Diverged,
-    Emphasis,
-    Measured,
-    Missing,
+    CrossReference,
+    DivergedCell,
+    MissingCell,
     Part,
     Phrase,
-    Reference,
+    ReportTable,
     Strong,
-    Table,
+    TableColumn,
     Value,
+    ValueWithError,
     check_name,
     parts,
 )
@@ -48,28 +48,28 @@ __all__ = [
     "Cell",
     "Code",
     "Colophon",
-    "Column",
-    "Diverged",
+    "TableColumn",
+    "DivergedCell",
     "Document",
-    "Emphasis",
+    "BoldCell",
     "Equation",
     "Figure",
     "Finding",
     "Itemize",
-    "Measured",
-    "Missing",
+    "ValueWithError",
+    "MissingCell",
     "Page",
     "Panel",
     "Paragraph",
     "Part",
     "Phrase",
     "Points",
-    "Reference",
+    "CrossReference",
     "Section",
     "Series",
     "Source",
     "Strong",
-    "Table",
+    "ReportTable",
     "Value",
     "Variation",
     "Verdict",
@@ -80,7 +80,7 @@ MOST_FINDINGS = 5  # boxes below the answer, which fit on one or two screens
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Paragraph:
     """Running text.
 
@@ -96,7 +96,7 @@ class Paragraph:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Itemize:
     """A list of points.
 
@@ -110,7 +110,7 @@ class Itemize:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Equation:
     """Formulas on lines of their own below one number, with a `note` of their source.
 
@@ -137,7 +137,7 @@ class Equation:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Verdict:
     """A claim that `holds`, `fails` or is `open`, with its evidence, as a bound, a residual or a witness, in one box.
 
@@ -154,11 +154,11 @@ class Verdict:
     evidence: Phrase = ""
 
 
-Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
+Block: TypeAlias = Paragraph | Itemize | Equation | ReportTable | Figure | Verdict
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Section:
     """A heading and the blocks below it.
 
@@ -173,7 +173,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Page:
     """The first screen of a report and the sections below it: the answer in one line, then at most five findings.
 
@@ -226,7 +226,7 @@ class Document:
     ValueError
         If two blocks bear the same name.
     LookupError
-        If a `Reference` names no block; the message names the nearest.
+        If a `CrossReference` names no block; the message names the nearest.
     """
 
     title: str
@@ -244,13 +244,13 @@ class Document:
     def __post_init__(self) -> None:
         for name in [one.name for one in fields(self)]:
             object.__setattr__(self, name, _cleaned(getattr(self, name)))
-        blocks = (b for b in self.blocks if isinstance(b, Table | Figure | Equation) and b.name)
+        blocks = (b for b in self.blocks if isinstance(b, ReportTable | Figure | Equation) and b.name)
         names = [block.name for block in (*self.findings, *blocks)]
         if twice := sorted(name for name, count in Counter(names).items() if count > 1):
             raise ValueError(f"`Document(...)` needs distinct names of its blocks; {twice} came more than once.")
         for part in _walk((self.question, self.method, self.answer, self.findings, self.sections)):
-            if isinstance(part, Reference):
-                known(part.name, names, "findings, tables, figures and equations to refer to")
+            if isinstance(part, CrossReference):
+                known_name(part.name, names, "findings, tables, figures and equations to refer to")
 
     @property
     def blocks(self) -> tuple[Block, ...]:
@@ -258,9 +258,9 @@ class Document:
         return tuple(block for section in self.sections for block in section.blocks)
 
     @property
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[ReportTable, ...]:
         """The tables in reading order: the first is Table 1."""
-        return tuple(block for block in self.blocks if isinstance(block, Table))
+        return tuple(block for block in self.blocks if isinstance(block, ReportTable))
 
     @property
     def figures(self) -> tuple[Figure, ...]:

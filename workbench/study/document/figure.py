@@ -7,11 +7,11 @@ from typing import ClassVar, Literal, TypeAlias
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, as_objects, described, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, as_objects, describe, refusal
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.figure_checks import check_aspect, check_cut, check_sources, check_steps, check_width
 from workbench.study.document.mark_fields import STYLES, Flags, Label, Spans, Style, store
-from workbench.study.document.phrases import Phrase, Table, check_name
+from workbench.study.document.phrases_and_tables import Phrase, ReportTable, check_name
 from workbench.study.document.plane_marks import Area, Arrows, Guides
 from workbench.study.document.source import Source
 
@@ -52,7 +52,7 @@ class AbstractCurve:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Series(AbstractCurve):
     """A curve of points (N,): a NaN in `y` is a gap, as where a run has diverged.
 
@@ -77,7 +77,7 @@ class Series(AbstractCurve):
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Band(AbstractCurve):
     """The strip between two curves of points (N,), as between two quantiles of many runs."""
 
@@ -93,7 +93,7 @@ class Band(AbstractCurve):
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Bars:
     """Horizontal bars (N,) from `starts` to `ends` in the rows `places` of a panel that names its rows.
 
@@ -128,7 +128,7 @@ class Bars:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Points:
     """Marks at points (N,), each with its name beside it, and with intervals across and upwards, as in `Bars`.
 
@@ -160,27 +160,27 @@ class Points:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Tiles:
     """Texts (r, c), each of some lines, in tiles of a panel that names its rows, as dark as their shades from 0 to 1.
 
     The first line of a text is large. A shade that is NaN leaves its tile white, and a tile without a text is not drawn
-    unless it is shaded. A tile may be `framed`, have a `marked` corner, or be `hatched`, each True or False for all
-    tiles or for each (r, c). `keys` are what the legend shows instead, small tiles each with a label.
+    unless it is shaded. A tile may be `has_frame`, have a `has_mark` corner, or be `has_hatch`, each True or False for
+    all tiles or for each (r, c). `keys` are what the legend shows instead, small tiles each with a label.
     """
 
     label: Label
     texts: tuple[tuple[tuple[str, ...], ...], ...]
     shades: Array
-    framed: Flags = False
-    marked: Flags = False
-    hatched: Flags = False
+    has_frame: Flags = False
+    has_mark: Flags = False
+    has_hatch: Flags = False
     keys: tuple[Tiles, ...] = ()
 
     style: ClassVar[Style] = 0
 
     def __post_init__(self) -> None:
-        for name in ("framed", "marked", "hatched"):
+        for name in ("has_frame", "has_mark", "has_hatch"):
             given = getattr(self, name)
             flags = as_objects(given)
             if flags.shape not in ((), self.shades.shape) or {type(one) for one in flags.flat} - {bool, np.bool_}:
@@ -208,7 +208,7 @@ def _around(cells: Array) -> Spans:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Panel:
     """One pair of axes. Labels carry their units: 'tracking error [rad]'.
 
@@ -245,7 +245,7 @@ class Panel:
 
     def __post_init__(self) -> None:
         if not self.series:
-            raise ValueError(f"`Panel({described(self.ylabel)})` must have at least one series; got none.")
+            raise ValueError(f"`Panel({describe(self.ylabel)})` must have at least one series; got none.")
         for name, limits in (("xlim", self.xlim), ("ylim", self.ylim)):
             if limits is not None and not -np.inf < limits[0] < limits[1] < np.inf:
                 raise ValueError(f"`Panel({name}=...)` must be (low, high), low < high; got {limits!r}.")
@@ -260,7 +260,7 @@ class Panel:
     def _check_logarithms(self, name: str, lines: tuple[float, ...], axis: int) -> None:
         """Refuse limits, lines and marks along an axis that have no logarithm."""
         held = {"limits and lines": [np.array(lines)]}
-        held |= {f"numbers, but the series {described(mark.label)}": list(mark.spans[axis]) for mark in self.series}
+        held |= {f"numbers, but the series {describe(mark.label)}": list(mark.spans[axis]) for mark in self.series}
         for what, arrays in held.items():
             least = min((float(np.nanmin(part)) for part in arrays if not np.isnan(part).all()), default=1.0)
             if least <= 0:
@@ -270,7 +270,7 @@ class Panel:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Figure:
     """One or more panels below a common legend, laid out row by row in so many `columns`.
 
@@ -283,7 +283,7 @@ class Figure:
     caption: Phrase
     panels: tuple[Panel, ...]
     columns: int = 1
-    numbers: Table | None = None
+    numbers: ReportTable | None = None
     lead: bool = False
     width: float = 1.0
     title: str = ""
@@ -293,6 +293,6 @@ class Figure:
         if not (self.panels and 1 <= self.columns <= 3):
             raise ValueError(
                 f"`Figure('{self.name}')` must have at least one panel, in 1 to 3 columns, to fit a page; "
-                f"got {len(self.panels)} panels and for the columns {described(self.columns)}."
+                f"got {len(self.panels)} panels and for the columns {describe(self.columns)}."
             )
         check_width(self.name, self.width)

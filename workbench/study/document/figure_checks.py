@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from workbench.core.validation.refusals import described, refusal
+from workbench.core.validation.refusals import describe, refusal
 
 NARROWEST = 0.4  # share of the text's width
 
@@ -12,7 +12,7 @@ NARROWEST = 0.4  # share of the text's width
 def check_sources(mark: object, count: int, sources: tuple[object, ...]) -> None:
     """Refuse sources that are not one for each of `count` bars or points."""
     if sources and len(sources) != count:
-        label = described(getattr(mark, "label", ""))
+        label = describe(getattr(mark, "label", ""))
         raise ValueError(
             f"`{type(mark).__name__}({label}, sources=...)` must have a source, or None, for each of {count} marks, or "
             f"be left out; got {len(sources)}."
@@ -46,5 +46,5 @@ def check_width(name: str, width: float) -> None:
     if not NARROWEST <= width <= 1:
         raise ValueError(
             f"`Figure('{name}', width=...)` must be a share of the text's width from {NARROWEST:g}, where letters "
-            f"still have room, to 1; got {described(width)}."
+            f"still have room, to 1; got {describe(width)}."
         )

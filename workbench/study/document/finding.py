@@ -9,14 +9,17 @@ from dataclasses import dataclass
 from typing import Literal
 
 from workbench.core.validation.refusals import refusal
-from workbench.core.validation.signatures import door
-from workbench.study.document.phrases import Phrase, check_name, parts
+from workbench.core.validation.signatures import check_arguments
+from workbench.study.document.phrases_and_tables import Phrase, check_name, parts
 
-NAMED, ANSWERS = 3, 3  # variations of one answer, and other answers, that the box names; its scope has a table of all
+MAX_NAMES, MAX_ANSWERS = (
+    3,
+    3,
+)  # variations of one answer, and other answers, that the box names; its scope has a table of all
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Variation:
     """A change of the study, in `words`, and the `answer` that it gives, with its figures in `detail`.
 
@@ -43,7 +46,7 @@ class Variation:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Finding:
     """A conclusion with its scope, and with the answer under every variation that the study has computed.
 
@@ -58,13 +61,13 @@ class Finding:
         The answer in one sentence, with its figure; then why one may believe it.
     statistic, sample
         What is computed, and of which runs.
-    given, chosen, fitted
+    information, assumptions, fits
         The information on which it rests, the unstated numbers and readings that were assumed, and what was tuned.
     answer
         The answer in a word or a number. The answers of the `variations` are compared with it.
-    untried
+    limitations
         What may change the answer, and is not in the study.
-    settled
+    is_decided
         False if the runs do not decide it.
     cites
         The findings of other reports that answer the same question, as "folder/name".
@@ -88,13 +91,13 @@ class Finding:
     evidence: Phrase = ""
     statistic: Phrase = ""
     sample: Phrase = ""
-    given: Phrase = ""
-    chosen: Phrase = "nothing"
-    fitted: Phrase = "nothing"
+    information: Phrase = ""
+    assumptions: Phrase = "nothing"
+    fits: Phrase = "nothing"
     answer: str = ""
     variations: tuple[Variation, ...] = ()
-    untried: Phrase = ""
-    settled: bool = True
+    limitations: Phrase = ""
+    is_decided: bool = True
     cites: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -117,7 +120,7 @@ class Finding:
     @property
     def kind(self) -> Literal["found", "depends", "open"]:
         """The word beside the box."""
-        if not self.settled:
+        if not self.is_decided:
             return "open"
         return "depends" if self.reversals else "found"
 
@@ -134,12 +137,12 @@ class Finding:
         for one in changes:
             groups.setdefault(one.answer, []).append(one)
         part = f"The answer changes in {self._counted if total > 1 else 'the one variation'}"
-        if len(groups) == 1 and len(changes) > NAMED:
+        if len(groups) == 1 and len(changes) > MAX_NAMES:
             return f"{part}, always to {_quoted(changes[0].answer)}."
         answers = [f"to {_quoted(answer)} {_by(ones)}" for answer, ones in groups.items()]
-        others = len(answers) - ANSWERS
+        others = len(answers) - MAX_ANSWERS
         rest = f"; and to {others} other answer{'s' * (others > 1)}" if others > 0 else ""
-        return f"{part}: {'; '.join(answers[:ANSWERS])}{rest}."
+        return f"{part}: {'; '.join(answers[:MAX_ANSWERS])}{rest}."
 
     @property
     def _counted(self) -> str:
@@ -163,11 +166,11 @@ class Finding:
         lines: tuple[tuple[str, Phrase], ...] = (
             ("Statistic", self.statistic),
             ("Sample", self.sample),
-            ("Given", self.given),
-            ("Chosen", self.chosen),
-            ("Fitted", self.fitted),
+            ("Given", self.information),
+            ("Chosen", self.assumptions),
+            ("Fitted", self.fits),
             ("Answer", self.answer),
-            ("Not tried", self.untried),
+            ("Not tried", self.limitations),
         )
         return tuple((label, phrase) for label, phrase in lines if phrase)
 
@@ -192,13 +195,13 @@ def _count_among(count: int, total: int) -> str:
 
 def _by(variations: Sequence[Variation]) -> str:
     """The variations that have one answer: a few by their words, more by their number."""
-    if len(variations) > NAMED:
+    if len(variations) > MAX_NAMES:
         return f"in {len(variations)}"
     return " and ".join(f"by {one.words}" for one in variations)
 
 
 def _named(variations: Sequence[Variation]) -> str:
     """The first few variations in words, and the number of the others."""
-    rest = len(variations) - NAMED
-    words = [one.words for one in variations[:NAMED]]
+    rest = len(variations) - MAX_NAMES
+    words = [one.words for one in variations[:MAX_NAMES]]
     return "; ".join([*words, f"{rest} more"] if rest > 0 else words)

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, refusal, seconds
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency import CertifiedValue, StabilityMargins
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.study.document.figure import STYLES, Label, Style
-from workbench.study.document.phrases import Phrase
+from workbench.study.document.phrases_and_tables import Phrase
 from workbench.study.document.source import Source
 
 Complex = NDArray[np.complex128]
@@ -28,14 +28,14 @@ DOUBTFUL = 120.0  # degrees between two frequencies, beyond which the direction 
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Corners:
+@check_arguments
+class CornerFrequencies:
     """The poles (n,) and zeros (m,) of G(s) = gain (s - z1) ... / (s - p1) ..., of which asymptotes are made.
 
     Examples
     --------
-    >>> from workbench.report.loop_pictures import Corners
-    >>> Corners([-1.0], [-2.0], 1.0)
+    >>> from workbench.report.loop_pictures import CornerFrequencies
+    >>> CornerFrequencies([-1.0], [-2.0], 1.0)
     Corners(poles=[-1+0j], zeros=[-2+0j], gain=1)
     """
 
@@ -51,7 +51,7 @@ class Corners:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class FrequencyCurve:
     """The answers (m,) of one channel at frequencies (m,) in rad/s; NaN is a gap, as at a pole.
 
@@ -77,14 +77,14 @@ class FrequencyCurve:
     period: float | None = None
     unit: str = ""
     margins: StabilityMargins | None = None
-    corners: Corners | None = None
+    corners: CornerFrequencies | None = None
     style: Style | None = None
     all_channels: float | None = None
     source: Source | None = None
     integrators: int | None = None
 
     def __post_init__(self) -> None:
-        omega = rising("FrequencyCurve(frequencies=...)", self.frequencies, self.period)
+        omega = check_frequencies("FrequencyCurve(frequencies=...)", self.frequencies, self.period)
         values = complexes("FrequencyCurve(values=...)", self.values, 1, gaps=True)
         if values.shape != omega.shape:
             raise ValueError(
@@ -100,15 +100,15 @@ class FrequencyCurve:
         above = self.frequencies > 0
         return self.frequencies[above], np.asarray(self.values[above], dtype=complex)
 
-    @door
+    @check_arguments
     def sources(self, up: str, across: str = "frequency", scale: float = 1.0) -> tuple[Source, Source] | None:
         """The sources of a series of its linear answers, by the names of the ordinate and of the abscissa."""
         if self.source is None:
             return None
-        return self.source.named(across), self.source.named(up).times(scale)
+        return self.source.with_name(across), self.source.with_name(up).times(scale)
 
 
-def rising(call: str, frequencies: Array, period: float | None) -> Array:
+def check_frequencies(call: str, frequencies: Array, period: float | None) -> Array:
     """Frequencies (m,) of a picture in rad/s: two or more, each above the one before, up to Nyquist's of a period."""
     if period is not None:
         seconds(f"{call.partition('(')[0]}(period=...)", period)
@@ -184,7 +184,7 @@ def number(value: float, digits: int = 3) -> str:
     return f"{float(mantissa):g}e{int(exponent)}".replace("-", "−")
 
 
-def written(value: CertifiedValue, factor: float = 1.0) -> str:
+def certified_text(value: CertifiedValue, factor: float = 1.0) -> str:
     """A certified value times a factor with the digits that its bounds support, three at most; else the bounds."""
     ends = [factor * value.low, factor * value.value, factor * value.high]
     for digits in (3, 2):
@@ -202,7 +202,7 @@ def between(omega: Array, numbers_at: Array, at: float) -> float:
     return float(np.interp(math.log(at), np.log(omega[held]), numbers_at[held], left=np.nan, right=np.nan))
 
 
-def captioned(caption: Phrase, remarks: Sequence[Phrase]) -> Phrase:
+def add_remarks(caption: Phrase, remarks: Sequence[Phrase]) -> Phrase:
     """A caption that ends with sentences of remarks."""
     if not remarks:
         return caption
@@ -214,7 +214,7 @@ def captioned(caption: Phrase, remarks: Sequence[Phrase]) -> Phrase:
     return tuple(parts)
 
 
-def joined(parts: Sequence[Phrase]) -> str:
+def join_words(parts: Sequence[Phrase]) -> str:
     """Words in a row: 'a', 'a and b', 'a, b and c'."""
     texts = [str(part) for part in parts]
     return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import numpy as np
 
 from workbench.core.validation.refusals import Array, numbers, positive, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.figure import Area, Label
-from workbench.study.document.frequency_curves import Complex, decibels, rising
+from workbench.study.document.frequency_curves import Complex, check_frequencies, decibels
 
 FAR = 1000.0  # decibels beyond all pictures
 TURN = np.linspace(0, 2 * np.pi, 181)[:-1]
@@ -24,7 +24,7 @@ else:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class GainBound:
     """A bound on a gain, by its factors (k,) at frequencies (k,) in rad/s; what lies `above` or `below` it is shaded.
 
@@ -41,10 +41,10 @@ class GainBound:
     label: Label
     frequencies: Array
     gains: Array
-    forbidden: Literal["above", "below"] = "above"
+    forbidden_side: Literal["above", "below"] = "above"
 
     def __post_init__(self) -> None:
-        omega = rising("GainBound(frequencies=...)", self.frequencies, None)
+        omega = check_frequencies("GainBound(frequencies=...)", self.frequencies, None)
         gains = numbers("GainBound(gains=...)", self.gains, 1)
         if gains.shape != omega.shape or not np.isfinite(gains).all() or (gains <= 0).any() or omega[0] <= 0:
             raise refusal("GainBound(gains=...)", "a positive factor for each frequency above zero", self.gains)
@@ -53,7 +53,7 @@ class GainBound:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Disk:
     """A disk of the plane of a loop gain that its curve must not enter, by its centre and its radius."""
 
@@ -77,7 +77,7 @@ class Disk:
         return np.asarray(self.centre + self.radius * np.exp(1j * TURN))
 
     @staticmethod
-    @door
+    @check_arguments
     def of_Ms(Ms: float) -> Disk:
         """The disk |1 + L| < 1 / Ms, where the gain of S is above Ms > 1.
 
@@ -100,7 +100,7 @@ def shaded_bounds(bounds: Sequence[GainBound]) -> list[Area]:
             np.concatenate(
                 [
                     decibels(bound.gains.astype(complex)),
-                    np.full(len(bound.gains), FAR if bound.forbidden == "above" else -FAR),
+                    np.full(len(bound.gains), FAR if bound.forbidden_side == "above" else -FAR),
                 ]
             ),
             "reference",

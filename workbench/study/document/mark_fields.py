@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core.notation.formula import Formula
-from workbench.core.validation.refusals import Array, described
+from workbench.core.validation.refusals import Array, describe
 
 Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
 Style: TypeAlias = int | Literal["reference", "bound", "aid"]
@@ -37,10 +37,10 @@ def store(
     mark: AbstractMark, names: tuple[str, ...], gaps: tuple[str, ...] = (), intervals: tuple[str, ...] = ()
 ) -> None:
     """Copy fields to read-only arrays (N,), finite but for NaN in `gaps`; of `intervals` any numbers, or NaN."""
-    call = f"{type(mark).__name__}({described(mark.label)})"
+    call = f"{type(mark).__name__}({describe(mark.label)})"
     if mark.style not in (*range(STYLES), "reference", "bound", "aid"):
         raise ValueError(
-            f"`{call}` takes a style of 0 to {STYLES - 1}, 'reference', 'bound' or 'aid'; got {described(mark.style)}."
+            f"`{call}` takes a style of 0 to {STYLES - 1}, 'reference', 'bound' or 'aid'; got {describe(mark.style)}."
         )
     shape = getattr(mark, names[0]).shape
     for name in (*names, *intervals):

@@ -7,14 +7,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, described
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, describe
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.mark_fields import Label, Spans, Style, store
 from workbench.study.document.source import Source
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Area:
     """A filled region within the polygon of the points (N,), as a disk that a curve must not enter.
 
@@ -36,7 +36,7 @@ class Area:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Arrows:
     """Arrows at the points (N,) along the directions (u, v), as the axes of the panel show them.
 
@@ -65,7 +65,7 @@ class Arrows:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Guides:
     """Thin grey lines behind all other marks, each with its name where there is room on it, preferably at its end.
 
@@ -89,7 +89,7 @@ class Guides:
             if x.ndim != 1 or x.shape != y.shape or x.size < 2 or np.isinf(x).any() or np.isinf(y).any():
                 raise ValueError(
                     "`Guides(lines=...)` must be pairs of arrays (N,) of one length N >= 2, finite or NaN for a gap; "
-                    f"got {described(x)} and {described(y)}."
+                    f"got {describe(x)} and {describe(y)}."
                 )
 
     @property

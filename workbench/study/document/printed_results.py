@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 from workbench.study.document.document import Bars, Document, Points, Series
 from workbench.study.document.figure import Mark
-from workbench.study.document.phrases import Measured, Missing, bare, raised, source_of
+from workbench.study.document.phrases_and_tables import MissingCell, ValueWithError, bare, source_of, superscript_powers
 from workbench.study.document.plane_marks import Arrows
 from workbench.study.document.source import Source
 
@@ -119,6 +119,6 @@ def _cells(document: Document) -> Iterator[PrintedCell]:
                 if (source := source_of(cell)) is None:
                     continue
                 value = bare(cell)
-                number = value.value if isinstance(value, Measured) else None
-                words = value.words if isinstance(value, Missing) else ""
-                yield PrintedCell((table.name, i, j), source, number, words, raised(source.unit))
+                number = value.value if isinstance(value, ValueWithError) else None
+                words = value.words if isinstance(value, MissingCell) else ""
+                yield PrintedCell((table.name, i, j), source, number, words, superscript_powers(source.unit))

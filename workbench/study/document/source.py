@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from workbench.core.validation.refusals import finite
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Source:
     """One number of a signal over time, of a metric, or of a linear answer, of a law in a scenario or a sweep.
 
@@ -57,13 +57,13 @@ class Source:
         named = not self.label or self.label == self.name or self.name.endswith(f" of {self.label}")
         return self.name if named else f"{self.name} of {self.label}"
 
-    @door
+    @check_arguments
     def times(self, scale: float, unit: str = "") -> Source:
         """The source of the number times `scale`, in another unit if it is given."""
         return replace(self, scale=scale * self.scale, unit=unit or self.unit)
 
-    @door
-    def named(self, name: str, unit: str = "") -> Source:
+    @check_arguments
+    def with_name(self, name: str, unit: str = "") -> Source:
         """The source of another linear answer of the same loop at the same channel."""
         return replace(self, name=name, unit=unit)
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 FEW = 0.1  # a share below which a percentage has two digits, and from which on it is a whole number
 
 
-@door
+@check_arguments
 def join_names(names: Iterable[str], empty: str = "none") -> str:
     """Names in a row, with commas and with "and" before the last; `empty` where there is no name.
 
@@ -22,7 +22,7 @@ def join_names(names: Iterable[str], empty: str = "none") -> str:
     return f"{', '.join(others)} and {last}" if others else last
 
 
-@door
+@check_arguments
 def percent(share: float, decimals: int | None = None) -> str:
     """A share in percent: with that many decimals, or else with two digits below 10 % and whole from there on.
 
@@ -36,7 +36,7 @@ def percent(share: float, decimals: int | None = None) -> str:
     return f"{100 * share:.{decimals or 0}f} %"
 
 
-@door
+@check_arguments
 def span(values: Iterable[float], write: Callable[[float], str]) -> str:
     """The least and the largest of some values in words, or one number if both read alike; empty if there is none.
 

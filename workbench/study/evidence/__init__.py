@@ -12,7 +12,6 @@ Examples
 
 from workbench.study.evidence.bold_cells import BOLD
 from workbench.study.evidence.bootstrap import Intervals
-from workbench.study.evidence.common_draws import Paired, paired, same_draws
 from workbench.study.evidence.comparison_tables import (
     HALF,
     ablation_table,
@@ -22,8 +21,8 @@ from workbench.study.evidence.comparison_tables import (
     statistics_table,
 )
 from workbench.study.evidence.computer_margins import (
-    KEPT,
-    STANDS,
+    KEEPS_RATIO,
+    STANDS_RATIO,
     ComputerEffect,
     ComputerMargin,
     ComputerMargins,
@@ -35,17 +34,18 @@ from workbench.study.evidence.computer_margins import (
 )
 from workbench.study.evidence.divergence_causes import Causes, causes_in_sweep
 from workbench.study.evidence.estimands import Mean, Median, Quantile, Success, Tail, least_draws
-from workbench.study.evidence.judgement import Judgement, Standings, judge
+from workbench.study.evidence.judgement import LawJudgement, Standings, judge
 from workbench.study.evidence.largest_setting import LargestSetting, LoopLimits, LoopTrial, largest_setting
 from workbench.study.evidence.law_tables import (
-    Published,
+    PublishedColumn,
     against_published,
     information_table,
     ranking,
     side_by_side,
 )
+from workbench.study.evidence.paired_samples import PairedSamples, pair_samples, same_draws
 from workbench.study.evidence.pairwise_comparison import Comparison, Ranks, compare, ranks
-from workbench.study.evidence.pooling import WAYS, Pooled, Way, leave_one_out, pool
+from workbench.study.evidence.pooling import WAYS, PooledJudgement, Way, leave_one_out, pool
 from workbench.study.evidence.threshold import Threshold, bisect, find_largest
 from workbench.study.evidence.value_order import order
 
@@ -58,19 +58,19 @@ __all__ = [
     "ComputerMargins",
     "HALF",
     "Intervals",
-    "Judgement",
-    "KEPT",
+    "LawJudgement",
+    "KEEPS_RATIO",
     "LargestSetting",
     "LoopLimits",
     "LoopTrial",
     "Mean",
     "Median",
-    "Paired",
-    "Pooled",
-    "Published",
+    "PairedSamples",
+    "PooledJudgement",
+    "PublishedColumn",
     "Quantile",
     "Ranks",
-    "STANDS",
+    "STANDS_RATIO",
     "Standings",
     "Success",
     "Tail",
@@ -96,7 +96,7 @@ __all__ = [
     "leave_one_out",
     "level_of",
     "order",
-    "paired",
+    "pair_samples",
     "pool",
     "ranking",
     "ranks",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from workbench.study.document.document import Cell, Emphasis, Measured, Value
+from workbench.study.document.document import BoldCell, Cell, Value, ValueWithError
 from workbench.study.evidence.pairwise_comparison import Comparison
 from workbench.study.evidence.value_order import order
 from workbench.study.study import Outcome
@@ -12,19 +12,19 @@ from workbench.study.study import Outcome
 BOLD = "Bold: significantly better than each other law."
 
 
-def bold_if_best(shown: Value, one: Comparison, law: str) -> Cell:
+def bold_if_best(value: Value, one: Comparison, law: str) -> Cell:
     """The cell of a law, in bold if the comparison finds the law significantly better than every other."""
-    return Emphasis(shown) if one.best == law else shown
+    return BoldCell(value) if one.best == law else value
 
 
-def bold_if_decided(shown: Value, one: Comparison, law: str, other: str) -> Cell:
+def bold_if_decided(value: Value, one: Comparison, law: str, other: str) -> Cell:
     """The cell of a law, in bold if the comparison finds a significant difference from the other law."""
-    return Emphasis(shown) if one.order(law, other) != "undecided" else shown
+    return BoldCell(value) if one.order(law, other) != "undecided" else value
 
 
-def bold_if(condition: bool, shown: Cell) -> Cell:
+def bold_if(condition: bool, cell: Cell) -> Cell:
     """The cell, in bold if the condition holds and the cell shows a value that was measured."""
-    return Emphasis(shown) if condition and isinstance(shown, Measured) else shown
+    return BoldCell(cell) if condition and isinstance(cell, ValueWithError) else cell
 
 
 def outcome_below_all(outcomes: Sequence[Outcome], metric: str, signal: int | str, margin: float) -> Outcome | None:

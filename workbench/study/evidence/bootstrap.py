@@ -10,17 +10,17 @@ import numpy as np
 from scipy.special import ndtri
 
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.uncertainty.designs import uniforms
 from workbench.study.uncertainty.outputs import check_size
 
 BLOCK = 2**22  # counts in memory at once
 BEYOND = 2  # resamples above a quantile, below which they cannot tell it
-TOLD = 20  # resamples above the one from which the normal law goes on
+MIN_TAIL_RESAMPLES = 20  # resamples above the one from which the normal law goes on
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Intervals:
     """Values, each with an interval; ends are infinite where there are too few draws to bound them."""
 
@@ -92,16 +92,16 @@ def order_statistics(columns: Array, share: float, confidence: float, resamples:
     return Intervals(ordered[expected - 1], low, high)
 
 
-def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
+def percentiles(value: Array, resamples: Array, confidence: float) -> Intervals:
     """Values (k,) with intervals that hold all at once, from their values in resamples (R, k).
 
     The ends are quantiles of the resamples, of one share for both sides of all columns. A side that resamples make
     infinite, or not a number, is not bounded; nor is a value that is not finite.
     """
     with np.errstate(invalid="ignore"):
-        off = resampled - value
+        off = resamples - value
     off = np.where(np.isnan(off), np.inf, off)
-    down = np.where(np.isnan(resampled), np.inf, -off)
+    down = np.where(np.isnan(resamples), np.inf, -off)
     ends = np.maximum(_balanced(np.concatenate([down, off], axis=1), confidence), 0).reshape(2, -1)
     with np.errstate(invalid="ignore"):
         low, high = value - ends[0], value + ends[1]
@@ -177,8 +177,10 @@ def _balanced(t: Array, confidence: float) -> Array:
     place = int(_high(worst, confidence))
     found[bounded] = [column[place] for column in ordered.values()]
     if place >= rows - BEYOND:
-        told = [column[rows - TOLD] for column in ordered.values()]
-        found[bounded] = np.maximum(found[bounded], np.array(told) * ndtri(1 - missed) / ndtri(1 - TOLD / rows))
+        told = [column[rows - MIN_TAIL_RESAMPLES] for column in ordered.values()]
+        found[bounded] = np.maximum(
+            found[bounded], np.array(told) * ndtri(1 - missed) / ndtri(1 - MIN_TAIL_RESAMPLES / rows)
+        )
     return found
 
 

@@ -6,22 +6,22 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from workbench.core.validation.signatures import door
-from workbench.study.document.document import Cell, Column, Measured, Missing, Phrase, Table, Value
+from workbench.core.validation.signatures import check_arguments
+from workbench.study.document.document import Cell, MissingCell, Phrase, ReportTable, TableColumn, Value, ValueWithError
 from workbench.study.document.source import Source
 from workbench.study.document.words import join_names
 from workbench.study.evidence.bold_cells import BOLD, bold_if_best, bold_if_decided
 from workbench.study.evidence.estimands import Success, unit_of_estimand, words_of
-from workbench.study.evidence.judgement import Judgement
+from workbench.study.evidence.judgement import LawJudgement
 from workbench.study.evidence.pairwise_comparison import Comparison
 
 HALF = "in brackets the half-width of its interval in units of the last digits, or its ends where it is wide"
 
 
-@door
+@check_arguments
 def comparison_table(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], notes: tuple[Phrase, ...] = ()
-) -> Table:
+) -> ReportTable:
     """One row a law, one column a metric, and the failed runs; the significantly least of a column is bold.
 
     Comparisons of other laws than the first are refused, and none at all.
@@ -36,13 +36,15 @@ def comparison_table(
     """
     _check_laws("comparison_table", comparisons)
     several = len({one.estimand for one in comparisons}) > 1
-    names = [words_of(one.estimand, one.paired.metric) if several else one.paired.metric for one in comparisons]
+    names = [words_of(one.estimand, one.samples.metric) if several else one.samples.metric for one in comparisons]
     bold = f"{BOLD} A number is {_statistics(comparisons)}, {HALF}."
     return _levels(name, caption, comparisons, names, (bold, *_said(comparisons), *notes))
 
 
-@door
-def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tuple[Phrase, ...] = ()) -> Table:
+@check_arguments
+def statistics_table(
+    name: str, caption: Phrase, judgement: LawJudgement, notes: tuple[Phrase, ...] = ()
+) -> ReportTable:
     """One row a law, one column an estimand, the asked one first; the notes have the verdict and its reversals.
 
     Examples
@@ -53,7 +55,7 @@ def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tu
     >>> statistics_table("laws", "Two laws", ruling).name
     'laws'
     """
-    paired, comparisons = judgement.paired, tuple(judgement.by.values())
+    paired, comparisons = judgement.samples, tuple(judgement.by.values())
     asked, *others = (words_of(one.estimand, paired.metric) for one in comparisons)
     verdict = f"{judgement.sentence[0].upper()}{judgement.sentence[1:]}."
     how = f"{BOLD} Behind each number, {HALF}; of a column {comparisons[0].holds}."
@@ -63,22 +65,24 @@ def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tu
 
 def _levels(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], names: Sequence[str], notes: tuple[Phrase, ...]
-) -> Table:
+) -> ReportTable:
     """One row a law, one column a comparison, under their names, and the failed runs."""
-    units = (unit_of_estimand(one.estimand, one.paired.unit) for one in comparisons)
-    heads = (Column(head, unit, "right") for head, unit in zip(names, units, strict=True))
-    failed = np.max([one.paired.failed for one in comparisons], axis=0)
+    units = (unit_of_estimand(one.estimand, one.samples.unit) for one in comparisons)
+    heads = (TableColumn(head, unit, "right") for head, unit in zip(names, units, strict=True))
+    failed = np.max([one.samples.failures for one in comparisons], axis=0)
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (law, *(level_of(one, law) for one in comparisons), int(lost))
-        for law, lost in zip(comparisons[0].paired.laws, failed, strict=True)
+        for law, lost in zip(comparisons[0].samples.laws, failed, strict=True)
     )
-    return Table(name, caption, (Column("law"), *heads, Column("failed runs", align="right")), rows, notes)
+    return ReportTable(
+        name, caption, (TableColumn("law"), *heads, TableColumn("failed runs", align="right")), rows, notes
+    )
 
 
-@door
+@check_arguments
 def ablation_table(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], whole: str, notes: tuple[Phrase, ...] = ()
-) -> Table:
+) -> ReportTable:
     """One row a part that is taken out of the law `whole`, one column a metric: its change, see `change_without`.
 
     Comparisons of other laws than the first are refused, and of `Success`, a share in points and not percent.
@@ -94,26 +98,26 @@ def ablation_table(
     (Emphasis(cell=Measured(...)), Emphasis(cell=Measured(...)))
     """
     _check_laws("ablation_table", comparisons)
-    paired = comparisons[0].paired
+    paired = comparisons[0].samples
     at = paired.place(whole)
-    failed = np.max([one.paired.failed for one in comparisons], axis=0)
+    failed = np.max([one.samples.failures for one in comparisons], axis=0)
     rows: list[tuple[Cell, ...]] = [
         (f"without {law}", *(change_without(one, law, whole) for one in comparisons), int(lost))
         for law, lost in zip(paired.laws, failed, strict=True)
         if law != whole
     ]
-    heads = (Column(one.paired.metric, "%", "right") for one in comparisons)
-    columns = (Column("law"), *heads, Column("failed runs", align="right"))
-    levels = ", ".join(f"{one.paired.metric} {_leveled(one, at)}" for one in comparisons)
+    heads = (TableColumn(one.samples.metric, "%", "right") for one in comparisons)
+    columns = (TableColumn("law"), *heads, TableColumn("failed runs", align="right"))
+    levels = ", ".join(f"{one.samples.metric} {_leveled(one, at)}" for one in comparisons)
     how = (
         f"A number is the change of {_statistics(comparisons)} as a part is taken out, in percent of the whole law's; "
         f"a positive one says that the part is useful; {HALF}. Bold: significant. Of "
         f"{whole}: {levels}."
     )
-    return Table(name, caption, columns, tuple(rows), (how, *_said(comparisons), *notes))
+    return ReportTable(name, caption, columns, tuple(rows), (how, *_said(comparisons), *notes))
 
 
-@door
+@check_arguments
 def change_without(one: Comparison, law: str, whole: str) -> Cell:
     """The level of a law less that of the law `whole`, in percent of the latter; in bold if it is significant.
 
@@ -129,17 +133,17 @@ def change_without(one: Comparison, law: str, whole: str) -> Cell:
             "`change_without(one=...)` gives a change in percent of a level, which is not what a share of successes is "
             "compared by; got `Success`."
         )
-    i, at, d = one.paired.place(law), one.paired.place(whole), one.difference
+    i, at, d = one.samples.place(law), one.samples.place(whole), one.difference
     size = float(one.level.value[at])
     if not (size and np.isfinite(size)) or np.isnan(d.value[i, at]):  # nothing is a number of percent of zero
-        return Missing("not known")
+        return MissingCell("not known")
     value, low, high = (100 * float(part[i, at]) / size + 0.0 for part in (d.value, d.low, d.high))
-    shown: Value = float("inf") if np.isinf(value) else _measured(one.paired.source(law), value, low, high)
+    shown: Value = float("inf") if np.isinf(value) else _measured(one.samples.source(law), value, low, high)
     return bold_if_decided(shown, one, law, whole)
 
 
 def _check_laws(call: str, comparisons: Sequence[Comparison]) -> None:
-    kinds = {one.paired.laws for one in comparisons}
+    kinds = {one.samples.laws for one in comparisons}
     if len(kinds) != 1:
         raise ValueError(f"`{call}(comparisons=...)` needs comparisons of the same laws; got {sorted(kinds)}.")
 
@@ -150,26 +154,26 @@ def _statistics(comparisons: Sequence[Comparison]) -> str:
 
 def _said(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
     """The notes of a table: on the statistics, on each metric, and the common ones once."""
-    return (*dict.fromkeys(one.said for one in comparisons), *_runs(comparisons))
+    return (*dict.fromkeys(one.footnote for one in comparisons), *_runs(comparisons))
 
 
 def _runs(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
-    each = dict.fromkeys(one.paired.said for one in comparisons)
-    return (*each, *dict.fromkeys(one.paired.note for one in comparisons if one.paired.note))
+    each = dict.fromkeys(one.samples.footnote for one in comparisons)
+    return (*each, *dict.fromkeys(one.samples.note for one in comparisons if one.samples.note))
 
 
-def _reversed(judgement: Judgement) -> Iterator[str]:
+def _reversed(judgement: LawJudgement) -> Iterator[str]:
     """A sentence for each estimand that orders laws the other way round."""
     for words in judgement.by:
         pairs = [f"{a} is below {b}" for a, b, _, other in judgement.reversals if other == words]
         if pairs:
-            yield f"By {judgement.asked.words} {join_names(pairs)}, and by {words} significantly above."
+            yield f"By {judgement.primary.words} {join_names(pairs)}, and by {words} significantly above."
 
 
-@door
+@check_arguments
 def level_of(one: Comparison, law: str) -> Cell:
     """The level of a law with its interval, in bold if the law is significantly better than every other."""
-    shown = _shown(one, one.paired.place(law))
+    shown = _shown(one, one.samples.place(law))
     return bold_if_best(shown, one, law)
 
 
@@ -179,14 +183,14 @@ def _shown(one: Comparison, i: int) -> Value:
         return value
     if isinstance(one.estimand, Success):
         value, low, high = (100 * (1 - end) + 0.0 for end in (value, high, low))
-    return _measured(one.paired.source(one.paired.laws[i]), value, low, high)
+    return _measured(one.samples.source(one.samples.laws[i]), value, low, high)
 
 
 def _leveled(one: Comparison, at: int) -> str:
     value, low, high = (float(part[at]) for part in (one.level.value, one.level.low, one.level.high))
-    return f"{value:.3g} ({low:.3g} to {high:.3g}) {one.paired.unit}".strip()
+    return f"{value:.3g} ({low:.3g} to {high:.3g}) {one.samples.unit}".strip()
 
 
-def _measured(source: Source | None, value: float, low: float, high: float) -> Measured:
+def _measured(source: Source | None, value: float, low: float, high: float) -> ValueWithError:
     halves = [half for half in (high - value, value - low) if np.isfinite(half)]
-    return Measured(value, max(halves, default=0.0), source, (low, high))
+    return ValueWithError(value, max(halves, default=0.0), source, (low, high))

@@ -7,30 +7,30 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.core import Sampled
-from workbench.core.validation.refusals import Array, known, refusal, whole
-from workbench.core.validation.signatures import door
+from workbench.core import SampledSystem
+from workbench.core.validation.refusals import Array, known_name, refusal, whole
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.distributions import Uniform
 from workbench.engine.factors import Factor
-from workbench.study.contract import Run, Sweep
-from workbench.study.document.phrases import Cell, Column, Table
+from workbench.study.document.phrases_and_tables import Cell, ReportTable, TableColumn
 from workbench.study.document.source import Source
+from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.sample import Sample
-from workbench.study.uncertainty.designs import Listed, MonteCarlo
+from workbench.study.uncertainty.designs import ListedPoints, MonteCarlo
 
-KEPT, STANDS = 1.1, 2.0  # times the metric without the effect: kept, and still standing
+KEEPS_RATIO, STANDS_RATIO = 1.1, 2.0  # times the metric without the effect: kept, and still standing
 MOST_QUANTUM = 64.0  # times the declared steps of the readings
 MOST_MISSED = 0.5
 LEVELS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 1.0)  # of the largest value of an effect
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class ComputerEffect:
     """An effect of a computer, such as jitter: `levels` that rise from `least`, where a loop has none of it.
 
-    The growth of the error is computed at the level `declared`. With `share`, levels are multiples of the loop's own
-    numbers.
+    The growth of the error is computed at the level `declared_level`. With `share`, levels are multiples of the loop's
+    own numbers.
 
     Raises
     ------
@@ -46,18 +46,18 @@ class ComputerEffect:
     name: str
     paths: tuple[str, ...]
     levels: tuple[float, ...]
-    declared: float
+    declared_level: float
     unit: str = ""
     least: float = 0.0
     share: bool = False
 
     def __post_init__(self) -> None:
         rises = bool(self.levels) and bool((np.diff((self.least, *self.levels)) > 0).all())
-        if not rises or self.declared not in (self.least, *self.levels):
+        if not rises or self.declared_level not in (self.least, *self.levels):
             raise refusal(
                 f"ComputerEffect({self.name!r}, levels=...)",
                 "levels that rise from `least`, with the declared one among them",
-                (self.least, self.levels, self.declared),
+                (self.least, self.levels, self.declared_level),
             )
 
     @property
@@ -65,15 +65,15 @@ class ComputerEffect:
         """The effect as a number that a sweep varies."""
         return Factor(self.name, self.paths, Uniform(self.least, self.levels[-1]), share=self.share)
 
-    @door
+    @check_arguments
     def coordinate(self, level: float) -> float:
         """The coordinate of a level in the unit cube."""
         return (level - self.least) / (self.levels[-1] - self.least)
 
 
-@door
-def computer_effects(sampled: Sampled, jitter: float, missed: float) -> tuple[ComputerEffect, ...]:
-    """Coarser readings, jitter and missed periods of a loop that `Sampled.disturbed` gave.
+@check_arguments
+def computer_effects(sampled_loop: SampledSystem, jitter: float, missed_share: float) -> tuple[ComputerEffect, ...]:
+    """Coarser readings, jitter and missed periods of a loop that `SampledSystem.disturbed` gave.
 
     Readings have the declared steps at the least, and those of no step stay exact; jitter goes to half of the period.
 
@@ -81,7 +81,7 @@ def computer_effects(sampled: Sampled, jitter: float, missed: float) -> tuple[Co
     ----------
     jitter
         The largest delay of an instant that is declared, in s.
-    missed
+    missed_share
         The share of missed periods that is declared.
 
     Raises
@@ -97,17 +97,17 @@ def computer_effects(sampled: Sampled, jitter: float, missed: float) -> tuple[Co
     >>> law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
     >>> sampled = loop.disturbed()
-    >>> effects = wb.evidence.computer_effects(sampled, jitter=1e-3, missed=0.1)
+    >>> effects = wb.evidence.computer_effects(sampled_loop, jitter=1e-3, missed_share=0.1)
     >>> [effect.name for effect in effects]
     ['jitter', 'missed periods']
     """
-    half = sampled.period / 2
-    rows = sampled.parameters
-    known("computer.jitter", rows.names, "parameters of the loop")
+    half = sampled_loop.period / 2
+    rows = sampled_loop.parameters
+    known_name("computer.jitter", rows.names, "parameters of the loop")
     coarse = tuple(name for name in rows.names if name.endswith(".quantum") and rows[name].default.all())
     ladders = (
         ("jitter", "computer.jitter", half, jitter, "s"),
-        ("missed periods", "computer.missed", MOST_MISSED, missed, "1"),
+        ("missed periods", "computer.missed", MOST_MISSED, missed_share, "1"),
     )
     effects = tuple(
         ComputerEffect(name, (path,), tuple(sorted({declared, *(most * level for level in LEVELS)})), declared, unit)
@@ -118,7 +118,7 @@ def computer_effects(sampled: Sampled, jitter: float, missed: float) -> tuple[Co
     return (own, *effects) if coarse else effects
 
 
-@door
+@check_arguments
 def computer_sweep(
     name: str, run: Run, effects: Sequence[ComputerEffect], starts: Sequence[Factor] = (), draws: int = 8
 ) -> Sweep:
@@ -127,7 +127,7 @@ def computer_sweep(
     Parameters
     ----------
     run
-        Of a loop that `Sampled.disturbed` gave, with at least one metric; its seed draws the starts too.
+        Of a loop that `SampledSystem.disturbed` gave, with at least one metric; its seed draws the starts too.
     starts
         Numbers that differ from draw to draw, and are the same in the draws of that number of all kinds.
     draws
@@ -144,7 +144,7 @@ def computer_sweep(
     >>> law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
     >>> sampled = loop.disturbed()
-    >>> effects = wb.evidence.computer_effects(sampled, jitter=1e-3, missed=0.1)
+    >>> effects = wb.evidence.computer_effects(sampled, jitter=1e-3, missed_share=0.1)
     >>> run = wb.Run(sampled, (wb.rmse(),), until=1.0)
     >>> wb.evidence.computer_sweep("motor", run, effects, draws=2).name
     'motor'
@@ -157,17 +157,17 @@ def computer_sweep(
         for level in effect.levels:
             kinds.append(np.zeros(len(effects)))
             kinds[-1][i] = effect.coordinate(level)
-    kinds.append(np.array([effect.coordinate(effect.declared) for effect in effects]))
+    kinds.append(np.array([effect.coordinate(effect.declared_level) for effect in effects]))
     points = np.repeat(kinds, draws, axis=0)
     if starts:
         drawn = MonteCarlo(len(starts), draws, run.seed).points()
         points = np.hstack([points, np.tile(drawn, (len(kinds), 1))])
     factors = (*(effect.factor for effect in effects), *starts)
-    return Sweep(name, replace(run, every=None), factors, Listed(points))
+    return Sweep(name, replace(run, every=None), factors, ListedPoints(points))
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class ComputerMargin:
     """A metric under an effect: `values` (levels, draws, numbers), infinite where a run diverged.
 
@@ -178,28 +178,28 @@ class ComputerMargin:
     values: Array
     ratios: Array
 
-    @door
+    @check_arguments
     def largest(self, most: float) -> float:
         """The largest level up to which every run has at most `most` times the metric; the least if no level has."""
         good = np.asarray((self.ratios <= most).all(axis=1))
         count = good.size if good.all() else int(np.argmin(good))
         return (self.effect.least, *self.effect.levels)[count]
 
-    @door
-    def unbounded(self, most: float) -> bool:
+    @check_arguments
+    def is_unbounded(self, most: float) -> bool:
         """True if every level is within `most`."""
         return bool((self.ratios <= most).all())
 
     @property
     def loss(self) -> float:
         """The mean ratio at the declared level, less 1."""
-        if self.effect.declared == self.effect.least:
+        if self.effect.declared_level == self.effect.least:
             return 0.0
-        return float(self.ratios[self.effect.levels.index(self.effect.declared)].mean() - 1)
+        return float(self.ratios[self.effect.levels.index(self.effect.declared_level)].mean() - 1)
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class ComputerMargins:
     """The margins of a loop by a metric: its values without effects and with all declared effects, (draws, numbers).
 
@@ -208,11 +208,11 @@ class ComputerMargins:
 
     each: tuple[ComputerMargin, ...]
     without: Array
-    declared: Array  # infinite where a run diverged
+    declared_values: Array  # infinite where a run diverged
     sources: tuple[Source, ...] = ()
 
 
-@door
+@check_arguments
 def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: str) -> ComputerMargins:
     """The margins of a loop for each effect by a metric.
 
@@ -248,7 +248,7 @@ def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: 
     return ComputerMargins(tuple(margins), values[0], values[-1], sources)
 
 
-@door
+@check_arguments
 def worst_ratio(values: Array, base: Array) -> Array:
     """The largest ratio over the numbers of a metric, the last axis: infinite where a run diverged, 1 for 0 over 0.
 
@@ -264,26 +264,30 @@ def worst_ratio(values: Array, base: Array) -> Array:
     return np.asarray(np.max(np.where(np.isnan(ratios), np.inf, ratios), axis=-1))
 
 
-@door
-def computer_table(name: str, caption: str, margins: Sequence[tuple[str, ComputerMargins]]) -> Table:
+@check_arguments
+def computer_table(name: str, caption: str, margins: Sequence[tuple[str, ComputerMargins]]) -> ReportTable:
     """The margins of several loops, a row for each loop and effect; the note of its runs stands below for each loop."""
     rows: list[tuple[Cell, ...]] = []
     for loop, own in margins:
         for one in own.each:
-            effect, ends = one.effect, (_end(one, most) for most in (KEPT, STANDS))
+            effect, ends = one.effect, (_end(one, most) for most in (KEEPS_RATIO, STANDS_RATIO))
             loss: Cell = 100 * one.loss if np.isfinite(one.loss) else "lost"
-            declared: tuple[Cell, Cell] = (_level(effect, effect.declared), loss)
-            rows.append((loop, effect.name, *(declared if effect.declared > effect.least else (None, None)), *ends))
+            declared: tuple[Cell, Cell] = (_level(effect, effect.declared_level), loss)
+            rows.append(
+                (loop, effect.name, *(declared if effect.declared_level > effect.least else (None, None)), *ends)
+            )
     columns = (
-        Column("loop"),
-        Column("effect"),
-        Column("declared", align="right"),
-        Column("growth", "%", "right", digits=2),
-        Column(f"at most {KEPT:g} times"),
-        Column(f"at most {STANDS:g} times"),
+        TableColumn("loop"),
+        TableColumn("effect"),
+        TableColumn("declared", align="right"),
+        TableColumn("growth", "%", "right", digits=2),
+        TableColumn(f"at most {KEEPS_RATIO:g} times"),
+        TableColumn(f"at most {STANDS_RATIO:g} times"),
     )
     said = {loop: "; ".join(dict.fromkeys(note for one in own.sources for note in one.notes)) for loop, own in margins}
-    return Table(name, caption, columns, tuple(rows), tuple(f"{loop}: {note}." for loop, note in said.items() if note))
+    return ReportTable(
+        name, caption, columns, tuple(rows), tuple(f"{loop}: {note}." for loop, note in said.items() if note)
+    )
 
 
 def _level(effect: ComputerEffect, level: float) -> str:
@@ -297,4 +301,4 @@ def _end(one: ComputerMargin, most: float) -> str:
     level = one.largest(most)
     if level == one.effect.least:
         return f"less than {_level(one.effect, one.effect.levels[0])}"
-    return ("\N{GREATER-THAN OR EQUAL TO} " if one.unbounded(most) else "") + _level(one.effect, level)
+    return ("\N{GREATER-THAN OR EQUAL TO} " if one.is_unbounded(most) else "") + _level(one.effect, level)

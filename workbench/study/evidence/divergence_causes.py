@@ -10,23 +10,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core import Layout, Sampled
+from workbench.core import Layout, SampledSystem
 from workbench.core.equations import Loop, equations_of
-from workbench.core.validation.refusals import Array, Integers, known, refusal, require, vector
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, Integers, known_name, refusal, require, vector
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine import simulate
-from workbench.study.compiled import compile_sweep
-from workbench.study.contract import Sweep
+from workbench.study.compiled_sweep import compile_sweep
+from workbench.study.run_and_sweep import Sweep
 
 FINE = "fine"
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Causes:
     """The repetitions of B lost runs, from the same rows and noise, with other ways to step the computer's memories.
 
-    `lost` has (B,) for each way: 1 for a run that diverges by this way, too. The way "fine" is near the exact flow.
+    `diverges` has (B,) for each way: 1 for a run that diverges by this way, too. The way "fine" is near the exact flow.
 
     Raises
     ------
@@ -37,42 +37,42 @@ class Causes:
 
     Examples
     --------
-    >>> len(wb.evidence.Causes({"fine": np.array([0, 1])}).lost)
+    >>> len(wb.evidence.Causes({"fine": np.array([0, 1])}).diverges)
     1
     """
 
-    lost: Mapping[str, Integers]
+    diverges: Mapping[str, Integers]
 
     def __post_init__(self) -> None:
-        known(FINE, self.lost, "ways to step the computer's memories")
-        for way, lost in self.lost.items():
-            vector(f"Causes(lost={{{way!r}: ...}})", lost, self.lost[FINE].size, "lost runs")
+        known_name(FINE, self.diverges, "ways to step the computer's memories")
+        for way, lost in self.diverges.items():
+            vector(f"Causes(diverges={{{way!r}: ...}})", lost, self.diverges[FINE].size, "lost runs")
 
     @property
     def by_integrator(self) -> int:
         """The number of runs that stay finite under "fine": the integrator lost them."""
-        return int((self.lost[FINE] == 0).sum())
+        return int((self.diverges[FINE] == 0).sum())
 
     @property
     def by_law(self) -> int:
         """The number of runs that diverge in every way: the law lost them."""
-        return int(np.min(list(self.lost.values()), axis=0).sum())
+        return int(np.min(list(self.diverges.values()), axis=0).sum())
 
     @property
-    def unsettled(self) -> int:
+    def undecided_runs(self) -> int:
         """The number of runs that diverge under "fine" and stay finite in another way."""
-        return len(self.lost[FINE]) - self.by_integrator - self.by_law
+        return len(self.diverges[FINE]) - self.by_integrator - self.by_law
 
     @property
     def sentence(self) -> str:
         """The counts in words."""
-        open_ = f", unsettled: {self.unsettled}" if self.unsettled else ""
+        open_ = f", unsettled: {self.undecided_runs}" if self.undecided_runs else ""
         return f"by the integrator: {self.by_integrator}, by the law: {self.by_law}{open_}"
 
 
-@door
+@check_arguments
 def causes(
-    ways: Mapping[str, Sampled],
+    ways: Mapping[str, SampledSystem],
     p: Array,
     x0: Array | None = None,
     *,
@@ -100,13 +100,13 @@ def causes(
     LookupError
         If no way is called "fine".
     ValueError
-        If a way is no `Sampled`, has other states or parameters than the others, or `simulate` refuses.
+        If a way is no `SampledSystem`, has other states or parameters than the others, or `simulate` refuses.
     """
     if FINE not in ways:
         raise LookupError(f"`causes(ways)` needs the way '{FINE}' to tell law from integrator; got {sorted(ways)}.")
     lost = {}
     for name, sampled in ways.items():
-        require(f"causes(ways={{'{name}': ...}})", sampled, Sampled)
+        require(f"causes(ways={{'{name}': ...}})", sampled, SampledSystem)
         if [part.labels for part in _layouts(sampled)] != [part.labels for part in _layouts(ways[FINE])]:
             raise ValueError(
                 f"`causes(ways)` must hold one loop in several ways; '{name}' has other states or parameters than "
@@ -118,8 +118,8 @@ def causes(
     return Causes(lost)
 
 
-@door
-def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) -> Causes:
+@check_arguments
+def causes_in_sweep(sweep: Sweep, lost_runs: Integers, ways: Mapping[str, Loop]) -> Causes:
     """The causes of divergence of some runs of a sweep, by their numbers (B,): their own rows and noise in each way.
 
     Examples
@@ -135,21 +135,21 @@ def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) 
     'by the integrator: 2, by the law: 0'
     """
     runs = sweep.design.size
-    if diverged.ndim != 1 or not diverged.size or diverged.min() < 0 or diverged.max() >= runs:
-        raise refusal("causes_in_sweep(diverged=...)", f"numbers (B,) of the {runs} runs, one at least", diverged)
+    if lost_runs.ndim != 1 or not lost_runs.size or lost_runs.min() < 0 or lost_runs.max() >= runs:
+        raise refusal("causes_in_sweep(lost_runs=...)", f"numbers (B,) of the {runs} runs, one at least", lost_runs)
     made = compile_sweep(sweep)
-    equation = require("causes_in_sweep(sweep=...) of a loop", made.equation, Sampled)
-    rows = [made.rows(int(run), int(run) + 1) for run in diverged]
+    equation = require("causes_in_sweep(sweep=...) of a loop", made.equation, SampledSystem)
+    rows = [made.rows(int(run), int(run) + 1) for run in lost_runs]
     p = np.concatenate([row[0] for row in rows])
     x0 = np.concatenate([row[1][:, : equation.states.size] for row in rows])
     loops = {
-        name: require(f"causes(ways={{'{name}': ...}})", equations_of(loop, name), Sampled)
+        name: require(f"causes(ways={{'{name}': ...}})", equations_of(loop, name), SampledSystem)
         for name, loop in ways.items()
     }
     substeps = equation.substeps(made.h)
-    keys = np.zeros_like(diverged) if sweep.common else diverged
+    keys = np.zeros_like(lost_runs) if sweep.common else lost_runs
     return causes(loops, p, x0, until=sweep.run.until, substeps=substeps, seed=sweep.run.seed, runs=keys)
 
 
-def _layouts(sampled: Sampled) -> tuple[Layout, Layout]:
+def _layouts(sampled: SampledSystem) -> tuple[Layout, Layout]:
     return sampled.states, sampled.parameters

@@ -11,10 +11,10 @@ import numpy as np
 from scipy.special import ndtri
 
 from workbench.core.validation.refusals import Array, finite
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.evidence import bootstrap
 from workbench.study.evidence.bootstrap import Intervals
-from workbench.study.evidence.common_draws import LEAST
+from workbench.study.evidence.paired_samples import LEAST
 from workbench.study.uncertainty.outputs import LEAST_SPREAD, Flags
 from workbench.study.uncertainty.quantiles import share as share_of
 
@@ -24,7 +24,7 @@ Pairs = list[tuple[int, int]]
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Mean:
     """The mean over the draws; infinite for a law that has a failed run.
 
@@ -35,7 +35,7 @@ class Mean:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Quantile:
     """The least value that a share of the draws do not exceed; finite while fewer runs fail than the others.
 
@@ -61,7 +61,7 @@ class Quantile:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Median:
     """The quantile of one half; a difference is that of two medians, which is not the median of the differences."""
 
@@ -69,7 +69,7 @@ class Median:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Tail:
     """The mean of the worst 1 - share of the draws, known as CVaR or expected shortfall; infinite with a failed run.
 
@@ -97,7 +97,7 @@ class Tail:
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Success:
     """The share of the draws whose value is at most a limit, kept as the share of the others: less of that is better.
 
@@ -163,7 +163,7 @@ def _beyond(estimand: Estimand) -> tuple[float, str]:
     return 1.0, ""
 
 
-@door
+@check_arguments
 def least_draws(estimands: tuple[Estimand, ...]) -> int:
     """The least number of draws with which `compare` takes some estimands.
 

@@ -8,32 +8,32 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.core.validation.signatures import door
-from workbench.study.evidence.common_draws import Paired
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.evidence.estimands import Estimand, Success, unit_of_estimand, words_of
+from workbench.study.evidence.paired_samples import PairedSamples
 from workbench.study.evidence.pairwise_comparison import RESAMPLES, Comparison, compare
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Judgement:
+@check_arguments
+class LawJudgement:
     """Comparisons of the same runs by several estimands, the first of them asked before the runs."""
 
     by: Mapping[str, Comparison]  # by the words of each estimand
 
     def __post_init__(self) -> None:
-        if not self.by or len({id(one.paired) for one in self.by.values()}) > 1:
-            raise ValueError("`Judgement(by=...)` must hold comparisons of the same paired values, at least one.")
+        if not self.by or len({id(one.samples) for one in self.by.values()}) > 1:
+            raise ValueError("`LawJudgement(by=...)` must hold comparisons of the same paired values, at least one.")
         if any(words != one.estimand.words for words, one in self.by.items()):
-            raise ValueError(f"`Judgement(by=...)` must name each comparison by its estimand; got {list(self.by)}.")
+            raise ValueError(f"`LawJudgement(by=...)` must name each comparison by its estimand; got {list(self.by)}.")
 
     @property
-    def paired(self) -> Paired:
+    def samples(self) -> PairedSamples:
         """The runs."""
-        return self._first.paired
+        return self._first.samples
 
     @property
-    def asked(self) -> Estimand:
+    def primary(self) -> Estimand:
         """The estimand that decides."""
         return self._first.estimand
 
@@ -44,7 +44,7 @@ class Judgement:
         Each by its whole interval, beyond the margin and the errors of the steps.
         """
         first, *others = self.by.values()
-        laws = self.paired.laws
+        laws = self.samples.laws
         return tuple(
             (laws[i], laws[j], first.estimand.words, other.estimand.words)
             for other in others
@@ -68,8 +68,8 @@ class Judgement:
     @property
     def sentence(self) -> str:
         """The verdict in plain words, with its figures."""
-        end = "highest" if isinstance(self.asked, Success) else "least"
-        least = f"{end} {words_of(self.asked, self.paired.metric)}"
+        end = "highest" if isinstance(self.primary, Success) else "least"
+        least = f"{end} {words_of(self.primary, self.samples.metric)}"
         if self.kind == "depends":
             return f"depends on what is asked: {_grouped({words: _place(one) for words, one in self.by.items()})}"
         if self.kind == "open":
@@ -85,17 +85,17 @@ class Judgement:
         return next(iter(self.by.values()))
 
 
-@door
+@check_arguments
 def judge(
-    paired: Paired,
-    asked: Estimand,
+    samples: PairedSamples,
+    primary: Estimand,
     others: Sequence[Estimand] = (),
     *,
     confidence: float = 0.95,
     margin: float = 0.0,
     resamples: int = RESAMPLES,
     seed: int = 0,
-) -> Judgement:
+) -> LawJudgement:
     """Laws by the estimand asked before the runs were made, and by others that may reverse it.
 
     The confidence is that of all intervals of one estimand at once.
@@ -113,24 +113,24 @@ def judge(
     >>> judge(errors, Mean(), (Median(),), confidence=0.9, margin=0.02, resamples=100, seed=1).best
     'PID'
     """
-    estimands = (asked, *others)
+    estimands = (primary, *others)
     words = [one.words for one in estimands]
     if len(set(words)) < len(words):
-        raise ValueError(f"`judge(asked, others)` must be different estimands; got {', '.join(words)}.")
+        raise ValueError(f"`judge(primary, others)` must be different estimands; got {', '.join(words)}.")
     found = {
-        one.words: compare(paired, one, confidence=confidence, margin=margin, resamples=resamples, seed=seed)
+        one.words: compare(samples, one, confidence=confidence, margin=margin, resamples=resamples, seed=seed)
         for one in estimands
     }
-    return Judgement(found)
+    return LawJudgement(found)
 
 
 def figures(one: Comparison, law: str) -> str:
     """The level of a law with its interval, successes in percent."""
-    place = one.paired.place(law)
+    place = one.samples.place(law)
     value, low, high = (float(part[place]) for part in (one.level.value, one.level.low, one.level.high))
     if isinstance(one.estimand, Success):
         value, low, high = (100 * (1 - end) for end in (value, high, low))
-    unit = unit_of_estimand(one.estimand, one.paired.unit)
+    unit = unit_of_estimand(one.estimand, one.samples.unit)
     shown = f"{value:.3g} {unit}".strip()
     return f"{shown} ({low:.3g} to {high:.3g})"
 
@@ -147,7 +147,7 @@ def _grouped(places: Mapping[str, str]) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Standings:
     """Judgements of the same laws by the same estimands in several scenarios.
 
@@ -160,10 +160,10 @@ class Standings:
     Standings(judgements={'paper'})
     """
 
-    judgements: Mapping[str, Judgement]
+    judgements: Mapping[str, LawJudgement]
 
     def __post_init__(self) -> None:
-        kinds = {(one.paired.laws, tuple(one.by)) for one in self.judgements.values()}
+        kinds = {(one.samples.laws, tuple(one.by)) for one in self.judgements.values()}
         if len(kinds) != 1:
             raise ValueError(
                 "`Standings(judgements=...)` must have the same laws and the same estimands in each scenario; got "
@@ -173,7 +173,7 @@ class Standings:
     @property
     def wins(self) -> Mapping[str, Mapping[str, tuple[str, ...]]]:
         """For each estimand in words, each law and the scenarios in which it is best by that one; most first."""
-        ((laws, estimands),) = {(one.paired.laws, tuple(one.by)) for one in self.judgements.values()}
+        ((laws, estimands),) = {(one.samples.laws, tuple(one.by)) for one in self.judgements.values()}
         found = {}
         for words in estimands:
             best = {scenario: one.by[words].best for scenario, one in self.judgements.items()}

@@ -8,10 +8,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from workbench.core import Ode, Sampled
+from workbench.core import Ode, SampledSystem
 from workbench.core.equations import Loop, equations_of
-from workbench.core.validation.refusals import Array, known, numbers, refusal, seconds, several, whole
-from workbench.core.validation.signatures import answer, door
+from workbench.core.validation.refusals import Array, known_name, numbers, refusal, seconds, several, whole
+from workbench.core.validation.signatures import answer, check_arguments
 from workbench.engine.metrics import AbstractMetric, measure
 from workbench.study.evidence.threshold import Between, Threshold, search
 
@@ -20,7 +20,7 @@ ROUNDING = 1e-9  # of a count of steps
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class LoopLimits:
     """Limits that a loop must keep at a setting: its run stays finite, and no number of a metric is above its limit.
 
@@ -50,11 +50,11 @@ class LoopLimits:
     >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     >>> kept = wb.LoopLimits(lambda T: wb.DigitalLoop(loop, T), lambda T: [wb.rmse()], {"RMSE": 0.25}, 2.0, 5e-3)
-    >>> kept.at(0.05).met, kept.at(0.1).met
+    >>> kept.at(0.05).keeps_limits, kept.at(0.1).keeps_limits
     (True, False)
     """
 
-    loop: Callable[[float], Loop | Ode | Sampled]
+    loop: Callable[[float], Loop | Ode | SampledSystem]
     metrics: Callable[[float], Sequence[AbstractMetric]]
     limits: Mapping[str, float | Array]
     until: float
@@ -70,7 +70,7 @@ class LoopLimits:
             raise refusal("LoopLimits(limits=...)", "finite numbers above zero by the names of metrics", self.limits)
         object.__setattr__(self, "limits", limits)
 
-    @door
+    @check_arguments
     def at(self, setting: float) -> LoopTrial:
         """The run at one setting.
 
@@ -86,8 +86,8 @@ class LoopLimits:
         metrics = _given("LoopLimits(metrics=...)", "give metrics", self.metrics, setting)
         metrics = several("LoopLimits(metrics=...)(setting)", metrics, AbstractMetric)
         for name in self.limits:
-            known(name, [metric.name for metric in metrics], "metrics of the loop")
-        span = equation.period if isinstance(equation, Sampled) else self.longest_step
+            known_name(name, [metric.name for metric in metrics], "metrics of the loop")
+        span = equation.period if isinstance(equation, SampledSystem) else self.longest_step
         h = span / max(int(np.ceil(span / self.longest_step - ROUNDING)), 1)
         until = span * max(round(self.until / span), 1)
         found = measure(equation, metrics, until=until, every=until, h=h, seed=self.seed)
@@ -110,7 +110,7 @@ def _given(call: str, must: str, function: Callable[[float], T], setting: float)
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class LoopTrial:
     """A run compared with its limits: for each metric its numbers over their limits, (k,), and the errors of these.
 
@@ -125,20 +125,20 @@ class LoopTrial:
         if shapes[0] != shapes[1]:
             raise refusal("LoopTrial(errors=...)", f"errors of the shapes of the shares, {shapes[0]}", shapes[1])
 
-    @door
+    @check_arguments
     def worst(self, metric: str) -> float:
         """The largest share of the limits of a metric; infinite if the run diverged."""
-        share = self.shares[known(metric, self.shares, "metrics with a limit")]
+        share = self.shares[known_name(metric, self.shares, "metrics with a limit")]
         return float("inf") if np.isnan(share).any() else float(share.max())
 
     @property
-    def met(self) -> bool:
+    def keeps_limits(self) -> bool:
         """True if no number is above its limit."""
         return all(self.worst(metric) <= 1 for metric in self.shares)
 
     @property
     def sure(self) -> bool:
-        """True if the errors of the step cannot change `met`; a run that diverged is sure."""
+        """True if the errors of the step cannot change `keeps_limits`; a run that diverged is sure."""
         with np.errstate(invalid="ignore"):  # where a share and its error are infinite
             high = all((self.shares[name] + error <= 1).all() for name, error in self.errors.items())
             low = any(not (self.shares[name] - error <= 1).all() for name, error in self.errors.items())
@@ -146,7 +146,7 @@ class LoopTrial:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class LargestSetting:
     """The bracket of the largest setting that keeps the limits, and the trials at each setting.
 
@@ -161,7 +161,9 @@ class LargestSetting:
         """True if the errors of the step cannot change the answer at either end of the bracket."""
         ends = (self.threshold.largest, self.threshold.next)
         at = [trials for value, trials in zip(self.threshold.values, self.trials, strict=True) if value in ends]
-        return all(any(one.sure and not one.met for one in trials) or all(t.sure for t in trials) for trials in at)
+        return all(
+            any(one.sure and not one.keeps_limits for one in trials) or all(t.sure for t in trials) for trials in at
+        )
 
     @property
     def sentence(self) -> str:
@@ -169,7 +171,7 @@ class LargestSetting:
         doubt = "" if self.sure else "; the answer at an end is within the error of the step"
         return f"{self.threshold.sentence}{doubt}"
 
-    @door
+    @check_arguments
     def worst(self, metric: str, place: int = 0) -> Array:
         """The largest share of the limits of a metric at each setting that was tried, (N,).
 
@@ -179,7 +181,7 @@ class LargestSetting:
         return np.array([one[place].worst(metric) if place < len(one) else np.nan for one in self.trials])
 
 
-@door
+@check_arguments
 def largest_setting(
     limits: LoopLimits | tuple[LoopLimits, ...],
     settings: Sequence[float],
@@ -220,10 +222,10 @@ def largest_setting(
         made: list[LoopTrial] = []
         for one in each:
             made.append(one.at(setting))
-            if not made[-1].met:
+            if not made[-1].keeps_limits:
                 break
         trials[setting] = tuple(made)
-        return made[-1].met
+        return made[-1].keeps_limits
 
     found = search("largest_setting(settings=...)", kept, settings, ratio, between, patience)
     return LargestSetting(found, tuple(trials[setting] for setting in found.values))

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from itertools import combinations
 from string import ascii_uppercase
 
-from workbench.core import Roles, grouped
-from workbench.core.validation.refusals import described, finite, known, nearest, refusal, whole
-from workbench.core.validation.signatures import door
-from workbench.study.document.document import Cell, Column, Phrase, Table
+from workbench.core import Roles, information_classes
+from workbench.core.validation.refusals import describe, finite, known_name, nearest, refusal, whole
+from workbench.core.validation.signatures import check_arguments
+from workbench.study.document.document import Cell, Phrase, ReportTable, TableColumn
 from workbench.study.document.words import join_names
 from workbench.study.evidence.bold_cells import bold_if, outcome_below_all
 from workbench.study.evidence.value_order import order
@@ -28,7 +28,7 @@ NOTE = (
 OF_PLANTS = "Model f: the equations of the believed plant are used, in the observer."
 
 
-@door
+@check_arguments
 def side_by_side(
     name: str,
     caption: str,
@@ -37,7 +37,7 @@ def side_by_side(
     signal: int | str = 0,
     notes: Sequence[str] = (),
     margin: float = 0.0,
-) -> Table:
+) -> ReportTable:
     """One row a law, one column a metric, of one signal by its label or number; bold where it is below all others.
 
     The order is that of `order`. The metrics are all that were taken where none is named. Where a metric does not exist
@@ -65,15 +65,13 @@ def side_by_side(
     for m in metrics:
         if m not in taken:
             there = f" It knows: {', '.join(taken) or 'none'}."
-            raise LookupError(
-                f"`side_by_side('{name}', ...)` knows no metric {described(m)}.{nearest(m, taken)}{there}"
-            )
+            raise LookupError(f"`side_by_side('{name}', ...)` knows no metric {describe(m)}.{nearest(m, taken)}{there}")
     metrics = metrics or tuple(taken)
     best = {m: outcome_below_all(outcomes, m, signal, margin) for m in metrics}
     about = tuple(f"{m}: {taken[m].about}." for m in metrics)
     rows = tuple((o.label, *(bold_if(best[m] is o, cell(o, m, signal)) for m in metrics)) for o in outcomes)
-    columns = (Column("law"), *(Column(m, unit=_unit(outcomes, m, signal), align="right") for m in metrics))
-    return Table(name, caption, columns, rows, (" ".join(about), *notes))
+    columns = (TableColumn("law"), *(TableColumn(m, unit=_unit(outcomes, m, signal), align="right") for m in metrics))
+    return ReportTable(name, caption, columns, rows, (" ".join(about), *notes))
 
 
 def _unit(outcomes: Iterable[Outcome], metric: str, signal: int | str) -> str:
@@ -87,13 +85,13 @@ def _score(outcome: Outcome, metric: str, signal: int | str) -> tuple[float, flo
 
 
 @dataclass(frozen=True)
-@door
-class Published:
+@check_arguments
+class PublishedColumn:
     """One column of a published table: a law's name to its printed value, for a metric of one signal.
 
     Examples
     --------
-    >>> wb.evidence.Published("Table 1", "effort of omega", 0, {"no law": 0.0}, 2).digits
+    >>> wb.evidence.PublishedColumn("Table 1", "effort of omega", 0, {"no law": 0.0}, 2).digits
     2
     """
 
@@ -104,104 +102,104 @@ class Published:
     digits: int
 
 
-@door
-def against_published(name: str, caption: str, published: Published, outcomes: Mapping[str, Outcome]) -> Table:
+@check_arguments
+def against_published(name: str, caption: str, column: PublishedColumn, outcomes: Mapping[str, Outcome]) -> ReportTable:
     """Printed / ours / difference, one row a law; a printed zero has no percent, and each law needs an outcome.
 
     Examples
     --------
     >>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, h=1e-2)
     >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
-    >>> printed = wb.evidence.Published("Table 1", "effort of omega", 0, {"no law": 0.0}, 2)
+    >>> printed = wb.evidence.PublishedColumn("Table 1", "effort of omega", 0, {"no law": 0.0}, 2)
     >>> ours = {"no law": wb.study.run(study)["speed", "no law"]}
     >>> wb.evidence.against_published("table_1", "Printed and ours.", printed, ours).rows[0][0]
     'no law'
     """
-    ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
-    unit = _unit(ours.values(), published.metric, published.signal)
+    ours = {law: outcomes[known_name(law, outcomes, f"outcomes beside {column.where}")] for law in column.values}
+    unit = _unit(ours.values(), column.metric, column.signal)
     rows: list[tuple[Cell, ...]] = []
-    for law, printed in published.values.items():
-        outcome, shown = ours[law], f"{printed:.{published.digits}f}"
-        mine = cell(outcome, published.metric, published.signal)
+    for law, printed in column.values.items():
+        outcome, shown = ours[law], f"{printed:.{column.digits}f}"
+        mine = cell(outcome, column.metric, column.signal)
         if outcome.diverged_at is not None:
             rows.append((outcome.label, shown, mine, None, None))
             continue
-        value, _ = _score(outcome, published.metric, published.signal)
-        off = f"{value - printed:+.{published.digits}f}"
+        value, _ = _score(outcome, column.metric, column.signal)
+        off = f"{value - printed:+.{column.digits}f}"
         percent = f"{100 * (value - printed) / printed:+.1f}" if printed else None
         rows.append((outcome.label, shown, mine, off, percent))
     columns = (
-        Column("law"),
-        Column("printed", unit, "right"),
-        Column("ours", unit, "right"),
-        Column("difference", unit, "right"),
-        Column("difference", "%", "right"),
+        TableColumn("law"),
+        TableColumn("printed", unit, "right"),
+        TableColumn("ours", unit, "right"),
+        TableColumn("difference", unit, "right"),
+        TableColumn("difference", "%", "right"),
     )
-    return Table(name, caption, columns, tuple(rows))
+    return ReportTable(name, caption, columns, tuple(rows))
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Ranking:
     """The pairs of a published ranking of laws that hold here, that are reversed, and that stay open."""
 
-    published: Published
-    holds: tuple[tuple[str, str], ...]
-    fails: tuple[tuple[str, str], ...]
-    undecided: tuple[tuple[str, str], ...]
+    column: PublishedColumn
+    kept_pairs: tuple[tuple[str, str], ...]
+    reversed_pairs: tuple[tuple[str, str], ...]
+    undecided_pairs: tuple[tuple[str, str], ...]
 
-    @door
+    @check_arguments
     def sentence(self, winner: str) -> str:
         """The ranking in plain words, with the pairs that concern `winner` named."""
-        pairs = len(self.holds) + len(self.fails) + len(self.undecided)
-        lost = [b for a, b in self.fails if a == winner]
+        pairs = len(self.kept_pairs) + len(self.reversed_pairs) + len(self.undecided_pairs)
+        lost = [b for a, b in self.reversed_pairs if a == winner]
         against = (
             f" {winner} is printed below {join_names(lost)}, and is above here."
             if lost
             else f" All printed advantages of {winner} hold here or are too close to call."
         )
         return (
-            f"{self.published.where}: of {pairs} printed pairs {len(self.holds)} hold, "
-            f"{len(self.fails)} are reversed, {len(self.undecided)} are too close to call.{against}"
+            f"{self.column.where}: of {pairs} printed pairs {len(self.kept_pairs)} hold, "
+            f"{len(self.reversed_pairs)} are reversed, {len(self.undecided_pairs)} are too close to call.{against}"
         )
 
 
-@door
-def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float = 0.0) -> Ranking:
+@check_arguments
+def ranking(column: PublishedColumn, outcomes: Mapping[str, Outcome], margin: float = 0.0) -> Ranking:
     """Each pair of laws in its printed order, judged by our values; see `order` for when it stays open.
 
     Examples
     --------
     >>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, h=1e-2)
     >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
-    >>> printed = wb.evidence.Published("Table 1", "effort of omega", 0, {"no law": 0.0}, 2)
-    >>> wb.evidence.ranking(printed, {"no law": wb.study.run(study)["speed", "no law"]}).holds
+    >>> printed = wb.evidence.PublishedColumn("Table 1", "effort of omega", 0, {"no law": 0.0}, 2)
+    >>> wb.evidence.ranking(printed, {"no law": wb.study.run(study)["speed", "no law"]}).kept_pairs
     ()
     """
     scores = {}
-    for law in published.values:
-        outcome = outcomes[known(law, outcomes, f"outcomes beside {published.where}")]
+    for law in column.values:
+        outcome = outcomes[known_name(law, outcomes, f"outcomes beside {column.where}")]
         lost = outcome.diverged_at is not None  # which is worse than any other
-        scores[law] = (float("inf"), 0.0) if lost else _score(outcome, published.metric, published.signal)
-    laws = sorted(published.values, key=lambda law: published.values[law])
+        scores[law] = (float("inf"), 0.0) if lost else _score(outcome, column.metric, column.signal)
+    laws = sorted(column.values, key=lambda law: column.values[law])
     judged: dict[str, list[tuple[str, str]]] = {"below": [], "above": [], "undecided": []}
     for a, b in combinations(laws, 2):
         judged[order(scores[a], scores[b], margin)].append((a, b))
-    return Ranking(published, *(tuple(judged[way]) for way in ("below", "above", "undecided")))
+    return Ranking(column, *(tuple(judged[way]) for way in ("below", "above", "undecided")))
 
 
-@door
+@check_arguments
 def information_table(
-    name: str, caption: Phrase, loops: Mapping[str, object], tuned: Mapping[str, int] | None = None
-) -> Table:
+    name: str, caption: Phrase, loops: Mapping[str, object], searched_numbers: Mapping[str, int] | None = None
+) -> ReportTable:
     """A row a law: how positions and velocities reach it, its model, its estimate of the disturbance, its states.
 
-    The loops are by law, each a loop or its `Roles`; so is `tuned`, how many of a law's numbers are tuned.
+    The loops are by law, each a loop or its `Roles`; so is `searched_numbers`, how many of a law's numbers are tuned.
 
     Raises
     ------
     ValueError
-        If there is no law, a loop cannot say its roles, or `tuned` has other laws.
+        If there is no law, a loop cannot say its roles, or `searched_numbers` has other laws.
 
     Examples
     --------
@@ -213,20 +211,22 @@ def information_table(
     """
     if not loops:
         raise ValueError("`information_table(loops)` must map each law to its loop, at least one; got none.")
-    if tuned is not None and set(tuned) != set(loops):
+    if searched_numbers is not None and set(searched_numbers) != set(loops):
         raise ValueError(
-            f"`information_table(tuned=...)` must have a number for each of {described(list(loops))}; got "
-            f"{described(list(tuned))}."
+            f"`information_table(searched_numbers=...)` must have a number for each of {describe(list(loops))}; got "
+            f"{describe(list(searched_numbers))}."
         )
     roles = {law: _roles_of(law, loop) for law, loop in loops.items()}
-    classes = {law: _letter(k) for k, laws in enumerate(grouped(roles)) for law in laws}
+    classes = {law: _letter(k) for k, laws in enumerate(information_classes(roles)) for law in laws}
     rows: list[tuple[Cell, ...]] = [(law, classes[law], *_role_cells(held)) for law, held in roles.items()]
-    heads = [Column(head) for head in (*HEADS, *(() if tuned is None else ("tuned",)))]
-    if tuned is not None:
-        counts = [whole(f"information_table(tuned={{'{law}': ...}})", tuned[law], 0) for law in loops]
+    heads = [TableColumn(head) for head in (*HEADS, *(() if searched_numbers is None else ("tuned",)))]
+    if searched_numbers is not None:
+        counts = [
+            whole(f"information_table(searched_numbers={{'{law}': ...}})", searched_numbers[law], 0) for law in loops
+        ]
         rows = [(*row, n) for row, n in zip(rows, counts, strict=True)]
     notes = (NOTE, OF_PLANTS) if any("f" in held for one in roles.values() for held in one.models.values()) else (NOTE,)
-    return Table(name, caption, tuple(heads), tuple(rows), notes)
+    return ReportTable(name, caption, tuple(heads), tuple(rows), notes)
 
 
 def _roles_of(law: str, given: object) -> Roles:

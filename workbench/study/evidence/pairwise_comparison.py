@@ -11,10 +11,10 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array, whole
 from workbench.core.validation.refusals import seed as as_seed
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.evidence.bootstrap import Intervals
-from workbench.study.evidence.common_draws import Paired
 from workbench.study.evidence.estimands import Estimand, Median, Success, blur, flaw, intervals
+from workbench.study.evidence.paired_samples import PairedSamples
 from workbench.study.uncertainty.outputs import LARGEST, Flags, t_quantile
 from workbench.study.uncertainty.quantiles import share
 
@@ -23,11 +23,11 @@ MEDIAN = Median()
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Comparison:
     """An estimand of a metric over draws, and its differences between laws, with simultaneous intervals."""
 
-    paired: Paired
+    samples: PairedSamples
     estimand: Estimand
     confidence: float
     level: Intervals  # (L,), the estimand of each law; infinite where too many runs failed for it
@@ -35,15 +35,15 @@ class Comparison:
     margin: float = 0.0  # of the smaller level, or for `Success` of the draws, beyond which a difference counts
 
     def __post_init__(self) -> None:
-        laws = len(self.paired.laws)
+        laws = len(self.samples.laws)
         for name, part, shape in (("level", self.level, (laws,)), ("difference", self.difference, (laws, laws))):
             if part.value.shape != shape:
                 raise ValueError(f"`Comparison({name}=...)` must have shape {shape}; got {part.value.shape}.")
 
-    @door
+    @check_arguments
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
         """The place of law a beside law b, significant by an interval beyond the margin and the errors of the steps."""
-        i, j = self.paired.place(a), self.paired.place(b)
+        i, j = self.samples.place(a), self.samples.place(b)
         return "below" if self.below[i, j] else "above" if self.below[j, i] else "undecided"
 
     @cached_property
@@ -53,13 +53,13 @@ class Comparison:
         high = self.difference.high
         return (high < -(steps + margin)) | np.isneginf(high)  # NaN where an error of the step is not known
 
-    @door
+    @check_arguments
     def alike(self, a: str, b: str) -> bool:
         """True if the interval of the difference of two laws, with the steps' errors, lies within the margin.
 
         Two laws that both fail too often for a level are not alike.
         """
-        i, j = self.paired.place(a), self.paired.place(b)
+        i, j = self.samples.place(a), self.samples.place(b)
         (steps, margin), d = self._off, self.difference
         known = np.isfinite(self.level.value[[i, j]]).all()
         return bool(known and max(-d.low[i, j], d.high[i, j]) + steps[i, j] <= margin[i, j])
@@ -69,19 +69,19 @@ class Comparison:
         """(L, L), the errors of two laws by the step together, and the margin in their unit."""
         levels = np.abs(self.level.value)
         units = np.ones_like(levels) if isinstance(self.estimand, Success) else np.minimum(levels, LARGEST)
-        errors = blur(self.estimand, self.paired.values, self.paired.errors)
+        errors = blur(self.estimand, self.samples.values, self.samples.errors)
         return np.add.outer(errors, errors), self.margin * np.minimum.outer(units, units)
 
     @property
     def best(self) -> str | None:
         """The law that is significantly below every other by this estimand alone; None if there is none."""
         others = self.below.sum(axis=1)
-        return next((law for law, n in zip(self.paired.laws, others, strict=True) if n == len(others) - 1), None)
+        return next((law for law, n in zip(self.samples.laws, others, strict=True) if n == len(others) - 1), None)
 
     @property
     def leaders(self) -> tuple[str, ...]:
         """The laws that no other is significantly below."""
-        return tuple(law for law, above in zip(self.paired.laws, self.below.T, strict=True) if not above.any())
+        return tuple(law for law, above in zip(self.samples.laws, self.below.T, strict=True) if not above.any())
 
     @property
     def answer(self) -> str:
@@ -90,7 +90,7 @@ class Comparison:
         return self.best or (f"open between {', '.join(others)} and {last}" if others else f"open: {last}")
 
     @property
-    def said(self) -> str:
+    def footnote(self) -> str:
         """The note below a table: the estimand, its intervals, and when a difference counts."""
         words = self.estimand.words
         return f"{words[0].upper()}{words[1:]} over the draws; {self.holds}."
@@ -103,9 +103,9 @@ class Comparison:
         return f"intervals hold all at once with {100 * self.confidence:g} %{beyond}"
 
 
-@door
+@check_arguments
 def compare(
-    paired: Paired,
+    samples: PairedSamples,
     estimand: Estimand = MEDIAN,
     *,
     confidence: float = 0.95,
@@ -142,11 +142,11 @@ def compare(
         raise ValueError(f"`compare(margin=...)` must be a share from 0 to 1 of the smaller level; got {margin}.")
     whole("compare(resamples=...)", resamples, 100, 10**6)
     as_seed("compare(seed=...)", seed)
-    if why := flaw(estimand, len(paired)):
+    if why := flaw(estimand, len(samples)):
         raise ValueError(f"`compare(estimand={estimand})` {why}: take more draws, or a share nearer to one half.")
-    pairs = list(combinations(range(len(paired.laws)), 2))
-    level, apart = intervals(estimand, paired.values, pairs, confidence, resamples, seed)
-    return Comparison(paired, estimand, confidence, level, _square(apart, len(paired.laws)), margin=margin)
+    pairs = list(combinations(range(len(samples.laws)), 2))
+    level, apart = intervals(estimand, samples.values, pairs, confidence, resamples, seed)
+    return Comparison(samples, estimand, confidence, level, _square(apart, len(samples.laws)), margin=margin)
 
 
 def _square(apart: Intervals, laws: int) -> Intervals:
@@ -163,24 +163,24 @@ def _square(apart: Intervals, laws: int) -> Intervals:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Ranks:
     """Shares of the draws, each with the interval of Clopper and Pearson."""
 
-    paired: Paired
+    samples: PairedSamples
     confidence: float
     ranks: Intervals  # (L, L), the law of the row has the rank of the column, from the least value; equals the worse
     below: Intervals  # (L, L), the law of the row is below that of the column
 
     def __post_init__(self) -> None:
-        laws = len(self.paired.laws)
+        laws = len(self.samples.laws)
         for name in ("ranks", "below"):
             if (shape := getattr(self, name).value.shape) != (laws, laws):
                 raise ValueError(f"`Ranks({name}=...)` must have shape {(laws, laws)}; got {shape}.")
 
 
-@door
-def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
+@check_arguments
+def ranks(samples: PairedSamples, confidence: float = 0.95) -> Ranks:
     """The rank of each law in each draw, counted. Intervals are those of one share at a time.
 
     Examples
@@ -191,12 +191,12 @@ def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
     Ranks(paired=Paired(...), confidence=0.9, ranks=Intervals(...), below=Intervals(...))
     """
     t_quantile("ranks", confidence, 1)  # refuses what is no confidence
-    y = paired.values
+    y = samples.values
     places = (y[:, :, None] >= y[:, None, :]).sum(axis=2)  # how many are not above, the law itself among them
-    laws = len(paired.laws)
+    laws = len(samples.laws)
     at = places[:, :, None] == np.arange(1, laws + 1)
     below = y[:, :, None] < y[:, None, :]
-    return Ranks(paired, confidence, _shares_of(at, confidence), _shares_of(below, confidence))
+    return Ranks(samples, confidence, _shares_of(at, confidence), _shares_of(below, confidence))
 
 
 def _shares_of(holds: Flags, confidence: float) -> Intervals:

@@ -10,10 +10,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
-from workbench.study.evidence.common_draws import Paired, paired
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.evidence.estimands import Estimand, Mean
-from workbench.study.evidence.judgement import Judgement
+from workbench.study.evidence.judgement import LawJudgement
+from workbench.study.evidence.paired_samples import PairedSamples, pair_samples
 from workbench.study.evidence.pairwise_comparison import Comparison
 
 MEAN = Mean()
@@ -27,22 +27,23 @@ WAYS: Mapping[Way, str] = {
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Pooled:
+@check_arguments
+class PooledJudgement:
     """Laws judged over all scenarios together, and again with each scenario left out.
 
     A pooled value may rest on one scenario; `rests_on` names each scenario without which the answer is another.
     """
 
     way: Way
-    members: Mapping[str, Paired]  # by scenario
-    whole: Judgement
-    without: Mapping[str, Judgement]  # by the scenario that is left out
+    members: Mapping[str, PairedSamples]  # by scenario
+    whole: LawJudgement
+    without: Mapping[str, LawJudgement]  # by the scenario that is left out
 
     def __post_init__(self) -> None:
         if set(self.members) != set(self.without):
             raise ValueError(
-                f"`Pooled(without=...)` must leave out each of {list(self.members)} once; got {list(self.without)}."
+                f"`PooledJudgement(without=...)` must leave out each of {list(self.members)} once; got "
+                f"{list(self.without)}."
             )
 
     @property
@@ -73,8 +74,8 @@ class Pooled:
         return {name: {laws[k]: float(mean[k] / total[k]) for k in finite} for name, mean in means.items()}
 
 
-@door
-def pool(members: Mapping[str, Paired], way: Way = "geometric mean", estimand: Estimand = MEAN) -> Paired:
+@check_arguments
+def pool(members: Mapping[str, PairedSamples], way: Way = "geometric mean", estimand: Estimand = MEAN) -> PairedSamples:
     """One value of each draw and law from several scenarios, of which row k is the same draw in all.
 
         geometric mean:     G_k = (prod_s y_sk)^(1/S),      error  G_k (1/S) sum_s e_sk / y_sk
@@ -95,9 +96,9 @@ def pool(members: Mapping[str, Paired], way: Way = "geometric mean", estimand: E
 
     Examples
     --------
-    >>> from workbench.study.evidence import Mean, judge, leave_one_out, paired, pool
+    >>> from workbench.study.evidence import Mean, judge, leave_one_out, pair_samples, pool
     >>> draws = np.random.default_rng(1).random(40)
-    >>> errors = paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad")
+    >>> errors = pair_samples({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad")
     >>> both = {"step": errors, "ramp": errors}
     >>> pool(both, "arithmetic mean").laws
     ('PID', 'SMC')
@@ -113,7 +114,7 @@ def pool(members: Mapping[str, Paired], way: Way = "geometric mean", estimand: E
         )
     values, off = _pooled(y, _errors(members), way)
     unit = "" if way == "ratio to the best" else first.unit
-    return paired(
+    return pair_samples(
         {law: np.where(np.isinf(column), np.nan, column) for law, column in zip(first.laws, values.T, strict=True)},
         metric=first.metric,
         unit=unit,
@@ -122,13 +123,13 @@ def pool(members: Mapping[str, Paired], way: Way = "geometric mean", estimand: E
     )
 
 
-@door
+@check_arguments
 def leave_one_out(
-    members: Mapping[str, Paired],
-    judge: Callable[[Paired], Judgement],
+    members: Mapping[str, PairedSamples],
+    judge: Callable[[PairedSamples], LawJudgement],
     way: Way = "geometric mean",
     estimand: Estimand = MEAN,
-) -> Pooled:
+) -> PooledJudgement:
     """The judgement of the pooled values of all scenarios, and of all but each one, by the estimand that is asked.
 
     Raises
@@ -139,7 +140,7 @@ def leave_one_out(
     if len(members) < 2:
         raise ValueError(f"`leave_one_out(members)` needs two scenarios or more; got {list(members)}.")
     rest = {name: {other: one for other, one in members.items() if other != name} for name in members}
-    return Pooled(
+    return PooledJudgement(
         way,
         members,
         judge(pool(members, way, estimand)),
@@ -147,9 +148,9 @@ def leave_one_out(
     )
 
 
-def _errors(members: Mapping[str, Paired]) -> Array:
+def _errors(members: Mapping[str, PairedSamples]) -> Array:
     """The errors of the runs by the step, (S, N, L), NaN where they are not known."""
-    known = [one.repeated for one in members.values() if one.repeated is not None]
+    known = [one.step_errors for one in members.values() if one.step_errors is not None]
     if len(known) == len(members):
         return np.array(known)
     return np.array([np.broadcast_to(one.errors, one.values.shape) for one in members.values()])
@@ -181,7 +182,7 @@ def _over_draws(errors: Array, estimand: Estimand) -> float:
     return float(known.mean() if isinstance(estimand, Mean) else known.max())
 
 
-def _check_members(members: Mapping[str, Paired]) -> None:
+def _check_members(members: Mapping[str, PairedSamples]) -> None:
     kinds = {(one.laws, one.metric, one.unit, len(one)) for one in members.values()}
     if len(kinds) != 1:
         raise ValueError(
@@ -190,5 +191,5 @@ def _check_members(members: Mapping[str, Paired]) -> None:
         )
 
 
-def _asked(judgement: Judgement) -> Comparison:
-    return judgement.by[judgement.asked.words]
+def _asked(judgement: LawJudgement) -> Comparison:
+    return judgement.by[judgement.primary.words]

@@ -8,17 +8,17 @@ from itertools import pairwise
 from math import inf, sqrt
 
 from workbench.core.validation.refusals import finite, numbers, positive, refusal, whole
-from workbench.core.validation.signatures import answer, door
+from workbench.core.validation.signatures import answer, check_arguments
 from workbench.core.validation.type_hints import fit_of
 
 Criterion = Callable[[float], bool]
 Between = Callable[[float, float], float | None]
 NEXT_TO_ONE = 1 + 1e-12  # of doubles closer than this, a geometric mean may be one of the two
-NAMED = 5  # values that a sentence names
+MAX_NAMES = 5  # values that a sentence names
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Threshold:
     """The values that a search tried, in rising order, and for each of them whether it met the criterion.
 
@@ -34,14 +34,14 @@ class Threshold:
     """
 
     values: tuple[float, ...]
-    met: tuple[bool, ...]
+    meets_criterion: tuple[bool, ...]
 
     def __post_init__(self) -> None:
-        if not _rise(self.values) or len(self.values) != len(self.met):
+        if not _rise(self.values) or len(self.values) != len(self.meets_criterion):
             raise refusal(
-                "Threshold(values=..., met=...)",
+                "Threshold(values=..., meets_criterion=...)",
                 "rising positive values, each with its answer",
-                (self.values, self.met),
+                (self.values, self.meets_criterion),
             )
 
     @property
@@ -57,7 +57,7 @@ class Threshold:
     @property
     def beyond(self) -> tuple[float, ...]:
         """The values above `next` that meet the criterion again; if there are any, the criterion is not monotone."""
-        later = zip(self.values[self._count :], self.met[self._count :], strict=True)
+        later = zip(self.values[self._count :], self.meets_criterion[self._count :], strict=True)
         return tuple(value for value, good in later if good)
 
     @property
@@ -70,18 +70,18 @@ class Threshold:
         else:
             bracket = f"the least value, {self.next:.6g}, does not meet the criterion"
         looked = f"{len(self.values)} values were looked at, from {self.values[0]:.6g} to {self.values[-1]:.6g}"
-        named = ", ".join(f"{value:.6g}" for value in self.beyond[:NAMED])
-        more = f" and {len(self.beyond) - NAMED} more" * (len(self.beyond) > NAMED)
+        named = ", ".join(f"{value:.6g}" for value in self.beyond[:MAX_NAMES])
+        more = f" and {len(self.beyond) - MAX_NAMES} more" * (len(self.beyond) > MAX_NAMES)
         again = f"; the criterion is met again at {named}{more}" if named else ""
         return f"{bracket}; {looked}{again}"
 
     @property
     def _count(self) -> int:
         """The number of values before the first that does not meet the criterion."""
-        return len(self.met) if all(self.met) else self.met.index(False)
+        return len(self.meets_criterion) if all(self.meets_criterion) else self.meets_criterion.index(False)
 
 
-@door
+@check_arguments
 def find_largest(
     criterion: Criterion,
     values: Sequence[float],
@@ -146,7 +146,7 @@ def search(
     return _threshold(answers | _bisected(call, criterion, found.largest, found.next, ratio, between))
 
 
-@door
+@check_arguments
 def bisect(
     criterion: Criterion, low: float, high: float, *, ratio: float = 1.01, between: Between | None = None
 ) -> Threshold:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 
 
-@door
+@check_arguments
 def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -> str:
     """The side of value b on which value a lies, "below" or "above", or "undecided".
 

@@ -14,7 +14,7 @@ from typing import get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.core.validation.refusals import Array, a
+from workbench.core.validation.refusals import Array, with_article
 from workbench.study.ledger.chunk import Chunk, chunk_of
 
 NUMBERS = "fiucb"  # the kinds of arrays
@@ -105,7 +105,7 @@ def _tree(value: object, place: str, classes: Classes, arrays: dict[str, Array])
     if isinstance(value, str):
         return str(value)
     if isinstance(value, np.timedelta64) or (isinstance(value, np.inexact) and not _fits_double(value.dtype)):
-        raise AnswerError(f"{place} is {a(type(value))}, and plain data are doubles and whole numbers")
+        raise AnswerError(f"{place} is {with_article(type(value))}, and plain data are doubles and whole numbers")
     if isinstance(value, int | np.integer):
         return int(value)
     if isinstance(value, float | np.floating):
@@ -150,15 +150,15 @@ def _tree_of_object(value: object, place: str, classes: Classes, arrays: dict[st
     name = kind.__qualname__
     if not (is_dataclass(value) or _is_named_tuple(kind)):
         raise AnswerError(
-            f"{place} is {a(kind)}; plain data are numbers, text, None, tuples, lists, dicts by text, arrays of "
-            "numbers, and frozen dataclasses of these"
+            f"{place} is {with_article(kind)}; plain data are numbers, text, None, tuples, lists, dicts by text, "
+            "arrays of numbers, and frozen dataclasses of these"
         )
     if is_dataclass(value) and not vars(kind)["__dataclass_params__"].frozen:
-        raise AnswerError(f"{place} is {a(kind)}, a dataclass that is not frozen")
+        raise AnswerError(f"{place} is {with_article(kind)}, a dataclass that is not frozen")
     if classes.get(name) is not kind:
         raise AnswerError(
-            f"{place} is {a(kind)}, which the hint of the result does not name: write `-> {name}` at the function, "
-            f"or `Work(answer={name})`"
+            f"{place} is {with_article(kind)}, which the hint of the result does not name: write `-> {name}` at the "
+            f"function, or `Work(answer={name})`"
         )
     names = [field.name for field in fields(value) if field.init] if is_dataclass(value) else vars(kind)["_fields"]
     held = [[one, _tree(getattr(value, one), f"{place}.{one}", classes, arrays)] for one in names]

@@ -63,7 +63,7 @@ def chunk_of(name: str, arrays: Mapping[str, Array], content: Mapping[str, objec
     return Chunk(name, plain({**(content or {}), "arrays": shapes}), b"".join(data))
 
 
-def parsed(record: bytes) -> Chunk | None:
+def parse_chunk(record: bytes) -> Chunk | None:
     """The chunk of a record; None if the record is damaged, or is not of this format."""
     form, *lines = record.split(b"\n", 4)
     if form != FORMAT or len(lines) != 4:

@@ -15,7 +15,7 @@ PART = ".part"  # the end of the name of a file that is not yet whole
 FAR = 2**30  # where the lock lies in its file: behind what is written there, which others may read
 
 
-class HeldError(ValueError):
+class LockedFolderError(ValueError):
     """The error of a folder that another run is writing."""
 
 
@@ -74,13 +74,13 @@ def identity(file: Path) -> tuple[int, int] | None:
 
 @contextmanager
 def alone(file: Path) -> Iterator[None]:
-    """Hold the lock of a file, which is no link, until the process ends; a `HeldError` names another holder."""
+    """Hold the lock of a file, which is no link, until the process ends; a `LockedFolderError` names another holder."""
     handle = os.open(file, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)
     try:
         try:
             _lock(handle)
         except OSError:
-            raise HeldError(_holder(file)) from None
+            raise LockedFolderError(_holder(file)) from None
         with suppress(OSError):  # on a full disk the lock holds all the same: only its holder goes without a name
             os.ftruncate(handle, 0)
             began = time.strftime("%Y-%m-%d %H:%M:%S %z")

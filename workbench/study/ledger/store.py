@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.study.ledger.about import ABOUT, About, SweepAbout, WorkAbout, about_of, is_chunk
 from workbench.study.ledger.answers import has_answer
-from workbench.study.ledger.chunk import Chunk, parsed
+from workbench.study.ledger.chunk import Chunk, parse_chunk
 from workbench.study.ledger.durability import alone, identity, make_folder, write_durably
 from workbench.study.ledger.ownership import DAMAGED, END, FOLDER, LOCK, LedgerError, check_owned, parts, records
+from workbench.study.ledger.study_record import ABOUT, StudyRecord, SweepRecord, WorkRecord, about_of, is_chunk
 
 # With the names of what a ledger holds and refuses, which stand in files of their own.
 __all__ = [
@@ -26,14 +26,14 @@ __all__ = [
     "LATER",
     "STEP",
     "TABLE",
-    "About",
-    "Counter",
+    "StudyRecord",
+    "RunCounter",
     "Ledger",
     "LedgerError",
-    "SweepAbout",
+    "SweepRecord",
     "Task",
     "Tell",
-    "WorkAbout",
+    "WorkRecord",
     "about_in",
     "about_of",
     "chunks",
@@ -41,8 +41,8 @@ __all__ = [
     "contents",
     "file_of",
     "is_chunk",
-    "lost",
-    "opened",
+    "diverged_count",
+    "open_ledger",
     "runs_of",
     "steps_in",
 ]
@@ -103,20 +103,20 @@ class Ledger:
             if chunk.name not in self:
                 self.write_durably(chunk)
 
-    def describe(self, about: About) -> None:
+    def describe(self, about: StudyRecord) -> None:
         """Record how far the study is, if that is not recorded already."""
         if about_in(self.out) != about:
             self.write_durably(about.chunk)
 
-    def drop(self, start: str, kept: Container[str] = ()) -> None:
+    def drop(self, start: str, exceptions: Container[str] = ()) -> None:
         """Remove the records whose names begin so, but those that are to be kept."""
-        for name in [name for name in self.names if name.startswith(f"{start}/") and name not in kept]:
+        for name in [name for name in self.names if name.startswith(f"{start}/") and name not in exceptions]:
             (self.folder / file_of(name)).unlink(missing_ok=True)
             self.names.remove(name)
 
 
 @contextmanager
-def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
+def open_ledger(out: Path, fresh: bool = False) -> Iterator[Ledger]:
     """The ledger in an output folder, made if there is none, emptied if `fresh`, and locked against other writers.
 
     A damaged record is put aside under another name, and counts as absent.
@@ -152,7 +152,7 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
         yield Ledger(out, names, identity(folder / LOCK), (remark,) if damaged else ())
 
 
-def about_in(out: Path) -> About | None:
+def about_in(out: Path) -> StudyRecord | None:
     """The state of the study in an output folder, as its last run has left it; None if there is none."""
     chunk = _read(out.resolve() / FOLDER / file_of(ABOUT))
     return None if chunk is None else about_of(chunk)
@@ -171,7 +171,7 @@ def steps_in(out: Path) -> Iterator[Chunk]:
     yield from filter(None, map(_read, sorted((out.resolve() / FOLDER).glob(f"{STEP}.*{END}"))))
 
 
-def contents(out: Path) -> tuple[dict[str, Chunk], About]:
+def contents(out: Path) -> tuple[dict[str, Chunk], StudyRecord]:
     """The whole records of a ledger by name, only read, and the state of the study; a `LookupError` without one."""
     if not out.is_dir():
         raise LookupError(f"There is no folder '{out}': name the one that `workbench run` has written.")
@@ -194,7 +194,7 @@ def _read(file: Path) -> Chunk | None:
     """The record of a file; None if there is none that is whole, and the file's own."""
     with suppress(FileNotFoundError):  # another process may just have removed it
         if file.is_file():  # to open a pipe would wait for its writer
-            chunk = parsed(file.read_bytes())
+            chunk = parse_chunk(file.read_bytes())
             if chunk is not None and file_of(chunk.name) == file.name:
                 return chunk
     return None
@@ -216,7 +216,7 @@ class Task(NamedTuple):
     name: str
 
 
-class Counter:
+class RunCounter:
     """The counter of runs done, of those that diverged, and of all; `begin` makes the function that is told."""
 
     def __init__(self, total: int = 0, begin: Callable[[], Tell] = lambda: lambda done, failed, total: None) -> None:
@@ -226,7 +226,7 @@ class Counter:
 
     def add(self, chunk: Chunk) -> None:
         """Count the runs of a chunk."""
-        self.done, self.failed = self.done + runs_of(chunk), self.failed + lost(chunk)
+        self.done, self.failed = self.done + runs_of(chunk), self.failed + diverged_count(chunk)
 
     def tell(self) -> None:
         """Tell how far the runs are."""
@@ -238,11 +238,11 @@ def complete(
     tasks: Sequence[Task],
     ledger: Ledger,
     execute: Callable[[Sequence[Task]], Iterator[Chunk]],
-    counter: Counter | None = None,
+    counter: RunCounter | None = None,
     acknowledge: Callable[[Chunk], None] = lambda chunk: None,
 ) -> None:
     """Compute the tasks that the ledger lacks, in any order; a chunk is acknowledged once it is on the disk."""
-    counter = counter or Counter()
+    counter = counter or RunCounter()
     missing = {task.name: task for task in tasks if task.name not in ledger}
     for task in tasks:
         if task.name in ledger:
@@ -266,6 +266,6 @@ def runs_of(chunk: Chunk) -> int:
     return 1 if has_answer(chunk) else int(np.size(chunk.arrays().get("diverged_at", ())))
 
 
-def lost(chunk: Chunk) -> int:
+def diverged_count(chunk: Chunk) -> int:
     """The number of runs in a chunk that diverged."""
     return int(np.isfinite(chunk.arrays().get("diverged_at", np.nan)).sum())

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.design.linear.corners import Mask
+from workbench.design.linear.switching_functions import Mask
 from workbench.design.linear_loop import LinearLoop, LinearRows
-from workbench.design.linear_loop.loop_linearization import about
+from workbench.design.linear_loop.loop_linearization import linear_loop_about
 from workbench.design.loop_boxes import ParameterBox
-from workbench.study.specifications.limits import Limit
+from workbench.study.specifications.limits import FigureLimit
 from workbench.study.specifications.loop_systems import LoopSystems
 from workbench.study.specifications.point_figures import point_figure
 from workbench.study.specifications.row_figures import RowGrid, row_figures
@@ -26,17 +26,17 @@ ROUNDS, FIRST = 8, 0.25  # of the refinement, and its first step as a share of t
 class BoxSearch:
     """The draws of a search: parameters theta (N, d) and rest states x (N, nx), and the worst draw of each figure.
 
-    `worst` are the places of the worst draws by the name of the figure. `lost` are the draws without an answer, with
-    the reason of the first; `unstable` are those at which the loop is not stable.
+    `worst` are the places of the worst draws by the name of the figure. `lost_draws` are the draws without an answer,
+    with the reason of the first; `unstable_draws` are those at which the loop is not stable.
     """
 
     theta: Array
     x: Array
     p: Array
     worst: Mapping[str, int]
-    lost: int
+    lost_draws: int
     reason: str
-    unstable: tuple[int, ...]
+    unstable_draws: tuple[int, ...]
 
     def __len__(self) -> int:
         return len(self.theta)
@@ -45,7 +45,7 @@ class BoxSearch:
 def search_box(
     linear: LinearLoop,
     box: ParameterBox,
-    limits: Sequence[Limit],
+    limits: Sequence[FigureLimit],
     answer: tuple[str, str] | None,
     draws: int,
     seed: int,
@@ -73,7 +73,7 @@ def search_box(
 
 def at_draw(linear: LinearLoop, search: BoxSearch, place: int) -> LinearLoop:
     """The linear loop at one draw of a search."""
-    return about(replace(linear.point, x=search.x[place], p=search.p[place]))
+    return linear_loop_about(replace(linear.point, x=search.x[place], p=search.p[place]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,14 +95,14 @@ class _Task:
 
     linear: LinearLoop
     box: ParameterBox
-    limits: Sequence[Limit]
+    limits: Sequence[FigureLimit]
     grid: RowGrid | None
     answer: tuple[str, str] | None
 
     def judged(self, theta: Array) -> _Draws:
         """Draws (N, d) with the excess of each limit."""
         rows, names = self.linear.rows(self.box.columns(theta)), [limit.kind.name for limit in self.limits]
-        lost = rows.flagged
+        lost = rows.flagged_rows
         if self.grid is None:
             values, stable = self._one_by_one(rows, names)
         else:
@@ -115,8 +115,8 @@ class _Task:
     def _one_by_one(self, rows: LinearRows, names: Sequence[str]) -> tuple[dict[str, Array], Mask]:
         values: dict[str, Array] = {name: np.full(len(rows), np.nan) for name in names}
         stable: Mask = np.zeros(len(rows), dtype=bool)
-        for i in np.flatnonzero(~rows.flagged):
-            own = LoopSystems(about(replace(self.linear.point, x=rows.x[i], p=rows.p[i])), self.answer)
+        for i in np.flatnonzero(~rows.flagged_rows):
+            own = LoopSystems(linear_loop_about(replace(self.linear.point, x=rows.x[i], p=rows.p[i])), self.answer)
             stable[i] = own.stable
             for name in names if stable[i] else ():
                 figure = point_figure(name, own).value
@@ -124,7 +124,7 @@ class _Task:
         return values, stable
 
 
-def _excess(limit: Limit, values: Array) -> Array:
+def _excess(limit: FigureLimit, values: Array) -> Array:
     """The distance beyond a limit, negative within; -inf where a figure is no number."""
     with np.errstate(invalid="ignore"):
         excess = -np.minimum(values - limit.low, limit.high - values)
@@ -156,7 +156,7 @@ def _neighbours(u: Array, step: float) -> Array:
     return np.asarray(np.clip(u + moves, 0, 1))
 
 
-def _search(parts: Sequence[_Draws], limits: Sequence[Limit]) -> BoxSearch:
+def _search(parts: Sequence[_Draws], limits: Sequence[FigureLimit]) -> BoxSearch:
     theta, x, p, lost, unstable = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("theta", "x", "p", "lost", "unstable")
     )

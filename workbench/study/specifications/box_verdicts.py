@@ -13,11 +13,11 @@ from workbench.design.linear_loop import LinearLoop
 from workbench.design.linear_loop.loop_equations import flow_of
 from workbench.design.loop_boxes import (
     BoxProof,
+    DampingAbove,
+    DecayAbove,
     GainBelow,
     LoopFamily,
     ParameterBox,
-    PolesDamped,
-    PolesDecay,
     prove_over_box,
 )
 from workbench.design.loop_boxes.quadratic_conditions import AbstractCondition
@@ -25,12 +25,12 @@ from workbench.proofs.bounds import by_intervals
 from workbench.proofs.interval import NoBound
 from workbench.study.specifications.box_search import BoxSearch, at_draw, search_box
 from workbench.study.specifications.limit_verdicts import LimitVerdict, VerdictKind, figure_clause
-from workbench.study.specifications.limits import Limit
+from workbench.study.specifications.limits import FigureLimit
 from workbench.study.specifications.loop_systems import LoopSystems, noise_signals
 from workbench.study.specifications.point_figures import LoopFigure, point_figure
 
 PROVABLE = ("Ms", "Mt", "disk_margin", "noise_gain", "damping", "decay")
-SEARCHED = "No proof over a box is known of this figure."
+SEARCH_EVIDENCE = "No proof over a box is known of this figure."
 SAME, LOOKED_AT = 1e-6, np.array([0.3, 1.0, 3.0])  # of T, by its two ways, at multiples of the fastest frequency
 
 
@@ -40,7 +40,7 @@ class BoxCheck:
 
     systems: LoopSystems
     box: ParameterBox
-    limits: Sequence[Limit]
+    limits: Sequence[FigureLimit]
     draws: int
     seed: int
     parts: int
@@ -61,7 +61,7 @@ class BoxCheck:
         """The verdict on each limit."""
         return tuple(replace(self._verdict(limit), arguments=self.linear.point.arguments) for limit in self.limits)
 
-    def _verdict(self, limit: Limit) -> LimitVerdict:
+    def _verdict(self, limit: FigureLimit) -> LimitVerdict:
         place = self.search.worst[limit.kind.name]
         values, loop = self._draw(place)
         worst, count = LoopSystems(loop, self.systems.answer), len(self.search)
@@ -72,35 +72,35 @@ class BoxCheck:
         if figure.value is None:
             reason = f"At the worst of {count:,} draws there is no figure: {figure.why}"
             return LimitVerdict(limit, "not checkable", figure, reason, values, count)
-        judged = limit.judged(figure.value)
+        judged = limit.judge(figure.value)
         seen = f"At the worst of {count:,} draws {figure_clause(limit.kind, figure)}"
         if judged != "holds":
             kind: VerdictKind = "refuted" if judged == "fails" else "undecided"
             return LimitVerdict(limit, kind, figure, f"{seen}. {self._lost}".strip(), values, count)
         proof = self._proof(limit)
-        if proof.proved:
+        if proof.is_proved:
             evidence = f"{seen}. Proved{by_intervals(proof.boxes).removeprefix(',')}."
             return LimitVerdict(limit, "proved", figure, evidence, values, count)
-        why = f"Not proved: {proof.why}." if limit.kind.name in PROVABLE else SEARCHED
+        why = f"Not proved: {proof.why}." if limit.kind.name in PROVABLE else SEARCH_EVIDENCE
         return LimitVerdict(limit, "not refuted", figure, f"{seen}. {why} {self._lost}".strip(), values, count)
 
     @property
     def _lost(self) -> str:
         """The sentence on draws that have no answer."""
         search = self.search
-        return f"{search.lost} draws have no answer: {search.reason}" if search.lost else ""
+        return f"{search.lost_draws} draws have no answer: {search.reason}" if search.lost_draws else ""
 
     def _draw(self, place: int) -> tuple[Mapping[str, float], LinearLoop]:
         """A draw as values that `linear_loop` takes, those included in which the loop is not at its defaults."""
         loop, given = at_draw(self.linear, self.search, place), self.linear.parameters
-        kept = {self.linear.states.labels[i]: float(self.linear.x0[i]) for i in self.linear.point.kept}
+        kept = {self.linear.states.labels[i]: float(self.linear.x0[i]) for i in self.linear.point.kept_states}
         own = {n: float(v) for n, v, d in zip(given.labels, self.linear.p0, given.default, strict=True) if v != d}
         return kept | own | self.box.values(self.search.theta[place]), loop
 
-    def _proof(self, limit: Limit) -> BoxProof:
+    def _proof(self, limit: FigureLimit) -> BoxProof:
         if limit.kind.name not in PROVABLE:
-            return BoxProof(False, 0, SEARCHED)
-        if self.search.lost:
+            return BoxProof(False, 0, SEARCH_EVIDENCE)
+        if self.search.lost_draws:
             return BoxProof(False, 0, "some draws have no answer")
         try:
             family, condition = self._family, self._condition(limit)
@@ -133,7 +133,7 @@ class BoxCheck:
     @property
     def _cut(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The signals that are added at the channels of the cut, and those that are cut."""
-        flow = flow_of(self.linear.point.equations.closed)
+        flow = flow_of(self.linear.point.equations.closed_loop)
         added = []
         for channel in self.linear.channels:
             name, bracket, rest = channel.partition("[")
@@ -144,12 +144,12 @@ class BoxCheck:
             raise NoBound("the loop is cut at inputs and at outputs of its plant at once, or nowhere")
         return tuple(added), self.linear.channels
 
-    def _condition(self, limit: Limit) -> AbstractCondition:
+    def _condition(self, limit: FigureLimit) -> AbstractCondition:
         name = limit.kind.name
         if name == "damping":
-            return PolesDamped(limit.low)
+            return DampingAbove(limit.low)
         if name == "decay":
-            return PolesDecay(limit.low)
+            return DecayAbove(limit.low)
         if name == "noise_gain":
             return GainBelow(limit.high, *noise_signals(self.linear))
         if name == "disk_margin":

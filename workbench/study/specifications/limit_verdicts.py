@@ -9,11 +9,11 @@ from typing import Literal
 
 from workbench.core.claim import Claim
 from workbench.core.validation.notebook_display import table_to_html
-from workbench.core.validation.refusals import known
-from workbench.core.validation.signatures import door
-from workbench.proofs.claim_ledger import Ledger, Line, Ruling
-from workbench.study.document.phrases import Cell, Code, Column, Measured, Strong, Table
-from workbench.study.specifications.limits import FigureKind, Limit
+from workbench.core.validation.refusals import known_name
+from workbench.core.validation.signatures import check_arguments
+from workbench.proofs.claim_ledger import ClaimEntry, ClaimLedger, Ruling
+from workbench.study.document.phrases_and_tables import Cell, Code, ReportTable, Strong, TableColumn, ValueWithError
+from workbench.study.specifications.limits import FigureKind, FigureLimit
 from workbench.study.specifications.point_figures import LoopFigure
 
 AtPoint = Literal["holds", "fails", "undecided"]
@@ -34,7 +34,7 @@ class LimitVerdict:
     beside the values, as they were written.
     """
 
-    limit: Limit
+    limit: FigureLimit
     kind: VerdictKind
     figure: LoopFigure
     evidence: str
@@ -102,7 +102,7 @@ class SpecificationVerdicts:
 
     def __getitem__(self, name: str) -> LimitVerdict:
         names = [one.name for one in self.verdicts]
-        return self.verdicts[names.index(known(name, names, "limits of this specification"))]
+        return self.verdicts[names.index(known_name(name, names, "limits of this specification"))]
 
     @property
     def holds(self) -> bool:
@@ -110,33 +110,33 @@ class SpecificationVerdicts:
         return all(one.kind in GOOD for one in self.verdicts)
 
     @property
-    def proved(self) -> bool:
+    def is_proved(self) -> bool:
         """True if each limit is proved: at a point by bounds that hold, over a box by a proof."""
-        return all(one.kind in ("holds", "proved") and one.figure.proved for one in self.verdicts)
+        return all(one.kind in ("holds", "proved") and one.figure.is_proved for one in self.verdicts)
 
     @property
-    def ledger(self) -> Ledger:
+    def ledger(self) -> ClaimLedger:
         """The verdicts as a ledger of claims."""
-        return Ledger(
+        return ClaimLedger(
             tuple(
-                Line(Claim(one.limit.words, f"{one.limit.kind.words}: {one.limit.words}.", SOURCE), one.ruling)
+                ClaimEntry(Claim(one.limit.words, f"{one.limit.kind.words}: {one.limit.words}.", SOURCE), one.ruling)
                 for one in self.verdicts
             )
         )
 
-    @door
-    def table(self, name: str = "specification", caption: str = "") -> Table:
+    @check_arguments
+    def table(self, name: str = "specification", caption: str = "") -> ReportTable:
         """The verdicts as a table, a block of a section of a report."""
         columns = (
-            Column("limit"),
-            Column("verdict"),
-            Column("figure"),
-            Column("margin"),
-            Column("evidence and witness"),
+            TableColumn("limit"),
+            TableColumn("verdict"),
+            TableColumn("figure"),
+            TableColumn("margin"),
+            TableColumn("evidence and witness"),
         )
         where = f" over {self.box}" if self.box else ""
         rows = tuple(_row(one) for one in self.verdicts)
-        return Table(name, caption or f"The specification of {self.subject}{where}.", columns, rows)
+        return ReportTable(name, caption or f"The specification of {self.subject}{where}.", columns, rows)
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.verdicts))
@@ -158,7 +158,7 @@ def figure_clause(kind: FigureKind, figure: LoopFigure) -> str:
     subject = f"the {kind.words} {figure.of}".rstrip()
     if math.isinf(value.value):
         return f"{subject} is infinite"
-    bounds = "" if figure.proved else " by estimated bounds"
+    bounds = "" if figure.is_proved else " by estimated bounds"
     known_to = f" within 1e{math.ceil(math.log10(value.error))}" if 0 < value.error < math.inf else ""
     return f"{subject} is {value.value:.6g}{f' {kind.unit}' if kind.unit else ''}{known_to}{bounds}"
 
@@ -172,7 +172,7 @@ def _row(one: LimitVerdict) -> tuple[Cell, ...]:
     value = one.figure.value
     stressed = Strong(one.verdict) if one.kind in ("proved", "holds", "fails", "refuted") else one.verdict
     finite = value is not None and math.isfinite(value.value) and math.isfinite(value.error)
-    shown: Cell = Measured(value.value, value.error) if value is not None and finite else _text(one) or None
+    shown: Cell = ValueWithError(value.value, value.error) if value is not None and finite else _text(one) or None
     margin: Cell = f"{one.margin:.4g}" if value is not None else None
     witness = (" ", Code(one.witness_line)) if one.witness else ()
     return one.limit.words, stressed, shown, margin, (one.evidence, *witness)

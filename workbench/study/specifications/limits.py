@@ -28,7 +28,7 @@ class FigureKind:
     high: float
     why: str
 
-    def checked(self, limit: object) -> float:
+    def check(self, limit: object) -> float:
         """The limit, if it lies within the range, its ends not included."""
         number = as_number(limit)
         if number is None or not self.low < number < self.high:
@@ -59,7 +59,7 @@ KINDS = {
 
 
 @dataclass(frozen=True)
-class Limit:
+class FigureLimit:
     """A limit low <= figure <= high of one kind of figure, with an infinite end where it has one side alone."""
 
     kind: FigureKind
@@ -67,18 +67,18 @@ class Limit:
     high: float
 
     @staticmethod
-    def of(kind: FigureKind, value: object) -> Limit:
+    def of(kind: FigureKind, value: object) -> FigureLimit:
         """The limit that a specification names."""
         if kind.side == "within":
-            return Limit(kind, *_range(kind, value))
-        number = kind.checked(value)
-        return Limit(kind, -math.inf, number) if kind.side == "at most" else Limit(kind, number, math.inf)
+            return FigureLimit(kind, *_range(kind, value))
+        number = kind.check(value)
+        return FigureLimit(kind, -math.inf, number) if kind.side == "at most" else FigureLimit(kind, number, math.inf)
 
     def margin(self, value: float) -> float:
         """The distance of a figure from the nearer end of the limit, negative beyond it."""
         return min(value - self.low, self.high - value)
 
-    def judged(self, figure: CertifiedValue) -> Literal["holds", "fails", "undecided"]:
+    def judge(self, figure: CertifiedValue) -> Literal["holds", "fails", "undecided"]:
         """The verdict on a figure that is known between bounds."""
         if self.low <= figure.low and figure.high <= self.high:
             return "holds"

@@ -49,7 +49,7 @@ class LoopSystems:
             if (inputs is None) != (outputs is None):
                 raise ValueError(f"`{call}` needs the names of an input and of an output, or neither; got one of them.")
             if inputs is not None and outputs is not None:
-                loop.models.selected(call, "closed", (inputs,), (outputs,))
+                loop.models.select_model(call, "closed", (inputs,), (outputs,))
                 return LoopSystems(loop, (inputs, outputs))
             return LoopSystems(loop, _followed(loop))
         try:
@@ -124,7 +124,7 @@ class LoopSystems:
         return sensitivity(self.loop) if kind == "S" else complementary(self.loop)
 
     @cached_property
-    def answering(self) -> System:
+    def scalar_answer(self) -> System:
         """The system of one channel whose bandwidth and step are told."""
         if self.answer is not None:
             return self.loop.system("closed", *self.answer)
@@ -148,7 +148,7 @@ class LoopSystems:
 
 def noise_signals(linear: LinearLoop) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The noises of the readings, and the inputs of the plant, by the names of their numbers."""
-    flow = flow_of(linear.point.equations.closed)
+    flow = flow_of(linear.point.equations.closed_loop)
     drives = labels_of(Layout(tuple(flow.outputs[name] for name in flow.drives)))
     noises = tuple(name for name in linear.inputs if name.partition("[")[0].endswith("_noise"))
     return noises, tuple(name for name in drives if name in linear.outputs)

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from workbench.design.control_system import System
-from workbench.design.frequency import CertifiedValue, Peak, StableMargins, bandwidth, hinf_norm
+from workbench.design.frequency import CertifiedPeak, CertifiedValue, StableMargins, bandwidth, hinf_norm
 from workbench.design.frequency.certified_values import enclosure, least
 from workbench.design.linear.feedback_loops import largest_gain
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.design.step_response import step_info
 from workbench.study.specifications.loop_systems import LoopSystems
 
@@ -19,12 +19,12 @@ ROUNDING = 1e-12  # relative, of a singular value in doubles
 
 @dataclass(frozen=True)
 class LoopFigure:
-    """A figure between its bounds, None for the reason `why`; what it is `of`, and whether its bounds are `proved`."""
+    """A figure between its bounds, None for the reason `why`; what it is `of`, and if its bounds are proved."""
 
     value: CertifiedValue | None
     of: str = ""
     why: str = ""
-    proved: bool = True
+    is_proved: bool = True
 
 
 def point_figure(name: str, systems: LoopSystems) -> LoopFigure:
@@ -56,8 +56,8 @@ def _peak(systems: LoopSystems, kind: str) -> LoopFigure:
     """The peak of S or T: of several channels the largest singular value."""
     if systems.channels == 1:
         (own,) = _margins(systems)
-        peak: Peak = own.Ms if kind == "S" else own.Mt
-        return LoopFigure(peak.gain, _place(peak.frequency), proved=_proved(systems))
+        peak: CertifiedPeak = own.Ms if kind == "S" else own.Mt
+        return LoopFigure(peak.gain, _place(peak.frequency), is_proved=_proved(systems))
     return _largest_gain(systems.system(kind), "of all channels ")
 
 
@@ -65,12 +65,12 @@ def _largest_gain(system: System, of: str) -> LoopFigure:
     """The H-infinity norm; by eigenvalues in doubles where exact arithmetic does not enclose it."""
     try:
         peak = hinf_norm(system)
-    except Refused:
+    except DesignError:
         if system.dt:
             raise
         found = largest_gain(system)
         bounds = CertifiedValue(found.below, found.below * (1 - ROUNDING), found.above)
-        return LoopFigure(bounds, f"{of}{_place(found.frequency)}", proved=False)
+        return LoopFigure(bounds, f"{of}{_place(found.frequency)}", is_proved=False)
     return LoopFigure(peak.gain, f"{of}{_place(peak.frequency)}")
 
 
@@ -81,12 +81,12 @@ def _gain_margin(systems: LoopSystems) -> LoopFigure:
         factors.append(own.gain_high)
         if own.gain_low.low > 0:
             factors.append(enclosure(1 / own.gain_low.high, 1 / own.gain_low.low))
-    return LoopFigure(least(factors), proved=_proved(systems))
+    return LoopFigure(least(factors), is_proved=_proved(systems))
 
 
 def _least_margin(name: str) -> Callable[[LoopSystems], LoopFigure]:
     def figure(systems: LoopSystems) -> LoopFigure:
-        return LoopFigure(least(getattr(own, name) for own in _margins(systems)), proved=_proved(systems))
+        return LoopFigure(least(getattr(own, name) for own in _margins(systems)), is_proved=_proved(systems))
 
     return figure
 
@@ -94,10 +94,12 @@ def _least_margin(name: str) -> Callable[[LoopSystems], LoopFigure]:
 def _disk_margin(systems: LoopSystems) -> LoopFigure:
     if systems.channels == 1:
         (own,) = _margins(systems)
-        return LoopFigure(own.disk_margin, _place(own.disk_frequency), proved=_proved(systems))
+        return LoopFigure(own.disk_margin, _place(own.disk_frequency), is_proved=_proved(systems))
     found = systems.disk_margin
     middle = (found.alpha + found.alpha_above) / 2
-    return LoopFigure(CertifiedValue(middle, found.alpha, found.alpha_above), "of all channels at once", proved=False)
+    return LoopFigure(
+        CertifiedValue(middle, found.alpha, found.alpha_above), "of all channels at once", is_proved=False
+    )
 
 
 def _noise_gain(systems: LoopSystems) -> LoopFigure:
@@ -105,12 +107,12 @@ def _noise_gain(systems: LoopSystems) -> LoopFigure:
 
 
 def _bandwidth(systems: LoopSystems) -> LoopFigure:
-    return LoopFigure(bandwidth(systems.answering).frequency, systems.answer_words)
+    return LoopFigure(bandwidth(systems.scalar_answer).frequency, systems.answer_words)
 
 
 def _step(name: str) -> Callable[[LoopSystems], LoopFigure]:
     def figure(systems: LoopSystems) -> LoopFigure:
-        info = step_info(systems.answering)
+        info = step_info(systems.scalar_answer)
         value: CertifiedValue = getattr(info, name)
         if math.isnan(value.value):
             raise ValueError(info.remarks[0])

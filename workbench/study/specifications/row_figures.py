@@ -19,9 +19,9 @@ from workbench.study.specifications.loop_systems import noise_signals
 
 FREQUENCIES, BEYOND = 300, 30.0  # of the grid, and by how much it goes beyond the poles
 SAMPLES, CONSTANTS, LONGEST = 800, 8.0, 4000  # of a step answer, time constants of it, and periods in a computer
-SETTLED, RISE = 0.02, (0.1, 0.9)  # of the final value
+SETTLING_BAND, RISE_LEVELS = 0.02, (0.1, 0.9)  # of the final value
 HALF_POWER = 10 ** (-3 / 20)
-TIMED = ("overshoot", "settling_time", "rise_time")
+TIME_FIGURES = ("overshoot", "settling_time", "rise_time")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ def row_figures(rows: LinearRows, names: Sequence[str], grid: RowGrid, linear: L
         found |= _margins(grid.omega, rows, linear)
     if "noise_gain" in names:
         found["noise_gain"] = _largest(rows.response(grid.omega, "closed", *noise_signals(linear)).values)
-    if {"bandwidth", *TIMED} & set(names):
+    if {"bandwidth", *TIME_FIGURES} & set(names):
         found |= _of_answer(rows, names, grid)
     return {name: found[name] for name in names}
 
@@ -73,10 +73,10 @@ def _largest(values: Complex) -> Array:
 
 
 def _of_poles(rows: LinearRows) -> dict[str, Array]:
-    poles, period = rows.poles, rows.models.closed.period
+    poles, period = rows.poles, rows.models.closed_model.period
     if period is not None:
         with np.errstate(divide="ignore"):
-            poles = np.asarray(np.log(poles) / (period * rows.models.closed.count), dtype=complex)
+            poles = np.asarray(np.log(poles) / (period * rows.models.closed_model.count), dtype=complex)
     size = np.abs(poles)
     with np.errstate(invalid="ignore", divide="ignore"):
         damping = np.where(np.isinf(size), 1.0, -poles.real / size)
@@ -87,7 +87,7 @@ def _margins(omega: Array, rows: LinearRows, linear: LinearLoop) -> dict[str, Ar
     """The least margins over all channels, each with the loop closed at the others, by straight lines on the grid."""
     models, least = rows.models, dict[str, Array]()
     for place in range(len(models.channels)):
-        L = _channel(models.opened, rows, place, omega)
+        L = _channel(models.open_model, rows, place, omega)
         for name, value in _channel_margins(omega, L).items():
             least[name] = np.fmin(least[name], value) if name in least else value
     return least
@@ -132,9 +132,9 @@ def _of_answer(rows: LinearRows, names: Sequence[str], grid: RowGrid) -> dict[st
     if "bandwidth" in names:
         gain = np.abs(rows.response(grid.omega, kind, *signals).values[:, :, 0, 0])
         found["bandwidth"] = _first_below(grid.omega, gain / gain[:, :1])
-    if set(TIMED) & set(names):
+    if set(TIME_FIGURES) & set(names):
         own = [None if name is None else (name,) for name in signals]
-        found |= _of_step(rows, rows.models.selected("row_figures", kind, *own))
+        found |= _of_step(rows, rows.models.select_model("row_figures", kind, *own))
     return found
 
 
@@ -171,10 +171,10 @@ def _of_step(rows: LinearRows, model: LoopModel) -> dict[str, Array]:
             final[i] = (model.D[i] - model.Cy[i] @ np.linalg.pinv(stable[i]) @ model.B[i])[0, 0]
         share = y / final[:, np.newaxis]
     t = np.asarray(h * np.arange(steps + 1), dtype=float)
-    outside = np.abs(share - 1) > SETTLED
+    outside = np.abs(share - 1) > SETTLING_BAND
     last = steps - outside[:, ::-1].argmax(axis=1)
     settled = np.where(outside.any(axis=1), t[np.minimum(last + 1, steps)], 0.0)
-    rise = [_first_above(t, np.asarray(share, dtype=float), level) for level in RISE]
+    rise = [_first_above(t, np.asarray(share, dtype=float), level) for level in RISE_LEVELS]
     found = {"overshoot": np.maximum(0.0, 100 * (share.max(axis=1) - 1)), "settling_time": settled}
     found["rise_time"] = rise[1] - rise[0]
     lost = np.isnan(share).any(axis=1)

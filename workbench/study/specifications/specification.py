@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from workbench.core.validation.refusals import refusal, seed, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.loop_boxes import ParameterBox
-from workbench.design.matrices import Refused
+from workbench.design.matrices import DesignError
 from workbench.study.document.gain_bounds import Disk, GainBound
 from workbench.study.specifications.box_verdicts import BoxCheck
 from workbench.study.specifications.limit_verdicts import LimitVerdict, SpecificationVerdicts, figure_clause
-from workbench.study.specifications.limits import KINDS, Limit
+from workbench.study.specifications.limits import KINDS, FigureLimit
 from workbench.study.specifications.loop_systems import LoopSystems
 from workbench.study.specifications.point_figures import point_figure
 from workbench.study.specifications.specification_regions import disks_of, gain_bounds_of
@@ -24,7 +24,7 @@ DRAWS, PARTS = 512, 1000
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Specification:
     """Limits on the figures of a loop, each of which may be left out.
 
@@ -88,12 +88,12 @@ class Specification:
             raise ValueError(f"`Specification(...)` must have at least one limit of {names}; got none.")
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[FigureLimit, ...]:
         """The limits, in the order of the fields."""
         given = ((field.name, getattr(self, field.name)) for field in fields(self))
-        return tuple(Limit.of(KINDS[name], value) for name, value in given if value is not None)
+        return tuple(FigureLimit.of(KINDS[name], value) for name, value in given if value is not None)
 
-    @door
+    @check_arguments
     def check(
         self,
         loop: LinearLoop | System,
@@ -133,7 +133,7 @@ class Specification:
         """
         systems = LoopSystems.of(f"{CHECK}(loop=...)", loop, inputs, outputs)
         if not systems.stable:
-            raise Refused(f"`{CHECK}(loop=...)` must have a stable loop: {systems.unstable_words}")
+            raise DesignError(f"`{CHECK}(loop=...)` must have a stable loop: {systems.unstable_words}")
         subject = _subject(loop)
         if box is None:
             return SpecificationVerdicts(tuple(_at_point(limit, systems) for limit in self.limits), subject)
@@ -145,7 +145,7 @@ class Specification:
         check = BoxCheck(systems, ranges, self.limits, count, _seed(seed), most)
         return SpecificationVerdicts(check.verdicts(), subject, str(ranges))
 
-    @door
+    @check_arguments
     def gain_bounds(self, of: str = "S") -> tuple[GainBound, ...]:
         """The limits as regions of a Bode plot that a gain must not reach.
 
@@ -169,12 +169,12 @@ def _seed(value: int) -> int:
 
 
 def _subject(loop: LinearLoop | System) -> str:
-    return f"'{loop.point.equations.closed.name}'" if isinstance(loop, LinearLoop) else f"'{loop.name}'"
+    return f"'{loop.point.equations.closed_loop.name}'" if isinstance(loop, LinearLoop) else f"'{loop.name}'"
 
 
-def _at_point(limit: Limit, systems: LoopSystems) -> LimitVerdict:
+def _at_point(limit: FigureLimit, systems: LoopSystems) -> LimitVerdict:
     figure = point_figure(limit.kind.name, systems)
     if figure.value is None:
         return LimitVerdict(limit, "not checkable", figure, f"There is no figure: {figure.why}")
     clause = figure_clause(limit.kind, figure)
-    return LimitVerdict(limit, limit.judged(figure.value), figure, f"{clause[0].upper()}{clause[1:]}.")
+    return LimitVerdict(limit, limit.judge(figure.value), figure, f"{clause[0].upper()}{clause[1:]}.")

@@ -10,13 +10,13 @@ import numpy as np
 
 from workbench.core.validation.refusals import one_of
 from workbench.study.document.gain_bounds import Disk, GainBound
-from workbench.study.specifications.limits import Limit
+from workbench.study.specifications.limits import FigureLimit
 
 LOWEST, HIGHEST = 1e-12, 1e12  # rad/s, beyond all pictures
 HALF_POWER = 10 ** (-3 / 20)
 
 
-def gain_bounds_of(limits: Sequence[Limit], of: str) -> tuple[GainBound, ...]:
+def gain_bounds_of(limits: Sequence[FigureLimit], of: str) -> tuple[GainBound, ...]:
     """The bounds of the gain of S, of T or of CS."""
     one_of("Specification.gain_bounds(of=...)", of, ("S", "T", "CS"))
     held = {limit.kind.name: limit for limit in limits}
@@ -31,7 +31,7 @@ def gain_bounds_of(limits: Sequence[Limit], of: str) -> tuple[GainBound, ...]:
     return tuple(bounds)
 
 
-def disks_of(limits: Sequence[Limit]) -> tuple[Disk, ...]:
+def disks_of(limits: Sequence[FigureLimit]) -> tuple[Disk, ...]:
     """The disks |1 + L| < 1 / Ms, |L / (1 + L)| > Mt, and |(1 - L) / (1 + L)| > 2 / alpha."""
     held, disks = {limit.kind.name: limit for limit in limits}, list[Disk]()
     if "Ms" in held:

@@ -9,8 +9,8 @@ Examples
 'Tuning'
 """
 
-from workbench.study.tuning.contract import Objective, Trial, Tuning, equal_budget
-from workbench.study.tuning.optimum import Tuned
 from workbench.study.tuning.search import tune
+from workbench.study.tuning.tuning import Objective, Trial, Tuning, equal_budget
+from workbench.study.tuning.tuning_result import TuningResult
 
-__all__ = ["Objective", "Trial", "Tuned", "Tuning", "equal_budget", "tune"]
+__all__ = ["Objective", "Trial", "TuningResult", "Tuning", "equal_budget", "tune"]

@@ -7,12 +7,12 @@ from math import inf
 from time import monotonic
 
 from workbench.engine.arithmetic import signature
-from workbench.study.compiled import CompiledSweep
-from workbench.study.ledger.about import SweepAbout
+from workbench.study.compiled_sweep import CompiledSweep
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.store import Counter, Ledger, Task, complete
-from workbench.study.tuning.optimum import Tuned
-from workbench.study.tuning.search import Search, tune
+from workbench.study.ledger.store import Ledger, RunCounter, Task, complete
+from workbench.study.ledger.study_record import SweepRecord
+from workbench.study.tuning.search import TuningSearch, tune
+from workbench.study.tuning.tuning_result import TuningResult
 
 SECONDS = 1.0  # between two records of how far the tunings are: each waits for the disk
 
@@ -21,19 +21,19 @@ Names = dict[str, list[str]]
 
 
 def tune_in_ledger(
-    searches: Sequence[Search],
+    searches: Sequence[TuningSearch],
     ledger: Ledger,
     execute: Callable[[Sequence[CompiledSweep], Sequence[Task]], Iterator[Chunk]],
     begin: Callable[[], Callable[[int, int, int], None]],
     acknowledge: Callable[[Chunk], None] = lambda chunk: None,
-    describe: Callable[[tuple[SweepAbout, ...]], None] = lambda sweeps: None,
-) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
+    describe: Callable[[tuple[SweepRecord, ...]], None] = lambda sweeps: None,
+) -> tuple[dict[str, TuningResult], tuple[SweepRecord, ...]]:
     """The answer of each tuning, by its name, and its runs as a ledger describes them; none is run twice.
 
     A search asks for the same points again after it was stopped, and finds its generations by their names.
     """
     names: Names = {one.sweep.name: [] for search in searches for one in search.sweeps}
-    counter = Counter(sum(_spared(search, names) for search in searches), begin)
+    counter = RunCounter(sum(_spared(search, names) for search in searches), begin)
     described = -inf
 
     def evaluate(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
@@ -58,12 +58,12 @@ def tune_in_ledger(
     return tuned, about_of_searches(searches, names)
 
 
-def _spared(search: Search, names: Names) -> int:
+def _spared(search: TuningSearch, names: Names) -> int:
     """The number of runs that a tuning does not need, as searches settled or had few finalists."""
     return sum(one.size - _asked(names[one.sweep.name]) for one in search.sweeps)
 
 
-def about_of_searches(searches: Sequence[Search], names: Names) -> tuple[SweepAbout, ...]:
+def about_of_searches(searches: Sequence[TuningSearch], names: Names) -> tuple[SweepRecord, ...]:
     """The runs of tunings as a ledger describes them; a chunk not known yet has a placeholder as its name."""
     sweeps = []
     for search in searches:
@@ -79,9 +79,9 @@ def about_of_searches(searches: Sequence[Search], names: Names) -> tuple[SweepAb
     return tuple(sweeps)
 
 
-def _about(one: CompiledSweep, known: Sequence[str], runs: int, size: int, at_most: bool) -> SweepAbout:
+def _about(one: CompiledSweep, known: Sequence[str], runs: int, size: int, at_most: bool) -> SweepRecord:
     coming = (f"{one.sweep.name}/{i}-{i + size}/" for i in range(_asked(known), runs, size))
-    return SweepAbout(one.sweep.name, runs, signature(one.arithmetic), (*known, *coming), at_most)
+    return SweepRecord(one.sweep.name, runs, signature(one.arithmetic), (*known, *coming), at_most)
 
 
 def _asked(names: Sequence[str]) -> int:

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.proofs.differential_evolution import Flags
 from workbench.study.sample import Sample
-from workbench.study.tuning.contract import GAIN, Tuning
+from workbench.study.tuning.tuning import GAIN, Tuning
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Course:
+@check_arguments
+class SearchCourse:
     """The least objective of a search after each of its generations."""
 
     tuning: Tuning
@@ -29,7 +29,7 @@ class Course:
         return self.tuning.seeds[self.search]
 
     @property
-    def spent(self) -> Array:
+    def evaluations(self) -> Array:
         """The evaluations after each generation, (G,)."""
         return self.tuning.population * np.arange(1.0, len(self.bests) + 1)
 
@@ -43,14 +43,14 @@ class Course:
         return share(before - after, after) if np.isfinite(before) else np.inf
 
     @property
-    def settled(self) -> bool:
+    def has_settled(self) -> bool:
         """True if its last window gained no more than 1 %; False if it is too short to tell."""
         return bool(self.late_gain <= GAIN)
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """True if it needs no more evaluations, though it may have more."""
-        return self.tuning.settle is not None and len(self.bests) >= self.tuning.least and self.settled
+        return self.tuning.settle is not None and len(self.bests) >= self.tuning.least and self.has_settled
 
     @property
     def doubt(self) -> str:
@@ -60,7 +60,7 @@ class Course:
         if np.isinf(late):
             return f"The search of seed {self.seed} found an admissible point in its last quarter only, or none."
         gained = f"The search of seed {self.seed} became better by {percent(late)} in its last quarter"
-        return "" if self.settled else f"{gained}, so it has not settled."
+        return "" if self.has_settled else f"{gained}, so it has not settled."
 
 
 def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, int]:
@@ -68,7 +68,7 @@ def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, in
     reasons: dict[str, int] = {}
     for name, one in samples.items():
         nameless = int((~have_values(one) & np.isnan(one.diverged_at)).sum())
-        reasons |= {f"the run in '{name}' diverged": one.failed, f"a metric in '{name}' is no number": nameless}
+        reasons |= {f"the run in '{name}' diverged": one.diverged_count, f"a metric in '{name}' is no number": nameless}
     worthless = np.all([have_values(one) for one in samples.values()], axis=0) & ~np.isfinite(objectives)
     return reasons | {"the objective is infinite": int(worthless.sum())}
 

@@ -11,18 +11,18 @@ import numpy as np
 from workbench.core.equations import answer
 from workbench.core.validation.refusals import Array, Integers, vector
 from workbench.core.validation.signatures import answer as asked
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.core.validation.type_hints import fit_of
 from workbench.engine.distributions import AbstractDistribution
-from workbench.proofs.differential_evolution import Flags, Judged, evolve
-from workbench.study.compiled import CompiledSweep, compile_sweep
-from workbench.study.contract import Sweep
+from workbench.proofs.differential_evolution import Flags, TrialValues, evolve
+from workbench.study.compiled_sweep import CompiledSweep, compile_sweep
 from workbench.study.ledger.chunk import Chunk
+from workbench.study.run_and_sweep import Sweep
 from workbench.study.sample import Sample
-from workbench.study.tuning.contract import Trial, Tuning
-from workbench.study.tuning.convergence import Course, have_values, reasons_of
-from workbench.study.tuning.optimum import Tuned
-from workbench.study.uncertainty.designs import Listed
+from workbench.study.tuning.convergence import SearchCourse, have_values, reasons_of
+from workbench.study.tuning.tuning import Trial, Tuning
+from workbench.study.tuning.tuning_result import TuningResult
+from workbench.study.uncertainty.designs import ListedPoints
 
 FINALISTS = 8  # points of a search that are looked at: one vector of the widest processors
 BISECTIONS = 60  # of the unit interval, to its last bit
@@ -35,7 +35,7 @@ Evaluate = Callable[[Sequence[CompiledSweep], int, int], Sequence[Chunk]]
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class TuningSearch:
     """A tuning with the sweeps of its trials: of all points, and of the best of them, which are looked at."""
 
     tuning: Tuning
@@ -63,12 +63,14 @@ class Search:
         return [one.under(self.tuning.noise(t, noise)) for one, t in zip(sweeps, trials, strict=True)]
 
 
-def compile_tuning(tuning: Tuning, arithmetic_of: Callable[[str], str | None] = lambda name: None) -> Search:
+def compile_tuning(tuning: Tuning, arithmetic_of: Callable[[str], str | None] = lambda name: None) -> TuningSearch:
     """The search of a tuning, in arithmetics by the names of its sweeps."""
     trials = tuple(_compiled(tuning, trial, arithmetic_of) for trial in tuning.trials)
     noises = len(tuning.seeds) if any(one.run.step.noises for one in trials) else 1
     finalists = min(FINALISTS, tuning.evaluations) * len(tuning.seeds) * noises
-    return Search(tuning, trials, tuple(one.looked_at(f"{one.sweep.name}_half", finalists) for one in trials), noises)
+    return TuningSearch(
+        tuning, trials, tuple(one.looked_at(f"{one.sweep.name}_half", finalists) for one in trials), noises
+    )
 
 
 def _compiled(tuning: Tuning, trial: Trial, arithmetic_of: Callable[[str], str | None]) -> CompiledSweep:
@@ -78,9 +80,9 @@ def _compiled(tuning: Tuning, trial: Trial, arithmetic_of: Callable[[str], str |
             name=f"{tuning.name}_{trial.name}",
             run=trial.run,
             factors=tuning.factors,
-            design=Listed(_pilots(len(tuning.factors))),
+            design=ListedPoints(_pilots(len(tuning.factors))),
             common=True,
-            halved=None,
+            half_step_every=None,
             runs_of_chunk=tuning.population,
         )
         return replace(compile_sweep(sweep, arithmetic_of(sweep.name)), size=tuning.size)
@@ -116,7 +118,7 @@ class _Generation:
 
     points: Array
     chunks: tuple[Chunk, ...]
-    worth: Judged
+    worth: TrialValues
 
 
 def here(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
@@ -124,8 +126,8 @@ def here(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
     return [one.chunk(first, last) for one in sweeps]
 
 
-@door
-def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
+@check_arguments
+def tune(tuning: Tuning | TuningSearch, evaluate: Evaluate = here) -> TuningResult:
     """The best parameters of a tuning, by differential evolution: one search per seed, each with the same budget.
 
     A point is not admissible if a run diverges in any trial, or a metric is no number; of two such the one whose runs
@@ -141,20 +143,20 @@ def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
     LookupError
         If a factor varies what a loop does not have, or a metric watches what it does not put out.
     """
-    search = tuning if isinstance(tuning, Search) else compile_tuning(tuning)
+    search = tuning if isinstance(tuning, TuningSearch) else compile_tuning(tuning)
     past: list[_Generation] = []
     used = tuple(_run(search, k, past, evaluate) for k in range(len(search.tuning.seeds)))
     return _answer(search, past, used, evaluate)
 
 
-def _run(search: Search, number: int, past: list[_Generation], evaluate: Evaluate) -> int:
+def _run(search: TuningSearch, number: int, past: list[_Generation], evaluate: Evaluate) -> int:
     """The number of points that one search evaluates; its generations are added to those of earlier searches."""
     asked, begun = search.tuning, len(past)
     sweeps = search.under(search.trials, number % search.noises)
 
-    def judge(u: Array) -> Judged:
-        points = Listed(np.vstack([*(one.points for one in past), u]))
-        first = len(points.given) - len(u)
+    def judge(u: Array) -> TrialValues:
+        points = ListedPoints(np.vstack([*(one.points for one in past), u]))
+        first = len(points.listed_points) - len(u)
         trials = [one.at(points) for one in sweeps]
         chunks = _evaluated(evaluate, trials, first, first + len(u))
         runs = _samples(search, trials, [[one] for one in chunks], first)
@@ -163,11 +165,20 @@ def _run(search: Search, number: int, past: list[_Generation], evaluate: Evaluat
 
     def ended() -> bool:
         best = np.minimum.accumulate([-one.worth.value.max() for one in past[begun:]])
-        return Course(asked, number, best).ended
+        return SearchCourse(asked, number, best).has_ended
 
     rng = np.random.Generator(np.random.Philox(key=asked.seeds[number]))
     # from the best member alone: on the loops of a6 and a8 twice as near after half of the evaluations
-    evolve(judge, len(asked.factors), asked.population, asked.generations - 1, rng, search.start, ended, mixed=False)
+    evolve(
+        judge,
+        len(asked.factors),
+        asked.population,
+        asked.generations - 1,
+        rng,
+        search.start,
+        ended,
+        mix_strategies=False,
+    )
     return asked.population * (len(past) - begun)
 
 
@@ -182,17 +193,19 @@ def _evaluated(evaluate: Evaluate, sweeps: Sequence[CompiledSweep], first: int, 
     return chunks
 
 
-def _answer(search: Search, past: Sequence[_Generation], used: tuple[int, ...], evaluate: Evaluate) -> Tuned:
+def _answer(
+    search: TuningSearch, past: Sequence[_Generation], used: tuple[int, ...], evaluate: Evaluate
+) -> TuningResult:
     """The answer of a tuning: all generations, and the best points at half the step under all training noises."""
     objective = np.concatenate([-one.worth.value for one in past])
-    points = Listed(np.vstack([one.points for one in past]))
+    points = ListedPoints(np.vstack([one.points for one in past]))
     trials = [one.at(points) for one in search.trials]
     samples = _samples(search, trials, [[one.chunks[i] for one in past] for i in range(len(trials))])
     found = np.isfinite(objective)
     _refuse_nothing(search, found, objective, samples, f"at the step of {_steps(search.trials)}")
     _refuse_dependent(search, samples, objective)
     best = _best(objective, used)
-    again = Listed(np.tile(points.given[best], (search.noises, 1)))
+    again = ListedPoints(np.tile(points.listed_points[best], (search.noises, 1)))
     looked_at = [one.at(again) for one in search.finals]
     ends = [(k * len(best), (k + 1) * len(best)) for k in range(search.noises)]
     chunks = [_evaluated(evaluate, search.under(looked_at, k), *ends[k]) for k in range(search.noises)]
@@ -202,8 +215,10 @@ def _answer(search: Search, past: Sequence[_Generation], used: tuple[int, ...], 
     found = np.isfinite(halved.mean(axis=1) + finals.mean(axis=1))
     where = f"at half the step, {_steps(looked_at, 2)}, though their runs are finite at the step"
     _refuse_nothing(search, found, halved.T.ravel(), halves, where)
-    values = search.trials[0].space.values(points.given)
-    return Tuned(search.tuning, used, points.given, values, objective, samples, best, finals, halved, runs)
+    values = search.trials[0].space.values(points.listed_points)
+    return TuningResult(
+        search.tuning, used, points.listed_points, values, objective, samples, best, finals, halved, runs
+    )
 
 
 def _best(objective: Array, used: Sequence[int]) -> Integers:
@@ -217,7 +232,7 @@ def _steps(sweeps: Sequence[CompiledSweep], parts: int = 1) -> str:
     return ", ".join(f"{h / parts:g} s" for h in dict.fromkeys(one.h for one in sweeps))
 
 
-def _refuse_dependent(search: Search, samples: Mapping[str, Sample], objective: Array) -> None:
+def _refuse_dependent(search: TuningSearch, samples: Mapping[str, Sample], objective: Array) -> None:
     """Refuse an objective whose value for one point depends on the other points."""
     together = -_judged(search.tuning, samples).value
     apart = together != objective
@@ -231,7 +246,9 @@ def _refuse_dependent(search: Search, samples: Mapping[str, Sample], objective: 
         )
 
 
-def _refuse_nothing(search: Search, found: Flags, objective: Array, samples: Mapping[str, Sample], where: str) -> None:
+def _refuse_nothing(
+    search: TuningSearch, found: Flags, objective: Array, samples: Mapping[str, Sample], where: str
+) -> None:
     if found.any():
         return
     reasons = ", ".join(f"{reason} in {count:,}" for reason, count in reasons_of(objective, samples).items() if count)
@@ -242,7 +259,7 @@ def _refuse_nothing(search: Search, found: Flags, objective: Array, samples: Map
 
 
 def _samples(
-    search: Search,
+    search: TuningSearch,
     sweeps: Sequence[CompiledSweep],
     chunks: Sequence[Sequence[Chunk]],
     first: int = 0,
@@ -253,7 +270,7 @@ def _samples(
     return dict(zip((trial.name for trial in search.tuning.trials), found, strict=True))
 
 
-def _judged(tuning: Tuning, samples: Mapping[str, Sample]) -> Judged:
+def _judged(tuning: Tuning, samples: Mapping[str, Sample]) -> TrialValues:
     """The worth of points, larger being better, from their runs by trial."""
     ends = np.stack([one.diverged_at / one.t[-1] for one in samples.values()])
     missed = np.where(np.isnan(ends), 0.0, 1 - ends).sum(axis=0)
@@ -262,13 +279,13 @@ def _judged(tuning: Tuning, samples: Mapping[str, Sample]) -> Judged:
     if len(good):
         objective[good] = _worth(tuning, {name: one.only(good) for name, one in samples.items()})
     tiny = np.finfo(float).tiny  # of a point whose runs last to the end, and that is not admissible all the same
-    return Judged(-objective, np.where(np.isfinite(objective), 0.0, np.maximum(missed, tiny)))
+    return TrialValues(-objective, np.where(np.isfinite(objective), 0.0, np.maximum(missed, tiny)))
 
 
 def _worth(tuning: Tuning, samples: Mapping[str, Sample]) -> Array:
     """The objective of points with values in all trials, (n,); infinity for one that is not admissible."""
     call = f"Tuning({tuning.name!r}, objective=...)"
-    drawn = next(iter(samples.values())).drawn
+    drawn = next(iter(samples.values())).factor_values
     found = vector(call, answer(call, tuning.objective, samples), len(drawn), "points")
     odd = np.flatnonzero(np.isnan(found) | (found == -np.inf))
     if len(odd):

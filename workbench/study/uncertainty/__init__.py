@@ -21,18 +21,18 @@ from workbench.engine.factors import Factor, Space
 from workbench.study.uncertainty.designs import (
     AbstractDesign,
     LatinHypercube,
-    Listed,
+    ListedPoints,
     MonteCarlo,
     MorrisDesign,
     OneAtATime,
 )
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado, morris, tornado
 from workbench.study.uncertainty.factor_table import factor_table
-from workbench.study.uncertainty.indices import SobolIndices, least_base, sobol
 from workbench.study.uncertainty.local_sensitivity import LocalSensitivities, local_sensitivities
 from workbench.study.uncertainty.outputs import Estimate, Flags
 from workbench.study.uncertainty.quantiles import Quantiles, Share, quantiles, share
 from workbench.study.uncertainty.sobol_design import SobolDesign
+from workbench.study.uncertainty.sobol_indices import SobolIndices, least_base, sobol
 
 __all__ = [
     "AbstractDesign",
@@ -41,7 +41,7 @@ __all__ = [
     "Factor",
     "Flags",
     "LatinHypercube",
-    "Listed",
+    "ListedPoints",
     "LocalSensitivities",
     "LogNormal",
     "LogUniform",

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers, finite, refusal, seed, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.distributions import MARGIN
 
 WORDS = 4  # that one counter of Philox gives
@@ -51,8 +51,8 @@ def uniforms(seed: int, first: int, last: int, width: int) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Alone(AbstractDesign):
+@check_arguments
+class NominalPoint(AbstractDesign):
     """The one point of the unit cube of no factor: a run with the numbers of its loop."""
 
     dimensions: int = field(default=0, init=False)
@@ -67,8 +67,8 @@ class Alone(AbstractDesign):
 
 
 @dataclass(frozen=True, eq=False)
-@door
-class Listed(AbstractDesign):
+@check_arguments
+class ListedPoints(AbstractDesign):
     """The points (N, d) of the unit cube as they are given.
 
     Raises
@@ -78,32 +78,36 @@ class Listed(AbstractDesign):
 
     Examples
     --------
-    >>> from workbench.study.uncertainty import Listed
-    >>> Listed([[0.5, 0.25], [0.0, 1.0]]).points()
+    >>> from workbench.study.uncertainty import ListedPoints
+    >>> ListedPoints([[0.5, 0.25], [0.0, 1.0]]).points()
     array([[0.5 , 0.25],
            [0.  , 1.  ]])
     """
 
-    given: Array
+    listed_points: Array
     dimensions: int = field(init=False)
 
     def __post_init__(self) -> None:
-        if self.given.ndim != 2 or not self.given.size or not ((self.given >= 0) & (self.given <= 1)).all():
-            raise refusal("Listed(given)", "at least one point (N, d) of the unit cube", self.given)
-        object.__setattr__(self, "given", self.given.copy())
-        object.__setattr__(self, "dimensions", self.given.shape[1])
+        if (
+            self.listed_points.ndim != 2
+            or not self.listed_points.size
+            or not ((self.listed_points >= 0) & (self.listed_points <= 1)).all()
+        ):
+            raise refusal("Listed(listed_points)", "at least one point (N, d) of the unit cube", self.listed_points)
+        object.__setattr__(self, "listed_points", self.listed_points.copy())
+        object.__setattr__(self, "dimensions", self.listed_points.shape[1])
 
     @property
     def size(self) -> int:
         """The number of runs."""
-        return len(self.given)
+        return len(self.listed_points)
 
     def _rows(self, first: int, last: int) -> Array:
-        return self.given[first:last]
+        return self.listed_points[first:last]
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class OneAtATime(AbstractDesign):
     """The point where all factors have the quantile `base`, then each factor by itself at each of `levels`.
 
@@ -150,7 +154,7 @@ class OneAtATime(AbstractDesign):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class MonteCarlo(AbstractDesign):
     """Independent uniform points: the ones to which confidence intervals of quantiles and of shares belong.
 
@@ -185,7 +189,7 @@ class MonteCarlo(AbstractDesign):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class LatinHypercube(AbstractDesign):
     """Random points with exactly one in each of `runs` equal slices of every axis.
 
@@ -228,7 +232,7 @@ class LatinHypercube(AbstractDesign):
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class MorrisDesign(AbstractDesign):
     """`trajectories` random paths over a grid of p = `levels` levels an axis (Morris 1991, Technometrics 33).
 

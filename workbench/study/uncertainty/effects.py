@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.core.validation.array_shapes import require_shapes
 from workbench.core.validation.refusals import Array, Integers
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
 from workbench.study.uncertainty.outputs import Estimate, of_output, outputs_of, t_quantile
 
@@ -17,12 +17,12 @@ FEW = 50  # trajectories, below which intervals are too narrow
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class MorrisEffects:
     """Elementary effects of d factors on k outputs, or on a single one without the axis k.
 
     `mu`, `mu_star` and `sigma` (k, d) are the mean of the effects, of their sizes, and their standard deviation, in the
-    unit of the output per whole range of the factor. `refused` has the reason for each output without effects, whose
+    unit of the output per whole range of the factor. `refusals` has the reason for each output without effects, whose
     numbers are NaN.
     """
 
@@ -31,16 +31,16 @@ class MorrisEffects:
     mu: Estimate
     mu_star: Estimate
     sigma: Estimate
-    refused: Mapping[str, str]
+    refusals: Mapping[str, str]
     remarks: tuple[str, ...]
 
-    @door
+    @check_arguments
     def __getitem__(self, name: str) -> MorrisEffects:
         """The effects on one output; one that was refused is refused again, with its reason."""
         return of_output(self, name, "mu", "mu_star", "sigma")
 
 
-@door
+@check_arguments
 def morris(
     design: MorrisDesign,
     outputs: object,
@@ -83,13 +83,13 @@ def morris(
     """
     held = outputs_of("morris", design, outputs, names, factors, errors)
     t = t_quantile("morris", confidence, design.trajectories - 1)
-    effects = _effects(design, held.scaled)
-    scale = np.where(held.known, held.spread, np.nan)
+    effects = _effects(design, held.scaled_columns)
+    scale = np.where(held.is_accepted, held.spread, np.nan)
     found = (_mean(effects, t), _mean(np.abs(effects), t), _deviation(effects, t))
     mu, mu_star, sigma = (Estimate(value * scale[:, np.newaxis], half * scale[:, np.newaxis]) for value, half in found)
     few = f"{design.trajectories} trajectories are few: the intervals, of sigma above all, are too narrow."
     remarks = held.remarks + ((few,) if design.trajectories < FEW else ())
-    return MorrisEffects(held.names, held.factors, mu, mu_star, sigma, held.refused, remarks)
+    return MorrisEffects(held.names, held.factors, mu, mu_star, sigma, held.refusals, remarks)
 
 
 def _effects(design: MorrisDesign, y: Array) -> Array:
@@ -123,43 +123,43 @@ def _deviation(effects: Array, t: float) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Tornado:
-    """Of k outputs, or of a single one without the axis k: `base` (k,) with no factor moved, `moved` (k, d, levels).
+    """Of k outputs, or one without the axis k: `base` (k,) with no factor moved, `moved_outputs` (k, d, levels).
 
-    `refused` has the reason for each output that has none, whose numbers are NaN.
+    `refusals` has the reason for each output that has none, whose numbers are NaN.
     """
 
     names: tuple[str, ...]
     factors: tuple[str, ...]
     levels: tuple[float, ...]
     base: Array
-    moved: Array
-    refused: Mapping[str, str]
+    moved_outputs: Array
+    refusals: Mapping[str, str]
 
     def __post_init__(self) -> None:
         outputs = (len(self.names),) if self.base.ndim else ()
         bars = (*outputs, len(self.factors), len(self.levels))
-        require_shapes(self, {"base": outputs, "moved": bars}, "of outputs, factors and levels in this order")
+        require_shapes(self, {"base": outputs, "moved_outputs": bars}, "of outputs, factors and levels in this order")
 
     @property
     def swing(self) -> Array:
         """The distance between the outermost outputs of each factor, that of the base among them, (k, d)."""
-        base = np.broadcast_to(self.base[..., None, None], (*self.moved.shape[:-1], 1))
-        return np.asarray(np.ptp(np.concatenate([self.moved, base], -1), axis=-1))
+        base = np.broadcast_to(self.base[..., None, None], (*self.moved_outputs.shape[:-1], 1))
+        return np.asarray(np.ptp(np.concatenate([self.moved_outputs, base], -1), axis=-1))
 
     @property
     def order(self) -> Integers:
         """The places of the factors, the widest bar first, (k, d)."""
         return np.argsort(-self.swing, axis=-1, kind="stable")
 
-    @door
+    @check_arguments
     def __getitem__(self, name: str) -> Tornado:
         """The tornado of one output; one that was refused is refused again, with its reason."""
-        return of_output(self, name, "base", "moved")
+        return of_output(self, name, "base", "moved_outputs")
 
 
-@door
+@check_arguments
 def tornado(
     design: OneAtATime,
     outputs: object,
@@ -182,6 +182,6 @@ def tornado(
     array([[1, 0]])
     """
     held = outputs_of("tornado", design, outputs, names, factors)
-    values = np.where(held.known, held.columns, np.nan)
+    values = np.where(held.is_accepted, held.columns, np.nan)
     moved = values[1:].reshape(design.dimensions, len(design.levels), -1)
-    return Tornado(held.names, held.factors, design.levels, values[0], np.moveaxis(moved, -1, 0), held.refused)
+    return Tornado(held.names, held.factors, design.levels, values[0], np.moveaxis(moved, -1, 0), held.refusals)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.factors import Space
-from workbench.study.document.phrases import Cell, Column, Table, raised
+from workbench.study.document.phrases_and_tables import Cell, ReportTable, TableColumn, superscript_powers
 
 
-@door
-def factor_table(space: Space, name: str, caption: str) -> Table:
+@check_arguments
+def factor_table(space: Space, name: str, caption: str) -> ReportTable:
     """The numbers that each factor moves, its distribution, and where that comes from.
 
     Examples
@@ -20,11 +20,11 @@ def factor_table(space: Space, name: str, caption: str) -> Table:
     """
     rows: list[tuple[Cell, ...]] = []
     entries = (*space.parameters.entries, *space.states.entries)
-    units = [raised(entry.unit) for entry in entries for _ in range(entry.size)]
+    units = [superscript_powers(entry.unit) for entry in entries for _ in range(entry.size)]
     for factor, places in zip(space.factors, space.places, strict=True):
         words = factor.distribution.words()
         spread = f"share of its own value: {words}" if factor.share else words
         unit = None if factor.share else ", ".join(dict.fromkeys(units[place] for place in places)) or None
         rows.append((factor.name, ", ".join(factor.paths), spread, unit, factor.origin))
-    columns = tuple(map(Column, ("factor", "moves", "distribution", "unit", "origin")))
-    return Table(name, caption, columns, tuple(rows))
+    columns = tuple(map(TableColumn, ("factor", "moves", "distribution", "unit", "origin")))
+    return ReportTable(name, caption, columns, tuple(rows))

@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.core import Entry, Layout, Ode, Sampled, Step
-from workbench.core.validation.refusals import Array, described, known, matrix, seconds, vector
-from workbench.core.validation.signatures import door
+from workbench.core import Entry, Layout, Ode, SampledSystem, StepMap
+from workbench.core.validation.refusals import Array, describe, known_name, matrix, seconds, vector
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine import simulate
-from workbench.engine.arithmetic import continued
-from workbench.engine.metrics import AbstractMetric, measured
+from workbench.engine.arithmetic import advance_states
+from workbench.engine.metrics import AbstractMetric, step_with_metrics
 from workbench.engine.metrics.accumulators import final_values
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 
@@ -23,7 +23,9 @@ from workbench.engine.metrics.measured_equation import MeasuredEquation
 NARROW, WIDE = (1e-4, 1e-3), (1e-2, 0.1)
 SHIFTS = 1e-3 * np.array([-2.0, -1.0, 1.0, 2.0])  # of a difference of fourth order through the last formula of a metric
 WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12e-3
-UNFELT = 1e-3  # an elasticity, percent of the metric by percent of the number, below which a wide slope is not judged
+LEAST_ELASTICITY = (
+    1e-3  # an elasticity, percent of the metric by percent of the number, below which a wide slope is not judged
+)
 SWITCHES = {
     ca.OP_SIGN: "sign",
     ca.OP_FABS: "| |",
@@ -44,7 +46,7 @@ Rows = tuple[Array, Array]  # a quantity and its derivatives, (m, k) each, one r
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class LocalSensitivities:
     """Derivatives of metrics at one operating point, by m numbers with these `labels` that are `at` (m,) there.
 
@@ -67,28 +69,28 @@ class LocalSensitivities:
     wide_slope: Mapping[str, Array]
     switches: tuple[str, ...]
 
-    @door
+    @check_arguments
     def holds(self, metric: str) -> NDArray[np.bool_]:
         """True where the gradient is the slope of the metric, (k, m): to 0.1 % over the narrow width, 10 % the wide.
 
         Along a run that switches a gradient may hold between two switchings and say nothing beyond them.
         """
-        known(metric, self.gradient, "metrics here")
+        known_name(metric, self.gradient, "metrics here")
         gradient, narrow, wide = (held[metric] for held in (self.gradient, self.slope, self.wide_slope))
         unit = np.abs(self.value[metric])[:, np.newaxis] / np.where(self.at == 0, 1.0, np.abs(self.at))
         rounding = 1e3 * np.finfo(float).eps / NARROW[0] * unit
         with np.errstate(invalid="ignore"):  # what is infinite is no slope
             near = np.abs(gradient - narrow) <= NARROW[1] * np.abs(narrow) + rounding
-            far = np.abs(gradient - wide) <= WIDE[1] * np.abs(wide) + UNFELT * unit
+            far = np.abs(gradient - wide) <= WIDE[1] * np.abs(wide) + LEAST_ELASTICITY * unit
         return np.asarray(near & far)
 
-    @door
+    @check_arguments
     def linear_shares(self, metric: str, deviations: Array) -> Array:
         """The parts (k, d) of the variance that d factors would have were the metric linear: beside S1 a check.
 
         `deviations` (d, m) are by how much one standard deviation of each factor moves all the numbers together.
         """
-        known(metric, self.gradient, "metrics here")
+        known_name(metric, self.gradient, "metrics here")
         deviations = matrix("linear_shares(deviations=...)", deviations, columns=len(self.at))
         parts = (self.gradient[metric] @ deviations.T) ** 2
         with np.errstate(invalid="ignore"):  # nothing varies: no number has a part
@@ -107,9 +109,9 @@ class LocalSensitivities:
         return tuple(said)
 
 
-@door
+@check_arguments
 def local_sensitivities(
-    equation: Ode | Sampled,
+    equation: Ode | SampledSystem,
     metrics: Sequence[AbstractMetric],
     names: Sequence[str],
     p: Array | None = None,
@@ -153,7 +155,7 @@ def local_sensitivities(
     value, gradient = _gradients(step, metrics, places, p, x0, until)
     slope, wide_slope = (_slopes(step, metrics, loop, places, here, until, width) for width, _ in (NARROW, WIDE))
     labels = loop.parameters.labels + loop.states.labels
-    F = measured(equation, (), h).rule.F
+    F = step_with_metrics(equation, (), h).rule.F
     codes = [F.instruction_id(k) for k in range(F.n_instructions())]
     switches = tuple(dict.fromkeys(SWITCHES[code] for code in codes if code in SWITCHES))
     at = here[places]
@@ -172,41 +174,41 @@ def _places(loop: Ode, names: Sequence[str]) -> list[int]:
         places += [offset + i for i in layout.indices(name)]
     if not places or len(set(places)) < len(places):
         raise ValueError(
-            f"`local_sensitivities(names=...)` must be numbers, each once, at least one; got {described(names)}."
+            f"`local_sensitivities(names=...)` must be numbers, each once, at least one; got {describe(names)}."
         )
     return places
 
 
 def _gradients(
-    step: Step, metrics: Sequence[AbstractMetric], places: Sequence[int], p: Array, x0: Array, until: float
+    step: StepMap, metrics: Sequence[AbstractMetric], places: Sequence[int], p: Array, x0: Array, until: float
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     """Values (k,) and derivatives (k, m) of the metrics, a run a direction; NaN where a direction leaves all bounds."""
     values = _values(step, metrics, p, x0, until)
     more, start = _along(step, places, p, x0)
     same = np.zeros(len(places), dtype=int)  # all runs are number 0, so that noise is the same in them
     runs = simulate(more, p=p, x0=start, until=until, every=until, runs=same)
-    later = continued(runs.job, runs.x[:, -1], round(until / more.h), 1)  # a last look, as `final_values` takes it
+    later = advance_states(runs.job, runs.x[:, -1], round(until / more.h), 1)  # a last look, as `final_values` takes it
     gradient = {}
     for metric in metrics:
         integral, own = f"integral of {metric.name}", f"{metric.name}."
         total = [_rows(more, runs.x[:, -1], integral)] if integral in step.states else []
         memory = {n.removeprefix(own): _rows(more, later, n) for n in step.states.names if n.startswith(own)}
         found = _chained(metric, total, memory, len(places), until)
-        gradient[metric.name] = np.where(runs.diverged, np.nan, found)
+        gradient[metric.name] = np.where(runs.has_diverged, np.nan, found)
     return values, gradient
 
 
-def _values(step: Step, metrics: Sequence[AbstractMetric], p: Array, x0: Array, until: float) -> dict[str, Array]:
+def _values(step: StepMap, metrics: Sequence[AbstractMetric], p: Array, x0: Array, until: float) -> dict[str, Array]:
     start = np.concatenate([x0, step.states.default[x0.size :]])
     run = simulate(step, p=p, x0=start, until=until, every=until)
-    if run.diverged[0]:
+    if run.has_diverged[0]:
         raise ValueError(
             f"`local_sensitivities(...)` needs a run that lasts; this one diverged at {run.diverged_at[0]:g} s."
         )
     return {name: value[0] for name, value in final_values(run, metrics).items()}
 
 
-def _along(step: Step, places: Sequence[int], p: Array, x0: Array) -> tuple[Step, Array]:
+def _along(step: StepMap, places: Sequence[int], p: Array, x0: Array) -> tuple[StepMap, Array]:
     """The step with a column of S and its direction in p beside its states, and the starts (m, ...) of the runs."""
     rule, n, m = step.rule, step.states.size, len(places)
     moved = [place for place in places if place < p.size]
@@ -216,14 +218,16 @@ def _along(step: Step, places: Sequence[int], p: Array, x0: Array) -> tuple[Step
     in_p = ca.SX.zeros(p.size)
     in_p[moved] = direction
     update = ca.jtimes(rule.next, ca.vertcat(rule.x, rule.p), ca.vertcat(S, in_p))
-    extended = replace(step, rule=rule.written_out).extended(more, symbols, ca.vertcat(ca.densify(update), direction))
+    extended = replace(step, rule=rule.written_out).with_memory(
+        more, symbols, ca.vertcat(ca.densify(update), direction)
+    )
     start = np.tile(np.concatenate([x0, extended.states.default[x0.size :]]), (m, 1))
     for row, place in zip(start, places, strict=True):
         row[n + (n + moved.index(place) if place < p.size else place - p.size)] = 1.0
     return extended, start
 
 
-def _rows(more: Step, ends: Array, name: str) -> Rows:
+def _rows(more: StepMap, ends: Array, name: str) -> Rows:
     S = ends[:, more.states.slice("S")]
     return ends[:, more.states.slice(name)], S[:, more.states.slice(name)]
 
@@ -248,7 +252,7 @@ def _chained(
 
 
 def _slopes(
-    step: Step,
+    step: StepMap,
     metrics: Sequence[AbstractMetric],
     loop: Ode,
     places: Sequence[int],

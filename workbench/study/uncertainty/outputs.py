@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from workbench.core.validation.refusals import Array, as_array, described, known
-from workbench.core.validation.signatures import door
+from workbench.core.validation.refusals import Array, as_array, describe, known_name
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.uncertainty.designs import AbstractDesign
 
 Flags = NDArray[np.bool_]
@@ -20,11 +20,11 @@ Flags = NDArray[np.bool_]
 LEAST_SPREAD = 100 * np.finfo(float).eps
 LARGEST = 1e304  # number of a result: sums and differences of some such are finite
 # Parts of the variance that an error of the runs may make up: beyond the first it is told, beyond the second refused.
-TOLD, REFUSED = 0.01, 1.0
+TELL_SHARE, REFUSE_SHARE = 0.01, 1.0
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Estimate:
     """Values, each with the half-width of its confidence interval; both are NaN where the output was refused."""
 
@@ -50,7 +50,7 @@ class Estimate:
         """The upper ends of the intervals."""
         return self.value + self.half
 
-    @door
+    @check_arguments
     def __getitem__(self, place: int) -> Estimate:
         return Estimate(self.value[place], self.half[place])
 
@@ -59,22 +59,22 @@ class Estimate:
 class Outputs:
     """Columns (N, k) of N runs by name, the names of d factors, and the reason for each column that is refused.
 
-    `scaled` are the columns with mean 0 and largest deviation 1, so that no square of them overflows or loses its
-    digits, and 0 where refused; beside its mean a column is `spread` (k,) times that. `remarks` are on the others.
+    `scaled_columns` are the columns with mean 0 and largest deviation 1, so that no square of them overflows or loses
+    its digits, and 0 where refused; beside its mean a column is `spread` (k,) times that. `remarks` are on the others.
     """
 
     names: tuple[str, ...]
     factors: tuple[str, ...]
     columns: Array
-    scaled: Array
+    scaled_columns: Array
     spread: Array
-    refused: Mapping[str, str]
+    refusals: Mapping[str, str]
     remarks: tuple[str, ...]
 
     @property
-    def known(self) -> Flags:
+    def is_accepted(self) -> Flags:
         """True for the columns that are not refused, (k,)."""
-        return np.array([name not in self.refused for name in self.names])
+        return np.array([name not in self.refusals for name in self.names])
 
 
 def outputs_of(
@@ -108,9 +108,9 @@ def outputs_of(
             raise ValueError(f"`{call}(errors=...)` must have the outputs' shape {columns.shape}; got {off.shape}.")
         for j in np.flatnonzero(known):
             part, said = _blur(off[:, j], scaled[:, j], spread[j])
-            if part > REFUSED:
+            if part > REFUSE_SHARE:
                 refused[held[j]] = said if np.isinf(part) else f"{said}: what varies is the error"
-            elif not part <= TOLD:
+            elif not part <= TELL_SHARE:
                 remarks.append(f"'{held[j]}': {said}.")
     if len(refused) == k:
         said = "; ".join(f"'{name}': {why}" for name, why in list(refused.items())[:3])
@@ -154,22 +154,22 @@ class AbstractResult(Protocol):
         """The names of the outputs."""
 
     @property
-    def refused(self) -> Mapping[str, str]:
+    def refusals(self) -> Mapping[str, str]:
         """The reasons by the names of those that were refused."""
 
 
 R = TypeVar("R", bound=AbstractResult)
 
 
-def of_output(found: R, name: str, *parts: str) -> R:
+def of_output(results: R, name: str, *parts: str) -> R:
     """The results of one output, by its row of each of the `parts`; one that was refused is refused by its reason."""
-    if name in found.refused:
-        raise ValueError(f"There is no result for '{name}': {found.refused[name]}.")
-    j, first = found.names.index(known(name, found.names, "outputs")), getattr(found, parts[0])
+    if name in results.refusals:
+        raise ValueError(f"There is no result for '{name}': {results.refusals[name]}.")
+    j, first = results.names.index(known_name(name, results.names, "outputs")), getattr(results, parts[0])
     if first.value.ndim == 1 if isinstance(first, Estimate) else first.ndim == 0:  # those of one output alone
-        return found
-    rows = {part: None if (held := getattr(found, part)) is None else held[j] for part in parts}
-    return replace(found, names=(name,), refused={}, **rows)  # type: ignore[type-var]
+        return results
+    rows = {part: None if (held := getattr(results, part)) is None else held[j] for part in parts}
+    return replace(results, names=(name,), refused={}, **rows)  # type: ignore[type-var]
 
 
 def t_quantile(call: str, confidence: float, freedom: int) -> float:
@@ -179,12 +179,12 @@ def t_quantile(call: str, confidence: float, freedom: int) -> float:
     return float(stdtrit(freedom, 0.5 + confidence / 2))
 
 
-def as_outputs(given: object) -> Array | None:
+def as_outputs(outputs: object) -> Array | None:
     """A new array of doubles, truths as 0 and 1, NaN where it is masked; None of anything else."""
     try:
-        if isinstance(given, np.ma.MaskedArray):  # what is masked is not known, and NumPy would take what lies below
-            given = np.where(np.ma.getmaskarray(given), np.nan, np.ma.getdata(given))
-        array = np.asarray(given)
+        if isinstance(outputs, np.ma.MaskedArray):  # what is masked is not known, and NumPy would take what lies below
+            outputs = np.where(np.ma.getmaskarray(outputs), np.nan, np.ma.getdata(outputs))
+        array = np.asarray(outputs)
     except Exception:  # whatever an object says when it is asked for its numbers
         return None
     return as_array(array.astype(float) if array.dtype.kind == "b" else array)
@@ -203,7 +203,7 @@ def check_size(call: str, array: Array, infinite: bool = False) -> None:
 def _columns(call: str, given: object, runs: int) -> Array:
     values = as_outputs(given)
     if values is None:
-        raise ValueError(f"`{call}` must be an array of numbers, one row a run; got {described(given)}.")
+        raise ValueError(f"`{call}` must be an array of numbers, one row a run; got {describe(given)}.")
     if values.ndim not in (1, 2) or len(values) != runs or not values.size:
         raise ValueError(f"`{call}` must have a row for each of the {runs} runs of the design; got {values.shape}.")
     return values.reshape(runs, -1)

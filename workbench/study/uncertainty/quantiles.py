@@ -9,17 +9,17 @@ import numpy as np
 from scipy.special import bdtr, betaincinv
 
 from workbench.core.validation.refusals import Array, Integers, refusal
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.study.uncertainty.designs import LatinHypercube, MonteCarlo
 from workbench.study.uncertainty.outputs import as_outputs, columns_of, t_quantile
 
 
 @dataclass(frozen=True, eq=False)
-@door
+@check_arguments
 class Quantiles:
     """Quantiles (k, q) of k outputs at q levels, each within an interval.
 
-    Of an output with `failed` runs (k,) the value is NaN, and the interval holds wherever their outputs would have
+    Of an output with `failures` runs (k,) the value is NaN, and the interval holds wherever their outputs would have
     been. An end is infinite where there are too few runs to bound it.
     """
 
@@ -28,22 +28,22 @@ class Quantiles:
     value: Array
     low: Array
     high: Array
-    failed: Integers
+    failures: Integers
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class Share:
-    """The share of all runs in which something holds, from `low` to `high`; NaN if there are `failed` ones."""
+    """The share of all runs in which something holds, from `low` to `high`; NaN if there are `failures` ones."""
 
     value: float
     low: float
     high: float
     runs: int
-    failed: int
+    failures: int
 
 
-@door
+@check_arguments
 def quantiles(
     design: MonteCarlo | LatinHypercube,
     outputs: object,
@@ -89,7 +89,7 @@ def quantiles(
     return Quantiles(held, levels, value, low, high, failed)
 
 
-@door
+@check_arguments
 def share(holds: object, confidence: float = 0.95) -> Share:
     """The share of independent runs in which something holds (Clopper and Pearson 1934, Biometrika 26).
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.refusals import Array, seed, whole
-from workbench.core.validation.signatures import door
+from workbench.core.validation.signatures import check_arguments
 from workbench.engine.distributions import MARGIN
 from workbench.study.uncertainty.designs import AbstractDesign
 
@@ -16,7 +16,7 @@ MOST_DIMENSIONS = 21_201 // 2  # of which SciPy has direction numbers, half for 
 
 
 @dataclass(frozen=True)
-@door
+@check_arguments
 class SobolDesign(AbstractDesign):
     """`base` pairs of points A and B, and beside each pair the points that take a single coordinate from the other.
 
