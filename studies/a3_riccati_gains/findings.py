@@ -136,8 +136,8 @@ def adaptation(evidence: Evidence) -> wb.Finding:
     """The loop with (34) beside the loop whose gain stays at K(0)."""
     moved = change(evidence, NONE)
 
-    def less(words: str, moved: float) -> wb.Variation:
-        return variation(words, moved, ADAPTATION)
+    def less(words: str, shift: float) -> wb.Variation:
+        return variation(words, shift, ADAPTATION)
 
     return wb.Finding(
         "adaptation",
@@ -176,8 +176,8 @@ def share(part: float) -> str:
 def algebraic(evidence: Evidence) -> wb.Finding:
     """The loop with the algebraic equation at each instant."""
 
-    def said(moved: float) -> str:
-        return f"at most {100 * SMALL:g} %" if moved <= SMALL else f"more than {100 * SMALL:g} %"
+    def answer_for(shift: float) -> str:
+        return f"at most {100 * SMALL:g} %" if shift <= SMALL else f"more than {100 * SMALL:g} %"
 
     def largest(names: Iterable[str], places: Places = PLACES, weights: str = ASSUMED_WEIGHTS) -> float:
         return max(abs(change(evidence, ALGEBRAIC, name, weights, [place])) for name in names for place in places)
@@ -203,9 +203,9 @@ def algebraic(evidence: Evidence) -> wb.Finding:
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
         fits=FITS,
-        answer=said(largest(three)),
+        answer=answer_for(largest(three)),
         variations=tuple(
-            wb.Variation(words, said(moved), f"{upper_percent(moved)} %") for words, moved in others.items()
+            wb.Variation(words, answer_for(moved), f"{upper_percent(moved)} %") for words, moved in others.items()
         ),
         limitations="Noise, and other values of P(0).",
     )
@@ -214,7 +214,7 @@ def algebraic(evidence: Evidence) -> wb.Finding:
 def distance(evidence: Evidence) -> wb.Finding:
     """P(t) of (34) beside the algebraic solution."""
 
-    def said(far: float) -> str:
+    def answer_for(far: float) -> str:
         return f"within {100 * NEAR:g} %" if far <= NEAR else f"beyond {100 * NEAR:g} %"
 
     gaps = {key: one.comparison.gap(one.comparison.X) for key, one in evidence.answers.items()}
@@ -233,15 +233,15 @@ def distance(evidence: Evidence) -> wb.Finding:
         information="K and the estimate of q along the run.",
         assumptions=ASSUMPTIONS,
         fits=FITS,
-        answer=said(max(largest for _, largest in ours)),
+        answer=answer_for(max(largest for _, largest in ours)),
         variations=(
             *(
-                wb.Variation(f"{SCENARIOS[s]}, {w}", said(gaps[s, w][1]), share(gaps[s, w][1]))
+                wb.Variation(f"{SCENARIOS[s]}, {w}", answer_for(gaps[s, w][1]), share(gaps[s, w][1]))
                 for w in OTHERS
                 for s in SCENARIOS
             ),
             *(
-                wb.Variation(f"{SCENARIOS[s]}, median over time, {w}", said(gaps[s, w][0]), share(gaps[s, w][0]))
+                wb.Variation(f"{SCENARIOS[s]}, median over time, {w}", answer_for(gaps[s, w][0]), share(gaps[s, w][0]))
                 for w in WEIGHTS
                 for s in SCENARIOS
             ),
@@ -253,13 +253,13 @@ def distance(evidence: Evidence) -> wb.Finding:
 def cost(evidence: Evidence) -> wb.Finding:
     """J of (32) with P(t) of (34) and with other choices."""
 
-    def said(ratio: float) -> str:
+    def answer_for(ratio: float) -> str:
         return f"at most {100 * CHEAP:g} % more" if ratio <= 1 + CHEAP else f"over {100 * CHEAP:g} % more"
 
     ratios = {key: one.comparison.ratios for key, one in evidence.answers.items()}
     ours = [ratios[s, ASSUMED_WEIGHTS][path.FORWARD] for s in SCENARIOS]
     variations = tuple(
-        wb.Variation(f"{SCENARIOS[s]}, {choice}, {w}", said(ratio), f"{ratio:.4g} times the least")
+        wb.Variation(f"{SCENARIOS[s]}, {choice}, {w}", answer_for(ratio), f"{ratio:.4g} times the least")
         for (s, w), found in ratios.items()
         for choice, ratio in found.items()
         if (choice, w) != (path.FORWARD, ASSUMED_WEIGHTS)
@@ -274,7 +274,7 @@ def cost(evidence: Evidence) -> wb.Finding:
         information="K and the estimate of q along the run.",
         assumptions=f"{ASSUMPTIONS} The input u, which the paper does not print.",
         fits=FITS,
-        answer=said(max(ours)),
+        answer=answer_for(max(ours)),
         variations=variations,
         limitations="Other horizons of J.",
     )

@@ -132,14 +132,14 @@ def cost(
     """Y (2, 2): s' Y s is J of (32) over the times from s with u = -R^-1 B' P s, by a linear equation backward."""
     G = B @ np.linalg.solve(R, B.T)
 
-    def closed(time: float) -> wb.Array:
+    def closed_loop_matrix(time: float) -> wb.Array:
         return np.asarray(path(time) - G @ choice(time))
 
     def weight(time: float) -> wb.Array:
         W = Q + choice(time) @ G @ choice(time)
         return np.asarray((W + W.T) / 2)
 
-    return np.asarray(wb.riccati_flow.rde(closed, ZERO, weight, R, ZERO, t, rtol=RTOL).P[0])
+    return np.asarray(wb.riccati_flow.rde(closed_loop_matrix, ZERO, weight, R, ZERO, t, rtol=RTOL).P[0])
 
 
 def worst(Y: wb.Array, least: wb.Array) -> float:

@@ -61,13 +61,13 @@ def frozen_modes(results: wb.Results) -> wb.Finding:
     every = candidates(results)
     one = every[PAPER]
 
-    def said(grows: bool) -> str:
+    def answer_for(grows: bool) -> str:
         return "some modes grow" if grows else "no mode grows"
 
     others = (
         wb.Variation(
             f"the gains '{name}'",
-            said(every[name].growing_share > 0),
+            answer_for(every[name].growing_share > 0),
             f"{100 * every[name].growing_share:.1f} % of states",
         )
         for name in OTHERS
@@ -82,10 +82,10 @@ def frozen_modes(results: wb.Results) -> wb.Finding:
         sample=f"{one.states:,} states and torques spread evenly over the region. {REGION}",
         information=OBSERVER,
         assumptions="The region, which the paper does not name.",
-        answer=said(one.growing_share > 0),
+        answer=answer_for(one.growing_share > 0),
         variations=(
             wb.Variation(
-                "the states along the desired motion of the first scenario", said(one.path < 0), f"{one.path:.2f} 1/s"
+                "the states along the desired motion of the first scenario", answer_for(one.path < 0), f"{one.path:.2f} 1/s"
             ),
             *others,
         ),
@@ -99,7 +99,7 @@ def region(results: wb.Results) -> wb.Finding:
     one = every[PAPER]
     proved = one.share is not None and one.admitted_radius is not None
 
-    def said(share: float | None) -> str:
+    def answer_for(share: float | None) -> str:
         return "no proof" if share is None else "whole region" if share == WHOLE else "a part of it"
 
     statement = f"With the paper's gains no region is proved to decay at {MODEST:g} 1/s."
@@ -119,11 +119,11 @@ def region(results: wb.Results) -> wb.Finding:
         "qd_hat(0) = qd(0).",
         information=OBSERVER,
         assumptions=f"The region, and the rates: {MODEST:g} 1/s for the paper's gains, {SURFACE:g} 1/s for all others.",
-        answer=said(one.share),
+        answer=answer_for(one.share),
         variations=tuple(
             wb.Variation(
                 f"the gains '{name}', at {SURFACE:g} 1/s",
-                said(every[name].share),
+                answer_for(every[name].share),
                 f"first errors up to {1e3 * (every[name].admitted_radius or 0):.2g} mrad",
             )
             for name in OTHERS
@@ -141,8 +141,8 @@ def mismatch(results: wb.Results) -> wb.Finding:
         name for name in OTHERS if every[name].tolerated_mismatch < small.position.seen and every[name].share == WHOLE
     ]
 
-    def said(name: str, seen: float) -> str:
-        return "bears less than the arm has" if every[name].tolerated_mismatch < seen else "bears what the arm has"
+    def answer_for(name: str, mismatch: float) -> str:
+        return "bears less than the arm has" if every[name].tolerated_mismatch < mismatch else "bears what the arm has"
 
     part = f"{'all' if len(coarse) == len(OTHERS) else f'{len(coarse)} of the'} {len(OTHERS)} other gains"
     places = ((SMALL, small), (WHOLE, whole))
@@ -163,11 +163,11 @@ def mismatch(results: wb.Results) -> wb.Finding:
         sample=REGION,
         information=OBSERVER,
         assumptions="The region and the units of |x~|, in which positions and velocities weigh alike.",
-        answer=said(PAPER, small.position.seen),
+        answer=answer_for(PAPER, small.position.seen),
         variations=tuple(
             wb.Variation(
                 f"the gains '{name}', up to {100 * share:g} % of the bounds",
-                said(name, found.position.seen),
+                answer_for(name, found.position.seen),
                 f"{every[name].tolerated_mismatch:.2g} against {found.position.seen:.0f}",
             )
             for name in HOW
@@ -183,7 +183,7 @@ def better_gains(results: wb.Results) -> wb.Finding:
     every = candidates(results)
     ours, theirs = every[DOUBLE_POLE], every[PAPER]
 
-    def said(name: str) -> str:
+    def answer_for(name: str) -> str:
         return "proved" if every[name].share == WHOLE and name != PAPER else "not proved"
 
     return wb.Finding(
@@ -198,14 +198,13 @@ def better_gains(results: wb.Results) -> wb.Finding:
         information=OBSERVER,
         assumptions="The region and the rate.",
         fits="The double pole: the least that is proved.",
-        answer=said(DOUBLE_POLE),
+        answer=answer_for(DOUBLE_POLE),
         variations=tuple(
-            wb.Variation(f"the gains '{name}'", said(name), f"{every[name].noise / theirs.noise:.1f} times the noise")
-            for name in HOW
-            if name != DOUBLE_POLE
+            wb.Variation(f"the gains '{name}'", answer_for(name), f"{every[name].noise / theirs.noise:.1f} times the
+            noise") for name in HOW if name != DOUBLE_POLE
         ),
         limitations="A noisy run, in which stiffer gains cost more.",
-        is_decided=said(DOUBLE_POLE) == "proved",
+        is_decided=answer_for(DOUBLE_POLE) == "proved",
     )
 
 
@@ -221,7 +220,7 @@ class Place(NamedTuple):
 def late_error(results: wb.Results) -> wb.Finding:
     """The late tracking error with the chosen gains beside that with the paper's."""
 
-    def said(at: Place) -> tuple[str, str]:
+    def answer_for(at: Place) -> tuple[str, str]:
         ours, theirs = (late(results, at.scenario, name, at.metric, at.joints) for name in (at.law, PAPER))
         return "smaller" if ours < theirs else "not smaller", f"{ours:.3f} against {theirs:.3f} rad"
 
@@ -240,8 +239,8 @@ def late_error(results: wb.Results) -> wb.Finding:
             for j in (0, 1)
         },
     }
-    ours = {scenario: said(Place(scenario))[1] for scenario in (first, second)}
-    early = said(Place(second, metric=ERROR_LABELS[0.5]))[1]
+    ours = {scenario: answer_for(Place(scenario))[1] for scenario in (first, second)}
+    early = answer_for(Place(second, metric=ERROR_LABELS[0.5]))[1]
     peaks = [late(results, s, law, "peak torque") for s in (first, again) for law in (DOUBLE_POLE, PAPER)]
     return wb.Finding(
         "late_error",
@@ -257,7 +256,7 @@ def late_error(results: wb.Results) -> wb.Finding:
         "out.",
         assumptions="Q, R, l and the square wave, as a1 has them.",
         fits="Q, R and l to the printed RMSE of the first scenario, with the paper's gains.",
-        answer=said(Place(first))[0],
-        variations=tuple(wb.Variation(words, *said(case)) for words, case in cases.items()),
+        answer=answer_for(Place(first))[0],
+        variations=tuple(wb.Variation(words, *answer_for(case)) for words, case in cases.items()),
         limitations="Noise on the positions, which stiffer gains amplify.",
     )

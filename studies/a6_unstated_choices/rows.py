@@ -61,13 +61,13 @@ def factors(sign: str, shape: str) -> tuple[wb.Factor, ...]:
     """The open numbers of the law, with the readings of a search as constants."""
     fixed = {**FIXED_READINGS[sign], "shape of (33)": shape}
 
-    def narrowed(factor: wb.Factor) -> wb.Factor:
+    def narrow(factor: wb.Factor) -> wb.Factor:
         spread = factor.distribution
         if not isinstance(spread, Reading) or factor.name not in fixed:
             return factor
         return replace(factor, distribution=replace(spread, only=fixed[factor.name]))
 
-    return tuple(map(narrowed, factors_of(PROPOSED_LAW, "FS")))
+    return tuple(map(narrow, factors_of(PROPOSED_LAW, "FS")))
 
 
 def search_name(sign: str, shape: str) -> str:

@@ -32,7 +32,7 @@ def late_parts(ours: LawResults) -> dict[str, tuple[float, wb.uncertainty.SobolI
 def late_error_of(ours: LawResults, redraws: Later) -> wb.Finding:
     """The part of the variance of the late error that the gains have."""
 
-    def said(part: float) -> str:
+    def answer_for(part: float) -> str:
         return f"below {100 * LITTLE:g} %" if part < LITTLE else f"{100 * LITTLE:g} % or more"
 
     parts = late_parts(ours)
@@ -54,9 +54,9 @@ def late_error_of(ours: LawResults, redraws: Later) -> wb.Finding:
         f"{', '.join(kept)} stay at their values, as the screening found little effect.",
         information=OURS,
         assumptions="The ranges: links and masses of arm and model 10 % off either way, independently of each other.",
-        answer=said(high),
+        answer=answer_for(high),
         variations=tuple(
-            wb.Variation(words, said(part), f"at most {100 * part:.1f} %")
+            wb.Variation(words, answer_for(part), f"at most {100 * part:.1f} %")
             for words, (part, _) in parts.items()
             if words
         ),

@@ -117,8 +117,8 @@ def jax_scan(horizon: float) -> Runner:
         return jnp.stack(parts[: STATES.size]), jnp.stack(parts[STATES.size :])
 
     def march(p: Any) -> Any:
-        def step(carried: Any, k: Any) -> Any:
-            (x, before, variation), t = carried, k * h
+        def step(carry: Any, k: Any) -> Any:
+            (x, before, variation), t = carry, k * h
             k1, tau = rate(t, x, p)
             k2, _ = rate(t + h / 2, x + h / 2 * k1, p)
             k3, _ = rate(t + h / 2, x + h / 2 * k2, p)

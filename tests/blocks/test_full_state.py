@@ -51,4 +51,4 @@ def test_no_machine_runs_a_law_that_uses_the_truth():
 
 def test_a_hidden_state_that_is_none_is_refused():
     with pytest.raises(LookupError, match="Did you mean 'xd'"):
-        wb.FullState(CART.states, hidden=("xdd",))
+        wb.FullState(CART.states, hidden_states=("xdd",))

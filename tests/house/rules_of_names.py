@@ -10,12 +10,46 @@ from tests.house.sources import Sources, statements
 
 # Participles that do not end with -ed.
 IRREGULAR = frozenset(
-    "begun broken built chosen done drawn driven fallen found given gone grown held hidden kept known led lost made met "
-    "said seen sent shown sought spent stood taken thrown told worn written".split()
+    [
+        "begun",
+        "broken",
+        "built",
+        "chosen",
+        "done",
+        "drawn",
+        "driven",
+        "fallen",
+        "found",
+        "given",
+        "gone",
+        "grown",
+        "held",
+        "hidden",
+        "kept",
+        "known",
+        "led",
+        "lost",
+        "made",
+        "met",
+        "said",
+        "seen",
+        "sent",
+        "shown",
+        "sought",
+        "spent",
+        "stood",
+        "taken",
+        "thrown",
+        "told",
+        "worn",
+        "written",
+    ]
 )
-PRESENT = frozenset("growing missing moving reaching remaining rising steering waiting watching".split())
+PRESENT = frozenset(
+    ["growing", "missing", "moving", "reaching", "remaining", "rising", "steering", "waiting", "watching"]
+)
 # Nouns, verbs and letters that only look like participles. `ed` is the derivative of the error e.
-FREE = frozenset("bleed ed embed exceed feed need proceed seed speed testbed".split())
+FREE = frozenset(["bleed", "ed", "embed", "exceed", "feed", "need", "proceed", "seed", "speed", "testbed"])
 WORDS = re.compile(r"[A-Z]?[a-z0-9]+|[A-Z0-9]+(?![a-z])")
 
 

@@ -49,15 +49,15 @@ def runs(tell: ProgressReporter, unit: str = "runs") -> Callable[[int, int, int]
     """A function of the runs, or items, done, failed and in all, that tells the share and rate since its first call."""
     start, before = monotonic(), -1
 
-    def told(done: int, failed: int, total: int) -> None:
+    def report_progress(done_count: int, failed_count: int, total: int) -> None:
         nonlocal before
-        before = done if before < 0 else before
-        rate = (done - before) / max(monotonic() - start, 1e-9)
-        lost = f", {failed:,} failed" if failed else ""
-        share = (done - before) / (total - before) if total > before else 1.0
-        tell(share, f"{done:,} of {total:,} {unit}, {rate:,.{0 if rate >= 10 else 2}f} a second{lost}")
+        before = done_count if before < 0 else before
+        rate = (done_count - before) / max(monotonic() - start, 1e-9)
+        lost = f", {failed_count:,} failed" if failed_count else ""
+        share = (done_count - before) / (total - before) if total > before else 1.0
+        tell(share, f"{done_count:,} of {total:,} {unit}, {rate:,.{0 if rate >= 10 else 2}f} a second{lost}")
 
-    return told
+    return report_progress
 
 
 def _lines(name: str, say: Callable[[str], None]) -> ProgressReporter:

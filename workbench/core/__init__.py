@@ -16,8 +16,8 @@ from workbench.core.layout import Entry, Layout
 from workbench.core.linear import LinearSystem
 from workbench.core.ode import Ode, with_quadrature, with_sensitivity
 from workbench.core.port import Roles, Signals, information_classes, layout
-from workbench.core.sampled import SampledSystem
 from workbench.core.sampled_law import SampledLaw, Stage
+from workbench.core.sampled_system import SampledSystem
 from workbench.core.shapes import Circle, Drawing, Line, Word
 from workbench.core.step import StepMap, StepRule, rk4, runge_kutta_step
 from workbench.core.symbolic_twin import SymbolicTwin, lift

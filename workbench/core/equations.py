@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Protocol, TypeVar
 
 from workbench.core.ode import Ode
-from workbench.core.sampled import SampledSystem
+from workbench.core.sampled_system import SampledSystem
 from workbench.core.validation.refusals import describe, refusal
 
 T = TypeVar("T")

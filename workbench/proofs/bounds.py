@@ -91,9 +91,9 @@ def enclose(
     if expression.numel() != 1:
         raise ValueError(f"`enclose(expression=...)` takes one expression; got shape {expression.shape}.")
     task = _task("enclose", expression, symbols, low, high, numbers)
-    lower, upper = (task.seen(sign) for sign in (1, -1))
+    lower, upper = (task.least_sample(sign) for sign in (1, -1))
     scale = max(abs(lower.value), abs(upper.value)) or 1.0
-    return Enclosure(*(task.proved(s, seen, scale, tolerance, boxes) for s, seen in ((1, lower), (-1, upper))))
+    return Enclosure(*(task.prove_extreme(s, seen, scale, tolerance, boxes) for s, seen in ((1, lower), (-1, upper))))
 
 
 @check_arguments
@@ -119,8 +119,8 @@ def extreme_eigenvalue(
             f"`extreme_eigenvalue(matrix=...)` must be square to have eigenvalues; got shape {matrix.shape}."
         )
     task = _task("extreme_eigenvalue", (matrix + matrix.T) / 2, symbols, low, high, numbers)
-    seen = task.seen(sign)
-    return task.proved(sign, seen, abs(seen.value) or 1.0, tolerance, boxes)
+    seen = task.least_sample(sign)
+    return task.prove_extreme(sign, seen, abs(seen.value) or 1.0, tolerance, boxes)
 
 
 @check_arguments
@@ -169,7 +169,7 @@ class _Task:
     low: Array
     high: Array
 
-    def seen(self, sign: int) -> LeastSample:
+    def least_sample(self, sign: int) -> LeastSample:
         form, low, high = self.forms[sign], self.low[self.free], self.high[self.free]
 
         def smallest(x: Array) -> Array:
@@ -181,14 +181,15 @@ class _Task:
 
         return least_seen(smallest, low, high)
 
-    def proved(self, sign: int, seen: LeastSample, scale: float, tolerance: float, boxes: int | None) -> Extreme:
+    def prove_extreme(self, sign: int, sample: LeastSample, scale: float, tolerance: float, boxes: int | None) ->
+    Extreme:
         positive(f"{self.call}(tolerance=...)", tolerance, ", as intervals leave a little room")
         box = branch_and_bound.whole(self.low[self.free], self.high[self.free])
         budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else whole(f"{self.call}(boxes=...)", boxes)
-        found = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, budget)
+        found = prove(self.forms[sign], box, (sample.value, sample.x), scale, tolerance, budget)
         beyond = None if found.bound is None else sign * found.bound
         value, reached = sign * found.value, sign * self._reached(sign, found.x)
-        return Extreme(value, self._at(found.x), reached, beyond, found.boxes, seen.samples, found.why)
+        return Extreme(value, self._at(found.x), reached, beyond, found.boxes, sample.samples, found.why)
 
     def _reached(self, sign: int, x: Array) -> float:
         """A bound from above of the least eigenvalue at x: u' S u / u'u for a vector u, enclosed and rounded up."""

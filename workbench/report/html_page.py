@@ -67,7 +67,7 @@ def html(
         bench=bench,
         phrase=writer.phrase,
         formula=writer.formula,
-        unlinked=writer.unlinked,
+        unlinked=writer.without_links,
         plain=writer.plain,
         rows=writer.rows,
         alignments=alignments,
@@ -92,7 +92,7 @@ class _Writer:
         """The parts in a line."""
         return Markup("").join(self._part(part) for part in parts(phrase))
 
-    def unlinked(self, phrase: Phrase) -> Markup:
+    def without_links(self, phrase: Phrase) -> Markup:
         """A phrase without links, for a text that is a link itself."""
         return self.phrase(resolve_references(phrase, self.known))
 

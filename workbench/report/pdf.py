@@ -142,10 +142,10 @@ class _Writer:
             "again": document.colophon.again,
         }
 
-    def block(self, placed: PlacedBlock, *, floats: bool = False) -> Tree:
-        tree: Tree = {"floats": floats, "kind": placed.kind, "number": placed.number}
-        tree |= {"label": placed.label, "anchor": placed.anchor}
-        match placed.block:
+    def block(self, placed_block: PlacedBlock, *, floats: bool = False) -> Tree:
+        tree: Tree = {"floats": floats, "kind": placed_block.kind, "number": placed_block.number}
+        tree |= {"label": placed_block.label, "anchor": placed_block.anchor}
+        match placed_block.block:
             case Paragraph(text):
                 tree["text"] = self.phrase(text)
             case Itemize(items):
@@ -167,12 +167,12 @@ class _Writer:
                 tree |= self.table(table)
         return tree
 
-    def finding(self, placed: PlacedBlock) -> Tree:
-        one = placed.block
+    def finding(self, placed_block: PlacedBlock) -> Tree:
+        one = placed_block.block
         assert isinstance(one, Finding)
         cites = (("See also", ", ".join(cited.replace("/", ": ") for cited in one.cites)),) if one.cites else ()
         return {
-            "anchor": placed.anchor,
+            "anchor": placed_block.anchor,
             "word": one.kind,
             "statement": self.phrase(one.statement),
             "evidence": self.phrase(one.evidence),
@@ -216,10 +216,10 @@ class _Writer:
             "notes": [self.phrase(note) for note in self.notes[table.name]],
         }
 
-    def cell(self, shown: CellText) -> Tree:
-        if not isinstance(shown.content, NumberText):
-            return {"kind": "phrase", "phrase": self.phrase(shown.content), "bold": shown.bold}
-        number, frame = shown.content, shown.padding
+    def cell(self, cell_text: CellText) -> Tree:
+        if not isinstance(cell_text.content, NumberText):
+            return {"kind": "phrase", "phrase": self.phrase(cell_text.content), "bold": cell_text.bold}
+        number, frame = cell_text.content, cell_text.padding
         return {
             "kind": "number",
             "before": frame.before,
@@ -227,7 +227,7 @@ class _Writer:
             "behind": frame.behind,
             "power": number.power,
             "missing": frame.power,
-            "bold": shown.bold,
+            "bold": cell_text.bold,
         }
 
     def phrase(self, phrase: Phrase) -> list[Tree]:

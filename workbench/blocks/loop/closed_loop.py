@@ -242,11 +242,11 @@ def _around(closed_loop: ClosedLoop, name: str, outside: InjectedSignals) -> Ode
     moves["observer"] = wiring.call_block(observer, "rate", observer.memory, t, z["observer"], seen, est, told)
     moves["controller"] = wiring.call_block(law, "rate", law.memory, t, z["controller"], heard, followed)
 
-    def shown() -> Outputs:
+    def outputs_of_loop() -> Outputs:
         applied = wiring.call_block(loop.plant, "applied", inputs, t, z["plant"], acts)
         return wiring.loop_outputs(loop, y, ref, est, u, applied, wiring.signals(loop, z["controller"], est, ref))
 
-    outputs, watched = outside.outputs(y | u, shown)
+    outputs, watched = outside.outputs(y | u, outputs_of_loop)
     symbols = (t, x, ca.vertcat(lifted.symbols, outside.symbols))
     return Ode(
         name,

@@ -60,31 +60,33 @@ class ComputerSignals(NamedTuple):
     """The signals of a computer at an instant, in the order in which it makes them."""
 
     est: Signals  # estimates
-    asked: Signals  # commands of the law
-    limited: Signals  # the same within the limits of the instruments
+    law_commands: Signals  # commands of the law
+    limited_commands: Signals  # the same within the limits of the instruments
     acts: Signals  # those that act from this instant on
-    waiting: dict[str, ca.SX]  # those on their way, by the places of the queue
-    moved: Mapping[str, Signals]  # the memories of observer and law at the next instant
+    queued_commands: dict[str, ca.SX]  # those on their way, by the places of the queue
+    next_memories: Mapping[str, Signals]  # the memories of observer and law at the next instant
     own: Mapping[str, ca.SX]  # the law's own signals
 
     @property
     def by_name(self) -> dict[str, ca.SX]:
         """All of them by names of their own, always in the same order."""
-        groups = {name: part for name, part in self._asdict().items() if name != "moved"}
-        return wiring.prefix_names({**groups, **self.moved})
+        groups = {name: part for name, part in self._asdict().items() if name != "next_memories"}
+        return wiring.prefix_names({**groups, **self.next_memories})
 
     def as_numbers(self) -> tuple[ComputerSignals, Crossing]:
         """The same signals as numbers for whoever takes them, and the crossing that hands them over."""
         crossing = Crossing.of(self.by_name)
-        groups = {name: wiring.strip_prefix(name, crossing.parts) for name in self._fields if name != "moved"}
-        moved = {socket: Signals(wiring.strip_prefix(socket, crossing.parts)) for socket in self.moved}
-        signals = {name: Signals(groups[name]) for name in ("est", "asked", "limited", "acts")}
-        return ComputerSignals(**signals, waiting=groups["waiting"], moved=moved, own=groups["own"]), crossing
+        groups = {name: wiring.strip_prefix(name, crossing.parts) for name in self._fields if name != "next_memories"}
+        moved = {socket: Signals(wiring.strip_prefix(socket, crossing.parts)) for socket in self.next_memories}
+        signals = {name: Signals(groups[name]) for name in ("est", "law_commands", "limited_commands", "acts")}
+        return ComputerSignals(
+            **signals, queued_commands=groups["queued_commands"], next_memories=moved, own=groups["own"]
+        ), crossing
 
     def states(self) -> dict[str, ca.SX]:
         """The states at the next instant, but those of the plant: memories, commands on their way, and what is held."""
         holds = {**self.acts, **{f"{name}_hat": part for name, part in self.est.items()}, **self.own}
-        return self.waiting | wiring.prefix_names({**self.moved, "hold": holds})
+        return self.queued_commands | wiring.prefix_names({**self.next_memories, "hold": holds})
 
 
 @dataclass(frozen=True)
@@ -195,14 +197,14 @@ class Computer:
         observer, law = loop.observer, loop.controller
         told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
 
-        def observed(own: Signals) -> Mapping[str, ca.SX]:
+        def observer_rate(own: Signals) -> Mapping[str, ca.SX]:
             _, now = wiring.estimates(loop, t, own, readings)
             return wiring.call_block(observer, "rate", observer.memory, t, own, readings, now, told)
 
-        def adapted(own: Signals) -> Mapping[str, ca.SX]:
+        def law_rate(own: Signals) -> Mapping[str, ca.SX]:
             return wiring.call_block(law, "rate", law.memory, t, own, heard, followed)
 
-        def moved(
+        def advance_memory(
             block: AbstractMember, rate: Callable[[Signals], Parts], z: Signals, period: float, *arguments: Signals
         ) -> Signals:
             if self.fine and not is_recursion(block):
@@ -210,10 +212,12 @@ class Computer:
             return wiring.call_block(block, "advance", block.memory, t, z, *arguments, period)
 
         return {
-            "observer": moved(
-                observer, observed, z["observer"], self.every["observer"] * self.period, readings, est, told
+            "observer": advance_memory(
+                observer, observer_rate, z["observer"], self.every["observer"] * self.period, readings, est, told
             ),
-            "controller": moved(law, adapted, z["controller"], self.every["controller"] * self.period, heard, followed),
+            "controller": advance_memory(
+                law, law_rate, z["controller"], self.every["controller"] * self.period, heard, followed
+            ),
         }
 
 

@@ -135,14 +135,16 @@ def _stages(loop: Blocks, ref: Signals | None, answer: ComputerSignals, numbers:
     if ref is not None and not isinstance(loop.reference, NoReference):
         stages.append(_stage("Reference", loop.reference, {f"{name}_ref": part for name, part in ref.items()}))
     stages.append(_stage("Observer", observer, {f"{name}_hat": part for name, part in numbers.est.items()}))
-    stages.append(_stage("Law", law, {**numbers.own, **numbers.asked}))
-    if any(answer.limited[name] is not answer.asked[name] for name in answer.asked):
-        stages.append(Stage("Limits", {f"{name}_limited": part for name, part in numbers.limited.items()}))
-    if numbers.waiting:
-        stages.append(Stage("Queue of commands", {**numbers.waiting, **wiring.prefix_names({"acts": numbers.acts})}))
+    stages.append(_stage("Law", law, {**numbers.own, **numbers.law_commands}))
+    if any(answer.limited_commands[name] is not answer.law_commands[name] for name in answer.law_commands):
+        stages.append(Stage("Limits", {f"{name}_limited": part for name, part in numbers.limited_commands.items()}))
+    if numbers.queued_commands:
+        stages.append(
+            Stage("Queue of commands", {**numbers.queued_commands, **wiring.prefix_names({"acts": numbers.acts})})
+        )
     stages += [
         Stage(f"Memory of the {socket}", wiring.prefix_names({socket: moved}))
-        for socket, moved in numbers.moved.items()
+        for socket, moved in numbers.next_memories.items()
         if len(moved)
     ]
     return tuple(stages)

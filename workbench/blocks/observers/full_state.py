@@ -26,11 +26,11 @@ class FullState(AbstractObserver):
     """
 
     states: Layout
-    hidden: tuple[str, ...] = ()
+    hidden_states: tuple[str, ...] = ()
     noun = ""  # no observer at all
 
     def __post_init__(self) -> None:
-        for name in self.hidden:
+        for name in self.hidden_states:
             known_name(name, self.states.names, "states")
 
     @staticmethod
@@ -41,7 +41,7 @@ class FullState(AbstractObserver):
 
     @property
     def uses_truth(self) -> bool:
-        return bool(self.hidden)
+        return bool(self.hidden_states)
 
     @property
     def reads(self) -> Layout:

@@ -191,15 +191,15 @@ def _bilinear(num: Array, den: Array, alpha: float) -> Polynomials:
     n = len(den) - 1
     _refuse_pole(np.roots(den), alpha)
 
-    def mapped(polynomial: Array) -> Array:
+    def map_polynomial(polynomial: Array) -> Array:
         total = np.zeros(n + 1)
         for power, coefficient in enumerate(polynomial[::-1]):
             factors = np.concatenate([np.ones(power), -np.ones(n - power)])
             total += coefficient * alpha**power * np.poly(factors)
         return total
 
-    below = mapped(den)
-    return mapped(num) / below[0], below / below[0]
+    below = map_polynomial(den)
+    return map_polynomial(num) / below[0], below / below[0]
 
 
 def _refuse_pole(poles: NDArray[np.number], alpha: float) -> None:

@@ -112,12 +112,12 @@ def input_labels(flow: Ode) -> tuple[str, ...]:
 def _uses(n: int, spare: Mask) -> UsedEntries:
     rows = np.concatenate([np.zeros(n, dtype=bool), spare])
 
-    def used(pattern: Mask) -> Mask:
+    def used_entries(pattern: Mask) -> Mask:
         """True for the entries on which all outputs but the spare ones, and all poles, depend."""
         mask = loop_entries(np.where(rows[:, np.newaxis], False, pattern), n)
         return np.where(rows[:, np.newaxis], False, mask)
 
-    return used
+    return used_entries
 
 
 def _continuous(

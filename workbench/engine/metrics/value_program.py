@@ -182,14 +182,14 @@ class _Tape:
         others = [i for i in sorted(needed) if i not in inputs]
         place = {i: new for new, i in enumerate([*inputs, *others])}
 
-        def moved(node: _Node) -> Written:
+        def renumber(node: _Node) -> Written:
             if node.operation == "const":
                 return node.operation, float.fromhex(node.constant)
             return node.operation, *(place[i] for i in node.operands)
 
         return MetricProgram(
             tuple((nodes[i].operation, nodes[i].operands[0]) for i in inputs),
-            tuple(moved(nodes[i]) for i in others),
+            tuple(renumber(nodes[i]) for i in others),
             tuple(place[i] for i in results),
         )
 

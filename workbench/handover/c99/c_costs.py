@@ -47,12 +47,12 @@ def deepest_chain(text: str, start: str) -> int:
     """Bytes of the frames along the deepest chain of calls, if each variable, argument and call has 8 bytes."""
     bodies: dict[str, tuple[str, str]] = {name: (arguments, body) for name, arguments, body in FUNCTION.findall(text)}
 
-    def called(body: str) -> Iterator[str]:
+    def called_functions(body: str) -> Iterator[str]:
         return (word for word in re.findall(r"\b(\w+)\(", body) if word in bodies)
 
     def depth(name: str) -> int:
         arguments, body = bodies[name]
-        own = len(VARIABLE.findall(body)) + arguments.count(",") + 1 + sum(1 for _ in called(body))
-        return FRAME + 8 * own + max((depth(other) for other in set(called(body))), default=0)
+        own = len(VARIABLE.findall(body)) + arguments.count(",") + 1 + sum(1 for _ in called_functions(body))
+        return FRAME + 8 * own + max((depth(other) for other in set(called_functions(body))), default=0)
 
     return depth(start)

@@ -79,19 +79,18 @@ def variables_of(request: Request, graph: StepGraph) -> LawVariables:
     needed = [i for i in graph.graph.before(graph.graph.results) if i in sources]
     used = {sources[i].text for i in needed}
 
-    def taken(members: Iterable[Member]) -> list[Member]:
+    def used_members(members: Iterable[Member]) -> list[Member]:
         return [member for member in members if member.variable in used]
 
-    read = taken((*inputs.readings, *inputs.references, *inputs.memory))
-    own = taken(inputs.parameters)
+    read = used_members((*inputs.readings, *inputs.references, *inputs.memory))
+    own = used_members(inputs.parameters)
     opening = _section(request.real.type, "Readings and memory", read)
     opening += _section("double", "Parameters", own) if request.settable else built_in(own)
-    keeps = bool(law.memory.size or taken(inputs.memory) or (request.settable and own))
+    keeps = bool(law.memory.size or used_members(inputs.memory) or (request.settable and own))
     counts = any(nodes[i].op == "k" for i in needed)
-    reads = {"readings": taken(inputs.readings), "references": taken(inputs.references), "state": keeps or counts}
-    numbers = zip(inputs.parameters, law.parameters.default.tolist(), strict=True)
-    odd = not request.settable and any(member in own and not math.isfinite(value) for member, value in numbers)
-    return LawVariables(
+    reads = {"readings": used_members(inputs.readings), "references": used_members(inputs.references), "state": keeps or
+    counts} numbers = zip(inputs.parameters, law.parameters.default.tolist(), strict=True) odd = not request.settable
+    and any(member in own and not math.isfinite(value) for member, value in numbers) return LawVariables(
         tuple(opening),
         sources,
         _names_of_values(law, graph, names),

@@ -34,7 +34,7 @@ class _Affine:
     constant: float
     reason: str = ""
 
-    def scaled(self, factor: float) -> _Affine:
+    def scale(self, factor: float) -> _Affine:
         return _Affine(self.gains * factor, self.constant * factor, self.reason)
 
     def plus(self, other: _Affine) -> _Affine:
@@ -166,7 +166,7 @@ def _affine(law: SampledLaw) -> list[_Affine]:
 
 SUMS: Mapping[int, Callable[[_Affine, _Affine], _Affine]] = {
     ca.OP_ADD: lambda a, b: a.plus(b),
-    ca.OP_SUB: lambda a, b: a.plus(b.scaled(-1.0)),
+    ca.OP_SUB: lambda a, b: a.plus(b.scale(-1.0)),
 }
 SCALES = {ca.OP_NEG: -1.0, ca.OP_TWICE: 2.0, ca.OP_ASSIGN: 1.0}
 
@@ -176,9 +176,9 @@ def _operation(code: int, *operands: _Affine) -> _Affine:
     if code in SUMS:
         return SUMS[code](first, last)
     if code in SCALES:
-        return first.scaled(SCALES[code])
+        return first.scale(SCALES[code])
     if code == ca.OP_MUL and (first.is_constant or last.is_constant):
-        return last.scaled(first.constant) if first.is_constant else first.scaled(last.constant)
+        return last.scale(first.constant) if first.is_constant else first.scale(last.constant)
     if code == ca.OP_DIV and last.is_constant and last.constant:
         return _Affine(first.gains / last.constant, first.constant / last.constant, first.reason)
     earlier = next((operand.reason for operand in operands if operand.reason), "")

@@ -208,9 +208,9 @@ def intervals(
 
 
 def _means(values: Array, confidence: float, resamples: int, seed: int, pairs: Pairs | None) -> Intervals:
-    def summary(known: Flags) -> Intervals:
-        rounding = _rounding(values, pairs)[known]
-        return bootstrap.means(_between(values, pairs)[:, known], rounding, confidence, resamples, seed)
+    def summary(finite: Flags) -> Intervals:
+        rounding = _rounding(values, pairs)[finite]
+        return bootstrap.means(_between(values, pairs)[:, finite], rounding, confidence, resamples, seed)
 
     return _of_finite(values, pairs, summary)
 
@@ -232,10 +232,10 @@ def _tails(
     q = np.sort(y, axis=0)[bootstrap.place_of(len(y), share)]
     parts = q + np.maximum(y - q, 0) / (1 - share)
 
-    def summary(known: Flags) -> Intervals:
-        rounding = _rounding(parts, pairs)[known]
-        one = bootstrap.means(_between(parts, pairs)[:, known], rounding, confidence, len(resampled), seed)
-        two = bootstrap.percentiles(one.value, _between(resampled, pairs)[:, known], confidence)
+    def summary(finite: Flags) -> Intervals:
+        rounding = _rounding(parts, pairs)[finite]
+        one = bootstrap.means(_between(parts, pairs)[:, finite], rounding, confidence, len(resampled), seed)
+        two = bootstrap.percentiles(one.value, _between(resampled, pairs)[:, finite], confidence)
         return Intervals(one.value, np.minimum(one.low, two.low), np.maximum(one.high, two.high))
 
     return _of_finite(values, pairs, summary)

@@ -218,7 +218,7 @@ def largest_setting(
         raise refusal("largest_setting(limits=...)", "at least one `LoopLimits`", limits)
     trials: dict[float, tuple[LoopTrial, ...]] = {}
 
-    def kept(setting: float) -> bool:
+    def keeps_limits(setting: float) -> bool:
         made: list[LoopTrial] = []
         for one in each:
             made.append(one.at(setting))
@@ -227,5 +227,5 @@ def largest_setting(
         trials[setting] = tuple(made)
         return made[-1].keeps_limits
 
-    found = search("largest_setting(settings=...)", kept, settings, ratio, between, patience)
+    found = search("largest_setting(settings=...)", keeps_limits, settings, ratio, between, patience)
     return LargestSetting(found, tuple(trials[setting] for setting in found.values))

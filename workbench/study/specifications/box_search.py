@@ -58,16 +58,16 @@ def search_box(
     grid = None if late else RowGrid.of(linear, answer)
     task = _Task(linear, box, limits, grid, answer)
     u = _first_draws(len(box.labels), min(draws, FEW) if late else draws, seed)
-    parts = [task.judged(box.at(u))]
+    parts = [task.judge_draws(box.at(u))]
     best = [(u[int(np.argmax(row))], float(row.max())) for row in parts[0].excess]
     for round_ in range(0 if late else ROUNDS):
         tried = np.unique(np.concatenate([_neighbours(point, FIRST / 2**round_) for point, _ in best]), axis=0)
-        parts.append(task.judged(box.at(tried)))
+        parts.append(task.judge_draws(box.at(tried)))
         for i, row in enumerate(parts[-1].excess):
             k = int(np.argmax(row))
             if row[k] > best[i][1]:
                 best[i] = tried[k], float(row[k])
-    parts.append(task.judged(_shortened(box, box.at(np.array([point for point, _ in best])))))
+    parts.append(task.judge_draws(_shortened(box, box.at(np.array([point for point, _ in best])))))
     return _search(parts, limits)
 
 
@@ -99,7 +99,7 @@ class _Task:
     grid: RowGrid | None
     answer: tuple[str, str] | None
 
-    def judged(self, theta: Array) -> _Draws:
+    def judge_draws(self, theta: Array) -> _Draws:
         """Draws (N, d) with the excess of each limit."""
         rows, names = self.linear.rows(self.box.columns(theta)), [limit.kind.name for limit in self.limits]
         lost = rows.flagged_rows

@@ -163,7 +163,7 @@ def _run(search: TuningSearch, number: int, past: list[_Generation], evaluate: E
         past.append(_Generation(u, chunks, _judged(search.tuning, runs)))
         return past[-1].worth
 
-    def ended() -> bool:
+    def should_stop() -> bool:
         best = np.minimum.accumulate([-one.worth.value.max() for one in past[begun:]])
         return SearchCourse(asked, number, best).has_ended
 
@@ -176,7 +176,7 @@ def _run(search: TuningSearch, number: int, past: list[_Generation], evaluate: E
         asked.generations - 1,
         rng,
         search.start,
-        ended,
+        should_stop,
         mix_strategies=False,
     )
     return asked.population * (len(past) - begun)

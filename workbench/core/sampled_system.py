@@ -73,12 +73,12 @@ class SampledSystem:
                 f"`SampledSystem(jump=...)` must have shape (m, 1), for the first m of {self.flow.states.size} states; "
                 f"got {self.jump.shape}."
             )
-        refuse_misfit("Sampled", "k", self.k, 1, 1, "the number of the jump")
-        refuse_misfit("Sampled", "w", self.w, self.w.numel(), 1)
+        refuse_misfit("SampledSystem", "k", self.k, 1, 1, "the number of the jump")
+        refuse_misfit("SampledSystem", "w", self.w, self.w.numel(), 1)
         symbols = {"k": self.k, "x": self.flow.x, "p": self.flow.p, "w": self.w}
-        refuse_strangers("Sampled", symbols, (), jump=self.jump)
-        refuse_strangers("Sampled", symbols, self.crossings, crossed=self.after)
-        refuse_misfit("Sampled", "crossed", self.after, rows, 1, "one for each entry of the jump")
+        refuse_strangers("SampledSystem", symbols, (), jump=self.jump)
+        refuse_strangers("SampledSystem", symbols, self.crossings, crossing_jump=self.after)
+        refuse_misfit("SampledSystem", "crossing_jump", self.after, rows, 1, "one for each entry of the jump")
 
     @check_arguments
     def law(self, reference: str = "input", truths: tuple[str, ...] = ()) -> SampledLaw:
