@@ -85,7 +85,9 @@ def frozen_modes(results: wb.Results) -> wb.Finding:
         answer=answer_for(one.growing_share > 0),
         variations=(
             wb.Variation(
-                "the states along the desired motion of the first scenario", answer_for(one.path < 0), f"{one.path:.2f} 1/s"
+                "the states along the desired motion of the first scenario",
+                answer_for(one.path < 0),
+                f"{one.path:.2f} 1/s",
             ),
             *others,
         ),
@@ -186,6 +188,9 @@ def better_gains(results: wb.Results) -> wb.Finding:
     def answer_for(name: str) -> str:
         return "proved" if every[name].share == WHOLE and name != PAPER else "not proved"
 
+    def times_the_noise(name: str) -> str:
+        return f"{every[name].noise / theirs.noise:.1f} times the noise"
+
     return wb.Finding(
         "better_gains",
         f"With {_gains(ours)} the error is proved to decay at {SURFACE:g} 1/s, as fast as the surface, in the whole "
@@ -200,8 +205,9 @@ def better_gains(results: wb.Results) -> wb.Finding:
         fits="The double pole: the least that is proved.",
         answer=answer_for(DOUBLE_POLE),
         variations=tuple(
-            wb.Variation(f"the gains '{name}'", answer_for(name), f"{every[name].noise / theirs.noise:.1f} times the
-            noise") for name in HOW if name != DOUBLE_POLE
+            wb.Variation(f"the gains '{name}'", answer_for(name), times_the_noise(name))
+            for name in HOW
+            if name != DOUBLE_POLE
         ),
         limitations="A noisy run, in which stiffer gains cost more.",
         is_decided=answer_for(DOUBLE_POLE) == "proved",

@@ -13,24 +13,6 @@ from tests.house.sources import (
     statements_of,
 )
 
-# Participles and riddles that have stood for the noun of a file.
-NO_NAMES = {
-    *("accumulated", "adjusted", "answered", "asked", "bounded", "found", "frozen", "given", "held", "kept", "listed"),
-    *(
-        "located",
-        "made",
-        "measured",
-        "merged",
-        "prepared",
-        "read",
-        "ready",
-        "said",
-        "shown",
-        "tuned",
-        "waiting",
-        "written",
-    ),
-}
 JOINT = re.compile(r"(?<![a-z])joint(?!s? distribution)", re.IGNORECASE)  # `isdisjoint` and `adjoint` are free
 
 # Lines of C, C++, JavaScript, CMake and markup in a string of several lines.
@@ -87,15 +69,6 @@ def files_of_one_name(held: Sources) -> list[str]:
         f"{paths[0]}: `{name}` is also {', '.join(paths[1:])}; name each for what sets it apart."
         for name, paths in places.items()
         if len(paths) > 1 and name not in {"__init__.py", "contract.py"}
-    ]
-
-
-def participles(held: Sources) -> list[str]:
-    """Files whose name is a participle or a riddle."""
-    return [
-        f"{path}: `{name}` tells nothing of what is in the file; take the noun of the field."
-        for path in held
-        if (name := path.rpartition("/")[2].removesuffix(".py")) in NO_NAMES
     ]
 
 

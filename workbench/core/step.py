@@ -52,12 +52,12 @@ class StepRule:
 
     def __post_init__(self) -> None:
         for name in ("h", "k", "t"):
-            refuse_misfit("Rule", name, getattr(self, name), 1, 1)
+            refuse_misfit("StepRule", name, getattr(self, name), 1, 1)
         for name in ("x", "p", "w", "rate", "update", "output"):
-            refuse_misfit("Rule", name, getattr(self, name), getattr(self, name).numel(), 1, "a column")
+            refuse_misfit("StepRule", name, getattr(self, name), getattr(self, name).numel(), 1, "a column")
         symbols = {name: getattr(self, name) for name in ("h", "k", "t", "x", "p", "w", "m")}
-        refuse_strangers("Rule", symbols, (), rate=self.rate)
-        refuse_strangers("Rule", symbols, self.crossings, update=self.update, output=self.output)
+        refuse_strangers("StepRule", symbols, (), rate=self.rate)
+        refuse_strangers("StepRule", symbols, self.crossings, update=self.update, output=self.output)
         if self.rate.numel() + self.update.numel() != self.x.numel():
             raise ValueError(
                 f"`Rule(rate=..., update=...)` must together have one entry for each of the {self.x.numel()} states; "

@@ -181,8 +181,9 @@ class _Task:
 
         return least_seen(smallest, low, high)
 
-    def prove_extreme(self, sign: int, sample: LeastSample, scale: float, tolerance: float, boxes: int | None) ->
-    Extreme:
+    def prove_extreme(
+        self, sign: int, sample: LeastSample, scale: float, tolerance: float, boxes: int | None
+    ) -> Extreme:
         positive(f"{self.call}(tolerance=...)", tolerance, ", as intervals leave a little room")
         box = branch_and_bound.whole(self.low[self.free], self.high[self.free])
         budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else whole(f"{self.call}(boxes=...)", boxes)

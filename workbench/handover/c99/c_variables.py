@@ -88,9 +88,11 @@ def variables_of(request: Request, graph: StepGraph) -> LawVariables:
     opening += _section("double", "Parameters", own) if request.settable else built_in(own)
     keeps = bool(law.memory.size or used_members(inputs.memory) or (request.settable and own))
     counts = any(nodes[i].op == "k" for i in needed)
-    reads = {"readings": used_members(inputs.readings), "references": used_members(inputs.references), "state": keeps or
-    counts} numbers = zip(inputs.parameters, law.parameters.default.tolist(), strict=True) odd = not request.settable
-    and any(member in own and not math.isfinite(value) for member, value in numbers) return LawVariables(
+    readings, references = used_members(inputs.readings), used_members(inputs.references)
+    reads = {"readings": readings, "references": references, "state": keeps or counts}
+    numbers = zip(inputs.parameters, law.parameters.default.tolist(), strict=True)
+    odd = not request.settable and any(member in own and not math.isfinite(value) for member, value in numbers)
+    return LawVariables(
         tuple(opening),
         sources,
         _names_of_values(law, graph, names),
