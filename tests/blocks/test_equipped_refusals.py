@@ -71,7 +71,7 @@ REFUSED = [
     (
         lambda: open_loop(EquippedPlant(Motor(), (), (Backlash("omega", 0.1),))),
         ValueError,
-        r"`EquippedPlant` has 'omega.driven', which moves at the instants of a comp.*give it its `time_constant`",
+        r"`EquippedPlant` has 'omega.driven_side', which moves at the instants of a comp.*give it its `time_constant`",
     ),
 ]
 

@@ -150,7 +150,7 @@ def test_a_chunk_that_comes_twice_is_kept_once(tmp_path):
         {"seed": 1},
         {"h": 0.005},
         {"until": 1.0},
-        {"halved": 2},
+        {"half_step_every": 2},
         {"every": 0.5},
         {"metrics": (iae(),)},
         {"design": MonteCarlo(2, 50, seed=4)},

@@ -28,7 +28,7 @@ from workbench.study.uncertainty import MonteCarlo
         ({"name": "A b"}, ValueError, "a-z"),
         ({"every": 0.015}, ValueError, "multiple"),
         ({"h": float("nan")}, ValueError, "finite number of seconds"),
-        ({"halved": 0}, ValueError, "positive whole number"),
+        ({"half_step_every": 0}, ValueError, "positive whole number"),
         ({"runs_of_chunk": 1.5}, ValueError, "a whole number or None; got 1.5"),
     ],
 )

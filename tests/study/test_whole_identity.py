@@ -192,7 +192,7 @@ def test_each_number_on_which_a_run_depends_is_in_the_name_of_its_chunk():
         "the times": {"every": 1.0},
         "the seed": {"seed": 7},
         "the draws": {"design": MonteCarlo(2, 50, seed=4)},
-        "the share run again": {"halved": 25},
+        "the share run again": {"half_step_every": 25},
     }
     names = {edit: compile_sweep(sweep(**changes)).name(0, 8) for edit, changes in edits.items()}
     assert len(set(names.values())) == len(edits)

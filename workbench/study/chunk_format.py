@@ -68,7 +68,7 @@ class ChunkFormat:
     def arrays_in(self, chunk: Chunk) -> dict[str, Array]:
         """The arrays of a chunk, where they have the shapes of those that were computed."""
         arrays = chunk.arrays()
-        n, m = (np.size(arrays.get(name, ())) for name in ("diverged_at", "halved_diverged_at"))
+        n, m = (np.size(arrays.get(name, ())) for name in ("diverged_at", "half_diverged_at"))
         if {name: array.shape for name, array in arrays.items()} != self._shapes(n, m):
             raise LedgerError(
                 f"The chunk '{chunk.name}' does not hold the runs of its name: remove its file "

@@ -243,7 +243,7 @@ def _around(closed_loop: ClosedLoop, name: str, outside: InjectedSignals) -> Ode
     moves["controller"] = wiring.call_block(law, "rate", law.memory, t, z["controller"], heard, followed)
 
     def outputs_of_loop() -> Outputs:
-        applied = wiring.call_block(loop.plant, "applied", inputs, t, z["plant"], acts)
+        applied = wiring.call_block(loop.plant, "applied_inputs", inputs, t, z["plant"], acts)
         return wiring.loop_outputs(loop, y, ref, est, u, applied, wiring.signals(loop, z["controller"], est, ref))
 
     outputs, watched = outside.outputs(y | u, outputs_of_loop)

@@ -82,7 +82,7 @@ def _between(
     if not is_recursion(plant):
         moves |= wiring.prefix_names({"plant": wiring.call_block(plant, "rate", plant.states, t, z, acts)})
     y, ref = wiring.measurements(loop, t, z), outside.inject("references", wiring.reference_signals(loop, t))
-    applied = wiring.call_block(plant, "applied", plant.inputs, t, z, acts)
+    applied = wiring.call_block(plant, "applied_inputs", plant.inputs, t, z, acts)
     return moves, *outside.outputs(y | u, lambda: wiring.loop_outputs(loop, y, ref, est, u, applied, held))
 
 

@@ -132,7 +132,7 @@ class RateLimit(AbstractElement):
     --------
     >>> limit = wb.RateLimit("v", low=-100.0, high=100.0, time_constant=1e-3)
     >>> wb.EquippedPlant(wb.DCMotor(), actuators=(limit,)).states.names
-    ('omega', 'i', 'v.limited')
+    ('omega', 'i', 'v.limited_signal')
     """
 
     low: Vector = parameter(unit="{unit}/s", high=0, strict=True, shape=("*",), symbol="r_min")
@@ -141,10 +141,10 @@ class RateLimit(AbstractElement):
     limited_signal: Vector = initial(0.0, unit="{unit}", shape=("*",))
 
     def output(self, z: Memory, v: Column) -> ca.SX:
-        return z["limited"]
+        return z["limited_signal"]
 
     def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
-        return {"limited": within((v - z["limited"]) / self.time_constant, self.low, self.high)}
+        return {"limited_signal": within((v - z["limited"]) / self.time_constant, self.low, self.high)}
 
 
 @block

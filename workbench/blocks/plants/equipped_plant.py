@@ -122,7 +122,7 @@ class EquippedPlant(AbstractPlantWrapper):
 
     def applied_inputs(self, t: Number, x: States, u: Inputs) -> Signals:
         driven, _ = self._through(self.actuators, x, u)
-        return call_block(self.plant, "applied", self.inputs, t, self._own(x), driven)
+        return call_block(self.plant, "applied_inputs", self.inputs, t, self._own(x), driven)
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         return self._next_states("rate", self.plant.states, t, x, u)
@@ -137,7 +137,7 @@ class EquippedPlant(AbstractPlantWrapper):
         return self.plant.sampled_states + Layout(tuple(replace(e, name=n[e.name]) for z, n in own for e in z.entries))
 
     def update_sampled_states(self, t: Number, x: States, u: Inputs) -> Parts:
-        return {} if self.recursion else self._next_states("settled", self.plant.sampled_states, t, x, u)
+        return {} if self.recursion else self._next_states("update_sampled_states", self.plant.sampled_states, t, x, u)
 
     def _next_states(self, method: str, port: Layout, t: Number, x: States, u: Inputs) -> Parts:
         driven, actuators = self._through(self.actuators, x, u, method)

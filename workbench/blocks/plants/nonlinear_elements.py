@@ -83,7 +83,7 @@ class Backlash(AbstractElement):
     --------
     >>> gear = wb.Backlash("theta", gap=0.02, time_constant=1e-3)
     >>> wb.EquippedPlant(wb.DCMotor(measured="position"), sensors=(gear,)).states.names
-    ('theta', 'omega', 'i', 'theta.driven')
+    ('theta', 'omega', 'i', 'theta.driven_side')
     """
 
     gap: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="b")
@@ -96,7 +96,7 @@ class Backlash(AbstractElement):
         return self.time_constant is None
 
     def output(self, z: Memory, v: Column) -> ca.SX:
-        return within(z["driven"], v - self.gap / 2, v + self.gap / 2)
+        return within(z["driven_side"], v - self.gap / 2, v + self.gap / 2)
 
     def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
         if self.time_constant is None:
@@ -104,7 +104,7 @@ class Backlash(AbstractElement):
                 "`Backlash.rate(...)` needs a `time_constant`: without one its memory moves from sample to sample, by "
                 "`update`."
             )
-        return {"driven": (self.output(z, v) - z["driven"]) / self.time_constant}
+        return {"driven_side": (self.output(z, v) - z["driven"]) / self.time_constant}
 
     def update(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
-        return {"driven": self.output(z, v)}
+        return {"driven_side": self.output(z, v)}

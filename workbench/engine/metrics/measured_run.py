@@ -38,7 +38,7 @@ class Accumulation:
     ----------
     accumulated, diverged_at
         (n, T, a), and (n,) in s, NaN for a run that stayed finite.
-    halved, halved_diverged_at
+    half_totals, half_diverged_at
         (m, T, a) and (m,), the same at half the step.
     states
         (m, S, nx), the states at half the step at which the modes are computed.
