@@ -70,11 +70,11 @@ def of_law(name: str, shown: Any, reference: str = "input") -> Example:
     def columns(prefix: str, names: tuple[str, ...]) -> list[np.ndarray]:
         return [run.x[0][:, step.states.slice(f"{prefix}{name}")] for name in names]
 
-    inputs = law.readings.prefixed("y.") + law.references.prefixed("r.")
+    inputs = law.readings.with_prefix("y.") + law.references.with_prefix("r.")
     given = np.hstack(columns("y.", law.readings.names) + columns("r.", law.references.names))[1:]
     commands = np.hstack(columns("hold.", law.commands.names))
     commands[0] = law.commands.default
-    return Example(f"law {name}", law, None, period, inputs, given, law.commands.prefixed("u."), commands)
+    return Example(f"law {name}", law, None, period, inputs, given, law.commands.with_prefix("u."), commands)
 
 
 def of_plant(name: str, shown: Any) -> Example:

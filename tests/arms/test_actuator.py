@@ -11,7 +11,7 @@ from workbench.core import rk4
 
 
 def applied(drive, tau):
-    return np.array(ca.evalf(ca.SX(drive.applied({}, ca.SX(tau))))).ravel()
+    return np.array(ca.evalf(ca.SX(drive.applied_torque({}, ca.SX(tau))))).ravel()
 
 
 def test_a_direct_drive_gives_what_is_commanded():

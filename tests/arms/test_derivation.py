@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import typst
 
+import workbench as wb
 from tests.support.arms import random_arm
 from tests.support.cases import heavy_but
 from workbench.arms.code.arm_equations import in_numbers
@@ -72,7 +73,7 @@ def test_what_common_parts_say_has_the_values_of_the_model(long_arm):
 
 @cache
 def derived_twice(robot):
-    return tuple(Dynamics.of(robot(robot), robot) for _ in range(2))
+    return tuple(Dynamics.of(wb.robot(robot), robot) for _ in range(2))
 
 
 @pytest.mark.parametrize("robot", heavy_but(["paper-arm", "planar-3r"], "paper-arm"))
@@ -100,7 +101,7 @@ def measured(folder, equations):
     "robot", heavy_but(["paper-arm", "planar-4r", "planar-6r", "scara", "ur5"], "paper-arm", "scara")
 )
 def test_no_equation_of_typst_leaves_the_page(tmp_path, robot):
-    model = Dynamics.of(robot(robot))
+    model = Dynamics.of(wb.robot(robot))
     equations = re.findall(r"^\$ .*? \$$", text_of(model, "typst"), re.DOTALL | re.MULTILINE)
     assert "".join(equations).count(" & = ") >= 2 * model.dof**2 + model.dof
     assert max(measured(tmp_path, equations)) <= PAGE + INDENT
@@ -198,7 +199,7 @@ def test_a_sum_of_decimals_is_printed_as_the_decimal_that_it_is():
 
 @pytest.mark.parametrize("robot", ["paper-arm", "pelican", "slotine-li", "cart-pole", "scara", "planar-6r"])
 def test_numbers_put_in_exactly_give_what_doubles_give(robot):
-    arm = robot(robot)
+    arm = wb.robot(robot)
     q, qd = np.random.default_rng(3).uniform(-2, 2, (2, arm.dof))
     for exact, rounded in zip(in_numbers(arm).matrices(q, qd), Dynamics.of(arm).matrices(q, qd), strict=True):
         np.testing.assert_allclose(exact, rounded, rtol=0, atol=1e-14 * max(1.0, np.abs(rounded).max()))

@@ -190,7 +190,7 @@ def test_the_least_double_pole_of_a_pendulum_is_the_one_by_hand():
 def test_the_noise_of_the_gains_by_lmi_keeps_the_bound_of_their_p(arm):
     """trace L' P L bounds the square of the H2 norm to (rate q~, qd~) where the model adds nothing."""
     quiet = by_lmi(*arm, 2.0)
-    L, found = quiet.gains.stacked, noise(quiet.gains)
+    L, found = quiet.gains.L, noise(quiet.gains)
     assert np.hypot(2.0 * found.position, found.velocity) ** 2 <= np.trace(L.T @ quiet.P @ L)
 
 

@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+import workbench as wb
 from tests.support.cases import heavy_but
 from workbench.arms.code.arm_equations import as_latex
 from workbench.arms.dynamics import Dynamics
@@ -162,7 +163,7 @@ def test_what_is_zero_in_the_robot_and_not_on_the_sheet_is_zero():
     "robot", heavy_but(["paper-arm", "planar-1r", "planar-2r", "planar-3r"], "paper-arm", "planar-1r")
 )
 def test_what_is_derived_and_printed_is_proved_right_when_read_again(robot):
-    arm = Dynamics.of(robot(robot), robot)
+    arm = Dynamics.of(wb.robot(robot), robot)
     letters = {name: symbol(said) for name, said in arm.names().items()}
     rows = []
     for matrix in "MCG":

@@ -153,7 +153,7 @@ def test_a_file_that_is_none_and_a_text_that_is_none_are_refused(tmp_path):
             urdf.read_urdf(file)
     with pytest.raises(ValueError, match="must be a path that a file can have"):
         urdf.read_urdf("nul\0")
-    with pytest.raises(ValueError, match=r"`read\(file=...\)` must be text or a `Path`; got None"):
+    with pytest.raises(ValueError, match=r"`read_urdf\(file=...\)` must be text or a `Path`; got None"):
         urdf.read_urdf(None)
     with pytest.raises(ValueError, match=r"`parse\(text=...\)` must be text; got 3"):
         urdf.parse(3)

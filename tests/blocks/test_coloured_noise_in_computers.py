@@ -20,7 +20,7 @@ def servo(plant, **instruments):
 
 def test_the_computer_reads_what_the_plant_does_with_the_noises_of_its_instruments():
     noises = (wb.GaussMarkov("omega", 0.05, 0.5), wb.RandomWalk("omega", 0.01, 0.02))
-    digital = servo(MOTOR, coloured=noises, quantum={"omega": 2.0**-10})
+    digital = servo(MOTOR, coloured_noises=noises, quantum={"omega": 2.0**-10})
     assert digital.noise_states == ("instruments.omega.noise", "instruments.omega.noise_2")
     rows = wb.record(digital, periods=500, seed=4)
     run = wb.simulate(digital.step(1), until=5.0, seed=4, arithmetic="portable")
@@ -49,7 +49,7 @@ def test_the_noise_of_a_run_follows_from_its_seed_and_key_and_from_no_substep():
 @pytest.mark.parametrize("arithmetic", ["fused", "portable"])
 def test_the_noise_has_the_same_bits_in_the_compiled_march_and_in_numpy(arithmetic):
     plant = wb.DisturbedPlant(MOTOR, by=wb.SecondOrderNoise("v", 0.5, 5.0, 0.2))
-    step = servo(plant, coloured=(wb.GaussMarkov("omega", 0.05, 0.5),)).step(2)
+    step = servo(plant, coloured_noises=(wb.GaussMarkov("omega", 0.05, 0.5),)).step(2)
     p = step.parameters.pack({"plant.by.damping": [0.1, 1.0, 3.0]})
     runs = [wb.simulate(step, p, until=1.0, engine=e, arithmetic=arithmetic, seed=1) for e in ("native", "numpy")]
     np.testing.assert_array_equal(*(run.x.view(np.uint64) for run in runs))
@@ -59,7 +59,7 @@ def test_the_noise_has_the_same_bits_in_the_compiled_march_and_in_numpy(arithmet
 
 def test_the_law_that_is_handed_over_knows_no_noise():
     plant = wb.DisturbedPlant(MOTOR, by=wb.GaussMarkov("v", 0.5, 0.2))
-    digital = servo(plant, coloured=(wb.RandomWalk("omega", 0.05),))
+    digital = servo(plant, coloured_noises=(wb.RandomWalk("omega", 0.05),))
     law = digital.law()
     assert not [name for name in law.memory.names + law.parameters.names if "noise" in name or "coloured" in name]
     assert wb.replay(digital, periods=200, targets=["numpy"]).equal
@@ -67,7 +67,7 @@ def test_the_law_that_is_handed_over_knows_no_noise():
 
 def test_noise_goes_on_where_a_computer_misses_its_periods():
     plant = wb.DisturbedPlant(MOTOR, by=wb.GaussMarkov("v", 0.5, 0.2))
-    digital = servo(plant, coloured=(wb.RandomWalk("omega", 0.05),))
+    digital = servo(plant, coloured_noises=(wb.RandomWalk("omega", 0.05),))
     late = digital.with_timing_faults().step(1)
     p = late.parameters.pack({"computer.missed": 1.0})
     run, other = wb.simulate(late, p, until=0.5, seed=3), wb.simulate(digital.step(1), until=0.5, seed=3)

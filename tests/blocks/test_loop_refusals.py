@@ -146,7 +146,7 @@ def test_a_discrete_law_that_is_cut_open_is_sent_to_a_computer_that_is_cut_too()
     _, sampled = compensators()
     loop = wb.ClosedLoop(MOTOR, controller=LinearLaw(sampled))
     refused(loop.ode, "`ClosedLoop.digital(period)` in place of `ode()`")
-    refused(loop.cut, "`ClosedLoop.digital(period, at=...)` in place of `broken()`")
+    refused(loop.cut, "`ClosedLoop.digital(period, at=...)` in place of `cut()`")
 
 
 def test_a_law_that_reads_a_state_is_sent_to_an_observer_and_not_to_another_name():

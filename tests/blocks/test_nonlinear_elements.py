@@ -183,7 +183,9 @@ def test_backlash_without_a_time_constant_moves_at_the_instants_of_a_computer():
         z, seen = play(z, v - np.clip(v, -0.05, 0.05), gap), play(seen, omega, wide)
         assert run["v_applied"][0, k, 0] - 0.4 * np.sin(3 * k * period) == pytest.approx(z, abs=1e-13)
         assert run["omega"][0, k, 0] == pytest.approx(seen, abs=1e-13)
-    with pytest.raises(ValueError, match=r"'v.driven_side', 'omega.driven_side', which moves at the instants of a computer"):
+    with pytest.raises(
+        ValueError, match=r"'v.driven_side', 'omega.driven_side', which moves at the instants of a computer"
+    ):
         loop.ode()
     with pytest.raises(ValueError, match="moves at the instants themselves"):
         digital.with_timing_faults()

@@ -146,7 +146,7 @@ def test_each_method_of_each_block_is_held_to_its_port():
 
     assert "`Tank.rate(...)` must return 'x'" in says(ClosedLoop(plant(rate=odd), controller=law()))
     assert "`Tank.measure(...)` must return 'x'" in says(ClosedLoop(plant(measure=odd), controller=law()))
-    assert "`Tank.applied(...)` must return 'v'" in says(ClosedLoop(plant(applied=odd), controller=law()))
+    assert "`Tank.applied_inputs(...)` must return 'v'" in says(ClosedLoop(plant(applied_inputs=odd), controller=law()))
     assert "`Watcher.estimate(...)` must return 'omega'" in says(motor(observer=observer(estimate=odd)))
     assert "`Own.rate(...)` must return an empty mapping" in says(ClosedLoop(Motor(), controller=law(rate=odd)))
     assert "`Own.signals(...)` must return a mapping; it returned None" in says(

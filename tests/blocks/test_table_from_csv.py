@@ -170,7 +170,7 @@ def test_a_file_with_semicolons_and_a_mark_of_its_order_is_read(tmp_path):
 def test_of_lines_with_one_time_the_first_or_the_last_is_taken_if_so_said(tmp_path):
     file = written(tmp_path, "t [s],omega [rad/s]\n0,1\n0,2\n1,3\n2,4\n2,5\n")
     for repeated, want in (("first", [1, 3, 4]), ("last", [2, 3, 5])):
-        table = refused(file, repeated=repeated)
+        table = refused(file, duplicates=repeated)
         np.testing.assert_array_equal(table.values.ravel(), want)
         np.testing.assert_array_equal(table.times, [0, 1, 2])
 

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+import workbench as wb
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import CATALOGUE, robot
 from workbench.cli.derive import text_of
@@ -256,10 +257,10 @@ READ_WITH_ALL = ("panda", "scara", "planar-4r")
     ],
 )
 def test_what_derive_prints_is_read_back_and_found_right(verify, robot):
-    printed = text_of(Dynamics.of(robot(robot), robot), "text")
+    printed = text_of(Dynamics.of(wb.robot(robot), robot), "text")
     done = verify(printed, robot=robot)
     assert (done.exit_code, done.stderr) == (0, "")
-    entries = (2 * robot(robot).dof + 1) * robot(robot).dof
+    entries = (2 * wb.robot(robot).dof + 1) * wb.robot(robot).dof
     assert done.stdout.count(" same\n") == entries
 
 

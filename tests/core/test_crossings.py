@@ -105,7 +105,7 @@ def test_without_barriers_a_graph_has_its_operations_alone():
 @pytest.mark.parametrize("make", [motor_law, kalman_law])
 def test_the_fingerprint_of_a_loop_tells_what_crosses(make):
     sampled = make()
-    joint = replace(sampled, crossings=(), crossed=None)
+    joint = replace(sampled, crossings=(), crossing_jump=None)
     assert joint.fingerprint != sampled.fingerprint
     parts = {str(step.rule.parts) for step in (sampled.step(), joint.step())}
     assert len(parts) == 2

@@ -226,7 +226,12 @@ BAD = [
     (names.bare_participles, "workbench/core/kept.py", "", "the file `kept`"),
     (names.bare_participles, "workbench/a.py", "class Sampled: ...", "the class `Sampled`"),
     (names.bare_participles, "workbench/a.py", "class A:\n    found: int", "a.py:2: the field `found`"),
-    (names.bare_participles, "studies/a.py", "class A:\n    def update_sampled_states(self): ...", "the function `settled`"),
+    (
+        names.bare_participles,
+        "studies/a.py",
+        "class A:\n    def update_sampled_states(self): ...",
+        "the function `settled`",
+    ),
     (names.bare_participles, "workbench/a.py", "def f(a, *, given): ...", "the argument `given`"),
     (names.bare_participles, "workbench/a.py", "class A:\n    def __init__(self, told): ...", "the argument `told`"),
     (words.question_openings, "workbench/a.py", '"""What marches."""', "What"),

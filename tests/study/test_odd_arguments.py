@@ -100,7 +100,7 @@ def test_a_path_of_noise_has_no_more_instants_than_the_memory_holds():
 
 @pytest.mark.parametrize("moved", [1.0, [], np.zeros((1, 2)), np.zeros((1, 1, 1))])
 def test_a_tornado_has_a_bar_for_each_output_factor_and_level(moved):
-    with pytest.raises(ValueError, match=r"^`Tornado\(moved=\.\.\.\)` must have shape \(1, 1, 2\), .*; got \("):
+    with pytest.raises(ValueError, match=r"^`Tornado\(moved_outputs=\.\.\.\)` must have shape \(1, 1, 2\), .*; got \("):
         Tornado(("a",), ("f",), (0.0, 1.0), [1.0], moved, {})
 
 
@@ -246,7 +246,7 @@ def test_what_evaluates_a_tuning_gives_its_chunks(evaluate):
 def test_flags_of_tiles_are_truths():
     shades = np.zeros((1, 1))
     for odd in (ca.SX(0, 1), [ca.SX.sym("a")], "x", [[True], [True, False]]):
-        with pytest.raises(ValueError, match=r"^`Tiles\(framed=\.\.\.\)` must be True, False, or an array of shape"):
+        with pytest.raises(ValueError, match=r"^`Tiles\(has_frame=\.\.\.\)` must be True, False, or an array of shape"):
             Tiles("a", ((("x",),),), shades, has_frame=odd)
 
 

@@ -110,14 +110,14 @@ def test_the_error_of_a_repeated_run_is_divided_by_its_own_value():
 def test_an_error_of_the_sum_is_the_mean_of_those_of_the_draws():
     assert pool(chaotic(), "arithmetic mean").errors[0] == pytest.approx(((0.9 + 1e-4) / 2 + 9 * 1e-4) / 10)
     known = chaotic()
-    lost = replace(known["slow"], repeated=np.full((40, 2), np.nan))
+    lost = replace(known["slow"], step_errors=np.full((40, 2), np.nan))
     assert np.isnan(pool(known | {"slow": lost}).errors).all()
 
 
 def test_errors_of_runs_that_are_no_errors_of_these_runs_are_refused():
     values = {"a": ONES, "b": ONES}
     for errors in ({"a": ONES}, {"a": ONES, "b": -ONES}, {"a": ONES, "b": ONES[:5]}):
-        with pytest.raises(ValueError, match=r"`paired\(repeated=...\)` must"):
+        with pytest.raises(ValueError, match=r"`pair_samples\(step_errors=...\)` must"):
             pair_samples(values, metric="cost", step_errors=errors)
 
 

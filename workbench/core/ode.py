@@ -64,7 +64,7 @@ class Ode:
 
     WAYS: ClassVar = {
         "ClosedLoop": "a loop becomes one by its method `ode()`",
-        "Sampled": "a loop that a computer closes jumps at its instants: `measure(...)`, a `Run` and "
+        "SampledSystem": "a loop that a computer closes jumps at its instants: `measure(...)`, a `Run` and "
         "`simulate(sampled, until=...)` take it as it stands",
     }
 

@@ -254,16 +254,16 @@ class SampledSystem:
         """Refuse a loop whose computer is not told apart, or whose plant moves by the clock of the computer."""
         if self.law_of is None:
             raise ValueError(
-                f"`SampledSystem.disturbed()` needs a loop that `ClosedLoop.digital` has made; '{self.name}' was made "
-                "of equations alone, in which plant and computer are not told apart."
+                f"`SampledSystem.with_timing_faults()` needs a loop that `ClosedLoop.digital` has made; '{self.name}' "
+                "was made of equations alone, in which plant and computer are not told apart."
             )
         for name in self.states.names:
             rows = self.states.slice(name)
             moves = name.startswith("plant.") and name not in self.noise_states
             if moves and not ca.is_equal(self.jump[rows], self.flow.x[rows]):
                 raise ValueError(
-                    f"`SampledSystem.disturbed()` needs a plant in continuous time; '{name}' of '{self.name}' moves "
-                    "at the instants themselves, which cannot come late for it."
+                    f"`SampledSystem.with_timing_faults()` needs a plant in continuous time; '{name}' of "
+                    f"'{self.name}' moves at the instants themselves, which cannot come late for it."
                 )
 
     @cached_property

@@ -56,7 +56,7 @@ class Line:
             raise ValueError(f"`{call}` must be two or more points; got {len(points)}.")
         rows = [_pair(call, point, f" at [{i}]") for i, point in enumerate(points)]
         places, one = ca.vertcat(*(row.T for row in rows)), _one("Line(width=...)", width)
-        _set_fields(self, points=places, tone=tone, width=one, closed=is_closed)
+        _set_fields(self, points=places, tone=tone, width=one, is_closed=is_closed)
 
     def __post_init__(self) -> None:
         one_of("Line(tone=...)", self.tone, TONES)

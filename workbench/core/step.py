@@ -149,7 +149,7 @@ class StepMap:
 
     WAYS: ClassVar = {
         "Ode": "wrap it in `rk4(ode, h)`",
-        "Sampled": "take its `step(substeps)`; `simulate(sampled, until=...)` chooses the substeps",
+        "SampledSystem": "take its `step(substeps)`; `simulate(sampled, until=...)` chooses the substeps",
         "ClosedLoop": "take `rk4(loop.ode(), h)`, or `loop.digital(period).step(substeps)`; "
         "`simulate(loop, until=...)` chooses the step",
     }

@@ -63,7 +63,7 @@ def _twin(block: T, path: str, index: str, entries: list[tuple[Entry, ca.SX]]) -
             entries.append((entry, _symbol(entry)))
             value = entries[-1][1]
         elif "parameters" in f.metadata:
-            named = [(entry, _symbol(entry)) for entry in value.prefixed(path).entries]
+            named = [(entry, _symbol(entry)) for entry in value.with_prefix(path).entries]
             entries += named
             value = Signals({name: symbol for name, (_, symbol) in zip(value.names, named, strict=True)})
         else:

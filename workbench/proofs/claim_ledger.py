@@ -132,7 +132,7 @@ class ClaimEntry:
                 f"`ClaimEntry(ruling=...)`: a witness against '{self.claim.name}' must keep every hypothesis of the "
                 f"claim, else it says nothing of it; {open_} have margins and are not among those it was seen to "
                 f"keep, {list(self.ruling.kept_hypotheses)}. Measure them along its run, and name them in "
-                "`Ruling(kept=...)`."
+                "`Ruling(kept_hypotheses=...)`."
             )
         stronger = [one.words for one in self.quantifiers if one.is_stronger]
         if self.ruling.kind == "refuted" and stronger:

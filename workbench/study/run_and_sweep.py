@@ -52,7 +52,7 @@ class Run:
     'steps for a tolerance of 0.001'
     """
 
-    WAYS: ClassVar = dict.fromkeys(("ClosedLoop", "Ode", "Sampled"), "write `Run(loop, metrics, until)`")
+    WAYS: ClassVar = dict.fromkeys(("ClosedLoop", "Ode", "SampledSystem"), "write `Run(loop, metrics, until)`")
 
     loop: Loop | Ode | SampledSystem
     metrics: tuple[AbstractMetric, ...]

@@ -266,7 +266,9 @@ def audit(
     if known_certificate is not None and (
         known_certificate.gains is not gains or known_certificate.region is not region or known_certificate.rate != rate
     ):
-        raise ValueError("`audit(known=...)` must be the certificate of these gains, in this region, of this rate.")
+        raise ValueError(
+            "`audit(known_certificate=...)` must be the certificate of these gains, in this region, of this rate."
+        )
     mismatch = Mismatch.of(dynamics)
     seen = frozen_poles_over(mismatch, gains, region)
     certificate, share, why = (

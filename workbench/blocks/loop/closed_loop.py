@@ -214,7 +214,7 @@ def _refuse_instants(loop: ClosedLoop, outside: InjectedSignals) -> None:
     for part in (loop.plant, loop.observer, loop.controller):
         if is_recursion(part):
             way = (
-                "digital(period, at=...)` in place of `broken()"
+                "digital(period, at=...)` in place of `cut()"
                 if outside.cut_signals.size
                 else "digital(period)` in place of `ode()"
             )

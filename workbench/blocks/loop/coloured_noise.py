@@ -185,8 +185,9 @@ class RandomWalk(AbstractNoise):
     Examples
     --------
     >>> motor = wb.DCMotor()
-    >>> gyro = wb.Instruments.of(motor, noise={"omega": 0.01}, coloured=(wb.RandomWalk("omega", intensity=1e-3),))
-    >>> gyro.reads.names, gyro.coloured[0].unit
+    >>> walk = wb.RandomWalk("omega", intensity=1e-3)
+    >>> gyro = wb.Instruments.of(motor, noise={"omega": 0.01}, coloured_noises=(walk,))
+    >>> gyro.reads.names, gyro.coloured_noises[0].unit
     (('omega',), 'rad/s')
     """
 

@@ -28,7 +28,7 @@ class Queue:
     def of(
         inputs: Layout, delay: bool | float | Mapping[str, float], initial_commands: Mapping[str, object] | None = None
     ) -> Queue:
-        """The queue of `ClosedLoop.digital(delay=..., waiting=...)`."""
+        """The queue of `ClosedLoop.digital(delay=..., initial_commands=...)`."""
         if isinstance(delay, Mapping):
             named = {
                 known_name(name, inputs.names, "inputs of the plant"): _periods(count) for name, count in delay.items()
@@ -42,8 +42,8 @@ class Queue:
         }
         if idle := [name for name in first if not periods[name]]:
             raise ValueError(
-                f"`ClosedLoop.digital(waiting=...)` is for commands that wait, and '{idle[0]}' acts at once: leave it "
-                "out, or give it a `delay`."
+                f"`ClosedLoop.digital(initial_commands=...)` is for commands that wait, and '{idle[0]}' acts at once: "
+                "leave it out, or give it a `delay`."
             )
         return Queue(Layout(tuple(_first_command(entry, first) for entry in inputs.entries)), periods)
 

@@ -133,7 +133,9 @@ class Computer:
         answer, made = self.answer(k, x, numbers("y", y.only(self.loop.observer.reads)), ref).as_numbers()
         acts = self.outside.inject("inputs", answer.acts)
         own = self.loop.plant
-        plant = plant | wiring.call_block(own, "update_sampled_states", own.sampled_states, k * self.period, plant, acts)
+        plant = plant | wiring.call_block(
+            own, "update_sampled_states", own.sampled_states, k * self.period, plant, acts
+        )
         return wiring.prefix_names({"plant": plant, "instruments": drifts}) | answer.states(), (*crossings, made)
 
     def reference(self, k: ca.SX) -> Crossing:

@@ -115,7 +115,9 @@ class Table(AbstractSignal):
         file = CsvFile.read("Table.from_csv(path=...)", path)
         names = columns or file.columns_of(signal)
         times, values = file.times(time), np.column_stack([file.numbers(name) for name in names])
-        rows = file.rising_lines(times, one_of("Table.from_csv(repeated=...)", duplicates, ("refuse", "first", "last")))
+        rows = file.rising_lines(
+            times, one_of("Table.from_csv(duplicates=...)", duplicates, ("refuse", "first", "last"))
+        )
         rows = rows[_window(file.name, times[rows], begin, end, every)]
         return Table(signal, file.unit(names, unit), times[rows] - begin, values[rows], interpolation)
 

@@ -38,7 +38,7 @@ def broken_loop(
 ) -> control.StateSpace:
     """The loop gain L about a state of a loop that is cut: from its inputs to its outputs, with the sign turned.
 
-    The outputs of `ode`, in their order, were its inputs before the cut, as `ClosedLoop.broken()` gives it; a
+    The outputs of `ode`, in their order, were its inputs before the cut, as `ClosedLoop.cut()` gives it; a
     `SampledSystem` comes from `ClosedLoop.digital(at=...)`. Without u the inputs are what arrives at the cut at this
     state: what the law itself commands there.
 

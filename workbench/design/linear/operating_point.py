@@ -205,7 +205,7 @@ def operating_point(
     if not share[worst] <= AT_REST:
         sought = [(*ode.states.labels, *inputs_of(ode).labels)[i] for i in free]
         raise DesignError(
-            f"`operating_point(wanted=...)` found no {', '.join(sought)} that hold '{ode.name}' there: "
+            f"`operating_point(targets=...)` found no {', '.join(sought)} that hold '{ode.name}' there: "
             f"'{ode.states.labels[worst]}' still changes by {rate[worst]:.3g} a second."
         )
     ode.parameters.check(row[np.newaxis])
@@ -259,7 +259,7 @@ def _targets_of(ode: Ode, targets: Values, row: Array) -> tuple[Array, set[int]]
         fit = as_array(value)
         if fit is None or fit.size != len(places) or not np.isfinite(fit).all():
             must = f"{len(places)} finite numbers"
-            raise ValueError(f"`operating_point(wanted=...)`: '{name}' must be {must}; got {describe(value)}.")
+            raise ValueError(f"`operating_point(targets=...)`: '{name}' must be {must}; got {describe(value)}.")
         at[places] = fit.ravel(order="F")
         fixed.update(places)
     row[driven] = at[len(x) :]

@@ -84,8 +84,8 @@ COMMON: Mapping[str, Formula] = {
     "not": _inverse,
     "if_else": select,
     "fma": fma,
-    "fnma": lambda a, b, c: fma(-a, b, c) if a.machine.fused else c - a * b,
-    "fms": lambda a, b, c: fma(a, b, -c) if a.machine.fused else a * b - c,
+    "fnma": lambda a, b, c: fma(-a, b, c) if a.machine.fused_products else c - a * b,
+    "fms": lambda a, b, c: fma(a, b, -c) if a.machine.fused_products else a * b - c,
     "inv": lambda a: 1.0 / a,
     "barrier": lambda a: a,
 }

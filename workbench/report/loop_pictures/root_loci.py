@@ -165,7 +165,7 @@ def _dots(at: Array, paths: Complex, marked: Sequence[float], parameter: Label, 
     for k, value in enumerate(marked):
         if not at.min() <= value <= at.max():
             raise ValueError(
-                f"`root_locus_figure(marked=...)` must lie within the values, {at.min():g} to {at.max():g}; got "
+                f"`root_locus_figure(marked_values=...)` must lie within the values, {at.min():g} to {at.max():g}; got "
                 f"{value:g}."
             )
         roots = np.array(

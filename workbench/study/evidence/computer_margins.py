@@ -73,7 +73,7 @@ class ComputerEffect:
 
 @check_arguments
 def computer_effects(sampled_loop: SampledSystem, jitter: float, missed_share: float) -> tuple[ComputerEffect, ...]:
-    """Coarser readings, jitter and missed periods of a loop that `SampledSystem.disturbed` gave.
+    """Coarser readings, jitter and missed periods of a loop that `SampledSystem.with_timing_faults` gave.
 
     Readings have the declared steps at the least, and those of no step stay exact; jitter goes to half of the period.
 
@@ -127,7 +127,7 @@ def computer_sweep(
     Parameters
     ----------
     run
-        Of a loop that `SampledSystem.disturbed` gave, with at least one metric; its seed draws the starts too.
+        Of a loop that `SampledSystem.with_timing_faults` gave, with at least one metric; its seed draws the starts too.
     starts
         Numbers that differ from draw to draw, and are the same in the draws of that number of all kinds.
     draws

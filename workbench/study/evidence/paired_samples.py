@@ -164,13 +164,13 @@ def _repeated(given: Mapping[str, object], columns: Mapping[str, Array], shape: 
     """The errors (N, L) of the runs that were run again."""
     if set(given) != set(columns):
         raise ValueError(
-            f"`pair_samples(repeated=...)` must have the errors of each of {list(columns)}; got "
+            f"`pair_samples(step_errors=...)` must have the errors of each of {list(columns)}; got "
             f"{describe(list(given))}."
         )
     arrays = [as_outputs(given[law]) for law in columns]
     if any(one is None or one.shape != shape[:1] or (one < 0).any() for one in arrays):
         raise ValueError(
-            f"`pair_samples(repeated=...)` must hold {shape[0]} errors for each law, not negative, and NaN where a "
+            f"`pair_samples(step_errors=...)` must hold {shape[0]} errors for each law, not negative, and NaN where a "
             f"run was not run again; got {describe(dict(given))}."
         )
     return np.column_stack([one for one in arrays if one is not None])
