@@ -102,5 +102,5 @@ def test_a_leak_to_a_level_of_another_number_of_joints_is_refused():
 
 
 def test_a_dead_zone_without_width_is_refused():
-    with pytest.raises(ValueError, match=r"`DeadZone\(width=...\)` must be finite, with 0 < value"):
+    with pytest.raises(ValueError, match=r"`DeadZoneAdaptation\(width=...\)` must be finite, with 0 < value"):
         DeadZoneAdaptation(width=0.0)

@@ -29,7 +29,7 @@ class Watcher(AbstractArmObserver):
         return self.truth
 
     @property
-    def measured(self):
+    def measured_signals(self):
         return ("q", "qd", "d") if self.truth else ("q", "qd")
 
     @property

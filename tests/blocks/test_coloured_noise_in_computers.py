@@ -54,7 +54,7 @@ def test_the_noise_has_the_same_bits_in_the_compiled_march_and_in_numpy(arithmet
     runs = [wb.simulate(step, p, until=1.0, engine=e, arithmetic=arithmetic, seed=1) for e in ("native", "numpy")]
     np.testing.assert_array_equal(*(run.x.view(np.uint64) for run in runs))
     assert step.parameters["plant.by.sigma"].unit == "V"
-    assert step.parameters["instruments.coloured[0].sigma"].unit == "rad/s"
+    assert step.parameters["instruments.coloured_noises[0].sigma"].unit == "rad/s"
 
 
 def test_the_law_that_is_handed_over_knows_no_noise():

@@ -85,10 +85,10 @@ def test_the_law_alone_is_handed_over_with_the_same_commands_in_its_queue():
         ({"integrator": "Euler"}, (ValueError, LookupError), "Euler"),
         ({"delay": 0.5}, ValueError, "whole number of periods"),
         ({"delay": {"w": 1}}, LookupError, "inputs of the plant"),
-        ({"waiting": {"v": 1.0}}, ValueError, "acts at once"),
-        ({"delay": True, "waiting": {"w": 1.0}}, LookupError, "inputs of the plant"),
-        ({"delay": True, "waiting": {"v": [1.0, 2.0]}}, ValueError, r"must be finite numbers of the shape \(\)"),
-        ({"delay": True, "waiting": {"v": np.nan}}, ValueError, "must be finite numbers"),
+        ({"initial_commands": {"v": 1.0}}, ValueError, "acts at once"),
+        ({"delay": True, "initial_commands": {"w": 1.0}}, LookupError, "inputs of the plant"),
+        ({"delay": True, "initial_commands": {"v": [1.0, 2.0]}}, ValueError, r"must be finite numbers of the shape \(\)"),
+        ({"delay": True, "initial_commands": {"v": np.nan}}, ValueError, "must be finite numbers"),
     ],
 )
 def test_a_computer_that_is_none_is_refused_where_it_is_declared(change, kind, words):

@@ -140,7 +140,7 @@ def test_a_recursion_moves_once_a_period_and_not_by_euler():
     run = simulate(loop.digital(0.25).step(1), until=1.0)
     np.testing.assert_array_equal(run["v"][0, :, 0], [0, 1, 2, 3, 4])
     assert loop.digital(0.25).methods == ("memory of the controller: its own recursion in discrete time",)
-    with pytest.raises(ValueError, match="`RunCounter` is a recursion in discrete time, which only a computer runs"):
+    with pytest.raises(ValueError, match="`Counter` is a recursion in discrete time, which only a computer runs"):
         loop.ode()
 
 
@@ -150,7 +150,7 @@ def test_a_law_with_a_longer_period_is_held_between():
     np.testing.assert_array_equal(run["v"][0, :, 0], [0, 0, 1, 1, 2, 2, 3])
     late = simulate(ClosedLoop(Motor(), controller=slow).digital(0.25, delay=True).step(1), until=1.5)
     np.testing.assert_array_equal(late["v"][0, :, 0], [0, 0, 0, 1, 1, 2, 2])
-    with pytest.raises(ValueError, match=r"`RunCounter` runs once in 0.5 s, which is no whole multiple of 0.2 s"):
+    with pytest.raises(ValueError, match=r"`Counter` runs once in 0.5 s, which is no whole multiple of 0.2 s"):
         ClosedLoop(Motor(), controller=slow).digital(0.2)
 
 

@@ -207,7 +207,7 @@ def test_a_table_of_information_needs_loops_and_all_counts():
         information_table("given", "", {})
     with pytest.raises(ValueError, match=r"'PID'.*must be a `ClosedLoop` or the `Roles` of one"):
         information_table("given", "", {"PID": 3})
-    with pytest.raises(ValueError, match=r"tuned=...\)` must have a number for each"):
+    with pytest.raises(ValueError, match=r"searched_numbers=...\)` must have a number for each"):
         information_table("given", "", {"PID": given(BARE)}, {"SMC": 3})
-    with pytest.raises(ValueError, match=r"tuned=\{'PID': ...\}\)`.*at least 0"):
+    with pytest.raises(ValueError, match=r"searched_numbers=\{'PID': ...\}\)`.*at least 0"):
         information_table("given", "", {"PID": given(BARE)}, {"PID": -1})

@@ -110,6 +110,6 @@ def test_the_fingerprint_of_a_loop_tells_what_crosses(make):
     parts = {str(step.rule.parts) for step in (sampled.step(), joint.step())}
     assert len(parts) == 2
     symbols = [sampled.k, sampled.flow.x, sampled.flow.p, sampled.w]
-    both = ca.Function("both", symbols, [sampled.jump, without_crossings(sampled.crossings, sampled.crossed)])
+    both = ca.Function("both", symbols, [sampled.jump, without_crossings(sampled.crossings, sampled.crossing_jump)])
     now, then = both(3, sampled.states.default + 0.1, sampled.parameters.default, 0.3)
     np.testing.assert_array_equal(np.array(now), np.array(then))

@@ -116,8 +116,8 @@ def test_the_fingerprint_knows_the_choice_of_an_option():
 SCRIPT = """
 from workbench.blocks.loop import open_loop
 from workbench.arms.manipulator import Manipulator
-from workbench.arms.mechanics import named
-print(open_loop(Manipulator(named("planar-3r"), q=[0.0, 0.0, 0.0])).fingerprint)
+from workbench.arms.mechanics import robot
+print(open_loop(Manipulator(robot("planar-3r"), q=[0.0, 0.0, 0.0])).fingerprint)
 """
 
 

@@ -54,7 +54,7 @@ def test_modes_are_hidden_that_fail_the_test_of_hautus(kind, test):
     found, undecided = hidden_modes(system, kind)
     assert undecided == 0
     assert [mode.value for mode in found] == pytest.approx([-2.0], rel=1e-9)
-    assert [mode.value for mode in test(system).failing] == pytest.approx([-2.0], rel=1e-9)
+    assert [mode.value for mode in test(system).failing_modes] == pytest.approx([-2.0], rel=1e-9)
 
 
 def test_a_hidden_mode_of_a_hundred_states_is_found():

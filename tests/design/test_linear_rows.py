@@ -41,8 +41,8 @@ def test_a_thousand_draws_of_the_gains_have_the_answers_of_python_control(propos
     rows = proposed.rows({name: drawn(proposed, name) for name in names})
     response = rows.response(OMEGA)
     assert response.values.shape == (N, 200, 2, 2)
-    assert not rows.flagged.any()
-    assert not response.flagged.any()
+    assert not rows.flagged_rows.any()
+    assert not response.flagged_rows.any()
     assert (response.errors <= 1e-10 * np.abs(response.values)).all()
     model, rounding = rows.models.kind("", "L"), np.finfo(float).eps
     for i in range(0, N, 100):

@@ -61,7 +61,7 @@ def test_answers_beside_an_undamped_pole_lie_within_their_errors(offset):
     *matrices, omega = beams(8, offset)
     D = np.zeros((8, 2, 1))
     answers = row_responses(*matrices, D, [0.5, omega, 300.0])
-    assert not answers.flagged.any()
+    assert not answers.flagged_rows.any()
     relative = answers.errors / np.abs(answers.values)
     assert relative.max() < (1e-10 if offset > 1e-8 else 1e-4)  # it grows with the square of 1e-14 / offset
     # python-control's own answer is off by what the rounding of the entries moves

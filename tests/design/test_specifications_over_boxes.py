@@ -115,7 +115,7 @@ def test_the_enclosed_matrices_hold_those_of_all_draws_although_the_rest_moves(b
     assert np.ptp(rows.x, axis=0).max() > 0.1  # the rest moves
     away = np.abs(M - found.middle - np.einsum("kqw,nk->nqw", found.slopes[0], theta - middle))
     assert (away <= found.rest[0] + 1e-12 * np.abs(M)).all()
-    A, model = M[:, : family.order, : family.order], rows.models.closed
+    A, model = M[:, : family.order, : family.order], rows.models.closed_model
     assert np.abs(A - model.A).max() <= 1e-9 * np.abs(A).max()  # two roads to one Jacobian
 
 

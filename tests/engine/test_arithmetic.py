@@ -43,7 +43,7 @@ def noisy(step):
     walk = Layout((Entry("walk", np.zeros(2)),))
     rule = replace(step.rule, w=ca.SX.sym("w", 2))
     now = walk.symbols()
-    return replace(step, rule=rule).extended(walk, now, now + rule.w * ca.cos(rule.x[0]))
+    return replace(step, rule=rule).with_memory(walk, now, now + rule.w * ca.cos(rule.x[0]))
 
 
 STARTS = np.array([[0.5, -0.25, 0.125, 0.0, 0.0], [2.0, 0.0, -1.5, 0.0, 0.0], [-3.0, 1.0, 0.375, 1.0, -1.0]])

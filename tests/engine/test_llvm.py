@@ -160,7 +160,7 @@ def test_many_threads_that_want_one_module_compile_it_once(compilations):
 
 def test_memory_keeps_the_modules_used_last(compilations, monkeypatch):
     monkeypatch.setenv("WORKBENCH_CACHE", "off")
-    monkeypatch.setattr(llvm, "KEPT", 2)
+    monkeypatch.setattr(llvm, "MOST_MODULES", 2)
     first, second, third = (SCALE.replace("4.2e1", number) for number in ("1.0", "2.0", "3.0"))
     for ir in (first, second, first, third, first, second):
         llvm.compile_module(ir)
@@ -247,7 +247,7 @@ from workbench.engine.kernel import llvm
 print("ready", flush=True)
 input()
 x = (ctypes.c_double * 3)(1.0, 2.0, 0.1)
-module = llvm.compiled({SCALE!r})
+module = llvm.compile_module({SCALE!r})
 module.function("test_scale", ctypes.c_int64, ctypes.c_double, ctypes.c_void_p)(3, 1.1, ctypes.addressof(x))
 print(list(x))
 """

@@ -145,7 +145,7 @@ REFUSED = [
     (lambda: one(metrics=rmse()), "must be a tuple of `AbstractMetric`; got an `Integral`"),
     (
         lambda: step_with_metrics(ODE, ["rmse"], 0.1),
-        "`measured(metrics=...)` must be a tuple of `AbstractMetric`; got 'rmse'",
+        "`step_with_metrics(metrics=...)` must be a tuple of `AbstractMetric`; got 'rmse'",
     ),
     (lambda: one(every=0.0), "`measure(every=...)` must be a positive, finite number of seconds; got 0.0."),
     (lambda: one(progress=len), "`measure(progress=...)` must be a function of the share that is done, from 0 to 1"),

@@ -29,9 +29,9 @@ REFUSED = [
         lambda: reference_run(ODE, times=[1.7e308, -1.7e308]),
         "finite numbers of seconds that increase, from 0 on; got [1.7e+308",
     ),
-    (lambda: arithmetic.default_for("x"), "`default_for(step=...)` must be a `Step`; got 'x'."),
+    (lambda: arithmetic.default_for("x"), "`default_for(step=...)` must be a `StepMap`; got 'x'."),
     (lambda: arithmetic.signature(3), "`simulate(arithmetic=...)` is one of 'fused', 'portable', 'casadi'; got 3."),
-    (lambda: reference_run(STEP, times=[1.0]), "`reference(ode=...)` must be an `Ode`; got a `Step`."),
+    (lambda: reference_run(STEP, times=[1.0]), "`reference_run(ode=...)` must be an `Ode`; got a `StepMap`."),
     (
         lambda: reference_of_function(lambda t, x: 1j * x, [1.0], times=[1.0]),
         "a rate for each of the 1 states; got an array",

@@ -116,8 +116,8 @@ def test_random_laws_contract_the_same_products_alone_and_in_their_loops():
 def _with_what_is_handed(step, sampled):
     from workbench.core import Entry, Layout
 
-    extra = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in sampled.handed.items()))
-    return step.extended(extra, ca.SX.sym("handed", extra.size), ca.vertcat(*sampled.handed.values()))
+    extra = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in sampled.computer_inputs.items()))
+    return step.with_memory(extra, ca.SX.sym("handed", extra.size), ca.vertcat(*sampled.computer_inputs.values()))
 
 
 def test_random_laws_with_their_references_built_in_have_the_bits_of_their_loops():

@@ -115,7 +115,7 @@ def test_a_witness_that_was_not_seen_to_keep_a_hypothesis_is_no_witness(ruling):
         ValueError, match="'theorem' must keep every hypothesis of the claim.*\\['gain'\\] have margins"
     ):
         ClaimEntry(theorem, ruling)
-    assert ClaimEntry(theorem, replace(ruling, kept=("gain",))).ruling.kept_hypotheses == ("gain",)
+    assert ClaimEntry(theorem, replace(ruling, kept_hypotheses=("gain",))).ruling.kept_hypotheses == ("gain",)
     assert ClaimEntry(theorem, PROVED).ruling is PROVED
 
 

@@ -250,7 +250,7 @@ def test_what_follows_a_reference_is_shown_beside_it_and_alone():
     [
         (
             lambda: wb.simulate("loop", until=1.0),
-            "`simulate(step=...)` must be a `Step`, an `Ode`, a `SampledSystem`, or a loop",
+            "`simulate(step=...)` must be a `StepMap`, an `Ode`, a `SampledSystem`, or a loop",
         ),
         (
             lambda: wb.simulate(decay(), until=1.0, every=0.3),

@@ -220,7 +220,7 @@ def test_every_finding_that_breaks_a_claim_keeps_the_hypotheses_it_names(ledger)
     for line in with_margin:
         if "Assumption 4" in line.ruling.kept:
             with pytest.raises(ValueError, match="must keep every hypothesis"):
-                ClaimEntry(replace(line.claim, hypotheses=(searches.ASSUMPTION_4,)), replace(line.ruling, kept=()))
+                ClaimEntry(replace(line.claim, hypotheses=(searches.ASSUMPTION_4,)), replace(line.ruling, kept_hypotheses=()))
 
 
 @pytest.mark.heavy

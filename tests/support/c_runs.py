@@ -23,7 +23,7 @@ def recorded(sampled, law, periods, substeps=4, seed=1, arithmetic="portable"):
     step, taken = sampled.step(substeps), sampled.taken
     layout = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in taken.items()))
     symbols, parts = ca.SX.sym("taken", layout.size), [ca.vec(part) for part in taken.values()]
-    step = step.extended(layout, symbols, ca.vertcat(*parts))
+    step = step.with_memory(layout, symbols, ca.vertcat(*parts))
     run = wb.simulate(step, until=periods * sampled.period, arithmetic=arithmetic, seed=seed)
     x = run.x[0, 1:]
 

@@ -69,7 +69,7 @@ def recorded(name: str) -> Recorded:
     law = sampled.law(truths=truths)
     entries = tuple(Entry(key, np.zeros(value.numel())) for key, value in sampled.taken.items())
     taken, values = Layout(entries), ca.vertcat(*map(ca.vec, sampled.taken.values()))
-    step = sampled.step(1).extended(taken, ca.SX.sym("taken", taken.size), values)
+    step = sampled.step(1).with_memory(taken, ca.SX.sym("taken", taken.size), values)
     x, states = wb.simulate(step, until=until, arithmetic="portable", seed=1).x[0], step.states
 
     def held(prefix: str, layout: Layout) -> np.ndarray:

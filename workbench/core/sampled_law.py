@@ -108,7 +108,7 @@ class SampledLaw:
 
     @cached_property
     def step(self) -> StepMap:
-        """The law as a `Step` with the states [z; u], where u is that of the last instant, and the parameters
+        """The law as a `StepMap` with the states [z; u], where u is that of the last instant, and the parameters
         [p; y; r], of which the last two are named below 'y.' and 'r.'.
         """
         u, handed = self.commands.with_prefix("u."), self.readings.with_prefix("y.") + self.references.with_prefix("r.")

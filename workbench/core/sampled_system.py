@@ -167,7 +167,7 @@ class SampledSystem:
         return round(count)
 
     def step(self, substeps: int | Literal["chosen"] = "chosen", method: str = "rk4") -> StepMap:
-        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
+        """One period as a `StepMap`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
 
         Without a number it is the step that `simulate` chooses for a hundred periods from the initial state. The
         method of the substeps goes by its name, as in `runge_kutta_step`.

@@ -1,4 +1,4 @@
-"""Step: x+ = F(k, x, p, w), y = h(k, x, p, w), all that a simulator knows; its `Rule` is the same for any length."""
+"""StepMap: x+ = F(k, x, p, w), y = h(k, x, p, w), all that a simulator knows; its `StepRule` is the same for any length."""
 
 from __future__ import annotations
 
@@ -123,8 +123,8 @@ class StepRule:
     @check_arguments
     def with_memory(self, symbols: ca.SX, update: ca.SX) -> StepRule:
         """The same rule with entries z behind those of x: z+ = update(h, k, t, x, z, p, w)."""
-        refuse_misfit("Rule.extended", "symbols", symbols, symbols.numel(), 1, "a column")
-        refuse_misfit("Rule.extended", "update", update, symbols.numel(), 1, "one entry for each symbol")
+        refuse_misfit("StepRule.with_memory", "symbols", symbols, symbols.numel(), 1, "a column")
+        refuse_misfit("StepRule.with_memory", "update", update, symbols.numel(), 1, "one entry for each symbol")
         return replace(self, x=ca.vertcat(self.x, symbols), update=ca.vertcat(self.update, update))
 
 

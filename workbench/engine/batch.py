@@ -1,4 +1,4 @@
-"""The simulation of B runs of a `Step`, each with its own parameters and initial state."""
+"""The simulation of B runs of a `StepMap`, each with its own parameters and initial state."""
 
 from __future__ import annotations
 

@@ -58,14 +58,14 @@ def simulate(
     Parameters
     ----------
     step
-        A `Step`, or a loop, an `Ode` or a `SampledSystem`, whose step is then chosen by pilot runs.
+        A `StepMap`, or a loop, an `Ode` or a `SampledSystem`, whose step is then chosen by pilot runs.
     p, x0
         (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. More than 64 MB are not copied.
     until, every
         Horizon and distance of the kept times in s. Without `every` each step is kept, or 1000 times of an `Ode`.
     tolerance
         Of the change of a state to half the step, relative to its largest value: 0.001 to choose a step, 0.01 for a
-        `Step`, unless given.
+        `StepMap`, unless given.
     seed, runs
         The keys of the noise: a whole number, and (B,) that name the runs, 0, 1, 2, ... if not given.
     arithmetic, engine
@@ -93,7 +93,7 @@ def simulate(
     if isinstance(step, StepMap):
         return replace(run_step(step, p, x0, every=every, **how), tolerance=tolerance or NAMED_TOLERANCE)
     if not is_loop(step):
-        raise refusals.refusal("simulate(step=...)", f"a `Step`, {LOOP}", step)
+        raise refusals.refusal("simulate(step=...)", f"a `StepMap`, {LOOP}", step)
     return _at_chosen_step(equations_of(step, "loop"), p, x0, every, tolerance or TOLERANCE, how)
 
 

@@ -30,7 +30,7 @@ DIVERGENCE_COLUMN = "diverged at [s]"  # the column of a table that has the time
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Trajectories:
-    """B runs of one `Step` at N common times."""
+    """B runs of one `StepMap` at N common times."""
 
     job: Job
     t: Array  # (N,), in s

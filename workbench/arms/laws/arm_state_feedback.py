@@ -66,7 +66,7 @@ class ArmStateFeedback(AbstractArmController):
         The feedforward tau_ref and the error are those of the reference, so the point is wherever that is.
         """
         gain, _ = gain_of(K)
-        return ArmStateFeedback(model, *halves("StateFeedback.of(K=...)", gain, model.dof, len(model.motors)))
+        return ArmStateFeedback(model, *halves("ArmStateFeedback.of(K=...)", gain, model.dof, len(model.motors)))
 
     @property
     def drives(self) -> Layout:

@@ -144,7 +144,7 @@ class RateLimit(AbstractElement):
         return z["limited_signal"]
 
     def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
-        return {"limited_signal": within((v - z["limited"]) / self.time_constant, self.low, self.high)}
+        return {"limited_signal": within((v - z["limited_signal"]) / self.time_constant, self.low, self.high)}
 
 
 @block

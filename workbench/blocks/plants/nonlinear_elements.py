@@ -104,7 +104,7 @@ class Backlash(AbstractElement):
                 "`Backlash.rate(...)` needs a `time_constant`: without one its memory moves from sample to sample, by "
                 "`update`."
             )
-        return {"driven_side": (self.output(z, v) - z["driven"]) / self.time_constant}
+        return {"driven_side": (self.output(z, v) - z["driven_side"]) / self.time_constant}
 
     def update(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
         return {"driven_side": self.output(z, v)}

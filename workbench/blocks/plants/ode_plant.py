@@ -226,7 +226,7 @@ def _remedy(error: BaseException, function: Callable[..., Values], arguments: Ar
             "place of `if`"
         )
     more = [*inspect.signature(function).parameters][len(arguments) :]  # m, by that name or by another one
-    if "p" not in arguments and more not in ([], ["m"]) and "Functions" in f"{error} {getattr(error, 'obj', '')!r}":
+    if "p" not in arguments and more not in ([], ["m"]) and "FunctionNamespace" in f"{error} {getattr(error, 'obj', '')!r}":
         return (
             ": the last argument of a function without parameters is the namespace m; give parameters by "
             "`p=layout(R=('ohm', 1.0))`"
@@ -242,7 +242,7 @@ def _met_a_symbol(error: BaseException) -> bool:
     """True if a function of `math` or NumPy, or an `if`, met a symbol that it takes for a number."""
     by_attribute = isinstance(error, AttributeError) and isinstance(error.obj, ca.SX)
     by_type = isinstance(error, TypeError | NotImplementedError) and "SX" in str(error)
-    return isinstance(error, SymbolError) or by_attribute or (by_type and "Functions" not in str(error))
+    return isinstance(error, SymbolError) or by_attribute or (by_type and "FunctionNamespace" not in str(error))
 
 
 def _of_casadi(call: str, function: ca.Function, arguments: Arguments) -> ca.SX:

@@ -190,7 +190,7 @@ def linear_part_of(
 ) -> LinearPart:
     """The linear part W of a loop at rest whose law has a switched term -K sat(s / phi), from that term to s; exact.
 
-    Within the layer the linear loop is A(K) = A(0) - (K / phi) b c, so two Jacobians of the whole loop give W. A `Step`
+    Within the layer the linear loop is A(K) = A(0) - (K / phi) b c, so two Jacobians of the whole loop give W. A `StepMap`
     of a sampled loop keeps its hold and its delay. The loop must have a smooth or clipped layer, even if the relay is
     to be studied.
 
@@ -211,20 +211,20 @@ def linear_part_of(
         If a label is none of the loop's.
     """
     if not isinstance(loop, StepMap):
-        require("cut(loop=...)", loop, Ode, ": a loop becomes one by its method `ode()`, or a `Step` by `sampled(...)`")
-    point = vector("cut(x=...)", x, loop.states.size, "states")
-    row = loop.parameters.default if p is None else vector("cut(p=...)", p, loop.parameters.size, "parameters")
+        require("linear_part_of(loop=...)", loop, Ode, ": a loop becomes one by its method `ode()`, or a `StepMap` by `sampled(...)`")
+    point = vector("linear_part_of(x=...)", x, loop.states.size, "states")
+    row = loop.parameters.default if p is None else vector("linear_part_of(p=...)", p, loop.parameters.size, "parameters")
     place, phi = _label(loop.parameters.labels, gain), float(row[_label(loop.parameters.labels, width)])
     after, A, C = _functions(loop)
     off, on = row.copy(), row.copy()
-    off[place], on[place] = 0.0, positive(f"cut(width='{width}')", phi)
+    off[place], on[place] = 0.0, positive(f"linear_part_of(width='{width}')", phi)
     if isinstance(loop, StepMap):
         for _ in range(3):  # what a computer holds is brought up to date
             point = np.array(after(INSTANTS[0], point, off)).ravel()
     loose, tight = (np.array(A(INSTANTS[0], point, values)) for values in (off, on))
     c = np.array(C(INSTANTS[0], point, off))[_label(loop.outputs.labels, variable)]
     _check_rest(after, A, point, off, isinstance(loop, StepMap))
-    b = _input_column(loose - tight, c, f"cut(gain='{gain}', variable='{variable}', width='{width}')")
+    b = _input_column(loose - tight, c, f"linear_part_of(gain='{gain}', variable='{variable}', width='{width}')")
     return LinearPart(loose, b, c, loop.h if isinstance(loop, StepMap) else 0.0)
 
 
@@ -270,7 +270,7 @@ def _check_rest(after: ca.Function, A: ca.Function, x: Array, p: Array, recursio
         if not np.abs(moved).max() <= REST * scale:
             i = int(np.argmax(np.abs(moved)))
             raise DesignError(
-                f"`cut(x=...)` must be a rest of the loop, about which it chatters; state {i} moves by "
+                f"`linear_part_of(x=...)` must be a rest of the loop, about which it chatters; state {i} moves by "
                 f"{moved[i]:.3g} {'in one period' if recursion else 'a second'}. Hold the reference, set the drives "
                 "to what rest needs."
             )
