@@ -134,6 +134,7 @@ from workbench.study import evidence as evidence
 from workbench.study import provenance as provenance
 from workbench.study import tuning as tuning
 from workbench.study import uncertainty as uncertainty
+from workbench.study.citation import cite
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Page, Paragraph, Section
 from workbench.study.document.finding import Finding, Variation
@@ -240,6 +241,7 @@ __all__ = [
     "c2d",
     "c_code",
     "chattering",
+    "cite",
     "condition_number",
     "core",
     "document",

@@ -7,6 +7,8 @@ import pytest
 
 import workbench
 from tests.house.sources import ROOT
+from workbench import DCMotor, cite
+from workbench.study.citation import WORKBENCH
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 WORKFLOW = ROOT / ".github" / "workflows" / "tests.yml"
@@ -27,6 +29,14 @@ def test_a_citation_names_the_version_and_the_licence_of_the_package():
     assert line_of("CITATION.cff", "version:") == workbench.__version__
     assert line_of("CITATION.cff", "license:") == PROJECT["project"]["license"]
     assert line_of("CITATION.cff", "title:") == PROJECT["project"]["name"]
+
+
+def test_the_workbench_cites_itself_as_the_citation_file_does():
+    assert WORKBENCH.work == line_of("CITATION.cff", "title:")
+    assert WORKBENCH.authors == line_of("CITATION.cff", "- name:")
+    assert f"{WORKBENCH.authors}, {WORKBENCH.work}, version {line_of('CITATION.cff', 'version:')}." in repr(
+        cite(DCMotor())
+    )
 
 
 def test_the_makefile_and_the_workflow_try_the_same_pythons_and_the_classifiers_name_some_of_them():

@@ -16,6 +16,7 @@ from workbench.core.lazy_names import lazy_names
 
 _FILES = {
     "case_runs": "run",
+    "citation": "Citation cite",
     "contract": "Run Sweep",
     "document.document": "Column Figure Finding Itemize Page Panel Paragraph Section Table Variation Verdict",
     "evidence.law_tables": "side_by_side",

@@ -22,6 +22,7 @@ from workbench.blocks.loop.surroundings import AbstractInstruments, AbstractRefe
 from workbench.core import Ode, Roles, Sampled, Signals, block, lift
 from workbench.core.block import Vector, socket
 from workbench.core.ode import time_beside
+from workbench.core.publications import origins
 from workbench.core.validation.refusals import one_of, refusal, seconds
 from workbench.core.validation.signatures import door
 
@@ -47,6 +48,8 @@ class ClosedLoop:
     >>> wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0)).ode().outputs.names
     ('omega', 'omega_ref', 'e_omega', 'e_hat_omega', 'v', 'v_applied', 'omega_error')
     """
+
+    noun = ""  # it is called what its blocks are called
 
     plant: AbstractPlant = socket(standing_for(LinearPlant))
     observer: AbstractObserver = socket(standing_for(LinearFilter), default=None)
@@ -258,6 +261,7 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         horizon=wiring.horizon(closed),
         counts=closed.plant.counts,
         drawing=wiring.drawn(loop.plant, t, z["plant"], symbols[-1], lifted.layout + outside.layout),
+        origins=origins(closed),
     )
 
 
@@ -292,4 +296,4 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     equations, ends = (t, x, p, states.flatten(rate), watched), wiring.horizon(plant)
     ode = Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)
     drawing = wiring.drawn(lifted.block, t, z, p, ode.parameters)
-    return replace(ode, counts=plant.counts, drawing=drawing)
+    return replace(ode, counts=plant.counts, drawing=drawing, origins=origins(plant))
