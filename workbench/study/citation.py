@@ -49,7 +49,7 @@ class Citation:
 
     Examples
     --------
-    >>> print(wb.cite(wb.CartPole()).bibtex().splitlines()[-3])
+    >>> print(wb.cite(wb.CartPole()).bibtex().splitlines()[-2])
       note = {Messner and Tilbury, Control Tutorials for Matlab and Simulink, "Inverted Pendulum: System Modeling"},
     """
 
