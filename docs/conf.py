@@ -1,6 +1,7 @@
 """The site of the workbench: Sphinx reads the docstrings as numpydoc has them, and nothing comes from a network."""
 
 import html
+import os
 import re
 import shutil
 import sys
@@ -16,8 +17,8 @@ LIVE = DOCS / "_static" / "loops"  # the live pages, each with its first picture
 project = "control-workbench"
 author = "The control-workbench authors"
 release = workbench.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpydoc"]
-exclude_patterns = ["_site", "_templates"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpydoc"]
+exclude_patterns = ["_site", "_templates", "changes", "notebooks/downloads"]
 templates_path = ["_templates"]
 html_theme = "furo"
 html_title = project
@@ -31,6 +32,10 @@ autosummary_generate = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # numpydoc's `Parameters` say shapes and units; the signature has the types
 numpydoc_show_class_members = False
+nb_execution_mode = "force"  # a cache would know the cells, but not the workbench that they call
+nb_execution_raise_on_error = True
+nb_execution_in_temp = True  # a cell may write a file
+nb_execution_timeout = 300  # s for a cell
 
 
 def as_literal(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
@@ -74,7 +79,7 @@ def gallery() -> str:
         if picture := first_picture(report):
             shutil.copy(picture, pictures / f"{report.name}.svg")
             parts.append(f"![{title}](_pictures/{report.name}.svg)\n")
-    return "\n".join([*parts, live_loops()])
+    return "\n".join([*parts, notebooks(), live_loops()])
 
 
 def live_loops() -> str:
@@ -115,11 +120,30 @@ def drawn(page: str) -> str:
     return found[1]
 
 
+def notebooks() -> str:
+    """Write the notebooks of the walk; the part of the gallery that leads to them."""
+    sys.path.insert(0, str(ROOT))
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))  # of kernels
+    from docs import walk_notebooks
+
+    walk_notebooks.write()
+    pages = [f"notebooks/{one.name}" for one in walk_notebooks.NOTEBOOKS]
+    lines = [
+        f"- [{one.title}]({page}.ipynb): {one.about}" for one, page in zip(walk_notebooks.NOTEBOOKS, pages, strict=True)
+    ]
+    text = (
+        "Each page is a notebook with the outputs that were computed when the site was built. It can be downloaded.\n"
+    )
+    tree = "```{toctree}\n:hidden:\n\n" + "\n".join(pages) + "\n```\n"
+    return "\n".join(["## Notebooks\n", text, *lines, "", tree])
+
+
 def reference() -> str:
     """A page of all names of `wb`, room by room."""
     rooms: dict[str, list[str]] = {}
     for name, room in workbench._HOMES.items():
-        rooms.setdefault(room, []).append(name)
+        if name != "Array":  # a type for hints, which has the help of NumPy
+            rooms.setdefault(room, []).append(name)
     parts = [
         "# Reference\n",
         "All names of `import workbench as wb`, each with its shapes, its units and an example that is run.\n",
