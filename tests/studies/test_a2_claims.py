@@ -15,6 +15,7 @@ from studies.a2_claims import study as a2_claims
 from studies.a2_claims.printed import DEFINITIONS, PRINTED, QUANTIFIERS, decisive
 from studies.a2_claims.study import ASSUMED, OURS, PAPER, grouped
 from studies.paper.card import LAWS
+from tests.support.kept_pages import needs_pages
 from tests.support.ledger_rows import Rows, is_printed
 from workbench.core import Claim
 from workbench.proofs.claim_ledger import BROKEN, WITNESSED, Ledger, Line, Ruling
@@ -235,6 +236,7 @@ def test_a_claim_is_judged_as_published_and_under_the_numbers_of_a1(ledger):
         assert ledger[name.removesuffix(", numbers of a1")].ruling.kind == "not checkable as published"
 
 
+@needs_pages
 def test_what_a2_says_of_a6_and_a3_is_what_their_tables_hold():
     with (REPORTS / "a6_unstated_choices" / "tables" / "cells.csv").open(encoding="utf-8") as file:
         off = [abs(float(row["off [%]"].replace("\N{MINUS SIGN}", "-"))) for row in csv.DictReader(file)]
