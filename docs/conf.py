@@ -1,7 +1,6 @@
 """The site of the workbench: Sphinx reads the docstrings as numpydoc has them, and nothing comes from a network."""
 
 import html
-import os
 import re
 import shutil
 import sys
@@ -32,10 +31,7 @@ autosummary_generate = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # numpydoc's `Parameters` say shapes and units; the signature has the types
 numpydoc_show_class_members = False
-nb_execution_mode = "force"  # a cache would know the cells, but not the workbench that they call
-nb_execution_raise_on_error = True
-nb_execution_in_temp = True  # a cell may write a file
-nb_execution_timeout = 300  # s for a cell
+nb_execution_mode = "off"  # docs/notebook_outputs.py has run them
 
 
 def as_literal(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
@@ -121,20 +117,16 @@ def drawn(page: str) -> str:
 
 
 def notebooks() -> str:
-    """Write the notebooks of the walk; the part of the gallery that leads to them."""
+    """Run the notebooks of the walk and write them; the part of the gallery that leads to them."""
     sys.path.insert(0, str(ROOT))
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))  # of kernels
-    from docs import walk_notebooks
+    from docs import notebook_outputs
 
-    walk_notebooks.write()
-    pages = [f"notebooks/{one.name}" for one in walk_notebooks.NOTEBOOKS]
-    lines = [
-        f"- [{one.title}]({page}.ipynb): {one.about}" for one, page in zip(walk_notebooks.NOTEBOOKS, pages, strict=True)
-    ]
+    entries = notebook_outputs.write()
+    lines = [f"- [{one.title}]({one.page}.ipynb): {one.line}" for one in entries]
     text = (
         "Each page is a notebook with the outputs that were computed when the site was built. It can be downloaded.\n"
     )
-    tree = "```{toctree}\n:hidden:\n\n" + "\n".join(pages) + "\n```\n"
+    tree = "```{toctree}\n:hidden:\n\n" + "\n".join(one.page for one in entries) + "\n```\n"
     return "\n".join(["## Notebooks\n", text, *lines, "", tree])
 
 

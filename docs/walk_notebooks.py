@@ -1,15 +1,13 @@
 """The notebooks of the site: the files of the walk cut into cells, with a sentence above each.
 
-A notebook is written when the site is built, and its outputs are computed then. The code comes from the file, so they
-cannot differ. A cell begins at the line of the file that begins with its `start`. The notebook shows the pictures that
-the file saves.
+`notebook_outputs` runs them when the site is built. The code comes from the file, so the two cannot differ. A cell begins
+at the line of the file that begins with its `start`. The notebook shows the pictures that the file saves.
 """
 
 from __future__ import annotations
 
 import ast
 import hashlib
-import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +15,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 FOLDER = Path(__file__).parent / "notebooks"
-DOWNLOADS = "downloads"  # below FOLDER: the notebooks without outputs and without the link to themselves
+DOWNLOADS = "downloads"  # below FOLDER: the notebooks without the link to themselves
 SAVED = re.compile(r'^(\S.*)\.savefig\("[\w.]+"\)$', re.M)  # a picture of the file that the notebook shows instead
 INLINE = "%matplotlib inline"
 CLONE = (
@@ -226,16 +224,3 @@ NOTEBOOKS = (
         remark=CLONE,
     ),
 )
-
-
-def write(folder: Path = FOLDER) -> list[Path]:
-    """Write all notebooks: for the pages of the site, and in a folder of their own for those who download them."""
-    places = []
-    for download in (True, False):
-        target = folder if download else folder / DOWNLOADS
-        target.mkdir(parents=True, exist_ok=True)
-        for notebook in NOTEBOOKS:
-            text = json.dumps(notebook.document(download), indent=1, ensure_ascii=False)
-            (target / f"{notebook.name}.ipynb").write_text(f"{text}\n", encoding="utf-8")
-            places += [target / f"{notebook.name}.ipynb"] if download else []
-    return places

@@ -59,7 +59,7 @@ class Origin(NamedTuple):
 
 def references_section(docstring: str | None) -> str:
     """The text of the `References` section of a docstring in the form of numpydoc; empty without one."""
-    section = SECTION.search(inspect.cleandoc(docstring or ""))
+    section = SECTION.search(inspect.cleandoc(docstring)) if isinstance(docstring, str) else None
     return section[1].strip() if section else ""
 
 
@@ -105,7 +105,8 @@ def origins(thing: object) -> tuple[Origin, ...]:
 
 
 def _origins(thing: object, whole: bool = False) -> Iterator[Origin]:
-    yield from getattr(thing, "origins", ())
+    known = getattr(thing, "origins", ())
+    yield from (one for one in known if isinstance(one, Origin)) if isinstance(known, tuple) else ()
     if is_block(thing):
         yield from _own(thing)
     elif not (whole and is_dataclass(thing)):
