@@ -1,7 +1,7 @@
 """The notebooks of the site: the files of the walk cut into cells, with a sentence above each.
 
-`notebook_outputs` runs them when the site is built. The code comes from the file, so the two cannot differ. A cell begins
-at the line of the file that begins with its `start`. The notebook shows the pictures that the file saves.
+`notebook_outputs` runs them when the site is built. The code comes from the file, so the two cannot differ. A cell
+begins at the line of the file that begins with its `start`. The notebook shows the pictures that the file saves.
 """
 
 from __future__ import annotations
