@@ -24,7 +24,7 @@ from workbench.study.tuning import Tuning
 WORKBENCH = Publication("The control-workbench authors", "", "control-workbench")
 
 
-class Use(NamedTuple):
+class Mention(NamedTuple):
     """A block that names a publication, and the place in it: a chapter, an equation; empty if it names none."""
 
     block: str
@@ -54,7 +54,7 @@ class Citation:
     """
 
     subject: str
-    publications: tuple[tuple[Publication, tuple[Use, ...]], ...]
+    publications: tuple[tuple[Publication, tuple[Mention, ...]], ...]
     without_reference: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
 
@@ -126,7 +126,7 @@ def cite(subject: object) -> Citation:
 
 def _citation(subject: str, found: Iterable[Origin], remarks: list[str]) -> Citation:
     """The citation of these origins, in which each publication stands once."""
-    merged: dict[tuple[str, str, str], tuple[Publication, dict[Use, None]]] = {}
+    merged: dict[tuple[str, str, str], tuple[Publication, dict[Mention, None]]] = {}
     without: dict[str, None] = {}
     for origin in found:
         entries = publications_in(origin.references)
@@ -135,7 +135,7 @@ def _citation(subject: str, found: Iterable[Origin], remarks: list[str]) -> Cita
         for publication, place in entries:
             known, uses = merged.get(publication.identity, (publication, {}))
             fullest = max(known, publication, key=lambda one: len(one.authors))
-            merged[publication.identity] = fullest, uses | {Use(origin.block, place): None}
+            merged[publication.identity] = fullest, uses | {Mention(origin.block, place): None}
     ordered = sorted(merged.values(), key=lambda entry: (entry[0].text.lower(), entry[0].year))
     publications = tuple((publication, tuple(uses)) for publication, uses in ordered)
     return Citation(subject, publications, tuple(without), tuple(dict.fromkeys(remarks)))
@@ -198,5 +198,5 @@ def _workbench() -> str:
     return f"{WORKBENCH.authors}, {WORKBENCH.work}, version {__version__}."
 
 
-def _words(use: Use) -> str:
+def _words(use: Mention) -> str:
     return f"{use.block}: {use.place}" if use.place else use.block
