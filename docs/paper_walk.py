@@ -33,7 +33,7 @@ study = wb.Study(
 results = wb.study.run(study)
 table = results.to_frame()
 
-runs = {one.case.law: one.measurement.trajectories for one in results.outcomes}
+runs = {law: results["SS", law].measurement.trajectories for law in ("PID", "AOSMC-RGS, repaired")}
 figure = wb.plot(runs, "q", "tau")
 
 citation = wb.cite(study)
