@@ -43,7 +43,8 @@ def write() -> list[Entry]:
         thumbnail = FOLDER / THUMBNAILS / f"{notebook.name}.{ending}"
         thumbnail.write_bytes(picture)
         paths = [path.relative_to(ROOT).as_posix() for path in (thumbnail, places[1])]
-        entries.append(Entry(notebook.title, notebook.about, paths[0], f"notebooks/{notebook.name}", paths[1]))
+        line = notebook.about.replace("`", "")  # a card has plain text
+        entries.append(Entry(notebook.title, line, paths[0], f"notebooks/{notebook.name}", paths[1]))
     return entries
 
 
