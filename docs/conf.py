@@ -16,8 +16,8 @@ LIVE = DOCS / "_static" / "loops"  # the live pages, each with its first picture
 project = "control-workbench"
 author = "The control-workbench authors"
 release = workbench.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpydoc"]
-exclude_patterns = ["_site", "_templates"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpydoc"]
+exclude_patterns = ["_site", "_templates", "changes", "notebooks/downloads"]
 templates_path = ["_templates"]
 html_theme = "furo"
 html_title = project
@@ -31,6 +31,7 @@ autosummary_generate = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # numpydoc's `Parameters` say shapes and units; the signature has the types
 numpydoc_show_class_members = False
+nb_execution_mode = "off"  # docs/notebook_outputs.py has run them
 
 
 def as_literal(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
@@ -74,7 +75,7 @@ def gallery() -> str:
         if picture := first_picture(report):
             shutil.copy(picture, pictures / f"{report.name}.svg")
             parts.append(f"![{title}](_pictures/{report.name}.svg)\n")
-    return "\n".join([*parts, live_loops()])
+    return "\n".join([*parts, notebooks(), live_loops()])
 
 
 def live_loops() -> str:
@@ -115,11 +116,26 @@ def drawn(page: str) -> str:
     return found[1]
 
 
+def notebooks() -> str:
+    """Run the notebooks of the walk and write them; the part of the gallery that leads to them."""
+    sys.path.insert(0, str(ROOT))
+    from docs import notebook_outputs
+
+    entries = notebook_outputs.write()
+    lines = [f"- [{one.title}]({one.page}.ipynb): {one.line}" for one in entries]
+    text = (
+        "Each page is a notebook with the outputs that were computed when the site was built. It can be downloaded.\n"
+    )
+    tree = "```{toctree}\n:hidden:\n\n" + "\n".join(one.page for one in entries) + "\n```\n"
+    return "\n".join(["## Notebooks\n", text, *lines, "", tree])
+
+
 def reference() -> str:
     """A page of all names of `wb`, room by room."""
     rooms: dict[str, list[str]] = {}
     for name, room in workbench._HOMES.items():
-        rooms.setdefault(room, []).append(name)
+        if name != "Array":  # a type for hints, which has the help of NumPy
+            rooms.setdefault(room, []).append(name)
     parts = [
         "# Reference\n",
         "All names of `import workbench as wb`, each with its shapes, its units and an example that is run.\n",

@@ -42,6 +42,7 @@ _ROOMS = {
     "design.step_response": "step_info",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph Results Run Section SobolDesign Study Sweep Uniform "
     "Variation Work side_by_side sobol",
+    "study.citation": "cite",
     "study.document.frequency_curves": "FrequencyCurve",
     "study.document.gain_bounds": "GainBound",
     "study.evidence": "LoopLimits largest_setting",

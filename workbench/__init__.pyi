@@ -140,6 +140,7 @@ from workbench.study import evidence as evidence
 from workbench.study import provenance as provenance
 from workbench.study import tuning as tuning
 from workbench.study import uncertainty as uncertainty
+from workbench.study.citation import cite
 from workbench.study.document.document import Page, Paragraph, Section
 from workbench.study.document.finding import Finding, Variation
 from workbench.study.document.frequency_curves import FrequencyCurve
@@ -247,6 +248,7 @@ __all__ = [
     "c2d",
     "c_code",
     "chattering",
+    "cite",
     "condition_number",
     "core",
     "document",

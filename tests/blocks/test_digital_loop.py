@@ -87,7 +87,11 @@ def test_the_law_alone_is_handed_over_with_the_same_commands_in_its_queue():
         ({"delay": {"w": 1}}, LookupError, "inputs of the plant"),
         ({"initial_commands": {"v": 1.0}}, ValueError, "acts at once"),
         ({"delay": True, "initial_commands": {"w": 1.0}}, LookupError, "inputs of the plant"),
-        ({"delay": True, "initial_commands": {"v": [1.0, 2.0]}}, ValueError, r"must be finite numbers of the shape \(\)"),
+        (
+            {"delay": True, "initial_commands": {"v": [1.0, 2.0]}},
+            ValueError,
+            r"must be finite numbers of the shape \(\)",
+        ),
         ({"delay": True, "initial_commands": {"v": np.nan}}, ValueError, "must be finite numbers"),
     ],
 )

@@ -135,7 +135,9 @@ def test_rows_of_wrong_shape_or_out_of_bounds_are_refused():
 def test_what_is_no_step_is_refused_with_the_way_to_make_one():
     with pytest.raises(ValueError, match=r"must be a `StepMap`; got an `Ode`: wrap it in `rk4\(ode, h\)`\."):
         arithmetic.default_for(decay())
-    with pytest.raises(ValueError, match=r"`simulate\(step=...\)` must be a `StepMap`, an `Ode`, .* a `ClosedLoop` does"):
+    with pytest.raises(
+        ValueError, match=r"`simulate\(step=...\)` must be a `StepMap`, an `Ode`, .* a `ClosedLoop` does"
+    ):
         simulate(3, until=1.0)
 
 

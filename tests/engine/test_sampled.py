@@ -134,7 +134,9 @@ def test_times_that_do_not_fit_the_period_are_refused():
 
 def test_a_jump_of_more_than_its_symbols_is_refused():
     digital = linear().digital(0.1)
-    with pytest.raises(ValueError, match=r"`SampledSystem\(jump=...\)` must be of k, x, p, w alone, .* symbol 'stranger'"):
+    with pytest.raises(
+        ValueError, match=r"`SampledSystem\(jump=...\)` must be of k, x, p, w alone, .* symbol 'stranger'"
+    ):
         SampledSystem(digital.flow, 0.1, digital.k, digital.w, digital.jump + ca.SX.sym("stranger"))
     with pytest.raises(
         ValueError, match=r"`SampledSystem\(jump=...\)` must have shape \(m, 1\), for the first m of 7 states"

@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 # What one has from another public name alone, or inherits from.
 UNSHOWN = {"CalledTarget", "PeriodPoles", "Refused", "Verdict"}
 # Objects that show their whole text.
-LONG = {"BodeData", "DefinitenessVerdict", "LimitVerdict", "PropertyVerdict", "Sheet"}
+LONG = {"BodeData", "Citation", "DefinitenessVerdict", "LimitVerdict", "PropertyVerdict", "Sheet"}
 # Formulas and verdicts have texts of their own.
 OTHERS = ("tests", "workbench.core.notation", "workbench.proofs", "workbench.engine.reference")
 

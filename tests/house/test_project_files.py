@@ -1,12 +1,16 @@
 """The files that a host, a reader or a packager reads agree with the project."""
 
 import re
+import subprocess
 import tomllib
 
 import pytest
 
 import workbench
 from tests.house.sources import ROOT
+from tests.support.kept_pages import PAGES
+from workbench import DCMotor, cite
+from workbench.study.citation import WORKBENCH
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 WORKFLOW = ROOT / ".github" / "workflows" / "tests.yml"
@@ -27,6 +31,14 @@ def test_a_citation_names_the_version_and_the_licence_of_the_package():
     assert line_of("CITATION.cff", "version:") == workbench.__version__
     assert line_of("CITATION.cff", "license:") == PROJECT["project"]["license"]
     assert line_of("CITATION.cff", "title:") == PROJECT["project"]["name"]
+
+
+def test_the_workbench_cites_itself_as_the_citation_file_does():
+    assert WORKBENCH.work == line_of("CITATION.cff", "title:")
+    assert WORKBENCH.authors == line_of("CITATION.cff", "- name:")
+    assert f"{WORKBENCH.authors}, {WORKBENCH.work}, version {line_of('CITATION.cff', 'version:')}." in repr(
+        cite(DCMotor())
+    )
 
 
 def test_the_makefile_and_the_workflow_try_the_same_pythons_and_the_classifiers_name_some_of_them():
@@ -65,7 +77,24 @@ def test_the_development_group_is_the_extra():
 @pytest.mark.parametrize("name", ["CITATION.cff", "SECURITY.md", "RELEASE.md", "CONTRIBUTING.md"])
 def test_a_source_archive_holds_the_files_that_a_packager_reads(name):
     assert (ROOT / name).is_file()
-    assert name in PROJECT["tool"]["hatch"]["build"]["targets"]["sdist"]["include"]
+    assert f"/{name}" in PROJECT["tool"]["hatch"]["build"]["targets"]["sdist"]["include"]
+
+
+@pytest.mark.skipif(
+    not (ROOT / ".git").exists(), reason="git, which knows the files of the project, is in a checkout alone"
+)
+def test_a_source_archive_holds_all_files_at_the_top_and_a_wheel_the_package_alone():
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split(
+        "\n"
+    )
+    tops = {path.split("/")[0] for path in listed if path} - {".gitignore", "pyproject.toml"}  # hatch always adds these
+    targets = PROJECT["tool"]["hatch"]["build"]["targets"]
+    assert {pattern.split("/")[1] for pattern in targets["sdist"]["include"]} == tops
+    assert targets["wheel"] == {"packages": ["workbench"]}
+
+
+def test_a_checkout_has_the_pages_of_the_reports():  # else the tests of pages would be skipped in silence
+    assert PAGES or not (ROOT / ".git").exists()
 
 
 def test_each_check_of_the_repository_that_is_left_out_has_a_reason():

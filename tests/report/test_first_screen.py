@@ -1,13 +1,13 @@
 """What a reader sees of each report without a click, on a screen of 1300 x 900 and with scripts switched off."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 from studies.performance.chromium import open_page
 from tests.support.browsers import needs_chromium
 from tests.support.documents import document
+from tests.support.kept_pages import NONE, PAGES
 from workbench.report.html_page import html
 from workbench.study.document.document import (
     Figure,
@@ -20,7 +20,6 @@ from workbench.study.document.document import (
     Variation,
 )
 
-REPORTS = sorted((Path(__file__).parents[2] / "reports").glob("*/index.html"))
 ANSWER = "Words of an answer of the longest kind that a page may have. " * 4
 TITLE = "A title that is as long as titles of reports are, and takes two lines on a screen of this width"
 
@@ -39,7 +38,7 @@ def without_scripts(page, path):
 
 
 @needs_chromium
-@pytest.mark.parametrize("path", REPORTS, ids=lambda path: path.parent.name)
+@pytest.mark.parametrize("path", PAGES or NONE, ids=lambda path: path.parent.name)
 def test_the_answer_of_each_report_is_visible_on_the_first_screen_without_scripts(browser, path):
     with open_page(path, width=1300, height=900, browser=browser) as page:
         without_scripts(page, path)

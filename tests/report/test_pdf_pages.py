@@ -3,17 +3,16 @@
 import shutil
 import subprocess
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.support.documents import document
+from tests.support.kept_pages import NONE, PDFS
 from workbench.report.pdf import pdf
 from workbench.study.document.document import Figure, Paragraph, ReportTable, Section, TableColumn
 from workbench.study.document.figure import Bars, Panel, Series
 
-REPORTS = sorted((Path(__file__).parents[2] / "reports").glob("*/report.pdf"))
 LONG = 500_000  # bytes of a report that runs with all tests only
 HEADER, FOOT = 0.1, 0.92  # of the height of a page: where its text begins and ends
 T = np.linspace(0.0, 1.0, 50)
@@ -89,10 +88,8 @@ def test_figures_keep_their_order_and_their_captions(tmp_path):
 @needs_poppler
 @pytest.mark.parametrize(
     "path",
-    [
-        pytest.param(path, marks=[pytest.mark.heavy] * (path.stat().st_size > LONG), id=path.parent.name)
-        for path in REPORTS
-    ],
+    [pytest.param(path, marks=[pytest.mark.heavy] * (path.stat().st_size > LONG), id=path.parent.name) for path in PDFS]
+    or NONE,
 )
 def test_no_page_of_a_report_but_the_last_is_more_than_half_blank(tmp_path, path):
     *pages, _ = blanks(path, tmp_path)
@@ -100,7 +97,7 @@ def test_no_page_of_a_report_but_the_last_is_more_than_half_blank(tmp_path, path
 
 
 @needs_poppler
-@pytest.mark.parametrize("path", REPORTS, ids=lambda path: path.parent.name)
+@pytest.mark.parametrize("path", PDFS or NONE, ids=lambda path: path.parent.name)
 def test_poppler_has_no_complaint_about_a_report(path):
     run = subprocess.run(["pdfinfo", str(path)], capture_output=True, check=True)
     assert run.stderr == b""

@@ -15,6 +15,7 @@ from studies.a2_claims import study as a2_claims
 from studies.a2_claims.printed_statements import DEFINITIONS, PRINTED_STATEMENTS, QUANTIFIERS, decisive
 from studies.a2_claims.study import ASSUMED_LEDGER, OUR_LEDGER, PAPER_LEDGER, group_ledgers
 from studies.paper.card import LAWS
+from tests.support.kept_pages import needs_pages
 from tests.support.ledger_rows import Rows, is_printed
 from workbench.core import Claim
 from workbench.proofs.claim_ledger import BREAKING_KINDS, WITNESS_KINDS, ClaimEntry, ClaimLedger, Ruling
@@ -220,7 +221,9 @@ def test_every_finding_that_breaks_a_claim_keeps_the_hypotheses_it_names(ledger)
     for line in with_margin:
         if "Assumption 4" in line.ruling.kept:
             with pytest.raises(ValueError, match="must keep every hypothesis"):
-                ClaimEntry(replace(line.claim, hypotheses=(searches.ASSUMPTION_4,)), replace(line.ruling, kept_hypotheses=()))
+                ClaimEntry(
+                    replace(line.claim, hypotheses=(searches.ASSUMPTION_4,)), replace(line.ruling, kept_hypotheses=())
+                )
 
 
 @pytest.mark.heavy
@@ -235,6 +238,7 @@ def test_a_claim_is_judged_as_published_and_under_the_numbers_of_a1(ledger):
         assert ledger[name.removesuffix(", numbers of a1")].ruling.kind == "not checkable as published"
 
 
+@needs_pages
 def test_what_a2_says_of_a6_and_a3_is_what_their_tables_hold():
     with (REPORTS / "a6_unstated_choices" / "tables" / "cells.csv").open(encoding="utf-8") as file:
         off = [abs(float(row["off [%]"].replace("\N{MINUS SIGN}", "-"))) for row in csv.DictReader(file)]

@@ -7,6 +7,7 @@ import pytest
 
 from studies.paper import readme
 from studies.paper.readme import FIRST, LAST, REPORTS, with_answers
+from tests.support.kept_pages import needs_pages
 
 ROOT = Path(__file__).parents[2]
 PAGES = {place.parent.name: json.loads(place.read_text("utf-8")) for place in ROOT.glob("reports/*/findings.json")}
@@ -15,6 +16,7 @@ CITES = [
 ]
 
 
+@needs_pages
 def test_every_report_has_its_findings():
     assert {place.parent.name for place in ROOT.glob("reports/*/index.html")} == set(PAGES)
 

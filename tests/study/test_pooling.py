@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from tests.support.kept_pages import needs_pages
 from workbench.study.evidence import Mean, Tail, judge, leave_one_out, pair_samples, pool
 
 ONES, ONES_40 = np.ones(20), np.ones(40)
@@ -154,6 +155,7 @@ def levels(given):
     return found
 
 
+@needs_pages
 @pytest.mark.parametrize(
     ("given", "without_slow"),
     [

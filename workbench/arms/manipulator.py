@@ -116,6 +116,10 @@ class Manipulator(AbstractPlant):
 
         M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau,        tau = 0 at a joint without a motor.
 
+    References
+    ----------
+    Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, chapter 7.
+
     Examples
     --------
     >>> plant = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0])

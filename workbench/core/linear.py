@@ -75,6 +75,7 @@ class LinearSystem:
     passes no input on at once. `states` has their names, their units and where they start.
     """
 
+    noun = ""  # it is called what the block is called that holds it
     states: Layout
     inputs: Layout
     outputs: Layout
@@ -225,8 +226,7 @@ def _foreign(system: object) -> StateSpace | TransferFunction:
 
 
 def _is_foreign(value: object) -> TypeIs[StateSpace | TransferFunction]:
-    by_matrices = all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt", "state_labels"))
-    return by_matrices or _is_transfer(value)
+    return all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt", "state_labels")) or _is_transfer(value)
 
 
 def _is_transfer(value: object) -> TypeIs[TransferFunction]:

@@ -14,6 +14,7 @@ import numpy as np
 from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
+from workbench.core.publications import Origin
 from workbench.core.shapes import Drawing
 from workbench.core.switches import Switches, find_switches
 from workbench.core.validation.refusals import Array, finite, vector
@@ -61,6 +62,7 @@ class Ode:
     horizon: float = math.inf  # s, the last time at which the equations hold: that of the last row of a table, say
     counts: str = ""  # the thing that each number of a vector belongs to, as 'tank'; empty where indices do
     drawing: Drawing | None = None  # of the plant, in t, x and p
+    origins: tuple[Origin, ...] = ()  # of a loop, the blocks whose equations these are, with their references
 
     WAYS: ClassVar = {
         "ClosedLoop": "a loop becomes one by its method `ode()`",

@@ -1,4 +1,4 @@
-"""StepMap: x+ = F(k, x, p, w), y = h(k, x, p, w), all that a simulator knows; its `StepRule` is the same for any length."""
+"""StepMap: x+ = F(k, x, p, w), y = h(k, x, p, w), all that a simulator knows; its `StepRule` serves any length."""
 
 from __future__ import annotations
 

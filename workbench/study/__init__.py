@@ -16,6 +16,7 @@ from workbench.core.lazy_names import lazy_names
 
 _FILES = {
     "case_runs": "run",
+    "citation": "Citation cite",
     "run_and_sweep": "Run Sweep",
     "document.document": "TableColumn Figure Finding Itemize Page Panel Paragraph Section ReportTable Variation "
     "Verdict",

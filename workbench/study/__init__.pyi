@@ -1,6 +1,7 @@
 """The room for editors and mypy: each of its names, and the file that it comes from."""
 
 from workbench.study.case_runs import run
+from workbench.study.citation import Citation, cite
 from workbench.study.document.document import (
     Figure,
     Finding,
@@ -45,6 +46,7 @@ from workbench.study.writeup import testbed
 
 __all__ = [
     "Case",
+    "Citation",
     "TableColumn",
     "Factor",
     "Figure",
@@ -79,6 +81,7 @@ __all__ = [
     "Work",
     "bars",
     "cell",
+    "cite",
     "least_base",
     "morris",
     "one_core",

@@ -144,6 +144,12 @@ class SpatialArm(AbstractArm):
         or no joint has a motor.
     LookupError
         If a passive joint is none of the arm's.
+
+    References
+    ----------
+    Featherstone (2008), Rigid Body Dynamics Algorithms, section 5.3 (the torque) and section 6.2 (M).
+    Echeandia and Wensing (2021), Numerical methods to compute the Coriolis matrix and Christoffel symbols for
+    rigid-body systems, J. Comput. Nonlinear Dynamics 16(9), algorithm 1 (C).
     """
 
     links: tuple[SpatialLink, ...]

@@ -81,8 +81,7 @@ class AbstractDisturbanceObserver(AbstractJoints):
     @property
     def inputs(self) -> Layout:
         """The torques of its model's motors; none where it has no model."""
-        model = getattr(self, "model", None)
-        return Layout() if model is None else motors(model)
+        return Layout() if (model := getattr(self, "model", None)) is None else motors(model)
 
     @abstractmethod
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
@@ -104,7 +103,8 @@ class PrintedFilter(AbstractJointCounter, AbstractDisturbanceObserver):
 
     References
     ----------
-    The paper of `AosmcRgs`, section 3.2.
+    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain synthesis for robotic
+    manipulators, section 3.2.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (PRINTED_FOLLOWS,)
@@ -294,8 +294,8 @@ class StateAndDisturbanceObserver(AbstractArmObserver):
         return moved | prefix_names({"state": state})
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        less = self.state.without()
-        return {"disturbance estimate": self.state} | {name: replace(self, state=one) for name, one in less.items()}
+        parts = {name: replace(self, state=one) for name, one in self.state.without().items()}
+        return {"disturbance estimate": self.state} | parts
 
 
 def _union(a: Layout, b: Layout) -> Layout:

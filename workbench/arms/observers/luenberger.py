@@ -42,7 +42,8 @@ class Luenberger(AbstractArmObserver):
 
     References
     ----------
-    The paper of `AosmcRgs`, section 3.1.
+    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain synthesis for robotic
+    manipulators, section 3.1.
 
     Examples
     --------

@@ -28,6 +28,7 @@ from workbench.blocks.loop.sampled_loop import FINE, INTEGRATORS, digital
 from workbench.core import Ode, Roles, SampledSystem, Signals, block, lift
 from workbench.core.block import Vector, socket
 from workbench.core.ode import time_beside
+from workbench.core.publications import origins
 from workbench.core.validation.refusals import one_of, refusal, seconds
 from workbench.core.validation.signatures import check_arguments
 
@@ -53,6 +54,8 @@ class ClosedLoop:
     >>> wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0)).ode().outputs.names
     ('omega', 'omega_ref', 'e_omega', 'e_hat_omega', 'v', 'v_applied', 'omega_error')
     """
+
+    noun = ""  # it is called what its blocks are called
 
     plant: AbstractPlant = socket(block_maker(LinearPlant))
     observer: AbstractObserver = socket(block_maker(LinearFilter), default=None)
@@ -266,6 +269,7 @@ def _around(closed_loop: ClosedLoop, name: str, outside: InjectedSignals) -> Ode
         horizon=wiring.horizon(closed_loop),
         counts=closed_loop.plant.counts,
         drawing=wiring.plant_drawing(loop.plant, t, z["plant"], symbols[-1], lifted.layout + outside.layout),
+        origins=origins(closed_loop),
     )
 
 
@@ -300,4 +304,4 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     equations, ends = (t, x, p, states.flatten(rate), watched), wiring.horizon(plant)
     ode = Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)
     drawing = wiring.plant_drawing(lifted.block, t, z, p, ode.parameters)
-    return replace(ode, counts=plant.counts, drawing=drawing)
+    return replace(ode, counts=plant.counts, drawing=drawing, origins=origins(plant))

@@ -135,6 +135,8 @@ class Readings(AbstractObserver):
 class NoReference(AbstractReference):
     """A reference without signals, for a law that keeps the plant at rest."""
 
+    noun = ""  # no reference at all
+
     @property
     def says(self) -> Layout:
         """No signals."""

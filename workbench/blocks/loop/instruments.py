@@ -71,6 +71,8 @@ class Instruments(AbstractInstruments):
     0.1
     """
 
+    noun = ""  # a reader cares for its sensors, limits and noises
+
     sensors: tuple[Sensor, ...] = ()
     bounds: tuple[Limit, ...] = ()
     adcs: tuple[Converter, ...] = ()

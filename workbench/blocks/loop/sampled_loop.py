@@ -20,6 +20,7 @@ from workbench.blocks.loop.port_checks import refuse_instruments
 from workbench.blocks.loop.wiring import SOCKETS, Blocks
 from workbench.core import Entry, Layout, Ode, SampledSystem, Signals, lift
 from workbench.core.crossing import without_crossings
+from workbench.core.publications import origins
 
 FINE = 16  # steps of Runge-Kutta a period: stable up to 44 / period, where (34) at 500 N m and 4 ms has 23
 INTEGRATORS = ("declared", "fine")
@@ -61,6 +62,7 @@ def digital(
     drawing = wiring.plant_drawing(lifted.block.plant, t, wiring.split(states.view(x))["plant"], p, parameters)
     flow = replace(flow, follows=follows, drives=loop.plant.inputs.names, drawing=drawing)
     flow = replace(flow, measures=wiring.measures(loop), differences=wiring.differences(loop), power=wiring.power(loop))
+    flow = replace(flow, origins=tuple(dict.fromkeys(origins(loop) + origins(instruments))))
     methods = _methods(loop, every["controller"] * period, fine)
     law = partial(extract_law, loop, period, instruments, queue, fine)
     crossed = states.flatten(after)

@@ -190,9 +190,9 @@ def linear_part_of(
 ) -> LinearPart:
     """The linear part W of a loop at rest whose law has a switched term -K sat(s / phi), from that term to s; exact.
 
-    Within the layer the linear loop is A(K) = A(0) - (K / phi) b c, so two Jacobians of the whole loop give W. A `StepMap`
-    of a sampled loop keeps its hold and its delay. The loop must have a smooth or clipped layer, even if the relay is
-    to be studied.
+    Within the layer the linear loop is A(K) = A(0) - (K / phi) b c, so two Jacobians of the whole loop give W. A
+    `StepMap` of a sampled loop keeps its hold and its delay. The loop must have a smooth or clipped layer, even if the
+    relay is to be studied.
 
     Parameters
     ----------
@@ -211,9 +211,16 @@ def linear_part_of(
         If a label is none of the loop's.
     """
     if not isinstance(loop, StepMap):
-        require("linear_part_of(loop=...)", loop, Ode, ": a loop becomes one by its method `ode()`, or a `StepMap` by `sampled(...)`")
+        require(
+            "linear_part_of(loop=...)",
+            loop,
+            Ode,
+            ": a loop becomes one by its method `ode()`, or a `StepMap` by `sampled(...)`",
+        )
     point = vector("linear_part_of(x=...)", x, loop.states.size, "states")
-    row = loop.parameters.default if p is None else vector("linear_part_of(p=...)", p, loop.parameters.size, "parameters")
+    row = (
+        loop.parameters.default if p is None else vector("linear_part_of(p=...)", p, loop.parameters.size, "parameters")
+    )
     place, phi = _label(loop.parameters.labels, gain), float(row[_label(loop.parameters.labels, width)])
     after, A, C = _functions(loop)
     off, on = row.copy(), row.copy()

@@ -74,6 +74,10 @@ class Tuning:
         the population.
     LookupError
         If a start or a physical limit is that of no factor.
+
+    References
+    ----------
+    Storn and Price (1997), Differential evolution, Journal of Global Optimization 11.
     """
 
     name: str

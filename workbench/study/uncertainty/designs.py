@@ -193,14 +193,18 @@ class MonteCarlo(AbstractDesign):
 class LatinHypercube(AbstractDesign):
     """Random points with exactly one in each of `runs` equal slices of every axis.
 
-    The variance of a mean over them is at most runs / (runs - 1) times that over independent points (Owen 1997, SIAM
-    Journal on Numerical Analysis 34), and less the more the function is a sum of functions of one factor each
-    (McKay, Beckman and Conover 1979, Technometrics 21).
+    The variance of a mean over them is at most runs / (runs - 1) times the variance over independent points (Owen). It
+    is less, the more the function is a sum of functions of one factor each (McKay, Beckman and Conover).
 
     Raises
     ------
     ValueError
         If there is no factor or no run, or if the seed is none.
+
+    References
+    ----------
+    Owen (1997), SIAM Journal on Numerical Analysis 34.
+    McKay, Beckman and Conover (1979), Technometrics 21.
 
     Examples
     --------
@@ -234,7 +238,7 @@ class LatinHypercube(AbstractDesign):
 @dataclass(frozen=True)
 @check_arguments
 class MorrisDesign(AbstractDesign):
-    """`trajectories` random paths over a grid of p = `levels` levels an axis (Morris 1991, Technometrics 33).
+    """`trajectories` random paths over a grid of p = `levels` levels an axis.
 
     From one of the dimensions + 1 points of a path to the next a single factor moves, up or down, by
     delta = p / (2 (p - 1)). Run k (dimensions + 1) + j is point j of path k. The levels include 0 and 1, so a factor
@@ -244,6 +248,10 @@ class MorrisDesign(AbstractDesign):
     ------
     ValueError
         If there is no factor, less than two trajectories or an odd number of levels, or if the seed is none.
+
+    References
+    ----------
+    Morris (1991), Technometrics 33.
 
     Examples
     --------

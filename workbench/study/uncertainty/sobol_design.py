@@ -21,14 +21,18 @@ class SobolDesign(AbstractDesign):
     """`base` pairs of points A and B, and beside each pair the points that take a single coordinate from the other.
 
     A block of runs is A, then A with coordinate i from B for every i, then with `second_order` B with coordinate i
-    from A for every i, then B (Saltelli 2002, Computer Physics Communications 145). The pairs are four independently
-    scrambled Sobol nets of base / 4 points in twice the dimensions (Owen 1998, Journal of Complexity 14): intervals
-    come from the scatter of their four answers.
+    from A for every i, then B (Saltelli). The pairs are four independently scrambled Sobol nets of base / 4 points in
+    twice the dimensions (Owen): intervals come from the scatter of their four answers.
 
     Raises
     ------
     ValueError
         If there is no factor or there are too many, if `base` is no power of two from 8 on, or if the seed is none.
+
+    References
+    ----------
+    Saltelli (2002), Computer Physics Communications 145.
+    Owen (1998), Journal of Complexity 14.
 
     Examples
     --------
