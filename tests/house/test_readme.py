@@ -84,6 +84,9 @@ def test_the_laws_of_the_walk_stand_side_by_side(command, tmp_path):
     assert (done.exit_code, done.stderr) == (0, "")
     table = (tmp_path / "reports" / "own_law" / "tables" / "speed.csv").read_text(encoding="utf-8")
     assert [line.split(",")[0] for line in table.splitlines()] == ["law", "PI", "lead"]
+    errors = [f"{float(line.split(',')[1]):.3f} rad/s" for line in table.splitlines()[1:]]
+    tutorial = (ROOT / "docs" / "tutorial" / "own_law.md").read_text(encoding="utf-8")
+    assert f"{errors[1]} against {errors[0]}" in tutorial
 
 
 def test_the_study_of_the_readers_own_runs(command, tmp_path):
