@@ -15,13 +15,16 @@ class Link(NamedTuple):
 def card(title: str, line: str, picture: str, page: str, links: Sequence[Link] = ()) -> str:
     """A card whose picture and title lead to `page`, with more links below its line."""
     words, text, address = html.escape(title), html.escape(line), html.escape(page)
-    shown = f'<img src="{html.escape(picture)}" alt="" loading="lazy">' if picture else ""
+    shown = (
+        f'<a class="picture" href="{address}" tabindex="-1" aria-hidden="true">'
+        f'<img src="{html.escape(picture)}" alt="" loading="lazy"></a>'
+        if picture
+        else ""
+    )
     more = " · ".join(f'<a href="{html.escape(link.address)}">{html.escape(link.words)}</a>' for link in links)
     below = f'<p class="links">{more}</p>' if more else ""
-    return (
-        f'<div class="card"><a class="picture" href="{address}" tabindex="-1" aria-hidden="true">{shown}</a>'
-        f'<a class="title" href="{address}">{words}</a><p>{text}</p>{below}</div>'
-    )
+    title_link = f'<a class="title" href="{address}">{words}</a>'
+    return f'<div class="card">{shown}{title_link}<p>{text}</p>{below}</div>'
 
 
 def grid(cards: Sequence[str]) -> str:
