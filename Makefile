@@ -101,7 +101,7 @@ check:
 	@rm -rf .venv-check
 
 clean:
-	@rm -rf .venv .venv-check .venv-python* docs/_site docs/_pictures docs/_reference docs/_static/loops docs/notebooks .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist
+	@rm -rf .venv .venv-check .venv-python* docs/_site docs/_studies docs/_reference docs/_static/*/ docs/notebooks .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 python:

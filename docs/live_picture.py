@@ -1,8 +1,9 @@
-"""The pictures of the README: `python docs/live_picture.py` makes them, the live pages in Chromium."""
+"""The pictures of README and of the tutorial: `python docs/live_picture.py` makes them, the live pages in Chromium."""
 
 import contextlib
 import runpy
 import shutil
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -21,11 +22,16 @@ COLOURS = 128  # of a picture, so that README loads at once
 
 
 def main() -> None:
-    """Draw the first loop of the walk, and show its page and that of a cart-pole whose gains and start are turned."""
+    """Draw the loops of the walk, and show the page of the first one, and of a cart-pole whose numbers are turned."""
     with tempfile.TemporaryDirectory() as folder:
         with contextlib.chdir(folder):
             loop = runpy.run_path(str(ROOT / "studies" / "first.py"))["loop"]
-        shutil.copy(Path(folder) / "first_loop.png", PICTURES)
+            runpy.run_path(str(ROOT / "studies" / "own_plant.py"))
+        study = [ROOT / "studies" / "own_study.py", "--out", Path(folder) / "study"]
+        subprocess.run([sys.executable, "-m", "workbench", "run", *study], cwd=ROOT, check=True)
+        shutil.copy(Path(folder) / "study" / "figures" / "indices.svg", PICTURES / "own_study.svg")
+        for name in ("first_loop.png", "own_plant.png"):
+            shutil.copy(Path(folder) / name, PICTURES)
         show(wb.live(loop, until=2.0).write(Path(folder) / "first.html"), "", "first_live.png")
         one = of_plants()["LQG, cart-pole"]
         page = wb.live(one.loop, one.until, one.h, title="LQG, cart-pole").write(Path(folder) / "live.html")

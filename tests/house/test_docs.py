@@ -63,6 +63,16 @@ def test_a_block_of_the_readme_runs(block, done):
         assert [f"{float(number):.4f}" for number in computed] == printed.split()
 
 
+def broken_links(site):
+    """The links and pictures of a site, page by page, that lead to no file of it."""
+    broken = []
+    for page in (path for path in site.rglob("*.html") if "_static" not in path.parts):
+        for link in re.findall(r'(?:href|src)="([^"#?]+)[^"]*"', page.read_text(encoding="utf-8")):
+            if not re.match(r"\w+:", link) and not (page.parent / link).exists():
+                broken.append(f"{page.relative_to(site)}: {link}")
+    return broken
+
+
 @pytest.mark.heavy
 def test_the_site_is_built_without_a_warning(tmp_path):
     pytest.importorskip("sphinx")
@@ -72,8 +82,9 @@ def test_the_site_is_built_without_a_warning(tmp_path):
     done = subprocess.run([*line, ROOT / "docs", tmp_path / "site"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     gallery = (tmp_path / "site" / "gallery.html").read_text(encoding="utf-8")
-    pages = re.findall(r'href="(_static/loops/[\w-]+\.html)"', gallery)
-    assert len(pages) == len({*pages}) == len(of_arms()) + len(of_plants())
+    pages = {*re.findall(r'href="(_static/loops/[\w-]+\.html)"', gallery)}
+    assert len(pages) == len(of_arms()) + len(of_plants())
     for page in pages:  # each can be turned, and stands beside its picture
         assert 'id="live"' in (tmp_path / "site" / page).read_text(encoding="utf-8")
         assert (tmp_path / "site" / page).with_suffix(".svg").is_file()
+    assert broken_links(tmp_path / "site") == []

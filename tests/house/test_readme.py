@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import workbench as wb
+from studies.paper.readme import FIRST
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -23,6 +24,28 @@ def test_the_readme_shows_each_file_of_the_walk_as_it_stands(name):
     assert walk(name) in BLOCKS
     assert f"studies/{name}.py" in README
     assert len(walk(name).splitlines()) <= (10 if name == "first" else 40)
+
+
+def test_the_readme_has_the_order_of_a_reader():
+    heads = re.findall(r"^## (.*)$", README, re.M)
+    walk = ["A plant of your own", "A law of your own", "Gains with certificates", "Thousands of loops"]
+    assert heads[:6] == ["Install", "A first loop", *walk]
+    assert heads[-2:] == ["What it found about one paper", "Licence"]
+    assert README.index("pip install") < README.index("    make paper\n    make test\n")
+    assert README.index(FIRST) > README.index(heads[-2])
+
+
+def test_each_link_of_the_readme_leads_to_a_file():
+    links = re.findall(r"\]\((?!https?:)(.+?)\)", README)
+    assert links
+    assert [link for link in links if not (ROOT / link).is_file()] == []
+
+
+@pytest.mark.parametrize("folder", ["howto", "theory"])
+def test_the_readme_leads_to_each_guide_or_to_a_guide_that_does(folder):
+    pages = sorted((ROOT / "docs" / folder).glob("*.md"))
+    linked = README + "".join(page.read_text(encoding="utf-8") for page in pages)
+    assert [page.name for page in pages if f"{page.name})" not in linked] == []
 
 
 def test_the_first_picture_is_small_and_there():
@@ -61,6 +84,9 @@ def test_the_laws_of_the_walk_stand_side_by_side(command, tmp_path):
     assert (done.exit_code, done.stderr) == (0, "")
     table = (tmp_path / "reports" / "own_law" / "tables" / "speed.csv").read_text(encoding="utf-8")
     assert [line.split(",")[0] for line in table.splitlines()] == ["law", "PI", "lead"]
+    errors = [f"{float(line.split(',')[1]):.3f} rad/s" for line in table.splitlines()[1:]]
+    tutorial = (ROOT / "docs" / "tutorial" / "own_law.md").read_text(encoding="utf-8")
+    assert f"{errors[1]} against {errors[0]}" in tutorial
 
 
 def test_the_study_of_the_readers_own_runs(command, tmp_path):

@@ -215,7 +215,7 @@ def linear_part_of(
             "linear_part_of(loop=...)",
             loop,
             Ode,
-            ": a loop becomes one by its method `ode()`, or a `StepMap` by `sampled(...)`",
+            ": a loop becomes one by its method `ode()`, or a `StepMap` by `jacobian_samples(...)`",
         )
     point = vector("linear_part_of(x=...)", x, loop.states.size, "states")
     row = (
