@@ -42,7 +42,7 @@ def document(*blocks, **more):
 
 @pytest.mark.parametrize("name", ["../rmse", "a/b", "", "RMSE", "a.b", "a b", "rmse\n", "a" * 81, None, b"a", 1.0])
 def test_a_name_that_could_leave_its_folder_is_refused(name):
-    with pytest.raises(ValueError, match=r"becomes the name of a file|`Table\(name=...\)` must be text"):
+    with pytest.raises(ValueError, match=r"becomes the name of a file|`ReportTable\(name=...\)` must be text"):
         table(name)
     with pytest.raises(ValueError, match=r"becomes the name of a file|`Figure\(name=...\)` must be text"):
         Figure(name, "", (Panel("y", (Series("a", [0, 1], [0, 1]),)),))
@@ -177,9 +177,9 @@ def test_a_list_serves_where_a_tuple_is_asked_for():
             r"`Column\(width=...\)` must be a whole number of letters in a line.*got 0",
         ),
         (lambda: TableColumn("a", align="middle"), "'middle'"),
-        (lambda: table(rows=(("PID", 1 + 2j),)), r"`Table\(rows=...\)`.*got \(1\+2j\) at \[0\]\[1\]"),
-        (lambda: table(rows=(("PID", [1.0]),)), r"`Table\(rows=...\)`.*at \[0\]\[1\]"),
-        (lambda: table(rows=(("PID", np.zeros(2)),)), r"`Table\(rows=...\)`.*at \[0\]\[1\]"),
+        (lambda: table(rows=(("PID", 1 + 2j),)), r"`ReportTable\(rows=...\)`.*got \(1\+2j\) at \[0\]\[1\]"),
+        (lambda: table(rows=(("PID", [1.0]),)), r"`ReportTable\(rows=...\)`.*at \[0\]\[1\]"),
+        (lambda: table(rows=(("PID", np.zeros(2)),)), r"`ReportTable\(rows=...\)`.*at \[0\]\[1\]"),
         (lambda: table(rows=(("PID", 10**400),)), "a number beyond 1.8e308 in column 'RMSE', row 1"),
         (lambda: DivergedCell(None), "`Diverged"),
         (lambda: Equation("M = 1"), r"`Equation\(formulas=...\)`.*'M = 1'"),

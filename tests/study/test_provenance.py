@@ -85,7 +85,7 @@ def test_a_unit_is_the_same_on_a_card_and_at_the_head_of_a_column(unit, printed)
 
 @pytest.mark.parametrize("value", [None, float("nan"), float("inf"), [1.0, np.nan], object()])
 def test_a_number_that_is_none_does_not_come_on_a_card(value):
-    with pytest.raises(ValueError, match=r"`Given\('phi', value=...\)` must be a finite number"):
+    with pytest.raises(ValueError, match=r"`CardEntry\('phi', value=...\)` must be a finite number"):
         stated_entry("phi", value, "rad/s", "section 5")
 
 

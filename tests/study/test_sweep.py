@@ -37,7 +37,7 @@ def test_a_sample_is_what_the_closed_form_says(tmp_path):
 
 
 def test_values_and_errors_are_those_of_measure(tmp_path):
-    given = sweep(halved=1)
+    given = sweep(half_step_every=1)
     found, made = sample(tmp_path, given), compile_sweep(given)
     p, x0 = made.rows(0, 50)
     x0 = x0[:, : made.equation.states.size]
@@ -47,7 +47,7 @@ def test_values_and_errors_are_those_of_measure(tmp_path):
 
 
 def test_the_error_of_the_step_is_known_of_every_so_manyth_run(tmp_path):
-    found = sample(tmp_path, sweep(halved=7))
+    found = sample(tmp_path, sweep(half_step_every=7))
     assert found.measurement.looked_at.tolist() == list(range(0, 50, 7))
     assert found.measurement.errors.shape == (8, 1, 2)
     assert found.score("IAE").largest_error == found.measurement.errors[:, -1, 0].max()
@@ -56,7 +56,7 @@ def test_the_error_of_the_step_is_known_of_every_so_manyth_run(tmp_path):
 def test_a_step_beyond_its_stability_limit_is_said_with_the_sample(tmp_path):
     # x' = -rate x decays under RK4 while h rate < 2.7853, the root of 1 - z + z^2/2 - z^3/6 + z^4/24 = 1
     fast = Factor("rate", ("rate",), Uniform(2.0, 9.0))
-    found = sample(tmp_path / "a", sweep(factors=(fast, START), h=0.5, halved=2))
+    found = sample(tmp_path / "a", sweep(factors=(fast, START), h=0.5, half_step_every=2))
     rates = found.factor_values[found.measurement.looked_at, 0]
     # the region is known to 1e-3: a crossing on a grid of 2001 radii
     np.testing.assert_allclose(found.measurement.limits, 2.78529356 / rates, rtol=1e-3)
@@ -65,11 +65,11 @@ def test_a_step_beyond_its_stability_limit_is_said_with_the_sample(tmp_path):
     said = f"; BEYOND the stability limit in {beyond.sum()} of these, down to {found.measurement.limits.min():.3g} s"
     assert said in found.note
     assert "BEYOND" not in sample(tmp_path / "b", sweep(factors=(fast, START))).note
-    assert len(sample(tmp_path / "c", sweep(factors=(fast, START), h=0.5, halved=None)).measurement.limits) == 0
+    assert len(sample(tmp_path / "c", sweep(factors=(fast, START), h=0.5, half_step_every=None)).measurement.limits) == 0
 
 
 def test_a_limit_that_is_not_known_is_said(tmp_path):
-    found = with_measurement(sample(tmp_path, sweep(halved=25)), limits=np.array([np.nan, 1.0]))
+    found = with_measurement(sample(tmp_path, sweep(half_step_every=25)), limits=np.array([np.nan, 1.0]))
     assert found.note.endswith("and half of it in 2 runs; stability limit not known of 1")
 
 
@@ -196,7 +196,7 @@ def test_several_paths_move_together(tmp_path):
 
 def test_whole_numbers_of_any_kind_are_the_same_sweep_in_a_ledger(tmp_path):
     numbers = {"design": MonteCarlo(np.int8(2), np.int64(50), np.uint8(3)), "seed": np.int32(0)}
-    other = sweep(**numbers, runs_of_chunk=np.int8(8), halved=np.int64(16))
+    other = sweep(**numbers, runs_of_chunk=np.int8(8), half_step_every=np.int64(16))
     plain = sample(tmp_path, sweep())
     before = held(tmp_path)
     np.testing.assert_array_equal(sample(tmp_path, other).values, plain.values)
@@ -205,7 +205,7 @@ def test_whole_numbers_of_any_kind_are_the_same_sweep_in_a_ledger(tmp_path):
 
 def test_the_noise_of_a_run_is_its_own_whatever_chunk_it_is_in(tmp_path):
     width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
-    given = sweep(loop=Digital(), factors=(width,), design=MonteCarlo(1, 12), h=1e-3, until=0.2, halved=5)
+    given = sweep(loop=Digital(), factors=(width,), design=MonteCarlo(1, 12), h=1e-3, until=0.2, half_step_every=5)
     one, other = (sample(tmp_path / f"{n}", replace(given, runs_of_chunk=n)) for n in (12, 5))
     assert one.values.tobytes() == other.values.tobytes()
     assert one.measurement.errors.tobytes() == other.measurement.errors.tobytes()
@@ -262,7 +262,7 @@ def test_runs_that_share_their_noise_differ_by_their_numbers_alone(tmp_path):
 
 
 def test_a_sweep_can_leave_out_half_steps(tmp_path):
-    with_some, without = sweep(), sweep(halved=None)
+    with_some, without = sweep(), sweep(half_step_every=None)
     found = sample(tmp_path, without)
     assert (len(found.measurement.looked_at), found.measurement.errors.shape) == (0, (0, 1, 2))
     assert np.isnan(found.score("IAE").largest_error)
@@ -272,14 +272,14 @@ def test_a_sweep_can_leave_out_half_steps(tmp_path):
 
 
 def test_a_sweep_at_half_its_step_has_the_errors_of_the_first(tmp_path):
-    given = sweep(halved=1)
+    given = sweep(half_step_every=1)
     one = sample(tmp_path, given).measurement
-    finer = sample(tmp_path / "finer", sweep(halved=1, h=given.run.h / 2)).measurement
+    finer = sample(tmp_path / "finer", sweep(half_step_every=1, h=given.run.h / 2)).measurement
     np.testing.assert_array_equal(2 * np.abs(finer.values - one.values), one.errors)
 
 
 def test_some_runs_of_a_sample_keep_their_numbers_and_errors(tmp_path):
-    found = sample(tmp_path, sweep(halved=7))
+    found = sample(tmp_path, sweep(half_step_every=7))
     few = found.only(np.array([3, 7, 8, 21]))
     np.testing.assert_array_equal(few.score("IAE").value, found.score("IAE").value[[3, 7, 8, 21]])
     np.testing.assert_array_equal(few.factor_values, found.factor_values[[3, 7, 8, 21]])

@@ -44,7 +44,7 @@ def test_every_search_looks_at_exactly_as_many_points_as_its_budget_has(found):
     assert {len(one) for one in found.samples.values()} == {1280}
     assert [one.seed for one in found.searches] == [0, 1]
     for one in found.searches:
-        assert one.spent.tolist() == list(range(16, 641, 16))
+        assert one.evaluations.tolist() == list(range(16, 641, 16))
         assert (np.diff(one.bests) <= 0).all()
     assert found.bests.min() == found.objectives.min() == min(one.bests[-1] for one in found.searches)
     assert not np.array_equal(found.points[:16], found.points[640:656])
@@ -54,7 +54,7 @@ def test_the_objectives_are_those_of_the_runs_that_are_kept(found):
     np.testing.assert_array_equal(found.objectives, quadratic(found.samples))
     np.testing.assert_array_equal(found.finals[:, 0], quadratic(found.final_samples))
     np.testing.assert_array_equal(found.finals[:, 0], found.objectives[found.finalists])
-    np.testing.assert_array_equal(found.samples["step"].drawn, found.numbers)
+    np.testing.assert_array_equal(found.samples["step"].factor_values, found.numbers)
 
 
 def test_the_same_seed_gives_the_same_bits_and_whoever_computes_them():
@@ -75,11 +75,11 @@ def _one_by_one(one, first, last):
 
 
 def test_the_best_numbers_go_into_any_loop_that_has_their_places(found):
-    other = found.adjusted(DoubleIntegrator(start=2.0))
+    other = found.best_equations(DoubleIntegrator(start=2.0))
     assert dict(zip(other.parameters.names, other.parameters.default, strict=True)) == found.best
     assert other.states.default.tolist() == [2.0, 0.0]
     with pytest.raises(LookupError, match="There is no 'Kp', which 'Kp' varies"):
-        found.adjusted(Explosion())
+        found.best_equations(Explosion())
 
 
 def test_shares_are_those_of_the_numbers_of_each_loop():
@@ -132,7 +132,7 @@ class LastLook:
 def test_a_point_whose_metric_is_no_number_is_counted_though_its_run_is_finite():
     trial = Trial("flat", Run(LastLook(), (iae(), total_variation(0.25)), 1.0, h=0.025))
     gain = Factor("gain", ("gain",), LogUniform(0.01, 100.0))
-    found = tune(tuning(trials=(trial,), factors=(gain,), objective=lambda runs: -runs["flat"].drawn[:, 0]))
+    found = tune(tuning(trials=(trial,), factors=(gain,), objective=lambda runs: -runs["flat"].factor_values[:, 0]))
     assert reasons_of(found.objectives, found.samples)["the run in 'flat' diverged"] == 0
     assert (
         reasons_of(found.objectives, found.samples)["a metric in 'flat' is no number"]
@@ -158,7 +158,7 @@ def test_points_beyond_a_limit_of_the_objective_are_not_admissible():
 
 def test_a_point_that_only_a_long_step_keeps_finite_is_no_winner():
     # the pole is at 1 / rate; RK4 goes past it while rate < 1.012 at 5 ms, and while rate < 1.006 at 2.5 ms
-    found = tune(bomb(1.0, 1.015, objective=lambda runs: -runs["long"].drawn[:, 0], evaluations=8))
+    found = tune(bomb(1.0, 1.015, objective=lambda runs: -runs["long"].factor_values[:, 0], evaluations=8))
     first = found.numbers[found.finalists[0], 0]
     assert 1.006 < first < 1.012
     assert np.isinf(found.finals_at_half_step[0, 0])
@@ -221,7 +221,7 @@ def test_what_is_said_of_a_search_is_in_plain_numbers(found):
         "640 evaluations a search, 320 a number; 0 of 1,280 not admissible; seeds 0, 1; step 0.01 s, error of the "
         "best objective less than 0.01 %"
     )
-    off = replace(found, halved=1.275 * found.halved)
+    off = replace(found, halved=1.275 * found.finals_at_half_step)
     assert "The objective of the best has an error of 55 % by the step." in off.warnings
 
 

@@ -60,7 +60,7 @@ def noisy():
 
 def bowl(runs):
     """Least, 1, at Kp = 1 and Kd = sqrt(2), by the squares of their distances in decades."""
-    decades = np.log10(runs["step"].drawn / [1.0, np.sqrt(2)])
+    decades = np.log10(runs["step"].factor_values / [1.0, np.sqrt(2)])
     return 1 + (decades**2).sum(axis=1)
 
 
@@ -145,7 +145,7 @@ def test_each_search_has_a_training_noise_of_its_own(noisy, alone):
 
 
 def test_the_winner_is_the_least_mean_over_the_noises_of_all_searches(noisy):
-    assert noisy.finals.shape == noisy.halved.shape == (16, 2)
+    assert noisy.finals.shape == noisy.finals_at_half_step.shape == (16, 2)
     np.testing.assert_array_equal(noisy.finals.T.ravel(), wander(noisy.final_samples))
     row = list(noisy.finalists).index(noisy.place)
     assert noisy.objective == noisy.finals[row].mean() == noisy.finals.mean(axis=1).min()
@@ -157,7 +157,7 @@ def test_the_best_of_one_search_is_that_of_it_alone(noisy, alone):
     assert [noisy.best_of(seed) for seed in (5, 6)] == [one.best for one in alone]
     with pytest.raises(LookupError, match="There is no '7' among the 2 searches of 'shaken' by their seeds"):
         noisy.best_of(7)
-    lost = np.where(np.arange(16)[:, None] < 8, np.inf, noisy.halved)
+    lost = np.where(np.arange(16)[:, None] < 8, np.inf, noisy.finals_at_half_step)
     with pytest.raises(ValueError, match=r"`best_of\(5\)`: this search of 'shaken' has no admissible point at half"):
         replace(noisy, halved=lost).best_of(5)
 
