@@ -120,6 +120,7 @@ def reference() -> str:
     rooms: dict[str, list[str]] = {}
     for name, room in workbench._HOMES.items():
         rooms.setdefault(room, []).append(name)
+    rooms["testing"] = [f"testing.{name}" for name in workbench.testing.__all__]
     parts = [
         "# Reference\n",
         "All names of `import workbench as wb`, each with its shapes, its units and an example that is run.\n",
