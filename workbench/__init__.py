@@ -88,6 +88,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "riccati": "design.riccati",
     "riccati_flow": "design.riccati_flow",
     "study": "study",
+    "testing": "testing",
     "tuning": "study.tuning",
     "uncertainty": "study.uncertainty",
 }

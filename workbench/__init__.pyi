@@ -5,6 +5,7 @@ from workbench import core as core
 from workbench import handover as handover
 from workbench import proofs as proofs
 from workbench import study as study
+from workbench import testing as testing
 from workbench.arms.laws import ArmPID, ArmStateFeedback, SlidingMode
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import base_parameters, paper_arm, regressor, robot
@@ -319,6 +320,7 @@ __all__ = [
     "step_info",
     "step_response",
     "study",
+    "testing",
     "total_variation",
     "tuning",
     "turn_knobs",

@@ -128,11 +128,6 @@ def test_a_table_of_another_shape_is_refused():
         RuleBase(scale=[[1.0, 2.0]])
 
 
-def test_a_lag_of_zero_is_refused():
-    with pytest.raises(ValueError, match=r"`FuzzyAsmc\(lag=...\)` must be finite, with 0 < value \[s\]"):
-        FuzzyAsmc(**(LAW | {"lag": 0.0}))
-
-
 def test_gains_that_start_below_zero_are_refused():
     with pytest.raises(ValueError, match=r"`FuzzyAsmc\(K=...\)` must not be negative"):
         FuzzyAsmc(**(LAW | {"K": [-1.0, 1.0]}))

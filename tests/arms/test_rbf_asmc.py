@@ -108,11 +108,6 @@ def test_centres_in_another_space_are_refused():
         RbfAsmc(**(LAW | {"centres": CENTRES[:, :2], "widths": [1.0, 1.0]}))
 
 
-def test_a_set_without_width_is_refused():
-    with pytest.raises(ValueError, match=r"`RbfAsmc\(widths=...\)` must be finite, with 0 < value"):
-        RbfAsmc(**(LAW | {"widths": [1.0, 0.0, 1.0, 1.0]}))
-
-
 def test_gains_that_start_below_zero_are_refused():
     with pytest.raises(ValueError, match=r"`RbfAsmc\(K=...\)` must not be negative"):
         RbfAsmc(**(LAW | {"K": [-1.0, 1.0]}))

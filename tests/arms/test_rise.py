@@ -109,8 +109,3 @@ def test_no_run_breaks_what_it_promises():
 def test_a_model_of_another_arm_is_refused():
     with pytest.raises(ValueError, match="a model of 3 joints and 2 numbers"):
         Rise(**(LAW | {"model": robot("planar-3r")}))
-
-
-def test_a_negative_gain_is_refused():
-    with pytest.raises(ValueError, match=r"`Rise\(beta=...\)` must be finite, with 0 <= value"):
-        Rise(**(LAW | {"beta": [-1.0, 1.0]}))

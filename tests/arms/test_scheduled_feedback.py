@@ -134,11 +134,6 @@ def test_coefficients_that_are_none_are_refused(coefficients, series, says):
         ScheduledFeedback.of(paper_arm(), coefficients, 1.0, series)
 
 
-def test_a_horizon_that_is_none_is_refused():
-    with pytest.raises(ValueError, match=r"`ScheduledFeedback\(horizon=...\)` must be finite, with 0 < value"):
-        ScheduledFeedback.of(paper_arm(), COEFFICIENTS, 0.0)
-
-
 def test_no_terms_at_all_are_refused_by_name():
     with pytest.raises(ValueError, match=r"`ScheduledFeedback.of\(coefficients=...\)` must be an array"):
         ScheduledFeedback.of(paper_arm(), np.ones((0, 2, 4)), 1.0)

@@ -84,16 +84,6 @@ def test_saturation_has_slope_one_over_phi_at_zero_and_tends_to_the_sign(kind):
     assert float(far(1.0)) == 1
 
 
-def test_a_layer_without_width_is_refused():
-    with pytest.raises(ValueError, match=r"`SlidingMode\(phi=...\)` must be finite, with 0 < value \[rad/s\]; got 0"):
-        SlidingMode(**(LAW | {"phi": 0.0}))
-
-
-def test_a_surface_on_which_the_error_grows_is_refused():
-    with pytest.raises(ValueError, match=r"`SlidingMode\(Lambda=...\)` must be finite, with 0 < value"):
-        SlidingMode(**(LAW | {"Lambda": [6.0, -1.0]}))
-
-
 def test_gains_for_another_number_of_joints_are_refused():
     with pytest.raises(ValueError, match=r"`SlidingMode\(K=...\)` must be an array of shape \(n = 2\)"):
         SlidingMode(**(LAW | {"K": [1.0, 2.0, 3.0]}))

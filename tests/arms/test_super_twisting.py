@@ -97,13 +97,3 @@ def test_on_the_surface_the_equations_have_a_finite_jacobian():
     x[ode.states.slice("plant.q")], x[ode.states.slice("plant.qd")] = [0.0, 0.0], [2.0, 1.5]
     np.testing.assert_array_equal(ode.outputs_at(0.0, x)["s"], 0)
     assert np.isfinite(np.array(ode.A(0.0, x, ode.parameters.default))).all()
-
-
-def test_a_negative_gain_is_refused():
-    with pytest.raises(ValueError, match=r"`SuperTwisting\(k2=...\)` must be finite, with 0 <= value"):
-        SuperTwisting(**(LAW | {"k2": [-1.0, 1.0]}))
-
-
-def test_a_layer_without_width_is_refused():
-    with pytest.raises(ValueError, match=r"`SuperTwisting\(phi=...\)` must be finite, with 0 < value"):
-        SuperTwisting(**(LAW | {"phi": 0.0}))

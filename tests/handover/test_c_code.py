@@ -16,7 +16,6 @@ from tests.support.c_runs import (
     recorded,
     warned,
 )
-from tests.support.cases import heavy_but
 from tests.support.digital_laws import digital, kalman_law, motor_law
 from workbench.core.templates import template_text
 from workbench.handover.c99.c_files import c_code
@@ -31,18 +30,6 @@ def test_c_and_simulation_have_the_same_bits(tmp_path):
         (folder := tmp_path / str(number)).mkdir()
         found = compiled(c_code(law, "law"), folder, options=(option,))(y, r)
         assert (differing(found[0], u), differing(found[1], z), found[2].max()) == (0, 0, 0)
-
-
-@needs_compiler
-@pytest.mark.parametrize(
-    "observer", heavy_but([wb.ExtendedKalmanFilter, wb.UnscentedKalmanFilter], wb.ExtendedKalmanFilter)
-)
-def test_a_kalman_filter_with_its_plant_has_the_same_bits_in_c(observer, tmp_path):
-    sampled = kalman_law(observer)
-    law = sampled.law()
-    y, r, u, z = recorded(sampled, law, 300)
-    found = compiled(c_code(law, "law"), tmp_path)(y, r)
-    assert (differing(found[0], u), differing(found[1], z)) == (0, 0)
 
 
 @needs_compiler

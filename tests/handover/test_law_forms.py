@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from studies.paper.laws import RIVALS, proposed_repaired, rival
+from studies.paper.laws import rival
 from tests.support.c_runs import compiled, differing, needs_compiler, recorded
 from tests.support.law_forms import Record, agree, flat, of, pid, record, replayed
 from workbench.blocks.loop import AbstractController, ClosedLoop
@@ -20,15 +20,13 @@ from workbench.handover.programs.python_law import python_law
 from workbench.handover.wrappers.ros2 import ros2
 from workbench.handover.wrappers.simulink import simulink
 
-LOOPS = {"AOSMC-RGS": lambda: proposed_repaired("FS"), **{name: lambda name=name: rival("FS", name) for name in RIVALS}}
 MOTOR = wb.DCMotor()
 STEP = wb.Step("omega", "rad/s", 1.0)
 
 
-@pytest.mark.parametrize("name", ["AOSMC-RGS", "PID"])
-def test_python_and_the_simulation_have_the_same_bits(name, tmp_path):
-    """Behind instruments, in a Python of its own; every law on exact readings is in test_gallery_forms.py."""
-    loop = LOOPS[name]()
+def test_python_and_the_simulation_have_the_same_bits(tmp_path):
+    """Behind instruments, in a Python of its own; every law on exact readings is in tests/testing."""
+    loop = rival("FS", "PID")
     instruments = wb.Instruments.of(loop.plant, noise={"q": 1e-4}, quantum={"q": 1e-4}, limit={"tau": (-80.0, 80.0)})
     run = record(loop, 1e-3, 100, instruments, delay=True)
     assert len(run.commands) == 100
@@ -81,7 +79,7 @@ def test_the_module_of_python_gives_what_is_safe_where_a_number_is_not_finite(tm
 
 
 def test_the_module_of_python_takes_a_safe_command_of_several_numbers_as_c_does():
-    law, safe = LOOPS["PID"]().digital(1e-3).law("built in"), {"tau": [0.5, -0.25]}
+    law, safe = rival("FS", "PID").digital(1e-3).law("built in"), {"tau": [0.5, -0.25]}
     assert '"tau": [0.5, (-0.25)],' in python_law(law, safe=safe)
     assert c_code(law, "law", safe=safe).safe.tolist() == safe["tau"]
 
@@ -113,19 +111,6 @@ def test_python_and_c_answer_alike_to_what_is_not_finite(tmp_path):
     assert set(flags) == {0, 1, 4}
     assert differing(np.array([flat(run.law.commands, commands) for commands, *_ in told]), u) == 0
     assert differing(np.array([flat(run.law.memory, memory) for _, memory, _ in told]), z) == 0
-
-
-@pytest.mark.parametrize("name", LOOPS)
-def test_the_casadi_function_is_the_law(name):
-    loop = LOOPS[name]()
-    instruments = wb.Instruments.of(loop.plant, limit={"tau": (-80.0, 80.0)})
-    truths = tuple(truth for truth in loop.plant.truths.names if truth in loop.observer.reads)
-    law, scope = loop.digital(1e-3, instruments, delay=True).law(truths=truths), {}
-    exec(casadi_law(law), scope)
-    assert scope["PERIOD"] == law.period
-    np.testing.assert_array_equal(scope["START"], law.memory.default)
-    np.testing.assert_array_equal(scope["NOMINAL"], law.parameters.default)
-    same_function(scope["law"], law)
 
 
 def test_the_casadi_function_has_truths_and_choices():

@@ -5,43 +5,10 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from tests.support.c_runs import differing, recorded
-from tests.support.cases import heavy_but
+from tests.support.c_runs import recorded
 from tests.support.digital_laws import digital
 from workbench.core import SampledSystem
-from workbench.engine.kernel.plan import Evaluation, graph_of
-from workbench.engine.machines.numpy_spelling import Arrays
 from workbench.handover.law_graph import graph_of_law
-
-
-def evaluated(law, z, u, y, r):
-    """Memory and commands of the next instant by the law's own graph, in the portable arithmetic."""
-    graph, count = graph_of(law.step), len(y)
-    x = np.concatenate([z, u], axis=1)
-    p = np.concatenate([np.tile(law.parameters.default, (count, 1)), y, r], axis=1)
-    numbers = graph.numbers(law.period)
-
-    def load(place):
-        node = graph.nodes[place]
-        if place in numbers:
-            return np.float64(numbers[place])
-        return np.arange(count, dtype=float) if node.op == "k" else {"x": x, "p": p}[node.op][:, node.entry]
-
-    evaluation = Evaluation(graph, Arrays(False), load)
-    with np.errstate(all="ignore"):
-        evaluation.make(range(len(graph.nodes)))
-        return np.stack([np.broadcast_to(evaluation.value(i), count) for i in graph.results], axis=1)
-
-
-GALLERY = ("AOSMC-RGS", "super-twisting", "RISE", "LQG, cart-pole", "PID, two masses")
-
-
-@pytest.mark.parametrize("name", heavy_but(GALLERY, "super-twisting", "PID, two masses"))
-def test_a_law_alone_has_the_bits_that_it_has_in_its_loop(name):
-    sampled, law = digital(name)
-    y, r, u, z = recorded(sampled, law, 300)
-    after = evaluated(law, z[:-1], u[:-1], y[1:], r[1:])
-    assert differing(after, np.concatenate([z, u], axis=1)[1:]) == 0
 
 
 def test_a_law_with_its_reference_built_in_needs_time_and_no_reference():

@@ -1,13 +1,8 @@
 """Targets: what a law takes of them, and what is said of those that fail."""
 
-from importlib.util import find_spec
-
 import numpy as np
 import pytest
 
-from tests.support.browsers import needs_node
-from tests.support.cases import heavy_but
-from tests.support.compilers import needs_llvmlite
 from tests.support.digital_laws import motor_law
 from tests.support.targets_here import needs_aarch64, needs_clang, needs_cortex_m, needs_gcc, needs_valgrind
 from workbench.handover.bit_comparison import compare
@@ -35,12 +30,6 @@ def test_clang_gives_the_same_bits_and_its_stack_is_not_told():
     assert result.figures.stack is None
     assert result.figures.smallest > 0
     assert result.figures.data == 0  # all that changes is its owner's
-
-
-@needs_node
-@needs_llvmlite
-def test_the_engine_of_a_browser_gives_the_same_bits():
-    assert result_of(TARGETS["browser"]).equal
 
 
 @pytest.mark.heavy
@@ -169,10 +158,3 @@ def test_sums_of_soft_doubles_are_those_of_ieee_754(tmp_path):
     wrong = (sums_of(pairs, tmp_path / "libgcc", exact=False) != wanted).any(axis=1)
     apart = np.abs(np.diff(np.maximum(pairs.view(np.uint64) >> np.uint64(52) & np.uint64(0x7FF), 1).astype(int)))[:, 0]
     assert set(apart[wrong]) <= {33}  # none at all, once GCC's library rounds them
-
-
-@pytest.mark.skipif(find_spec("fmpy") is None, reason="no FMPy here: pip install fmpy")
-@needs_gcc
-@pytest.mark.parametrize("key", heavy_but(["fmi2", "fmi3"]))
-def test_an_importer_of_fmus_has_the_bits_of_the_simulation(key):
-    assert result_of(TARGETS[key]).equal

@@ -93,7 +93,9 @@ def chaotic():
 
 
 def off_by_their_errors(one):
-    return pair_samples(dict(zip(one.laws, (one.values + np.nan_to_num(one.step_errors)).T, strict=True)), metric="cost")
+    return pair_samples(
+        dict(zip(one.laws, (one.values + np.nan_to_num(one.step_errors)).T, strict=True)), metric="cost"
+    )
 
 
 def test_the_error_of_a_repeated_run_is_divided_by_its_own_value():

@@ -65,7 +65,9 @@ def test_a_step_beyond_its_stability_limit_is_said_with_the_sample(tmp_path):
     said = f"; BEYOND the stability limit in {beyond.sum()} of these, down to {found.measurement.limits.min():.3g} s"
     assert said in found.note
     assert "BEYOND" not in sample(tmp_path / "b", sweep(factors=(fast, START))).note
-    assert len(sample(tmp_path / "c", sweep(factors=(fast, START), h=0.5, half_step_every=None)).measurement.limits) == 0
+    assert (
+        len(sample(tmp_path / "c", sweep(factors=(fast, START), h=0.5, half_step_every=None)).measurement.limits) == 0
+    )
 
 
 def test_a_limit_that_is_not_known_is_said(tmp_path):

@@ -262,7 +262,7 @@ def _check_quantities(owner: DataclassInstance) -> None:
         if not quantity.bounds.allow(value).all():
             unit = unit_of_quantity(owner, quantity)
             unit = f" [{unit}]" if unit and ANY not in unit else ""
-            shown = f"{float(value):g}" if value.ndim == 0 else np.array2string(value, separator=", ")
+            shown = f"{float(value):g}" if value.ndim == 0 else " ".join(np.array2string(value, separator=", ").split())
             raise ValueError(f"`{call}` must be {quantity.bounds}{unit}; got {shown}.")
 
 

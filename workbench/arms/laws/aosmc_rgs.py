@@ -153,6 +153,11 @@ class AosmcRgs(AbstractSlidingMode):
             bounds.refuse_unsymmetric(f"AosmcRgs({name}=...)", getattr(self, name)[None])
 
     @property
+    def mixed_units(self) -> str:
+        reason = "A = -M^-1 K of (31) has the unit 1/s^2, and (34) takes it for a rate"
+        return "" if self.riccati == "frozen" else reason
+
+    @property
     def memory(self) -> Layout:
         K = Entry("K", self.K, self.force, symbol="K")
         return Layout((K,) if self.P is None else (K, Entry("P", self.P, gain(self.force, self.position), symbol="P")))

@@ -40,6 +40,8 @@ class Rise(AbstractSlidingMode):
     6
     """
 
+    mixed_units = "the 1 beside ks has the unit of ks, as its authors print it"
+
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     alpha: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="alpha")
     ks: Vector = parameter(unit="{force} s/{position}", low=0, shape=("n",), symbol="k_s")

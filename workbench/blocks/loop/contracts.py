@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import casadi as ca
 
+from workbench.blocks.loop.declarations import AbstractDeclared
 from workbench.core import Layout, Signals
 from workbench.core.block import Memory, Number, States, initial_states
 from workbench.core.shapes import Shape
@@ -30,7 +31,7 @@ Follows = Annotated[Signals, "follows"]
 Inputs = Annotated[Signals, "inputs"]
 
 
-class AbstractPlant(ABC):
+class AbstractPlant(AbstractDeclared, ABC):
     """A plant: driven by its inputs, watched by its outputs.
 
     Examples
@@ -128,7 +129,7 @@ class AbstractPlant(ABC):
         )
 
 
-class AbstractMember(ABC):
+class AbstractMember(AbstractDeclared, ABC):
     """A block that a computer can run: an observer or a law."""
 
     if TYPE_CHECKING:  # each block is a dataclass, so `dataclasses.replace` takes it

@@ -1,0 +1,66 @@
+"""Each public law of the workbench passes the tests that a law of a user's own must pass."""
+
+from dataclasses import fields, replace
+
+import pytest
+
+from tests.support.cases import heavy_but
+from tests.support.house_blocks import LONG_TESTS, example_of, public_classes, without
+from workbench.blocks.laws import Cascade
+from workbench.blocks.loop import AbstractController
+from workbench.testing import LawTests
+
+LAWS = public_classes(("workbench.blocks.laws", "workbench.arms.laws"), AbstractController)
+LARGE = {"arms.Sdre"}  # of some thirty thousand operations
+PERIOD = 0.01  # s
+LIGHT = next(name for name, cls in LAWS.items() if cls is Cascade)  # two laws, each with a memory
+
+
+CHOICES = [  # of the options of each law, but the usual ones
+    f"{name} {field.name}={choice}"
+    for name, cls in LAWS.items()
+    for field in fields(cls)
+    for choice in field.metadata.get("option", ())
+    if choice != field.default and name not in LARGE
+]
+
+
+@pytest.fixture(scope="class", params=heavy_but([*LAWS, *CHOICES], *sorted(set(LAWS) - LARGE)))
+def any_law(request):
+    request.cls.example = chosen_law(*request.param.split(" "))
+
+
+def chosen_law(name, *choice):
+    """The law of an example, with another choice of an option."""
+    law = example_of(LAWS[name])
+    for field, value in (one.split("=") for one in choice):
+        try:
+            law = replace(law, **{field: value})
+        except ValueError as error:
+            pytest.skip(str(error))  # a choice that takes other numbers too
+        law = law.run_every(PERIOD) if value == "implicit" else law  # which is solved over a period
+    return law
+
+
+@pytest.mark.usefixtures("any_law")
+@without(*LONG_TESTS)
+class TestEquations(LawTests):
+    def law(self):
+        return self.example
+
+
+@pytest.fixture(scope="class", params=heavy_but(LAWS, LIGHT))
+def light_law(request):
+    request.cls.example, request.cls.is_large = example_of(LAWS[request.param]), request.param in LARGE
+
+
+@pytest.mark.usefixtures("light_law")
+@without(*sorted(name for name in dir(TestEquations) if name.startswith("test_") and name not in LONG_TESTS))
+class TestRunsAndForms(LawTests):
+    def law(self):
+        return self.example
+
+    def test_its_live_page_computes_the_same_numbers(self):
+        if self.is_large:
+            pytest.skip("a page of so many operations takes minutes")
+        LawTests.test_its_live_page_computes_the_same_numbers(self)
