@@ -27,39 +27,39 @@ from workbench.testing.failure_sentences import name_of_block, no_refusal
 class BenchPlant(AbstractPlant):
     """x_i' = sin(t + i) - x_i + tanh(sum of all inputs) / 2, with a state for each number that a law reads."""
 
-    driven: Layout
-    seen: Layout
+    inputs_of_plant: Layout
+    outputs_of_plant: Layout
 
     @property
     def states(self) -> Layout:
-        entries = (replace(e, default=np.where(e.default != 0, e.default, 0.1)) for e in self.seen.entries)
+        entries = (replace(e, default=np.where(e.default != 0, e.default, 0.1)) for e in self.outputs_of_plant.entries)
         return Layout(tuple(entries))
 
     @property
     def inputs(self) -> Layout:
-        return self.driven
+        return self.inputs_of_plant
 
     @property
     def outputs(self) -> Layout:
-        return self.seen
+        return self.outputs_of_plant
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        push = ca.tanh(sum((ca.sum1(ca.vec(u[name])) for name in self.driven.names), ca.SX(0))) / 2
-        return {name: _waves(t, self.seen, name) - x[name] + push for name in self.seen.names}
+        push = ca.tanh(sum((ca.sum1(ca.vec(u[name])) for name in self.inputs_of_plant.names), ca.SX(0))) / 2
+        return {name: _waves(t, self.outputs_of_plant, name) - x[name] + push for name in self.outputs_of_plant.names}
 
 
 @block
 class BenchReference(AbstractReference):
     """1/2 + sin(t + i) / 3 for each number that a law follows."""
 
-    wanted: Layout
+    signals: Layout
 
     @property
     def says(self) -> Layout:
-        return self.wanted
+        return self.signals
 
     def at(self, t: Number) -> Signals:
-        return Signals({name: 0.5 + _waves(t, self.wanted, name) / 3 for name in self.wanted.names})
+        return Signals({name: 0.5 + _waves(t, self.signals, name) / 3 for name in self.signals.names})
 
 
 @block
@@ -89,20 +89,20 @@ class EveryOperation(AbstractController):
     """A law with each operation of a graph, among them quotients by zero and functions at their edges."""
 
     gain: Scalar = parameter(default=2.0, unit="V s/rad")
-    kept: Scalar = initial(default=0.3, unit="rad/s")
+    state: Scalar = initial(default=0.3, unit="rad/s")
     reads = follows = layout(omega="rad/s")
     drives = layout(v="V")
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         e, w = 40 * (ref.omega - est.omega), est.omega
         wild = ca.fmod(e, 0.7) + ca.atan2(e, w) + ca.tanh(e) + ca.exp(-e * e) + ca.log(1 + e * e)
-        wild += ca.sqrt(ca.fabs(e)) + ca.sin(w) * ca.cos(e) + ca.atan(e) + z["kept"]
+        wild += ca.sqrt(ca.fabs(e)) + ca.sin(w) * ca.cos(e) + ca.atan(e) + z["state"]
         steps = ca.sign(e) + ca.floor(3 * e) + ca.if_else(ca.logic_and(e > 0.1, w < 0.9), e, -w) + (w == 0)
         edges = ca.if_else(w == 0, 0, ca.fmin(1 / w, 5)) + ca.fmax(ca.logic_not(e > w), ca.logic_or(e > 1, w > 0.5))
         return Signals(v=self.gain * (wild + steps + edges) + ca.sin(t))
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        return {"kept": ca.tanh(est.omega) - z["kept"]}
+        return {"state": ca.tanh(est.omega) - z["state"]}
 
 
 def _waves(t: ca.SX, port: Layout, name: str) -> ca.SX:

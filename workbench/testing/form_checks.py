@@ -35,16 +35,16 @@ SPELL = "write it with operations that every machine has, or declare `exportable
 
 
 @lru_cache(maxsize=2)  # of a loop that several tests are given
-def recording_of(name: str, sampled: SampledSystem, truths: tuple[str, ...]) -> Recording:
+def recording_of(name: str, system: SampledSystem, truths: tuple[str, ...]) -> Recording:
     """A short run of a loop in a computer, as its law sees it."""
     with no_refusal(name, "run in a computer", "return a loop that runs in `loop`"):
-        return record(sampled, sampled.law(truths=truths), PERIODS, seed=1)
+        return record(system, system.law(truths=truths), PERIODS, seed=1)
 
 
-def demand_finite_run(name: str, sampled: SampledSystem) -> None:
+def demand_finite_run(name: str, system: SampledSystem) -> None:
     """Fail where a run in a computer is lost, in the arithmetic of CasADi."""
     with no_refusal(name, "run in a computer", "return a loop that runs in `loop`"):
-        run = simulate(sampled.step(1), until=PERIODS * sampled.period, arithmetic=CASADI)
+        run = simulate(system.step(1), until=PERIODS * system.period, arithmetic=CASADI)
     if run.has_diverged.any():
         fail(name, "run in a computer", "a number of its loop is not finite", "return a loop that runs in `loop`")
 
