@@ -241,6 +241,7 @@ GROUPS = (
             "loop_gain_pictures": "The linear pictures of a case, as blocks for a section.",
             "turn_knobs": "A case of a study with its knobs at other values.",
             "turn_knobs_linear": "The linear loop of a case with its knobs at other values.",
+            "cite": "The publications that a study, a loop or a block is built on.",
             "load": "The study in a file or a folder.",
         },
     ),
@@ -282,6 +283,7 @@ GROUPS = (
             "pictures": "Figures of results.",
             "loop_pictures": "Figures of frequency responses, poles and steps.",
             "handover": "Code, recordings and replays.",
+            "testing": "Tests that a block of your own inherits.",
         },
     ),
 )

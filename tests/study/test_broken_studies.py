@@ -58,9 +58,9 @@ BROKEN = [
     ("study(cases=(case(until=1.7e308),))", "must be at most 2^53 times `h`, 0.01 s, to be counted"),
     ("study(cases=(case(h=5e-324),))", "got 5e-324, which a float does not hold to full accuracy"),
     ("study(sweeps=object)", "is a function of what the tunings found, and this study has none"),
-    ("searched(sweeps=object)", "`Study(sweeps=...)(tuned)` ended with TypeError: 'object() takes no arguments'."),
+    ("searched(sweeps=object)", "`Study(sweeps=...)(answers)` ended with TypeError: 'object() takes no arguments'."),
     ("searched(sweeps=lambda tuned: sweep())", "must be a tuple of `Sweep`; got a `Sweep`: one alone is written"),
-    ("searched(cases=lambda tuned: [1.0])", "`Study(cases=...)(tuned)` must be a tuple of `Case`; got 1.0 at [0]."),
+    ("searched(cases=lambda tuned: [1.0])", "`Study(cases=...)(answers)` must be a tuple of `Case`; got 1.0 at [0]."),
     (
         "searched(lambda runs: 1)",
         "`Tuning('pd', objective=...)` must have shape (8,), one number for each of the points",

@@ -90,7 +90,7 @@ def test_a_block_without_a_reference_is_listed_by_its_name():
 
 
 def test_one_publication_stands_once_with_its_longest_list_of_authors():
-    short, long = (wb.arms.laws.ComputedTorque, wb.PID)
+    short, long = (wb.arms.laws.ComputedTorque, wb.ArmPID)
     works = [publications_in(references_section(law.__doc__))[0][0] for law in (short, long)]
     assert works[0].authors == "Siciliano et al."
     assert works[0] != works[1]

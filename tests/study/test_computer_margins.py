@@ -128,7 +128,7 @@ def test_a_loop_of_equations_alone_has_no_computer():
     t, k, x = ca.SX.sym("t"), ca.SX.sym("k"), ca.SX.sym("x", 1)
     flow = Ode("plain", Layout((Entry("x", np.ones(1)),)), Layout(), Layout(), t, x, ca.SX(0, 1), -x, ca.SX(0, 1))
     with pytest.raises(
-        ValueError, match=r"`SampledSystem.disturbed\(\)` needs a loop that `ClosedLoop.digital` has made"
+        ValueError, match=r"`SampledSystem.with_timing_faults\(\)` needs a loop that `ClosedLoop.digital` has made"
     ):
         SampledSystem(flow, 0.1, k, ca.SX(0, 1), x / 2).with_timing_faults()
 
@@ -140,7 +140,7 @@ def test_a_plant_in_discrete_time_is_refused():
     loop = ClosedLoop(
         wb.LinearPlant(system), controller=LinearLaw(control.ss([], [], [], [[-1.0]], inputs="omega", outputs="v"))
     )
-    with pytest.raises(ValueError, match=r"`SampledSystem.disturbed\(\)` needs a plant in continuous time; 'plant.x'"):
+    with pytest.raises(ValueError, match=r"`SampledSystem.with_timing_faults\(\)` needs a plant in continuous time; 'plant.x'"):
         loop.digital(T).with_timing_faults()
 
 

@@ -169,9 +169,9 @@ def test_a_list_serves_where_a_tuple_is_asked_for():
     [
         (
             lambda: TableColumn("a", digits=0),
-            r"`Column\(digits=...\)` must be a whole number of significant digits.*got 0",
+            r"`TableColumn\(digits=...\)` must be a whole number of significant digits.*got 0",
         ),
-        (lambda: TableColumn("a", digits=2.0), r"`Column\(digits=...\)` must be a whole number"),
+        (lambda: TableColumn("a", digits=2.0), r"`TableColumn\(digits=...\)` must be a whole number"),
         (
             lambda: TableColumn("a", width=0),
             r"`Column\(width=...\)` must be a whole number of letters in a line.*got 0",

@@ -45,7 +45,7 @@ def test_a_finding_depends_where_a_variation_has_another_answer_and_only_there()
     same = replace(BEST, variations=OTHERS)
     assert same.kind == "found"
     assert same.reversals == ()
-    assert replace(BEST, settled=False).kind == "open"
+    assert replace(BEST, is_decided=False).kind == "open"
 
 
 def test_the_third_line_says_what_changes_the_answer_and_of_how_many_variations():

@@ -83,7 +83,7 @@ def test_the_colophon_of_a_study_without_a_seed_says_those_of_its_samples():
 def test_samples_of_one_equation_with_other_numbers_have_other_digests_and_with_another_name_the_same():
     one = sample([[0.1, 0.1, 0.1]])
     others = [
-        replace(one, drawn=np.ones((1200, 1))),
+        replace(one, factor_values=np.ones((1200, 1))),
         with_measurement(one, values=one.values + 1e-12),
         with_measurement(one, t=one.t + 1),
     ]

@@ -128,8 +128,8 @@ import sys
 from pathlib import Path
 import numpy as np
 from workbench.study.ledger.chunk import chunk_of
-from workbench.study.ledger.store import opened
-with opened(Path(sys.argv[1])) as ledger:
+from workbench.study.ledger.store import open_ledger
+with open_ledger(Path(sys.argv[1])) as ledger:
     for i in range(20):
         chunk = chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))})
         if chunk.name not in ledger:

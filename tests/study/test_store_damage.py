@@ -83,7 +83,7 @@ import numpy as np
 from workbench.study.ledger.chunk import chunk_of
 from workbench.study.ledger.store import LedgerError, opened
 try:
-    with opened(Path(sys.argv[1])) as ledger:
+    with open_ledger(Path(sys.argv[1])) as ledger:
         for i in range(20):
             ledger.write_durably(chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500 if i < 5 else 5000, float(i))}))
             print(f"s/{i:02d}-{i}/f", flush=True)

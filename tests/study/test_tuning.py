@@ -36,7 +36,7 @@ def test_the_best_gains_of_a_double_integrator_are_those_of_its_riccati_equation
     assert found.objective >= P[0, 0] * (1 - 1e-9)  # what RK4 at 10 ms and the end after 20 s leave out
     # the objective is flat there: 1e-5 of it are some 3e-3 of the gains
     assert [found.best["Kp"], found.best["Kd"]] == pytest.approx(P[1], rel=1e-2)
-    assert (found.failed, found.at_edge, found.settled, found.warnings) == (0, (), (True, True), ())
+    assert (found.failures, found.at_edge, found.has_settled, found.warnings) == (0, (), (True, True), ())
 
 
 def test_every_search_looks_at_exactly_as_many_points_as_its_budget_has(found):

@@ -27,7 +27,7 @@ def test_a_search_without_an_admissible_point_is_refused_with_the_reason(asked, 
 
 
 def test_a_search_whose_best_points_all_live_by_the_step_alone_is_refused():
-    asked = bomb(1.007, 1.0135, objective=lambda runs: -runs["long"].drawn[:, 0])
+    asked = bomb(1.007, 1.0135, objective=lambda runs: -runs["long"].factor_values[:, 0])
     with pytest.raises(ValueError, match=r"at half the step, 0.0025 s, .*finite at the step \(the run in 'long' div"):
         tune(asked)
 

@@ -46,12 +46,12 @@ def cases(tuned):
     return (Case("step", "PD", Run(tuned["pd"].adjusted(DoubleIntegrator()), METRICS, 20.0, 1.0, 0.01)),)
 
 def sections(results):
-    return [Section("Found", (Paragraph(results.tuned("pd").note), Paragraph(results.sample("held_out").note)))]
+    return [Section("Found", (Paragraph(results.tuning("pd").note), Paragraph(results.sample("held_out").note)))]
 
 print("started", flush=True)
 study = Study(
     name="tuned", title="Tuned", question="?", method="By a search.", sections=sections, cases=cases, sweeps=sweeps,
-    headlines=lambda results: [f"J = {results.tuned('pd').objective:.6f}"],
+    headlines=lambda results: [f"J = {results.tuning('pd').objective:.6f}"],
     tunings=(tuning(evaluations=EVALUATIONS),),
 )
 """

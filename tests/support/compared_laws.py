@@ -23,7 +23,7 @@ def sample(design=None, drawn=None, **changes):
         "h": 0.01,
         "seed": 0,
         "fingerprint": "",
-        "drawn": np.arange(30.0)[:, None] if drawn is None else drawn,
+        "factor_values": np.arange(30.0)[:, None] if drawn is None else drawn,
         "values": np.zeros((30, 1, 1)),
         "again": np.arange(2),
         "errors": np.zeros((2, 1, 1)),

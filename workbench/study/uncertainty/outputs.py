@@ -169,7 +169,7 @@ def of_output(results: R, name: str, *parts: str) -> R:
     if first.value.ndim == 1 if isinstance(first, Estimate) else first.ndim == 0:  # those of one output alone
         return results
     rows = {part: None if (held := getattr(results, part)) is None else held[j] for part in parts}
-    return replace(results, names=(name,), refused={}, **rows)  # type: ignore[type-var]
+    return replace(results, names=(name,), refusals={}, **rows)  # type: ignore[type-var]
 
 
 def t_quantile(call: str, confidence: float, freedom: int) -> float:
