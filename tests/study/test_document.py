@@ -174,7 +174,7 @@ def test_a_list_serves_where_a_tuple_is_asked_for():
         (lambda: TableColumn("a", digits=2.0), r"`TableColumn\(digits=...\)` must be a whole number"),
         (
             lambda: TableColumn("a", width=0),
-            r"`Column\(width=...\)` must be a whole number of letters in a line.*got 0",
+            r"`TableColumn\(width=...\)` must be a whole number of letters in a line.*got 0",
         ),
         (lambda: TableColumn("a", align="middle"), "'middle'"),
         (lambda: table(rows=(("PID", 1 + 2j),)), r"`ReportTable\(rows=...\)`.*got \(1\+2j\) at \[0\]\[1\]"),

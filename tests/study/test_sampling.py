@@ -179,5 +179,5 @@ def test_listed_points_come_as_they_are_given():
 
 @pytest.mark.parametrize("wrong", [[], [0.5], [[]], [[1.5]], [[np.nan]], "no", [[0.1], [0.2, 0.3]]])
 def test_what_is_no_list_of_points_is_refused(wrong):
-    with pytest.raises(ValueError, match=r"`ListedPoints\(given.*\)` must be"):
+    with pytest.raises(ValueError, match=r"`ListedPoints\(listed_points.*\)` must be"):
         ListedPoints(wrong)

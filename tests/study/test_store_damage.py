@@ -81,7 +81,7 @@ resource.setrlimit(resource.RLIMIT_FSIZE, (9_000, 9_000))
 from pathlib import Path
 import numpy as np
 from workbench.study.ledger.chunk import chunk_of
-from workbench.study.ledger.store import LedgerError, opened
+from workbench.study.ledger.store import LedgerError, open_ledger
 try:
     with open_ledger(Path(sys.argv[1])) as ledger:
         for i in range(20):

@@ -221,7 +221,7 @@ def test_what_is_said_of_a_search_is_in_plain_numbers(found):
         "640 evaluations a search, 320 a number; 0 of 1,280 not admissible; seeds 0, 1; step 0.01 s, error of the "
         "best objective less than 0.01 %"
     )
-    off = replace(found, halved=1.275 * found.finals_at_half_step)
+    off = replace(found, finals_at_half_step=1.275 * found.finals_at_half_step)
     assert "The objective of the best has an error of 55 % by the step." in off.warnings
 
 

@@ -159,7 +159,7 @@ def test_the_best_of_one_search_is_that_of_it_alone(noisy, alone):
         noisy.best_of(7)
     lost = np.where(np.arange(16)[:, None] < 8, np.inf, noisy.finals_at_half_step)
     with pytest.raises(ValueError, match=r"`best_of\(5\)`: this search of 'shaken' has no admissible point at half"):
-        replace(noisy, halved=lost).best_of(5)
+        replace(noisy, finals_at_half_step=lost).best_of(5)
 
 
 def test_the_best_within_a_smaller_budget_is_among_the_first_points_of_each_search(noisy):

@@ -39,11 +39,11 @@ METRICS = (ise(), effort())
 START = Factor("start", ("q",), Uniform(0.5, 1.5))
 
 def sweeps(tuned):
-    loop = tuned["pd"].adjusted(DoubleIntegrator())
+    loop = tuned["pd"].best_equations(DoubleIntegrator())
     return (Sweep("held_out", Run(loop, METRICS, 20.0, h=0.02), (START,), MonteCarlo(1, 32, seed=3), runs_of_chunk=8),)
 
 def cases(tuned):
-    return (Case("step", "PD", Run(tuned["pd"].adjusted(DoubleIntegrator()), METRICS, 20.0, 1.0, 0.01)),)
+    return (Case("step", "PD", Run(tuned["pd"].best_equations(DoubleIntegrator()), METRICS, 20.0, 1.0, 0.01)),)
 
 def sections(results):
     return [Section("Found", (Paragraph(results.tuning("pd").note), Paragraph(results.sample("held_out").note)))]

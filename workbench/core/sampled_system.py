@@ -66,7 +66,7 @@ class SampledSystem:
     noise_states: tuple[str, ...] = ()  # the states of coloured noise, which belong to no computer
 
     def __post_init__(self) -> None:
-        seconds("Sampled(period=...)", self.period)
+        seconds("SampledSystem(period=...)", self.period)
         rows, columns = self.jump.shape
         if columns != 1 or rows > self.flow.states.size:
             raise ValueError(
@@ -176,8 +176,8 @@ class SampledSystem:
             periods = max(1, int(min(PERIODS, self.flow.horizon / self.period)))
             chosen: StepMap = import_module("workbench").simulate(self, until=periods * self.period).step
             return chosen
-        substeps = whole("Sampled.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
-        by = METHODS[one_of("Sampled.step(method=...)", method, METHODS)]
+        substeps = whole("SampledSystem.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
+        by = METHODS[one_of("SampledSystem.step(method=...)", method, METHODS)]
         flow, h = self.flow, self.period / substeps
         t, p, switches = self.k * self.period, flow.p, flow.switches
         after = x = ca.vertcat(self.after, flow.x[self.jump.numel() :, 0])

@@ -60,8 +60,8 @@ class StepRule:
         refuse_strangers("StepRule", symbols, self.crossings, update=self.update, output=self.output)
         if self.rate.numel() + self.update.numel() != self.x.numel():
             raise ValueError(
-                f"`Rule(rate=..., update=...)` must together have one entry for each of the {self.x.numel()} states; "
-                f"got {self.rate.numel()} and {self.update.numel()}."
+                f"`StepRule(rate=..., update=...)` must together have one entry for each of the {self.x.numel()} "
+                f"states; got {self.rate.numel()} and {self.update.numel()}."
             )
 
     @property
@@ -155,8 +155,8 @@ class StepMap:
     }
 
     def __post_init__(self) -> None:
-        seconds("Step(h=...)", self.h)
-        whole("Step(substeps=...)", self.substeps)
+        seconds("StepMap(h=...)", self.h)
+        whole("StepMap(substeps=...)", self.substeps)
 
     def __repr__(self) -> str:
         noise = f", {self.noises} normal numbers" if self.noises else ""

@@ -56,7 +56,7 @@ class StepChoice:
     pilots: int  # number of the pilot runs
 
     def __post_init__(self) -> None:
-        one_of("Choice(method=...)", self.method, METHODS)
+        one_of("StepChoice(method=...)", self.method, METHODS)
 
     def __str__(self) -> str:
         chosen = f"chosen by {self.pilots} pilot runs for a tolerance of {self.tolerance:g}"

@@ -89,7 +89,10 @@ class RunSearch:
 
     def __post_init__(self) -> None:
         multiple(
-            "Hunt(until=...)", seconds("Hunt(until=...)", self.until), seconds("Hunt(h=...)", self.h), "the step h"
+            "RunSearch(until=...)",
+            seconds("RunSearch(until=...)", self.until),
+            seconds("RunSearch(h=...)", self.h),
+            "the step h",
         )
 
     @cached_property
@@ -122,7 +125,7 @@ class RunSearch:
 
         A claim in question without a margin, or a target whose margin is no number somewhere, is a ValueError.
         """
-        seed, budget = key("Hunt.search(seed=...)", seed), budget or Budget()
+        seed, budget = key("RunSearch.search(seed=...)", seed), budget or Budget()
         seen: list[TrialValues] = []
 
         def judge(u: Array) -> TrialValues:

@@ -45,7 +45,9 @@ class CardEntry:
                 f"`CardEntry({self.name!r}, value=...)` must be a finite number, an array of such, or a named choice "
                 f"as text; got {describe(self.value)}."
             )
-        ends = [finite(f"Given({self.name!r}, low=..., high=...)", e) for e in (self.low, self.high) if e is not None]
+        ends = [
+            finite(f"CardEntry({self.name!r}, low=..., high=...)", e) for e in (self.low, self.high) if e is not None
+        ]
         if len(ends) == 2 and ends[0] > ends[1]:
             raise ValueError(
                 f"`CardEntry({self.name!r}, low=..., high=...)` must be a range, low <= high; got {ends[0]} and "

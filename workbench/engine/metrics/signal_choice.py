@@ -1,7 +1,7 @@
 """The signals of an equation that a metric is of: named one by one, or all that a loop follows or drives.
 
-A metric asks by a name or by a `Choice`; `choose` answers with the `SignalColumn` of one equation, and `column` takes
-the column's expression from the outputs.
+A metric asks by a name or by a `SignalChoice`; `choose` answers with the `SignalColumn` of one equation, and `column`
+takes the column's expression from the outputs.
 """
 
 from __future__ import annotations

@@ -45,9 +45,9 @@ class CornerFrequencies:
 
     def __post_init__(self) -> None:
         for name in ("poles", "zeros"):
-            object.__setattr__(self, name, complexes(f"Corners({name}=...)", getattr(self, name), 1))
+            object.__setattr__(self, name, complexes(f"CornerFrequencies({name}=...)", getattr(self, name), 1))
         if not (math.isfinite(self.gain) and self.gain):
-            raise refusal("Corners(gain=...)", "a finite number that is not zero", self.gain)
+            raise refusal("CornerFrequencies(gain=...)", "a finite number that is not zero", self.gain)
 
 
 @dataclass(frozen=True, eq=False)

@@ -91,10 +91,10 @@ class ValueWithError:
     def __post_init__(self) -> None:
         advice = ": for a run that left all bounds use `DivergedCell(at)`, for a number that is not known None"
         if not math.isfinite(self.value):
-            raise refusal("Measured(value)", "a finite value", self.value, advice)
-        finite("Measured(error)", self.error, ", which says which digits to print", low=0)
+            raise refusal("ValueWithError(value)", "a finite value", self.value, advice)
+        finite("ValueWithError(error)", self.error, ", which says which digits to print", low=0)
         if self.ends is not None and not self.ends[0] <= self.value <= self.ends[1]:
-            raise refusal("Measured(ends)", f"the two ends of an interval around {self.value:g}", self.ends)
+            raise refusal("ValueWithError(ends)", f"the two ends of an interval around {self.value:g}", self.ends)
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -116,7 +116,7 @@ class DivergedCell:
     source: Source | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        finite("Diverged(at)", self.at, " of seconds")
+        finite("DivergedCell(at)", self.at, " of seconds")
 
 
 @dataclass(frozen=True)
@@ -165,9 +165,9 @@ class TableColumn:
 
     def __post_init__(self) -> None:
         if self.digits is not None:
-            whole("Column(digits=...)", self.digits, 1, MOST_DIGITS, " of significant digits")
+            whole("TableColumn(digits=...)", self.digits, 1, MOST_DIGITS, " of significant digits")
         if self.width is not None:
-            whole("Column(width=...)", self.width, 1, MOST_LETTERS, " of letters in a line")
+            whole("TableColumn(width=...)", self.width, 1, MOST_LETTERS, " of letters in a line")
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,7 @@ class ReportTable:
     notes: tuple[Phrase, ...] = ()
 
     def __post_init__(self) -> None:
-        check_name("Table", self.name)
+        check_name("ReportTable", self.name)
         if not self.columns:
             raise ValueError(f"`ReportTable('{self.name}')` must have at least one column; got none.")
         for i, row in enumerate(self.rows, start=1):

@@ -33,8 +33,8 @@ class PairedSamples:
     step_errors: Array | None = None  # (N, L), the error of each run that was run again; NaN for the other runs
 
     def __post_init__(self) -> None:
-        check_size("Paired(values=...)", self.values, infinite=True)
-        check_size("Paired(errors=...)", self.errors, infinite=True)
+        check_size("PairedSamples(values=...)", self.values, infinite=True)
+        check_size("PairedSamples(errors=...)", self.errors, infinite=True)
         laws = len(self.laws)
         if self.values.shape[1:] != (laws,) or not self.errors.shape == self.failures.shape == (laws,):
             shapes = f"{self.values.shape}, {self.errors.shape} and {self.failures.shape}"

@@ -31,7 +31,7 @@ class SweepRecord:
     at_most: bool = False
 
     def __post_init__(self) -> None:
-        whole("SweepAbout(runs=...)", self.runs, 0)
+        whole("SweepRecord(runs=...)", self.runs, 0)
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class StudyRecord:
 
     def __post_init__(self) -> None:
         if self.samples is not None:
-            whole("About(samples=...)", self.samples, 0)
+            whole("StudyRecord(samples=...)", self.samples, 0)
 
     @property
     def runs(self) -> tuple[SweepRecord, ...]:

@@ -93,7 +93,9 @@ class ListedPoints(AbstractDesign):
             or not self.listed_points.size
             or not ((self.listed_points >= 0) & (self.listed_points <= 1)).all()
         ):
-            raise refusal("Listed(listed_points)", "at least one point (N, d) of the unit cube", self.listed_points)
+            raise refusal(
+                "ListedPoints(listed_points)", "at least one point (N, d) of the unit cube", self.listed_points
+            )
         object.__setattr__(self, "listed_points", self.listed_points.copy())
         object.__setattr__(self, "dimensions", self.listed_points.shape[1])
 
