@@ -62,8 +62,8 @@ def of_law(name: str, shown: Any, reference: str = "input") -> Example:
     loop, period = shown.loop, 2 * shown.h
     digital = loop.digital(period)
     law = digital.law(reference, truths=tuple(x for x in loop.plant.truths.names if x in loop.observer.reads))
-    taken = Layout(tuple(Entry(path, np.zeros(value.numel())) for path, value in digital.taken.items()))
-    values = ca.vertcat(*[ca.vec(value) for value in digital.taken.values()])
+    taken = Layout(tuple(Entry(path, np.zeros(value.numel())) for path, value in digital.computer_input_values.items()))
+    values = ca.vertcat(*[ca.vec(value) for value in digital.computer_input_values.values()])
     step = digital.step(2).extended(taken, taken.symbols(), values)
     run = wb.simulate(step, until=round(STEPS * period, 12), arithmetic="portable")
 

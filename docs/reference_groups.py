@@ -124,7 +124,7 @@ GROUPS = (
             "ExtendedKalmanFilter": "A Kalman filter that linearises at each instant, for any plant.",
             "UnscentedKalmanFilter": "A Kalman filter by sigma points, for any plant.",
             "ExtendedStateObserver": "Estimates the states and the sum of all unknown terms.",
-            "FullState": "The state of any plant, read or true, for a law that is designed before its observer.",
+            "FullState": "The state of any plant, read by its instruments or true.",
             "ArmFullState": "Passes the measured positions and velocities of an arm.",
         },
     ),

@@ -7,10 +7,10 @@ import pytest
 
 ARM = """
 import numpy as np
-from workbench.arms.laws import PID
+from workbench.arms.laws import ArmPID
 from workbench.core import rk4
 from workbench.blocks.loop import ClosedLoop
-from workbench.arms.observers import FullState
+from workbench.arms.observers import ArmFullState
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import Link, PlanarArm, paper_arm
 from workbench.arms.mechanics.planar_arm import PointMass
@@ -21,8 +21,8 @@ from workbench.study.study import Case, Study
 
 def loop():
     controller = ArmPID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[1.0, 1.0])
-    reference = Sines(amplitude=[1.0, 1.0], frequency=[1.0, 1.0])
-    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), FullState(2), controller, reference)
+    reference = Sines("q", "rad", amplitude=[1.0, 1.0], frequency=[1.0, 1.0])
+    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), ArmFullState(2), controller, reference)
 """
 LINE = ARM.count("\n") + 1
 

@@ -80,7 +80,7 @@ def test_a_double_is_rounded_once_where_a_float_needs_it():
 
 
 def test_a_fused_product_is_one_call():
-    scope = scope_of([Node("fms", (0, 1, 2))], (3,), fused=True)
+    scope = scope_of([Node("fms", (0, 1, 2))], (3,), fused_products=True)
     assert written(scope) == ([], ["law_fma(x, y, -z)"], ["fma"])
     assert written(scope_of([Node("fms", (0, 1, 2))], (3,))) == ([], ["(x * y) - z"], [])
 

@@ -171,9 +171,12 @@ def _has_door(node: ast.AST, words: set[str]) -> bool:
     decorators = {dotted(d.func if isinstance(d, ast.Call) else d) for d in getattr(node, "decorator_list", [])}
     if isinstance(node, ast.FunctionDef):
         called = {dotted(part.func) for part in ast.walk(node) if isinstance(part, ast.Call)}
-        return bool(decorators & {"door"} or called & words or not node.args.args)
+        return bool(decorators & {"check_arguments"} or called & words or not node.args.args)
     if isinstance(node, ast.ClassDef):
-        return bool(decorators & {"door", "block"} or {"NamedTuple"} & set(_bases(node))) or "Abstract" in node.name
+        return (
+            bool(decorators & {"check_arguments", "block"} or {"NamedTuple"} & set(_bases(node)))
+            or "Abstract" in node.name
+        )
     return True
 
 
@@ -191,7 +194,7 @@ def names_without_door(held: Sources) -> list[str]:
                 continue
             words = {name for _, module, name in imports(file, text) if "validation" in module} | {"checked"}
             breaches += [
-                f"{file}:{part.lineno}: `{part.name}` is public and has no door; write `@door` above it."
+                f"{file}:{part.lineno}: `{part.name}` is public and has no door; write `@check_arguments` above it."
                 for part in tree_of(text).body
                 if isinstance(part, ast.FunctionDef | ast.ClassDef) and part.name in public
                 if not _has_door(part, words)

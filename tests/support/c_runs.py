@@ -20,7 +20,7 @@ WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-std=
 
 def recorded(sampled, law, periods, substeps=4, seed=1, arithmetic="portable"):
     """Readings, references, commands and memory (N, ...) of a run in the portable arithmetic, or another one."""
-    step, taken = sampled.step(substeps), sampled.taken
+    step, taken = sampled.step(substeps), sampled.computer_input_values
     layout = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in taken.items()))
     symbols, parts = ca.SX.sym("taken", layout.size), [ca.vec(part) for part in taken.values()]
     step = step.with_memory(layout, symbols, ca.vertcat(*parts))

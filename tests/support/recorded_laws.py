@@ -67,8 +67,8 @@ def recorded(name: str) -> Recorded:
     """A law of the catalogue with the rows of a short run of its loop."""
     sampled, truths, until = LOOPS[name]()
     law = sampled.law(truths=truths)
-    entries = tuple(Entry(key, np.zeros(value.numel())) for key, value in sampled.taken.items())
-    taken, values = Layout(entries), ca.vertcat(*map(ca.vec, sampled.taken.values()))
+    entries = tuple(Entry(key, np.zeros(value.numel())) for key, value in sampled.computer_input_values.items())
+    taken, values = Layout(entries), ca.vertcat(*map(ca.vec, sampled.computer_input_values.values()))
     step = sampled.step(1).with_memory(taken, ca.SX.sym("taken", taken.size), values)
     x, states = wb.simulate(step, until=until, arithmetic="portable", seed=1).x[0], step.states
 

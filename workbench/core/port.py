@@ -232,10 +232,10 @@ def information_classes(roles: Mapping[str, Roles]) -> tuple[tuple[str, ...], ..
     Examples
     --------
     >>> from workbench.blocks.loop import roles
-    >>> from workbench.core import grouped
+    >>> from workbench.core import information_classes
     >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
-    >>> grouped({"PID": roles(loop), "the same": roles(loop)})
+    >>> information_classes({"PID": roles(loop), "the same": roles(loop)})
     (('PID', 'the same'),)
     """
     classes: dict[Information, list[str]] = {}

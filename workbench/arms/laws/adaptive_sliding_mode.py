@@ -45,8 +45,8 @@ class PlainAdaptation(AbstractAdaptation):
 
     Examples
     --------
-    >>> from workbench.arms.laws import Plain
-    >>> Plain().rate([0.05, 0.3], [1.0, 1.0], [2.0, 2.0])
+    >>> from workbench.arms.laws import PlainAdaptation
+    >>> PlainAdaptation().rate([0.05, 0.3], [1.0, 1.0], [2.0, 2.0])
     SX([0.05, 0.3])
     """
 
@@ -60,8 +60,8 @@ class NoAdaptation(AbstractAdaptation):
 
     Examples
     --------
-    >>> from workbench.arms.laws import Frozen
-    >>> Frozen().rate([0.05, 0.3], [1.0, 1.0], [2.0, 2.0])
+    >>> from workbench.arms.laws import NoAdaptation
+    >>> NoAdaptation().rate([0.05, 0.3], [1.0, 1.0], [2.0, 2.0])
     SX(@1=0, [@1, @1])
     """
 
@@ -75,8 +75,8 @@ class DeadZoneAdaptation(AbstractAdaptation):
 
     Examples
     --------
-    >>> from workbench.arms.laws import DeadZone
-    >>> DeadZone(0.1).rate([0.05, 0.3], [1.0, 1.0], [2.0, 2.0])
+    >>> from workbench.arms.laws import DeadZoneAdaptation
+    >>> DeadZoneAdaptation(0.1).rate([0.05, 0.3], [1.0, 1.0], [2.0, 2.0])
     SX([0.05, 0.3])
     """
 
@@ -167,8 +167,9 @@ class AdaptiveSlidingMode(AbstractAdaptiveSlidingMode):
 
     Examples
     --------
-    >>> from workbench.arms.laws import AdaptiveSlidingMode, Leakage
-    >>> law = AdaptiveSlidingMode(wb.paper_arm(), [6.0, 6.0], 0.1, 2.0, [20.0, 10.0], Leakage(0.1, [1.0, 1.0]), "tanh")
+    >>> from workbench.arms.laws import AdaptiveSlidingMode, LeakageAdaptation
+    >>> leakage = LeakageAdaptation(0.1, [1.0, 1.0])
+    >>> law = AdaptiveSlidingMode(wb.paper_arm(), [6.0, 6.0], 0.1, 2.0, [20.0, 10.0], leakage, "tanh")
     >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, controller=law, reference=wanted).ode().states.size
     6

@@ -104,9 +104,10 @@ class AosmcRgs(AbstractSlidingMode):
     Examples
     --------
     >>> from workbench.arms.laws import AosmcRgs
-    >>> from workbench.arms.observers import NonlinearDisturbanceObserver, WithDisturbance
+    >>> from workbench.arms.observers import NonlinearDisturbanceObserver, StateAndDisturbanceObserver
     >>> law = AosmcRgs(wb.paper_arm(), [6.0, 6.0], 0.1, K=np.eye(2), P=np.eye(2), Q=np.eye(2), R=np.eye(2))
-    >>> observer = WithDisturbance(wb.ArmFullState(2), NonlinearDisturbanceObserver(wb.paper_arm(), 20.0, [0.0, 0.0]))
+    >>> disturbance = NonlinearDisturbanceObserver(wb.paper_arm(), 20.0, [0.0, 0.0])
+    >>> observer = StateAndDisturbanceObserver(wb.ArmFullState(2), disturbance)
     >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, observer, law, wanted).ode().states.size
     14

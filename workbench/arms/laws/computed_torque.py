@@ -43,9 +43,9 @@ class ComputedTorque(AbstractArmController):
     Examples
     --------
     >>> from workbench.arms.laws import ComputedTorque
-    >>> from workbench.arms.observers import MomentumObserver, WithDisturbance
+    >>> from workbench.arms.observers import MomentumObserver, StateAndDisturbanceObserver
     >>> law = ComputedTorque(wb.paper_arm(), Kp=[100.0, 100.0], Kd=[20.0, 20.0])
-    >>> observer = WithDisturbance(wb.ArmFullState(2), MomentumObserver(wb.paper_arm(), 20.0, [0.0, 0.0]))
+    >>> observer = StateAndDisturbanceObserver(wb.ArmFullState(2), MomentumObserver(wb.paper_arm(), 20.0, [0.0, 0.0]))
     >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
     >>> wb.ClosedLoop(plant, observer, law, wanted).ode().states.size
     6

@@ -24,11 +24,12 @@ class DisturbanceCompensation(AbstractArmController):
 
     Examples
     --------
-    >>> from workbench.arms.laws import WithCompensation
-    >>> from workbench.arms.observers import OracleFilter, PrintedFilter, WithDisturbance
-    >>> law = WithCompensation(wb.SlidingMode(wb.paper_arm(), [6.0, 6.0], [40.0, 20.0], 0.1))
+    >>> from workbench.arms.laws import DisturbanceCompensation
+    >>> from workbench.arms.observers import OracleFilter, PrintedFilter, StateAndDisturbanceObserver
+    >>> law = DisturbanceCompensation(wb.SlidingMode(wb.paper_arm(), [6.0, 6.0], [40.0, 20.0], 0.1))
     >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines("q", "rad", [1.0, 0.5], [2.0, 3.0])
-    >>> true, printed = (WithDisturbance(wb.ArmFullState(2), of(2, 20.0)) for of in (OracleFilter, PrintedFilter))
+    >>> filters = OracleFilter(2, 20.0), PrintedFilter(2, 20.0)
+    >>> true, printed = (StateAndDisturbanceObserver(wb.ArmFullState(2), each) for each in filters)
     >>> [wb.ClosedLoop(plant, observer, law, wanted).ode().states.size for observer in (true, printed)]
     [6, 8]
     """

@@ -194,7 +194,7 @@ def lipschitz(mismatch: Mismatch, region: Region) -> Lipschitz:
     >>> from workbench.arms.observer_gains import Mismatch, Region, lipschitz
     >>> arm = Dynamics.of(wb.robot("planar-1r"))
     >>> lipschitz(Mismatch.of(arm), Region([3.0], [7.0]))
-    Lipschitz(position=Bound(seen=14.715, proved=14.8621), velocity=Bound(seen=0, proved=1e-09))
+    Lipschitz(position=LipschitzBound(lower=14.715, upper=14.8621), velocity=LipschitzBound(lower=0, upper=1e-09))
     """
     refuse_unfit("lipschitz", mismatch, None, region)
     n = mismatch.joints

@@ -21,7 +21,7 @@ class FullState(AbstractObserver):
     --------
     >>> cart = wb.CartPole(phi=0.1)
     >>> observer = wb.FullState.of(cart)
-    >>> observer.gives.names, observer.uses_truth, observer.hidden
+    >>> observer.gives.names, observer.uses_truth, observer.hidden_states
     (('x', 'xd', 'phi', 'phid'), True, ('xd', 'phid'))
     """
 
@@ -35,7 +35,7 @@ class FullState(AbstractObserver):
 
     @staticmethod
     def of(plant: AbstractPlant) -> FullState:
-        """The full state of a plant; `hidden` are its states that no instrument reads."""
+        """The full state of a plant; `hidden_states` are those that no instrument reads."""
         each = {entry.name: Layout((entry,)) for entry in plant.states.entries}
         return FullState(plant.states, tuple(name for name, port in each.items() if misfits(port, plant.outputs)))
 

@@ -47,7 +47,7 @@ class Quantiser(AbstractElement):
     Examples
     --------
     >>> encoder = wb.Quantiser("theta", quantum=2 * np.pi / 1024)
-    >>> wb.EquippedPlant(wb.DCMotor(measured="position"), sensors=(encoder,)).truths.names
+    >>> wb.EquippedPlant(wb.DCMotor(measurement="position"), sensors=(encoder,)).truths.names
     ('theta_true',)
     """
 
@@ -82,7 +82,7 @@ class Backlash(AbstractElement):
     Examples
     --------
     >>> gear = wb.Backlash("theta", gap=0.02, time_constant=1e-3)
-    >>> wb.EquippedPlant(wb.DCMotor(measured="position"), sensors=(gear,)).states.names
+    >>> wb.EquippedPlant(wb.DCMotor(measurement="position"), sensors=(gear,)).states.names
     ('theta', 'omega', 'i', 'theta.driven_side')
     """
 

@@ -64,7 +64,7 @@ def broken_loop(
     --------
     >>> from workbench.design.linear import along, broken_loop, broken_loops
     >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=10.0, Ki=20.0)
-    >>> cut = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0)).broken()
+    >>> cut = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0)).cut()
     >>> p = cut.parameters.pack({"drive": [10.0]})[0]  # the voltage that arrives at the cut
     >>> broken_loop(cut, 0.0, cut.states.default, p).nstates
     4

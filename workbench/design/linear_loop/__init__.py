@@ -9,7 +9,7 @@ Examples
 >>> motor = wb.DCMotor()
 >>> law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
 >>> linear = wb.linear_loop(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
->>> isinstance(linear, wb.linear_loops.LinearLoop), linear.bent
+>>> isinstance(linear, wb.linear_loops.LinearLoop), linear.corner_signals
 (True, ())
 """
 

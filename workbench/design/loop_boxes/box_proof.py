@@ -44,12 +44,12 @@ def prove_over_box(
     Examples
     --------
     >>> from workbench.design.loop_boxes import GainBelow, LoopFamily, ParameterBox, prove_over_box
-    >>> from workbench.design.loop_boxes import PolesDamped, PolesDecay
+    >>> from workbench.design.loop_boxes import DampingAbove, DecayAbove
     >>> law = wb.PID(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> linear = wb.linear_loop(wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
     >>> box = ParameterBox.of("box", linear.parameters, {"plant.J": (0.0099, 0.0101)})
     >>> family, theta = LoopFamily.of(linear, box.labels, ("v_load",), ("v",)), np.array([[0.01]])
-    >>> conditions = GainBelow(3.0, ("v_load",), ("v",), 1.0), PolesDamped(0.1), PolesDecay(0.1)
+    >>> conditions = GainBelow(3.0, ("v_load",), ("v",), 1.0), DampingAbove(0.1), DecayAbove(0.1)
     >>> draws = theta, linear.rows({"plant.J": theta[:, 0]}).x
     >>> [prove_over_box(family, condition, box, draws, 100).proved for condition in conditions]
     [True, True, True]

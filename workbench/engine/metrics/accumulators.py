@@ -30,8 +30,8 @@ def step_with_metrics(equation: Ode | SampledSystem, metrics: Sequence[AbstractM
 
     Examples
     --------
-    >>> from workbench.engine.metrics import measured
-    >>> measured(wb.open_loop(wb.DCMotor()), [wb.rmse("omega")], 1e-3).states.size
+    >>> from workbench.engine.metrics import step_with_metrics
+    >>> step_with_metrics(wb.open_loop(wb.DCMotor()), [wb.rmse("omega")], 1e-3).states.size
     3
     """
     return MeasuredEquation.of(equation, metrics).step(h)
@@ -44,7 +44,7 @@ def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int
     Examples
     --------
     >>> motor, area = wb.open_loop(wb.DCMotor()), wb.effort("omega")
-    >>> runs = wb.simulate(wb.metrics.measured(motor, [area], 1e-2), until=1.0, every=1.0)
+    >>> runs = wb.simulate(wb.metrics.step_with_metrics(motor, [area], 1e-2), until=1.0, every=1.0)
     >>> wb.metrics.final_values(runs, [area])["effort of omega"].shape
     (1, 1)
     """

@@ -29,7 +29,7 @@ class SignalChoice:
 
     Examples
     --------
-    >>> wb.metrics.Choice("error", "omega").of
+    >>> wb.metrics.SignalChoice("error", "omega").of
     'error'
     """
 

@@ -54,7 +54,7 @@ def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float =
     >>> study = wb.Study("s", "T", "Q?", "M.", sections=sections, cases=(case,))
     >>> from workbench.study.case_runs import run
     >>> [type(block).__name__ for block in study.sections(run(study))[0].blocks]
-    ['Paragraph', 'Figure', 'Figure', 'Figure', 'Figure', 'Table']
+    ['Paragraph', 'Figure', 'Figure', 'Figure', 'Figure', 'ReportTable']
     """
     gain = loop_gain(outcome)
     if isinstance(gain, str):

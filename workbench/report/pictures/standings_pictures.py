@@ -52,9 +52,9 @@ def standings_figure(
     Examples
     --------
     >>> from workbench.report.pictures import standings_figure
-    >>> from workbench.study.evidence import compare, paired
+    >>> from workbench.study.evidence import compare, pair_samples
     >>> draws = np.random.default_rng(1).random(40)
-    >>> leads = compare(paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), resamples=100)
+    >>> leads = compare(pair_samples({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), resamples=100)
     >>> standings_figure("standings", "Two laws", {"paper": {"mean": leads}}, "mean").name
     'standings'
     """

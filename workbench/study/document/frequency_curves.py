@@ -36,7 +36,7 @@ class CornerFrequencies:
     --------
     >>> from workbench.report.loop_pictures import CornerFrequencies
     >>> CornerFrequencies([-1.0], [-2.0], 1.0)
-    Corners(poles=[-1+0j], zeros=[-2+0j], gain=1)
+    CornerFrequencies(poles=[-1+0j], zeros=[-2+0j], gain=1)
     """
 
     poles: Complexes

@@ -28,9 +28,9 @@ def comparison_table(
 
     Examples
     --------
-    >>> from workbench.study.evidence import compare, comparison_table, paired
+    >>> from workbench.study.evidence import compare, comparison_table, pair_samples
     >>> draws = np.random.default_rng(1).random(40)
-    >>> leads = compare(paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), resamples=100)
+    >>> leads = compare(pair_samples({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), resamples=100)
     >>> comparison_table("laws", "Two laws", (leads,)).name
     'laws'
     """
@@ -49,9 +49,10 @@ def statistics_table(
 
     Examples
     --------
-    >>> from workbench.study.evidence import Mean, judge, paired, statistics_table
+    >>> from workbench.study.evidence import Mean, judge, pair_samples, statistics_table
     >>> draws = np.random.default_rng(1).random(40)
-    >>> ruling = judge(paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), Mean(), resamples=100)
+    >>> errors = pair_samples({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad")
+    >>> ruling = judge(errors, Mean(), resamples=100)
     >>> statistics_table("laws", "Two laws", ruling).name
     'laws'
     """
@@ -89,9 +90,10 @@ def ablation_table(
 
     Examples
     --------
-    >>> from workbench.study.evidence import ablation_table, change_without, compare, level_of, paired
+    >>> from workbench.study.evidence import ablation_table, change_without, compare, level_of, pair_samples
     >>> draws = np.random.default_rng(1).random(40)
-    >>> parts = compare(paired({"whole": draws, "without D": draws + 0.1}, metric="error", unit="rad"), resamples=100)
+    >>> errors = pair_samples({"whole": draws, "without D": draws + 0.1}, metric="error", unit="rad")
+    >>> parts = compare(errors, resamples=100)
     >>> ablation_table("parts", "What each part is worth", (parts,), "whole").name
     'parts'
     >>> change_without(parts, "without D", "whole"), level_of(parts, "whole")

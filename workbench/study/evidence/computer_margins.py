@@ -96,7 +96,7 @@ def computer_effects(sampled_loop: SampledSystem, jitter: float, missed_share: f
     >>> motor = wb.DCMotor()
     >>> law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
-    >>> sampled = loop.disturbed()
+    >>> sampled = loop.with_timing_faults()
     >>> effects = wb.evidence.computer_effects(sampled_loop, jitter=1e-3, missed_share=0.1)
     >>> [effect.name for effect in effects]
     ['jitter', 'missed periods']
@@ -143,7 +143,7 @@ def computer_sweep(
     >>> motor = wb.DCMotor()
     >>> law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
-    >>> sampled = loop.disturbed()
+    >>> sampled = loop.with_timing_faults()
     >>> effects = wb.evidence.computer_effects(sampled, jitter=1e-3, missed_share=0.1)
     >>> run = wb.Run(sampled, (wb.rmse(),), until=1.0)
     >>> wb.evidence.computer_sweep("motor", run, effects, draws=2).name

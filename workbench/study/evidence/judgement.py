@@ -107,9 +107,9 @@ def judge(
 
     Examples
     --------
-    >>> from workbench.study.evidence import Mean, Median, judge, paired
+    >>> from workbench.study.evidence import Mean, Median, judge, pair_samples
     >>> draws = np.random.default_rng(1).random(40)
-    >>> errors = paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad")
+    >>> errors = pair_samples({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad")
     >>> judge(errors, Mean(), (Median(),), confidence=0.9, margin=0.02, resamples=100, seed=1).best
     'PID'
     """
@@ -153,9 +153,10 @@ class Standings:
 
     Examples
     --------
-    >>> from workbench.study.evidence import Mean, Standings, judge, paired
+    >>> from workbench.study.evidence import Mean, Standings, judge, pair_samples
     >>> draws = np.random.default_rng(1).random(40)
-    >>> ruling = judge(paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), Mean(), resamples=100)
+    >>> errors = pair_samples({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad")
+    >>> ruling = judge(errors, Mean(), resamples=100)
     >>> Standings({"paper": ruling})
     Standings(judgements={'paper'})
     """

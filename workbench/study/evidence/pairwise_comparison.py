@@ -131,9 +131,9 @@ def compare(
 
     Examples
     --------
-    >>> from workbench.study.evidence import Tail, compare, paired
+    >>> from workbench.study.evidence import Tail, compare, pair_samples
     >>> draws = np.random.default_rng(1).random(40)
-    >>> errors = paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad")
+    >>> errors = pair_samples({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad")
     >>> compare(errors, Tail(0.6), confidence=0.9, margin=0.02, resamples=100, seed=1).order("PID", "SMC")
     'below'
     """
@@ -185,9 +185,9 @@ def ranks(samples: PairedSamples, confidence: float = 0.95) -> Ranks:
 
     Examples
     --------
-    >>> from workbench.study.evidence import paired, ranks
+    >>> from workbench.study.evidence import pair_samples, ranks
     >>> draws = np.random.default_rng(1).random(40)
-    >>> ranks(paired({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), 0.9)
+    >>> ranks(pair_samples({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), 0.9)
     Ranks(paired=Paired(...), confidence=0.9, ranks=Intervals(...), below=Intervals(...))
     """
     t_quantile("ranks", confidence, 1)  # refuses what is no confidence

@@ -104,7 +104,7 @@ def share(holds: object, confidence: float = 0.95) -> Share:
     --------
     >>> from workbench.study.uncertainty import share
     >>> share([1.0, 0.0, 0.0, 1.0], 0.9)
-    Share(value=0.5, low=0.0976115, high=0.902389, runs=4, failed=0)
+    Share(value=0.5, low=0.0976115, high=0.902389, runs=4, failures=0)
     """
     flags = as_outputs(holds)
     if flags is None or flags.ndim != 1 or not flags.size or not (np.isnan(flags) | (flags == 0) | (flags == 1)).all():
