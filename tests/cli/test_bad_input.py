@@ -194,7 +194,7 @@ def test_a_format_that_does_not_exist_is_refused(shell):
 ANSWERS = [
     ("sections=lambda results: None", "must be a tuple of `Section`; got None"),
     ("sections=lambda results: Section('T', ())", "must be a tuple of `Section`; got a `Section`"),
-    ("sections=lambda results: [Section('T', (Paragraph(Reference('no')),))]", "There is no 'no' among"),
+    ("sections=lambda results: [Section('T', (Paragraph(CrossReference('no')),))]", "There is no 'no' among"),
     ("sections=lambda results: [Section('T', ('text',))]", "wrap text in `Paragraph(...)`"),
     ("sections=lambda results: exit(0)", "ended the study by itself, with status 0"),
     ("headlines=lambda results: exit(0)", "ended the study by itself, with status 0"),
@@ -205,7 +205,7 @@ ANSWERS = [
 
 @pytest.mark.parametrize(("change", "word"), ANSWERS)
 def test_an_answer_that_is_none_is_said_with_its_line(command, script, tmp_path, change, word):
-    from_document = "from workbench.study.document.document import Reference\nfrom dataclasses import replace"
+    from_document = "from workbench.study.document.document import CrossReference\nfrom dataclasses import replace"
     text = f"{(tmp_path / script()).read_text(encoding='utf-8')}\n{from_document}\nstudy = replace(study, {change})\n"
     (tmp_path / "study.py").write_text(text, encoding="utf-8")
     refused(command("run", "study.py"), tmp_path, f"study.py, line {text.count(chr(10))}: ", word)

@@ -51,7 +51,7 @@ def prove_over_box(
     >>> family, theta = LoopFamily.of(linear, box.labels, ("v_load",), ("v",)), np.array([[0.01]])
     >>> conditions = GainBelow(3.0, ("v_load",), ("v",), 1.0), DampingAbove(0.1), DecayAbove(0.1)
     >>> draws = theta, linear.rows({"plant.J": theta[:, 0]}).x
-    >>> [prove_over_box(family, condition, box, draws, 100).proved for condition in conditions]
+    >>> [prove_over_box(family, condition, box, draws, 100).is_proved for condition in conditions]
     [True, True, True]
     """
     start = whole(box.low, box.high)

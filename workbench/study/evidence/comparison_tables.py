@@ -97,7 +97,7 @@ def ablation_table(
     >>> ablation_table("parts", "What each part is worth", (parts,), "whole").name
     'parts'
     >>> change_without(parts, "without D", "whole"), level_of(parts, "whole")
-    (Emphasis(cell=Measured(...)), Emphasis(cell=Measured(...)))
+    (BoldCell(cell=ValueWithError(...)), BoldCell(cell=ValueWithError(...)))
     """
     _check_laws("ablation_table", comparisons)
     paired = comparisons[0].samples

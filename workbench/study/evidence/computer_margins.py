@@ -97,7 +97,7 @@ def computer_effects(sampled_loop: SampledSystem, jitter: float, missed_share: f
     >>> law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
     >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
     >>> sampled = loop.with_timing_faults()
-    >>> effects = wb.evidence.computer_effects(sampled_loop, jitter=1e-3, missed_share=0.1)
+    >>> effects = wb.evidence.computer_effects(sampled, jitter=1e-3, missed_share=0.1)
     >>> [effect.name for effect in effects]
     ['jitter', 'missed periods']
     """

@@ -158,8 +158,7 @@ def _neighbours(u: Array, step: float) -> Array:
 
 def _search(parts: Sequence[_Draws], limits: Sequence[FigureLimit]) -> BoxSearch:
     theta, x, p, lost, unstable = (
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("theta", "x", "p", "lost_draws", "unstable_draws")
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("theta", "x", "p", "lost", "unstable")
     )
     excess = np.concatenate([part.excess for part in parts], axis=1)
     first, worst = excess.shape[1] - len(limits), {}
