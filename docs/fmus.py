@@ -64,7 +64,7 @@ def of_law(name: str, shown: Any, reference: str = "input") -> Example:
     law = digital.law(reference, truths=tuple(x for x in loop.plant.truths.names if x in loop.observer.reads))
     taken = Layout(tuple(Entry(path, np.zeros(value.numel())) for path, value in digital.computer_input_values.items()))
     values = ca.vertcat(*[ca.vec(value) for value in digital.computer_input_values.values()])
-    step = digital.step(2).extended(taken, taken.symbols(), values)
+    step = digital.step(2).with_memory(taken, taken.symbols(), values)
     run = wb.simulate(step, until=round(STEPS * period, 12), arithmetic="portable")
 
     def columns(prefix: str, names: tuple[str, ...]) -> list[np.ndarray]:

@@ -29,7 +29,7 @@ def arm_with_equal_slopes():
     return LOOPS["SMC"]()[0]
 
 
-CASES = {"PID": motor_with_equal_gains, "SMC": arm_with_equal_slopes, "EKF": lambda: LOOPS["EKF"]()[0]}
+CASES = {"motor PID": motor_with_equal_gains, "SMC": arm_with_equal_slopes, "EKF": lambda: LOOPS["EKF"]()[0]}
 
 
 def built_in_numbers(source):

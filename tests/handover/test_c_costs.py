@@ -72,7 +72,7 @@ def law_of(name):
 
 
 @needs_gcc
-@pytest.mark.parametrize("name", heavy_but(LOOPS, "PID", "SMC"))
+@pytest.mark.parametrize("name", heavy_but(LOOPS, "motor PID", "SMC"))
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_no_level_of_gcc_takes_more_stack_than_was_counted(name, precision):
     code = c_code(law_of(name)[1], "law", precision=precision)
@@ -133,15 +133,15 @@ def fused_run(name):
 @pytest.mark.parametrize(
     ("name", "options"),
     heavy_but(
-        [*((name, HARDWARE[2]) for name in ("PID", "SMC", "EKF", "Fuzzy-ASMC")), ("EKF", HARDWARE[1])],
-        *((name, HARDWARE[2]) for name in ("PID", "SMC")),
+        [*((name, HARDWARE[2]) for name in ("motor PID", "SMC", "EKF", "Fuzzy-ASMC")), ("EKF", HARDWARE[1])],
+        *((name, HARDWARE[2]) for name in ("motor PID", "SMC")),
     ),
 )
 def test_fused_products_have_the_bits_of_the_fused_simulation(name, options, tmp_path):
     law, (y, r, u, z) = fused_run(name)
     found = compiled(c_code(law, "law", **options), tmp_path)(y, r)
     assert (differing(found[0], u), differing(found[1], z), found[2].max()) == (0, 0, 0)
-    if name == "PID":  # whose command is at its limit
+    if name == "motor PID":  # whose command is at its limit
         return
     (tmp_path / "portable").mkdir()
     other = compiled(c_code(law, "law"), tmp_path / "portable")(y, r)

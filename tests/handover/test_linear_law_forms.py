@@ -31,7 +31,7 @@ def lqg():
 
 
 LINEAR = {
-    "PID": lambda: pid().digital(0.01),
+    "motor PID": lambda: pid().digital(0.01),
     "PID with a delay": lambda: pid().digital(0.01, delay=2),
     "PID of an arm, without a name of its own for each joint": lambda: rival("FS", "PID").digital(1e-3),
     "LQG": lambda: lqg().digital(0.1),

@@ -38,7 +38,7 @@ def of_reading(command, y, **names):
     return off[:, 0], bound[:, 0]
 
 
-@pytest.mark.parametrize("name", heavy_but(LOOPS, "PID", "SMC", "LQG"))
+@pytest.mark.parametrize("name", heavy_but(LOOPS, "motor PID", "SMC", "LQG"))
 def test_the_floats_of_every_law_are_within_their_bounds(name):
     law, k, z, y, r = recorded(name)
     off, bound = sides(law, k, z, y, r)
@@ -175,7 +175,7 @@ def test_an_operation_without_a_bound_is_named(command, y, reason):
 
 
 def test_a_stated_bound_is_repeated_by_its_seed():
-    law, _, z, y, r = recorded("PID")
+    law, _, z, y, r = recorded("motor PID")
     again = [stated_bound(law, *box_of(z, y, r), samples=12_000, seed=3).u_bound for _ in range(2)]
     np.testing.assert_array_equal(*again)
 
@@ -226,7 +226,7 @@ def test_stated_numbers_are_rounded_up():
 
 
 def test_a_box_of_another_size_is_refused_by_name():
-    law = recorded("PID").law
+    law = recorded("motor PID").law
     with pytest.raises(ValueError, match=r"stated_bound\(low=...\)"):
         stated_bound(law, [0.0], [1.0])
     size = law.memory.size + law.readings.size + law.references.size

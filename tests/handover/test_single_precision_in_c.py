@@ -77,7 +77,7 @@ needs_c = pytest.mark.skipif(COMPILER is None, reason="there is no C compiler he
 
 
 @needs_c
-@pytest.mark.parametrize("name", heavy_but(LOOPS, "PID", "SMC"))
+@pytest.mark.parametrize("name", heavy_but(LOOPS, "motor PID", "SMC"))
 def test_c_and_numpy_have_the_same_floats(name, tmp_path):
     law, k, z, y, r = recorded(name)
     results, flags = in_c(law, tmp_path, k, z, y, r)

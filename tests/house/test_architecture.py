@@ -144,7 +144,7 @@ def test_a_public_name_without_a_door_is_found(text):
     room = {"workbench/core/__init__.py": "__all__ = ['f']", "workbench/core/a.py": text}
     (breach,) = code.names_without_door(room)
     assert "workbench/core/a.py:" in breach
-    assert not code.names_without_door(room | {"workbench/core/a.py": f"@door\n{text}"})
+    assert not code.names_without_door(room | {"workbench/core/a.py": f"@check_arguments\n{text}"})
     assert not code.names_without_door(room | {"workbench/core/a.py": "def f(): ..."})
 
 

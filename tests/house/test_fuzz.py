@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 
 
 # What one has from another public name alone, or inherits from.
-UNSHOWN = {"CalledTarget", "PeriodPoles", "Refused", "Verdict"}
+UNSHOWN = {"CalledTarget", "PeriodPoles", "DesignError", "Verdict"}
 # Objects that show their whole text.
 LONG = {"BodeData", "Citation", "DefinitenessVerdict", "LimitVerdict", "PropertyVerdict", "Sheet"}
 # Formulas and verdicts have texts of their own.

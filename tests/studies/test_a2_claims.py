@@ -216,10 +216,10 @@ def test_15_holds_under_its_condition_and_not_for_all_torques_at_once(ledger):
 
 @pytest.mark.heavy
 def test_every_finding_that_breaks_a_claim_keeps_the_hypotheses_it_names(ledger):
-    with_margin = [line for line in ledger if line.ruling.kind in BREAKING_KINDS and line.ruling.kept]
+    with_margin = [line for line in ledger if line.ruling.kind in BREAKING_KINDS and line.ruling.kept_hypotheses]
     assert {"(24)", "(40)", "(41), along (35)", "(41), along (10)", "(42)"} <= {line.claim.name for line in with_margin}
     for line in with_margin:
-        if "Assumption 4" in line.ruling.kept:
+        if "Assumption 4" in line.ruling.kept_hypotheses:
             with pytest.raises(ValueError, match="must keep every hypothesis"):
                 ClaimEntry(
                     replace(line.claim, hypotheses=(searches.ASSUMPTION_4,)), replace(line.ruling, kept_hypotheses=())

@@ -22,7 +22,7 @@ def numbers_of(factors, points):
 def runs_of(name, run, factors, points, halved, seed):
     """Runs whose error dies out after a time, one in eight of which diverges."""
     rng = np.random.default_rng(seed)
-    t = np.arange(1, round(run.until / run.kept) + 1) * run.kept
+    t = np.arange(1, round(run.until / run.sampling_interval) + 1) * run.sampling_interval
     count = len(points)
     level = rng.uniform(0.3, 3.0, size=(count, 1, 2))
     values = level / np.sqrt(np.minimum(t, 20.0))[:, np.newaxis]
@@ -53,7 +53,7 @@ def page():
         one.name: runs_of(one.name, one.run, one.factors, one.design.points(), one.half_step_every, seed)
         for seed, one in enumerate(study.sweeps(tuned))
     }
-    return sections(SimpleNamespace(tuned=tuned.__getitem__, sample=samples.__getitem__))
+    return sections(SimpleNamespace(tuning=tuned.__getitem__, sample=samples.__getitem__))
 
 
 def test_the_page_has_five_findings_each_with_its_scope_and_variations(page):

@@ -140,9 +140,7 @@ def test_a_plant_in_discrete_time_is_refused():
     loop = ClosedLoop(
         wb.LinearPlant(system), controller=LinearLaw(control.ss([], [], [], [[-1.0]], inputs="omega", outputs="v"))
     )
-    with pytest.raises(
-        ValueError, match=r"`SampledSystem.with_timing_faults\(\)` needs a plant in continuous time; 'plant.x'"
-    ):
+    with pytest.raises(ValueError, match=r"with_timing_faults\(\)` needs a plant in continuous time; 'plant.x'"):
         loop.digital(T).with_timing_faults()
 
 

@@ -57,7 +57,7 @@ def common_searches(miss=0.5):
         values = (1 + miss) * np.broadcast_to(printed[law], (1, len(t), 2))
         return SimpleNamespace(samples={"fs": sampled(t, values)})
 
-    return SimpleNamespace(tuned=tuned)
+    return SimpleNamespace(tuning=tuned)
 
 
 def row(sign, shape, miss):

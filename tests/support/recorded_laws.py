@@ -55,7 +55,7 @@ def cart(law: str) -> tuple[Any, tuple[str, ...], float]:
 MAKERS: Mapping[str, Callable[[], tuple[Any, tuple[str, ...], float]]] = {
     "AOSMC-RGS": lambda: arm(proposed_repaired("FS")),
     **{name: lambda name=name: arm(rival("FS", name)) for name in RIVALS},
-    "PID": motor,
+    "motor PID": motor,
     "EKF": lambda: cart("EKF"),
     "LQG": lambda: cart("LQG"),
 }

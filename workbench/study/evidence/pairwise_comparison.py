@@ -188,7 +188,7 @@ def ranks(samples: PairedSamples, confidence: float = 0.95) -> Ranks:
     >>> from workbench.study.evidence import pair_samples, ranks
     >>> draws = np.random.default_rng(1).random(40)
     >>> ranks(pair_samples({"PID": draws, "SMC": draws + 0.1}, metric="error", unit="rad"), 0.9)
-    Ranks(paired=Paired(...), confidence=0.9, ranks=Intervals(...), below=Intervals(...))
+    Ranks(samples=PairedSamples(...), confidence=0.9, ranks=Intervals(...), below=Intervals(...))
     """
     t_quantile("ranks", confidence, 1)  # refuses what is no confidence
     y = samples.values
