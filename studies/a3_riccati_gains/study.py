@@ -139,7 +139,7 @@ def loops(results: wb.Results) -> wb.Section:
 def sections(results: wb.Results) -> wb.Page:
     """The answer and the findings, P(t) over time, then the tables behind them."""
     answers = dict(zip(SETTINGS, results.work("riccati"), strict=True))
-    paths = {scenario: answers[scenario, ASSUMED_WEIGHTS].compared for scenario in SCENARIOS}
+    paths = {scenario: answers[scenario, ASSUMED_WEIGHTS].comparison for scenario in SCENARIOS}
     figures = (figure(one, scenario) for scenario, one in paths.items())
     tables = (choices(one, scenario) for scenario, one in paths.items())
     held = findings.Evidence(results, answers)

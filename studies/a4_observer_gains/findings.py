@@ -156,8 +156,8 @@ def mismatch(results: wb.Results) -> wb.Finding:
         ),
         wb.document.superscript_powers(
             f"In the whole region |df/dq| reaches {whole.position.seen:.0f} 1/s^2 (proved: at most "
-            f"{whole.position.proved:.0f}) and |df/dqd| {whole.velocity.seen:.1f} 1/s (at most "
-            f"{whole.velocity.proved:.1f}). The bound (15) is coarse: {part} bear less, too, "
+            f"{whole.position.upper:.0f}) and |df/dqd| {whole.velocity.seen:.1f} 1/s (at most "
+            f"{whole.velocity.upper:.1f}). The bound (15) is coarse: {part} bear less, too, "
             "and are proved to converge in the whole region."
         ),
         statistic="The largest rho for which one quadratic form proves a decay for all |Delta| ≤ rho |x~|, in rad and "

@@ -58,7 +58,7 @@ FITS = "AOSMC-RGS: Q and R to the paper's printed RMSE (a1). The other laws: not
 CLOCK = f"jitter of {100 * JITTER:g} % of the period and {100 * MISSED_SHARE:g} % missed periods"
 START_WORDS = {NEAR_START: "starts near each loop's own", FAR_START: "farther starts (the paper's for its arm)"}
 PATHS = {NEAR_START: ON_REFERENCE, FAR_START: PAPERS}  # the starts of the paper's laws, as a9 calls them
-PARTS = {"single": "single precision alone", "jitter": "jitter alone", "missed": "missed periods alone"}
+PARTS = {"single": "single precision alone", "jitter": "jitter alone", "missed_periods": "missed periods alone"}
 PARTS |= {"readings": "the steps of the readings alone, over exact readings"}
 
 

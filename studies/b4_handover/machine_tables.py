@@ -43,7 +43,7 @@ def bits_table(results: wb.Results) -> wb.document.ReportTable:
     rows: list[tuple[wb.document.Cell, ...]] = []
     for name, laws in by_target(results).items():
         ran = [result for result in laws.values() if result.ran]
-        parts = ("periods", "bits", "differing", "memories", "flags")
+        parts = ("periods", "bits", "differing_bits", "memories", "flags")
         sums = (sum(getattr(result, part) for result in ran) for part in parts)
         first = "; ".join(f"{law}: {result.first}" for law, result in laws.items() if result.first)
         rows.append(

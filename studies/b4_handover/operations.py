@@ -53,13 +53,13 @@ def operations_of(key: str) -> wb.handover.TargetResult:
 
 def operations_by_target(results: wb.Results) -> dict[str, int]:
     """By target that ran, the number of bits that differ from IEEE 754."""
-    return {one.target: one.differing for one in results.work("operations") if one.ran}
+    return {one.target: one.differing_bits for one in results.work("operations") if one.ran}
 
 
 def operations_table(results: wb.Results) -> wb.document.ReportTable:
     """The targets whose operations are not rounded as IEEE 754 requires."""
     rows = [
-        (one.target.split(",")[0], one.bits, one.differing, one.first or "none")
+        (one.target.split(",")[0], one.bits, one.differing_bits, one.first or "none")
         for one in results.work("operations")
         if one.ran
     ]

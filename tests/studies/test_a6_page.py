@@ -63,9 +63,9 @@ def test_the_page_has_five_findings_each_with_its_scope_and_variations(page):
     for one in page.findings:
         assert one.statistic
         assert one.sample
-        assert one.given
+        assert one.information
         assert one.variations
-        assert one.untried
+        assert one.limitations
     assert page.answer == answer(page.findings)
 
 
@@ -74,7 +74,7 @@ def test_the_answer_of_the_page_has_at_most_forty_words(page):
 
 
 def test_sentences_of_the_findings_and_paragraphs_have_at_most_25_words(page):
-    texts = [text for one in page.findings for text in (one.statement, one.statistic, one.given)]
+    texts = [text for one in page.findings for text in (one.statement, one.statistic, one.information)]
     texts += [block.text for part in page.sections for block in part.blocks if isinstance(block, Paragraph)]
     long = [sentence for text in texts for sentence in text.split(". ") if len(sentence.split()) > 25]
     assert not long

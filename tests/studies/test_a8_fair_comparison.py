@@ -72,12 +72,12 @@ OF_LIGHT_TESTS = {
 )
 def test_a_number_reaches_the_loop_as_the_search_sets_it(entrant, equation):
     """The search sets numbers in the equations; the law that is judged has the same numbers in its blocks."""
-    u = np.linspace(0.2, 0.8, len(entrant.tuned))
+    u = np.linspace(0.2, 0.8, len(entrant.tuned_numbers))
     searched = equation(entrant.key)
-    factors = tuple(one.factor for one in entrant.tuned)
+    factors = tuple(one.factor for one in entrant.tuned_numbers)
     space = Space(factors, searched.parameters, searched.states)
     p, x0 = space.rows(u[None])
-    x = dict(zip((one.name for one in entrant.tuned), space.values(u[None])[0], strict=True))
+    x = dict(zip((one.name for one in entrant.tuned_numbers), space.values(u[None])[0], strict=True))
     judged = entrant.loop(PAPER, x).ode()
     assert (judged.parameters.names, judged.states.names) == (searched.parameters.names, searched.states.names)
     np.testing.assert_allclose(judged.parameters.default, p[0], rtol=1e-15)

@@ -174,7 +174,7 @@ def test_the_runs_that_the_late_searches_lose_are_named():
     made = evidence()
     trials = tuple((LoopTrial({TV: np.full(2, share)}, {TV: np.zeros(2)}),) for share in (0.5, np.nan))
     lost = LargestSetting(Threshold((1e-3, 5e-3), (True, False)), trials)
-    searched = (replace(one, found=lost) if one.search == period_findings.BASE else one for one in made.quiet)
+    searched = (replace(one, largest_setting=lost) if one.search == period_findings.BASE else one for one in made.quiet)
     found = findings.lost_runs(replace(made, quiet=tuple(searched)))
     assert "these runs diverge: AOSMC-RGS in FS at 5 ms." in found.evidence
 

@@ -88,7 +88,7 @@ def test_errors_are_rounding_of_every_arm_or_named(monkeypatch):
 
 
 def test_repetitions_on_both_sides_of_the_bar_are_named(monkeypatch):
-    arms(monkeypatch, derived=(0.2, 0.2, 0.3), differentiated=(0.25, 0.28, 0.4))
+    arms(monkeypatch, derivation_seconds=(0.2, 0.2, 0.3), differentiation_seconds=(0.25, 0.28, 0.4))
     finding = study.time_finding()
     assert (finding.answer, finding.kind, [one.words for one in finding.reversals]) == (
         "reached",
@@ -98,7 +98,7 @@ def test_repetitions_on_both_sides_of_the_bar_are_named(monkeypatch):
 
 
 def test_a_time_that_is_shorter_than_that_of_a_part_of_its_work_leaves_the_bar_open(monkeypatch):
-    arms(monkeypatch, derived=(0.30,), differentiated=(0.24,))
+    arms(monkeypatch, derivation_seconds=(0.30,), differentiation_seconds=(0.24,))
     finding = study.time_finding()
     assert finding.kind == "open"
     assert "Without derivatives it took 0.3 s" in finding.evidence

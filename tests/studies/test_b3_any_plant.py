@@ -89,8 +89,8 @@ def test_a_regulator_of_all_states_keeps_its_guaranteed_distance(setting):
 def test_every_loop_rests_where_it_is_wanted(setting, law):
     closed = loop(setting, law)
     end = simulate(rk4(closed.ode(), setting.period / 8), until=setting.until, every=setting.until)
-    off = max(abs(setting.start[name] - value) for name, value in setting.wanted.items())
-    for name, value in setting.wanted.items():
+    off = max(abs(setting.start[name] - value) for name, value in setting.operating_outputs.items())
+    for name, value in setting.operating_outputs.items():
         # the slowest pole, of the hard tanks, has decayed to 3 %
         assert abs(end[name][0, -1].item() - value) < 0.03 * off
 
@@ -197,7 +197,7 @@ def test_every_loop_comes_to_rest_in_its_computer(setting, law):
     own = run(setting, law, computer=True)
     step = own.loop.ode().step(8)
     out = simulate(step, until=setting.until, every=setting.period, seed=SEED)
-    off = np.abs(out[setting.main][0].ravel() - setting.wanted[setting.main])
+    off = np.abs(out[setting.main][0].ravel() - setting.operating_outputs[setting.main])
     assert off[3 * len(off) // 4 :].max() < 0.05 * off[0]  # the band of the settling time
     for name in setting.plant.inputs.names:
         commands = out[f"{name}_applied"][0][1:]

@@ -34,7 +34,7 @@ def replayed(**changes):
     ("changes", "answer", "words"),
     [
         ({}, "none", "on 2 of 2 targets."),
-        ({"differing": 3, "first": "period 4"}, "Cortex-M4F with mended sums", "on 1 of 2 targets; on Cortex-M4F"),
+        ({"differing_bits": 3, "first": "period 4"}, "Cortex-M4F with mended sums", "on 1 of 2 targets; on Cortex-M4F"),
         ({"memories": 1, "first": "period 4"}, "Cortex-M4F with mended sums", "1 of 6 laws differs (PID)"),
         ({"reason": "install it"}, "none", "on 2 of 2 targets."),
     ],

@@ -88,7 +88,7 @@ def test_the_right_hand_side_written_by_hand_is_that_of_casadi(written):
 
 @pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.package)
 def test_a_peer_runs_the_same_loop(peer):
-    if not peer.installed:
+    if not peer.is_installed:
         pytest.skip("not installed")
     if peer.package == "numba":
         pytest.importorskip("llvmlite", reason="numba compiles with llvmlite")

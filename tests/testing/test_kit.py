@@ -49,7 +49,7 @@ def _body(cls, own):
 
 def _declared(field):
     quantity = field.metadata["quantity"]
-    if not quantity.lifted:
+    if not quantity.is_symbolic:
         return wb.initial(field.default, unit=quantity.unit)
     return wb.parameter(field.default, unit=quantity.unit, low=quantity.bounds.low, strict=quantity.bounds.strict)
 

@@ -17,6 +17,7 @@ from workbench.handover.targets import TARGETS, USUAL, AbstractTarget
 __all__ = ["CLOCKS", "PeriodShare", "Replay", "TargetResult", "compare", "fits", "replay"]
 
 COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason")  # of a row
+FIELDS = {"differing": "differing_bits"}  # of a result, where a column has another name
 Cell = str | float | None  # of a row; None for what is not known
 
 
@@ -48,7 +49,7 @@ class Replay:
         """The results as rows of a table, None for what is not known."""
         rows = []
         for result in self.results:
-            named = {name: getattr(result, name) for name in COLUMNS}
+            named = {name: getattr(result, FIELDS.get(name, name)) for name in COLUMNS}
             share = {"share": result.fit.share if result.fit else None}
             rows.append(named | asdict(result.figures) | share)
         return rows

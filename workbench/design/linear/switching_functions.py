@@ -34,6 +34,7 @@ LONGEST = 60  # letters of an expression in a message
 Sides = str | Mapping[str, float] | None
 Mask = NDArray[np.bool_]
 UsedEntries = Callable[[Mask], Mask]
+At = tuple[float, Array, Array]  # t, x and p
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +73,7 @@ class SwitchingFunctions:
                 return a[0]
             return ca.SX.unary(code, *a) if len(a) == 1 else ca.SX.binary(code, *a)
 
-        switches = any(function.instruction_id(k) in CORNERS for k in range(function.n_instructions()))
-        if switches:
+        if any(function.instruction_id(k) in CORNERS for k in range(function.n_instructions())):
             evaluate_sx(function, lambda part, entry: symbols[part][entry], ca.SX, operation)
         return SwitchingFunctions(ode, tuple(texts), ca.vertcat(ca.SX(0, 1), *sigma))
 
@@ -95,7 +95,7 @@ class SwitchingFunctions:
         """The Jacobian (nx + ny, nx + nu) of rates and outputs at a point, or off it."""
         return np.array(self.functions[1](*self.shift_arguments(t, x, p, direction)))
 
-    def shift_arguments(self, t: float, x: Array, p: Array, direction: Array | None) -> tuple[float, Array, Array]:
+    def shift_arguments(self, t: float, x: Array, p: Array, direction: Array | None) -> At:
         """The arguments of a function at a point, or off it by a direction in x and u."""
         if direction is None:
             return t, x, p
@@ -155,19 +155,15 @@ def side_direction(call: str, corners: SwitchingFunctions, side: Sides, x: Array
     """The direction in x and u from which a point is approached, (nx + nu,), scaled to the reach of a side."""
     if side is None:
         return None
-    if isinstance(side, str):
-        if side not in ("above", "below"):
-            must = "'above', 'below' or a mapping as {'v': 1}"
-            raise ValueError(f"`{call}(side=...)` must be {must}; got {describe(side)}.")
+    if isinstance(side, str) and side in ("above", "below"):
         weights = np.full(len(x) + len(u), 1.0 if side == "above" else -1.0)
     elif isinstance(side, Mapping) and side:
         weights = np.zeros(len(x) + len(u))
         for name, value in side.items():
             weights[_places(corners.ode, name)] = finite(f"{call}(side=...)", value)
     else:
-        raise ValueError(
-            f"`{call}(side=...)` must be 'above', 'below' or a mapping as {{'v': 1}}; got {describe(side)}."
-        )
+        must = "'above', 'below' or a mapping as {'v': 1}"
+        raise ValueError(f"`{call}(side=...)` must be {must}; got {describe(side)}.")
     if not weights.any():
         raise ValueError(f"`{call}(side=...)` must leave the point; got zeros alone.")
     return np.asarray(REACH * (1 + np.abs(np.concatenate([x, u]))) * weights / np.abs(weights).max())
@@ -182,9 +178,7 @@ def _places(ode: Ode, name: str) -> list[int]:
     return [ode.states.size + place for place in inputs.indices(name)]
 
 
-def chosen_pieces(
-    corners: SwitchingFunctions, pieces: Sequence[CornerSide], step: Array, at: tuple[float, Array, Array]
-) -> list[CornerSide]:
+def chosen_pieces(corners: SwitchingFunctions, pieces: Sequence[CornerSide], step: Array, at: At) -> list[CornerSide]:
     """The pieces on the side to which a step leads: those whose signs it does not contradict, or all."""
     if not pieces:
         return []
@@ -193,9 +187,7 @@ def chosen_pieces(
     return _agreeing_sides(pieces, np.where(np.abs(value) > LEAST * size, np.sign(value), 0))
 
 
-def pieces_ahead(
-    corners: SwitchingFunctions, pieces: Sequence[CornerSide], at: tuple[float, Array, Array]
-) -> list[CornerSide]:
+def pieces_ahead(corners: SwitchingFunctions, pieces: Sequence[CornerSide], at: At) -> list[CornerSide]:
     """The pieces into which the motion x' = f(t, x, p) goes from a point, by the drift of the switching functions."""
     t, x, p = at
     slope, by_time = np.split(np.array(corners.functions[0](*at))[:, 1:], [-1], axis=1)
@@ -224,11 +216,10 @@ def refuse_corner(
     crossed = [text for text in crossed if "<" not in text] or crossed  # a comparison often goes with its maximum
     name = corners.labels[int(np.abs(ends[1].direction - ends[0].direction).argmax())]
     one_side = f"Take another point, or one piece by `side={{'{name}': 1}}` or `side={{'{name}': -1}}`."
-    by = corners.labels[j]
     raise ValueError(
         f"`{call}(...)`: {rows[i]} has a corner at this state, of {' and '.join(dict.fromkeys(crossed))}: its "
-        f"derivative by '{by}' is {min(values):.4g} on one piece and {max(values):.4g} on another of {len(pieces)}. "
-        f"{remedy or one_side}"
+        f"derivative by '{corners.labels[j]}' is {min(values):.4g} on one piece and {max(values):.4g} on another "
+        f"of {len(pieces)}. {remedy or one_side}"
     )
 
 
@@ -275,7 +266,6 @@ def sure_jacobians(
     pieces = corners.pieces(t, x, p)
     if not pieces:
         return jacobians(call, ode, t, x, p)
-    J, n = pieces[0].near, len(x)
     if step is None:
         A, B, Cy, D = jacobians(call, ode, t, x, p)  # refused where none of them is finite
     else:
@@ -292,7 +282,7 @@ def sure_jacobians(
         J = np.where((off > np.abs(J - pieces[0].far)) & (off > rounding_errors(pieces)) & needed, J, mean)
     else:
         _refuse_infinite(call, ode, pieces[0])
-    return split(J, n)
+    return split(J, len(x))
 
 
 def split(J: Array, n: int) -> tuple[Array, Array, Array, Array]:

@@ -199,16 +199,10 @@ def _solve_flow(
         found, error = march(coefficients, P, gone, rtol, begin, sign)
     if backward:
         found, error = found[::-1], error[::-1]
-    terms = [coefficients.at(when) for when in t]
-    return RiccatiFlow(
-        t,
-        found,
-        np.array([at.gain(X) for at, X in zip(terms, found, strict=True)]),
-        error,
-        np.array(np.linalg.eigvalsh(found)[:, 0]),
-        np.array([at.rest(X) for at, X in zip(terms, found, strict=True)]),
-        _distance(coefficients, found),
-    )
+    pairs = [(coefficients.at(when), X) for when, X in zip(t, found, strict=True)]
+    K, rest = np.array([at.gain(X) for at, X in pairs]), np.array([at.rest(X) for at, X in pairs])
+    least = np.array(np.linalg.eigvalsh(found)[:, 0])
+    return RiccatiFlow(t, found, K, error, least, rest, _distance(coefficients, found))
 
 
 def _constant(
