@@ -24,6 +24,7 @@ from studies.a3_riccati_gains.settings import (
 from studies.paper.card import CARD, MARGIN, SCENARIOS
 
 RMSE = "sampled RMSE"
+OTHER_METRICS = ("IAE", "effort", "TV")
 ADAPTATION = "adaptation"
 NEAR = 0.05  # of X, within which P(t) is near it
 CHEAP = 0.05  # of the least J, by which a choice may exceed it and still be cheap
@@ -48,11 +49,10 @@ def change(
     """The change of a metric without (34), as a mean over places: minus one and the geometric mean of the ratios."""
     logs = []
     for scenario, joint in places:
-        frozen = scenario if law in (AT_START, NONE, ASMC_WITH_OBSERVER) else scenario_of(scenario, weights)
+        weighted = scenario_of(scenario, weights)
+        frozen = scenario if law in (AT_START, NONE, ASMC_WITH_OBSERVER) else weighted
         without = evidence.results[frozen, law].score(metric, joint).pair[0]
-        logs.append(
-            np.log(without / evidence.results[scenario_of(scenario, weights), FORWARD].score(metric, joint).pair[0])
-        )
+        logs.append(np.log(without / evidence.results[weighted, FORWARD].score(metric, joint).pair[0]))
     return float(np.expm1(np.mean(logs)))
 
 
@@ -104,13 +104,10 @@ def riccati_gain(evidence: Evidence) -> wb.Finding:
             variation(f"joint {j + 1}, {SCENARIOS[s]} alone", change(evidence, MEAN, places=[(s, j)]))
             for s, j in PLACES
         ),
-        *(
-            variation(f"{metric} in place of {RMSE}", change(evidence, MEAN, metric))
-            for metric in ("IAE", "effort", "TV")
-        ),
+        *(variation(f"{metric} in place of {RMSE}", change(evidence, MEAN, metric)) for metric in OTHER_METRICS),
         *(
             variation(f"{metric} in place of {RMSE}, P frozen at P(0)", change(evidence, AT_START, metric))
-            for metric in ("IAE", "effort", "TV")
+            for metric in OTHER_METRICS
         ),
     )
     moved = change(evidence, MEAN)
@@ -151,10 +148,7 @@ def adaptation(evidence: Evidence) -> wb.Finding:
         answer=size(moved, ADAPTATION),
         variations=(
             *(less(f"joint {j + 1}, {SCENARIOS[s]} alone", change(evidence, NONE, places=[(s, j)])) for s, j in PLACES),
-            *(
-                less(f"{metric} in place of {RMSE}", change(evidence, NONE, metric))
-                for metric in ("IAE", "effort", "TV")
-            ),
+            *(less(f"{metric} in place of {RMSE}", change(evidence, NONE, metric)) for metric in OTHER_METRICS),
             *(less(f"beside (34) with {w}", change(evidence, NONE, weights=w)) for w in OTHERS),
         ),
         limitations="A constant K above K(0).",

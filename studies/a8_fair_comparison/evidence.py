@@ -107,18 +107,14 @@ class Evidence:
 
     runs: Mapping[str, Mapping[str, Samples]]  # by the key of what a law is given, and by scenario
     cost: Mapping[str, wb.evidence.Standings]  # by the same key
-    pooled_judgements: Mapping[
-        str, Mapping[wb.evidence.Way, wb.evidence.PooledJudgement]
-    ]  # by key: all scenarios together, and without each
-    changed_standings: Mapping[
-        str, Mapping[str, wb.evidence.Standings]
-    ]  # by key and by what was changed for the laws of least training cost
-    weighted_standings: Mapping[
-        str, Mapping[str, wb.evidence.Standings]
-    ]  # by key of WEIGHED: the cost with other weights of its terms
-    causes: Mapping[
-        tuple[str, str, str], wb.evidence.Causes
-    ]  # of lost runs, by scenario, law and words of what it is given
+    # by key: all scenarios together, and without each
+    pooled_judgements: Mapping[str, Mapping[wb.evidence.Way, wb.evidence.PooledJudgement]]
+    # by key and by what was changed for the laws of least training cost
+    changed_standings: Mapping[str, Mapping[str, wb.evidence.Standings]]
+    # by key of REWEIGHTED_KEYS: the cost with other weights of its terms
+    weighted_standings: Mapping[str, Mapping[str, wb.evidence.Standings]]
+    # of lost runs, by scenario, law and words of what it is given
+    causes: Mapping[tuple[str, str, str], wb.evidence.Causes]
     parts: Parts
 
 
@@ -126,13 +122,11 @@ class Evidence:
 class Parts:
     """AOSMC-RGS beside itself without each of its parts, and beside plain ASMC, over all scenarios."""
 
-    frozen_parts: (
-        wb.evidence.PooledJudgement
-    )  # with the numbers of the whole law; P at P(0) without (34), and at its steady value
+    # with the numbers of the whole law; P at P(0) without (34), and at its steady value
+    frozen_parts: wb.evidence.PooledJudgement
     retuned_parts: Mapping[wb.evidence.Way, wb.evidence.PooledJudgement]  # tuned again without the part
-    searches: (
-        wb.evidence.PooledJudgement
-    )  # the whole law, the law without (34) and plain ASMC, each with other numbers, by `run_name`
+    # the whole law, the law without (34) and plain ASMC, each with other numbers, by `run_name`
+    searches: wb.evidence.PooledJudgement
     by_term: tuple[wb.evidence.Comparison, ...]  # the same by the cost and each of its terms, by the geometric mean
 
 
@@ -226,9 +220,8 @@ def cause_of(runs: LostRuns) -> wb.evidence.Causes:
     scenario = next(one for one in HELD_OUT if one.name == runs.scenario)
     loop = next(one for one in ALL if one.key == runs.entrant).loop(scenario, dict(runs.best))
     ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
-    return wb.evidence.causes_in_sweep(
-        sweep(name_of(scenario, runs.entrant), loop, scenario), np.array(runs.runs), ways
-    )
+    swept = sweep(name_of(scenario, runs.entrant), loop, scenario)
+    return wb.evidence.causes_in_sweep(swept, np.array(runs.runs), ways)
 
 
 def without_parts(results: wb.Results, runs: Mapping[str, Samples]) -> Parts:

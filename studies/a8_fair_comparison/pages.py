@@ -188,9 +188,8 @@ def together(evidence: Evidence) -> wb.Section:
         "not the geometric mean of the mean costs in the figures above, which a few draws with chattering raise more. "
         f"{rare(evidence)}"
     )
-    return wb.Section(
-        "All scenarios together", (wb.Paragraph(words), *(together_table(evidence, given) for given in ORDER))
-    )
+    tables = (together_table(evidence, given) for given in ORDER)
+    return wb.Section("All scenarios together", (wb.Paragraph(words), *tables))
 
 
 def rare(evidence: Evidence) -> str:
@@ -239,12 +238,10 @@ def together_table(evidence: Evidence, information: Information) -> wb.document.
 
 def parts_table(evidence: Evidence) -> wb.document.ReportTable:
     """One row a part: the change of the pooled cost without it, with the numbers of the whole law and tuned again."""
-    frozen, retuned = (
-        evidence.parts.frozen_parts.whole.by[PRIMARY.words],
-        evidence.parts.retuned_parts[changes.BASE].whole.by[PRIMARY.words],
-    )
+    again = evidence.parts.retuned_parts[changes.BASE]
+    frozen, retuned = (one.whole.by[PRIMARY.words] for one in (evidence.parts.frozen_parts, again))
     name = riccati_worth.decisive(evidence.parts)
-    rest = evidence.parts.retuned_parts[changes.BASE].without[name].by[PRIMARY.words]
+    rest = again.without[name].by[PRIMARY.words]
     searches = evidence.parts.searches.whole.by[PRIMARY.words]
     other, *_ = riccati_worth.change_of(searches, run_name(PROPOSED_LAW, "_other"))
     rows: list[tuple[wb.document.Cell, ...]] = [
@@ -299,7 +296,5 @@ def parts(evidence: Evidence) -> wb.Section:
         evidence.parts.by_term,
         PROPOSED_LAW,
     )
-    last = riccati_worth.searches_table(evidence.parts)
-    return wb.Section(
-        "What each part of AOSMC-RGS is worth", (wb.Paragraph(words), parts_table(evidence), by_term, last)
-    )
+    tables = (parts_table(evidence), by_term, riccati_worth.searches_table(evidence.parts))
+    return wb.Section("What each part of AOSMC-RGS is worth", (wb.Paragraph(words), *tables))

@@ -117,8 +117,7 @@ class _Writer:
     notes: Mapping[str, tuple[Phrase, ...]]
 
     def document(self, document: Document) -> Tree:
-        colophon = document.colophon
-        title = document.title
+        colophon, title = document.colophon, document.title
         return {
             "title": join_units(self.short(title)),
             "running": title if len(title) <= MAX_HEADER_LETTERS else f"{title[: MAX_HEADER_LETTERS - 1].rstrip()}…",
@@ -154,11 +153,7 @@ class _Writer:
                 tree["lines"] = [typst_math.emit(line, width=ROOM) for line in equation.lines]
                 tree["note"] = self.phrase(equation.note)
             case Verdict(kind, statement, evidence):
-                tree |= {
-                    "word": kind,
-                    "statement": self.phrase(statement),
-                    "evidence": self.phrase(evidence),
-                }
+                tree |= {"word": kind, "statement": self.phrase(statement), "evidence": self.phrase(evidence)}
             case Figure(name, caption) as figure:
                 alt = plain(resolve_references(caption, self.known))
                 drawn = {"svg": self.drawings[name], "share": figure.width}
@@ -220,15 +215,9 @@ class _Writer:
         if not isinstance(cell_text.content, NumberText):
             return {"kind": "phrase", "phrase": self.phrase(cell_text.content), "bold": cell_text.bold}
         number, frame = cell_text.content, cell_text.padding
-        return {
-            "kind": "number",
-            "before": frame.before,
-            "text": f"{number.sign}{number.whole}{number.tail}",
-            "behind": frame.behind,
-            "power": number.power,
-            "missing": frame.power,
-            "bold": cell_text.bold,
-        }
+        text = f"{number.sign}{number.whole}{number.tail}"
+        tree: Tree = {"kind": "number", "before": frame.before, "text": text, "behind": frame.behind}
+        return tree | {"power": number.power, "missing": frame.power, "bold": cell_text.bold}
 
     def phrase(self, phrase: Phrase) -> list[Tree]:
         pieces: list[Tree] = []

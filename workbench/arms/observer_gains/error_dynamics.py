@@ -7,7 +7,7 @@ with v the noise of the measured positions. Frozen poles may all decay and the e
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import expm
@@ -29,8 +29,7 @@ from workbench.proofs.branch_and_bound import sequence
 
 SAMPLES = 20_000
 MOST_SAMPLES = 10_000_000
-# Instants at which a transient is looked at, from a thousandth of the fastest time constant to ten of the slowest:
-# a step of 1 %, so its peak is met within 1e-4 of itself.
+# Instants of a transient in steps of 1 %, from a thousandth of the fastest time constant to ten of the slowest.
 INSTANTS = 2000
 # How often the share of a region with a P is halved, and the fractions of it of which the first to be proved counts.
 HALVINGS, SURE = 6, (1.0, 0.9, 0.8, 0.6)
@@ -94,25 +93,19 @@ def frozen_poles_along(
         gone |= (q < region.low) | (q > region.high)
     if gone.any():
         row = int(np.argmax(gone.any(axis=1)))
-        raise ValueError(
-            f"`along(q, qd, tau)` must stay in the region; its row {row} leaves it, with q = {path[0][row].tolist()}, "
-            f"qd = {path[1][row].tolist()}, tau = {path[2][row].tolist()}."
-        )
+        state = ", ".join(f"{name} = {part[row].tolist()}" for name, part in zip(("q", "qd", "tau"), path, strict=True))
+        raise ValueError(f"`along(q, qd, tau)` must stay in the region; its row {row} leaves it, with {state}.")
     return FrozenPoles(*path, frozen_poles(mismatch, gains, *path))
 
 
-def _rows(call: str, mismatch: Mismatch, *arguments: Array) -> tuple[Array, Array, Array]:
-    path = list(arguments)
-    shapes = {part.shape for part in path}
-    if len(shapes) > 1 or path[0].ndim != 2 or path[0].shape[1] != mismatch.joints or not len(path[0]):
-        raise ValueError(
-            f"`{call}(q, qd, tau)` must be {mismatch.joints} numbers a row each; got shapes "
-            f"{[part.shape for part in path]}."
-        )
+def _rows(call: str, mismatch: Mismatch, q: Array, qd: Array, tau: Array) -> tuple[Array, Array, Array]:
+    path = q, qd, tau
+    shapes = [part.shape for part in path]
+    if len(set(shapes)) > 1 or q.ndim != 2 or q.shape[1] != mismatch.joints or not len(q):
+        raise ValueError(f"`{call}(q, qd, tau)` must be {mismatch.joints} numbers a row each; got shapes {shapes}.")
     if not all(np.isfinite(part).all() for part in path):
         raise ValueError(f"`{call}(q, qd, tau)` must be finite numbers; it holds NaN or infinity.")
-    q, qd, tau = path
-    return q, qd, tau
+    return path
 
 
 @dataclass(frozen=True)
@@ -242,8 +235,7 @@ def audit(
     rate
         The decay in 1/s that is to be proved, in the whole region or else in as large a share of it as can be.
     known
-        The certificate of these gains in the whole region, if there is one, whose P is proved again; else one is sought
-        (extra `lmi`).
+        The certificate of these gains in the whole region, whose P is proved again; else one is sought (extra `lmi`).
 
     Raises
     ------
@@ -263,26 +255,23 @@ def audit(
     positive("audit(rate=...)", rate, " of 1/s")
     if not 0 < positive("audit(inner=...)", inner) < 1:
         raise ValueError(f"`audit(inner=...)` is a share, so it lies between 0 and 1; got {inner}.")
-    if known_certificate is not None and (
-        known_certificate.gains is not gains or known_certificate.region is not region or known_certificate.rate != rate
-    ):
+    known = known_certificate
+    if known is not None and (known.gains is not gains or known.region is not region or known.rate != rate):
         raise ValueError(
             "`audit(known_certificate=...)` must be the certificate of these gains, in this region, of this rate."
         )
     mismatch = Mismatch.of(dynamics)
     seen = frozen_poles_over(mismatch, gains, region)
     certificate, share, why = (
-        (check(mismatch, gains, region, known_certificate.P, rate), 1.0, "")
-        if known_certificate
+        (check(mismatch, gains, region, known.P, rate), 1.0, "")
+        if known
         else _largest_certificate(mismatch, gains, region, rate)
     )
     reach = None
     if certificate is not None:
-        whole = certificate.region
-        reach = certificate.reach(Region(inner * whole.speed, whole.torque, whole.low, whole.high))
-    return Audit(
-        gains, seen, certificate, share, reach, tolerated_mismatch(gains)[0], noise(gains), peaking(gains), why
-    )
+        reach = certificate.reach(replace(certificate.region, speed=inner * certificate.region.speed))
+    tolerated, _ = tolerated_mismatch(gains)
+    return Audit(gains, seen, certificate, share, reach, tolerated, noise(gains), peaking(gains), why)
 
 
 def _largest_certificate(
@@ -298,16 +287,14 @@ def _largest_certificate(
         share = (low + high) / 2 if low else high / 4
         try:
             lyapunov_matrix(mismatch, gains, region.scale(share), rate)
+            low = share
         except DesignError:
             high = share
-        else:
-            low = share
     for part in SURE if low else ():
         smaller = region.scale(part * low)
         try:
-            found = check(mismatch, gains, smaller, lyapunov_matrix(mismatch, gains, smaller, rate), rate)
+            P = lyapunov_matrix(mismatch, gains, smaller, rate)
+            return check(mismatch, gains, smaller, P, rate), part * low, ""
         except DesignError as none:
             why = str(none)
-        else:
-            return found, part * low, ""
     return None, None, why

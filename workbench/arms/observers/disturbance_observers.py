@@ -216,8 +216,7 @@ class MomentumObserver(AbstractDisturbanceObserver):
     p_hat: Vector = initial(default=0.0, unit="{force} s", shape=("n",))
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        p = self.model.mass_matrix(est.q) @ est.qd
-        d: ca.SX = self.l * (z["p_hat"] - p)
+        d: ca.SX = self.l * (z["p_hat"] - self.model.mass_matrix(est.q) @ est.qd)
         return d
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
@@ -276,12 +275,10 @@ class StateAndDisturbanceObserver(AbstractArmObserver):
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         parts: dict[str, AbstractArmObserver | AbstractDisturbanceObserver]
         parts = {"state": self.state, "disturbance": self.disturbance}
-        return prefix_names(
-            {
-                name: o.rate(t, strip_prefix(name, z), y.only(o.reads), est, u.only(o.inputs))
-                for name, o in parts.items()
-            }
-        )
+        rates = {
+            name: o.rate(t, strip_prefix(name, z), y.only(o.reads), est, u.only(o.inputs)) for name, o in parts.items()
+        }
+        return prefix_names(rates)
 
     @property
     def method(self) -> str:

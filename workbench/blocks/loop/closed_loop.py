@@ -131,8 +131,7 @@ class ClosedLoop:
         return _around(self, name, injected_signals("ClosedLoop.ode", self, inputs, at))
 
     def cut(self, name: str = "loop", *, at: str | tuple[str, ...] | None = None) -> Ode:
-        """The loop cut at inputs of the plant, all unless named by `at`, or at outputs, where 'drive' acts: the
-        declared input.
+        """The loop cut by the declared input 'drive' at inputs of the plant, all unless named by `at`, or at outputs.
 
         The outputs are the signals that arrive at the cut, in the same order: commands, which the observer still counts
         on, or outputs of the plant. With drive = output the loop is that of `ode`; its gain L is from drive to -output.
@@ -192,11 +191,9 @@ class ClosedLoop:
         fine = one_of("ClosedLoop.digital(integrator=...)", integrator, INTEGRATORS) == "fine"
         length = seconds("ClosedLoop.digital(period=...)", period)
         outside = injected_signals("ClosedLoop.digital", self, inputs, at)
-        queue = Queue.of(self.plant.inputs, delay, initial_commands)
+        queue, nothing = Queue.of(self.plant.inputs, delay, initial_commands), InjectedSignals()
         gauges = Instruments() if instruments is None else instruments
-        _refuse_wrong_sign(
-            self, lambda loop: digital(loop, length, gauges, queue, 0, name, InjectedSignals()), recursion=True
-        )
+        _refuse_wrong_sign(self, lambda loop: digital(loop, length, gauges, queue, 0, name, nothing), recursion=True)
         return digital(self, length, gauges, queue, FINE if fine else 0, name, outside)
 
 
@@ -216,11 +213,8 @@ def _refuse_instants(loop: ClosedLoop, outside: InjectedSignals) -> None:
     refuse_inputs_of_recursion(loop, outside)
     for part in (loop.plant, loop.observer, loop.controller):
         if is_recursion(part):
-            way = (
-                "digital(period, at=...)` in place of `cut()"
-                if outside.cut_signals.size
-                else "digital(period)` in place of `ode()"
-            )
+            cut = outside.cut_signals.size
+            way = "digital(period, at=...)` in place of `cut()" if cut else "digital(period)` in place of `ode()"
             raise ValueError(
                 f"`{type(part).__name__}` is a recursion in discrete time, which only a computer runs: take "
                 f"`ClosedLoop.{way}`."
@@ -250,15 +244,14 @@ def _around(closed_loop: ClosedLoop, name: str, outside: InjectedSignals) -> Ode
         return wiring.loop_outputs(loop, y, ref, est, u, applied, wiring.signals(loop, z["controller"], est, ref))
 
     outputs, watched = outside.outputs(y | u, outputs_of_loop)
-    symbols = (t, x, ca.vertcat(lifted.symbols, outside.symbols))
+    parameters, p = lifted.layout + outside.layout, ca.vertcat(lifted.symbols, outside.symbols)
+    equations = (t, x, p, states.flatten(wiring.prefix_names(moves)), outputs.flatten(watched))
     return Ode(
         name,
         states,
-        lifted.layout + outside.layout,
+        parameters,
         outputs,
-        *symbols,
-        states.flatten(wiring.prefix_names(moves)),
-        outputs.flatten(watched),
+        *equations,
         inputs=outside.layout.names,
         notes=wiring.notes(closed_loop, continuous=True),
         follows=() if outside.cut_signals.size else closed_loop.follows,
@@ -268,7 +261,7 @@ def _around(closed_loop: ClosedLoop, name: str, outside: InjectedSignals) -> Ode
         power=wiring.power(closed_loop),
         horizon=wiring.horizon(closed_loop),
         counts=closed_loop.plant.counts,
-        drawing=wiring.plant_drawing(loop.plant, t, z["plant"], symbols[-1], lifted.layout + outside.layout),
+        drawing=wiring.plant_drawing(loop.plant, t, z["plant"], p, parameters),
         origins=origins(closed_loop),
     )
 

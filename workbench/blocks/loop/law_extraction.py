@@ -46,12 +46,8 @@ def extract_law(
     crossings = (said, made) if built_in else (made,)
     commands, after = loop.plant.inputs, handed.states()
     acts = commands.flatten(handed.acts)
-    memory = _needed_states(
-        states,
-        x,
-        {n: without_crossings(crossings, part) for n, part in after.items()},
-        without_crossings(crossings, acts),
-    )
+    moved = {name: without_crossings(crossings, part) for name, part in after.items()}
+    memory = _needed_states(states, x, moved, without_crossings(crossings, acts))
     new = ca.vertcat(memory.flatten({name: after[name] for name in memory.names}), acts)
     update, command = ca.vertsplit(without_crossings(crossings, new), [0, memory.size, new.numel()])
     parameters, p = lifted.layout + gauges.layout, ca.vertcat(lifted.symbols, gauges.symbols)

@@ -226,11 +226,8 @@ def _remedy(error: BaseException, function: Callable[..., Values], arguments: Ar
             "place of `if`"
         )
     more = [*inspect.signature(function).parameters][len(arguments) :]  # m, by that name or by another one
-    if (
-        "p" not in arguments
-        and more not in ([], ["m"])
-        and "FunctionNamespace" in f"{error} {getattr(error, 'obj', '')!r}"
-    ):
+    unfit = "p" not in arguments and more not in ([], ["m"])
+    if unfit and "FunctionNamespace" in f"{error} {getattr(error, 'obj', '')!r}":
         return (
             ": the last argument of a function without parameters is the namespace m; give parameters by "
             "`p=layout(R=('ohm', 1.0))`"

@@ -26,6 +26,7 @@ from workbench.core.validation.refusals import (
     with_article,
 )
 
+Types = tuple[type, ...]
 Fit = Callable[[object], object]  # from a value to the same value in the type of a hint, or a `KindError`
 T = TypeVar("T")
 FEW = 3  # types that a message names, if there are more than four
@@ -124,7 +125,7 @@ def _or(options: Iterable[str]) -> str:
     return " or ".join([*named[:FEW], f"{len(named) - FEW} other kinds"] if len(named) > FEW + 1 else named)
 
 
-def _classes(hint: object) -> tuple[type, ...]:
+def _classes(hint: object) -> Types:
     """The classes of a hint whose instances need no conversion."""
     options = get_args(hint) if _is_union(hint) else (hint,)
     return tuple(k for k in options if isinstance(k, type) and k not in PLAIN and _can_be_asked(k))
@@ -160,8 +161,7 @@ def _can_be_asked(kind: Any) -> TypeGuard[type]:
 
 
 def _plain(clean: Fit, must: str, value: object) -> object:
-    fit = clean(value)
-    if fit is None:
+    if (fit := clean(value)) is None:
         raise KindError(must, functools.partial(describe, value))
     return fit
 
@@ -217,8 +217,7 @@ def _array(value: object) -> object:
 
 def _whole_array(value: object) -> object:
     """An array of whole numbers that an `int64` holds."""
-    array = as_array(value)
-    if array is None or not (np.isfinite(array) & (array == np.rint(array))).all():
+    if (array := as_array(value)) is None or not (np.isfinite(array) & (array == np.rint(array))).all():
         return None
     given = np.array(value)
     fits = given.size == 0 or (int(given.min()) >= -(2**63) and int(given.max()) < 2**63)
@@ -239,9 +238,7 @@ PLAIN: dict[object, Fit] = {
 }
 
 
-def _union(
-    asked_types: tuple[type, ...], direct: dict[type, Fit], fits: tuple[Fit, ...], must: str, value: object
-) -> object:
+def _union(asked_types: Types, direct: dict[type, Fit], fits: tuple[Fit, ...], must: str, value: object) -> object:
     if isinstance(value, asked_types):
         return value
     if (fit := direct.get(type(value))) is not None:
@@ -259,16 +256,10 @@ def _union(
     raise KindError(must, most.value_text, most.place)
 
 
-def _items(
-    kind: type, asked_types: tuple[type, ...], fits: tuple[Fit, ...], several: bool, must: str, value: Any
-) -> object:
+def _items(kind: type, asked_types: Types, fits: tuple[Fit, ...], several: bool, must: str, value: Any) -> object:
     """A tuple, or the list that the hint names, of items that fit; text is refused, though it has letters."""
-    if (
-        type(value) is tuple
-        and asked_types
-        and kind is not list
-        and all(isinstance(item, asked_types) for item in value)
-    ):
+    may_stay = type(value) is tuple and asked_types and kind is not list
+    if may_stay and all(isinstance(item, asked_types) for item in value):
         return value
     try:
         if isinstance(value, str | bytes | Mapping) or (kind is not Iterable and not hasattr(value, "__getitem__")):

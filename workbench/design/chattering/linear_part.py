@@ -211,12 +211,8 @@ def linear_part_of(
         If a label is none of the loop's.
     """
     if not isinstance(loop, StepMap):
-        require(
-            "linear_part_of(loop=...)",
-            loop,
-            Ode,
-            ": a loop becomes one by its method `ode()`, or a `StepMap` by `jacobian_samples(...)`",
-        )
+        advice = ": a loop becomes one by its method `ode()`, or a `StepMap` by `jacobian_samples(...)`"
+        require("linear_part_of(loop=...)", loop, Ode, advice)
     point = vector("linear_part_of(x=...)", x, loop.states.size, "states")
     row = (
         loop.parameters.default if p is None else vector("linear_part_of(p=...)", p, loop.parameters.size, "parameters")

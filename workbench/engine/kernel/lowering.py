@@ -134,8 +134,7 @@ end:
 
 def _piece(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
     nx, graph = plan.states, plan.graph
-    lane = {place: i for i, place in enumerate(plan.lanes)}
-    row = {place: i for i, place in enumerate(plan.table)}
+    lane, row = ({place: i for i, place in enumerate(places)} for places in (plan.lanes, plan.table))
 
     def outside(e: Emission, place: int) -> str:
         if place in plan.constant_places:
@@ -153,10 +152,8 @@ def _piece(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
         steps = e.splat("%k", "i64")
         return _noise(e, place, steps) if node.op == "w" else e.do("signed", steps)
 
-    before, body = (
-        Emission(graph, width, fused_products, "u", outside),
-        Emission(graph, width, fused_products, "v", inside),
-    )
+    before = Emission(graph, width, fused_products, "u", outside)
+    body = Emission(graph, width, fused_products, "v", inside)
     before.evaluation.make(plan.per_run)
     before.store("%scratch", map(before.evaluation.value, plan.lanes))
     body.evaluation.make(plan.inside)

@@ -65,12 +65,7 @@ def root_locus_figure(
         for value, row in zip(at, paths, strict=True)
         for k, root in enumerate(row)
     ]
-    heads = (
-        TableColumn(parameter, unit),
-        TableColumn("branch"),
-        TableColumn("real part"),
-        TableColumn("imaginary part"),
-    )
+    heads = (TableColumn(parameter, unit), *map(TableColumn, ("branch", "real part", "imaginary part")))
     remarks = [*_remarks(at, crossings, parameter, unit), *(grid_remarks(period) if grid else [])]
     return Figure(name, add_remarks(caption, remarks), (panel,), 1, ReportTable(name, caption, heads, tuple(rows)))
 

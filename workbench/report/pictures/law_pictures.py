@@ -33,12 +33,7 @@ SOME = f"Of a front of more points {MAX_MARKS} are marked."
 
 @check_arguments
 def quantile_bands(
-    name: str,
-    caption: Phrase,
-    t: Array,
-    bands: Mapping[str, Quantiles],
-    note: Note,
-    ylabel: Label,
+    name: str, caption: Phrase, t: Array, bands: Mapping[str, Quantiles], note: Note, ylabel: Label
 ) -> Figure:
     """The bands between quantiles of an output of many runs over time, for one law or several.
 
@@ -128,12 +123,7 @@ def _failures(law: str, t: Array, one: Quantiles) -> tuple[str, ...]:
 
 @check_arguments
 def pareto_fronts(
-    name: str,
-    caption: Phrase,
-    fronts: Mapping[str, Array],
-    note: Note,
-    xlabel: Label,
-    ylabel: Label,
+    name: str, caption: Phrase, fronts: Mapping[str, Array], note: Note, xlabel: Label, ylabel: Label
 ) -> Figure:
     """Fronts of two measures that should be small: a point of a front dominates all points above and right of it.
 
@@ -202,11 +192,7 @@ def _front(points: Array) -> Array:
 
 @check_arguments
 def budget_curves(
-    name: str,
-    caption: Phrase,
-    curves: Mapping[str, tuple[Array, Array]],
-    note: Note,
-    ylabel: Label,
+    name: str, caption: Phrase, curves: Mapping[str, tuple[Array, Array]], note: Note, ylabel: Label
 ) -> Figure:
     """The best so far against the evaluations that it cost, law by law.
 

@@ -101,12 +101,11 @@ def computer_effects(sampled_loop: SampledSystem, jitter: float, missed_share: f
     >>> [effect.name for effect in effects]
     ['jitter', 'missed periods']
     """
-    half = sampled_loop.period / 2
     rows = sampled_loop.parameters
     known_name("computer.jitter", rows.names, "parameters of the loop")
     coarse = tuple(name for name in rows.names if name.endswith(".quantum") and rows[name].default.all())
     ladders = (
-        ("jitter", "computer.jitter", half, jitter, "s"),
+        ("jitter", "computer.jitter", sampled_loop.period / 2, jitter, "s"),
         ("missed periods", "computer.missed", MOST_MISSED, missed_share, "1"),
     )
     effects = tuple(
@@ -272,22 +271,19 @@ def computer_table(name: str, caption: str, margins: Sequence[tuple[str, Compute
         for one in own.each:
             effect, ends = one.effect, (_end(one, most) for most in (KEEPS_RATIO, STANDS_RATIO))
             loss: Cell = 100 * one.loss if np.isfinite(one.loss) else "lost"
-            declared: tuple[Cell, Cell] = (_level(effect, effect.declared_level), loss)
-            rows.append(
-                (loop, effect.name, *(declared if effect.declared_level > effect.least else (None, None)), *ends)
-            )
+            shown: tuple[Cell, Cell] = (_level(effect, effect.declared_level), loss)
+            declared = shown if effect.declared_level > effect.least else (None, None)
+            rows.append((loop, effect.name, *declared, *ends))
     columns = (
         TableColumn("loop"),
         TableColumn("effect"),
         TableColumn("declared", align="right"),
         TableColumn("growth", "%", "right", digits=2),
-        TableColumn(f"at most {KEEPS_RATIO:g} times"),
-        TableColumn(f"at most {STANDS_RATIO:g} times"),
+        *(TableColumn(f"at most {most:g} times") for most in (KEEPS_RATIO, STANDS_RATIO)),
     )
     said = {loop: "; ".join(dict.fromkeys(note for one in own.sources for note in one.notes)) for loop, own in margins}
-    return ReportTable(
-        name, caption, columns, tuple(rows), tuple(f"{loop}: {note}." for loop, note in said.items() if note)
-    )
+    notes = tuple(f"{loop}: {note}." for loop, note in said.items() if note)
+    return ReportTable(name, caption, columns, tuple(rows), notes)
 
 
 def _level(effect: ComputerEffect, level: float) -> str:

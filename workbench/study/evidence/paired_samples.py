@@ -94,8 +94,7 @@ def pair_samples(
     errors
         Law to the error of its values by the step, in their unit; without it they are taken as exact.
     samples
-        Law to the sample of which its values are made: the note below a table, and the source of each number, are then
-        read from these.
+        Law to the sample of its values, from which the note below a table and the source of each number are then read.
     step_errors
         Law to the errors (N,) of its values by the step, NaN where a run was not run again with half of it. `pool`
         needs them to divide each error by its own value.
@@ -103,9 +102,8 @@ def pair_samples(
     Raises
     ------
     ValueError
-        If there are fewer than two laws or 20 draws, laws differ in their number of draws, a value is minus
-        infinity, an error is negative or that of no law, or the samples or the errors of runs are of other laws or
-        draws.
+        If there are fewer than two laws or 20 draws, laws differ in their number of draws, a value is minus infinity,
+        an error is negative or that of no law, or the samples or the errors of runs are of other laws or draws.
 
     Examples
     --------

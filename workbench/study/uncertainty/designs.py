@@ -88,16 +88,11 @@ class ListedPoints(AbstractDesign):
     dimensions: int = field(init=False)
 
     def __post_init__(self) -> None:
-        if (
-            self.listed_points.ndim != 2
-            or not self.listed_points.size
-            or not ((self.listed_points >= 0) & (self.listed_points <= 1)).all()
-        ):
-            raise refusal(
-                "ListedPoints(listed_points)", "at least one point (N, d) of the unit cube", self.listed_points
-            )
-        object.__setattr__(self, "listed_points", self.listed_points.copy())
-        object.__setattr__(self, "dimensions", self.listed_points.shape[1])
+        points = self.listed_points
+        if points.ndim != 2 or not points.size or not ((points >= 0) & (points <= 1)).all():
+            raise refusal("ListedPoints(listed_points)", "at least one point (N, d) of the unit cube", points)
+        object.__setattr__(self, "listed_points", points.copy())
+        object.__setattr__(self, "dimensions", points.shape[1])
 
     @property
     def size(self) -> int:
