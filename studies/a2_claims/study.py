@@ -63,7 +63,7 @@ def ruling_of(name: str) -> wb.proofs.Ruling:
 def ledger(results: wb.Results) -> wb.proofs.ClaimLedger:
     """Every claim with its ruling, in the order of the paper."""
     rulings: dict[str, wb.proofs.Ruling] = dict(zip(CHECKS, results.work("claims"), strict=True))
-    rulings[convergence.FINITE_TIME.name] = convergence.finite_time(results.work("worst_run")[0].found)
+    rulings[convergence.FINITE_TIME.name] = convergence.finite_time(results.work("worst_run")[0].result)
     ours = (line_of(claim, rulings[claim.name]) for claim in CLAIMS)
     return wb.proofs.ClaimLedger((*ours, *wb.proofs.ClaimLedger.of(rivals.checks(results))))
 

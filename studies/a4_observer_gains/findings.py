@@ -140,7 +140,7 @@ def mismatch(results: wb.Results) -> wb.Finding:
     small, whole = results.work("lipschitz")
     every = candidates(results)
     coarse = [
-        name for name in OTHERS if every[name].tolerated_mismatch < small.position.seen and every[name].share == WHOLE
+        name for name in OTHERS if every[name].tolerated_mismatch < small.position.lower and every[name].share == WHOLE
     ]
 
     def answer_for(name: str, mismatch: float) -> str:
@@ -152,11 +152,11 @@ def mismatch(results: wb.Results) -> wb.Finding:
         "mismatch",
         wb.document.superscript_powers(
             f"The paper's gains bear a mismatch (15) of rho = {every[PAPER].tolerated_mismatch:.2f}; the arm's "
-            f"|df/dq| reaches {small.position.seen:.0f} 1/s^2 up to {100 * SMALL:g} % of the region's bounds."
+            f"|df/dq| reaches {small.position.lower:.0f} 1/s^2 up to {100 * SMALL:g} % of the region's bounds."
         ),
         wb.document.superscript_powers(
-            f"In the whole region |df/dq| reaches {whole.position.seen:.0f} 1/s^2 (proved: at most "
-            f"{whole.position.upper:.0f}) and |df/dqd| {whole.velocity.seen:.1f} 1/s (at most "
+            f"In the whole region |df/dq| reaches {whole.position.lower:.0f} 1/s^2 (proved: at most "
+            f"{whole.position.upper:.0f}) and |df/dqd| {whole.velocity.lower:.1f} 1/s (at most "
             f"{whole.velocity.upper:.1f}). The bound (15) is coarse: {part} bear less, too, "
             "and are proved to converge in the whole region."
         ),
@@ -165,12 +165,12 @@ def mismatch(results: wb.Results) -> wb.Finding:
         sample=REGION,
         information=OBSERVER,
         assumptions="The region and the units of |x~|, in which positions and velocities weigh alike.",
-        answer=answer_for(PAPER, small.position.seen),
+        answer=answer_for(PAPER, small.position.lower),
         variations=tuple(
             wb.Variation(
                 f"the gains '{name}', up to {100 * share:g} % of the bounds",
-                answer_for(name, found.position.seen),
-                f"{every[name].tolerated_mismatch:.2g} against {found.position.seen:.0f}",
+                answer_for(name, found.position.lower),
+                f"{every[name].tolerated_mismatch:.2g} against {found.position.lower:.0f}",
             )
             for name in HOW
             for share, found in places

@@ -74,7 +74,7 @@ def check_gains(gains: tuple[tuple[str, float], ...]) -> dict[str, float]:
 
 def works(results):
     """The searches for gains, and a check of those that the tuning has found."""
-    best = tuple(results.tuned("gains_by_search").best.items())
+    best = tuple(results.tuning("gains_by_search").best.items())
     loads = (0.5, 1.0, 1.5, 2.0, 4.0)
     return wb.Work("gains", find_gain, over=loads), wb.Work("check", check_gains, over=(best,), seconds=1.0)
 
@@ -89,7 +89,7 @@ def sections(results):
     found = (
         repr([results["step", law].score(METRICS[0].name).pair for law in ("slow", "fast")]),
         repr(results.sample("loads").values.sum()),
-        repr(dict(results.tuned("gains_by_search").best)),
+        repr(dict(results.tuning("gains_by_search").best)),
         repr(results.work("check")),
         repr([(one.gain, one.seen.tolist(), one.remark) for one in results.work("gains")]),
     )

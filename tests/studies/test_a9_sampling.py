@@ -90,7 +90,7 @@ def test_the_longest_quiet_period_of_smc_is_between_a_quiet_and_a_loud_one(smc):
     for period, quiet in ((low, True), (high, False)):
         variation = exact("SMC", "SS", Computer(period, True))
         assert bool((variation <= QUIET * smc.TV).all()) is quiet
-    assert smc.found.sure
+    assert smc.largest_setting.sure
 
 
 @pytest.mark.heavy

@@ -124,7 +124,7 @@ class LawTests(AbstractBlockTests):
 
     def _truths(self) -> tuple[str, ...]:
         loop = self.loop()
-        return tuple(name for name in loop.plant.truths.names if name in loop.observer.reads)
+        return tuple(name for name in loop.observer.reads.names if name not in loop.plant.outputs)
 
     def _exported(self) -> Recording:
         if not self.law().exportable:

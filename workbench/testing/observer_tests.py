@@ -144,7 +144,7 @@ class ObserverTests(AbstractBlockTests):
         if not self._block().exportable:
             skip("the observer is declared not to be exportable")
         plant, observer = self.plant(), self._block()
-        truths = tuple(name for name in plant.truths.names if name in observer.reads)
+        truths = tuple(name for name in observer.reads.names if name not in plant.outputs)
         return recording_of(name_of_block(observer), self._sampled(plant), truths)
 
     def _block(self) -> AbstractObserver:

@@ -98,7 +98,7 @@ def outcomes() -> Any:
 def calls() -> dict[str, Any]:
     given = provenance.assumed_entry("k", 1.0, "1/s", "nobody says", 0.5, 2.0)
     return {
-        "Given.factor": partial(given.factor, ("k",), True),
+        "CardEntry.factor": partial(given.factor, ("k",), True),
         "Given": partial(provenance.CardEntry, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
         "Card": partial(provenance.Card, (given,)),
         "Trial": partial(tuning.Trial, "step", RUN),
@@ -166,11 +166,11 @@ def arguments() -> dict[str, Any]:
         "loop": lambda thing: LOOP,
         "measure": lambda thing: objective,
         "Outcome.signal.name": lambda thing: "e",
-        "Results.tuned.name": lambda thing: "pd",
-        "Tuned.best_of.seed": lambda thing: 1,
-        "Tuned.best_within.evaluations": lambda thing: 8,
+        "Results.tuning.name": lambda thing: "pd",
+        "TuningResult.best_of.seed": lambda thing: 1,
+        "TuningResult.best_within.evaluations": lambda thing: 8,
         "Results.scenario.name": lambda thing: "S",
-        "Study.resolved.tuned": lambda thing: {"pd": tuned()},
+        "Study.resolve.answers": lambda thing: {"pd": tuned()},
         "LocalSensitivities.linear_shares.deviations": lambda thing: [0.1],
         "Ranking.sentence.winner": lambda thing: "law",
     }
