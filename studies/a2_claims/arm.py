@@ -36,7 +36,7 @@ def entries(matrix: str, name: str, statement: str) -> CheckedClaim:
             f"{entry.label} is {entry.printed_value:.6g} where {entry.right_value:.6g} is right, at {seen}; "
             f"the other {len(mine) - len(wrong)} entries are proved right. There C qd is {row(torques[0])} N m and "
             f"should be {row(torques[1])}: (3) is not another factor of the right torque.",
-            f"printed.{matrices}, derived.{matrices}",
+            f"printed_dynamics.{matrices}, derived_dynamics.{matrices}",
         )
 
     return CheckedClaim(wb.core.Claim(name, f"{statement} of the arm.", name), check)
@@ -54,7 +54,7 @@ def skew_symmetric(arm: str, verdict: wb.arms.properties.PropertyVerdict, claim:
             "refuted",
             f"M' - 2C plus its transpose has an entry of {np.abs(verdict.residual).max():.4g} kg m^2/s at "
             f"{verdict.witness}.",
-            f"skewness({arm}, {literal(verdict.witness.q)}, {literal(verdict.witness.qd)})",
+            f"skewness({arm}_dynamics, {literal(verdict.witness.q)}, {literal(verdict.witness.qd)})",
         )
 
     return CheckedClaim(claim, check)

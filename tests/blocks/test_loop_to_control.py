@@ -182,7 +182,5 @@ def test_a_period_without_a_linear_model_is_refused_with_the_reason(make, messag
 def test_a_cut_where_no_signal_is_is_refused():
     with pytest.raises(LookupError, match=r"no 'omega_hat' among the 2 inputs and outputs of the plant. Did you mean"):
         loop().cut(at="omega_hat")
-    with pytest.raises(
-        ValueError, match=r"`ClosedLoop.broken\(at=...\)` must be a tuple of at least 1 `str`; got none"
-    ):
+    with pytest.raises(ValueError, match=r"`ClosedLoop.cut\(at=...\)` must be a tuple of at least 1 `str`; got none"):
         loop().cut(at=())

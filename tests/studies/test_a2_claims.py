@@ -101,7 +101,7 @@ def rests_astray(point, times):
 SHOWS = {
     "rerun(": lambda found: found[0] > found[1] and found[2] <= 0,  # value, error; the excess over a hypothesis
     "both(": lambda found: not np.allclose(found[0], found[1], rtol=1e-9),
-    "printed.matrices": lambda found: not np.allclose(*found),
+    "printed_dynamics.matrices": lambda found: not np.allclose(*found),
     "skewness(": lambda found: np.abs(found).max() > 3,
     "[mismatch": lambda found: (np.diff(found, axis=1) > 0).all(),
     "v1_rate": lambda found: max(found) > 0,

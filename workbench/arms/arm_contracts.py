@@ -127,7 +127,7 @@ class AbstractArmController(AbstractJoints, AbstractController):
 
 
 class AbstractArmObserver(AbstractJoints, AbstractObserver):
-    """An observer of an arm that reads what is `measured`, of q, qd and, where it uses the truth, d, and gives all
+    """An observer of an arm that reads its `measured_signals`, of q, qd and, where it uses the truth, d, and gives all
     three.
     """
 

@@ -32,7 +32,7 @@ VISIBLE, FAINT = 1e-3, 1e-9
 class Witness:
     """A state (q, qd) of an arm with its parameters p (np,), in words and as a line of Python.
 
-    `changed` holds the parameters that are not nominal, and those that a sheet holds at a number.
+    `changed_parameters` holds the parameters that are not nominal, and those that a sheet holds at a number.
     """
 
     q: Array

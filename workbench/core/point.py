@@ -24,7 +24,8 @@ AT_REST = 1e-8
 class OperatingPoint:
     """The states x0 (nx,), inputs u0 (nu,) and outputs y0 (ny,) from which a linear system counts its own.
 
-    The layouts have their names and units. `moving` says which state does not rest there, and is empty at a rest point.
+    The layouts have their names and units. `moving_state` says which state does not rest there, and is empty at a rest
+    point.
     """
 
     states: Layout

@@ -25,7 +25,7 @@ AZIMUTH, ELEVATION = math.radians(20.0), math.radians(18.0)
 @dataclass(frozen=True, eq=False, init=False)
 @check_arguments
 class Line:
-    """A line through `points`, (n, 2) in m to the right and upward; one that is `closed` is filled.
+    """A line through `points`, (n, 2) in m to the right and upward; one that is `is_closed` is filled.
 
     The tone is that of a 'body', a 'link', the 'ground', a 'liquid' or a 'path'; the width in m may be an expression in
     the parameters, 0 for the thinnest line. The ground may go on beyond the picture.

@@ -44,7 +44,7 @@ class Certificate:
     `residual` is that of the equation over the size of its terms, `error` an estimate of the relative error of the
     solution for the data exactly as given, and `condition` a bound of its relative change over that of the data.
     `margin` is the distance of the slowest pole from instability: -max Re in 1/s, or 1 - max |z|. So many steps of
-    Newton `refined` it.
+    Newton's method refined it `newton_steps` times.
     """
 
     residual: float

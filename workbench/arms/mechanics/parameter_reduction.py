@@ -23,7 +23,7 @@ SMALL = 1e-9  # the part of a column off the span of those before it, below whic
 @show
 @check_arguments
 class BaseParameters:
-    """theta_b = K theta, (b,), with Y theta = Y_b theta_b, where Y_b has the columns `kept` of Y.
+    """theta_b = K theta, (b,), with Y theta = Y_b theta_b, where Y_b has the columns `kept_columns` of Y.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class BaseParameters:
         (b,): each base parameter as a sum, `link1.I_zz + 0.49 link2.m`.
     theta
         (b,), the values of this arm.
-    kept, K
+    kept_columns, K
         (b,), the columns of Y; (b, k), the identity on them.
     gap
         The certificate of b: the smallest kept singular value over the largest dropped one, for Y with unit columns at

@@ -203,7 +203,7 @@ class Audit:
     The certificate proves a decay at the asked rate in the region with its speeds and torques times `share`: 1 where
     the whole region is certified; None, with no certificate, where nothing was, and `why` says so. `reach` has the
     initial errors that are admitted while the arm keeps the inner region, of the same share. Every Delta with |Delta|
-    <= `tolerated` |x~| is proved to let the error decay. `noise` and `peaking` are those where the model adds nothing.
+    <= `tolerated_mismatch` |x~| is proved to let the error decay. `noise` and `peaking` hold for a model without terms.
     """
 
     gains: Gains
@@ -234,15 +234,15 @@ def audit(
         The share of the region's speeds that the arm itself keeps; the rest is room for the estimate's error.
     rate
         The decay in 1/s that is to be proved, in the whole region or else in as large a share of it as can be.
-    known
+    known_certificate
         The certificate of these gains in the whole region, whose P is proved again; else one is sought (extra `lmi`).
 
     Raises
     ------
     ValueError
-        If sizes differ, a number is out of its range, or `known` is the certificate of something else.
+        If sizes differ, a number is out of its range, or `known_certificate` is the certificate of something else.
     Refused
-        If the P of `known` is not proved here.
+        If the P of `known_certificate` is not proved here.
 
     Examples
     --------

@@ -160,7 +160,7 @@ def _halve_boxes(c: Array, r: Array, blame: Array, still: Mask) -> _Todo:
 @dataclass(frozen=True)
 @show
 class LipschitzBound:
-    """`seen` is reached at a state of the region; no state exceeds `proved`."""
+    """`lower` is reached at a state of the region; no state exceeds `upper`."""
 
     lower: float
     upper: float

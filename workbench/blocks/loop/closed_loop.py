@@ -118,7 +118,7 @@ class ClosedLoop:
 
         With `inputs` there are parameters, zero unless set, for what is added to each wanted signal (`x_ref`), to each
         input where it acts (`u_load`) and to each reading (`x_noise`): the declared inputs. With `at` the loop is cut
-        as by `broken`; with both, 'drive' comes first among the inputs, and the outputs are what arrives at the cut and
+        as by `cut`; with both, 'drive' comes first among the inputs, and the outputs are what arrives at the cut and
         then all others.
 
         Raises
@@ -143,7 +143,7 @@ class ClosedLoop:
         LookupError
             If a name is none of an input or an output.
         """
-        return _around(self, name, cut_loop("ClosedLoop.broken", self, at))
+        return _around(self, name, cut_loop("ClosedLoop.cut", self, at))
 
     def digital(
         self,
@@ -169,9 +169,10 @@ class ClosedLoop:
         ----------
         instruments
             Noise and steps of the readings, limits of the commands; without any, readings are exact.
-        delay, waiting
+        delay, initial_commands
             True if a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
-            Commands wait at 'hold.next.2', ..., 'hold.next'. First come those `waiting` by input, else the inputs' own.
+            Commands wait at 'hold.next.2', ..., 'hold.next'. First come those `initial_commands` by input, else the
+            inputs' own.
         integrator
             "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
             reference and command held: near their exact flow, which tells what diverges by its integrator.

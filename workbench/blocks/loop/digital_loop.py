@@ -27,7 +27,7 @@ class DigitalLoop:
     ----------
     loop
         The closed loop with its blocks.
-    period, instruments, delay, waiting, integrator
+    period, instruments, delay, initial_commands, integrator
         The arguments of `ClosedLoop.digital`; the period is in s.
 
     Raises

@@ -23,7 +23,7 @@ def opposite(law: LinearLaw) -> LinearLaw:
 
 
 def refuse_wrong_sign(system: LinearSystem, loop: Ode | SampledSystem, reversed_loop: Ode | SampledSystem) -> None:
-    """Refuse a loop that is unstable near its start as it is `made`, and stable where the sign of its law is `turned`.
+    """Refuse a `loop` that is unstable near its start, and stable as `reversed_loop`, with the other sign of its law.
 
     A compensator that was designed for negative feedback of the error is so where it is given y.
     """

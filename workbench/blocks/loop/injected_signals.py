@@ -20,8 +20,8 @@ Outputs = tuple[Layout, dict[str, ca.SX]]  # outputs and their expressions
 class InjectedSignals:
     """Signals that come from outside a loop: parameters `symbols` by `layout`, the declared inputs of its equations.
 
-    By "references", "readings" and "inputs", `added` has a symbol for each signal to which one is added there, and
-    `replaced` one for each of the signals `cut`, in whose place it stands.
+    By "references", "readings" and "inputs", `additions` has a symbol for each signal to which one is added there, and
+    `replacements` one for each of the signals `cut_signals`, in whose place it stands.
     """
 
     layout: Layout = field(default_factory=Layout)

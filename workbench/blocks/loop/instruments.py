@@ -57,9 +57,9 @@ class Limit:
 class Instruments(AbstractInstruments):
     """Sensors for outputs of a plant and limits for its inputs; other signals pass unchanged.
 
-    A reading has the `coloured` noises of its name added, then passes its sensor and its converter `adcs`; a command
-    passes its limit, then its converter of `dacs`. All of a reading is on the plant's side; limits and converters of
-    commands are a part of the law that `SampledSystem.law` hands over.
+    A reading has the `coloured_noises` of its name added, then passes its sensor and its converter `adcs`; a
+    command passes its limit, then its converter of `dacs`. All of a reading is on the plant's side; limits and
+    converters of commands are a part of the law that `SampledSystem.law` hands over.
 
     Examples
     --------
@@ -100,7 +100,7 @@ class Instruments(AbstractInstruments):
         adc, dac
             The converter of each output, or input, that is named: (bits, low, high) or (bits, low, high, rounding) with
             a rounding of `Converter`, as in {"omega": (12, -50.0, 50.0)}.
-        coloured
+        coloured_noises
             Noises of outputs with a memory, which each name their output: drifts, hums.
 
         Raises

@@ -101,7 +101,7 @@ class Table(AbstractSignal):
             The time of the file in s at which a run starts, and the one up to which lines are taken.
         every
             A whole number n: of the lines from `begin` to `end` each n-th is taken, and the last.
-        repeated
+        duplicates
             "refuse", or the line that is taken where several have one time: "first" or "last".
 
         Raises

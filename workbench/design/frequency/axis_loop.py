@@ -42,8 +42,8 @@ LONGEST_DELAY = 200  # periods
 class AxisLoop:
     """L = (P + j omega Q) / B exp(-j omega delay), |L|^2 = A / B; in z, omega stands for tan(omega period / 2).
 
-    `closed` is N + D before common factors are cancelled, `numerator` and `denominator` are N and D after. All are
-    polynomials with whole coefficients, of s or v and of x = omega^2, lowest power first.
+    `closed_polynomial` is N + D before common factors are cancelled, `numerator` and `denominator` are N and D after.
+    All are polynomials with whole coefficients, of s or v and of x = omega^2, lowest power first.
     """
 
     numerator: Polynomial

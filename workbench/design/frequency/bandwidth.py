@@ -29,7 +29,7 @@ NO_STATE = "its answers to sines do not settle, and it has no bandwidth"
 @dataclass(frozen=True)
 @show
 class LevelCrossing:
-    """A frequency in rad/s at which a gain crosses a level, `falling` below it or rising above it."""
+    """A frequency in rad/s at which a gain crosses a level, `is_falling` below it or rising above it."""
 
     frequency: CertifiedValue
     is_falling: bool

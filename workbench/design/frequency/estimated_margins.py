@@ -104,7 +104,7 @@ def _is_stable(S: control.StateSpace) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Axis:
-    """A loop L on the imaginary axis, and the same loop as it was `given`, in z if it has a period in s."""
+    """A loop L on the imaginary axis, and the same loop as the given `system`, in z if it has a period in s."""
 
     L: control.StateSpace
     system: control.StateSpace

@@ -39,7 +39,7 @@ def row_answers(
 ) -> FrequencyAnswers:
     """C (s I - A)^-1 B + D of finite matrices, each (N, ...), at points s (m,); no numbers where that breaks down.
 
-    `compiled` is for tests: False for NumPy, True for machine code; else it is machine code where that can be.
+    `use_kernel` is for tests: False for NumPy, True for machine code; else it is machine code where that can be.
     """
     N, shape = len(A), (len(s), Cy.shape[1], B.shape[2])
     function = _function() if use_kernel is None or use_kernel else None

@@ -24,7 +24,7 @@ POINTS = 2048  # at once, that are looked at again
 @dataclass(frozen=True, eq=False)
 @show
 class RowResponses:
-    """The answers (N, m, ny, nu) of N systems at `frequencies` (m,) in rad/s; a row that has none is NaN and `flagged`.
+    """The answers (N, m, ny, nu) of N systems at `frequencies` (m,) in rad/s; a row without one is NaN, and flagged.
 
     `errors` bound, to first order, how far rounding may have moved each of the `values`, for the matrices as given.
     `sensitivities` are the changes of the answers, over the relative changes of all entries of the matrices. Flagged

@@ -58,8 +58,8 @@ class Equilibrium:
 class Equilibria:
     """The rest points that were found in a box, in the order of their states.
 
-    Newton's method began from so many `starts`, of which `converged` reached a rest point, in the box or not. The box
-    holds no others, by intervals of so many `boxes`, if it is `complete`.
+    Newton's method began from so many `starts`, of which `converged_starts` reached a rest point, in the box or not.
+    The box holds no others, by intervals of so many `boxes`, if it is `complete`.
     """
 
     points: tuple[Equilibrium, ...]

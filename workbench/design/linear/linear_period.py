@@ -65,7 +65,7 @@ def one_period(
     """The jump at t and the flow that follows it; a corner on which the answer depends is refused, or a side taken.
 
     The flow is exact, or that of so many `substeps` of a run. A block with a period of its own is refused unless the
-    period is one of several that are `lifted`.
+    period is one of several in a lifted model, as `is_lifted` says.
     """
     k = t / system.period
     if not 0 <= k <= MOST or abs(k - round(k)) > 1e-6:

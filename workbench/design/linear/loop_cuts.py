@@ -48,7 +48,7 @@ def broken_loop(
         As of `linearize`; x holds the memory of law and observer too.
     u
         The inputs (nu,), in the place of what arrives.
-    frozen
+    is_frozen
         True if the loop need not rest there: L is then that of the loop frozen at a state of a run, and proves nothing
         of the run. A state that no Jacobian follows, as any of a linear loop, need not rest.
     side
@@ -58,7 +58,7 @@ def broken_loop(
     ------
     ValueError
         As `linearize`; if there are not as many outputs as inputs; if an input that is cut reaches its own output at
-        once; or if the loop does not rest there and is not `frozen`.
+        once; or if the loop does not rest there and `is_frozen` is False.
 
     Examples
     --------

@@ -171,7 +171,7 @@ def operating_point(
 
     Parameters
     ----------
-    wanted
+    targets
         Names of states or inputs, or of single numbers (`q[0]`), with the values that they must have.
     u
         Where the inputs start, (nu,).

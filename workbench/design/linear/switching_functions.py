@@ -257,9 +257,10 @@ def sure_jacobians(
     side: Sides = None,
     used_entries: UsedEntries = all_entries,
 ) -> tuple[Array, Array, Array, Array]:
-    """A, B, Cy and D at a point, of one side of its corners if asked; else corners are refused where `used` differs.
+    """A, B, Cy and D at a point, on one side of its corners if asked; else corners in `used_entries` are refused.
 
-    `used` tells of the entries (nx + ny, nx + nu) that are not zero on all pieces, on which of them the answer depends.
+    `used_entries` tells of the entries (nx + ny, nx + nu) that are not zero on all pieces, on which of them the answer
+    depends.
     """
     ode = corners.ode
     step = side_direction(call, corners, side, x, p[places_of(ode)])

@@ -26,7 +26,7 @@ def cells(of: FrequencyAnswers, rows: Sequence[int], columns: Sequence[int]) -> 
 def close_inputs(
     G: FrequencyAnswers, turn: Complex, closed_inputs: list[int], open_inputs: list[int]
 ) -> FrequencyAnswers:
-    """The answers to the inputs `left` when each input of `again` is the output of the same place, turned.
+    """The answers to the inputs `open_inputs` when each of `closed_inputs` is minus the output of the same place.
 
     An error E of G becomes |P| E |R| to first order, where P and R lead from each output and to each input.
     """

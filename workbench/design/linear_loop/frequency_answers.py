@@ -38,9 +38,9 @@ class BodeData(NamedTuple):
 class FrequencyResponse:
     """The answers (m, ny, nu), or (N, m, ny, nu) of N rows, at `frequencies` (m,) in rad/s, output by input.
 
-    An answer of a row that has none is NaN, and the row is `flagged` (N,); of one loop none is. `errors` bound, to
-    first order, how far rounding may have moved each value, for the matrices of the loop as they are; `sensitivities`
-    are the changes of the values, over the relative changes of all entries of these matrices.
+    An answer of a row that has none is NaN, and the row is among the `flagged_rows` (N,); of one loop none is. `errors`
+    bound, to first order, how far rounding may have moved each value, for the matrices of the loop as they are;
+    `sensitivities` are the changes of the values, over the relative changes of all entries of these matrices.
     """
 
     frequencies: Array

@@ -26,9 +26,9 @@ Equations = Ode | SampledSystem
 class LoopEquations:
     """The equations of a loop that is closed, and of the same loop cut at `drive`, the labels of what arrives there.
 
-    The inputs of `closed` are added to its signals. Those of `opened` are the drives and then the same ones; its
-    outputs are what arrives and then the others. It is cut at the `channels`, places of drives; at the others only a
-    delay acts. Equations that are no loop of blocks have no cut.
+    The inputs of `closed_loop` are added to its signals. Those of `open_loop` are the drives and then the same ones;
+    its outputs are what arrives and then the others. It is cut at the `channels`, places of drives; at the others only
+    a delay acts. Equations that are no loop of blocks have no cut.
     """
 
     closed_loop: Equations

@@ -19,8 +19,9 @@ from workbench.design.linear_loop.row_models import RowModels
 class LoopPoint:
     """A state x (nx,) and parameters p (np,) of the closed loop at an instant, at rest or not.
 
-    `side` is the one of a corner that was asked for, and `substeps` are those of a run, see `linear_loop`. `kept` are
-    the places of the states that were named, and `arguments` are the others of the call, as it was written.
+    `side` is the one of a corner that was asked for, and `substeps` are those of a run, see `linear_loop`.
+    `kept_states` are the places of the states that were named, and `arguments` are the others of the call, as it was
+    written.
     """
 
     equations: LoopEquations

@@ -32,7 +32,7 @@ class LinearRows:
     """A loop that is linear at N rows of states x (N, nx) and parameters p (N, np), as `LinearLoop.rows` makes it.
 
     `reasons` says of each row without an answer why it has none; its numbers are NaN. `point` is the one from which the
-    rows differ, and `varied` has the values (N,) of each number that was named.
+    rows differ, and `varied_values` has the values (N,) of each number that was named.
     """
 
     x: Array

@@ -105,9 +105,9 @@ def find_rest(
 ) -> tuple[Array, Array]:
     """States (N, nx) at rest by Gauss-Newton, and how far from rest they are: the shares (N, nx) of what moves.
 
-    States at rest from the start, to rounding, stay as they are; those at the places `fixed`, and those that nothing
-    moves, do so always. A step that would make the next one longer is halved. A row whose steps become no shorter, as
-    it has no rest, is given up before the others end.
+    States at rest from the start, to rounding, stay as they are; those at the places `fixed_states`, and those that
+    nothing moves, do so always. A step that would make the next one longer is halved. A row whose steps become no
+    shorter, as it has no rest, is given up before the others end.
     """
     x = x.copy()
     change, slope = motion(x, p)

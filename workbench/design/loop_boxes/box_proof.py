@@ -26,7 +26,7 @@ SLACK = 1e-6  # by which the rest of a draw, as computed, may miss the states th
 
 @dataclass(frozen=True)
 class BoxProof:
-    """The outcome of a proof on so many `boxes`: `proved`, or the reason `why` it is not."""
+    """The outcome of a proof on the number of `boxes`: whether it `is_proved`, or the reason `why` not."""
 
     is_proved: bool
     boxes: int

@@ -60,7 +60,7 @@ class Matrices(NamedTuple):
 class LoopFamily:
     """A loop whose d numbers `labels` vary, with some of its inputs and outputs, by their names.
 
-    `moving` are the places of the states that must rest, and start the search for a rest at `x` (nx,).
+    `moving_states` are the places of the states that must rest, and start the search for a rest at `x` (nx,).
     """
 
     labels: tuple[str, ...]

@@ -36,7 +36,7 @@ class RiccatiPoint:
     """An equation at an X (n, n): its gain K (m, n), the loop A - B K, and its residual.
 
     `beside_A` and `beside_E` (n, n) stand beside a change of A and of E in the change of the equation; `terms` is the
-    norm of what the residual `left` is summed from; W (m, m) is what an input costs in the end: R, or R + B'XB.
+    norm of what the `residual` is summed from; W (m, m) is what an input costs in the end: R, or R + B'XB.
     """
 
     X: Array

@@ -62,7 +62,7 @@ def _pieces(stride: int, most: int) -> list[int]:
 
 @lru_cache(maxsize=64)
 def _marcher(step: StepMap, stride: int, kept_rows: int, runs: int, has_switches: bool = False) -> ca.Function:
-    """[k; x; p] and the noise to [k; x] at `kept` times, `stride` steps apart, all side by side, for each run."""
+    """[k; x; p] and the noise to [k; x] at `kept_rows` times, `stride` steps apart, all side by side, for each run."""
     size = 1 + step.states.size + step.parameters.size
     often = stride * kept_rows > 1  # what is shared gains more than it costs to find
     one = _one(step, ca.MX, _segmented_step(step, often), often) if has_switches else _one(step, ca.SX, step.F, often)

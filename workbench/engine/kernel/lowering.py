@@ -28,7 +28,7 @@ STACK = 'alignstack(64) "stackrealign"'  # of a function that is called from cod
 
 
 def lower(plan: Plan, width: int, fused_products: bool = True, stack: str = STACK) -> str:
-    """The IR of a plan for vectors of `width` runs, with `fused` products or without, and how to keep the stack."""
+    """The IR of a plan for vectors of `width` runs, with `fused_products` or without, and how to keep the stack."""
     truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1(<{width} x i1>)"
     functions = [
         _piece(plan, width, fused_products, stack),

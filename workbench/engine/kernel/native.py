@@ -38,7 +38,7 @@ class Kernel:
 
 @lru_cache(maxsize=256)
 def kernel(plan: Plan, width: int, haste: bool = False, fused_products: bool = True) -> Kernel:
-    """The kernel of a plan, `width` runs side by side, with `fused` products or without; in `haste` slower code."""
+    """The kernel of a plan, `width` runs side by side, with `fused_products` or without; in `haste` slower code."""
     module = llvm.compile_module(_ir(plan, width, fused_products), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
     piece = module.function("workbench_piece", *[number] * 7, *[pointer] * 7, result=ctypes.c_bool)

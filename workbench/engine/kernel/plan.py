@@ -52,7 +52,7 @@ class Plan:
 
     @staticmethod
     def of(graph: Graph, varied_parameters: Iterable[int], states: int | None = None) -> Plan:
-        """The plan where the parameters `varied` differ from run to run; of a graph with segments, so many `states`."""
+        """The plan where `varied_parameters` differ between runs; of a graph with segments, its number of `states`."""
         states = len(graph.results) if states is None else states
         moving = graph.after("p", set(varied_parameters))
         groups: dict[Level, list[int]] = {level: [] for level in Level}

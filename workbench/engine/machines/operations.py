@@ -61,7 +61,7 @@ class Operation(NamedTuple):
         The tightness of its formula, in a language that writes one.
     symmetric
         True if its two operands can change places.
-    counted
+    count_words
         The words for it in a count of operations; its name if empty.
     arguments
         The letters of its operands, where it is a function.

@@ -139,7 +139,7 @@ class MeasuredEquation:
 
 
 def accumulator_totals(runs: Trajectories, accumulators: Layout, metrics: Sequence[AbstractMetric], row: int) -> Array:
-    """The accumulators `held` of each run, (B, a), at a kept time, with the memories updated there."""
+    """The `accumulators` of each run, (B, a), at a kept time, with the memories updated there."""
     step, state = runs.step, runs.x[:, row]
     later = advance_states(runs.job, state, round(float(runs.t[row]) / step.h), 1)
     integrals = set(map(_integral, metrics))

@@ -36,7 +36,7 @@ class Accumulation:
 
     Attributes
     ----------
-    accumulated, diverged_at
+    totals, diverged_at
         (n, T, a), and (n,) in s, NaN for a run that stayed finite.
     half_totals, half_diverged_at
         (m, T, a) and (m,), the same at half the step.

@@ -48,9 +48,9 @@ class Measurement:
         The tolerance of the errors, relative to the values; None if none was given.
     choice
         The choice of the step by pilot runs for this tolerance; None if `h` was given.
-    metrics, kept
+    metrics, kept_runs
         The metrics themselves, and the trajectories of the runs where they were kept.
-    unseen
+    pulse_warnings
         The sentences on metrics that may miss a pulse between two steps.
     """
 

@@ -40,7 +40,7 @@ class SignalChoice:
 @dataclass(frozen=True)
 @check_arguments
 class SignalColumn:
-    """Outputs one below the other, less their references `wanted`, with unit and label of each number.
+    """Outputs one below the other, less their `references`, with unit and label of each number.
 
     A description calls the column by its `words`, and ends with the `remark`.
     """

@@ -72,7 +72,7 @@ class Flow:
 class Leg:
     """The solution along one piece: its end, the guard that ended it, and the states (k, nx) at the times on it.
 
-    It is `stalled` where no step is short enough to go on.
+    It is `is_stalled` where no step is short enough to go on.
     """
 
     t: float

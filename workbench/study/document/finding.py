@@ -50,7 +50,7 @@ class Variation:
 class Finding:
     """A conclusion with its scope, and with the answer under every variation that the study has computed.
 
-    Its `kind` follows from these: `depends` if a variation has another answer, else `found`; `open` if the runs do not
+    Its `kind` follows from these: `depends` if a variation has another answer, else `answer`; `open` if the runs do not
     settle it.
 
     Attributes
