@@ -74,12 +74,12 @@ def test_the_linear_matrix_inequality_finds_what_exists():
 @pytest.mark.heavy
 def test_a_certificate_that_was_tampered_with_is_refused(certificate):
     P, region, rate = certificate.P, certificate.region, certificate.rate
-    assert check(MISMATCH, certificate.gains, region.scaled(0.2), P, rate).boxes < certificate.boxes  # in a part of it
+    assert check(MISMATCH, certificate.gains, region.scale(0.2), P, rate).boxes < certificate.boxes  # in a part of it
     for worse in (
         {"P": -P},
         {"P": P + np.diag([0, 0, 0, 0.9 * P[3, 3]])},
         {"rate": 40.0},
-        {"region": region.scaled(6.0)},
+        {"region": region.scale(6.0)},
         {"gains": Gains(10 * np.eye(2), 30 * np.eye(2))},
     ):
         parts = {"gains": certificate.gains, "region": region, "P": P, "rate": rate} | worse

@@ -147,9 +147,9 @@ def test_another_answer_is_drawn_by_the_names_of_its_signals():
 @pytest.mark.heavy
 def test_core_knows_no_picture_until_one_is_asked_for():
     code = (
-        "import sys, workbench.core.plot_registry as d; assert not d.DRAWERS; "
+        "import sys, workbench.core.plot_registry as d; assert not d.PLOTTERS; "
         "assert not {'matplotlib', 'workbench.report'} & sys.modules.keys(); "
-        "import workbench as wb; wb.plot; assert len(d.DRAWERS) == 3"
+        "import workbench as wb; wb.plot; assert len(d.PLOTTERS) == 3"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
 

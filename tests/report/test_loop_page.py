@@ -204,8 +204,8 @@ class Frame:
         self.outer = outer
         outer.call("Target.setAutoAttach", autoAttach=True, waitForDebuggerOnStart=False, flatten=True)
         outer.until("document.readyState === 'complete'")
-        attached = [told for told in outer.told("Target.attachedToTarget") if told["targetInfo"]["type"] == "iframe"]
-        contexts = [told["context"] for told in outer.told("Runtime.executionContextCreated")]
+        attached = [told for told in outer.events("Target.attachedToTarget") if told["targetInfo"]["type"] == "iframe"]
+        contexts = [told["context"] for told in outer.events("Runtime.executionContextCreated")]
         inside = [one["id"] for one in contexts if one["auxData"]["frameId"] != contexts[0]["auxData"]["frameId"]]
         self.session = attached[0]["sessionId"] if attached else outer.session
         self.given = {} if attached else {"contextId": inside[-1]}
