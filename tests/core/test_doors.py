@@ -211,7 +211,7 @@ def test_numbers_on_axes_become_arrays_of_their_kind():
 
 
 NOT_MADE = [
-    ("count", 1.5, "`used_members(count=...)` must be a whole number; got 1.5."),
+    ("count", 1.5, "`taken(count=...)` must be a whole number; got 1.5."),
     ("count", True, "must be a whole number; got True."),
     ("on", 1, "must be True or False; got 1."),
     ("size", "x", "must be a number; got 'x'."),

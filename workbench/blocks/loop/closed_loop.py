@@ -171,8 +171,7 @@ class ClosedLoop:
             Noise and steps of the readings, limits of the commands; without any, readings are exact.
         delay, initial_commands
             True if a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
-            Commands wait at 'hold.next.2', ..., 'hold.next'. First come those `initial_commands` by input, else the
-            inputs' own.
+            They wait at 'hold.next.2', ..., 'hold.next'; at first `initial_commands` by input, else the inputs' own.
         integrator
             "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
             reference and command held: near their exact flow, which tells what diverges by its integrator.

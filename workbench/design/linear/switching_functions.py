@@ -259,8 +259,7 @@ def sure_jacobians(
 ) -> tuple[Array, Array, Array, Array]:
     """A, B, Cy and D at a point, on one side of its corners if asked; else corners in `used_entries` are refused.
 
-    `used_entries` tells of the entries (nx + ny, nx + nu) that are not zero on all pieces, on which of them the answer
-    depends.
+    `used_entries` tells on which entries (nx + ny, nx + nu), of those not zero on all pieces, the answer depends.
     """
     ode = corners.ode
     step = side_direction(call, corners, side, x, p[places_of(ode)])
