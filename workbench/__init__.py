@@ -125,6 +125,18 @@ _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what 
     "stepinfo": "wb.step_info",
     "tzero zero zeros": "wb.pole_zero_structure",
 }
+_RENAMED = {  # what the face called otherwise before all names were plain
+    "Disturbed": "DisturbedPlant",
+    "Equipped": "EquippedPlant",
+    "Hold": "Constant",
+    "PID2": "PID",
+    "Regulator": "StateFeedback",
+    "Sampled": "SampledSystem",
+    "Together": "CombinedReference",
+    "named": "robot",
+    "turned": "turn_knobs",
+    "turned_linear": "turn_knobs_linear",
+}
 
 
 def __getattr__(name: str) -> Any:
@@ -139,9 +151,11 @@ def __getattr__(name: str) -> Any:
 
 
 def _advice(name: str) -> str:
-    """The answer to a name of another toolbox, or else the name of the face that is most like it."""
+    """The answer to an earlier name or one of another toolbox, or else the name of the face that is most like it."""
     from difflib import get_close_matches  # the nearest of `validation` would load NumPy
 
+    if name in _RENAMED:
+        return f" It is called '{_RENAMED[name]}' now."
     for names, ours in _OTHER_TOOLBOXES.items():
         if name in names.split():
             more = "the how-to 'Come from MATLAB or python-control' has more"

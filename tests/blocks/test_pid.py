@@ -213,8 +213,8 @@ def test_it_drives_a_plant_in_discrete_time():
     ("make", "says"),
     [
         (lambda: PID(), r"`PID\(reads=...\)` must be a layout of signals.*it has none"),
-        (lambda: PID(SPEED, layout(a="V", b="V"), 1.0), "'omega' has 1 and 'a', 'b' 2"),
-        (lambda: PID(SPEED, layout(v=("V", [0, 0])), 1.0), "'omega' has 1 and 'v' 2"),
+        (lambda: PID(SPEED, layout(a="V", b="V"), 1.0), r"reads 1 \('omega'\) and drives 2 \('a', 'b'\)"),
+        (lambda: PID(SPEED, layout(v=("V", [0, 0])), 1.0), r"reads 1 \('omega'\) and drives 2 \('v'\)"),
         (lambda: PID(SPEED, VOLTAGE, 1.0, low=1.0, high=0.0), "must leave room between them"),
         (lambda: PID(SPEED, VOLTAGE, 1.0, anti_windup="back-calculation"), "needs limits and the time Tt"),
         (lambda: PID(SPEED, VOLTAGE, 1.0, high=1.0, anti_windup="back-calculation"), "and Tt = None"),

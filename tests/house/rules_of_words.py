@@ -60,7 +60,7 @@ def tests_in_other_folders(held: Sources) -> list[str]:
 
 
 def files_of_one_name(held: Sources) -> list[str]:
-    """Modules of the workbench that share a name, but `__init__` and a room's `contract`."""
+    """Modules of the workbench that share a name, but `__init__`."""
     places: dict[str, list[str]] = {}
     for path in held:
         if path.startswith("workbench/"):
@@ -68,7 +68,7 @@ def files_of_one_name(held: Sources) -> list[str]:
     return [
         f"{paths[0]}: `{name}` is also {', '.join(paths[1:])}; name each for what sets it apart."
         for name, paths in places.items()
-        if len(paths) > 1 and name not in {"__init__.py", "contract.py"}
+        if len(paths) > 1 and name != "__init__.py"
     ]
 
 

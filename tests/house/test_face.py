@@ -58,6 +58,13 @@ def test_a_name_of_another_toolbox_is_answered_with_ours():
         _ = wb.stepinfo
 
 
+def test_an_earlier_name_is_answered_with_the_new_one():
+    with pytest.raises(AttributeError, match="no attribute 'Regulator'. It is called 'StateFeedback' now"):
+        _ = wb.Regulator
+    assert set(wb._RENAMED.values()) <= set(wb.__all__)
+    assert not set(wb._RENAMED) & set(wb.__all__)
+
+
 def test_what_answers_a_name_of_another_toolbox_is_there_and_the_name_is_not_ours():
     for names, ours in wb._OTHER_TOOLBOXES.items():
         assert not {*names.split()} & {*wb.__all__}

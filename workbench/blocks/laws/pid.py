@@ -84,9 +84,9 @@ class PID(AbstractController):
                 raise ValueError(f"`PID({name}=...)` must be a layout of signals, as `layout(v='V')` is; it has none.")
         if self.reads.size != self.drives.size:
             raise ValueError(
-                "`PID(reads=..., drives=...)` must drive as many numbers as it reads, as the first drives the first; "
-                f"{', '.join(map(repr, self.reads.names))} has {self.reads.size} and "
-                f"{', '.join(map(repr, self.drives.names))} {self.drives.size}."
+                "`PID(reads=..., drives=...)` must drive as many numbers as it reads, each the one of its place; it "
+                f"reads {self.reads.size} ({', '.join(map(repr, self.reads.names))}) and drives {self.drives.size} "
+                f"({', '.join(map(repr, self.drives.names))})."
             )
         if self.low is not None and self.high is not None and np.any(self.low >= self.high):
             raise ValueError(f"`PID(low=..., high=...)` must leave room between them; got {self.low} and {self.high}.")

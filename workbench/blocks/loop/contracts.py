@@ -11,11 +11,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import Field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import casadi as ca
 
-from workbench.blocks.loop.declarations import AbstractDeclared
+from workbench.blocks.loop.declarations import AbstractBlock
 from workbench.core import Layout, Signals
 from workbench.core.block import Memory, Number, States, initial_states
 from workbench.core.shapes import Shape
@@ -31,7 +32,10 @@ Follows = Annotated[Signals, "follows"]
 Inputs = Annotated[Signals, "inputs"]
 
 
-class AbstractPlant(AbstractDeclared, ABC):
+ARM = "`Manipulator(arm, q=...)` is the plant of an arm; laws of arms have names such as `ArmPID`"
+
+
+class AbstractPlant(AbstractBlock, ABC):
     """A plant: driven by its inputs, watched by its outputs.
 
     Examples
@@ -52,6 +56,8 @@ class AbstractPlant(AbstractDeclared, ABC):
     counts: str = ""  # the thing that the numbers of its vectors count, as 'tank'
     power: tuple[str, ...] = ()  # an input and an output whose product is a power, as ("v", "i")
     period: float | None = None  # s, of a plant in discrete time, which has an `update` in place of a `rate`
+
+    WAYS: ClassVar[Mapping[str, str]] = MappingProxyType(dict.fromkeys(("PlanarArm", "SpatialArm"), ARM))
 
     @property
     def noises(self) -> int:
@@ -129,7 +135,7 @@ class AbstractPlant(AbstractDeclared, ABC):
         )
 
 
-class AbstractMember(AbstractDeclared, ABC):
+class AbstractMember(AbstractBlock, ABC):
     """A block that a computer can run: an observer or a law."""
 
     if TYPE_CHECKING:  # each block is a dataclass, so `dataclasses.replace` takes it

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 
 
-class AbstractDeclared:
+class AbstractBlock:
     """A block that declares what it can do; what it does not say itself follows from the blocks that it holds."""
 
     @property
@@ -20,8 +20,8 @@ class AbstractDeclared:
         return next((part.mixed_units for part in _parts(self) if part.mixed_units), "")
 
 
-def _parts(block: object) -> Iterator[AbstractDeclared]:
+def _parts(block: object) -> Iterator[AbstractBlock]:
     """The blocks among the fields of a block."""
     held = [getattr(block, f.name) for f in fields(block)] if is_dataclass(block) else []
     parts = (part for value in held for part in (value if isinstance(value, tuple) else (value,)))
-    yield from (part for part in parts if isinstance(part, AbstractDeclared))
+    yield from (part for part in parts if isinstance(part, AbstractBlock))
