@@ -78,7 +78,12 @@ def test_no_word_of_a_folder_reaches_the_terminal_as_more_than_text(command, tmp
 
 def table(**changes):
     """The record of a table of two runs, with a word or an array of it changed."""
-    numbers = {"t": np.ones(1), "drawn": np.ones((2, 1)), "values": np.ones((2, 1, 1)), "again": np.zeros(1, int)}
+    numbers = {
+        "t": np.ones(1),
+        "factor_values": np.ones((2, 1)),
+        "values": np.ones((2, 1, 1)),
+        "again": np.zeros(1, int),
+    }
     numbers |= {"errors": np.ones((1, 1, 1)), "limits": np.ones(1), "diverged_at": np.full(2, np.nan)}
     columns = (("IAE", 0, "rad s"),)
     one = table_of(made_sample("decay", ("rate",), columns, h=0.1, seed=0, fingerprint="f", **numbers))

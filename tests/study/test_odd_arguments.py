@@ -230,7 +230,7 @@ def test_runs_that_are_not_there_are_named():
 
 def test_a_choice_has_a_method_that_there_is():
     with pytest.raises(
-        ValueError, match=r"^`Choice\(method=\.\.\.\)` is one of 'rk4', 'stabilised', 'restarted'; got 'x'"
+        ValueError, match=r"^`StepChoice\(method=\.\.\.\)` is one of 'rk4', 'stabilised', 'restarted'; got 'x'"
     ):
         StepChoice(0.1, "x", 1e-3, 1e-4, "RMSE", 4.0, 1.0, 3)
 
