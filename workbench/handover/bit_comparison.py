@@ -30,7 +30,7 @@ CLOCKS: Mapping[str, float] = {  # Hz, of common parts with these processors
 
 @dataclass(frozen=True)
 class PeriodShare:
-    """The share of a period that so many instructions take at a clock, at one instruction a cycle."""
+    """The share of a `period` [s] that `count` instructions take at a `clock` [Hz], one instruction per cycle."""
 
     count: float
     period: float  # s
@@ -38,13 +38,12 @@ class PeriodShare:
 
     @property
     def share(self) -> float:
-        """The part of the period, 1 for all of it."""
+        """The share of the period, 1 for the whole period."""
         return self.count / (self.period * self.clock)
 
     @property
     def fits(self) -> bool:
-        """True if it is no more than the period."""
-        return self.share <= 1.0
+        """True if the share is at most 1.""" return self.share <= 1.0
 
     def __str__(self) -> str:
         return (
@@ -55,9 +54,10 @@ class PeriodShare:
 
 @check_arguments
 def fits(count: float, period: float, clock: float) -> PeriodShare:
-    """The share of a period [s] that so many instructions take at a clock [Hz], at one instruction a cycle.
+    """The share of a `period` [s] that `count` instructions take at a `clock` [Hz], one instruction per cycle.
 
-    A processor may take more cycles than instructions, or fewer: the share is that of the count, not of a time.
+    A processor may take more cycles than instructions, or fewer: the share follows from the count, not from a measured
+    time.
 
     Raises
     ------
@@ -73,14 +73,16 @@ def fits(count: float, period: float, clock: float) -> PeriodShare:
 @dataclass(frozen=True)
 @show
 class TargetResult:
-    """A target against the recording.
+    """The comparison of the commands and memories of a target with a recording, bit by bit.
 
     Attributes
     ----------
+    target, periods
+        The name of the target, and the number of periods that it ran.
     bits
-        Compared: those of all commands, and of the memory behind each period, which has one digest.
+        The number of bits compared: all commands, and one digest of the memory after each period.
     differing_bits
-        Bits of commands that differ.
+        The number of bits of commands that differ.
     memories
         Periods whose memory differs.
     flags
@@ -88,7 +90,7 @@ class TargetResult:
     first
         The first difference: period, signal and both values; empty if there is none.
     reason
-        The sentence that says why it did not run; empty if it did.
+        The sentence that says why the target did not run; empty if it did.
     """
 
     target: str
@@ -104,18 +106,16 @@ class TargetResult:
 
     @property
     def ran(self) -> bool:
-        """True if it gave answers."""
-        return not self.reason
+        """True if the target gave answers.""" return not self.reason
 
     @property
     def equal(self) -> bool:
-        """True if it gave answers and none of them differs."""
-        return self.ran and not self.first
+        """True if the target gave answers and none of them differs.""" return self.ran and not self.first
 
 
 @check_arguments
 def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: float = LIMIT) -> TargetResult:
-    """One target against a recording, in a folder of its own that is gone afterwards; programs get `limit` seconds."""
+    """Run a target in a temporary folder and compare it with a recording; a program may take `timeout` seconds."""
     lacks = missing_programs(target.programs)
     if lacks:
         return TargetResult(target.name, reason=lacks)

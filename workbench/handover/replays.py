@@ -95,24 +95,35 @@ def replay(
     limit: float = LIMIT,
     progress: Callable[[str], None] | None = None,
 ) -> Replay:
-    """The law of a loop on several machines, over what its computer is handed in the portable arithmetic.
+    """Run the law of a loop on several machines, with the inputs that it gets in the portable arithmetic.
 
-    Each goes on from its own memory. As long as commands are equal, the loop around a machine is this loop.
+    The commands of each machine are compared bit by bit with those of the loop. Each machine continues from its own
+    memory. As long as commands are equal, the loop around a machine is this loop.
 
     Parameters
     ----------
+    sampled_loop
+        The loop in a computer, as `loop.digital(period)` gives it.
     name
-        The prefix of its C.
+        The prefix of the C code; by default the name of the law.
+    periods
+        The number of periods.
     targets
-        Names of `TARGETS`, or one's own; if not given all but a library with a fault. One that cannot run says so.
+        Names of `wb.handover.TARGETS`, or targets of your own. The default is all but the target whose library has a
+        fault. A target that cannot run reports it.
     substeps
-        Runge-Kutta steps of the plant in a period.
+        The number of Runge-Kutta steps of the plant in a period.
     reference, truths
-        As of `SampledSystem.law`.
-    seed, precision, limit
-        Of the noise; "double", or "single" for the law alone; the seconds that one program of a target may take.
+        As of `SampledSystem.law`: "input" if the law reads its reference, "built in" if it computes it; and the names
+        of signals of the plant that no instrument gives.
+    seed
+        The seed of the noise.
+    precision
+        "double", or "single" for a law in single precision; the plant stays in double precision.
+    timeout
+        The time in s that one program of a target may take.
     progress
-        Told the name of each target before it runs.
+        Called with the name of each target before it runs.
 
     Raises
     ------

@@ -68,7 +68,7 @@ class CardEntry:
         Raises
         ------
         ValueError
-            If the number has no range, or one that is none for a distribution.
+            If the number has no range, or a range that no distribution can have.
         """
         if self.low is None or self.high is None:
             raise ValueError(

@@ -107,7 +107,7 @@ class Sample:
 
     @check_arguments
     def only(self, runs: Integers) -> Sample:
-        """The sample of some runs, by their numbers in rising order, which are numbered anew."""
+        """The sample with only these runs, named by their numbers in rising order and then numbered anew from 0."""
         measurement = self.measurement.only(runs)  # refuses others
         return replace(self, factor_values=self.factor_values[runs], measurement=measurement, design=None)
 

@@ -108,7 +108,7 @@ class Study:
         Parameters
         ----------
         answers
-            By name, what each tuning found, a `TuningResult`, and the answers of each work that came first, a tuple.
+            By name: the `TuningResult` of each tuning, and the tuple of answers of each work that was computed first.
         """
         cases, sweeps = self.cases, self.sweeps
         if callable(cases):
@@ -121,7 +121,7 @@ class Study:
 
     @check_arguments
     def works_from(self, results: Results) -> tuple[Work, ...]:
-        """The works, which may follow from the results of all else."""
+        """The works, also where a function makes them from the results of cases, sweeps and tunings."""
         make = self.works
         if not callable(make):
             return make

@@ -124,7 +124,7 @@ class Outcome:
 
     @check_arguments
     def within(self, metric: str) -> bool | None:
-        """True if a metric keeps the tolerance of its case; None where there is none."""
+        """True if the error of a metric is within the tolerance of its case; None if the case has no tolerance."""
         check = self.measurement.check
         if check is None:
             return None
@@ -139,7 +139,7 @@ class Outcome:
 
     @check_arguments
     def column(self, metric: str, signal: int | str = 0) -> MetricColumn:
-        """The metric, the number, the unit and the label of a score."""
+        """The name of the metric, the number of the score from 0, its unit, and the label of its signal."""
         try:
             return self.measurement.column(metric, signal)
         except LookupError as error:
@@ -196,7 +196,7 @@ class Results:
 
     @check_arguments
     def tuning(self, name: str) -> TuningResult:
-        """The findings of the tuning of that name."""
+        """The `TuningResult` of the tuning of that name."""
         held = {one.name: one for one in self.tunings}
         return held[known_name(name, held, "tunings of this study")]
 

@@ -38,26 +38,28 @@ def measure(
     progress: Progress | None = None,
     arithmetic: str | None = None,
 ) -> Measurement:
-    """Simulate `equation` at the step h and score it, with errors from h / 2; without h, at a step that pilots choose.
+    """Simulate `equation` at the step h and compute metrics, with errors from h / 2; pilot runs choose h by default.
 
     Parameters
     ----------
     p, x0
-        (B, np) and (B, nx) rows as its `parameters.pack` and `states.pack` make them.
+        Rows (B, np) and (B, nx), as its `parameters.pack` and `states.pack` make them; by default one row of defaults.
     until, h, every
-        Horizon, step of the values (of a sampled loop the substep) and distance of the kept states, in s. Without h,
-        `every` bounds the step too.
+        The horizon, the step of the values (the substep of a sampled loop) and the time between kept states, in s.
+        Without h, `every` bounds the step, too.
     tolerance
-        Of the error of each metric relative to its value; where none is asked for, of the change of the states.
+        The largest error of each metric relative to its value; without metrics, the largest change of the states.
     seed, arithmetic
-        Of the noise and of all runs, as `simulate` takes them.
+        The seed of the noise, and the arithmetic of all runs, as of `simulate`.
+    progress
+        Called with the share of the work that is done, from 0 to 1.
 
     Raises
     ------
     LookupError
         If a metric watches an output that `equation` does not have.
     ValueError
-        If p or x0 is not as wide as its parameters or states, a metric means nothing for it or for the horizon, h does
+        If p or x0 is not as wide as its parameters or states, a metric is not defined for it or for the horizon, h does
         not divide the period of a sampled loop, neither h nor a tolerance is given, no step keeps the tolerance, or
         `simulate` refuses. A tolerance that is missed is no error.
 

@@ -45,7 +45,7 @@ class Score:
 
     @property
     def pair(self) -> tuple[float, float]:
-        """The value and the error of the first run, which of a case is the only one.
+        """The value and the error of the first run; a case has only this run.
 
         Raises
         ------

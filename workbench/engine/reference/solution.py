@@ -60,26 +60,26 @@ def reference_run(
     method: str = "auto",
     most_steps: int = MOST_STEPS,
 ) -> ReferenceSolution:
-    """The solution of x' = f(t, x, p) from time 0, smooth piece by smooth piece.
+    """An accurate solution of x' = f(t, x, p) from time 0, to compare simulations with.
 
-    The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else are switching functions. No step
-    crosses one: its zero is located to rounding, and the solution goes on from there, across or along it. Along it the
-    sides are those that keep it there (Filippov; Utkin's equivalent control). Refused, not followed: twisting where its
-    switchings accumulate, and x' = -sqrt|x| sign x, say, beyond its end at rest.
+    The solution is smooth piece by piece. The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else
+    are switching functions. No step crosses a zero of one: the zero is located to rounding, and the solution continues
+    from there, across the surface or along it (Filippov; Utkin's equivalent control). It refuses twisting where
+    switchings accumulate, and a motion such as x' = -sqrt|x| sign x after it has come to rest.
 
     Parameters
     ----------
     p, x0
-        (np,) and (nx,), the defaults of the `Ode` unless given.
+        Parameters (np,) and initial state (nx,); by default those of the `Ode`.
     times
-        (N,), increasing, from 0 on, in s.
+        The times (N,) in s at which the solution is returned, increasing, from 0 on.
     rtol, atol
-        Tolerances of the run whose error is estimated; what is handed back is a run at a hundredth of them.
+        Relative and absolute tolerances of the run whose error is estimated; the returned run has a hundredth of them.
     method
-        "explicit", "implicit" with the exact Jacobian, or "auto": implicit once stability, not accuracy, bounds the
-        steps, and thousands are left.
-    most_steps
-        After how many steps to give up.
+        "explicit", "implicit" with the exact Jacobian, or "auto". "auto" turns to implicit once stability bounds the
+        steps and thousands of steps are left.
+    max_steps
+        The largest number of steps.
 
     Raises
     ------

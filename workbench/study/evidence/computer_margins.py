@@ -179,14 +179,16 @@ class ComputerMargin:
 
     @check_arguments
     def largest(self, most: float) -> float:
-        """The largest level up to which every run has at most `most` times the metric; the least if no level has."""
+        """The largest level up to which the metric grows at most by the factor `most` in every run.
+
+        The factor is relative to the metric without the effect; without such a level it is the least level."""
         good = np.asarray((self.ratios <= most).all(axis=1))
         count = good.size if good.all() else int(np.argmin(good))
         return (self.effect.least, *self.effect.levels)[count]
 
     @check_arguments
     def is_unbounded(self, most: float) -> bool:
-        """True if every level is within `most`."""
+        """True if the metric grows at most by the factor `most` at every level, in every run."""
         return bool((self.ratios <= most).all())
 
     @property

@@ -53,12 +53,12 @@ class PairedSamples:
 
     @check_arguments
     def place(self, law: str) -> int:
-        """The column of a law."""
+        """The number of a law's column, from 0."""
         return self.laws.index(known_name(law, self.laws, "laws"))
 
     @check_arguments
     def source(self, law: str) -> Source | None:
-        """The sample of a law, with the metric; None for values of another origin."""
+        """The sample of a law and the metric, as a `Source`; None if the values came from elsewhere."""
         return self.sources[self.place(law)] if self.sources else None
 
     @property

@@ -42,7 +42,8 @@ class Comparison:
 
     @check_arguments
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """The place of law a beside law b, significant by an interval beyond the margin and the errors of the steps."""
+        """Whether the level of law a is below or above that of law b: the interval must lie beyond margin and
+        errors."""
         i, j = self.samples.place(a), self.samples.place(b)
         return "below" if self.below[i, j] else "above" if self.below[j, i] else "undecided"
 
@@ -55,7 +56,7 @@ class Comparison:
 
     @check_arguments
     def alike(self, a: str, b: str) -> bool:
-        """True if the interval of the difference of two laws, with the steps' errors, lies within the margin.
+        """True if the interval of the difference between two laws, plus the errors of the steps, is within the margin.
 
         Two laws that both fail too often for a level are not alike.
         """

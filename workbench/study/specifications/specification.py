@@ -107,29 +107,32 @@ class Specification:
     ) -> SpecificationVerdicts:
         """The verdict on each limit, at the point of a loop or over a box of its parameters.
 
-        Over a box a limit is refuted by the worst draw of a search, proved by intervals, or not refuted in its draws.
+        Over a box a limit is refuted by the worst point of a search, proved by intervals, or not refuted at any point
+        tried.
 
         Parameters
         ----------
         loop
             A `LinearLoop`, or a loop gain L of negative feedback as a system of python-control.
         box
-            (low, high) by the path of a parameter: {"plant.m": (0.8, 1.2)}. Of a `LinearLoop` alone.
+            (low, high) by the path of a parameter: {"plant.m": (0.8, 1.2)}. A box needs a `LinearLoop`.
         inputs, outputs
-            The signals of the closed loop whose bandwidth and step are limited. Without them they are the one reference
-            and what follows it; of a loop that follows none, or of L, the answer is T.
-        draws, seed, parts
-            The size of the Sobol sample, beside which all corners and refined draws are looked at, and its seed; and
-            the most parts of the box in a proof.
+            The signals of the closed loop between which bandwidth and step response are limited. By default they are
+            the single reference and the output that follows it. For L, or a loop without a reference, T is taken.
+        draws, seed
+            The number of points of the Sobol sample in the box, and its seed. All corners and refined points are tried
+            too.
+        parts
+            The largest number of parts into which a proof cuts the box.
 
         Raises
         ------
         ValueError
-            If the loop is neither, a range is not within the bounds of its parameter, or no draw has an answer.
+            If `loop` is neither of these, a range is not within the bounds of its parameter, or no point has an answer.
         LookupError
             If a parameter or a signal has another name.
         Refused
-            If the loop at its point is not stable, as all figures are those of a stable loop.
+            If the loop at its point is not stable: all limits are for a stable loop.
         """
         systems = LoopSystems.of(f"{CHECK}(loop=...)", loop, inputs, outputs)
         if not systems.stable:
@@ -149,7 +152,7 @@ class Specification:
     def gain_bounds(self, of: str = "S") -> tuple[GainBound, ...]:
         """The limits as regions of a Bode plot that a gain must not reach.
 
-        They are those of the gain of "S" (Ms), of "T" (Mt and the bandwidth), or of "CS", from noise (noise_gain).
+        `of` names the gain: "S" has the limit on Ms, "T" those on Mt and the bandwidth, and "CS" that on noise_gain.
 
         Raises
         ------

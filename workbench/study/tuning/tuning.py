@@ -172,7 +172,7 @@ class Tuning:
 
     @check_arguments
     def noise(self, trial: Trial, search: int) -> int:
-        """The seed of the noise of a trial in a search, both searches and noises counted from 0."""
+        """The seed of the noise of a trial in a search; searches and noises are counted from 0."""
         return trial.run.seed + NOISES * (search % len(self.seeds))
 
 

@@ -68,7 +68,8 @@ class TuningResult:
 
     @check_arguments
     def best_of(self, seed: int) -> dict[str, float]:
-        """The best value of each factor by the search of a seed alone: its best finalist under its noise."""
+        """The best value of each factor in the search with this seed: its best finalist under the noise of that
+        search."""
         seeds = list(map(str, self.tuning.seeds))
         search = seeds.index(known_name(str(seed), seeds, f"searches of '{self.name}' by their seeds"))
         objectives = self._admissible(self._own(self.finals), self._own(self.finals_at_half_step))
@@ -81,7 +82,7 @@ class TuningResult:
 
     @check_arguments
     def best_within(self, evaluations: int) -> dict[str, float]:
-        """The best value of each factor at the step h, among the first so many points of each search."""
+        """The best value of each factor at the step h, among the first `evaluations` points of each search."""
         whole("best_within(evaluations)", evaluations)
         nth = np.concatenate([np.arange(used) for used in self.evaluations])
         early = np.where(nth < evaluations, self.objectives, np.inf)

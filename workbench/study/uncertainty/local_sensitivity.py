@@ -71,9 +71,11 @@ class LocalSensitivities:
 
     @check_arguments
     def holds(self, metric: str) -> NDArray[np.bool_]:
-        """True where the gradient is the slope of the metric, (k, m): to 0.1 % over the narrow width, 10 % the wide.
+        """True where the gradient is the slope of the metric, (k, m).
 
-        Along a run that switches a gradient may hold between two switchings and say nothing beyond them.
+        The two agree to 0.1 % over the narrow width, and to 10 % over the wide one.
+
+        Along a run that switches, a gradient may be right between two switchings and wrong beyond them.
         """
         known_name(metric, self.gradient, "metrics here")
         gradient, narrow, wide = (held[metric] for held in (self.gradient, self.slope, self.wide_slope))
@@ -86,9 +88,9 @@ class LocalSensitivities:
 
     @check_arguments
     def linear_shares(self, metric: str, deviations: Array) -> Array:
-        """The parts (k, d) of the variance that d factors would have were the metric linear: beside S1 a check.
+        """The shares (k, d) of the variance due to d factors if the metric were linear, as a check of S1.
 
-        `deviations` (d, m) are by how much one standard deviation of each factor moves all the numbers together.
+        `deviations` (d, m) are the changes of all m numbers by one standard deviation of each factor.
         """
         known_name(metric, self.gradient, "metrics here")
         deviations = matrix("linear_shares(deviations=...)", deviations, columns=len(self.at))

@@ -66,7 +66,7 @@ class SobolIndices:
 
     @check_arguments
     def of_group(self, group: str, total: bool = False) -> Estimate:
-        """The sum of S1, or of ST, over the factors of a group: (k,), or of a single output one number."""
+        """The sum of S1, or of ST if `total`, over the factors of a group: (k,), or one number for a single output."""
         place = self.groups.index(known_name(group, self.groups, "groups"))
         found = self.sumsT if total else self.sums1
         assert found is not None
