@@ -57,8 +57,7 @@ class AbstractDistribution(ABC):
         return self.WORDS.format(**vars(self), cuts=cuts)
 
     def reach(self) -> tuple[float, float]:
-        """The least and the largest value that a design samples: the ends, or the outermost points if an end is
-        infinite."""
+        """The least and the largest value that a design samples: the ends, or its outermost points if infinite."""
         least, largest = self.quantile(np.array([MARGIN, 1 - MARGIN]))
         return (
             self.low if self.low > -inf else float(least),

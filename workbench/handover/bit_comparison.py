@@ -43,7 +43,8 @@ class PeriodShare:
 
     @property
     def fits(self) -> bool:
-        """True if the share is at most 1.""" return self.share <= 1.0
+        """True if the share is at most 1."""
+        return self.share <= 1.0
 
     def __str__(self) -> str:
         return (
@@ -106,15 +107,17 @@ class TargetResult:
 
     @property
     def ran(self) -> bool:
-        """True if the target gave answers.""" return not self.reason
+        """True if the target gave answers."""
+        return not self.reason
 
     @property
     def equal(self) -> bool:
-        """True if the target gave answers and none of them differs.""" return self.ran and not self.first
+        """True if the target gave answers and none of them differs."""
+        return self.ran and not self.first
 
 
 @check_arguments
-def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: float = LIMIT) -> TargetResult:
+def compare(target: AbstractTarget, code: CCode, recording: Recording, timeout: float = LIMIT) -> TargetResult:
     """Run a target in a temporary folder and compare it with a recording; a program may take `timeout` seconds."""
     lacks = missing_programs(target.programs)
     if lacks:
@@ -122,16 +125,16 @@ def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: fl
     with TemporaryDirectory(prefix="workbench-") as place:
         folder = Path(place)
         try:
-            answers = target.answers(code, recording, folder, limit)
+            answers = target.answers(code, recording, folder, timeout)
         except TargetError as error:
             return TargetResult(target.name, reason=str(error))
         result = _judged(target, recording, answers)
         try:
-            result = replace(result, figures=target.figures(code, recording, folder, limit))
+            result = replace(result, figures=target.figures(code, recording, folder, timeout))
         except TargetError as error:
             result = replace(result, figures=TargetCost(doubt=f"figures are lacking: {error}"))
         if result.first.endswith(ANOTHER):
-            result = replace(result, first=_first_of_memory(target, code, recording, folder, result.first, limit))
+            result = replace(result, first=_first_of_memory(target, code, recording, folder, result.first, timeout))
     clock = next((CLOCKS[key] for key in CLOCKS if TARGETS[key].name == target.name), None)
     count = result.figures.instructions
     return replace(result, fit=fits(count, recording.law.period, clock)) if clock and count else result
@@ -176,12 +179,12 @@ def _words(k: int, signal: str, number: np.floating, wanted: np.floating) -> str
 
 
 def _first_of_memory(
-    target: AbstractTarget, code: CCode, recording: Recording, folder: Path, first: str, limit: float
+    target: AbstractTarget, code: CCode, recording: Recording, folder: Path, first: str, timeout: float
 ) -> str:
     """The first difference of a memory in words, from a replay that ends there."""
     k = int(first.split()[1])
     try:
-        memory = target.answers(code, recording.until(k + 1), folder, limit).memory
+        memory = target.answers(code, recording.until(k + 1), folder, timeout).memory
     except TargetError:
         return first
     wanted = recording.memory(k + 1, k + 1)[0]

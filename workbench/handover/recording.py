@@ -153,15 +153,12 @@ def record(
 
     Parameters
     ----------
-    sampled_loop
-        The loop in a computer, as `loop.digital(period)` gives it.
     law
         The law, as `sampled_loop.law(...)` gives it; by default `sampled_loop.law()`.
     periods, until
         The number of periods, or their total length in s: one of the two.
     substeps
-        The number of Runge-Kutta steps of the plant in a period. The readings depend on it; the arithmetic of the law
-        does not.
+        The number of Runge-Kutta steps of the plant in a period, on which the readings depend.
     p
         The parameters of the loop, (np,) or (1, np); by default its own.
     seed

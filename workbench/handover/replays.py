@@ -92,7 +92,7 @@ def replay(
     truths: tuple[str, ...] = (),
     seed: int = 0,
     precision: str = "double",
-    limit: float = LIMIT,
+    timeout: float = LIMIT,
     progress: Callable[[str], None] | None = None,
 ) -> Replay:
     """Run the law of a loop on several machines, with the inputs that it gets in the portable arithmetic.
@@ -138,7 +138,7 @@ def replay(
     >>> wb.replay(loop.digital(1e-3), periods=100, targets=["numpy"]).equal
     True
     """
-    limit = seconds("replay(limit=...)", limit)
+    timeout = seconds("replay(timeout=...)", timeout)
     chosen = [_target(target) for target in (USUAL if targets is None else targets)]
     code = c_code(_affordable(sampled_loop.law(reference, truths), periods), name, precision=precision)
     recording = record(sampled_loop, code.law, periods, substeps=substeps, seed=seed)
@@ -147,7 +147,7 @@ def replay(
     for target in chosen:
         if progress is not None:
             progress(target.name)
-        results.append(compare(target, code, recording, limit))
+        results.append(compare(target, code, recording, timeout))
     return Replay(code, recording, tuple(results))
 
 

@@ -30,8 +30,7 @@ HALVINGS = 16  # of the step along a gradient, all tried at once
 @dataclass(frozen=True)
 @check_arguments
 class Budget:
-    """The effort of a search: runs per generation, generations after the first, and gradient climbs from the best
-    run."""
+    """The effort of a search: runs per generation, generations after the first, and gradient climbs at the end."""
 
     population: int = 64
     generations: int = 20
@@ -178,8 +177,7 @@ class RunSearch:
 
     @check_arguments
     def shorten(self, result: SearchResult) -> SearchResult:
-        """The result with the fewest decimals in the worst run's numbers that keep the verdict and most of the
-        value."""
+        """The result with as few decimals in the worst run's numbers as keep the verdict and most of the value."""
         if result.worst is None:
             return result
         sought = result.worst.sought

@@ -21,7 +21,7 @@ TAILS = 0.005, 0.995  # quantiles where a distribution without ends is cut off
 @dataclass(frozen=True)
 @check_arguments
 class Knob:
-    """A number that a reader of the page can turn, from `low` to `high`, in as many loops as have its path.
+    """A number that a reader of the page can turn, from `low` to `high`, in all loops that have its path.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Knob:
     log
         True for a scale of equal ratios.
     origin
-        Where the loop's own number comes from; '' where nobody says.
+        Where the number of the loop comes from; '' if this is not stated.
     share
-        True if the knob is a share of the loop's own numbers, which keep their proportions; it stands at 1.
+        True if the knob is a factor of the loop's numbers, which keep their proportions; it starts at 1.
 
     Raises
     ------
@@ -83,12 +83,12 @@ class Knob:
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """Its paths."""
+        """The paths of the knob, as a tuple."""
         return (self.path,) if isinstance(self.path, str) else self.path
 
     @cached_property
     def factor(self) -> Factor:
-        """The same as a factor, spread over the range."""
+        """The knob as a factor, spread over its range."""
         spread = LogUniform(self.low, self.high) if self.log else Uniform(self.low, self.high)
         return Factor(self.name, self.paths, spread, self.origin or "assumed", self.share)
 

@@ -27,7 +27,7 @@ __all__ = ["Card", "CardEntry", "assumed_entry", "derived_entry", "stated_entry"
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class CardEntry:
-    """A number or a named choice with its origin; the range of an assumed number is where it could as well lie."""
+    """A number or a named choice with its origin; an assumed number could lie anywhere from `low` to `high`."""
 
     name: str
     value: UserValue

@@ -64,7 +64,7 @@ class Sample:
 
     @property
     def digest(self) -> str:
-        """A name of equations, times, seed and arithmetic, and of the numbers of all runs (64 hexadecimal digits)."""
+        """A hash of equations, times, seed and arithmetic, and of the numbers of all runs (64 hexadecimal digits)."""
         digest = hashlib.sha256(self.fingerprint.encode())
         for array in (self.factor_values, *(getattr(self.measurement, name) for name in ARRAYS)):
             digest.update(array.astype("<f8").tobytes())
@@ -134,7 +134,7 @@ class Sample:
 
     @property
     def beyond(self) -> str:
-        """The number of looked-at runs whose step is beyond the stability limit, in words."""
+        """The number of repeated runs whose step is beyond the stability limit, in words."""
         limits = self.measurement.limits
         beyond, unknown = limits[limits < self.h], int(np.isnan(limits).sum())
         said = [f"; stability limit not known of {unknown:,}"] if unknown else []

@@ -55,19 +55,25 @@ class Relay(AbstractSwitch):
 
     @check_arguments
     def amplitude(self, g: float) -> float | None:
-        """The amplitude a with N(a) = g: 4 K / (pi g).""" return 4 * self.K / (math.pi * g) if g > 0 else None
+        """The amplitude a with N(a) = g: 4 K / (pi g)."""
+        return 4 * self.K / (math.pi * g) if g > 0 else None
 
     @check_arguments
     def gain(self, a: float) -> float:
-        """The describing function N(a) = 4 K / (pi a).""" a = _amplitude("gain", a) return 4 * self.K / (math.pi * a)
+        """The describing function N(a) = 4 K / (pi a)."""
+        a = _amplitude("gain", a)
+        return 4 * self.K / (math.pi * a)
 
     @check_arguments
     def slope(self, a: float) -> float:
-        """The derivative dN/da = -4 K / (pi a^2).""" a = _amplitude("slope", a) return -4 * self.K / (math.pi * a**2)
+        """The derivative dN/da = -4 K / (pi a^2)."""
+        a = _amplitude("slope", a)
+        return -4 * self.K / (math.pi * a**2)
 
     @check_arguments
     def third(self, a: float) -> float:
-        """The amplitude of the third harmonic, 4 K / (3 pi).""" return 4 * self.K / (3 * math.pi)
+        """The amplitude of the third harmonic, 4 K / (3 pi)."""
+        return 4 * self.K / (3 * math.pi)
 
 
 @dataclass(frozen=True)
@@ -95,13 +101,16 @@ class BoundaryLayer(AbstractSwitch):
 
     @check_arguments
     def gain(self, a: float) -> float:
-        """The describing function N(a), which is K / phi within the layer.""" r = min(self.phi / _amplitude("gain", a),
-        1.0) return 2 * self.K / (math.pi * self.phi) * (math.asin(r) + r * math.sqrt(1 - r**2))
+        """The describing function N(a), which is K / phi within the layer."""
+        r = min(self.phi / _amplitude("gain", a), 1.0)
+        return 2 * self.K / (math.pi * self.phi) * (math.asin(r) + r * math.sqrt(1 - r**2))
 
     @check_arguments
     def slope(self, a: float) -> float:
-        """The derivative dN/da, which is zero within the layer.""" a = _amplitude("slope", a) r = min(self.phi / a,
-        1.0) return -4 * self.K / (math.pi * a**2) * math.sqrt(1 - r**2)
+        """The derivative dN/da, which is zero within the layer."""
+        a = _amplitude("slope", a)
+        r = min(self.phi / a, 1.0)
+        return -4 * self.K / (math.pi * a**2) * math.sqrt(1 - r**2)
 
     @check_arguments
     def third(self, a: float) -> float:

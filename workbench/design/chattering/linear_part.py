@@ -125,8 +125,7 @@ class LinearPart:
 
     @property
     def corners(self) -> Complex:
-        """The poles and zeros of W, (m,) in 1/s, by the logarithm in a sampled-data loop: the phase of W turns
-        there."""
+        """The poles and zeros of W, (m,) in 1/s, where its phase turns; by the logarithm in a sampled-data loop."""
         nx = len(self.c)
         pencil, mass = np.zeros((nx + 1, nx + 1)), np.diag(np.append(np.ones(nx), 0.0))
         pencil[:nx, :nx], pencil[:nx, nx], pencil[nx, :nx] = self.A, self.b, self.c

@@ -40,8 +40,7 @@ class LinearLoop:
 
     The kinds are "L", the loop gain at the cut with the sign of negative feedback; "S" = (I + L)^-1 and "T" = L (I +
     L)^-1 there; "closed", from added signals (`x_ref`, `u_load`, `y_noise`) to all signals; and "open", the same with
-    the loop cut, where 'drive' replaces the cut signal. `corner_signals` have a corner or a jump at x0, and no linear
-    response.
+    the loop cut, where 'drive' replaces the cut signal. `corner_signals` have a corner at x0, and no linear response.
     """
 
     point: LoopPoint
@@ -151,13 +150,10 @@ class LinearLoop:
     ) -> FrequencyResponse:
         """The frequency response of kind `of` at `frequencies` (m,) in rad/s, which must rise and not be negative.
 
-        For a loop in a computer they end at Nyquist's frequency at the latest.
-
         Raises
         ------
         ValueError
-            If there are no frequencies, or one is not finite, negative, above Nyquist's or below the one before it; or
-            if there is no such kind.
+            If a frequency is missing, not finite, negative, falling or above Nyquist's; or if there is no such kind.
         LookupError
             If a name is not an input or output of this kind.
         Refused
@@ -173,9 +169,9 @@ class LinearLoop:
     def gang_of_six(self, frequencies: Array) -> dict[str, FrequencyResponse]:
         """The gang of six at `frequencies` (m,) in rad/s: the responses named "TF", "CSF", "PS", "T", "CS" and "S".
 
-        TF and CSF go from the references to the outputs and inputs of the plant. PS and T go from loads to the same
-        signals. CS and S go from the noise of the readings to the inputs and the readings. The signs are those of one
-        channel. A loop without a reference has no TF and CSF.
+        TF and CSF go from the references to the outputs and inputs of the plant, PS and T from loads to the same
+        signals, and CS and S from the noise of the readings to inputs and readings. Without a reference there is no TF
+        and CSF.
 
         Raises
         ------
@@ -283,8 +279,7 @@ class LinearLoop:
         Raises
         ------
         ValueError
-            If there is no such kind, an option does not fit, or the loop has no such picture: with a delay it has no
-            poles.
+            If there is no such kind, an option does not fit, or the loop has no such picture (no poles with a delay).
         """
         return picture_of(self, kind, **options)
 

@@ -173,8 +173,7 @@ class Measurement:
 
     @check_arguments
     def only(self, runs: Integers) -> Measurement:
-        """The measurement with only these runs, named by their numbers in rising order and then numbered anew from
-        0."""
+        """The measurement of these runs alone, named by their numbers in rising order and numbered anew from 0."""
         if runs.ndim != 1 or not ((runs >= 0) & (runs < len(self))).all() or (np.diff(runs) <= 0).any():
             raise ValueError(
                 f"`only(runs)` takes numbers of the {len(self)} runs in rising order, counted from 0; got "

@@ -98,15 +98,15 @@ def iae(signal: str | None = None) -> Integral:
 
 @check_arguments
 def ise(signal: str | None = None) -> Integral:
-    """Integral of e^2 dt, with the error e of `signal` or of each output that follows a reference.""" return
-    _error(_name_of("ISE", signal), signal, "integral of {}^2", _square, _whole, _over_time(2, 1))
+    """Integral of e^2 dt, with the error e of `signal` or of each output that follows a reference."""
+    return _error(_name_of("ISE", signal), signal, "integral of {}^2", _square, _whole, _over_time(2, 1))
 
 
 @check_arguments
 def itae(signal: str | None = None) -> Integral:
-    """Integral of t |e| dt, with the error e of `signal` or of each output that follows a reference.""" size =
-    _over_time(1, 2) return _error(_name_of("ITAE", signal), signal, "integral of t |{}|", lambda t, e: t * ca.fabs(e),
-    _whole, size)
+    """Integral of t |e| dt, with the error e of `signal` or of each output that follows a reference."""
+    size = _over_time(1, 2)
+    return _error(_name_of("ITAE", signal), signal, "integral of t |{}|", lambda t, e: t * ca.fabs(e), _whole, size)
 
 
 @check_arguments

@@ -11,7 +11,7 @@ FEW = 0.1  # a share below which a percentage has two digits, and from which on 
 
 @check_arguments
 def join_names(names: Iterable[str], empty: str = "none") -> str:
-    """Names in a row, with commas and with "and" before the last; `empty` where there is no name.
+    """Names in a row, with commas, and with "and" before the last; `empty` if there is no name.
 
     Examples
     --------
@@ -24,7 +24,7 @@ def join_names(names: Iterable[str], empty: str = "none") -> str:
 
 @check_arguments
 def percent(share: float, decimals: int | None = None) -> str:
-    """A share in percent: with that many decimals, or else with two digits below 10 % and whole from there on.
+    """A share in percent: with `decimals` decimals, by default with two digits below 10 % and whole from there on.
 
     Examples
     --------
@@ -38,7 +38,7 @@ def percent(share: float, decimals: int | None = None) -> str:
 
 @check_arguments
 def span(values: Iterable[float], write: Callable[[float], str]) -> str:
-    """The least and the largest of some values in words, or one number if both read alike; empty if there is none.
+    """The least and the largest value as text, or one number if both read alike; '' if there are no values.
 
     Examples
     --------

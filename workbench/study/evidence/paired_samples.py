@@ -90,13 +90,13 @@ def pair_samples(
     Parameters
     ----------
     values
-        Law to its values (N,) over the same draws in the same order; NaN where a run failed.
+        By law, the values (N,) over the same draws in the same order; NaN where a run failed.
     errors
-        Law to the error of its values by the step, in their unit; without it they are taken as exact.
+        By law, the error of its values due to the step, in their unit; by default values are taken as exact.
     samples
-        Law to the sample of its values, from which the note below a table and the source of each number are then read.
+        By law, the sample of its values. It gives the note below a table and the source of each number.
     step_errors
-        Law to the errors (N,) of its values by the step, NaN where a run was not run again with half of it. `pool`
+        By law, the errors (N,) of its values due to the step, NaN where a run was not repeated at h / 2. `pool`
         needs them to divide each error by its own value.
 
     Raises
@@ -176,7 +176,7 @@ def _repeated(given: Mapping[str, object], columns: Mapping[str, Array], shape: 
 
 @check_arguments
 def same_draws(samples: Mapping[str, Sample]) -> str:
-    """The note of the samples of several laws, one draw a row, which must be the same independent draws and horizon."""
+    """The note of the samples of several laws, which must have the same independent draws, one per row, and horizon."""
     if not samples:
         raise ValueError("`same_draws(samples)` must map laws to their samples, at least one; got none.")
     (first, held), *others = samples.items()

@@ -42,8 +42,7 @@ class Comparison:
 
     @check_arguments
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """Whether the level of law a is below or above that of law b: the interval must lie beyond margin and
-        errors."""
+        """Whether law a is below or above law b, or undecided: the interval must lie beyond margin and errors."""
         i, j = self.samples.place(a), self.samples.place(b)
         return "below" if self.below[i, j] else "above" if self.below[j, i] else "undecided"
 
@@ -122,13 +121,13 @@ def compare(
     Parameters
     ----------
     margin
-        Of the smaller level, or for `Success` of the draws: a difference within it is significant for nobody.
+        A share of the smaller level, or of the draws for `Success`. A difference within it is not significant.
 
     Raises
     ------
     ValueError
-        If there are fewer than 100 resamples or too few draws for the estimand, the confidence is none, or the margin
-        does not lie between 0 and 1.
+        If there are fewer than 100 resamples or too few draws for the estimand, or the confidence or the margin does
+        not lie between 0 and 1.
 
     Examples
     --------
@@ -182,7 +181,7 @@ class Ranks:
 
 @check_arguments
 def ranks(samples: PairedSamples, confidence: float = 0.95) -> Ranks:
-    """The rank of each law in each draw, counted. Intervals are those of one share at a time.
+    """Count the ranks of each law over the draws, as shares. Each interval holds for one share by itself.
 
     Examples
     --------

@@ -26,14 +26,14 @@ DRAWS, PARTS = 512, 1000
 @dataclass(frozen=True)
 @check_arguments
 class Specification:
-    """Limits on the figures of a loop, each of which may be left out.
+    """Limits on the margins, poles and step response of a loop; each may be left out.
 
     Parameters
     ----------
     Ms, Mt
-        The largest peaks of S and T at the cut, as factors; of several channels of the largest singular value.
+        The largest peaks of S and T at the cut, as factors; for several channels, of the largest singular value.
     bandwidth
-        (low, high) in rad/s, of the frequency at which an answer has fallen by 3 dB from its gain at zero.
+        (low, high) in rad/s for the frequency at which the gain has fallen by 3 dB from its value at zero.
     damping
         The least damping of a pole, below 1: -Re s / |s|.
     gain_margin
@@ -47,11 +47,11 @@ class Specification:
     noise_gain
         The largest gain from the noise of the readings to the inputs of the plant, in their units.
     overshoot
-        The largest overshoot of a step answer, in % of its final value.
+        The largest overshoot of a step response, in % of its final value.
     settling_time
-        The longest time in s after which a step answer stays within 2 % of its final value.
+        The longest time in s after which a step response stays within 2 % of its final value.
     rise_time
-        The longest time in s that a step answer takes from 10 % to 90 % of its final value.
+        The longest time in s that a step response takes from 10 % to 90 % of its final value.
     decay
         The slowest decay of a pole, -Re s, in 1/s.
 

@@ -68,8 +68,7 @@ class TuningResult:
 
     @check_arguments
     def best_of(self, seed: int) -> dict[str, float]:
-        """The best value of each factor in the search with this seed: its best finalist under the noise of that
-        search."""
+        """The best value of each factor in the search of a seed: its best finalist under the noise of that search."""
         seeds = list(map(str, self.tuning.seeds))
         search = seeds.index(known_name(str(seed), seeds, f"searches of '{self.name}' by their seeds"))
         objectives = self._admissible(self._own(self.finals), self._own(self.finals_at_half_step))
@@ -127,7 +126,7 @@ class TuningResult:
 
     @property
     def bests(self) -> Array:
-        """The least objective of each search at the step h, a number a seed."""
+        """The least objective of each search at the step h, one number per seed."""
         return np.array([one.bests[-1] for one in self.searches])
 
     @property
@@ -192,7 +191,7 @@ class TuningResult:
 
     @property
     def note(self) -> str:
-        """The note below a figure: evaluations, failed ones, seeds, step, its error, and the training noise."""
+        """The note below a figure: evaluations, failures, seeds, step, step error, and training noise."""
         tuning = self.tuning
         seeds = ", ".join(map(str, tuning.seeds))
         steps = ", ".join(f"{h:g} s" for h in dict.fromkeys(one.h for one in self.samples.values()))
@@ -210,7 +209,7 @@ class TuningResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The doubts about the best, in sentences."""
+        """Sentences on doubts about the best point."""
         said = [f"The best '{name}' lies at the {self._ends[name]} end of its range." for name in self.at_edge]
         said += [sentence for one in self.searches if (sentence := one.doubt)]
         if (error := share(self.step_error, self.objective)) > STEP:
