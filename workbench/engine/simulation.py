@@ -53,27 +53,24 @@ def simulate(
     """Run B copies of a loop from time 0 to `until`, each with its own parameters and initial state.
 
     A run depends only on its rows of p and x0, its key in `runs`, seed, arithmetic and step, and not on the other runs.
-    `Trajectories.warnings` says where the step is beyond its stability limit, or changes the result.
+    `Trajectories.warnings` says if the step is beyond its stability limit, or changes the result.
 
     Parameters
     ----------
     step
         A `StepMap`, or a loop, an `Ode` or a `SampledSystem`, whose step is then chosen by pilot runs.
     p, x0
-        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all runs. Arrays of more than 64 MB
-        are not copied.
+        (B, np) and (B, nx), as `pack` of their layouts gives; one row serves all. More than 64 MB are not copied.
     until, every
-        The horizon and the time between kept states, in s. Without `every` each step is kept, or 1000 times of an
-        `Ode`.
+        Horizon and time between kept states, in s. Without `every` each step is kept, or 1000 times of an `Ode`.
     tolerance
-        The largest change of a state when the step is halved, relative to the largest value of the state. By default it
-        is 0.001 to choose a step, and 0.01 for a `StepMap`.
+        The largest change of a state at half the step, over its largest value: by default 0.001, for a `StepMap` 0.01.
     seed, runs
         The keys of the noise: a whole number, and one number (B,) for each run, by default 0, 1, 2, ...
     progress
         Called with the share of the work that is done, from 0 to 1.
     arithmetic, engine
-        Names as in `workbench.engine.arithmetic`; by default the arithmetic and engine that run the step fastest.
+        Names as in `workbench.engine.arithmetic`; by default those that run the step fastest.
 
     Raises
     ------

@@ -97,33 +97,23 @@ def replay(
 ) -> Replay:
     """Run the law of a loop on several machines, with the inputs that it gets in the portable arithmetic.
 
-    The commands of each machine are compared bit by bit with those of the loop. Each machine continues from its own
-    memory. As long as commands are equal, the loop around a machine is this loop.
+    Commands are compared bit by bit. Each machine continues from its own memory. As long as its commands are equal, the
+    loop around it is this loop.
 
     Parameters
     ----------
-    sampled_loop
-        The loop in a computer, as `loop.digital(period)` gives it.
-    name
-        The prefix of the C code; by default the name of the law.
-    periods
-        The number of periods.
+    name, periods, substeps
+        The prefix of the C code; the number of periods; the number of Runge-Kutta steps of the plant in a period.
     targets
-        Names of `wb.handover.TARGETS`, or targets of your own. The default is all but the target whose library has a
-        fault. A target that cannot run reports it.
-    substeps
-        The number of Runge-Kutta steps of the plant in a period.
+        Names of `wb.handover.TARGETS`, or targets of your own; by default all but the one whose library has a fault.
     reference, truths
-        As of `SampledSystem.law`: "input" if the law reads its reference, "built in" if it computes it; and the names
-        of signals of the plant that no instrument gives.
-    seed
-        The seed of the noise.
-    precision
-        "double", or "single" for a law in single precision; the plant stays in double precision.
+        As of `SampledSystem.law`: "input" or "built in", and names of signals that no instrument gives.
+    seed, precision
+        The seed of the noise; "double", or "single" for the law alone.
     timeout
         The time in s that one program of a target may take.
     progress
-        Called with the name of each target before it runs.
+        Called with the name of each target before it runs; one that cannot run reports it.
 
     Raises
     ------

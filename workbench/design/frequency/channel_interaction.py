@@ -15,6 +15,8 @@ from workbench.design.matrices import EPS, Complex, DesignError
 def condition_number(G: Numbers | System) -> float:
     """The ratio of the largest to the smallest singular value of a matrix (ny, nu) of gains; inf if it lacks rank.
 
+    For a system, give its gain at one frequency, as `system(0)` or `system(1j * omega)`.
+
     Raises
     ------
     ValueError
@@ -33,6 +35,8 @@ def condition_number(G: Numbers | System) -> float:
 @check_arguments
 def relative_gains(G: Numbers | System) -> Complex:
     """The relative gain array of a square matrix of gains, G o (G^-1)': rows and columns each add up to one.
+
+    For a system, give its gain at one frequency, as `system(0)` or `system(1j * omega)`.
 
     Raises
     ------

@@ -157,10 +157,8 @@ def lead_lag(
     ----------
     plant
         A `StateSpace` or `TransferFunction` in continuous time with one input and one output.
-    crossover
-        The crossover frequency wc in rad/s.
-    margin
-        The phase margin in degrees, between 0 and 90.
+    crossover, margin
+        The crossover frequency wc in rad/s; the phase margin in degrees, between 0 and 90.
     boost
         The factor by which the lag raises the gain at low frequencies; 1 for no lag.
 

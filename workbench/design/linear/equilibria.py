@@ -94,23 +94,19 @@ def equilibria(
 ) -> Equilibria:
     """The equilibria of x' = f(x, p, u) in a box, found by Newton's method from quasi-random starts.
 
-    Angles that differ by a turn are different states. Where f jumps or has corners, Newton's method sees one piece.
+    There are `starts` of them, drawn with `seed`. Where f jumps or has corners, Newton's method sees one piece. The
+    parameters p (np,) and the inputs u (nu,), which overwrite theirs in p, are by default those of `ode`. At most
+    `boxes` boxes serve the proof that there are no others; 0 for no proof.
 
     Parameters
     ----------
     box
-        The bounds (low, high) of every state, by the name of a quantity or of one of its numbers (`q[0]`).
-    p, u
-        The parameters (np,) and the inputs (nu,), which overwrite theirs in p; the defaults of `ode` if not given.
-    starts, seed
-        The number of starts of Newton's method, and the seed of their places.
-    boxes
-        The largest number of boxes in the proof that there are no others; 0 for no proof.
+        The bounds (low, high) of every state, by name (`q` or `q[0]`). Angles that differ by a turn are different.
 
     Raises
     ------
     ValueError
-        If the rate depends on time, a state has no bounds or wrong ones, or `starts`, `seed` or `boxes` is wrong.
+        If the rate depends on time, a state has no or wrong bounds, or `starts`, `seed` or `boxes` is wrong.
     LookupError
         If a name is not that of a state.
 

@@ -49,10 +49,8 @@ def measure(
         Without h, `every` bounds the step, too.
     tolerance
         The largest error of each metric relative to its value; without metrics, the largest change of the states.
-    seed, arithmetic
-        The seed of the noise, and the arithmetic of all runs, as of `simulate`.
-    progress
-        Called with the share of the work that is done, from 0 to 1.
+    seed, progress, arithmetic
+        As of `simulate`.
 
     Raises
     ------

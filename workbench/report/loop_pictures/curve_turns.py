@@ -45,12 +45,10 @@ def curve_turns(
 ) -> CurveTurns:
     """The encirclements of a real `point` by the curve of L, its mirror image and its closure.
 
-    `values` (m,) are L at `frequencies` (m,) in rad/s; `period` in s is that of a sampled loop.
-
-    A pole at zero, or at z = 1, is passed on the right, so that n of them close the curve by n half turns clockwise;
-    their number comes from the slope of the gain at the lowest frequencies. The phase there must agree with it, and so
-    must the number of `integrators`, if it is given. Beyond the highest frequency the curve is closed straight to its
-    mirror image, if it ends near zero, or flat and nearly real.
+    `values` (m,) are L at `frequencies` (m,) in rad/s, with the `period` in s of a sampled loop. A pole at zero, or at
+    z = 1, is passed on the right, so that n of them close the curve by n half turns clockwise. Their number comes from
+    the slope of the gain at the lowest frequencies; the phase there, and `integrators` if given, must agree. Beyond the
+    highest frequency the curve is closed straight to its mirror image, if it ends near zero, or flat and nearly real.
 
     Raises
     ------

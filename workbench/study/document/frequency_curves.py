@@ -57,10 +57,10 @@ class FrequencyCurve:
 
     For a loop in a computer, `period` is its period in s; frequencies then end at Nyquist's, pi / period. `unit` is
     that of the values, '' for a loop gain. `margins` are the certified margins of a loop, and `corners` its poles,
-    zeros and gain. For one of several channels, `joint_disk_margin` is the disk margin of all channels at once. `style`
-    is as in `Series`; None means the style of the curve's place in its picture. `source` is the loop and the channel of
-    the response: its pictures move on a live page, and their captions then have no numbers, since these would not
-    follow. `integrators` is the number of poles of L at zero, or at z = 1, if it is known.
+    zeros and gain. For one of several channels, `multiloop_disk_margin` is that of all channels at once. `style` is as
+    in `Series`; None means the style of the curve's place in its picture. `source` is the loop and the channel of the
+    response: its pictures move on a live page, and their captions then have no numbers, since these would not follow.
+    `integrators` is the number of poles of L at zero, or at z = 1, if it is known.
 
     Examples
     --------
@@ -78,7 +78,7 @@ class FrequencyCurve:
     margins: StabilityMargins | None = None
     corners: CornerFrequencies | None = None
     style: Style | None = None
-    joint_disk_margin: float | None = None
+    multiloop_disk_margin: float | None = None
     source: Source | None = None
     integrators: int | None = None
 

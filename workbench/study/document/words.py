@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from workbench.core.validation.signatures import check_arguments
+from workbench.core.validation.signatures import answer, check_arguments, fit_of
 
 FEW = 0.1  # a share below which a percentage has two digits, and from which on it is a whole number
 
@@ -40,11 +40,23 @@ def percent(share: float, decimals: int | None = None) -> str:
 def span(values: Iterable[float], write: Callable[[float], str]) -> str:
     """The least and the largest value as text, or one number if both read alike; '' if there are no values.
 
+    `write` turns a number into text, as `"{:.2g}".format` does.
+
+    Raises
+    ------
+    ValueError
+        If `write` raises, or gives something else than text.
+
     Examples
     --------
     >>> wb.document.span([0.5, 2.0, 1.0], lambda value: f"{value:.2g}")
     '0.5 to 2'
     """
     numbers = list(values)
-    ends = [write(end) for end in (min(numbers), max(numbers))] if numbers else [""]
+    ends = [_written(write, end) for end in (min(numbers), max(numbers))] if numbers else [""]
     return ends[0] if ends[0] == ends[-1] else " to ".join(ends)
+
+
+def _written(write: Callable[[float], str], value: float) -> str:
+    """A number as a function of the user's own writes it."""
+    return answer(f"span(write=...)({value:g})", "return the number as text", lambda: write(value), fit_of(str))

@@ -42,7 +42,7 @@ class Comparison:
 
     @check_arguments
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """Whether law a is below or above law b, or undecided: the interval must lie beyond margin and errors."""
+        """The place of law a beside law b: the whole interval must lie beyond the margin and the steps' errors."""
         i, j = self.samples.place(a), self.samples.place(b)
         return "below" if self.below[i, j] else "above" if self.below[j, i] else "undecided"
 

@@ -107,8 +107,7 @@ class Specification:
     ) -> SpecificationVerdicts:
         """The verdict on each limit, at the point of a loop or over a box of its parameters.
 
-        Over a box a limit is refuted by the worst point of a search, proved by intervals, or not refuted at any point
-        tried.
+        Over a box a limit is refuted by the worst point of a search, proved by intervals, or not refuted.
 
         Parameters
         ----------
@@ -117,13 +116,11 @@ class Specification:
         box
             (low, high) by the path of a parameter: {"plant.m": (0.8, 1.2)}. A box needs a `LinearLoop`.
         inputs, outputs
-            The signals of the closed loop between which bandwidth and step response are limited. By default they are
-            the single reference and the output that follows it. For L, or a loop without a reference, T is taken.
-        draws, seed
-            The number of points of the Sobol sample in the box, and its seed. All corners and refined points are tried
-            too.
-        parts
-            The largest number of parts into which a proof cuts the box.
+            The signals between which bandwidth and step response are limited; by default the single reference and the
+            output that follows it. For L, or a loop without a reference, T is taken.
+        draws, seed, parts
+            The size of the Sobol sample in the box (corners and refined points are tried, too); its seed; and the
+            largest number of parts into which a proof cuts the box.
 
         Raises
         ------
