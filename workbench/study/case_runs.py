@@ -76,7 +76,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     """
     refuse_in_pages("run(study)")
     if callable(study.cases):
-        raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
+        raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolve(tuned)`.")
     workers = None if workers is None else whole("run(workers=...)", workers)
     cases = compile_cases(study.cases)
     work = {i: one.sweep.cost.seconds for i, one in enumerate(cases)}

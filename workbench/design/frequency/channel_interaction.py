@@ -20,7 +20,7 @@ def condition_number(G: Numbers | System) -> float:
     Raises
     ------
     ValueError
-        If G is no matrix of finite numbers.
+        If G is not a matrix of finite numbers.
 
     Examples
     --------
@@ -41,7 +41,7 @@ def relative_gains(G: Numbers | System) -> Complex:
     Raises
     ------
     ValueError
-        If G is no square matrix of finite numbers.
+        If G is not a square matrix of finite numbers.
     Refused
         If G is singular within rounding.
 

@@ -41,7 +41,7 @@ def h2_norm(system: control.StateSpace) -> MeanGain:
     Raises
     ------
     ValueError
-        If the system is no `StateSpace` with finite matrices.
+        If the system is not a `StateSpace` with finite matrices.
     Refused
         If the system has more than 40 states, or its norm is too large for a double.
 

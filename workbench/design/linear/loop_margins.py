@@ -66,7 +66,7 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
     Raises
     ------
     ValueError
-        If `loop` is no square, continuous `StateSpace`, or I + D is singular.
+        If `loop` is not a square, continuous `StateSpace`, or I + D is singular.
     Refused
         If the closed loop is not asymptotically stable: its slowest pole is named.
 

@@ -143,7 +143,7 @@ def sdre(factors: Factors, states: Array, Q: Numbers, R: Numbers) -> StateDepend
     Raises
     ------
     ValueError
-        If the states are no such array, or a matrix does not fit.
+        If `states` is not such an array, or a matrix does not fit.
     Refused
         If there is no stabilising solution at one of the states, which the message names.
 

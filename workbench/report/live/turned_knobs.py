@@ -92,7 +92,7 @@ def _at_knobs(
 ) -> tuple[Run, Ode | SampledSystem, StepMap, Array]:
     """The run of a case, its equations and step, and its parameters, then states, with the knobs at their values."""
     if callable(study.cases):
-        raise ValueError(f"`{call}(study, ...)` needs the cases themselves: take `study.resolved(tuned)`.")
+        raise ValueError(f"`{call}(study, ...)` needs the cases themselves: take `study.resolve(tuned)`.")
     cases = {one.name: one for one in study.cases}
     run = cases[known_name(case, cases, "cases of this study")].run
     equation = equations_of(run.loop, case)

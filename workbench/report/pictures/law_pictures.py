@@ -135,7 +135,7 @@ def pareto_fronts(
     Raises
     ------
     ValueError
-        If the note is empty, or a front is no such table.
+        If the note is empty, or a front does not have this shape.
 
     Examples
     --------

@@ -79,8 +79,8 @@ class Finding:
     Raises
     ------
     ValueError
-        If a name is no name, a sentence holds "nan", two variations have the same words, or there are variations but no
-        answer.
+        If `name` has other characters, a sentence contains "nan", two variations have the same words, or there are
+        variations but no answer.
 
     Examples
     --------

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from workbench.core.validation.signatures import answer, check_arguments, fit_of
+from workbench.core.validation.signatures import answer, check_arguments
+from workbench.core.validation.type_hints import fit_of
 
 FEW = 0.1  # a share below which a percentage has two digits, and from which on it is a whole number
 

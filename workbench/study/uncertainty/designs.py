@@ -113,7 +113,7 @@ class OneAtATime(AbstractDesign):
     Raises
     ------
     ValueError
-        If there is no factor or no level, or if a level or the base is no quantile from 0 to 1, or levels repeat.
+        If there is no factor or no level, or if a level or the base is not a quantile from 0 to 1, or levels repeat.
 
     Examples
     --------

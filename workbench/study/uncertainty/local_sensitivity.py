@@ -127,8 +127,8 @@ def local_sensitivities(
     If F jumps or has corners, S is that of the smooth pieces, and misses the effect of shifted switching instants. So
     every derivative is compared with differences of neighbouring runs; see `warnings`.
 
-    `names` are of parameters and initial states, or of single numbers of either; `p` and `x0` the operating point, the
-    defaults if not given; `until` and `h` horizon and step in s, of a sampled loop the substep.
+    `names` are those of parameters and initial states, or of single numbers of either. `p` and `x0` are the operating
+    point, by default that of `equation`. `until` and `h` are horizon and step in s, for a sampled loop the substep.
 
     Raises
     ------

@@ -98,7 +98,7 @@ def share(holds: object, confidence: float = 0.95) -> Share:
     Raises
     ------
     ValueError
-        If there is no run, or an entry is none of these.
+        If there is no run, or an entry is not one of these.
 
     Examples
     --------
