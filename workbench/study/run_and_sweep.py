@@ -109,9 +109,10 @@ class Sweep:
     half_step_every
         Every run whose number is a multiple of this is repeated at h / 2, for the error of its values.
     runs_of_chunk
-        The number of runs that are computed and kept together; by default as many as take a processor a second or two.
+        The number of runs that are computed and stored together; by default as many as one processor computes in a
+        second or two.
     least
-        The least number of samples that its tables need, as `least_base` and `least_draws` give it: fewer, by
+        The least number of samples that its tables need, as `least_base` and `least_draws` give it. Fewer samples, by
         `--samples` or by the design, are refused before anything is computed.
 
     Examples
@@ -172,4 +173,5 @@ def count_of(sweep: Sweep) -> str | None:
 def resize(sweep: Sweep, count: int | None) -> Sweep:
     """The sweep with so many samples; one whose design has no number of them keeps its points."""
     name = None if count is None else count_of(sweep)
-    return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type: ignore[type-var]
+    return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type:
+    ignore[type-var]

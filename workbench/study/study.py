@@ -38,7 +38,7 @@ class Study:
     measures_time
         True if the report holds times, which differ from one run to the next.
     least
-        The least number of samples that `--samples` may ask for, where sweeps that need it follow from tunings.
+        The least number of samples that `--samples` may set, if sweeps that need it are made from tunings.
     seed
         The seed of whatever the study samples at random; None if it samples nothing.
     tunings, sweeps

@@ -23,7 +23,7 @@ from workbench.study.study import Study
 def turn_knobs(study: Study, case: str, values: Mapping[str, float], seed: int | None = None) -> Measurement:
     """The measurement of a case, named 'scenario: law', with knobs of the study turned to `values`, by name.
 
-    It is bit for bit the value on the page, in the portable arithmetic. `seed` is the seed of the noise, by default
+    It is bit for bit the same as on the page, in the portable arithmetic. `seed` is the seed of the noise, by default
     that of the case.
 
     Raises
