@@ -174,4 +174,4 @@ def resize(sweep: Sweep, count: int | None) -> Sweep:
     """The sweep with so many samples; one whose design has no number of them keeps its points."""
     name = None if count is None else count_of(sweep)
     return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type:
-    ignore[type-var]
+    ignore[type - var]

@@ -36,7 +36,7 @@ class Case:
     scenario, law
         Together they are the name of the case.
     run
-        The run. Its values are taken at the step of the run, and their errors from half the step; the states are kept.
+        The run. Values are computed at its step, and their errors with half the step; the states are kept.
     style
         The number of the line style of the law in figures, see `wb.document.Series`.
     remark

@@ -2,7 +2,7 @@
 
 The function `wb.linear_loop` makes a `LinearLoop`, and `LinearLoop.rows` makes many at once. This package takes
 equations that can be closed and cut; it knows no robot, law or plant by name. Read `loop_linearization.py` first, then
-`linear_loop.py` for the answers, `loop_rows.py` for many rows, and `point_model.py` for the Jacobians.
+`linear_loop.py` for the responses, `loop_rows.py` for many rows, and `point_model.py` for the Jacobians.
 
 Examples
 --------

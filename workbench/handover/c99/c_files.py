@@ -139,7 +139,7 @@ def c_code(
     name
         The prefix, an identifier of C; by default the name of the law.
     precision
-        "double" for the bits of the portable arithmetic, or "single" for reals of 32 bits.
+        "double", which gives the same bits as the portable arithmetic, or "single" for reals of 32 bits.
     parameters
         "constant", or "settable" for a struct that can be changed between two instants.
     safe
@@ -148,7 +148,8 @@ def c_code(
     warnings, command
         Sentences for the header, and the command that made the code.
     sqrt
-        "portable", or "hardware" for the root of C's library, an instruction on most processors, with the same bits.
+        "portable", or "hardware" for the root of C's library, an instruction on most processors; both give the same
+        bits.
     fma
         "portable", or "hardware" for products that are rounded together with sums by C's library: the bits of the fused
         arithmetic, `simulate(..., arithmetic="fused")`, in double precision alone.

@@ -125,7 +125,8 @@ class Specification:
         Raises
         ------
         ValueError
-            If `loop` is neither of these, a range is not within the bounds of its parameter, or no point has an answer.
+            If `loop` is neither of these, a range is not within the bounds of its parameter, or no point has a linear
+            model.
         LookupError
             If a parameter or a signal has another name.
         Refused
