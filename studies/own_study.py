@@ -22,7 +22,8 @@ computer = loop.digital(1.0, wb.Instruments.of(loop.plant, noise={"h": 1e-3}, li
 outlet = wb.Factor("outlet", ("plant.a",), wb.Uniform(2e-3, 3e-3))
 gain = wb.Factor("gain", ("controller.Kp",), wb.LogUniform(50.0, 200.0))
 noise = wb.Factor("noise", ("instruments.sensors[0].noise",), wb.Uniform(0.0, 5e-3))
-sweep = wb.Sweep("tank", wb.Run(computer, (wb.rmse(),), until=200.0), (outlet, gain, noise), wb.SobolDesign(3, 256))
+run = wb.Run(computer, (wb.rmse(),), until=200.0)
+sweep = wb.Sweep("tank", run, (outlet, gain, noise), wb.SobolDesign(dimensions=3, base=256))
 
 
 def sections(results):
