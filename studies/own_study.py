@@ -9,11 +9,12 @@ class Tank(wb.Plant):
 
     k: float = wb.parameter(default=1.2e-3, unit="m/(s V)", low=0)
     a: float = wb.parameter(default=2.5e-3, unit="1", low=0)
+    g: float = wb.parameter(default=9.81, unit="m/s^2")
     h: float = wb.initial(default=0.1, unit="m")
     inputs, outputs = wb.layout(v="V"), wb.layout(h="m")
 
     def rate(self, t, x, u):
-        return {"h": self.k * u.v - self.a * (2 * 9.81 * x.h) ** 0.5}
+        return {"h": self.k * u.v - self.a * (2 * self.g * x.h) ** 0.5}
 
 
 law = wb.PID(Tank.outputs, Tank.inputs, Kp=100.0, Ki=2.0, low=0.0, high=10.0)
