@@ -173,5 +173,4 @@ def count_of(sweep: Sweep) -> str | None:
 def resize(sweep: Sweep, count: int | None) -> Sweep:
     """The sweep with so many samples; one whose design has no number of them keeps its points."""
     name = None if count is None else count_of(sweep)
-    return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type:
-    ignore[type - var]
+    return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type: ignore[type-var]

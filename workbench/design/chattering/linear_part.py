@@ -70,7 +70,7 @@ class LinearPart:
 
         Raises
         ------
-        Refused
+        DesignError
             If the states cannot be found from its polynomials.
         ValueError
             If it has not one input and one output, feeds u through to s, or cannot be a `LinearPart`.
@@ -203,7 +203,7 @@ def linear_part_of(
 
     Raises
     ------
-    Refused
+    DesignError
         If the loop does not rest at the state, the gain has no effect, or its effect is not that of -K sat(s / phi).
     ValueError
         If x or p has a wrong size, or W cannot be a `LinearPart`.

@@ -67,7 +67,7 @@ def bandwidth(system: control.TransferFunction | control.StateSpace, drop: float
     ValueError
         If `system` is not a linear system with one input and one output, has more zeros than poles, or has numbers that
         are not finite; or if `drop` is out of its range.
-    Refused
+    DesignError
         If the system is not stable, has an integrator, a gain of zero at the frequency zero, or more than 40 states.
 
     Examples

@@ -42,7 +42,7 @@ def relative_gains(G: Numbers | System) -> Complex:
     ------
     ValueError
         If G is not a square matrix of finite numbers.
-    Refused
+    DesignError
         If G is singular within rounding.
 
     References

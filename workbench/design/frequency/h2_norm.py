@@ -42,7 +42,7 @@ def h2_norm(system: control.StateSpace) -> MeanGain:
     ------
     ValueError
         If the system is not a `StateSpace` with finite matrices.
-    Refused
+    DesignError
         If the system has more than 40 states, or its norm is too large for a double.
 
     References

@@ -91,7 +91,7 @@ class HoldLoop:
         ------
         ValueError
             If there are no frequencies, or one is not finite, negative, above Nyquist's or below the one before it.
-        Refused
+        DesignError
             If the loop, or the closed loop, has a pole there.
         """
         omega = band("hold_loop(...).response(frequencies=...)", frequencies, math.pi / self.period)
@@ -167,7 +167,7 @@ def hold_loop(plant: control.StateSpace, law: control.StateSpace, delay: float =
     ------
     ValueError
         If plant and law do not fit, the law has no period, or the delay is negative or not finite.
-    Refused
+    DesignError
         If the exponential of the plant over a period is too large.
 
     References

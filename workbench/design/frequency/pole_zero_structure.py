@@ -67,7 +67,7 @@ def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
     ------
     ValueError
         If the system is not a `StateSpace` with finite matrices.
-    Refused
+    DesignError
         If the system has more than 40 states, or two different poles or zeros are too near to each other to be
         distinguished in 2,048 binary digits.
 

@@ -58,7 +58,7 @@ def place(system: control.StateSpace, poles: Numbers) -> Placement:
     ------
     ValueError
         If `poles` is not as above.
-    Refused
+    DesignError
         If no input moves a mode, or the poles of A - B K are not those of `poles`.
 
     References
@@ -166,7 +166,7 @@ def lead_lag(
     ------
     ValueError
         If `plant` is not such a system, or a number is out of its range.
-    Refused
+    DesignError
         If more than 75 degrees of phase are missing, the closed loop is not stable, or another crossover has less
         margin.
 

@@ -73,7 +73,7 @@ def linear_loop(
         If `at` or `delays` names no port, `values` no parameter or state, or `freeze` no state.
     ValueError
         If `loop` is not one of these, a value is out of bounds, a Jacobian has a corner, or periods have no multiple.
-    Refused
+    DesignError
         If the loop does not rest: what moves is named.
 
     Examples

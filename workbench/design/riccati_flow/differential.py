@@ -76,7 +76,7 @@ def rde(
     ------
     ValueError
         If a matrix does not fit, Q or P1 is not symmetric, R not positive definite, or the times do not rise.
-    Refused
+    DesignError
         If P escapes to infinity within the times (the message brackets when), or its error would be beyond rtol.
 
     References
@@ -144,7 +144,7 @@ def sdre(factors: Factors, states: Array, Q: Numbers, R: Numbers) -> StateDepend
     ------
     ValueError
         If `states` is not such an array, or a matrix does not fit.
-    Refused
+    DesignError
         If there is no stabilising solution at one of the states, which the message names.
 
     References

@@ -129,7 +129,7 @@ class Specification:
             model.
         LookupError
             If a parameter or a signal has another name.
-        Refused
+        DesignError
             If the loop at its point is not stable: all limits are for a stable loop.
         """
         systems = LoopSystems.of(f"{CHECK}(loop=...)", loop, inputs, outputs)
