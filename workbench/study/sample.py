@@ -31,7 +31,11 @@ ARRAYS = (
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Sample:
-    """N runs of one loop: the values of its d factors, (N, d), and the measurement of the runs."""
+    """N runs of one loop: `factor_values` (N, d) of its d `factors`, and the `measurement` of the runs.
+
+    `seed` is that of the runs, `fingerprint` that of the equations, and `arithmetic` the one of the runs. `design` is
+    None if the runs were read from a ledger without the study.
+    """
 
     name: str
     factors: tuple[str, ...]

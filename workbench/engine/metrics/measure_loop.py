@@ -48,8 +48,7 @@ def measure(
     p, x0
         Rows (B, np) and (B, nx), as its `parameters.pack` and `states.pack` make them; by default one row of defaults.
     until, h, every
-        The horizon, the step of the values (the substep of a sampled loop) and the time between kept states, in s.
-        Without h, `every` bounds the step, too.
+        Horizon, step of the values (or substep of a sampled loop) and time between kept states, in s; `every` bounds h.
     tolerance
         The largest error of each metric relative to its value; without metrics, the largest change of the states.
         Without h, pilot runs choose the step for this tolerance, by default 0.001.

@@ -21,7 +21,8 @@ from workbench.study.study import Outcome
 @dataclass(frozen=True)
 @check_arguments
 class Window:
-    """An interval of time in s, and the limits of the ordinate; None fits them to the curves.
+    """An interval of time from `start` to `end` in s, and the limits `ylim` of the ordinate; None fits them to the
+    curves.
 
     Examples
     --------

@@ -20,7 +20,12 @@ LEAST = 20  # draws, below which no interval here holds what it says
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class PairedSamples:
-    """A metric, of which less is better, of L laws in N draws: row k is the same draw for all laws."""
+    """A metric, of which less is better, of L laws in N draws: row k is the same draw for all laws.
+
+    `values` (N, L) are infinite for a failed run. `errors` (L,) bound the error of a value due to the step, NaN if not
+    known, and `step_errors` (N, L) are those of the runs that were repeated. `failures` (L,) counts the failed runs.
+    `note` is the note below a table, and `sources` (L,) are the samples, None for values of another origin.
+    """
 
     metric: str
     unit: str

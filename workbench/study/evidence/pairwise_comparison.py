@@ -25,7 +25,13 @@ MEDIAN = Median()
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Comparison:
-    """An estimand of a metric over draws, and its differences between laws, with simultaneous intervals."""
+    """An estimand of a metric over draws, and its differences between laws, with simultaneous intervals.
+
+    `level` (L,) is the estimand of each law, infinite if too many runs failed. `difference` (L, L) is that of the law
+    of the row minus that of the column, NaN if both are infinite. All intervals of either hold at once with the
+    `confidence`. A difference counts beyond the `margin`, a share of the smaller level, or of the draws for
+    `Success`.
+    """
 
     samples: PairedSamples
     estimand: Estimand
@@ -165,7 +171,11 @@ def _square(apart: Intervals, laws: int) -> Intervals:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Ranks:
-    """Shares of the draws, each with the interval of Clopper and Pearson."""
+    """Shares of the draws, each with the interval of Clopper and Pearson for one share.
+
+    In `ranks` (L, L) the law of the row has the rank of the column, from the least value on; equal values get the worse
+    rank. In `below` (L, L) the law of the row is below that of the column.
+    """
 
     samples: PairedSamples
     confidence: float

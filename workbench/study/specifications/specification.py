@@ -125,8 +125,7 @@ class Specification:
         Raises
         ------
         ValueError
-            If `loop` is neither of these, a range is not within the bounds of its parameter, or no point has a linear
-            model.
+            If `loop` is neither of these, a range is beyond the bounds of its parameter, or no point has an answer.
         LookupError
             If a parameter or a signal has another name.
         DesignError

@@ -31,8 +31,11 @@ Measure = Callable[[Mapping[str, Sample]], Array]
 class TuningResult:
     """All points that a tuning evaluated, their objectives, and the best of them: N points of d numbers, K finalists.
 
-    The finalists, the best points of each search, are run at h and h / 2 under the S training noises of all searches
-    (S = 1 if no trial has noise).
+    `points` (N, d) are in the unit cube, search after search, and `numbers` (N, d) are the values of the factors.
+    `objectives` (N,) are those at the step h, infinite for a point that is not admissible. `evaluations` counts the
+    points of each search, and `samples` has the runs by trial. The finalists, the best points of each search, are run
+    at h and h / 2 under the S training noises of all searches (S = 1 if no trial has noise). `finalists` (K,) are their
+    places, `finals` and `finals_at_half_step` (K, S) their objectives, and `final_samples` their runs by trial.
     """
 
     tuning: Tuning
