@@ -113,7 +113,7 @@ class Quantifier:
 @dataclass(frozen=True)
 @check_arguments
 class ClaimEntry:
-    """A claim with the ruling of its check, the words of its source, and the ranges over which it was judged.
+    """A claim with the ruling of its check, the `quote` of its source, and the `quantifiers`: ranges of the judgement.
 
     A witness against the claim must keep every hypothesis with a margin. A claim is not `refuted` over a range that its
     reader chose, unless this range lies within that of the source; otherwise it `depends on` numbers, or `does not hold

@@ -58,8 +58,9 @@ class TimeResponse:
 class SampledStepInfo:
     """Rise time and the like of a sampled step response, times in s from the step on; NaN if a level is not reached.
 
-    `rise_time` is that from 10 % to 90 % of the step, `settling_time` that after which the response stays within 2 %
-    of the step about its final value, and `overshoot` the part of the step in % by which it goes beyond.
+    `rise_time` is the time from 10 % to 90 % of the step. After `settling_time` the response stays within 2 % of the
+    step about its final value. `overshoot` is the excess over the final value, in % of the step. `peak` is the value
+    farthest in the direction of the step, at `peak_time`.
     """
 
     rise_time: float

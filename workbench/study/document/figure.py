@@ -130,7 +130,7 @@ class Bars:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Points:
-    """Marks at points (N,), each with its name beside it, and with intervals of x and of y, as in `Bars`.
+    """Marks at points (N,), each with its name beside it, and with intervals (`xlow` to `xhigh`), as in `Bars`.
 
     `sources` are the results that the abscissa and the ordinate of each point show, None for one of another origin. The
     `shape` of the marks is that of the style, unless they are poles (a cross), zeros (a ring) or `critical` (a plus).

@@ -29,8 +29,8 @@ LEVELS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 1.0)  # of the lar
 class ComputerEffect:
     """An effect of a computer, such as jitter, at rising `levels`; at the level `least` a loop has none of it.
 
-    The growth of the error is computed at the level `declared_level`. With `share`, levels are multiples of the loop's
-    own numbers.
+    `paths` name the numbers of the loop that it sets, in `unit`. The growth of the error is computed at the level
+    `declared_level`. With `share`, levels are multiples of the loop's numbers.
 
     Raises
     ------
