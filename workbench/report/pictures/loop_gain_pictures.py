@@ -27,21 +27,25 @@ from workbench.study.study_results import Outcome
 
 
 @check_arguments
-def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float = 1.0) -> tuple[Block, ...]:
+def loop_gain_pictures(
+    outcome: Outcome, name: str = "loop_gain", width: float = 1.0, loop: str = ""
+) -> tuple[Block, ...]:
     """The linear pictures of a loop, cut at the inputs of its plant: blocks for a section of a study.
 
-    They are a Bode plot and a Nyquist plot of its loop gain, its sensitivities, a map of its poles, and a table of its
-    margins; on a live page all of them move with the knobs. Of several channels each is drawn with the loop closed at
-    the others. A loop without linear answers has a paragraph that says why.
+    The blocks are a Bode plot and a Nyquist plot of the loop gain, the sensitivities, a map of the poles, and a table
+    of the margins. On a live page they move with the knobs. If there are several channels, each is drawn with the loop
+    closed at the others. For a loop without linear answers, the only block is a paragraph that gives the reason.
 
     Parameters
     ----------
     outcome
-        Of a case whose `Run` has a `ClosedLoop` or a `DigitalLoop`, which know the inputs of their plant.
+        The outcome of a case whose `Run` has a `ClosedLoop` or a `DigitalLoop`, which know the inputs of their plant.
     name
         The first part of the names of the figures and of the table.
     width
         The share of the text's width that each figure takes.
+    loop
+        The loop in words for the captions, for example "the motor under PI"; by default "the loop under" and the law.
 
     Examples
     --------
@@ -60,20 +64,19 @@ def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float =
     if isinstance(gain, str):
         return (Paragraph(f"This loop has no linear answers: {gain}"),)
     table = f"{name}_margins"
+    words = loop or f"the loop under {outcome.case.law}"
     figures = (
-        _bode(f"{name}_bode", outcome, gain, table),
-        _nyquist(f"{name}_nyquist", outcome, gain),
-        _sensitivities(f"{name}_sensitivity", outcome, gain),
-        _poles(f"{name}_poles", outcome, gain),
+        _bode(f"{name}_bode", words, outcome, gain, table),
+        _nyquist(f"{name}_nyquist", words, outcome, gain),
+        _sensitivities(f"{name}_sensitivity", words, outcome, gain),
+        _poles(f"{name}_poles", words, outcome, gain),
     )
-    about, state = (
-        f"Cut at {join_words(gain.channels)}. {gain.about}",
-        gain.about[0].lower() + gain.about[1:].rstrip("."),
-    )
+    state = gain.about[0].lower() + gain.about[1:].rstrip(".")
+    about = f"Margins and poles of {words}, cut at {join_words(gain.channels)}. {gain.about}"
     return (
-        Paragraph(f"The loop is linear about one state: {state}. It is cut at {_inputs(gain)}."),
+        Paragraph(f"The loop is linearised about one state: {state}. It is cut at {_inputs(gain)}."),
         *(replace(figure, width=width) for figure in figures),
-        margin_table(table, f"The margins and poles of the loop. {about}", outcome, gain),
+        margin_table(table, about, outcome, gain),
     )
 
 
@@ -100,26 +103,30 @@ def _curves(outcome: Outcome, gain: LoopGain) -> list[FrequencyCurve]:
     ]
 
 
-def _bode(name: str, outcome: Outcome, gain: LoopGain, table: str) -> Figure:
+def _bode(name: str, loop: str, outcome: Outcome, gain: LoopGain, table: str) -> Figure:
     caption: Phrase = (
-        f"Bode plot of the loop gain at {_inputs(gain)}. {gain.about} Dashed: the gain and phase margins of ",
+        f"Bode plot of the loop gain of {loop}, at {_inputs(gain)}. {gain.about} Dashed: the gain and phase margins "
+        "of ",
         CrossReference(table),
         ".",
     )
     return replace(bode_figure(name, caption, _curves(outcome, gain)), title="Bode")
 
 
-def _nyquist(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
+def _nyquist(name: str, loop: str, outcome: Outcome, gain: LoopGain) -> Figure:
     circles = ". The circles of Ms and of the disk margin touch the curve" if len(gain.channels) == 1 else ""
-    caption = f"Nyquist plot of the loop gain at {_inputs(gain)}. {gain.about} Dashed: negative frequencies{circles}."
+    caption = (
+        f"Nyquist plot of the loop gain of {loop}, at {_inputs(gain)}. {gain.about} Dashed: negative "
+        f"frequencies{circles}."
+    )
     return replace(nyquist_figure(name, caption, _curves(outcome, gain)), title="Nyquist")
 
 
-def _sensitivities(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
+def _sensitivities(name: str, loop: str, outcome: Outcome, gain: LoopGain) -> Figure:
     """The magnitudes of S = 1 / (1 + L) and T = L / (1 + L) of each channel."""
     caption = (
-        f"Sensitivity S = 1 / (1 + L) and complementary sensitivity T = L / (1 + L) at {_inputs(gain)}; their peaks "
-        f"are Ms and Mt. {gain.about}"
+        f"Sensitivity S = 1 / (1 + L) and complementary sensitivity T = L / (1 + L) of {loop}, at {_inputs(gain)}. The "
+        f"peaks of S and T are Ms and Mt. {gain.about}"
     )
     curves: list[FrequencyCurve] = []
     marks: list[Series] = []
@@ -150,11 +157,11 @@ def _gains(curves: Sequence[FrequencyCurve], marks: Sequence[Series]) -> Panel:
     )
 
 
-def _poles(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
+def _poles(name: str, loop: str, outcome: Outcome, gain: LoopGain) -> Figure:
     closed = linear_source(outcome, "poles of the closed loop")
     sets = [PoleZeroSet("the closed loop", gain.poles, period=gain.period, style=0, source=closed)]
     if len(gain.cut_poles):
         cut = closed.with_name("poles of the cut loop")
         sets.append(PoleZeroSet("the cut loop", gain.cut_poles, period=gain.period, style=1, source=cut))
     sets = [one for one in sets if np.size(one.poles)]
-    return replace(pole_zero_map(name, f"Poles of the loop. {gain.about}", sets), title="poles")
+    return replace(pole_zero_map(name, f"Poles of {loop}. {gain.about}", sets), title="poles")
