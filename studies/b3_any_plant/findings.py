@@ -197,7 +197,7 @@ def answer(results: wb.Results) -> str:
     rest, _, tanks, *_ = findings(results)
     less, _ = standing(next(iter(orders(results).values())))
     return (
-        f"{rest.answer} loops settle in a computer. LQG has the smaller RMSE in {less} of {COUNT} settings; other "
-        f"statistics give other counts. Under PI, tank level h_1 takes {tanks.answer} times as long to settle with a "
-        "right half-plane zero; the zero does not force this."
+        f"{rest.answer} loops settle in a computer. LQG's RMSE is smaller in {less} of {COUNT} settings; other "
+        f"statistics differ. Under PI, tank level h_1 takes {tanks.answer} times as long with a right half-plane zero, "
+        "which does not force this."
     )

@@ -34,13 +34,17 @@ def sections(results: wb.Results) -> wb.Page:
 
 
 def blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
-    """The runs of a plant, its own tables and proofs, its Sobol bars, and its loops over frequency."""
+    """The tables and proofs of a plant, then its pictures: runs, Sobol bars, and loops over frequency.
+
+    Figures come last, so that none of them leaves the section of its plant in the PDF.
+    """
     more: dict[str, tuple[wb.document.Block, ...]] = {
         HARD: (tanks_table(results),),
         "two masses": (mass_claim(results),),
     }
-    known = (picture(setting, results), *more.get(setting.name, ()), bars(setting, results))
-    return (*known, *frequency_blocks(setting, results))
+    own = (*more.get(setting.name, ()), picture(setting, results), bars(setting, results))
+    made = (*own, *frequency_blocks(setting, results))
+    return tuple(sorted(made, key=lambda block: isinstance(block, wb.document.Figure)))
 
 
 def capital(words: str) -> str:

@@ -26,8 +26,8 @@ def tank_finding(results: wb.Results) -> wb.Finding:
     low, high = witness.voltages
     return wb.Finding(
         name="settling_of_the_tanks",
-        statement=f"Under the published PI controllers, h_1 takes {slow[0] / easy[0]:.1f} times as long to settle at P+ "
-        f"as at P\N{MINUS SIGN}. The zero does not force this: a design by pole placement settles both levels in "
+        statement=f"Under the published PI controllers, h_1 takes {slow[0] / easy[0]:.1f} times as long to settle at "
+        f"P+ as at P\N{MINUS SIGN}. The zero does not force this: a design by pole placement settles both levels in "
         f"{max(witness.settling):.0f} s.",
         evidence=f"This design has no mode slower than {witness.decay:.2g} 1/s and needs {low:.1f} to {high:.1f} V. "
         f"Its disk margin is {witness.disk:.2f}; that of PI is {by[HARD, PID, 1.0].disk:.2f}. The "

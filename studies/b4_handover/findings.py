@@ -212,8 +212,8 @@ def loss_finding(results: wb.Results) -> wb.Finding:
         f"The quantisation step of the readings is {amount(step, unit)}, {step / error:.2g} times that error. From the "
         f"far start {f'{worst} chatters at its declared period, and ' * (worst in chattering)}the error is "
         f"{amount(error_of(results, worst, start=FAR_START)[0], unit)} and changes by {loss_words(far)}.",
-        statistic=f"{ERROR.capitalize()}: the root mean square of the error from {100 * TRANSIENT_SHARE:.0f} % of the run "
-        "on, at the worst joint. It is divided by that of the run from the same start in double precision with a "
+        statistic=f"{ERROR.capitalize()}: the root mean square of the error from {100 * TRANSIENT_SHARE:.0f} % of the "
+        "run on, at the worst joint. It is divided by that of the run from the same start in double precision with a "
         f"perfect clock; the ratios are averaged over the runs.{unsound}",
         sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of the near start, each with its own jitter.",
         information=INFORMATION,

@@ -183,7 +183,7 @@ def fit_finding(results: wb.Results, near: wb.handover.PeriodShare, far: wb.hand
 def stack_words(results: wb.Results) -> str:
     """The deepest stack on a microcontroller, and the deepest one over all targets, in a sentence."""
     boards = {wb.handover.TARGETS[key].name for key in BOARDS}
-    stacks = {(r.target, r.figures.stack) for each in replays(results).values() for r in each if r.figures.stack}
+    stacks = [(r.target, r.figures.stack) for each in replays(results).values() for r in each if r.figures.stack]
     name, most = max(stacks, key=lambda one: one[1])
     board = max((size for target, size in stacks if target in boards), default=None)
     if board is None or board == most:

@@ -153,7 +153,7 @@ def clock_finding(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         "missed_periods",
         f"With missed periods, {frail} {kept_words(min(reach.values()), within)}. At {MS}, the period of "
-        f"{PROPOSED_LAW}, the limits by law are: {wb.document.join_names(levels_of([(first, level), *rest]))}.",
+        f"{PROPOSED_LAW}, the limits are: {wb.document.join_names(levels_of([(first, level), *rest]))}.",
         f"At {MS}, {SMC_WITH_OBSERVER} {kept_words(observed, f'its error of {amount(error, RAD)}')}.{alike} "
         "At the declared period of each loop, the largest levels tried that keep the error are: "
         f"{wb.document.join_names(levels_of(reach.items()))}. Nothing was run between neighbouring levels.",

@@ -58,8 +58,8 @@ def answer(results: wb.Results) -> str:
     if not (near and far):
         return bits
     return (
-        f"{bits} In double precision, {PROPOSED_LAW} takes {1e3 * far.count / far.clock:.2g} ms per period on a "
-        f"Cortex-M4F: {percent_of(near)} of the longest period allowed from a start on the reference, and "
+        f"{bits} In double precision, {PROPOSED_LAW} takes {1e3 * far.count / far.clock:.2g} ms on a "
+        f"Cortex-M4F: {percent_of(near)} of the longest period allowed from a start on the reference, "
         f"{percent_of(far)} from the paper's start."
     )
 

@@ -149,7 +149,7 @@ def test_the_longest_period_is_answered_by_start(figures):
     found = findings.longest_period(results_of(quiet))
     assert (found.answer, found.kind) == ("not quiet at 0.25 ms", "depends")
     assert "0.5 ms from a start on the reference but up to 0.033 ms from the paper's start" in found.statement
-    assert "too long: none from near starts, AOSMC-RGS from farther ones" in found.evidence[-1]
+    assert "too long: none from the near start, AOSMC-RGS from the far start" in found.evidence[-1]
 
 
 @pytest.mark.heavy

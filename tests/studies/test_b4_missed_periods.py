@@ -72,7 +72,7 @@ def test_the_frailest_loop_is_compared_with_the_others_at_its_own_period(given):
     assert found.answer == PROPOSED_LAW
     assert "AOSMC-RGS does not keep its settled error within 10 % at any level tried, from 0.1 % on." in found.statement
     assert (
-        "At 0.25 ms, the period of AOSMC-RGS, the limits by law are: SMC 12.5 %, super-twisting 50 %, PID 25 % and LQG "
+        "At 0.25 ms, the period of AOSMC-RGS, the limits are: SMC 12.5 %, super-twisting 50 %, PID 25 % and LQG "
         "50 %." in (found.statement)
     )
     assert (
