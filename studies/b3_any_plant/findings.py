@@ -79,11 +79,11 @@ def error_finding(results: wb.Results) -> wb.Finding:
     own = [setting.name for setting in SETTINGS if setting.pid.origin == REGULATOR]
     return wb.Finding(
         name="smaller_error",
-        statement=f"LQG has the smaller RMSE in {less} of {COUNT} settings and PID in {more}. Neither is therefore the "
-        "better law: other statistics give other counts.",
+        statement=f"LQG has the smaller RMSE in {less} of {COUNT} settings and PID in {more}. This makes "
+        "neither the better law, since other statistics give other counts.",
         evidence=f"In {len(own)} settings ({', '.join(own)}) both laws have the same gain and differ in their filters "
         f"alone. In a computer, the total variation of PID's commands is {ratio[most]:.0f} times that of LQG's for the "
-        f"{most}; for the {least}, that of LQG's is {1 / ratio[least]:.0f} times that of PID's.",
+        f"{most}; for the {least}, that of LQG's commands is {1 / ratio[least]:.0f} times that of PID's.",
         statistic="The law with the smaller RMSE of one output over the run, counted over the settings. A difference "
         "within the errors of the step counts for neither.",
         sample=f"{COUNT} settings, one start each, in continuous time; in a computer with one sequence of noise.",

@@ -25,24 +25,28 @@ def sections(results: wb.Results) -> wb.Page:
     pictures = [wb.Section(capital(setting.name), blocks(setting, results)) for setting in SETTINGS]
     first = [one for one, setting in zip(pictures, SETTINGS, strict=True) if setting.name == HARD]
     rest = [one for one in pictures if one not in first]
+    tanks = wb.Section("The four tanks at P\N{MINUS SIGN} and P+", (tanks_table(results),))
     tables = (summary_table(results), laws_table(), computers_table(results), plants_table(), frequency_table(results))
     return wb.Page(
         answer=answer(results),
         findings=findings(results),
-        sections=(*first, wb.Section("All plants", tables), *rest, wb.Section("What was chosen", choice_tables())),
+        sections=(
+            *first,
+            tanks,
+            wb.Section("All plants", tables),
+            *rest,
+            wb.Section("What was chosen", choice_tables()),
+        ),
     )
 
 
 def blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
-    """The tables and proofs of a plant, then its pictures: runs, Sobol bars, and loops over frequency.
+    """The proof of a plant, if it has one, then its pictures: runs, Sobol bars, and loops over frequency.
 
     Figures come last, so that none of them leaves the section of its plant in the PDF.
     """
-    more: dict[str, tuple[wb.document.Block, ...]] = {
-        HARD: (tanks_table(results),),
-        "two masses": (mass_claim(results),),
-    }
-    own = (*more.get(setting.name, ()), picture(setting, results), bars(setting, results))
+    proofs = (mass_claim(results),) if setting.name == "two masses" else ()
+    own = (*proofs, picture(setting, results), bars(setting, results))
     made = (*own, *frequency_blocks(setting, results))
     return tuple(sorted(made, key=lambda block: isinstance(block, wb.document.Figure)))
 

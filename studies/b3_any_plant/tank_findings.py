@@ -106,10 +106,10 @@ def tanks_table(results: wb.Results) -> wb.document.ReportTable:
         f"Placed: poles of the regulator at {poles_text(REGULATOR)}, of the observer at "
         f"{poles_text(OBSERVER)} 1/s. This design reads the same levels as LQG.",
         f"Weighted integral: the integral over the run of y exp(\N{MINUS SIGN}z t), where y is {digits(psi[0])} times "
-        f"h_1 plus {digits(psi[1])} times h_2, each minus its final level, and z = {z:.4f} 1/s is the zero. In the "
-        f"linear model, this integral is {predicted:.1f} cm s under every stabilising law; the differences are "
-        "nonlinear. If the levels rest after a time T, |y| therefore reaches at least the integral times z / (1 "
-        f"\N{MINUS SIGN} exp(\N{MINUS SIGN}z T)): {least_swing(tank(HARD), 60.0):.2g} cm for T = 60 s, "
+        f"h_1 plus {digits(psi[1])} times h_2, each minus its reference, and z = {z:.4f} 1/s is the zero. In the "
+        f"linear model, this integral is {predicted:.1f} cm s under every stabilising law; the differences "
+        "come from the nonlinear terms. If the levels rest after a time T, |y| therefore reaches at least the integral "
+        f"times z / (1 \N{MINUS SIGN} exp(\N{MINUS SIGN}z T)): {least_swing(tank(HARD), 60.0):.2g} cm for T = 60 s, "
         f"{least_swing(tank(HARD), 20.0):.2g} cm for T = 20 s.",
     )
     caption = (
