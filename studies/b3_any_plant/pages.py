@@ -32,8 +32,8 @@ def sections(results: wb.Results) -> wb.Page:
         findings=findings(results),
         sections=(
             *first,
-            tanks,
             wb.Section("All plants", tables),
+            tanks,
             *rest,
             wb.Section("What was chosen", choice_tables()),
         ),

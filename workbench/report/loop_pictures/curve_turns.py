@@ -74,9 +74,7 @@ def curve_turns(
     if np.abs(steps).max() > LARGEST:
         k = int(np.abs(steps).argmax())
         span = f"{number(omega[k])} and {number(omega[k + 1])} rad/s"
-        return CurveTurns(
-            None, reason=f"the curve turns by more than 120 degrees about the point between the frequencies {span}"
-        )
+        return CurveTurns(None, reason=f"the curve turns by more than 120 degrees between the frequencies {span}")
     if not (_ends(omega, curve, point) or (period is not None and omega[-1] > (1 - 1e-3) * math.pi / period)):
         where = f"at the highest frequency, {number(omega[-1])} rad/s"
         return CurveTurns(None, reason=f"{where}, the curve is neither near zero nor constant")
