@@ -20,8 +20,8 @@ SENSOR = 0.50  # V/cm: gains of the four tanks are published for the voltages of
 class Setting:
     """A plant that starts off its operating point, and the choices about its two loops.
 
-    The states of `plant` are those where a run starts; `at` names the operating point, `main` the output that is
-    looked at. In LQG's cost `states` and `inputs` say by how much each may be off, infinite where a state costs
+    The states of `plant` are those where a run starts; `at` names the operating point, `main` the output whose
+    error counts. In LQG's cost `states` and `inputs` say by how much each may be off, infinite where a state costs
     nothing; its filter is made for white noise at the inputs of deviation `push` over a period, and for the `noise` of
     each reading. `limit` bounds the commands; the computer's `period` and the horizon `until` are in s. `pid` is the
     second law, `spread` the least and the largest share of each parameter that is varied.
