@@ -28,7 +28,9 @@ def variations(
 ) -> tuple[wb.Variation, ...]:
     """The answer from each other start, and without each lag and each period by turns."""
     made = [
-        wb.Variation(f"a start at {push[0]:g} and {push[1]:g} rad/s", word(rows), detail(rows))
+        wb.Variation(
+            f"a start at {push[0]:g} and {push[1]:g} rad/s".replace("-", "\N{MINUS SIGN}"), word(rows), detail(rows)
+        )
         for push, rows in zip(STARTS, every[1:], strict=True)
     ]
     for name, values in (("lag", LAGS), ("period", PERIODS)):
@@ -43,7 +45,7 @@ def findings(every: Sequence[Sequence[Row]]) -> tuple[wb.Finding, wb.Finding, wb
     return layer_finding(every), balance_finding(every), cycle_finding(every)
 
 
-INFORMATION = f"SMC with K = {K:g} N m: exact positions and velocities."
+INFORMATION = f"SMC with K = {K:g} N m reads exact positions and velocities."
 ASSUMPTIONS = "Lags, periods and starts; the folded arm, where M is diagonal and each joint is a loop by itself."
 
 
@@ -96,12 +98,13 @@ def layer_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
     nearest = 100 * min(abs(r.layer[0].least_phi / PHI - 1) for r in rows)
     return wb.Finding(
         name="layer_ends_chattering",
-        statement=f"Harmonic balance predicts in {all_or(f'{agreed} of {len(rows)}')} pairs of lag and period "
-        f"whether the layer of {PHI:g} rad/s ends the chattering of joint 1.",
-        evidence=f"In {thin} pairs the layer is thinner than the least width of the balance: there the arm should "
-        "oscillate, and come to rest in all others. The least width is that below which the linear loop in the layer "
-        f"is unstable. No pair is a close case: it is {np.floor(nearest):.0f} % or more off {PHI:g} rad/s in each.",
-        statistic="Rest or oscillation of s of joint 1.",
+        statement=f"In {all_or(f'{agreed} of {len(rows)}')} pairs of lag and period, harmonic balance predicts "
+        f"correctly whether the boundary layer of {PHI:g} rad/s ends the chattering of joint 1.",
+        evidence=f"In {thin} pairs the layer is thinner than the least width by harmonic balance, and the arm should "
+        "oscillate; in all other pairs the arm should come to rest. Below the least width, the linear loop in the "
+        f"layer is unstable. No pair is a close case: the least width differs from {PHI:g} rad/s by "
+        f"{np.floor(nearest):.0f} % or more in each.",
+        statistic="Whether s of joint 1 comes to rest or oscillates.",
         sample=sample_of(rows),
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
@@ -119,12 +122,13 @@ def balance_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
     moved = sum(abs((one.frequency or 0) / (other.frequency or np.inf) - 1) > NEARLY - 1 for one, other in pairs)
     return wb.Finding(
         name="balance_of_a_relay",
-        statement=f"For a relay, harmonic balance is off by {frequency} % in frequency and by {amplitude} % in "
-        f"amplitude, by the medians from {len(every)} starts; at worst by {worst[0]:.0f} % and {worst[1]:.0f} %.",
-        evidence="A sampled relay switches at sampling instants only, so that its half period is a whole number of "
-        f"periods; the balance has no such steps. In {moved} of {len(pairs)} runs from other starts the relay has "
-        "another frequency.",
-        statistic="Error relative to the simulated oscillation. Answer: the number with the smaller median error.",
+        statement=f"For a relay, the median error of harmonic balance is {frequency} % in frequency and {amplitude} % "
+        f"in amplitude, over {len(every)} starts; the largest errors are {worst[0]:.0f} % and {worst[1]:.0f} %.",
+        evidence="A sampled relay switches only at sampling instants, so that half a period of its oscillation is a "
+        "whole number of sampling periods. Harmonic balance does not know this restriction. In "
+        f"{moved} of {len(pairs)} runs from other starts, the relay oscillates at another frequency.",
+        statistic="Error relative to the simulated oscillation. The answer is the quantity with the smaller median "
+        "error.",
         sample=f"s of joint 1 from {LATE:g} s on, {len(rows)} pairs of lag and period, {len(every)} starts.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
@@ -135,19 +139,20 @@ def balance_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
 
 
 def cycle_finding(every: Sequence[Sequence[Row]]) -> wb.Finding:
-    """The exact cycles of a relay beside its runs."""
+    """The exact cycles of a relay, compared with its runs."""
     rows = every[0]
     regular = sum(r.cycle is not None for r in rows)
     return wb.Finding(
         name="exact_cycle",
-        statement=f"Of {len(rows)} pairs {regular} oscillate regularly; in {all_or(agreement_count(rows))} of these "
-        "half the swing of s is that of the exact cycle at the simulated switching period.",
-        evidence="An exact cycle may keep an offset of s, which raises its peak only; half of the swing is free of "
-        f"it. From other starts: {', '.join(map(agreement_count, every[1:]))}.",
-        statistic=f"Half of the highest minus the lowest s, to {100 * (NEARLY - 1):.1g} %, where the oscillation "
-        "is symmetric about its offset and its periods are equal.",
+        statement=f"Of {len(rows)} pairs, {regular} oscillate regularly. In {all_or(agreement_count(rows))} of these, "
+        "the amplitude of s is that of the exact cycle at the simulated switching period.",
+        evidence="The amplitude is half of the peak-to-peak value. An exact cycle may have an offset of s, which "
+        "changes its peak but not this amplitude. From the other starts, the counts are "
+        f"{', '.join(map(agreement_count, every[1:]))}.",
+        statistic=f"Half of the difference between the highest and the lowest s, to {100 * (NEARLY - 1):.1g} %, where "
+        "the oscillation is symmetric about its offset and its periods are equal.",
         sample=sample_of(rows),
-        information=f"{INFORMATION} Exact theory: the simulated switching period.",
+        information=f"{INFORMATION} The exact cycle is given the simulated switching period.",
         assumptions=ASSUMPTIONS,
         answer=smallest(rows),
         variations=variations(every, smallest, agreement_count),

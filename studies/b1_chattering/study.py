@@ -34,9 +34,9 @@ def sections(results: wb.Results) -> wb.Page:
     frequency, amplitude = spans(every)
     agreed = rest.answer.replace("all", f"all {len(every[0])}")
     return wb.Page(
-        answer=f"Harmonic balance predicts in {agreed} pairs of lag and period whether a layer "
-        f"of {PHI:g} rad/s ends chattering. For a relay it is {frequency} % off in frequency and {amplitude} % in "
-        f"amplitude (medians, {len(every)} starts).",
+        answer=f"In {agreed} pairs of lag and period, harmonic balance predicts correctly whether a boundary layer "
+        f"of {PHI:g} rad/s ends chattering. For a relay, its median error is {frequency} % in frequency and "
+        f"{amplitude} % in amplitude.",
         findings=(rest, relay, cycle),
         sections=(
             wb.Section("Predicted and simulated amplitude", (picture(every[0]),)),
@@ -57,7 +57,10 @@ def picture(rows: Sequence[Row]) -> wb.document.Figure:
             wb.document.Series(f"simulated, {name}", lags, run, style, "marks"),
         ]
     panel = wb.document.Panel("amplitude of s [rad/s]", tuple(series), xlabel="lag of the drive [ms]")
-    caption = "Chattering of joint 1 under a relay, predicted by harmonic balance and simulated, by sampling period."
+    caption = (
+        "Amplitude of the chattering of joint 1 under a relay: lines by harmonic balance, marks by simulation, one "
+        "colour for each sampling period."
+    )
     return wb.document.Figure("relay", caption, (panel,))
 
 
@@ -74,9 +77,9 @@ def relay_table(rows: Sequence[Row]) -> wb.document.ReportTable:
         cells.append((*place(r), *numbers(balance), *exact, *numbers(run)))
     caption = (
         "Frequency and amplitude of s of joint 1 under a relay: by harmonic balance, by the exact cycle at the "
-        "simulated switching period, and simulated."
+        "simulated switching period, and by simulation."
     )
-    note = "No exact amplitude: the simulated oscillation is not symmetric, or its periods differ."
+    note = "A dash: there is no exact cycle, since the simulated oscillation is not symmetric, or its periods differ."
     return wb.document.ReportTable(
         "relay_numbers",
         caption,
@@ -99,8 +102,8 @@ def layer_table(rows: Sequence[Row]) -> wb.document.ReportTable:
         seen = run if run.amplitude > QUIET else None
         cells.append((*place(r), layer.least_phi, *numbers(stable), *numbers(seen)))
     caption = (
-        f"Frequency and amplitude of s of joint 1 under a boundary layer of {PHI:g} rad/s. Least width: from that "
-        "width on the balance has no oscillation."
+        f"Frequency and amplitude of s of joint 1 under a boundary layer of {PHI:g} rad/s. Least width: for "
+        "wider layers, harmonic balance has no oscillation."
     )
     return wb.document.ReportTable(
         "layer_numbers",
@@ -118,7 +121,7 @@ def place(row: Row) -> tuple[wb.document.Cell, wb.document.Cell]:
 def numbers(
     one: wb.chattering.Oscillation | wb.chattering.RecordedOscillation | None,
 ) -> tuple[wb.document.Cell, wb.document.Cell]:
-    """Frequency in Hz and amplitude in rad/s; rest where there is no oscillation."""
+    """Frequency in Hz and amplitude in rad/s; the word for rest where there is no oscillation."""
     if one is None:
         return wb.document.MissingCell(REST), wb.document.MissingCell(REST)
     return (one.frequency or 0.0) / (2 * np.pi), one.amplitude
@@ -128,13 +131,14 @@ study = wb.Study(
     name="b1_chattering",
     title="Chattering, predicted and simulated",
     question=(
-        "How far and how fast does the switching of SMC make the arm oscillate when its drives lag and the law is "
-        "sampled? And how wide must the boundary layer be to end it?"
+        "With which amplitude and frequency does the switching of SMC make the arm oscillate when its drives lag and "
+        "the law is sampled? And how wide must the boundary layer be to end this chattering?"
     ),
     method=(
-        f"SMC with K = {K:g} N m holds the folded arm, where M is diagonal and each joint is a loop by itself. The "
-        "loop of joint 1 is cut there. Harmonic balance and the exact cycles of a sampled relay are compared with "
-        "runs of the whole arm, over the lag of the drives and the sampling period."
+        f"SMC with K = {K:g} N m holds the folded arm, where M is diagonal and each joint is a separate loop. For "
+        "the prediction, the loop of joint 1 is cut at the switching. Harmonic balance and the exact cycles of a "
+        "sampled relay are compared with simulations of the whole arm, for several lags of the drives and sampling "
+        "periods."
     ),
     cases=tuple(case(*pair, switch) for pair in PAIRS for switch in SWITCHES),
     works=(wb.Work("predictions", predict, PAIRS, seconds=0.5), wb.Work("starts", other_starts, PAIRS, seconds=1.0)),

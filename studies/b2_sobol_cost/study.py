@@ -9,7 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -136,52 +136,57 @@ def sections(results: wb.Results) -> wb.Page:
     one = cost()
     how = (
         "Workload W is the closed loop on which p0 measures speed: a two-link arm under an observer-based sliding mode "
-        f"law with 21 states. The command makes {one.runs:,} runs of 10 s at 1 ms and {one.again:,} again at 0.5 ms, "
-        "from its start to HTML, PDF and CSV, with the kernel compiled afresh. The share of ledger and orchestration "
-        "compares the same rows run through the ledger and run by the engine alone, which writes nothing."
+        f"law, with 21 states. The command makes {one.runs:,} runs of 10 s at a step of 1 ms, and {one.again:,} of "
+        "them again at 0.5 ms. It ends with HTML, PDF and CSV, and compiles the kernel anew. The share of ledger and "
+        "orchestration follows from the times of the same rows through the ledger and by the engine alone, which "
+        "writes nothing."
     )
     return wb.Page(
         answer=answer(one),
         findings=findings(one),
-        sections=(wb.Section("The cost", (cost_table(one), wb.Paragraph(how), wb.Paragraph(wb.study.testbed()))),),
+        sections=(
+            wb.Section("The processor time", (cost_table(one), wb.Paragraph(how), wb.Paragraph(wb.study.testbed()))),
+        ),
     )
 
 
 def word(is_reached: bool) -> str:
-    """The answer of a bar."""
+    """The answer to a target."""
     return "reached" if is_reached else "missed"
 
 
-percent = partial(wb.document.percent, decimals=1)
+def percent(share: float) -> str:
+    """A share in per cent with one decimal."""
+    return wb.document.percent(share, decimals=1).replace("-", "\N{MINUS SIGN}")
 
 
 def answer(cost: Cost) -> str:
     """The page in one line."""
     low, high = percent(min(cost.shares)), percent(max(cost.shares))
-    share = f"{low} to {high} of the processor time" if is_decided(cost) else f"{low} to {high}, which decides nothing"
+    share = f"{low} to {high}" if is_decided(cost) else f"{low} to {high}, which decides nothing"
     return (
-        f"On one machine {cost.runs:,} runs, from command to report, take {cost.wall:.1f} s and {cost.memory:.2f} GB; "
-        f"the part of ledger and orchestration is {share}."
+        f"On one machine, {cost.runs:,} runs take {cost.wall:.1f} s from command to report, and {cost.memory:.2f} GB "
+        f"of memory. The share of ledger and orchestration in the processor time is {share}."
     )
 
 
 def is_decided(cost: Cost) -> bool:
-    """True if the share of the ledger lies on one side of its bar in every turn."""
+    """True if the share of the ledger lies on one side of its target in every turn."""
     return len({share <= SHARE for share in cost.shares}) == 1
 
 
 def findings(cost: Cost) -> tuple[wb.Finding, wb.Finding, wb.Finding]:
-    """The bars, and the figures that reach or miss them."""
+    """The targets, and the measured numbers that reach or miss them."""
     return wall_finding(cost), memory_finding(cost), share_finding(cost)
 
 
-INFORMATION, ASSUMPTIONS = "One machine, named below.", "The bar, and workload W."
-ELSEWHERE = "another machine, and one that others use too"
+INFORMATION, ASSUMPTIONS = "One machine, named on this page.", "The target, and workload W."
+ELSEWHERE = "another machine, and a machine with other load"
 
 
 def sample(cost: Cost) -> str:
     """The commands that were run."""
-    return f"{len(cost.commands)} runs of the command, each in a process of its own, on an empty folder."
+    return f"{len(cost.commands)} runs of the command, each in a separate process, with an empty folder."
 
 
 def wall_finding(cost: Cost) -> wb.Finding:
@@ -190,10 +195,10 @@ def wall_finding(cost: Cost) -> wb.Finding:
     quick, idle = cost.wall <= WALL, cost.others < BUSY
     return wb.Finding(
         name="wall_time",
-        statement=f"The whole command takes {cost.wall:.1f} s; the bar is {WALL:g} s.",
-        evidence=f"It uses {spent:.1f} s of processor time on {os.cpu_count()} processors. {cost.others:.1f} other "
-        "processes wanted one as the page began.",
-        statistic="Seconds by the clock, from the start of the command to its report, median.",
+        statement=f"The whole command takes {cost.wall:.1f} s; the target is at most {WALL:g} s.",
+        evidence=f"The command uses {spent:.1f} s of processor time on {os.cpu_count()} processors. The load average "
+        f"of the machine was {cost.others:.1f} when the measurement began.",
+        statistic="Wall-clock time in seconds from the start of the command to its report; median of the runs.",
         sample=sample(cost),
         answer=word(quick),
         variations=tuple(
@@ -211,9 +216,9 @@ def memory_finding(cost: Cost) -> wb.Finding:
     """The most memory."""
     return wb.Finding(
         name="memory",
-        statement=f"It holds at most {cost.memory:.2f} GB; the bar is {MEMORY:g} GB.",
-        evidence="The system counts the most that the process held at any time.",
-        statistic="Largest resident memory of the process, the most of the runs.",
+        statement=f"The command holds at most {cost.memory:.2f} GB of memory; the target is at most {MEMORY:g} GB.",
+        evidence="The operating system reports the largest amount that the process held at any time.",
+        statistic="Largest resident memory of the process; maximum over the runs.",
         sample=sample(cost),
         answer=word(cost.memory <= MEMORY),
         variations=tuple(
@@ -229,12 +234,15 @@ def memory_finding(cost: Cost) -> wb.Finding:
 def share_finding(cost: Cost) -> wb.Finding:
     """The part of ledger and orchestration in the processor time."""
     middle, low, high = (percent(of(cost.shares)) for of in (median, min, max))
-    noise = "" if is_decided(cost) else " The turns lie on both sides of the bar."
+    noise = "" if is_decided(cost) else " The turns lie on both sides of the target."
     return wb.Finding(
         name="ledger_share",
-        statement=f"Ledger and orchestration have {middle} of the processor time; the bar is {100 * SHARE:.0f} %.",
-        evidence=f"The median of {len(cost.shares)} turns, from {low} to {high}; a part below zero is noise.{noise}",
-        statistic="One minus the processor time of the engine alone over that through the ledger, median of turns.",
+        statement=f"Ledger and orchestration take {middle} of the processor time; the target is at most "
+        f"{100 * SHARE:.0f} %.",
+        evidence=f"This is the median of {len(cost.shares)} turns, which range from {low} to {high}. A share below "
+        f"zero is noise.{noise}",
+        statistic="One minus the ratio of the processor time of the engine alone to that through the ledger; median of "
+        "the turns.",
         sample=f"{len(cost.shares)} turns in one process.",
         answer=word(median(cost.shares) <= SHARE),
         variations=tuple(
@@ -259,20 +267,25 @@ def cost_table(cost: Cost) -> wb.document.ReportTable:
         wb.document.TableColumn("through the ledger", "s", "right", digits=3),
         wb.document.TableColumn("share of the ledger", "%", "right", digits=2),
     )
-    return wb.document.ReportTable("turns", "Processor time of the same rows, in turns.", columns, tuple(rows))
+    return wb.document.ReportTable(
+        "turns",
+        "Processor time of the same rows, by the engine alone and through the ledger, in turns.",
+        columns,
+        tuple(rows),
+    )
 
 
 study = wb.Study(
     name="b2_sobol_cost",
-    title="A Sobol study of 12,288 runs: what it takes",
+    title="A Sobol study of 12,288 runs: time and memory",
     question=(
-        "How long does the study b2_workload take from command to report, and with how much memory? How much of its "
-        "processor time do ledger and orchestration take?"
+        "How long does the study b2_workload take from command to report, and how much memory does it hold? How much "
+        "of the processor time do ledger and orchestration take?"
     ),
     method=(
-        f"The command runs {COMMANDS} times, each in a process of its own, on an empty folder. Then the same rows run "
-        f"through the ledger and by the engine alone, in {TURNS} turns on one core; the difference is the "
-        "processor time of ledger and orchestration. All times are of one machine."
+        f"The command runs {COMMANDS} times, each time in a separate process with an empty folder. Then the same rows "
+        f"run through the ledger and by the engine alone, in {TURNS} turns on one core. The difference between the two "
+        "is the processor time of ledger and orchestration. All times are of one machine."
     ),
     sections=sections,
     fingerprints={"W": loop().fingerprint[:16]},

@@ -20,7 +20,7 @@ def duration_words(seconds: float) -> str:
 
 
 def starts_table() -> wb.document.ReportTable:
-    """The initial state, what is wanted, the horizon and the steps."""
+    """The initial state, the reference, the horizon and the steps."""
     rows = []
     for setting in SETTINGS:
         entries = zip(setting.plant.states.entries, setting.open.states.default, strict=True)
@@ -30,8 +30,8 @@ def starts_table() -> wb.document.ReportTable:
         rows.append((setting.name, start, wanted, duration_words(setting.until), *steps))
     heads = ("plant", "start", "reference", "horizon", "step of a run", "step over parameters")
     notes = (
-        "The observer of LQG starts at the outputs of the start; states that are not outputs start at the operating "
-        "point in it. The integrals of PID start at zero, its derivative filters at the first reading.",
+        "The observer of LQG starts with the true outputs, and with all other states at the operating point. The "
+        "integrals of PID start at zero; its derivative filters start at the first reading.",
     )
     return wb.document.ReportTable(
         "starts", "Starts, references and horizons.", tuple(map(wb.document.TableColumn, heads)), tuple(rows), notes
@@ -39,7 +39,7 @@ def starts_table() -> wb.document.ReportTable:
 
 
 def weights_table() -> wb.document.ReportTable:
-    """The sizes that make the weights of LQG, and the noise that its filter is made for."""
+    """The sizes that make the weights of LQG, and the noise for which its filter is designed."""
     rows = []
     for setting in SETTINGS:
         named = zip(setting.plant.states.names, setting.states, strict=True)
@@ -47,12 +47,12 @@ def weights_table() -> wb.document.ReportTable:
         sizes += f"; {', '.join(setting.plant.inputs.names)} {digits(setting.inputs[0])}"
         noise = ", ".join(f"{name} {value:g}" for name, value in setting.noise.items())
         rows.append((setting.name, sizes, f"{setting.push:g}", noise, duration_words(setting.period)))
-    heads = ("plant", "sizes of states; inputs", "push", "noise", "period T")
+    heads = ("plant", "sizes of states; inputs", "input noise w", "reading noise v", "period T")
     notes = (
         "The regulator minimises the integral of the sum of (x / size)\N{SUPERSCRIPT TWO} and (u / "
-        "size)\N{SUPERSCRIPT TWO}; a state that is not named costs nothing. The filter is made for white noise of "
-        "intensity push\N{SUPERSCRIPT TWO} T at each input, and noise\N{SUPERSCRIPT TWO} T at each reading. Units are "
-        "those of the states, inputs and outputs.",
+        "size)\N{SUPERSCRIPT TWO}; a state that is not named costs nothing. The filter is designed for white noise of "
+        "intensity w\N{SUPERSCRIPT TWO} T at each input, and of intensity v\N{SUPERSCRIPT TWO} T at each reading. "
+        "Sizes have the units of the states and inputs, w that of the input, and v those of the outputs.",
     )
     return wb.document.ReportTable(
         "weights", "The weights of LQG.", tuple(map(wb.document.TableColumn, heads)), tuple(rows), notes
@@ -68,20 +68,30 @@ def gains_table() -> wb.document.ReportTable:
         wb.document.TableColumn("L of the filter"),
     )
     notes = (
-        "u = u_0 \N{MINUS SIGN} K (x_hat \N{MINUS SIGN} x_0), a row for each input; x_hat' = A (x_hat \N{MINUS SIGN} "
-        "x_0) + B (u \N{MINUS SIGN} u_0) + L (y \N{MINUS SIGN} y_hat), a row for each state. Units follow from states, "
-        "inputs and outputs.",
+        "u = u_0 \N{MINUS SIGN} K (x_hat \N{MINUS SIGN} x_0), where K has a row for each input; x_hat' = A (x_hat "
+        "\N{MINUS SIGN} x_0) + B (u \N{MINUS SIGN} u_0) + L (y \N{MINUS SIGN} y_hat), where L has a row for each "
+        "state. Units follow from those of states, inputs and outputs.",
     )
-    return wb.document.ReportTable("gains", "The gains of LQG, by the weights above.", columns, tuple(rows), notes)
+    return wb.document.ReportTable(
+        "gains",
+        ("The gains of LQG, from the weights of ", wb.document.CrossReference("weights"), "."),
+        columns,
+        tuple(rows),
+        notes,
+    )
 
 
 def pid_table() -> wb.document.ReportTable:
     """The second law of each plant with its gains and their origin."""
     rows = tuple((s.name, s.pid.words, s.pid.origin, s.pid.gains(s)) for s in SETTINGS)
     notes = (
-        "PI and PID: u = u_0 + Kp e + Ki times the integral of e, minus Kd times the derivative of y behind 1 / (1 + s "
-        "/ N), e = reference \N{MINUS SIGN} y. Two PI: Kp (e + integral of e / Ti). Regulator of LQG: the gain K of "
-        "that table, its velocities replaced by filtered derivatives, so that both laws differ by their filter alone.",
+        (
+            "PI and PID: u = u_0 + Kp e + Ki times the integral of e, minus Kd times the derivative of y, filtered by "
+            "1 / (1 + s / N); e = reference \N{MINUS SIGN} y. Two PI controllers: each is Kp (e + integral of e / Ti). "
+            "Those of LQG's regulator: the gain K of ",
+            wb.document.CrossReference("gains"),
+            ", with filtered derivatives in place of velocities. Both laws then differ in their filters alone.",
+        ),
     )
     heads = ("plant", "PID is", "gains", "numbers")
     return wb.document.ReportTable(
@@ -93,7 +103,10 @@ def numbers_table() -> wb.document.ReportTable:
     """The numbers of each plant, and those that are varied."""
     rows = tuple((s.name, numbers(s), ranges(s)) for s in SETTINGS)
     heads = ("plant", "numbers", "varied by")
-    notes = ("Varied: each by itself and evenly within this share of its own value; both laws keep what they believe.",)
+    notes = (
+        "Varied: each number is drawn independently and uniformly within this share of its value. Both laws keep the "
+        "nominal numbers.",
+    )
     return wb.document.ReportTable(
         "numbers", "The numbers of the plants.", tuple(map(wb.document.TableColumn, heads)), rows, notes
     )

@@ -22,6 +22,7 @@ from studies.b3_any_plant.settings import REGULATOR, SETTINGS
 from studies.b3_any_plant.tank_findings import tank_finding
 
 COUNT = len(SETTINGS)
+OUTLET = ", the outlet area of tanks 1 and 3"
 LAST = "Gains, weights, starts, horizons and noise are ours, except the gains of the tanks' PI, which are published."
 
 
@@ -51,19 +52,19 @@ def rest_finding(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         name="rest_in_a_computer",
         statement=f"In a computer {settled[1]} of {len(pairs)} loops settle, with {min(growth.values()):.2f} to "
-        f"{max(growth.values()):.2f} times the RMSE that they have in continuous time.",
-        evidence="The computer reads with noise, limits the commands and acts one period late; in continuous time "
+        f"{max(growth.values()):.2f} times their RMSE in continuous time.",
+        evidence="The computer reads with noise, limits the commands and acts one period late. In continuous time, the "
         f"readings are exact and nothing is limited. In {sum(one < 1 for one in growth.values())} of {len(pairs)} "
         "loops the RMSE is smaller in the computer.",
         statistic="Settling: the error of one output stays within 5 % of the error at the start. RMSE: of that output "
         "over the whole run.",
-        sample=f"{COUNT} settings of eight plants, two laws, one start and one draw of the noise each.",
+        sample=f"{COUNT} settings of eight plants, two laws; for each loop one start and one sequence of noise.",
         information=information(),
         assumptions=LAST,
         answer=f"{settled[1]} of {len(pairs)}",
         variations=(wb.Variation("in continuous time", f"{settled[0]} of {len(pairs)}"),),
-        limitations="other starts, other draws of the noise, and longer periods; the least delay margin is "
-        f"{delays[name, law]:.1f} periods ({name}, {law}), where the computer itself uses 1.5",
+        limitations="other starts, other noise, and longer periods; the least delay margin is "
+        f"{delays[name, law]:.1f} periods ({name}, {law}), of which the computer itself uses 1.5",
     )
 
 
@@ -78,14 +79,14 @@ def error_finding(results: wb.Results) -> wb.Finding:
     own = [setting.name for setting in SETTINGS if setting.pid.origin == REGULATOR]
     return wb.Finding(
         name="smaller_error",
-        statement=f"LQG has the smaller RMSE in {less} of {COUNT} settings and PID in {more}, which makes neither the "
-        "better law: other statistics give other counts.",
-        evidence=f"In {len(own)} settings ({', '.join(own)}) both laws have the same gain and differ by their filters "
-        f"alone. In a computer PID's commands move {ratio[most]:.0f} times as much as LQG's for the {most}, and LQG's "
-        f"{1 / ratio[least]:.0f} times as much as PID's for the {least}.",
+        statement=f"LQG has the smaller RMSE in {less} of {COUNT} settings and PID in {more}. This makes "
+        "neither the better law, since other statistics give other counts.",
+        evidence=f"In {len(own)} settings ({', '.join(own)}) both laws have the same gain and differ in their filters "
+        f"alone. In a computer, the total variation of PID's commands is {ratio[most]:.0f} times that of LQG's for the "
+        f"{most}; for the {least}, that of LQG's commands is {1 / ratio[least]:.0f} times that of PID's.",
         statistic="The law with the smaller RMSE of one output over the run, counted over the settings. A difference "
         "within the errors of the step counts for neither.",
-        sample=f"{COUNT} settings, one start each, in continuous time; in a computer one draw of the noise.",
+        sample=f"{COUNT} settings, one start each, in continuous time; in a computer with one sequence of noise.",
         information=information(),
         assumptions=LAST,
         answer=leader(every[first]),
@@ -106,18 +107,19 @@ def margin_finding(results: wb.Results) -> wb.Finding:
     delays = [by[s.name, LQG].delay < by[s.name, LQR].delay for s in SETTINGS]
     varied = [
         wb.Variation(
-            f"a push {factor:,.0f} times as large",
+            f"a filter designed for {factor:,.0f} times the input noise",
             f"smaller in {sum(pushed[s.name, factor] < disks[s.name][0] for s in SETTINGS)} of {COUNT}",
         )
         for factor in PUSHES
     ]
     return wb.Finding(
         name="margin_behind_a_filter",
-        statement=f"Behind its Kalman filter the regulator has a smaller disk margin in {fewer} of {COUNT} settings, "
-        f"most for the {worst}: {disks[worst][1]:.2f} in place of {disks[worst][0]:.2f}.",
-        evidence=f"A filter made for a push {PUSHES[-1]:,.0f} times as large raises the margin in {len(grown)} of "
+        statement=f"Behind its Kalman filter the regulator has a smaller disk margin than with all states read, in "
+        f"{fewer} of {COUNT} settings; the largest loss, from {disks[worst][0]:.2f} to {disks[worst][1]:.2f}, is for "
+        f"the {worst}.",
+        evidence=f"A filter designed for {PUSHES[-1]:,.0f} times the input noise raises the margin in {len(grown)} of "
         f"{COUNT} settings, to {100 * min(shares[name] for name in grown):.0f} % of the regulator's or more. It does "
-        f"not for {left}, with a zero in the right half-plane.",
+        f"not raise the margin for {left}, which has a zero in the right half-plane.",
         statistic="The disk margin of all inputs at once, of the linear loop at rest.",
         sample=f"{COUNT} settings, each with a regulator of all states, LQG and PID.",
         information=f"The regulator alone: all states. {information()}",
@@ -132,7 +134,7 @@ def margin_finding(results: wb.Results) -> wb.Finding:
 
 
 def scatter(values: np.ndarray) -> dict[str, float]:
-    """The scatter of errors by several statistics, as shares of their middle; runs that diverged are left out."""
+    """The scatter of errors by several statistics, relative to mean or median; runs that diverged are left out."""
     low, middle, high, top = np.nanquantile(values, (0.25, 0.5, 0.75, 0.95))
     return {
         "standard deviation over mean": float(np.nanstd(values) / np.nanmean(values)),
@@ -142,7 +144,7 @@ def scatter(values: np.ndarray) -> dict[str, float]:
 
 
 def parameter_finding(results: wb.Results) -> wb.Finding:
-    """The scatter of the error where the plant is another than was believed, and the parameter that decides it."""
+    """The scatter of the error over the plant's parameters, and the parameter that causes most of it."""
     spread = {s.name: [scatter(errors(results, s, law)) for law in LAWS] for s in SETTINGS}
     every = {
         name: {
@@ -158,12 +160,13 @@ def parameter_finding(results: wb.Results) -> wb.Finding:
     more = sum(one == "above" for one in every[first].values())
     return wb.Finding(
         name="scatter_over_parameters",
-        statement=f"Where the plant's numbers are not those believed, the RMSE scatters more under LQG than under PID "
-        f"in {more} of {COUNT} settings; for the {worst} by {100 * spread[worst][0][first]:.0f} % against "
-        f"{100 * spread[worst][1][first]:.0f} %.",
-        evidence=f"There {deciding.factors[top]} decides it under LQG (ST = {deciding.ST.value[top]:.2f}, from "
-        f"{deciding.ST.low[top]:.2f} to {deciding.ST.high[top]:.2f}), and LQG has no integral: a plant that needs "
-        "another input at rest than the believed one stays off its level.",
+        statement=f"If the plant's numbers differ from the nominal ones, the RMSE scatters more under LQG than under "
+        f"PID in {more} of {COUNT} settings; for the {worst} by {100 * spread[worst][0][first]:.0f} % under LQG and "
+        f"{100 * spread[worst][1][first]:.0f} % under PID.",
+        evidence=f"There, under LQG, the parameter with the largest total Sobol index is {deciding.factors[top]}"
+        f"{OUTLET * (deciding.factors[top] == 'a_1')}: the index is {deciding.ST.value[top]:.2f} "
+        f"({deciding.ST.low[top]:.2f} to {deciding.ST.high[top]:.2f}). LQG has no integral. A plant that needs another "
+        "input at rest than the nominal one therefore stays off its level.",
         statistic="Standard deviation over mean of the RMSE of one output, over the ranges of the plant's parameters.",
         sample=f"{sum(len(sample) for sample in results.samples):,} runs in continuous time, of which "
         f"{sum(sample.diverged_count for sample in results.samples)} diverged; the same points for both laws.",
@@ -182,9 +185,10 @@ def mass_claim(results: wb.Results) -> wb.document.Verdict:
         "holds",
         "No PID of x_2 whose derivative has a filter of first order makes the two masses asymptotically stable.",
         "The characteristic polynomial begins with a, a N, b, b N, whatever the gains: N is the filter's bandwidth, "
-        "a = m_1 m_2, b = k (m_1 + m_2). Its second Hurwitz determinant, a N b \N{MINUS SIGN} a b N, is zero and would "
-        f"have to be positive. A PD with a filter of second order is stable: its disk margin is {pd:.2f}; LQG has "
-        f"{filtered:.2f}. With friction at both masses, or a reading of x_1, a PD with this filter is stable.",
+        "a = m_1 m_2, b = k (m_1 + m_2). Its second Hurwitz determinant, a N b \N{MINUS SIGN} a b N, is zero; "
+        "stability needs a positive one. The loop of a PD with a filter of second order is stable: its disk margin is "
+        f"{pd:.2f}, and that of LQG is {filtered:.2f}. With friction at both masses, or a reading of x_1, the loop of "
+        "a PD with a filter of first order is stable, too.",
     )
 
 
@@ -193,7 +197,7 @@ def answer(results: wb.Results) -> str:
     rest, _, tanks, *_ = findings(results)
     less, _ = standing(next(iter(orders(results).values())))
     return (
-        f"{rest.answer} loops settle in a computer. LQG has less error in {less} of {COUNT} settings; other statistics "
-        f"differ. Under PI, tank level h_1 settles {tanks.answer} times as slowly with a right half-plane zero, which "
-        "does not force it."
+        f"{rest.answer} loops settle in a computer. LQG's RMSE is smaller in {less} of {COUNT} settings; other "
+        f"statistics differ. Under PI, tank level h_1 takes {tanks.answer} times as long with a right half-plane zero, "
+        "which does not force this."
     )

@@ -10,8 +10,8 @@ from studies.b3_any_plant.loops import COMPUTER, LQG, laws_of, sweep_name
 from studies.b3_any_plant.settings import Setting
 
 UNSTABLE = wb.document.MissingCell("not stable")
-LIVE_LOOPS = {"cart-pole": f"{LQG} {COMPUTER}", "two masses": LQG}  # of each the loop whose pictures a reader can turn
-UNDAMPED_REMARKS = {"two masses": " The plant swings undamped: there L is infinite, and its phase jumps."}
+LIVE_LOOPS = {"cart-pole": f"{LQG} {COMPUTER}", "two masses": LQG}  # by plant, the law whose pictures move
+UNDAMPED_REMARKS = {"two masses": " At the frequency of the plant's undamped mode, L is infinite and its phase jumps."}
 
 
 def frequency_blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
@@ -27,7 +27,11 @@ def frequency_blocks(setting: Setting, results: wb.Results) -> tuple[wb.document
         return missing
     stem = sweep_name(setting, "").strip("_")
     several = len(setting.inputs) > 1
-    where = "each input, the other one closed" if several else f"the input {setting.plant.inputs.names[0]}"
+    where = (
+        "each input, with the loop closed at the other input"
+        if several
+        else f"the input {setting.plant.inputs.names[0]}"
+    )
     remark = UNDAMPED_REMARKS.get(setting.name, "")
     words = f"plot of the loop gain of the {setting.name} at {where}, in continuous time.{remark}"
     figures = (
@@ -38,15 +42,25 @@ def frequency_blocks(setting: Setting, results: wb.Results) -> tuple[wb.document
 
 
 def live_blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
-    """The linear pictures of one loop of a plant, which move with its numbers; none for most plants."""
+    """The linear pictures of one loop of a plant, which move with the plant's numbers; none for most plants."""
     law = LIVE_LOOPS.get(setting.name)
     if law is None:
         return ()
     stem = sweep_name(setting, "").strip("_")
+    loop = f"the {setting.name} under {law}"
+    blocks = wb.loop_gain_pictures(results[setting.name, law], f"turned_{stem}", width=0.75, loop=loop)
+    names = [block.name for block in blocks if isinstance(block, wb.document.Figure)]
+    if not names:
+        return blocks
     head = wb.Paragraph(
-        f"The next pictures are those of {law}. On the page they move with the knobs, which turn numbers of the plant."
+        (
+            wb.document.CrossReference(names[0]),
+            " to ",
+            wb.document.CrossReference(names[-1]),
+            f" are those of {loop}. On the HTML page they move with the knobs, which turn numbers of the plant.",
+        )
     )
-    return (head, *wb.loop_gain_pictures(results[setting.name, law], f"turned_{stem}", width=0.75))
+    return (head, *blocks)
 
 
 def curves_of(law: str, own: FrequencyAnswer) -> list[wb.FrequencyCurve]:
@@ -100,10 +114,10 @@ def frequency_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("slowest pole"),
     )
     notes = (
-        "At rest at the operating point, each input cut with the others closed. Computer: that of the plant, whose "
-        "command acts one period late; the margins are those that this leaves. Least and largest gain: between these "
-        "factors at the input the loop stays stable. No limit: no such change makes it unstable. Slowest pole: in 1/s; "
-        "in a computer its absolute value.",
+        "At rest at the operating point. Each input is cut while the loop stays closed at the others. Computer: the "
+        "command acts one period late, and the margins are those that remain. Least and largest gain: the loop stays "
+        "stable for factors between these two at the input. No limit: no such change makes the loop unstable. Slowest "
+        "pole: in 1/s; in a computer, the absolute value of the pole in z.",
     )
     return wb.document.ReportTable(
         "frequency",

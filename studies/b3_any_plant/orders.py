@@ -13,8 +13,8 @@ from studies.b3_any_plant.settings import HAND, PUBLISHED, REGULATOR, SETTINGS, 
 Orders = Mapping[str, str]  # by setting: LQG 'below' or 'above' PID, or neither
 BY_ORIGIN = {origin: sum(s.pid.origin == origin for s in SETTINGS) for origin in (HAND, PUBLISHED, REGULATOR)}
 ORIGIN = (
-    f"gains chosen by hand with the model at hand ({BY_ORIGIN[HAND]} settings), published ({BY_ORIGIN[PUBLISHED]}), "
-    f"or those of LQG's own regulator behind filtered derivatives ({BY_ORIGIN[REGULATOR]})"
+    f"gains chosen by hand with the model known ({BY_ORIGIN[HAND]} settings), published ({BY_ORIGIN[PUBLISHED]}), or "
+    f"those of LQG's regulator with filtered derivatives for velocities ({BY_ORIGIN[REGULATOR]})"
 )
 
 
@@ -84,7 +84,9 @@ def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple
         some = {s.name: one[s.name] for s in SETTINGS if s.pid.origin != REGULATOR}
         made.append(
             wb.Variation(
-                f"{words}, in settings where PID has gains of its own", leader(some, larger=larger), count_words(some)
+                f"{words}, in settings where PID has other gains than LQG",
+                leader(some, larger=larger),
+                count_words(some),
             )
         )
     return tuple(made)
@@ -93,4 +95,4 @@ def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple
 def count_words(one: Orders) -> str:
     """Both counts in words."""
     less, more = standing(one)
-    return f"LQG below in {less}, PID in {more}"
+    return f"LQG lower in {less} settings, PID in {more}"

@@ -25,22 +25,30 @@ def sections(results: wb.Results) -> wb.Page:
     pictures = [wb.Section(capital(setting.name), blocks(setting, results)) for setting in SETTINGS]
     first = [one for one, setting in zip(pictures, SETTINGS, strict=True) if setting.name == HARD]
     rest = [one for one in pictures if one not in first]
+    tanks = wb.Section("The four tanks at P\N{MINUS SIGN} and P+", (tanks_table(results),))
     tables = (summary_table(results), laws_table(), computers_table(results), plants_table(), frequency_table(results))
     return wb.Page(
         answer=answer(results),
         findings=findings(results),
-        sections=(*first, wb.Section("All plants", tables), *rest, wb.Section("What was chosen", choice_tables())),
+        sections=(
+            *first,
+            wb.Section("All plants", tables),
+            tanks,
+            *rest,
+            wb.Section("What was chosen", choice_tables()),
+        ),
     )
 
 
 def blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Block, ...]:
-    """The runs of a plant, what else is known of it, its Sobol bars, and its loops over frequency."""
-    more: dict[str, tuple[wb.document.Block, ...]] = {
-        HARD: (tanks_table(results),),
-        "two masses": (mass_claim(results),),
-    }
-    known = (picture(setting, results), *more.get(setting.name, ()), bars(setting, results))
-    return (*known, *frequency_blocks(setting, results))
+    """The proof of a plant, if it has one, then its pictures: runs, Sobol bars, and loops over frequency.
+
+    Figures come last, so that none of them leaves the section of its plant in the PDF.
+    """
+    proofs = (mass_claim(results),) if setting.name == "two masses" else ()
+    own = (*proofs, picture(setting, results), bars(setting, results))
+    made = (*own, *frequency_blocks(setting, results))
+    return tuple(sorted(made, key=lambda block: isinstance(block, wb.document.Figure)))
 
 
 def capital(words: str) -> str:
@@ -54,14 +62,14 @@ def scale_of(setting: Setting) -> tuple[float, str]:
 
 
 def summary_table(results: wb.Results) -> wb.document.ReportTable:
-    """Margins, errors and settling times, two rows a plant."""
+    """Margins, errors and settling times, with two rows for each plant."""
     rows = []
     for setting in SETTINGS:
         scale, second = scale_of(setting)
         units = f"{setting.main} [{setting.plant.outputs[setting.main].unit}], [{second}]"
         for name, law in zip((setting.name, units), LAWS, strict=True):
             own, both = all_margins(results)[setting.name, law], (law, f"{law} {COMPUTER}")
-            periods: wb.document.Cell = own.delay / setting.period if np.isfinite(own.delay) else "any"
+            periods: wb.document.Cell = own.delay / setting.period if np.isfinite(own.delay) else "no limit"
             runs = [results[setting.name, each] for each in both]
             errors = (wb.study.cell(run, f"RMSE of {setting.main}") for run in runs)
             settling = (wb.study.cell(run, f"settling time of {setting.main}", 0, scale, second) for run in runs)
@@ -77,11 +85,13 @@ def summary_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("settling time in a computer", align="right"),
     )
     notes = (
-        "Below a plant's name stand the output with the unit of its RMSE, and the unit of the settling time. RMSE: "
-        "over the whole run. Settling time: until the error stays within 5 % of the error at the start. Errors in "
-        "brackets are twice the change by half the step. In a computer: one draw of the noise.",
+        "The line below a plant's name gives the output with the unit of its RMSE, then the unit of the settling "
+        "time. RMSE: over the whole run. Settling time: until the error stays within 5 % of the error at the start. An "
+        "error in brackets is twice the change of the value when the step is halved. In a computer: one sequence of "
+        "noise.",
         "Margins at the inputs of the plant: the disk margin of all inputs at once, and the delay margin of the worst "
-        "input, in periods of the computer; the computer itself uses 1.5. Any: the loop gain is always below one.",
+        "input, in periods of the computer; the computer itself uses 1.5 of them. No limit: the loop gain is always "
+        "below one.",
     )
     return wb.document.ReportTable("summary", "Two laws on each plant.", columns, tuple(rows), notes)
 
@@ -99,21 +109,20 @@ def laws_table() -> wb.document.ReportTable:
     heads = (
         "plant",
         "outputs",
-        "outputs reach LQG, PID",
+        "how the outputs reach LQG, PID",
         "model in LQG, PID",
         "states of LQG, PID",
         "PID is",
         "gains of PID",
     )
     notes = (
-        "Read: a reading acts at its own instant. Estimated: the Kalman filter makes it. f: the equations of the "
-        "plant, which LQG has linear and with the plant's true numbers. PID has no model inside, but its gains need "
-        "one: chosen by hand with the model at hand, published, or the gain of LQG's regulator with filtered "
-        "derivatives in the place of velocities. Both laws begin with the outputs at the start; the filter believes "
-        "the other states at the operating point.",
+        "Read: a reading acts at its own instant. Estimated: the Kalman filter estimates the output. f: the equations "
+        "of the plant; LQG has them linearised, with the plant's true numbers. PID has no model inside. Its gains are "
+        "chosen by hand with the model known, or published, or those of LQG's regulator with filtered derivatives for "
+        "velocities.",
     )
     return wb.document.ReportTable(
-        "laws", "What the two laws are given.", tuple(map(wb.document.TableColumn, heads)), tuple(rows), notes
+        "laws", "The information of each law.", tuple(map(wb.document.TableColumn, heads)), tuple(rows), notes
     )
 
 
@@ -133,13 +142,16 @@ def computers_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("noise"),
         wb.document.TableColumn("limits"),
     )
-    columns = (*plain, *(wb.document.TableColumn(f"TV of {law}", "1/s", "right", digits=3) for law in LAWS))
+    columns = (
+        *plain,
+        *(wb.document.TableColumn(f"TV of {law}", "unit of the limits per s", "right", digits=3) for law in LAWS),
+    )
     notes = (
-        "Noise: the standard deviation of each reading. TV: total variation of the first input per second, in the unit "
-        "of its limits, at the instants of the computer, with one draw of the noise.",
+        "Noise: the standard deviation of each reading. TV: the total variation of the first input per second, at the "
+        "instants of the computer, with one sequence of noise.",
     )
     return wb.document.ReportTable(
-        "computers", "The computer of each plant, and how its commands move.", columns, tuple(rows), notes
+        "computers", "The computer of each plant, and the total variation of its commands.", columns, tuple(rows), notes
     )
 
 
@@ -161,11 +173,13 @@ def plants_table() -> wb.document.ReportTable:
         wb.document.TableColumn("condition of the Riccati equations", align="right", digits=1),
     )
     notes = (
-        "States that are not named are zero there. Equal poles or zeros are named once; zeros are those of plants with "
-        "as many outputs as inputs. The published zeros of P\N{MINUS SIGN}, "
-        "\N{MINUS SIGN}0.0172 and \N{MINUS SIGN}0.0580 1/s, are those at levels that are rounded.",
+        "States that are not named are zero at the operating point. Equal poles or zeros are named once. Zeros are "
+        "given for plants with as many outputs as inputs. The published zeros of P\N{MINUS SIGN}, "
+        "\N{MINUS SIGN}0.0172 and \N{MINUS SIGN}0.0580 1/s, belong to rounded levels.",
     )
-    return wb.document.ReportTable("plants", "The plants where they are linearised.", columns, tuple(rows), notes)
+    return wb.document.ReportTable(
+        "plants", "The plants at their operating points, where they are linearised.", columns, tuple(rows), notes
+    )
 
 
 def spots(values: Iterable[complex]) -> str | None:
@@ -209,7 +223,7 @@ def picture(setting: Setting, results: wb.Results) -> wb.document.Figure:
     cut = f" The runs last {scale * setting.until:,g} {second}; the figure ends after {scale * end:,g} {second}."
     caption = (
         f"{capital(setting.name)}: {' and '.join(outputs)}, and the first input, from a start off the operating point. "
-        f"PID: {setting.pid.words}, gains {setting.pid.origin}.{cut if end < setting.until else ''}"
+        f"PID is {setting.pid.words}; its gains are {setting.pid.origin}.{cut if end < setting.until else ''}"
     )
     return wb.document.Figure(f"runs_{sweep_name(setting, '').strip('_')}", caption, tuple(panels), columns=2)
 
@@ -220,7 +234,7 @@ def bars(setting: Setting, results: wb.Results) -> wb.document.Figure:
     sources = tuple(sample.source(f"RMSE of {setting.main}", 0, law) for law, sample in samples.items())
     ranges = {f"{100 * (high - 1):.0f} %" for _, high in setting.spread.values()}
     caption = (
-        f"{capital(setting.name)}: which parameter decides the RMSE of {setting.main} in continuous time, as parts of "
-        f"its variance; each parameter is within {', '.join(sorted(ranges))} of its own value."
+        f"{capital(setting.name)}: the parts of the variance of the RMSE of {setting.main} in continuous time that "
+        f"each parameter causes. Each parameter varies within {', '.join(sorted(ranges))} of its nominal value."
     )
     return wb.sobol_bars(f"sobol_{sweep_name(setting, '').strip('_')}", caption, indices(setting, results), sources)

@@ -12,7 +12,7 @@ import numpy as np
 import workbench as wb
 
 INF = float("inf")
-HAND, PUBLISHED, REGULATOR = "chosen by hand", "published", "regulator of LQG"  # origins of the gains of PID
+HAND, PUBLISHED, REGULATOR = "chosen by hand", "published", "those of LQG's regulator"  # origins of the gains of PID
 SENSOR = 0.50  # V/cm: gains of the four tanks are published for the voltages of its sensors
 
 
@@ -20,8 +20,8 @@ SENSOR = 0.50  # V/cm: gains of the four tanks are published for the voltages of
 class Setting:
     """A plant that starts off its operating point, and the choices about its two loops.
 
-    The states of `plant` are those where a run starts; `at` names the operating point, `main` the output that is
-    looked at. In LQG's cost `states` and `inputs` say by how much each may be off, infinite where a state costs
+    The states of `plant` are those where a run starts; `at` names the operating point, `main` the output whose
+    error counts. In LQG's cost `states` and `inputs` say by how much each may be off, infinite where a state costs
     nothing; its filter is made for white noise at the inputs of deviation `push` over a period, and for the `noise` of
     each reading. `limit` bounds the commands; the computer's `period` and the horizon `until` are in s. `pid` is the
     second law, `spread` the least and the largest share of each parameter that is varied.
@@ -78,7 +78,7 @@ class Setting:
 
 @dataclass(frozen=True, eq=False)
 class Pid:
-    """The second law of a plant: in `words`, the origin of its gains, the law, and its gains as they are printed."""
+    """The second law of a plant: what it is in `words`, the `origin` of its gains, the law, and its gains in print."""
 
     words: str
     origin: str
@@ -132,7 +132,7 @@ def cascade(N: float) -> Pid:
         parts = (f"{name}: Kp = {digits(Kp)}, Kd = {digits(Kd)}" for name, (Kp, Kd) in names)
         return f"{'; '.join(parts)}; N = {N:g}"
 
-    return Pid("a cascade of two PD", REGULATOR, law, text)
+    return Pid("a cascade of two PD controllers", REGULATOR, law, text)
 
 
 def parallel(N: float) -> Pid:
@@ -152,7 +152,7 @@ def parallel(N: float) -> Pid:
         Kp, Kd = pair(setting)
         return f"Kp = {digits(Kp)}, Kd = {digits(Kd)}, N = {N:g}"
 
-    return Pid("three PD, mixed", REGULATOR, law, text)
+    return Pid("three PD controllers, mixed over the inputs", REGULATOR, law, text)
 
 
 def two_pi(K: tuple[float, float], T: tuple[float, float]) -> Pid:
@@ -165,7 +165,7 @@ def two_pi(K: tuple[float, float], T: tuple[float, float]) -> Pid:
     text = (
         f"Kp = {digits(K[0])}, {digits(K[1])} for errors in V of a sensor of {SENSOR:g} V/cm; Ti = {T[0]:g}, {T[1]:g} s"
     )
-    return Pid("two PI", PUBLISHED, law, lambda setting: text)
+    return Pid("two PI controllers", PUBLISHED, law, lambda setting: text)
 
 
 def second_order(n_1: float, n_0: float, d_1: float, d_0: float) -> Pid:
@@ -176,7 +176,7 @@ def second_order(n_1: float, n_0: float, d_1: float, d_0: float) -> Pid:
         return linear(setting, A, B, np.array([[n_1, n_0]]), np.zeros((1, 1)), np.zeros(2))
 
     text = f"({n_1:g} s + {n_0:g}) / (s\N{SUPERSCRIPT TWO} + {d_1:g} s + {d_0:g})"
-    return Pid("a PD, filtered twice", HAND, law, lambda setting: text)
+    return Pid("a PD controller with a filter of second order", HAND, law, lambda setting: text)
 
 
 def linear(setting: Setting, A: wb.Array, B: wb.Array, C: wb.Array, D: wb.Array, start: wb.Array) -> wb.LinearLaw:
@@ -193,7 +193,7 @@ HUNDREDTH = dict.fromkeys(("q", "k_0", "U_A", "T_f", "c_Af"), (0.99, 1.01))
 SETTINGS = (
     Setting(
         "DC motor", wb.DCMotor(), {"omega": 1.0}, "omega", (0.05, INF), (1.0,), 1.0, {"omega": 0.01}, (0.0, 24.0),
-        0.02, 4.0, pid("a PI", 15.0, 40.0, 0.0, 100.0), dict.fromkeys(("J", "b", "K", "R", "L"), FIFTH),
+        0.02, 4.0, pid("a PI controller", 15.0, 40.0, 0.0, 100.0), dict.fromkeys(("J", "b", "K", "R", "L"), FIFTH),
     ),
     Setting(
         "cart-pole", wb.CartPole(x=0.2, phi=0.1), {"x": 0.0, "phi": 0.0}, "x", (5000**-0.5, INF, 0.1, INF), (1.0,), 1.0,
@@ -227,10 +227,11 @@ SETTINGS = (
     ),
     Setting(
         "buck converter", wb.BuckConverter(i=4.0, v=12.0), {"v": 15.0}, "v", (INF, 0.5), (0.2,), 0.05, {"v": 0.01},
-        (0.0, 1.0), 1e-5, 4e-3, pid("a PID", 0.05, 200.0, 2e-5, 1e5), dict.fromkeys(("V_g", "L", "C", "R"), FIFTH),
+        (0.0, 1.0), 1e-5, 4e-3, pid("a PID controller", 0.05, 200.0, 2e-5, 1e5),
+        dict.fromkeys(("V_g", "L", "C", "R"), FIFTH),
     ),
     Setting(
         "stirred tank", wb.StirredTank(c_A=0.55, T=345.0), {"T": 350.0}, "T", (INF, 2.0), (8.0,), 5.0, {"T": 0.1},
-        (270.0, 330.0), 1.0, 600.0, pid("a PI", 5.0, 0.03, 0.0, 1.0), HUNDREDTH,
+        (270.0, 330.0), 1.0, 600.0, pid("a PI controller", 5.0, 0.03, 0.0, 1.0), HUNDREDTH,
     ),
 )  # fmt: skip

@@ -15,14 +15,16 @@ study = wb.Study(
     title="Any plant, one loop: eight plants under LQG and PID",
     question=(
         "Does the same workflow lead from the equations of any plant to a loop that runs in a computer? And how do LQG "
-        "and PID compare on eight plants that are no arms, given the same readings?"
+        "and PID compare on eight plants that are not robot arms, with the same readings?"
     ),
     method=(
-        "Each nonlinear plant is linearised at its operating point by exact Jacobians. LQG is a certified regulator "
-        "behind a Kalman filter. PID reads the same outputs; where one PID is not enough it is a cascade or a mixture. "
-        "Each loop is cut at the inputs of the plant for its margins. It runs from a start off the operating point: in "
-        "continuous time, and in a computer with noise, limits and a delay of one period. Sobol indices say which "
-        "parameter of the plant decides the error when law and filter keep the numbers that they believe."
+        "Each nonlinear plant is linearised at its operating point by exact Jacobians. The four tanks have two "
+        "operating points, P\N{MINUS SIGN} and P+, so that there are 9 settings. LQG is a certified regulator behind a "
+        "Kalman filter. PID reads the same outputs; where one PID controller is not enough, it is a cascade or a "
+        "mixture of several. For its margins, each loop is cut at the inputs of the plant. Each loop runs from a start "
+        "off the operating point: in continuous time, and in a computer with noise, limits and a delay of one period. "
+        "Sobol indices show which parameter of the plant causes the scatter of the error if law and filter keep the "
+        "nominal numbers."
     ),
     cases=cases(),
     sweeps=sweeps(),

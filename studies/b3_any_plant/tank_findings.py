@@ -7,7 +7,7 @@ import numpy as np
 import workbench as wb
 from studies.b3_any_plant.loops import COMPUTER, LQG, OBSERVER, PID, PLACED, REGULATOR, all_margins
 from studies.b3_any_plant.settings import HARD, digits
-from studies.b3_any_plant.tanks import SIDES, TANKS, Levels, least_swing, predicted_integral, tank, zero_of
+from studies.b3_any_plant.tanks import EVERY, SIDES, TANKS, Levels, least_swing, predicted_integral, tank, zero_of
 
 PUBLICATION = "about ten"  # Johansson (2000) of the settling times under the PI controllers at P+ and at P-
 
@@ -26,20 +26,22 @@ def tank_finding(results: wb.Results) -> wb.Finding:
     low, high = witness.voltages
     return wb.Finding(
         name="settling_of_the_tanks",
-        statement=f"Under the published PI controllers h_1 settles {slow[0] / easy[0]:.1f} times as slowly at P+ as at "
-        f"P\N{MINUS SIGN}, which the zero does not force: a placed design settles both levels in "
+        statement=f"Under the published PI controllers, h_1 takes {slow[0] / easy[0]:.1f} times as long to settle at "
+        f"P+ as at P\N{MINUS SIGN}. The zero does not force this: a design by pole placement settles both levels in "
         f"{max(witness.settling):.0f} s.",
-        evidence=f"The design has no mode slower than {witness.decay:.2g} 1/s and needs {low:.1f} to {high:.1f} V; "
-        f"its disk margin is {witness.disk:.2f}, of PI {by[HARD, PID, 1.0].disk:.2f}. The "
-        f"zero at {z:+.4f} 1/s bounds the bandwidth and fixes a weighted integral of the levels. LQG has its mirror "
-        f"image, a mode at \N{MINUS SIGN}{optimal.decay:.4f} 1/s, because its weights make control cheap.",
-        statistic="Ratio of two settling times: h_1 within 5 % of its distance at the start.",
+        evidence=f"This design has no mode slower than {witness.decay:.2g} 1/s and needs {low:.1f} to {high:.1f} V. "
+        f"Its disk margin is {witness.disk:.2f}; that of PI is {by[HARD, PID, 1.0].disk:.2f}. The "
+        f"zero at {z:+.4f} 1/s bounds the bandwidth and fixes a weighted integral of the levels. The loop of LQG has a "
+        f"mode at \N{MINUS SIGN}{optimal.decay:.4f} 1/s, the mirror image of the zero, because its weights make "
+        "control cheap.",
+        statistic="The settling time of h_1 at P+ over that at P\N{MINUS SIGN}. h_1 is settled where it stays within "
+        "5 % of its initial distance from the reference.",
         sample="One start in each setting, in continuous time.",
-        information="PI: one level each. LQG and the placed design: both levels and the linear model.",
+        information="PI: one level for each controller. LQG and the placed design: both levels and the linear model.",
         assumptions="Starts, weights of LQG, and the poles of the placed design.",
         answer=f"{slow[0] / easy[0]:.1f}",
         variations=ratios(results),
-        limitations=f"the experiment of the publication, which says {PUBLICATION} times; other starts",
+        limitations=f"the experiment of the publication, which reports a ratio of {PUBLICATION}; other starts",
     )
 
 
@@ -59,7 +61,7 @@ def ratios(results: wb.Results) -> tuple[wb.Variation, ...]:
         made.append(ratio(f"slowest mode{under}", [1 / margins[name, law].decay for name in SIDES], "s"))
     steps = results.work("tank_steps")
     made.append(ratio("settling of h_1 after a step of its reference", [step[0] for step in steps]))
-    made.append(ratio("settling of both after that step", [max(step) for step in steps]))
+    made.append(ratio("settling of both levels after that step", [max(step) for step in steps]))
     return tuple(made)
 
 
@@ -84,7 +86,7 @@ def tanks_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("setting, law"),
         wb.document.TableColumn("h_1 settles", "s", "right", digits=3),
         wb.document.TableColumn("h_2 settles", "s", "right", digits=3),
-        wb.document.TableColumn("farthest h_2", "cm", "right", digits=2),
+        wb.document.TableColumn("largest excursion of h_2", "cm", "right", digits=2),
         wb.document.TableColumn("voltages", "V"),
         wb.document.TableColumn("slowest mode", "1/s", "right", digits=3),
         wb.document.TableColumn("disk margin", "", "right", digits=2),
@@ -92,19 +94,27 @@ def tanks_table(results: wb.Results) -> wb.document.ReportTable:
     )
     (z, psi), predicted = zero_of(tank(HARD)), predicted_integral(tank(HARD))
     notes = (
-        "Each run is from the start of the study, in continuous time without limits; both levels are settled where "
-        "they stay within 5 % of the distance of h_1 at the start.",
+        (
+            "Each run begins at the start of ",
+            wb.document.CrossReference("starts"),
+            ", in continuous time without limits. A level is settled where it stays within 5 % of the initial distance "
+            f"of h_1 from its reference. States are kept every {EVERY:g} s. A settling time here is that of the first "
+            f"kept state inside the band; in ",
+            wb.document.CrossReference("summary"),
+            f" it is that of the last step outside the band, {EVERY:g} s earlier.",
+        ),
         f"Placed: poles of the regulator at {poles_text(REGULATOR)}, of the observer at "
-        f"{poles_text(OBSERVER)} 1/s; it reads the same levels as LQG.",
-        f"Weighted integral: {digits(psi[0])} times that of h_1 plus {digits(psi[1])} times that of h_2, each minus "
-        f"its rest, times exp(\N{MINUS SIGN}{z:.4f} t), over the run. In the linear model it is {predicted:.1f} "
-        "cm s under every law that stabilises; the rest is nonlinear. Levels at rest after T therefore reach at least "
-        "this integral times z / (1 \N{MINUS SIGN} exp(\N{MINUS SIGN}z T)) in that combination: "
-        f"{least_swing(tank(HARD), 60.0):.2g} cm for 60 s, {least_swing(tank(HARD), 20.0):.2g} cm for 20 s.",
+        f"{poles_text(OBSERVER)} 1/s. This design reads the same levels as LQG.",
+        f"Weighted integral: the integral over the run of y exp(\N{MINUS SIGN}z t), where y is {digits(psi[0])} times "
+        f"h_1 plus {digits(psi[1])} times h_2, each minus its reference, and z = {z:.4f} 1/s is the zero. In the "
+        f"linear model, this integral is {predicted:.1f} cm s under every stabilising law; the differences "
+        "come from the nonlinear terms. If the levels rest after a time T, |y| therefore reaches at least the integral "
+        f"times z / (1 \N{MINUS SIGN} exp(\N{MINUS SIGN}z T)): {least_swing(tank(HARD), 60.0):.2g} cm for T = 60 s, "
+        f"{least_swing(tank(HARD), 20.0):.2g} cm for T = 20 s.",
     )
     caption = (
-        "The four tanks: how fast both levels settle, and what that costs. Faster placed poles need more voltage, let "
-        "h_2 swing farther, and leave less margin."
+        "The four tanks: how fast both levels settle, and what a fast design costs. Faster placed poles need more "
+        "voltage, let h_2 swing farther, and leave less margin."
     )
     return wb.document.ReportTable("tanks", caption, columns, tuple(rows), notes)
 

@@ -50,16 +50,21 @@ from studies.paper.quiet_periods import (
 
 INFORMATION = (
     "AOSMC-RGS, SMC, super-twisting: positions, velocities and the exact model. PID: positions and velocities. LQG: "
-    "positions, velocities and the linear model at the pose. EKF and LQR: position, angle and the exact model. "
+    "positions, velocities and the linear model at the pose. EKF + LQR: position, angle and the exact model. "
     "AOSMC-RGS estimates the disturbance."
 )
-ASSUMPTIONS = "Periods, delay, limits and steps of the readings as in Table 2"
+HANDED = "handed"  # the table of what is handed over
 FITS = "AOSMC-RGS: Q and R to the paper's printed RMSE (a1). The other laws: nothing."
 CLOCK = f"jitter of {100 * JITTER:g} % of the period and {100 * MISSED_SHARE:g} % missed periods"
-START_WORDS = {NEAR_START: "starts near each loop's own", FAR_START: "farther starts (the paper's for its arm)"}
+START_WORDS = {NEAR_START: "near start", FAR_START: "far start"}
 PATHS = {NEAR_START: ON_REFERENCE, FAR_START: PAPERS}  # the starts of the paper's laws, as a9 calls them
 PARTS = {"single": "single precision alone", "jitter": "jitter alone", "missed_periods": "missed periods alone"}
-PARTS |= {"readings": "the steps of the readings alone, over exact readings"}
+PARTS |= {"readings": "the quantisation of the readings alone, compared with exact readings"}
+
+
+def assumptions(more: str) -> wb.document.Phrase:
+    """The assumptions of each finding on a computer, and those that one finding has `more`."""
+    return ("Periods, delay, limits and quantisation of the readings as in ", wb.document.CrossReference(HANDED), more)
 
 
 def loss_words(loss: Loss) -> str:
@@ -91,7 +96,7 @@ def declared_too_long(longest: Callable[[HandoverLoop], float]) -> list[str]:
 
 
 def longest_period(results: wb.Results) -> wb.Finding:
-    """The longest period beside the declared one, by start."""
+    """The longest period and the declared one, by start."""
     quiet = quiet_periods(results)
     near, far = (quiet[PROPOSED_LAW, start] for start in (ON_REFERENCE, PAPERS))
     variations = [wb.Variation(conditions(near.search), at_hand_over(near), f"{bracket_words(ends(near))} ms")]
@@ -116,22 +121,24 @@ def longest_period(results: wb.Results) -> wb.Finding:
         f"reference but up to {in_ms(ends(far))} ms from the paper's start; its declared period is "
         f"{1e3 * HANDED_OVER:g} ms.",
         (
-            "What decides is ρ, the largest eigenvalue of ",
+            "The limit follows from ρ, the largest eigenvalue of ",
             MATRIX,
-            ": it grows with the error at the start. The least ",
+            ", which grows with the error at the start. The least ",
             HALF,
             f" along the run is {1e3 * (near.rule or 0):.3g} ms from the reference and {1e3 * (far.rule or 0):.3g} ms "
-            f"from the paper's start. Laws for which the declared period is too long: {too_long[0]} from near starts, "
-            f"{too_long[1]} from farther ones.",
+            "from the paper's start. Laws for which the declared period is too long: "
+            f"{too_long[0]} from the near start, {too_long[1]} from the far start.",
         ),
         statistic="The longest period allowed, with commands a period late and exact readings. Laws of the paper's "
-        f"arm: the search of a9, total variation at most {QUIET:g} times its value in continuous time. "
-        f"LQG, and EKF and LQR, designed anew for each period: error at most {wb.evidence.KEEPS_RATIO:g} and total "
+        f"arm: the search of a9, with a total variation of at most {QUIET:g} times its value in continuous time. "
+        f"LQG and EKF + LQR, designed anew for each period: error at most {wb.evidence.KEEPS_RATIO:g} and total "
         f"variation at most {QUIET:g} times their values at a quarter of the declared period.",
-        sample="One run a period, exact readings, the first scenario for the laws of the paper.",
+        sample="One run for each period, with exact readings; the first scenario for the laws of the paper's arm.",
         information=INFORMATION,
-        assumptions=f"{ASSUMPTIONS}; both limits; the farther starts of LQG and of the cart-pole. The observer of the "
-        "momentum counts on the torque that acts, which is late.",
+        assumptions=assumptions(
+            "; both limits; the far starts of LQG and of the cart-pole. The observer of the momentum uses the torque "
+            "that acts, which is a period late."
+        ),
         fits=FITS,
         answer=at_hand_over(far),
         variations=tuple(variations),
@@ -156,7 +163,7 @@ def worst_loop(by: dict[str, Losses], part: str = "together") -> str:
 
 
 def error_of(results: wb.Results, name: str, metric: str = ERROR, start: str = NEAR_START) -> tuple[float, float, str]:
-    """The error of a loop with a perfect clock, the step of the reading that it is of, and their unit."""
+    """The error of a loop with a perfect clock, the quantisation step of the reading, and the unit of both."""
     one = next(one for one in handover_loops() if one.name == name)
     unit = one.near(one.period).plant.outputs[one.follows].unit
     base = margins(results, one, metric=metric, start=start).without.mean(axis=0)
@@ -164,7 +171,7 @@ def error_of(results: wb.Results, name: str, metric: str = ERROR, start: str = N
 
 
 def loss_variations(results: wb.Results) -> Iterator[wb.Variation]:
-    """The loop that loses most, by other starts, statistics, joints, means over the draws, and effects."""
+    """The loop whose error grows most, by other starts, statistics, joints, averages over the runs, and effects."""
     for start in BOTH:
         for metric in STATISTICS:
             if (start, metric) != (NEAR_START, ERROR):
@@ -173,13 +180,13 @@ def loss_variations(results: wb.Results) -> Iterator[wb.Variation]:
         yield worst_variation(f"joint {joint + 1} alone", all_losses(results, joint=joint))
     for over in OVER_DRAWS:
         if over != MEAN:
-            yield worst_variation(f"the {over} over the draws", all_losses(results, over=over))
+            yield worst_variation(f"the {over} over the runs", all_losses(results, over=over))
     for part, words in PARTS.items():
         yield worst_variation(words, all_losses(results), part)
 
 
 def worst_variation(words: str, by: dict[str, Losses], part: str = "together") -> wb.Variation:
-    """A variation of the loop that loses most."""
+    """A variation of the loop whose error grows most."""
     worst = worst_loop(by, part)
     return wb.Variation(words, worst, loss_words(getattr(by[worst], part)))
 
@@ -193,20 +200,24 @@ def loss_finding(results: wb.Results) -> wb.Finding:
     grown = error * (1 + by[worst].together.value)
     far = all_losses(results, start=FAR_START)[worst].together
     chattering = declared_too_long(lambda one: allowed_period(results, one, FAR_START))
+    unsound = (
+        f" From the far start, the runs of {wb.document.join_names(chattering)} with a perfect clock chatter, and are "
+        "no sound base for a ratio."
+    ) * bool(chattering)
     return wb.Finding(
         "error_growth",
         f"Single precision, {CLOCK} together raise the error of {worst} most: by {loss_words(by[worst].together)}, "
-        f"from {amount(error, unit)} to {amount(grown, unit)}; of the other loops by at most {loss_words(others)}.",
-        f"The step of its readings is {amount(step, unit)}, {step / error:.2g} times that error. From a farther start "
-        f"{'it chatters at its declared period: ' * (worst in chattering)}its error is "
-        f"{amount(error_of(results, worst, start=FAR_START)[0], unit)}, and changes by {loss_words(far)}.",
-        statistic=f"{ERROR}: the root of the mean square from {100 * TRANSIENT_SHARE:.0f} % of the run on, the worst "
-        "joint, as a ratio to the run of the same start in double precision with a perfect clock; the mean over the "
-        "draws. That run chatters from farther starts, and is no sound base there: "
-        f"{wb.document.join_names(chattering)}.",
-        sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, each with its own jitter.",
+        f"from {amount(error, unit)} to {amount(grown, unit)}. They raise the error of the other loops by at most "
+        f"{loss_words(others)}.",
+        f"The quantisation step of the readings is {amount(step, unit)}, {step / error:.2g} times that error. From the "
+        f"far start {f'{worst} chatters at its declared period, and ' * (worst in chattering)}the error is "
+        f"{amount(error_of(results, worst, start=FAR_START)[0], unit)} and changes by {loss_words(far)}.",
+        statistic=f"{ERROR.capitalize()}: the root mean square of the error from {100 * TRANSIENT_SHARE:.0f} % of the "
+        "run on, at the worst joint. It is divided by that of the run from the same start in double precision with a "
+        f"perfect clock; the ratios are averaged over the runs.{unsound}",
+        sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of the near start, each with its own jitter.",
         information=INFORMATION,
-        assumptions=f"{ASSUMPTIONS}; the statistic; the starts; {CLOCK}.",
+        assumptions=assumptions(f"; the statistic; the starts; {CLOCK}."),
         fits=FITS,
         answer=worst,
         variations=tuple(loss_variations(results)),

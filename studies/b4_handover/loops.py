@@ -21,7 +21,7 @@ CARD = wb.provenance.Card(
             "period of sliding laws",
             HANDED_OVER,
             "s",
-            "4 kHz: from near starts below the longest quiet period of a9, a period late",
+            "4 kHz: shorter than the longest quiet period of a9 from the near start, with commands a period late",
             1e-4,
             1e-3,
         ),
@@ -45,12 +45,12 @@ CARD = wb.provenance.Card(
 )
 PERIODS = 10_000  # of a replay; set it to a million for the figures that a release states
 TRANSIENT_SHARE = 0.25  # the part of a run after which the settled errors count, so that they leave out the approach
-ERROR, SIZE, WHOLE, TV = "RMSE, settled", "mean |e|, settled", "RMSE, whole run", "TV"
+ERROR, SIZE, WHOLE, TV = "settled RMSE", "settled mean |e|", "RMSE of the whole run", "TV"
 STATISTICS = (ERROR, SIZE, WHOLE)
 NEAR_START, FAR_START = "near", "far"
-SMC, TWISTING, PID, LQG, EKF = "SMC", "super-twisting", "PID", "LQG", "EKF and LQR"
+SMC, TWISTING, PID, LQG, EKF = "SMC", "super-twisting", "PID", "LQG", "EKF + LQR"
 POSE = (0.5, -0.5)  # rad, where LQG holds the arm
-FAR_POSE, FAR_ANGLE = 0.5, 0.2  # rad, of the starts that are farther off
+FAR_POSE, FAR_ANGLE = 0.5, 0.2  # rad, of the far starts
 SEED = 29
 
 
@@ -82,9 +82,9 @@ def settled_size(signal: str | None, start: float) -> wb.metrics.Integral:
 
 @dataclass(frozen=True, eq=False)
 class HandoverLoop:
-    """A loop and its computer; `near` gives the loop for a period in s, as filters know theirs.
+    """A loop and its computer; `near` makes the loop for a period in s, since filters are designed for their period.
 
-    `far` gives the same loop from a start that is farther off, and `starts` says both starts in words.
+    `far` makes the same loop from the far start, and `starts` describes both starts in words.
     """
 
     name: str
@@ -100,8 +100,8 @@ class HandoverLoop:
 
     @property
     def key(self) -> str:
-        """The name in lower case with underscores."""
-        return "".join(c if c.isalnum() else "_" for c in self.name.lower())
+        """The name in lower case with underscores, a plus as "and"."""
+        return "".join(c if c.isalnum() else "_" for c in self.name.lower().replace("+", "and"))
 
     @property
     def metrics(self) -> tuple[wb.metrics.AbstractMetric, ...]:

@@ -17,12 +17,12 @@ def machines_section(results: wb.Results) -> wb.Section:
     """The tables of the targets."""
     words = (
         "Each law's C is compiled unchanged for each machine, with a small program that reads the recorded inputs and "
-        "writes commands, flags and a digest of the memory. Each machine starts with the initial memory and continues "
-        "with its own. The browser's engine runs the same graph as WebAssembly. Sines, cosines, exponentials and "
-        "powers are functions of our own in that C, on all targets. A Cortex-M4F has no double precision in hardware; "
-        "GCC's library computes it. With mended sums, our own routine replaces this library where the exponents of a "
-        "difference are 33 apart; with libgcc alone, it does not. Counts belong to the compilers that are installed "
-        "here. QEMU counts instructions and knows no cycles."
+        "writes commands, flags and a digest of the memory. Each machine starts with the initial memory, and continues "
+        "with the memory that it computes. The browser's engine runs the same graph as WebAssembly. Sines, cosines, "
+        "exponentials and powers are functions of our own in that C, on all targets. A Cortex-M4F has no double "
+        "precision in hardware; GCC's library computes it. 'With mended sums' means that our own routine replaces this "
+        "library where the exponents of a difference are 33 apart. 'With libgcc alone' means that it does not. Counts "
+        "belong to the compilers that are installed here. QEMU counts instructions, not cycles."
     )
     missing = [
         f"{name}: {r.reason}" for name, laws in by_target(results).items() if (r := next(iter(laws.values()))).reason
@@ -51,7 +51,7 @@ def bits_table(results: wb.Results) -> wb.document.ReportTable:
             if ran
             else (without_compiler(name), *(None,) * 5, "not run")
         )
-    heads = ("periods", "bits compared", "bits of commands that differ", "periods with another memory", "flags")
+    heads = ("periods", "bits compared", "bits of commands that differ", "periods whose memory differs", "flags")
     columns = (
         wb.document.TableColumn("target"),
         *(wb.document.TableColumn(head, align="right") for head in heads),
@@ -59,14 +59,15 @@ def bits_table(results: wb.Results) -> wb.document.ReportTable:
     )
     notes = (
         f"All {len(handover_loops())} laws together. A flag is raised where a number is not finite. 64-bit ARM and "
-        "the Cortex processors run under QEMU, by gcc -O2; V8, Chrome's engine, in Node.",
+        "the Cortex processors run under QEMU, compiled by gcc -O2. V8 is Chrome's engine; it runs in Node. An FMU "
+        "shows no memory, so that only its commands are compared.",
     )
     caption = "Bits of commands and memories on each target, compared with the portable arithmetic."
     return wb.document.ReportTable("bits", caption, columns, tuple(rows), notes)
 
 
 def counts_table(results: wb.Results) -> wb.document.ReportTable:
-    """Instructions a period, by law and target."""
+    """Instructions per period, by law and target."""
     names = [wb.handover.TARGETS[key].name for key in TABLE_TARGETS]
     by = by_target(results)
     rows = [
@@ -77,10 +78,10 @@ def counts_table(results: wb.Results) -> wb.document.ReportTable:
         *(wb.document.TableColumn(without_compiler(name), align="right") for name in names),
     )
     notes = (
-        "The mean, by Callgrind for this machine's compilers and by QEMU for the others, with gcc -O2. A Cortex-M4F "
-        "calls a routine for each operation in double precision.",
+        "The mean over the periods, counted by Callgrind for this machine's compilers, and by QEMU for the other "
+        "targets, which gcc -O2 compiles. A Cortex-M4F calls a routine for each operation in double precision.",
     )
-    return wb.document.ReportTable("counts", "Instructions a period.", columns, tuple(rows), notes)
+    return wb.document.ReportTable("counts", "Instructions per period.", columns, tuple(rows), notes)
 
 
 def single_table(results: wb.Results) -> wb.document.ReportTable:
@@ -95,11 +96,11 @@ def single_table(results: wb.Results) -> wb.document.ReportTable:
     columns = (
         wb.document.TableColumn("law"),
         wb.document.TableColumn("bits compared", align="right"),
-        wb.document.TableColumn("differing", align="right"),
+        wb.document.TableColumn("bits that differ", align="right"),
     )
     notes = (
         f"{FEW:,} periods of each law on the readings of the loop in double precision, compared with NumPy's numbers "
-        "of 32 bits. The columns of targets have instructions a period. A Cortex-M4F computes these numbers in "
+        "of 32 bits. The columns of the targets give instructions per period. A Cortex-M4F has single precision in "
         "hardware.",
     )
     all_columns = (*columns, *(wb.document.TableColumn(head, align="right") for head in heads))
@@ -119,13 +120,13 @@ def sizes_table(results: wb.Results) -> wb.document.ReportTable:
                 shares += [100 * fit.share if fit else None for fit in fitted]
             name = without_compiler(wb.handover.TARGETS[key].name)
             rows.append((one.name, name, figures.stack, figures.code, figures.data, time, *shares))
-    shared = (f"{precision}, {start}" for precision in ("doubles", "singles") for start in ("near", "far"))
+    shared = (f"{precision} precision, {start}" for precision in ("double", "single") for start in ("near", "far"))
     columns = (
         wb.document.TableColumn("law"),
         wb.document.TableColumn("machine"),
         *(wb.document.TableColumn(head, "bytes", "right") for head in ("stack", "code", "data")),
-        wb.document.TableColumn("doubles", "\N{MICRO SIGN}s", "right", digits=3),
-        *(wb.document.TableColumn(head, "%", "right", digits=2) for head in shared),
+        wb.document.TableColumn("time, double precision", "\N{MICRO SIGN}s", "right", digits=3),
+        *(wb.document.TableColumn(head, "% of the longest period", "right", digits=2) for head in shared),
     )
     clocks = " and ".join(
         f"{without_compiler(wb.handover.TARGETS[key].name)} at {clock / 1e6:g} MHz"
@@ -133,13 +134,17 @@ def sizes_table(results: wb.Results) -> wb.document.ReportTable:
         if key != "cortex-m4f-libgcc"
     )
     notes = (
-        f"Time: the count of a period at one instruction a cycle, {clocks}. Per cent: the same, in double and in "
-        "single precision, of the longest period allowed from the near and from the far start. Stack: the "
-        f"deepest chain of calls from the step, by the compiler's account; at most {STACK:,} bytes are wanted. Code: "
-        "with constants, at -O2. Data: what changes, without the state.",
+        f"Time: the instructions of a period at one instruction per cycle, {clocks}. Per cent: this time, in double "
+        "and in single precision, over the longest period allowed from the near and from the far start. Stack: that of "
+        f"the deepest chain of calls from the step, as the compiler reports it; the limit asked for is {STACK:,} "
+        "bytes. Code: with constants, at -O2. Data: variables, without the state.",
     )
     return wb.document.ReportTable(
-        "sizes", "What each law takes of a microcontroller in a period.", columns, tuple(rows), notes
+        "sizes",
+        "The memory and the time per period that each law takes on a microcontroller.",
+        columns,
+        tuple(rows),
+        notes,
     )
 
 

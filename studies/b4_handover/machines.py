@@ -1,4 +1,4 @@
-"""The machines of b4: each law replayed on every target that is installed here, and the share of its period."""
+"""The machines of b4: each law replayed on every target that is installed here, and the share of a period it takes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def in_doubles(key: str) -> TargetResults:
 
 
 def in_singles(key: str) -> TargetResults:
-    """The replay of a loop's law in single precision, which reads what the loop in doubles has read."""
+    """The replay of a loop's law in single precision, on the readings of the loop in double precision."""
     return wb.replay(by_key(key).digital(), name=key, periods=FEW, targets=SINGLY, precision="single").results
 
 
@@ -67,7 +67,7 @@ def machine_findings(results: wb.Results) -> tuple[wb.Finding, ...]:
 
 
 def differing_laws(results: wb.Results, work: str = "replays", laws: tuple[str, ...] = ()) -> dict[str, list[str]]:
-    """The targets that ran, each with the laws of which a bit differs there."""
+    """The targets that ran, each with the laws of which a bit differs on that target."""
     targets: dict[str, list[str]] = {}
     for law, each in replays(results, work).items():
         for result in each:
@@ -82,7 +82,7 @@ def differing_words(targets: Mapping[str, Sequence[str]]) -> str:
 
 
 def bits_finding(results: wb.Results) -> wb.Finding:
-    """The targets on which each law has the bits of the portable arithmetic."""
+    """The targets on which each law computes the bits of the portable arithmetic."""
     by_law = replays(results)
     targets = differing_laws(results)
     other = {name: laws for name, laws in targets.items() if laws}
@@ -108,15 +108,15 @@ def bits_finding(results: wb.Results) -> wb.Finding:
     )
     return wb.Finding(
         "same_bits",
-        f"All {len(by_law)} laws have the same bits as the portable arithmetic on {equal} of {len(targets)} targets"
+        f"All {len(by_law)} laws compute the same bits as the portable arithmetic on {equal} of {len(targets)} targets"
         f"{'; ' + unlike if unlike else ''}.",
         f"{bits:,} bits of commands and memories were compared. Not run: {wb.document.join_names(missing)}. "
         "Sines, cosines, exponentials and powers are "
-        "functions of our own in each law's C. On the Cortex-M4F with mended sums a rare "
-        "case of the sum is ours, too, as GCC's library rounds it wrongly.",
-        statistic="Bits of commands and of the memory behind each period. As all commands agree, a replay equals the "
-        "closed loop with that machine.",
-        sample=f"{PERIODS:,} periods of each law on each target, from the start near its own.",
+        "functions of our own in each law's C. On the Cortex-M4F, our own routine also computes a rare case of the "
+        "sum, which GCC's library rounds wrongly ('mended sums').",
+        statistic="Bits of the commands, and of the memory after each period. If all commands agree, a replay equals "
+        "the closed loop with that machine.",
+        sample=f"{PERIODS:,} periods of each law on each target, from the near start.",
         information="Each law's C in double precision, or its graph, with the same readings and references.",
         assumptions="The targets: those installed here. Our own functions for sine, cosine and others; our own sum "
         "on one target.",
@@ -128,7 +128,7 @@ def bits_finding(results: wb.Results) -> wb.Finding:
 
 
 def unfit(results: wb.Results, key: str, start: str, precision: str = "double", cycles: float = 1.0) -> tuple[str, str]:
-    """The laws that do not fit a microcontroller at a number of cycles an instruction, and the largest share."""
+    """The laws that do not fit a microcontroller at a number of cycles per instruction, and the largest share."""
     fitted = {one.name: fit for one in handover_loops() if (fit := fit_of(results, one, key, start, precision))}
     most = max(fitted, key=lambda name: fitted[name].share)
     return (
@@ -138,7 +138,7 @@ def unfit(results: wb.Results, key: str, start: str, precision: str = "double", 
 
 
 def fit_finding(results: wb.Results, near: wb.handover.PeriodShare, far: wb.handover.PeriodShare) -> wb.Finding:
-    """The count of instructions beside the longest period, by start; `near` and `far` are of AOSMC-RGS in doubles."""
+    """The count of instructions and the longest period, by start; `near` and `far` are for AOSMC-RGS in doubles."""
     law = next(one for one in handover_loops() if one.name == PROPOSED_LAW)
     single = fit_of(results, law, M4F, FAR_START, "single")
     variations = [
@@ -153,31 +153,44 @@ def fit_finding(results: wb.Results, near: wb.handover.PeriodShare, far: wb.hand
     ]
     variations += [
         wb.Variation(
-            f"{cycles} cycles an instruction, {START_WORDS[start]}", *unfit(results, M4F, start, cycles=cycles)
+            f"{cycles} cycles per instruction, {START_WORDS[start]}", *unfit(results, M4F, start, cycles=cycles)
         )
         for cycles in CYCLES
         for start in BOTH
     ]
-    stacks = [r.figures.stack for each in replays(results).values() for r in each if r.figures.stack]
-    other = f"; in single precision {percent_of(single)}" if single else ""
+    other = f" In single precision the latter is {percent_of(single)}." if single else ""
+    misfits = unfit(results, M4F, FAR_START)[0]
     return wb.Finding(
         "period_used",
-        f"In double precision {PROPOSED_LAW} takes {1e3 * far.count / far.clock:.2g} ms a period on a Cortex-M4F: "
-        f"{percent_of(near)} of the longest period allowed from a start on the reference, {percent_of(far)} from the "
-        f"paper's start{other}.",
-        f"The longest periods allowed are {1e3 * near.period:.2g} and {1e3 * far.period:.2g} ms. Doubles that do not "
-        f"fit from the farther starts: {unfit(results, M4F, FAR_START)[0]}. The deepest stack takes {max(stacks):,} "
-        "bytes.",
-        statistic=f"Mean count of instructions a period under QEMU, at one instruction a cycle and "
-        f"{wb.handover.CLOCKS[M4F] / 1e6:g} MHz, over the longest period allowed (the finding longest_period).",
-        sample="Six laws by gcc -O2; the processors Cortex-M4F and Cortex-M7; two starts.",
+        f"In double precision {PROPOSED_LAW} takes {1e3 * far.count / far.clock:.2g} ms per period on a Cortex-M4F: "
+        f"{percent_of(near)} of the longest period allowed from a start on the reference, and {percent_of(far)} from "
+        f"the paper's start.{other}",
+        f"The longest periods allowed are {1e3 * near.period:.2g} and {1e3 * far.period:.2g} ms. Laws that do not fit "
+        f"from the far start in double precision: {misfits}. {stack_words(results)}",
+        statistic="Mean count of instructions per period under QEMU, at one instruction per cycle and "
+        f"{wb.handover.CLOCKS[M4F] / 1e6:g} MHz, divided by the longest period allowed (the finding longest_period).",
+        sample="Six laws, compiled by gcc -O2; the processors Cortex-M4F and Cortex-M7; two starts.",
         information="Double precision, which the Cortex-M4F has in software alone.",
-        assumptions="The clocks, 168 and 480 MHz, and one cycle an instruction: waits for memory and divisions take "
+        assumptions="The clocks, 168 and 480 MHz, and one cycle per instruction; waits for memory and divisions take "
         "more.",
         fits=FITS,
         answer=unfit(results, M4F, FAR_START)[0],
         variations=tuple(variations),
         limitations="Cycles on a real board, and other work of the same processor.",
+    )
+
+
+def stack_words(results: wb.Results) -> str:
+    """The deepest stack on a microcontroller, and the deepest one over all targets, in a sentence."""
+    boards = {wb.handover.TARGETS[key].name for key in BOARDS}
+    stacks = [(r.target, r.figures.stack) for each in replays(results).values() for r in each if r.figures.stack]
+    name, most = max(stacks, key=lambda one: one[1])
+    board = max((size for target, size in stacks if target in boards), default=None)
+    if board is None or board == most:
+        return f"The deepest stack takes {most:,} bytes, on {without_compiler(name)}."
+    return (
+        f"The deepest stack takes {board:,} bytes on a Cortex-M processor, and {most:,} bytes over all targets "
+        f"({without_compiler(name)})."
     )
 
 

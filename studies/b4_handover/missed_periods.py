@@ -1,4 +1,4 @@
-"""Missed periods: the largest share that each loop stands, at its own period and at that of AOSMC-RGS."""
+"""Missed periods: the largest share that each loop tolerates, at its own period and at that of AOSMC-RGS."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 import workbench as wb
-from studies.b4_handover.findings import ASSUMPTIONS, FITS, INFORMATION, START_WORDS, amount
+from studies.b4_handover.findings import FITS, INFORMATION, START_WORDS, amount, assumptions
 from studies.b4_handover.loops import (
     CARD,
     ERROR,
@@ -33,9 +33,9 @@ EFFECT = "missed periods"
 SHARED_PERIOD = float(
     CARD["period of sliding laws"]
 )  # s, of AOSMC-RGS and SMC, at which the other laws of the arm run, too
-MS = f"{1e3 * SHARED_PERIOD:g} ms"
+MS, RAD = f"{1e3 * SHARED_PERIOD:g} ms", "rad"
 SMC_WITH_OBSERVER = f"SMC with the observer of {PROPOSED_LAW}"
-PART = 0.1  # of a step of the readings, by which an error may grow in place of a part of itself
+PART = 0.1  # of a quantisation step, by which an error may grow, in place of a part of itself
 
 
 def observed_smc() -> wb.ClosedLoop:
@@ -136,7 +136,7 @@ def effect_margin(
 
 
 def clock_finding(results: wb.Results) -> wb.Finding:
-    """The missed periods that each loop stands."""
+    """The missed periods that each loop tolerates."""
     reach = reach_of(results, EFFECT)
     frail = frailest(reach)
     shared = shared_reach(results, SMC_WITH_OBSERVER)
@@ -144,25 +144,27 @@ def clock_finding(results: wb.Results) -> wb.Finding:
     each = at_shared_period(results)
     observed, error = each[SMC_WITH_OBSERVER][0].largest(wb.evidence.KEEPS_RATIO), each[SMC_WITH_OBSERVER][1]
     own = amount(each[PROPOSED_LAW][1], "rad")
-    alike = f", as {PROPOSED_LAW} its own of {own}: the observer decides, not the law" * (
-        observed == shared[PROPOSED_LAW]
+    alike = (
+        f" {PROPOSED_LAW}, whose error is {own}, has the same limit: it comes from the observer, not from the law."
+        * (observed == shared[PROPOSED_LAW])
     )
     levels = ", ".join(f"{100 * level:.3g}" for level in missed_levels())
+    within = f"its settled error within {100 * (wb.evidence.KEEPS_RATIO - 1):.0f} %"
     return wb.Finding(
         "missed_periods",
-        f"With missed periods {frail} keeps its settled error within {100 * (wb.evidence.KEEPS_RATIO - 1):.0f} % "
-        f"{level_words(min(reach.values()))}. At the period of {PROPOSED_LAW}, {MS}, {first} keeps it up to "
-        f"{wb.document.join_names([f'{100 * level:.3g} %', *levels_of(rest)])}.",
-        f"{SMC_WITH_OBSERVER}, at {MS}, keeps its error of {amount(error, 'rad')} {level_words(observed)}{alike}. "
-        "At each loop's own period the largest levels tried that keep the error are: "
-        f"{wb.document.join_names(levels_of(reach.items()))}. Between two neighbours of the levels nothing was run.",
+        f"With missed periods, {frail} {kept_words(min(reach.values()), within)}. At {MS}, the period of "
+        f"{PROPOSED_LAW}, the limits are: {wb.document.join_names(levels_of([(first, level), *rest]))}.",
+        f"At {MS}, {SMC_WITH_OBSERVER} {kept_words(observed, f'its error of {amount(error, RAD)}')}.{alike} "
+        "At the declared period of each loop, the largest levels tried that keep the error are: "
+        f"{wb.document.join_names(levels_of(reach.items()))}. Nothing was run between neighbouring levels.",
         statistic=f"The largest level tried up to which no run has more than {KEEPS_RATIO:g} times its settled RMSE "
-        "at the worst joint; each effect by itself, in double precision.",
-        sample=f"Six loops at their own periods, and those of the arm at {MS}; {DRAWS} starts within {NEAR:g} rad or m "
-        "of each loop's own, nine levels.",
+        "without the effect, at the worst joint; each effect by itself, in double precision.",
+        sample=f"Six loops at their declared periods, and the loops of the arm at {MS}; {DRAWS} starts within "
+        f"{NEAR:g} rad or m of the near start, nine levels.",
         information=INFORMATION,
-        assumptions=f"{ASSUMPTIONS}; the limit of {KEEPS_RATIO:g} times; the levels, {levels} %; periods missed "
-        "independently.",
+        assumptions=assumptions(
+            f"; the limit of {KEEPS_RATIO:g} times; the levels, {levels} %; periods missed independently."
+        ),
         fits=FITS,
         answer=frail,
         variations=clock_variations(results),
@@ -180,15 +182,18 @@ def clock_variations(results: wb.Results) -> tuple[wb.Variation, ...]:
     ]
     asked += [
         (
-            f"error at most {wb.evidence.STANDS_RATIO:g} times",
+            f"error at most {wb.evidence.STANDS_RATIO:g} times as large, not {KEEPS_RATIO:g} times",
             reach_of(results, EFFECT, wb.evidence.STANDS_RATIO),
         ),
         (
-            f"error at most {PART:g} steps of the reading larger, in place of {KEEPS_RATIO:g} times",
+            f"error larger by at most {PART:g} steps of the reading, not {KEEPS_RATIO:g} times as large",
             reach_in_steps(results),
         ),
-        (f"the laws of the arm alone, all at {MS}", shared_reach(results, SMC_WITH_OBSERVER)),
-        (f"these with {SMC_WITH_OBSERVER} in place of {PROPOSED_LAW}", shared_reach(results, PROPOSED_LAW)),
+        (f"the laws of the arm at {MS}", shared_reach(results, SMC_WITH_OBSERVER)),
+        (
+            f"the laws of the arm at {MS}, {SMC_WITH_OBSERVER} in place of {PROPOSED_LAW}",
+            shared_reach(results, PROPOSED_LAW),
+        ),
     ]
     others = (
         wb.Variation(f"{effect} in place of missed periods", frailest(reach_of(results, effect)))
@@ -213,8 +218,15 @@ def level_words(level: float) -> str:
     if not later:
         return f"up to {100 * level:.3g} %, the largest level tried"
     if not level:
-        return f"at none of the levels tried, from {100 * later[0]:.3g} % on"
+        return f"not at any level tried, from {100 * later[0]:.3g} % on"
     return f"up to {100 * level:.3g} % but not at {100 * later[0]:.3g} %"
+
+
+def kept_words(level: float, error: str) -> str:
+    """A predicate: keeps an error up to a level of missed periods, or does not keep it at any level tried."""
+    if level:
+        return f"keeps {error} {level_words(level)}"
+    return f"does not keep {error} {level_words(level).removeprefix('not ')}"
 
 
 def shared_table(results: wb.Results) -> wb.document.ReportTable:
@@ -226,7 +238,7 @@ def shared_table(results: wb.Results) -> wb.document.ReportTable:
         later = [level for level in margin.effect.levels if level > kept]
         grown = (100 * float(margin.ratios[margin.effect.levels.index(level)].max() - 1) for level in shown)
         limits = 100 * kept, 100 * later[0] if later else "none tried"
-        rows.append((name, amount(error, "rad"), *limits, *("lost" if np.isinf(g) else g for g in grown)))
+        rows.append((name, amount(error, "rad"), *limits, *("diverged" if np.isinf(g) else g for g in grown)))
     columns = (
         wb.document.TableColumn("law"),
         wb.document.TableColumn(ERROR, align="right"),
@@ -236,8 +248,8 @@ def shared_table(results: wb.Results) -> wb.document.ReportTable:
     )
     caption = f"Missed periods at the period of {PROPOSED_LAW}, {MS}: the laws of the arm, and {SMC_WITH_OBSERVER}."
     notes = (
-        f"{ERROR}: without missed periods. Kept: no run has more than {KEEPS_RATIO:g} times its error. Growth: the "
-        f"largest of {DRAWS} runs near the start on the reference, LQG near its pose. {SMC_WITH_OBSERVER} adds the "
-        "estimate of the disturbance to its torque. LQG is designed for this period.",
+        f"{ERROR.capitalize()}: without missed periods. Kept: no run has more than {KEEPS_RATIO:g} times its error. "
+        f"Growth: the largest of {DRAWS} runs about the near start. {SMC_WITH_OBSERVER} adds the estimate of the "
+        "disturbance to its torque. LQG is designed for this period.",
     )
     return wb.document.ReportTable("missed_shared", caption, columns, tuple(rows), notes)

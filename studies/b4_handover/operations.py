@@ -59,7 +59,7 @@ def operations_by_target(results: wb.Results) -> dict[str, int]:
 def operations_table(results: wb.Results) -> wb.document.ReportTable:
     """The targets whose operations are not rounded as IEEE 754 requires."""
     rows = [
-        (one.target.split(",")[0], one.bits, one.differing_bits, one.first or "none")
+        (one.target.split(",")[0], one.bits, one.differing_bits, one.first.replace("period", "pair", 1) or "none")
         for one in results.work("operations")
         if one.ran
     ]
@@ -69,9 +69,9 @@ def operations_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("first difference"),
     )
     notes = (
-        f"{', '.join(NAMES)} of {PAIRS:,} pairs of operands, up to {FARTHEST} binary digits apart; half of the pairs "
-        "have a power of two. A law has the bits of the portable arithmetic only where each of these is rounded to the "
-        "nearest number.",
+        f"The operations are {wb.document.join_names(NAMES)}, of {PAIRS:,} pairs of operands that are up to {FARTHEST} "
+        "binary digits apart. In half of the pairs, one operand is a power of two. A law computes the bits of the "
+        "portable arithmetic only where each operation is rounded to the nearest number.",
     )
     caption = "Single operations in double precision on each target, compared with IEEE 754."
     return wb.document.ReportTable("operations", caption, columns, tuple(rows), notes)

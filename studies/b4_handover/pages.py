@@ -1,4 +1,4 @@
-"""The page of b4: the findings, what is handed over, the targets, the margins, the periods, and what is lost."""
+"""The page of b4: the findings, what is handed over, the targets, the margins, the periods, and growing errors."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 import workbench as wb
 from studies.b4_handover.findings import (
     CLOCK,
+    HANDED,
     PATHS,
     START_WORDS,
     all_losses,
@@ -53,13 +54,13 @@ def answer(results: wb.Results) -> str:
     equal = sum(not laws for laws in targets.values())
     law = next(one for one in handover_loops() if one.name == PROPOSED_LAW)
     near, far = (fit_of(results, law, M4F, start) for start in BOTH)
-    bits = f"{len(handover_loops())} laws keep their bits on {equal} of {len(targets)} targets."
+    bits = f"{len(handover_loops())} laws compute the same bits on {equal} of {len(targets)} targets."
     if not (near and far):
         return bits
     return (
-        f"{bits} {PROPOSED_LAW} in doubles takes {1e3 * far.count / far.clock:.2g} ms on a Cortex-M4F: "
-        f"{percent_of(near)} of the longest period allowed from a start on the reference, {percent_of(far)} from the "
-        "paper's start."
+        f"{bits} In double precision, {PROPOSED_LAW} takes {1e3 * far.count / far.clock:.2g} ms on a "
+        f"Cortex-M4F: {percent_of(near)} of the longest period allowed from a start on the reference, "
+        f"{percent_of(far)} from the paper's start."
     )
 
 
@@ -79,33 +80,35 @@ def handed_section() -> wb.Section:
         wb.document.TableColumn("period", "ms", "right"),
         wb.document.TableColumn("delay", "periods", "right"),
         wb.document.TableColumn("limits"),
-        wb.document.TableColumn("steps of the readings"),
-        wb.document.TableColumn("numbers kept", align="right"),
+        wb.document.TableColumn("quantisation steps of the readings"),
+        wb.document.TableColumn("numbers in memory", align="right"),
         wb.document.TableColumn("fingerprint"),
     )
     words = (
-        "Each law leaves with its observer, limits, memory and the queue of a command that is a period late, for the "
-        "period that is stated. It reads its reference at each instant. The first four laws drive the arm of the paper "
-        "along its first scenario. LQG holds the arm at a pose under the same disturbance. EKF and LQR balance a "
-        "cart-pole that follows a sine. AOSMC-RGS is the repaired law of a1. An observer of the momentum replaces the "
-        "true disturbance, which no instrument gives."
+        "Each law is handed over with its observer, its limits, its memory and the queue for a command that is a "
+        "period late, for the stated period. The law reads its reference at each instant. The first four laws drive "
+        "the arm of the paper along the paper's first scenario. LQG holds the arm at a pose under the same "
+        "disturbance. EKF + LQR balances a cart-pole whose cart follows a sine. AOSMC-RGS is the repaired law of a1. "
+        "An observer of the momentum replaces the true disturbance, which no instrument gives."
     )
     given = "; ".join(f"{one.name}: {one.information}" for one in handover_loops())
-    starts = "; ".join(f"{one.name}: {one.starts[0]}, and {one.starts[1]}" for one in handover_loops())
-    caption = "What is handed over, and to which computer."
+    starts = "; ".join(f"{one.name}: {one.starts[0]} (near), {one.starts[1]} (far)" for one in handover_loops())
+    caption = "The laws that are handed over, and their computers."
     handed_table = wb.document.ReportTable(
-        "handed", caption, columns, tuple(rows), (f"Given: {given}.", f"Starts, near and far: {starts}.")
+        HANDED, caption, columns, tuple(rows), (f"Given: {given}.", f"Starts: {starts}.")
     )
     return wb.Section(
-        "What is handed over", (wb.Paragraph(words), handed_table, CARD.table("assumed", "card", "What is assumed."))
+        "What is handed over",
+        (wb.Paragraph(words), handed_table, CARD.table("assumed", "card", "The assumed numbers.")),
     )
 
 
 def margins_section(results: wb.Results) -> wb.Section:
     """Each effect by itself."""
     caption = (
-        "Each effect of the computer by itself, from {}: the growth of the error at the declared level, and the "
-        f"largest level up to which no run has more than {KEEPS_RATIO:g} and {STANDS_RATIO:g} times its error."
+        "Each effect of the computer by itself, from starts about the {}: the growth of the error at the declared "
+        f"level, and the largest levels up to which no run has more than {KEEPS_RATIO:g} and {STANDS_RATIO:g} times "
+        "its error."
     )
     tables = [
         wb.evidence.computer_table(
@@ -118,7 +121,7 @@ def margins_section(results: wb.Results) -> wb.Section:
     late = {key: scan.threshold for key, scan in scans(results).delays.items()}
     delays = wb.document.ReportTable(
         "delays",
-        "The longest delay from reading to command, from starts near each loop's own; one period is declared.",
+        "The longest delay from reading to command, from the near start; the declared delay is one period.",
         (
             wb.document.TableColumn("loop"),
             wb.document.TableColumn("error kept up to", "periods", "right"),
@@ -126,15 +129,16 @@ def margins_section(results: wb.Results) -> wb.Section:
         ),
         tuple((one.name, int(late[one.key].largest), finite(late[one.key].next)) for one in handover_loops()),
         (
-            f"Kept: at most {KEEPS_RATIO:g} times the error with one period. One run each; no period is shortened for "
-            "a delay.",
+            f"Kept: at most {KEEPS_RATIO:g} times the error with a delay of one period. One run for each delay, always "
+            "at the declared period.",
         ),
     )
     words = (
-        "With jitter, each instant comes late by a new random delay, uniform up to the stated level; law and reference "
-        "use the nominal time. In a missed period the computer does nothing, and command and memory stay. Readings "
-        f"become coarser in multiples of the declared steps. Each level has {DRAWS} runs from starts within {NEAR:g} "
-        "rad or m of the near or the far start. Each run is compared with the run of the same start without the effect."
+        "With jitter, each instant comes late by a new random delay, which is uniform up to the stated level. Law and "
+        "reference use the nominal time. In a missed period the computer does nothing: command and memory keep their "
+        "values. Readings become coarser in multiples of the declared quantisation steps. Each level has "
+        f"{DRAWS} runs from starts within {NEAR:g} rad or m of the near or the far start. Each run is compared with "
+        "the run from the same start without the effect."
     )
     blocks: tuple[wb.document.Block, ...] = (
         wb.Paragraph(words),
@@ -143,7 +147,7 @@ def margins_section(results: wb.Results) -> wb.Section:
         shared_table(results),
         delays,
     )
-    return wb.Section("How much of each effect the laws stand", blocks)
+    return wb.Section("The largest level of each effect that the laws tolerate", blocks)
 
 
 def finite(value: float) -> wb.document.Cell:
@@ -155,7 +159,7 @@ def ladders(results: wb.Results) -> wb.document.Figure:
     """The error over each effect, of all loops."""
     panels = []
     for name, label in (
-        ("coarser readings", "declared steps, times"),
+        ("coarser readings", "multiple of the declared steps"),
         ("jitter", "jitter [% of the period]"),
         ("missed periods", "missed periods [%]"),
     ):
@@ -166,10 +170,10 @@ def ladders(results: wb.Results) -> wb.document.Figure:
             worst = held.ratios.max(axis=1)
             y = np.where(np.isinf(worst), np.nan, worst)
             series.append(wb.document.Series(one.name, scale * np.array(held.effect.levels), y, style))
-        panels.append(wb.document.Panel("error, times", tuple(series), label, xscale="log", yscale="log"))
+        panels.append(wb.document.Panel("error ratio", tuple(series), label, xscale="log", yscale="log"))
     caption = (
-        f"The settled error over its value without the effect, the worst of {DRAWS} runs near each loop's own start "
-        "and of the joints. A line ends where a run diverges."
+        f"The ratio of the settled error to its value without the effect: the worst of {DRAWS} runs about the near "
+        "start and of the joints. A line ends where a run diverges."
     )
     return wb.document.Figure("ladders", caption, tuple(panels), columns=3)
 
@@ -189,11 +193,11 @@ def periods_figure(results: wb.Results) -> wb.document.Figure:
                 x, y = 1e3 * np.array(scan.threshold.values), np.asarray(scan.TV)
             series.append(wb.document.Series(one.name, x, np.where(np.isinf(y), np.nan, y), style))
         series.append(wb.document.Series("allowed", np.array([0.025, 30.0]), np.full(2, QUIET), "bound"))
-        axes = "total variation, times", tuple(series), "period [ms]"
+        axes = "total variation, ratio", tuple(series), "period [ms]"
         panels.append(wb.document.Panel(*axes, xscale="log", yscale="log", title=START_WORDS[start]))
     caption = (
-        "Total variation of the commands over the period, with exact readings and commands a period late. It is shown "
-        "as a multiple of its value in continuous time; for LQG, and for EKF and LQR, of its value at a quarter of the "
+        "Total variation of the commands as a function of the period, with exact readings and commands a period late. "
+        "It is divided by its value in continuous time; for LQG and EKF + LQR, by its value at a quarter of the "
         "declared period."
     )
     return wb.document.Figure("periods", caption, tuple(panels), columns=2)
@@ -225,11 +229,14 @@ def periods_section(results: wb.Results) -> wb.Section:
     )
     notes = (
         f"Laws of the paper's arm: total variation at most {QUIET:g} times its value in continuous time, by the "
-        f"search of a9. LQG, and EKF and LQR: error at most {KEEPS_RATIO:g} and total variation at most {QUIET:g} "
-        "times their values at a quarter of the declared period, at periods that rise by a quarter. Near and far: "
-        "the starts that stand below the table of what is handed over. Rule: the period from which on the layer is "
-        "unstable, by the largest eigenvalue of M^-1 K along the run in continuous time (a9); a dash where there is "
-        "no gain K.",
+        f"search of a9. LQG and EKF + LQR: error at most {KEEPS_RATIO:g} and total variation at most {QUIET:g} times "
+        "their values at a quarter of the declared period; each period tried is a quarter longer than the last.",
+        (
+            "Near and far: the starts listed below ",
+            wb.document.CrossReference(HANDED),
+            ". Rule: the period above which the boundary layer is unstable, by the largest eigenvalue of M^-1 K along "
+            "the run in continuous time (a9). A dash: the law has no gain K.",
+        ),
     )
     caption = "The longest period allowed from the near and from the far start."
     table = wb.document.ReportTable("periods_table", caption, columns, tuple(rows), notes)
@@ -243,13 +250,13 @@ def bracket(threshold: wb.evidence.Threshold) -> tuple[float, float]:
 
 def loss_cell(loss: Loss) -> wb.document.Cell:
     """A loss in per cent, as a cell."""
-    return wb.document.ValueWithError(100 * loss.value, 100 * loss.error) if np.isfinite(loss.value) else "lost"
+    return wb.document.ValueWithError(100 * loss.value, 100 * loss.error) if np.isfinite(loss.value) else "diverged"
 
 
 def losses_section(results: wb.Results) -> wb.Section:
     """The growth of the error without double precision and a perfect clock, from both starts."""
     tables = [losses_table(results, start) for start in BOTH]
-    return wb.Section("What single precision and an imperfect clock cost", tuple(tables))
+    return wb.Section("The error that single precision and an imperfect clock add", tuple(tables))
 
 
 def losses_table(results: wb.Results, start: str) -> wb.document.ReportTable:
@@ -259,10 +266,10 @@ def losses_table(results: wb.Results, start: str) -> wb.document.ReportTable:
         own = all_losses(results, start=start)[one.name]
         error, _, unit = error_of(results, one.name, start=start)
         more = error * own.together.value
-        growth = amount(more, unit).replace("-", "\N{MINUS SIGN}") if np.isfinite(more) else "lost"
+        growth = amount(more, unit).replace("-", "\N{MINUS SIGN}") if np.isfinite(more) else "diverged"
         parts = (own.readings, own.single, own.jitter, own.missed_periods, own.together, own.noisier)
         rows.append((one.name, amount(error, unit), growth, *map(loss_cell, parts)))
-    heads = ("readings", "single", "jitter", "missed", "all three", "TV, all three")
+    heads = ("readings", "single precision", "jitter", "missed periods", "all three", "TV, all three")
     columns = (
         wb.document.TableColumn("law"),
         wb.document.TableColumn(ERROR, align="right"),
@@ -271,11 +278,15 @@ def losses_table(results: wb.Results, start: str) -> wb.document.ReportTable:
     )
     notes = (
         f"Growth of the error from {100 * TRANSIENT_SHARE:.0f} % of the run on, at the worst joint: the mean over "
-        f"{DRAWS} starts, with twice its standard error. Readings: from exact readings to those with steps. The other "
-        f"columns compare with double precision and a perfect clock at the same readings: single precision; {CLOCK}; "
-        "all three together. TV: the total variation of the commands.",
+        f"{DRAWS} starts, with twice its standard error. Readings: the growth from exact to quantised readings. The "
+        "other columns give the growth from double precision and a perfect clock, with quantised readings in both: by "
+        f"single precision; by {CLOCK}; by all three together. TV: the total variation of the commands.",
     )
     name = "losses" if start == NEAR_START else f"losses_{start}"
     return wb.document.ReportTable(
-        name, f"The growth of the settled error, from {START_WORDS[start]}.", columns, tuple(rows), notes
+        name,
+        f"The growth of the settled error, from starts about the {START_WORDS[start]}.",
+        columns,
+        tuple(rows),
+        notes,
     )

@@ -1,4 +1,4 @@
-"""From the report to the machine: six laws replayed bit by bit, and what a computer may do to each of them.
+"""From the report to the machine: six laws replayed bit by bit, and the effects of a computer on each of them.
 
 Runs in about five minutes on two idle cores.
 """
@@ -15,14 +15,16 @@ study = wb.Study(
     name="b4_handover",
     title="From the report to the machine: six laws handed over",
     question=(
-        "Does a law that was designed, checked and compared here run with the same bits on other machines? Does it fit "
-        "its period there, from a start on the reference and from the paper's start? What do single precision and an "
-        "imperfect clock cost?"
+        "Does a law that was designed, checked and compared here compute the same bits on other machines? Does it fit "
+        "into its period there, from a start on the reference and from the paper's start? By how much do single "
+        "precision and an imperfect clock raise the error?"
     ),
     method=(
-        "Each law is taken out of its loop with its observer, limits and delay. All targets that are installed here "
-        "replay it on the same inputs, and the bits are compared with the portable arithmetic. The loops then run with "
-        "coarser readings, jitter, missed periods, single precision, longer delays and longer periods, from two starts."
+        "Each law is taken out of its loop together with its observer, limits and delay. All targets that are "
+        "installed here replay the law on the same inputs, and the bits are compared with those of the portable "
+        "arithmetic. The loops then run with coarser readings, jitter, missed periods, single precision, longer delays "
+        "and longer periods. Each loop has two starts, a near one and a far one. For the laws of the paper's arm, the "
+        "near start is on the reference and the far start is the paper's."
     ),
     sweeps=(*sweeps(), *shared_sweeps()),
     works=(*replay_works(), *scan_works(), operations_work()),

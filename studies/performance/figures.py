@@ -24,7 +24,7 @@ RATE = "runs/s of one core"
 
 
 def speed_figure(rows: Sequence[Row]) -> wb.document.Figure:
-    """Runs a second of each peer, with that of the engine above, and the most that its bar leaves to each."""
+    """Runs per second of each peer, that of the engine in the same turns, and the most that the target allows."""
     peers = [row for row in rows if row.error is not None]
     places, speeds = np.arange(1.0, 1 + len(peers)), np.array([row.runs_per_s for row in peers], dtype=float)
     mine = speeds * np.array([row.value for row in peers], dtype=float)
@@ -34,19 +34,21 @@ def speed_figure(rows: Sequence[Row]) -> wb.document.Figure:
     ]
     marks = (
         wb.document.Series(
-            "what its bar leaves to a peer", places, mine / [row.bar for row in peers], "bound", "marks"
+            "most that the target allows a peer", places, mine / [row.bar for row in peers], "bound", "marks"
         ),
-        wb.document.Series("workbench, beside that peer", places, mine, look="marks"),
+        wb.document.Series("workbench, in turns with that peer", places, mine, look="marks"),
     )
     xlim = (0.5, len(peers) + 0.5)
-    panel = wb.document.Panel(RATE, (*marks, *bars), xlabel="line of the table", xlim=xlim, yscale="log")
+    panel = wb.document.Panel(RATE, (*marks, *bars), xlabel="row of the table of targets", xlim=xlim, yscale="log")
     return wb.document.Figure(
-        "speed", "Runs of W in a second of CPU time of one core; 10 s of simulated time each.", (panel,)
+        "speed",
+        "Runs of the workload W per second of CPU time of one core. Each run has 10 s of simulated time.",
+        (panel,),
     )
 
 
 def precision_figure(rows: Sequence[Row], effort: Effort) -> wb.document.Figure:
-    """Error beside speed: the methods whose accuracy can be chosen as curves, the others as marks."""
+    """Error and speed: the methods whose accuracy can be chosen as curves, the others as marks."""
     wanted = reference(effort)
     p, series = rows_of(effort.samples), []
     curves: dict[str, list[Runner]] = {
@@ -69,7 +71,9 @@ def precision_figure(rows: Sequence[Row], effort: Effort) -> wb.document.Figure:
     ]
     panel = wb.document.Panel(RATE, (*series, *marks), xlabel="relative error of the RMSE", xscale="log", yscale="log")
     return wb.document.Figure(
-        "precision", "Error and speed of each at its settings: better is up and to the left.", (panel,)
+        "precision",
+        "Error and speed of each tool at its settings. Points farther up and to the left are better.",
+        (panel,),
     )
 
 
@@ -89,16 +93,14 @@ def flat_figure(effort: Effort) -> wb.document.Figure:
     panel = wb.document.Panel(
         RATE, series, xlabel="runs in a call", xscale="log", ylim=(0.0, 1.15 * max(found.values()))
     )
-    return wb.document.Figure("flat", "The rate over the number of runs that are asked for at once.", (panel,))
+    return wb.document.Figure("flat", "The rate as a function of the number of runs in one call.", (panel,))
 
 
 def compile_figure(effort: Effort) -> wb.document.Figure:
     """Compile time over the operations of a step, with a straight line through it."""
     size, seconds = np.array([row[1:] for row in compilation(effort)]).T
     slope, start = np.polyfit(size, seconds, 1)
-    line = wb.document.Series(f"{1e6 * slope:.0f} µs an operation", size, start + slope * size, style="bound")
+    line = wb.document.Series(f"{1e6 * slope:.0f} µs per operation", size, start + slope * size, style="bound")
     marks = wb.document.Series("arms of 2 to 7 links", size, seconds, look="marks")
-    panel = wb.document.Panel("time to compile [s]", (marks, line), xlabel="floating-point operations of a step")
-    return wb.document.Figure(
-        "compile", "From the step to machine code, in seconds of CPU time, without the cache.", (panel,)
-    )
+    panel = wb.document.Panel("time to compile [s]", (marks, line), xlabel="floating-point operations per step")
+    return wb.document.Figure("compile", "The CPU time to compile a step to machine code, without the cache.", (panel,))

@@ -59,13 +59,13 @@ def frequency_rows(effort: Effort) -> tuple[Row, ...]:
     apart = np.abs(control_responses(systems, FREQUENCIES) - response.values[: len(systems)])
     rounding = apart / (np.finfo(float).eps * response.sensitivities[: len(systems)])
     note = (
-        f"draws/s of CPU time, medians by turns: {mine:,.0f}, and {theirs:,.0f} of frequency_response in a loop over "
-        f"systems that are made; {effort.draws:,} draws at {len(FREQUENCIES)} frequencies with Jacobians and rest in "
-        f"{chain:.2g} s"
+        f"samples/s of CPU time, medians by turns: {mine:,.0f}, and {theirs:,.0f} for frequency_response in a loop "
+        f"over given systems; {effort.draws:,} samples at {len(FREQUENCIES)} frequencies, with Jacobians and "
+        f"equilibria, take {chain:.2g} s"
     )
     said = (
-        "relative, a bound of each answer to first order; python-control's differ by up to "
+        "relative; a bound to first order for each answer; the answers of python-control differ by up to "
         f"{float((apart / np.abs(response.values[: len(systems)])).max()):.1e}, at most {float(rounding.max()):.1f} "
-        "times what the rounding of the entries moves"
+        "times the change by the rounding of the entries"
     )
     return (Row(RATE, 30.0, mine / theirs, note=note), Row(ERROR, 1e-10, error, "", at_most=True, note=said))

@@ -1,4 +1,4 @@
-"""The rows of the table: the engine beside its peers, at equal error, and beside the limits of the machine."""
+"""The rows of the table: the engine compared with its peers, at equal error, and with the limits of the machine."""
 
 from __future__ import annotations
 
@@ -180,8 +180,8 @@ def cvodes_row(target: float, bar: float, effort: Effort) -> Row:
     theirs, (mine, pilot) = casadi_cvodes(effort.horizon, tolerance), by_pilot(target, effort)
     fast, slow = alternate_rates(effort, lambda: rate(mine, many, effort), lambda: rate(theirs, p, effort))
     note = (
-        f"tolerance {tolerance:.1e}; ours in calls of {effort.batch:,}, each with pilot runs, whose tolerance is "
-        f"{pilot.tolerance:.1e} and whose choice {1e3 * pilot.h:.3g} ms by {METHODS[pilot.method].about}: "
+        f"CVODES has the tolerance {tolerance:.1e}. The engine runs calls of {effort.batch:,} with pilot runs at the "
+        f"tolerance {pilot.tolerance:.1e}, which choose {1e3 * pilot.h:.3g} ms by {METHODS[pilot.method].about}: "
         f"{fast:,.0f} runs/s, error {error(mine(many), wanted):.1e}"
     )
     wrong = error(theirs(p), wanted)
@@ -194,7 +194,7 @@ def share(effort: Effort) -> Row:
     with wb.study.one_core():
         ours, most = alternate_rates(effort, lambda: our_rate(effort), peak)
     done = ours * step * HORIZON / H
-    note = f"{done / 1e9:.3g} of {most / 1e9:.3g} Gflop/s, {step:,} flop a step"
+    note = f"{done / 1e9:.3g} of {most / 1e9:.3g} Gflop/s, {step:,} flop per step"
     return Row("share of one core's FMA peak", 70.0, 100 * done / most, "%", runs_per_s=ours, note=note)
 
 
@@ -240,7 +240,7 @@ def threads(effort: Effort) -> Row:
         return Row(name, bar, note="no two processors to choose from")
     others = os.getloadavg()[0] - 1  # beside this process
     if others > BUSY:
-        return Row(name, bar, note=f"not measured beside {others:.1f} other processes")
+        return Row(name, bar, note=f"not measured: {others:.1f} other processes were running")
 
     def wall(some: Sequence[int]) -> float:
         os.sched_setaffinity(0, some)
@@ -260,7 +260,7 @@ def threads(effort: Effort) -> Row:
 def memory(effort: Effort) -> Row:
     """The most memory of a process with very many runs of 200 steps: the horizon does not matter."""
     found = in_a_process(processes.many_runs, effort.many, cache=os.environ.get("WORKBENCH_CACHE", ""))
-    size, note = found["bytes"] and found["bytes"] / 1e9, f"in {found['wall']:.0f} s; Linux alone tells the size"
+    size, note = found["bytes"] and found["bytes"] / 1e9, f"in {found['wall']:.0f} s; only Linux reports the size"
     return Row("memory of 1,000,000 runs (200 steps)", 1.0, size, "GB", at_most=True, note=note)
 
 
@@ -289,5 +289,5 @@ def fallback(effort: Effort) -> Row:
         return wb.simulate(workload(), p, until=until, every=until, arithmetic="portable", engine="numpy")
 
     speed = len(p) * until / HORIZON / median(cpu_seconds(work) for _ in range(effort.repetitions))
-    note = "100 steps, scaled; with the compiled code's bits, unlike NumPy's functions"
+    note = "100 steps, scaled; it computes the bits of the compiled code, which NumPy's functions do not"
     return Row("portable in NumPy, 8,000 runs", 60.0, speed, "runs/s/core", runs_per_s=speed, note=note)

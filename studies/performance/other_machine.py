@@ -1,4 +1,4 @@
-"""The bars of an earlier print of this page on another machine, whose processor has vectors of eight numbers."""
+"""The targets of an earlier print of this page on another machine, whose processor has vectors of eight numbers."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def printed_rows() -> dict[str, PrintedRow]:
 
 
 def count() -> str:
-    """The number of bars reached there."""
+    """The number of targets reached on that machine."""
     verdicts = [one.verdict for one in printed_rows().values()]
     measured = [one for one in verdicts if one in ("reached", "MISSED")]
     return f"{measured.count('reached')} of {len(measured)}"
 
 
 def machines(here: Sequence[tuple[Row, str]]) -> wb.document.ReportTable:
-    """Each row as measured here, in words, beside what was measured there."""
+    """Each row as measured here, in words, and as measured on that machine."""
     rows = tuple(
         (row.name, words or None, there.value) for row, words in here if (there := printed_rows().get(row.name))
     )
@@ -47,7 +47,7 @@ def machines(here: Sequence[tuple[Row, str]]) -> wb.document.ReportTable:
         *(wb.document.TableColumn(head, align="right") for head in ("this machine", "AVX-512")),
     )
     note = (
-        f"AVX-512: {WHERE}, by an earlier version of this code. Its vectors hold eight numbers; the last lines of this "
-        "section name the machine of this page."
+        f"AVX-512: {WHERE}, by an earlier version of this code. The vectors of that processor hold eight numbers. The "
+        "last lines of this section name the machine of this page."
     )
     return wb.document.ReportTable("machines", "The same rows on two machines.", columns, rows, (note,))

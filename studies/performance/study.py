@@ -22,7 +22,7 @@ rows = cache(lambda: (*table_rows(EFFORT), *frequency_rows(EFFORT), *live_rows(E
 
 
 def sections(results: wb.Results) -> wb.Page:
-    """The findings, the pictures, the bars, and the workload."""
+    """The findings, the pictures, the targets, and the workload."""
     del results
     every = rows()
     return wb.Page(
@@ -32,7 +32,7 @@ def sections(results: wb.Results) -> wb.Page:
             wb.Section("Speed", (speed_figure(every), wb.Paragraph(speed_words()))),
             wb.Section("Speed at equal error", (precision_figure(every, EFFORT), wb.Paragraph(PRECISION))),
             wb.Section(
-                "The bars", (bars(every), notes(every), machines(there(every)), wb.Paragraph(wb.study.testbed()))
+                "The targets", (bars(every), notes(every), machines(there(every)), wb.Paragraph(wb.study.testbed()))
             ),
             wb.Section("Few runs and many", (flat_figure(EFFORT),)),
             wb.Section("Compile time", (compile_figure(EFFORT),)),
@@ -42,25 +42,27 @@ def sections(results: wb.Results) -> wb.Page:
 
 
 PRECISION = (
-    "A solver with a variable step is fast where a coarse answer is enough, so that it is compared at equal errors "
-    "only. Each side runs at its coarsest setting, of 24 a decade, whose median error is within the error asked for."
+    "A solver with a variable step is fast where a coarse answer is enough. It is therefore compared at equal errors "
+    "only. There are 24 settings per decade. Each side runs at the coarsest one whose median error is within the error "
+    "asked for."
 )
 WORKLOAD = (
-    "The loop is like AOSMC-RGS of the paper, and not the repaired law of a1: its gain is diagonal and leaks, (28) is "
-    "as printed, and the arm has friction. It is a load for the engine, and no statement about a law. Ten of its forty "
-    "parameters differ from run to run, each drawn evenly between two multiples of its nominal value."
+    "The loop is like AOSMC-RGS of the paper, but it is not the repaired law of a1: its gain is diagonal and leaks, "
+    "(28) is as printed in the paper, and the arm has friction. The loop is a load for the engine; its results say "
+    "nothing about the law. Ten of the forty parameters differ from run to run. Each is drawn uniformly between two "
+    "multiples of its nominal value."
 )
 
 
 def speed_words() -> str:
     """The text below the picture of speeds."""
-    runs = ", ".join(f"{peer.name} {peer.runs}" for peer in PEERS)
+    runs = "; ".join(f"{peer.name}: {peer.runs}" for peer in PEERS)
     return (
-        "Where a bar of the picture ends at its dash or below, the bar asked for is reached. Every run lasts 10 s. For "
-        f"one rate the engine makes {EFFORT.runs} runs, and each peer at least: {runs}. Each peer is compiled before "
-        "and runs on one thread, with the loop inside where it can be. python-control and SciPy are not at their "
-        "fastest: they call a right-hand side in NumPy's matrices, as their users write it; in scalars it would be "
-        "about three times as fast."
+        "Where a bar of the picture ends at its dash or below, the target is reached. Every run lasts 10 s. For one "
+        f"rate the engine makes {EFFORT.runs} runs. The least numbers of runs of the peers are: {runs}. Each peer is "
+        "compiled before its time is taken, and runs on one thread, with the time loop inside the compiled code where "
+        "that is possible. python-control and SciPy are not at their fastest: they call a right-hand side in NumPy's "
+        "matrices, as their users write it. A right-hand side in scalars would be about three times as fast."
     )
 
 
@@ -73,7 +75,7 @@ def ranges() -> wb.document.ReportTable:
     )
     rows = tuple((name, low, high) for name, (low, high) in VARIATION_RANGES.items())
     return wb.document.ReportTable(
-        "ranges", "Multiples of the nominal value, between which each parameter is drawn.", columns, rows
+        "ranges", "The two multiples of the nominal value between which each parameter is drawn.", columns, rows
     )
 
 
@@ -82,7 +84,7 @@ def notes(every: Sequence[Row]) -> wb.document.ReportTable:
     rows = tuple((row.name, row.note) for row in every if row.note)
     return wb.document.ReportTable(
         "notes",
-        "How each was measured.",
+        "How each row was measured.",
         (wb.document.TableColumn("against, or what"), wb.document.TableColumn("how")),
         rows,
     )
@@ -104,8 +106,8 @@ def answer(every: Sequence[Row]) -> str:
     measured = [row for row in every if row.is_reached is not None]
     fast = f"the engine is {span(ratios)} times as fast as its peers" if ratios else ""
     return (
-        f"On one machine in one run {fast or 'no peer was measured'}, and {reached_count(measured)} bars are reached; "
-        f"an earlier version reached {count()} on a processor with AVX-512."
+        f"In one run on one machine, {fast or 'no peer was measured'}, and {reached_count(measured)} targets are "
+        f"reached. An earlier version reached {count()} on a processor with AVX-512."
     )
 
 
@@ -116,17 +118,17 @@ def first_of(words: Sequence[str], most: int) -> str:
 
 
 def findings(every: Sequence[Row]) -> tuple[wb.Finding, ...]:
-    """The speed beside the peers, and the bars."""
+    """The speed compared with the peers, and the targets."""
     return (*peer_findings(peers_of(every)), bars_finding([row for row in every if row.is_reached is not None]))
 
 
 def missed_words(row: Row) -> str:
-    """A bar that was missed, with what was measured."""
-    return f"{row.name} ({three_digits(row.value or 0.0)} {row.unit}, bar {bar(row)})"
+    """A target that was missed, with the measured number."""
+    return f"{row.name} ({three_digits(row.value or 0.0)} {row.unit}, target {bar(row)})"
 
 
-MACHINE = "One machine, named below, and one run of the page."
-NEAR = 0.2  # of its bar: a figure that another run may put on the other side
+MACHINE = "One machine, named on this page, and one run of the whole measurement."
+NEAR = 0.2  # of its target: a number that another run may put on the other side
 
 
 def peer_findings(peers: Sequence[Row]) -> tuple[wb.Finding, ...]:
@@ -136,27 +138,24 @@ def peer_findings(peers: Sequence[Row]) -> tuple[wb.Finding, ...]:
     ratios = {row.name: float(row.value or 0.0) for row in peers}
     slowest = min(ratios, key=ratios.__getitem__)
     equal = [ratio for name, ratio in ratios.items() if AT_ERROR in name]
-    at_error = f"; at equal error it is {span(equal)} times as fast as CVODES" if equal else ""
+    at_error = f" At equal error, the ratio to CVODES is {span(equal)}." if equal else ""
     return (
         wb.Finding(
             name="faster_than_peers",
-            statement=f"The engine runs the workload {span(list(ratios.values()))} times as fast as its peers, and is "
-            f"nearest to {slowest}{at_error}.",
-            evidence="Engine and peer run in turns in one process, and CPU time is counted. CVODES alone is compared "
-            "at equal error; the others run at their own settings, with their errors in the table.",
-            statistic="Ratio of runs a second of one core, medians.",
-            sample=f"{len(peers)} rows of peers, at least {EFFORT.repetitions} repetitions each.",
+            statement=f"The engine runs the workload {span(list(ratios.values()))} times as fast as its peers. The "
+            f"smallest ratio is that to {slowest}.{at_error}",
+            evidence="Engine and peer run in turns in one process, and CPU time is counted. Only CVODES is compared at "
+            "equal error; the other peers run at the settings named here, with the errors in the table of targets.",
+            statistic="Ratio of the median rates, in runs per second of one core.",
+            sample=f"{len(peers)} rows of peers, with at least {EFFORT.repetitions} repetitions for each.",
             information=MACHINE,
             assumptions="The workload, its step, and the settings of the peers.",
             answer="the engine is faster",
             variations=(
-                *(
-                    wb.Variation(f"beside {name}", faster(one), f"{three_digits(one)} times")
-                    for name, one in ratios.items()
-                ),
+                *(wb.Variation(f"{name}", faster(one), f"{three_digits(one)} times") for name, one in ratios.items()),
                 *(
                     wb.Variation(
-                        f"beside {name}, three times as fast in scalars",
+                        f"{name}, if three times as fast in scalars",
                         faster(one / 3),
                         f"{three_digits(one / 3)} times",
                     )
@@ -180,44 +179,49 @@ def span(ratios: Sequence[float]) -> str:
 
 
 def bars_finding(rows: Sequence[Row]) -> wb.Finding:
-    """The bars that are reached and missed, and those so near to their figure that another run may turn them."""
+    """The targets that are reached and missed, and those so near to the measured number that another run may differ."""
     missed = [row for row in rows if not row.is_reached]
     near = [row for row in rows if abs((row.value or 0.0) / row.bar - 1) < NEAR]
     named = first_of([missed_words(row) for row in missed], 3)
-    turning = f" {len(near)} lie within {100 * NEAR:.0f} % of their figure: {first_of([row.name for row in near], 3)}."
+    turning = (
+        f" {len(near)} numbers lie within {100 * NEAR:.0f} % of the target: {first_of([row.name for row in near], 3)}."
+    )
     return wb.Finding(
         name="bars_reached",
-        statement=f"{len(rows) - len(missed)} of {len(rows)} bars that were measured are reached"
-        f"{f', and {len(missed)} missed: {named}' if missed else ''}.",
-        evidence="The table has every bar with what was measured. Times differ from run to run, and more from machine "
-        f"to machine.{turning if near else ''}",
-        statistic="Each as the table names it. Answer: the number of bars that are reached.",
+        statement=f"{len(rows) - len(missed)} of {len(rows)} measured targets are reached"
+        f"{f', and {len(missed)} are missed: {named}' if missed else ''}.",
+        evidence=(
+            "The numbers are in ",
+            wb.document.CrossReference("bars"),
+            f". Times differ from run to run, and more from machine to machine.{turning if near else ''}",
+        ),
+        statistic="The number of targets that are reached.",
         sample="One run of the page.",
         information=MACHINE,
-        assumptions="The bars.",
+        assumptions="The targets.",
         answer=reached_count(rows),
         variations=(
             wb.Variation(WHERE, count()),
             *(
                 wb.Variation(
-                    f"{row.name} on the other side of its bar", reached_count(rows, but=row), missed_words(row)
+                    f"{row.name} on the other side of its target", reached_count(rows, but=row), missed_words(row)
                 )
                 for row in near
             ),
         ),
-        limitations="another machine, other load, and repetitions of the page",
+        limitations="another machine, other load, and repetitions of the whole measurement",
         is_decided=not near,
     )
 
 
 def reached_count(rows: Sequence[Row], but: Row | None = None) -> str:
-    """The number of bars that are reached, if that of one row were on its other side."""
+    """The number of targets that are reached, with one row `but` counted on the other side of its target."""
     return f"{sum(bool(row.is_reached) != (row is but) for row in rows)} of {len(rows)}"
 
 
 def bars(every: Sequence[Row]) -> wb.document.ReportTable:
-    """Every row with its bar and its verdict."""
-    heads = ("runs/s of one core", "measured", "bar", "error of RMSE")
+    """Every row with its target and its verdict."""
+    heads = ("runs/s of one core", "measured", "target", "error of RMSE")
     columns = (
         wb.document.TableColumn("against, or what"),
         *(wb.document.TableColumn(head, align="right") for head in heads),
@@ -239,12 +243,12 @@ def bars(every: Sequence[Row]) -> wb.document.ReportTable:
         )
         for row in every
     )
-    caption = "What was asked of the engine, and what was measured; a rate beside a ratio is that of the peer."
-    return wb.document.ReportTable("bars", caption, columns, cells, ("x: how many times as fast the engine is.",))
+    caption = "The targets of the engine, and what was measured. In a row with a ratio, the rate is that of the peer."
+    return wb.document.ReportTable("bars", caption, columns, cells, ("x: the factor by which the engine is faster.",))
 
 
 def bar(row: Row) -> str:
-    """The bar with its sign and unit."""
+    """The target with its sign and unit."""
     sign = "\N{LESS-THAN OR EQUAL TO}" if row.at_most else "\N{GREATER-THAN OR EQUAL TO}"
     return f"{sign} {three_digits(row.bar)} {row.unit}"
 
@@ -258,15 +262,15 @@ study = wb.Study(
     name="p0_performance",
     title="The batch engine: how fast, and at what error",
     question=(
-        "How many closed loops a second does the engine run on one core? How much faster is it than other tools that a "
-        "user could pick? How near is it to the machine's limit, and what is the error of each?"
+        "How many closed loops per second does the engine run on one core? How much faster is it than other tools that "
+        "a user could pick? How near is it to the machine's limit? And what is the error of each tool?"
     ),
     method=(
         "One loop (like AOSMC-RGS, 21 states, 40 parameters of which 10 vary, 10 s, RK4 at 1 ms) is run by the engine "
-        "and by each peer in turns, in one process that is held to one core. Rates are runs a second of CPU time, "
-        "medians of several turns. Errors are relative errors of the RMSE against a step of 10 microseconds, medians "
-        "over the runs. The peak is the rate of fused multiplications and additions that wait for nothing. All times "
-        "are of one machine and one run."
+        "and by each peer in turns, in one process that is restricted to one core. Rates are in runs per second of CPU "
+        "time, each the median of several turns. Errors are relative errors of the RMSE against a run with a step of "
+        "10 microseconds, each the median over the runs. The peak of a core is its rate of independent fused "
+        "multiplications and additions. All times are of one machine and one run."
     ),
     sections=sections,
     fingerprints={"W": loop().fingerprint[:16]},

@@ -76,10 +76,10 @@ def test_a_file_in_c_gives_them_row_by_row(tmp_path):
     [
         ([], NOTES, "must be one law or more, with the same parameters"),
         ([law(), law("other", parameters=PARAMETERS.with_prefix("a."))], NOTES, "with the same parameters"),
-        ([law()], NOTES[:2], "a line about each of the 3 numbers of the parameters; got 2"),
+        ([law()], NOTES[:2], "one line for each of the 3 numbers of the parameters; got 2"),
         ([motor_law().law()], ["a"] * motor_law().law().parameters.size, "must be laws without memory"),
         ([law(command=T * ca.vertcat(K, B, B))], NOTES, "must be laws without memory, references and time"),
-        ([law(reads=("A", "x", "np"))], NOTES, "a name of its own .* 'affine' has 'np'"),
+        ([law(reads=("A", "x", "np"))], NOTES, "a different name .* 'affine' has 'np'"),
         ([law(reads=("A", "x", "sine"))], NOTES, "'affine' has 'sine'"),
         ([law(reads=("A", "x", "lambda"))], NOTES, "'affine' has 'lambda'"),
         ([law(reads=("A", "x", "int"))], NOTES, "must be an identifier of C"),

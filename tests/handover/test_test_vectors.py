@@ -98,8 +98,8 @@ def test_a_late_computer_is_recorded_as_it_was_handed_its_readings(tmp_path):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({}, r"one of the two; got none"),
-        ({"periods": 10, "until": 1.0}, r"one of the two; got both"),
+        ({}, r"or the time in s; got none"),
+        ({"periods": 10, "until": 1.0}, r"or the time in s; got both"),
         ({"until": 0.0105}, r"`record\(until=...\)` must be a multiple of the period"),
         ({"until": -1.0}, r"`record\(until=...\)`"),
         ({"periods": 0}, r"`record\(periods=...\)`"),

@@ -147,7 +147,9 @@ def test_an_envelope_has_the_quantiles_of_its_draws_and_names_the_worst():
     middle, whole = (mark for mark in figure.panels[0].series if isinstance(mark, Band))
     assert np.allclose((middle.low, middle.high), np.quantile(sound, (0.05, 0.95), axis=0))
     assert np.array_equal((whole.low, whole.high), (sound.min(axis=0), sound.max(axis=0)))
-    assert "Left out: 1 draw that has no answer somewhere (3, counted from 0). The worst is draw 17." in caption(figure)
+    assert "Left out: 1 draw that has no value at some places (3, counted from 0). The worst is draw 17." in caption(
+        figure
+    )
 
 
 def test_an_envelope_of_answers_has_gains_and_phases():

@@ -69,7 +69,7 @@ def test_a_study_places_the_pictures_with_one_call(tmp_path):
 
     (section,) = sections(case_runs.run(wb.Study("s", "T", "Q?", "M.", sections, cases=(case,))))
     names = [block.name for block in section.blocks if isinstance(block, Figure | ReportTable)]
-    assert names == ["speed_bode", "speed_nyquist", "speed_sensitivity", "speed_poles", "speed_margins"]
+    assert names == ["speed_margins", "speed_bode", "speed_nyquist", "speed_sensitivity", "speed_poles"]
 
 
 @pytest.mark.heavy

@@ -59,7 +59,7 @@ def test_margins_are_marked_where_python_control_has_them():
 def test_a_caption_says_the_margins_or_that_there_are_none():
     words = caption(bode_figure("b", "Loops.", [curve(THIRD, "first"), curve(4 * THIRD, "second")]))
     assert "first: gain margin 6.02 dB, phase margin 27.1 degrees" in words
-    assert "second: the closed loop is not stable, so that it has no margins." in words
+    assert "second: the closed loop is not stable and has no margins." in words
 
 
 def test_a_gain_that_may_fall_is_said_without_a_minus():

@@ -133,7 +133,7 @@ def test_an_integrator_that_rounding_moves_off_the_axis_is_none_of_the_unstable_
 
 def test_turns_that_contradict_the_certified_closed_loop_give_no_count_of_poles():
     words = plain(nyquist_figure("n", "", [curve_of(4 / (control.tf("s") + 1) ** 3)], unstable_poles=1).caption)
-    assert "The closed loop is stable, which these turns do not show" in words
+    assert "The closed loop is stable, but these turns do not show it" in words
 
 
 def curve_of(system):

@@ -96,7 +96,7 @@ def test_arrowheads_point_to_higher_frequencies():
 
 def test_a_curve_that_goes_to_infinity_is_cut_where_the_caption_says():
     figure = nyquist_figure("n", "", [curve(RESONANT)], reach=2.0)
-    assert "The curve leaves the frame, for up to" in caption(figure)
+    assert "The curve leaves the frame: it reaches a distance of" in caption(figure)
     assert "frame" not in caption(nyquist_figure("n", "", [curve(THIRD)]))
     drawn = [mark for mark in series(figure.panels[0]) if mark.style == 0]
     assert max(np.hypot(mark.x, mark.y).max() for mark in drawn) <= 8.0

@@ -46,8 +46,8 @@ def test_what_is_found_of_chattering_follows_its_rows():
     assert [r.layer_agrees for r in rows] == [True, True]
     every = [rows, *([rows] * len(loops.STARTS))]
     layer, _, cycle = findings.findings(every)
-    assert ("in all 2 pairs" in layer.statement, layer.answer, layer.kind) == (True, "all", "found")
-    assert "in all 2 of these" in cycle.statement
+    assert ("In all 2 pairs" in layer.statement, layer.answer, layer.kind) == (True, "all", "found")
+    assert "In all 2 of these" in cycle.statement
     swapped = [replace(rows[0], layer=(rows[1].layer[0], rows[0].layer[1])), rows[1]]
     layer, *_ = findings.findings([swapped, *([rows] * len(loops.STARTS))])
     assert (layer.answer, layer.kind) == ("1 of 2", "depends")

@@ -34,7 +34,7 @@ def test_bars_are_reached_or_missed_as_the_figures_say():
     assert [one.kind for one in study.findings(slow)] == ["depends", "depends", "found"]  # other runs reach two bars
     (run,) = study.findings(slow)[0].reversals
     assert (run.words, run.answer, run.detail) == ("run 3 of the command", "reached", "9.5 s")
-    assert "11.0 s and 1.20 GB" in study.answer(slow)
+    assert "11.0 s from command to report, and 1.20 GB of memory" in study.answer(slow)
     # where others use the machine too, the clock decides nothing
     assert study.findings(replace(slow, others=3.0))[0].kind == "open"
 
@@ -44,4 +44,4 @@ def test_turns_on_both_sides_of_the_bar_leave_it_open():
     finding = study.findings(noisy)[2]
     assert (finding.kind, [one.words for one in finding.reversals]) == ("open", ["turn 3"])
     assert study.answer(noisy).endswith("is 1.0 % to 6.0 %, which decides nothing.")
-    assert study.answer(FAST).endswith("is 2.0 % to 2.0 % of the processor time.")
+    assert study.answer(FAST).endswith("in the processor time is 2.0 % to 2.0 %.")

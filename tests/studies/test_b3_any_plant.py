@@ -168,7 +168,7 @@ def test_the_laws_are_counted_by_every_statistic_and_without_each_setting():
     assert first.detail.count(",") == 4  # each of the five that LQG leads
     assert third.words == "b"
     assert len(rest) == 2
-    assert (second.answer, second.detail) == (LQG, "LQG below in 4, PID in 2")
+    assert (second.answer, second.detail) == (LQG, "LQG lower in 4 settings, PID in 2")
 
 
 def test_tables_of_choices_hold_what_the_runs_use():

@@ -84,4 +84,4 @@ def test_operations_that_round_otherwise_are_listed():
     good, bad = TargetResult("one", bits=5), TargetResult("two", bits=5, differing_bits=7, first="period 3")
     results = Results(works={"operations": (good, bad)})
     assert operations.operations_by_target(results) == {"one": 0, "two": 7}
-    assert operations.operations_table(results).rows == (("one", 5, 0, "none"), ("two", 5, 7, "period 3"))
+    assert operations.operations_table(results).rows == (("one", 5, 0, "none"), ("two", 5, 7, "pair 3"))

@@ -119,13 +119,13 @@ def test_the_report_tells_of_every_row():
         "1 of 2",
         "depends",
     )  # neither is near its figure, and on another machine 17 are reached
-    assert "1 of 2 bars" in bars.statement
-    assert "slow peer (4.5 x, bar ≥ 10 x)" in bars.statement
+    assert "1 of 2 measured targets" in bars.statement
+    assert "slow peer (4.5 x, target ≥ 10 x)" in bars.statement
     assert (
-        "and 1 of 2 bars are reached; an earlier version reached 17 of 19 on a processor with AVX-512."
+        "and 1 of 2 targets are reached. An earlier version reached 17 of 19 on a processor with AVX-512."
         in study.answer(rows)
     )
-    assert "no peer was measured, and 1 of 1 bars are reached;" in study.answer(rows[2:])
+    assert "no peer was measured, and 1 of 1 targets are reached." in study.answer(rows[2:])
     (panel,) = speed_figure(rows).panels
     assert "slow peer" in [series.label for series in panel.series]
     assert "absent peer" not in [series.label for series in panel.series]
@@ -137,10 +137,10 @@ def test_a_bar_near_its_figure_leaves_the_count_open():
     assert (finding.answer, finding.kind) == ("2 of 3", "open")
     assert {one.words: one.answer for one in finding.variations} == {
         "the page of 25 November 2026, on an AMD EPYC with AVX-512": "17 of 19",
-        "near on the other side of its bar": "3 of 3",
-        "memory on the other side of its bar": "1 of 3",
+        "near on the other side of its target": "3 of 3",
+        "memory on the other side of its target": "1 of 3",
     }
-    assert "2 lie within 20 % of their figure: near; memory." in finding.evidence
+    assert "2 numbers lie within 20 % of the target: near; memory." in finding.evidence[-1]
 
 
 def test_peers_that_could_be_faster_in_scalars_are_compared_so_too():
@@ -148,7 +148,7 @@ def test_peers_that_could_be_faster_in_scalars_are_compared_so_too():
         Row(name, 10.0, ratio, runs_per_s=3.0, error=1e-3) for name, ratio in zip(IN_MATRICES, (9e3, 2.0), strict=True)
     ]
     (finding,) = study.peer_findings(rows)
-    assert [one.words for one in finding.reversals] == [f"beside {IN_MATRICES[1]}, three times as fast in scalars"]
+    assert [one.words for one in finding.reversals] == [f"{IN_MATRICES[1]}, if three times as fast in scalars"]
     assert set(IN_MATRICES) <= {peer.name for peer in PEERS}
 
 
@@ -156,7 +156,7 @@ def test_two_threads_are_not_measured_beside_other_processes(monkeypatch):
     for name, answer in (("getloadavg", (4.0, 4.0, 4.0)), ("sched_getaffinity", {0, 1}), ("sched_setaffinity", None)):
         monkeypatch.setattr(measurements.os, name, lambda *_, answer=answer: answer, raising=False)
     row = measurements.threads(TINY)
-    assert (row.is_reached, row.note) == (None, "not measured beside 3.0 other processes")
+    assert (row.is_reached, row.note) == (None, "not measured: 3.0 other processes were running")
 
 
 def test_the_page_of_speed_opens_with_its_bars_and_says_that_it_is_of_one_machine(monkeypatch):
@@ -167,7 +167,7 @@ def test_the_page_of_speed_opens_with_its_bars_and_says_that_it_is_of_one_machin
         monkeypatch.setattr(study, f"{name}_figure", lambda *arguments, empty=empty: empty)
     page = document(study.study, Results(), "")
     assert [one.name for one in page.findings] == ["faster_than_peers", "bars_reached"]
-    assert str(page.answer).startswith("On one machine in one run ")
+    assert str(page.answer).startswith("In one run on one machine, ")
     assert len(str(page.answer).split()) <= 40
 
 
@@ -204,7 +204,7 @@ def test_without_a_browser_the_live_pages_are_not_measured(monkeypatch):
 def test_frequency_answers_are_timed_beside_python_control_and_their_error_is_told():
     rate, error = frequency_rate.frequency_rows(replace(TINY, draws=8, peer_draws=2))
     assert rate.value > 1
-    assert "8 draws at 200 frequencies" in rate.note
+    assert "8 samples at 200 frequencies" in rate.note
     assert 0 < error.value < 1e-14
     assert error.at_most
 

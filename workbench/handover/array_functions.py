@@ -87,21 +87,22 @@ def _refuse(laws: Sequence[SampledLaw], parameters: Sequence[str]) -> None:
         raise ValueError("`array_functions(laws=...)` must be one law or more, with the same parameters.")
     if len(parameters) != laws[0].parameters.size:
         raise ValueError(
-            f"`array_functions(parameters=...)` must be a line about each of the {laws[0].parameters.size} numbers of "
-            f"the parameters; got {len(parameters)}."
+            f"`array_functions(parameters=...)` must have one line for each of the {laws[0].parameters.size} "
+            f"numbers of the parameters; got {len(parameters)}."
         )
     for law in laws:
         if law.memory.size or law.references.size or law.uses_time:
             raise ValueError(
-                "`array_functions(laws=...)` must be laws without memory, references and time, which are functions; "
-                f"'{law.name}' has some. Take `c_code(law)`, which keeps them in a struct."
+                "`array_functions(laws=...)` must be laws without memory, references and time, so that they are "
+                f"functions; '{law.name}' has one of these. Take `c_code(law)`, which has a struct for them."
             )
         names = [law.name, *law.readings.names, *law.commands.names]
         for name in map(prefix_of, names):
             if keyword.iskeyword(name) or name in RESERVED_NAMES or names.count(name) > 1:
                 raise ValueError(
-                    "`array_functions(laws=...)` needs a name of its own for each function, reading and command, which "
-                    f"is no word of Python and none that the file uses; '{law.name}' has '{name}'. Rename it."
+                    "`array_functions(laws=...)` needs a different name for each function, reading and command; no "
+                    f"name may be a keyword of Python or a name that the file uses. '{law.name}' has '{name}'. Rename "
+                    "it."
                 )
 
 

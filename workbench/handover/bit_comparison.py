@@ -1,4 +1,4 @@
-"""A target against a recording: the bits that differ, the first of them, and the share of a period that a law takes."""
+"""A target compared with a recording: the bits that differ, the first of them, and the share of a period in use."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from workbench.handover.targets import TARGETS, AbstractTarget, TargetCost
 from workbench.handover.targets.external_programs import TargetError, missing_programs
 from workbench.handover.targets.harness import TargetAnswers
 
-ANOTHER = "leaves another memory"
+ANOTHER = "leaves a different memory"
 LIMIT = 600.0  # s that one program of a target may take
 CLOCKS: Mapping[str, float] = {  # Hz, of common parts with these processors
     "cortex-m4f": 168e6,
@@ -49,7 +49,7 @@ class PeriodShare:
     def __str__(self) -> str:
         return (
             f"{self.count:,.0f} instructions are {100 * self.share:.3g} % of {self.period:g} s at "
-            f"{self.clock / 1e6:g} MHz, at one instruction a cycle"
+            f"{self.clock / 1e6:g} MHz, at one instruction per cycle"
         )
 
 
@@ -134,7 +134,7 @@ def compare(target: AbstractTarget, code: CCode, recording: Recording, timeout: 
         try:
             result = replace(result, figures=target.figures(code, recording, folder, timeout))
         except TargetError as error:
-            result = replace(result, figures=TargetCost(doubt=f"figures are lacking: {error}"))
+            result = replace(result, figures=TargetCost(doubt=f"its cost is not known: {error}"))
         if result.first.endswith(ANOTHER):
             result = replace(result, first=_first_of_memory(target, code, recording, folder, result.first, timeout))
     clock = next((CLOCKS[key] for key in CLOCKS if TARGETS[key].name == target.name), None)
@@ -177,7 +177,7 @@ def _words(k: int, signal: str, number: np.floating, wanted: np.floating) -> str
     def bits(value: np.floating) -> str:
         return f"{value!s} (0x{np.asarray(value).tobytes()[::-1].hex()})"
 
-    return f"period {k}, '{signal}': {bits(number)} for {bits(wanted)}"
+    return f"period {k}, '{signal}': {bits(number)} instead of {bits(wanted)}"
 
 
 def _first_of_memory(

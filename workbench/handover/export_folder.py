@@ -37,7 +37,7 @@ def write_files(folder: str | Path, files: Mapping[str, str | bytes], overwrite:
         or "\0" in str(folder)
         or (os.path.exists(folder) and not os.path.isdir(folder))
     ):
-        raise refusal("export(folder=...)", "the path of a folder, or of none yet", str(folder))
+        raise refusal("export(folder=...)", "the path of a folder, or of a folder to be made", str(folder))
     target = Path(folder)
     contents = {name: sealed_text(name, text) if isinstance(text, str) else text for name, text in files.items()}
     drafts: dict[Path, Path] = {}
@@ -73,6 +73,6 @@ def _refuse_other(path: Path, overwrite: bool) -> None:
         return
     ours = "was changed since an export wrote it" if MARK.encode() in content else "was not written by an export"
     raise ValueError(
-        f"'{path}' {ours}, and is left as it is. Name another folder or another name for the law, or say "
+        f"'{path}' {ours}; it stays unchanged. Name another folder or another name for the law, or say "
         "`overwrite=True` (`--overwrite`) to replace it."
     )

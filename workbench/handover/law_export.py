@@ -167,7 +167,7 @@ def export(
     writer = FORMS[known_name(form, FORMS, "forms of a law")]
     for option in options:
         if known_name(option, OPTIONS, "options of an export") not in FORM_OPTIONS.get(form, OPTIONS):
-            raise ValueError(f"`export(form='{form}')` takes no `{option}`, which is for C and what is around it.")
+            raise ValueError(f"`export(form='{form}')` takes no `{option}`: only the forms with C have this option.")
     chosen = prefix_of(member(alone.name) if name is None else name)
     files = writer(ExportRequest(alone, chosen, options, interfaces))
     target = write_files(chosen if folder is None else folder, files, overwrite)

@@ -225,7 +225,8 @@ def single(recording: Recording) -> Recording:
         new = single_precision(law, k, z[-1:], y[k : k + 1], r[k : k + 1])
         if not (np.isfinite(new.z_next).all() and np.isfinite(new.u).all()):
             raise ValueError(
-                f"`single(recording)` needs numbers that stay finite: '{law.name}' makes one that is not in period {k}."
+                f"`single(recording)` needs numbers that stay finite: '{law.name}' computes one that is not, in period "
+                f"{k}."
             )
         z.append(new.z_next[0])
         u.append(new.u[0])
@@ -237,7 +238,7 @@ def _periods(sampled: SampledSystem, periods: int | None, until: float | None) -
     """The number of periods, from one of the two."""
     if (periods is None) == (until is None):
         raise ValueError(
-            "`record(periods=..., until=...)` takes the number of periods or their length in s, one of the two; got "
+            "`record(periods=..., until=...)` takes either the number of periods or the time in s; got "
             f"{'none' if until is None else 'both'}."
         )
     if until is None:
@@ -261,7 +262,7 @@ def _taken(sampled: SampledSystem, law: SampledLaw, substeps: int) -> StepMap:
     lacking = [name for name in needs if name not in step.states.names]
     if lacking or law.period != sampled.period:
         raise ValueError(
-            f"`record(sampled, law, ...)` takes a law that this loop gave by `sampled.law(...)`; '{law.name}', every "
+            f"`record(sampled, law, ...)` takes a law from `sampled.law(...)` of this loop; '{law.name}', every "
             f"{law.period:g} s, has {', '.join(map(repr, lacking)) or 'another period'}, which "
             f"'{sampled.name}', every {sampled.period:g} s, lacks."
         )

@@ -68,7 +68,9 @@ class Replay:
             sentences = [result.first, str(result.fit) if result.fit else "", result.figures.doubt]
             sentences.append(f"not run: {result.reason}" * bool(result.reason))
             lines += [f"{result.target}: {sentence}." for sentence in sentences if sentence]
-        lines.append("memories: periods whose memory differs; most: the longest period; stack, code and data in bytes")
+        lines.append(
+            "memories: number of periods whose memory differs; most: the longest period; stack, code and data in bytes"
+        )
         return "\n".join(lines)
 
 

@@ -144,7 +144,7 @@ def _sections(results: Results) -> tuple[Section, ...]:
     first = Section("The loop", (*_warned(outcome), *figures, *scores))
     if isinstance(outcome.case.run.loop, Ode | SampledSystem):  # equations alone, which do not say where a loop is cut
         return (first,)
-    return first, Section("The linear loop", loop_gain_pictures(outcome, "linear", BESIDE))
+    return first, Section("The linear loop", loop_gain_pictures(outcome, "linear", BESIDE, loop=""))
 
 
 def _warned(outcome: Outcome) -> tuple[Paragraph, ...]:

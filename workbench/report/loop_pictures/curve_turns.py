@@ -26,7 +26,7 @@ FLAT, BEFORE = 0.25, 3.0  # of the distance from the point: the change over the 
 class CurveTurns:
     """The number of `clockwise` encirclements of a point, negative if anticlockwise; None if it cannot be counted.
 
-    `closures` is the number of half turns clockwise by which the curve is closed at infinity, as at integrators.
+    `closures` is the number of clockwise half turns that close the curve at infinity, one for each integrator.
     `reason` says why there is no count.
     """
 
@@ -53,7 +53,7 @@ def curve_turns(
     Raises
     ------
     ValueError
-        If the frequencies do not rise, or there is not one answer for each.
+        If the frequencies do not rise, or `values` does not have one value for each of them.
 
     References
     ----------
@@ -67,21 +67,21 @@ def curve_turns(
     omega, curve = omega[omega > 0], curve[omega > 0]
     away = curve - point
     if not np.isfinite(curve).all() or len(curve) < 2:
-        return CurveTurns(None, reason="it has a gap")
+        return CurveTurns(None, reason="the curve has a gap")
     if (away == 0).any():
-        return CurveTurns(None, reason=f"it meets {number(point)}")
+        return CurveTurns(None, reason=f"the curve meets {number(point)}")
     steps = np.angle(away[1:] / away[:-1])
     if np.abs(steps).max() > LARGEST:
         k = int(np.abs(steps).argmax())
         span = f"{number(omega[k])} and {number(omega[k + 1])} rad/s"
-        return CurveTurns(None, reason=f"it turns by more than 120 degrees between the frequencies {span}")
+        return CurveTurns(None, reason=f"the curve turns by more than 120 degrees between the frequencies {span}")
     if not (_ends(omega, curve, point) or (period is not None and omega[-1] > (1 - 1e-3) * math.pi / period)):
-        where = f"at its highest frequency, {number(omega[-1])} rad/s"
-        return CurveTurns(None, reason=f"{where}, it is neither near zero nor at rest")
+        where = f"at the highest frequency, {number(omega[-1])} rad/s"
+        return CurveTurns(None, reason=f"{where}, the curve is neither near zero nor constant")
     order = max(0, -low_slope(omega, curve))
     if not _begins(omega, curve, point, order) or (integrators is not None and order != max(0, integrators)):
-        where = f"at its lowest frequency, {number(omega[0])} rad/s"
-        return CurveTurns(None, reason=f"{where}, it is not yet at rest, nor as the poles at zero alone would make it")
+        where = f"at the lowest frequency, {number(omega[0])} rad/s"
+        return CurveTurns(None, reason=f"{where}, the curve is neither constant nor that of the poles at zero alone")
     first, last = float(np.angle(away[0])), float(np.angle(away[-1]))
     start = _nearest(2 * first, -order * math.pi)
     total = 2 * float(steps.sum()) + start + _nearest(-2 * last, 0.0)

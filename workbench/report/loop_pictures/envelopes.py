@@ -189,14 +189,14 @@ def envelope_table(name: str, caption: Phrase, head: TableColumn, x: Array, rows
 def envelope_remarks(draws: Envelope) -> list[Phrase]:
     """Sentences on the number of draws, on those that are left out, and on the worst."""
     count, lost = len(draws.rows), np.flatnonzero(~draws.sound)
-    said: list[Phrase] = [f"Of {count} draws, the median, the middle 90 % and the range at each place."]
+    said: list[Phrase] = [f"The picture shows the median, the middle 90 % and the range of {count} draws."]
     if lost.size:
         some = join_words([str(k) for k in lost[:MAX_NAMES].tolist()])
         more = f" and {lost.size - MAX_NAMES} others" if lost.size > MAX_NAMES else ""
         words = "1 draw that has" if lost.size == 1 else f"{lost.size} draws that have"
-        said.append(f"Left out: {words} no answer somewhere ({some}{more}, counted from 0).")
+        said.append(f"Left out: {words} no value at some places ({some}{more}, counted from 0).")
     if draws.worst is not None:
         name = draws.worst_name or f"draw {draws.worst}"
-        shown = "" if draws.sound[draws.worst] else ", which has no answer somewhere and is not drawn"
+        shown = "" if draws.sound[draws.worst] else ", which has no value at some places and is not drawn"
         said.append(f"The worst is {name}{shown}.")
     return said

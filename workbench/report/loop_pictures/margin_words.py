@@ -91,7 +91,7 @@ def margin_sentence(margins: StabilityMargins) -> str:
     """
     held = margins.margins
     if held is None:
-        return "The closed loop is not stable, so that it has no margins."
+        return "The closed loop is not stable and has no margins."
     parts, falls = [], held.gain_low.value > ROUNDING
     if math.isfinite(held.gain_high.value):
         also = f" (the gain may also fall by {_fall(held.gain_low)} dB)" if falls else ""

@@ -223,7 +223,7 @@ def turn_remarks(one: FrequencyCurve, plane: Plane, unstable: int | None, severa
     turns = curve_turns(one.frequencies, one.values, one.period, plane.point, one.integrators)
     head = f"{one.label}: the" if several else "The"
     if turns.clockwise is None:
-        said = [f"{head} turns about {plane.name} are not counted: the curve cannot tell, as {turns.reason}."]
+        said = [f"{head} encirclements of {plane.name} are not counted: {turns.reason}."]
     else:
         said = [f"{head} closed curve {_times(turns.clockwise, plane.name)}."]
         if turns.closures:
@@ -248,7 +248,9 @@ def frame_remarks(subjects: Sequence[FrequencyCurve], curves: Sequence[Frequency
         return []
     size, at = max(farthest)
     head = "The curve leaves" if len(curves) == 1 else "A curve leaves" if len(farthest) == 1 else "Curves leave"
-    return [f"{head} the frame, for up to {number(size)} from zero at {number(at)} rad/s."]
+    goes = "reach" if head.startswith("Curves") else "reaches"
+    subject = "they" if goes == "reach" else "it"
+    return [f"{head} the frame: {subject} {goes} a distance of {number(size)} from zero, at {number(at)} rad/s."]
 
 
 def _times(clockwise: int, name: str) -> str:
@@ -262,10 +264,10 @@ def _verdict(clockwise: int, unstable: int, stable: bool | None) -> str:
     """The unstable poles of the closed loop, unless its margins, which are certified, say otherwise."""
     closed = clockwise + unstable
     if closed < 0:
-        return f"This contradicts {_poles(unstable)} of L: look at the range of frequencies."
+        return f"This contradicts {_poles(unstable)} of L: check the range of frequencies."
     if stable is not None and stable != (closed == 0):
         truth = "stable" if stable else "not stable"
-        return f"The closed loop is {truth}, which these turns do not show: look at the range of frequencies."
+        return f"The closed loop is {truth}, but these turns do not show it: check the range of frequencies."
     return f"With {_poles(unstable)} of L, the closed loop has {_poles(closed)}."
 
 

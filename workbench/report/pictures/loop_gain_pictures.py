@@ -1,4 +1,4 @@
-"""Bode plot, Nyquist plot, sensitivities and poles of the loop gain of an outcome, and a table of its margins."""
+"""A table of the margins of an outcome's loop gain, its Bode and Nyquist plots, sensitivities and poles."""
 
 from __future__ import annotations
 
@@ -25,14 +25,18 @@ from workbench.study.document.frequency_curves import FrequencyCurve, decibels, 
 from workbench.study.document.phrases_and_tables import CrossReference, Phrase
 from workbench.study.study_results import Outcome
 
+LOOP = "the loop"  # in captions without a name
+
 
 @check_arguments
-def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float = 1.0) -> tuple[Block, ...]:
+def loop_gain_pictures(
+    outcome: Outcome, name: str = "loop_gain", width: float = 1.0, loop: str | None = None
+) -> tuple[Block, ...]:
     """The linear pictures of a loop, cut at the inputs of its plant: blocks for a section of a study.
 
-    They are a Bode plot and a Nyquist plot of its loop gain, its sensitivities, a map of its poles, and a table of its
-    margins; on a live page all of them move with the knobs. With several channels, each is drawn with the loop closed
-    at the others. For a loop without linear responses there is a paragraph that says why.
+    The blocks are a table of the margins, a Bode plot and a Nyquist plot of the loop gain, the sensitivities, and a map
+    of the poles. On a live page they move with the knobs. If there are several channels, each is drawn with the loop
+    closed at the others. For a loop without linear responses, the only block is a paragraph that gives the reason.
 
     Parameters
     ----------
@@ -42,6 +46,9 @@ def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float =
         The first part of the names of the figures and of the table.
     width
         The share of the text's width that each figure takes.
+    loop
+        The loop in words for the captions, for example "the motor under PI"; "" for none. The default is "the loop
+        under" and the name of the law.
 
     Examples
     --------
@@ -54,27 +61,31 @@ def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float =
     >>> study = wb.Study("s", "T", "Q?", "M.", sections=sections, cases=(case,))
     >>> from workbench.study.case_runs import run
     >>> [type(block).__name__ for block in study.sections(run(study))[0].blocks]
-    ['Paragraph', 'Figure', 'Figure', 'Figure', 'Figure', 'ReportTable']
+    ['Paragraph', 'ReportTable', 'Figure', 'Figure', 'Figure', 'Figure']
     """
     gain = loop_gain(outcome)
     if isinstance(gain, str):
         return (Paragraph(f"This loop has no linear answers: {gain}"),)
     table = f"{name}_margins"
+    words = f"the loop under {outcome.case.law}" if loop is None else loop
     figures = (
-        _bode(f"{name}_bode", outcome, gain, table),
-        _nyquist(f"{name}_nyquist", outcome, gain),
-        _sensitivities(f"{name}_sensitivity", outcome, gain),
-        _poles(f"{name}_poles", outcome, gain),
+        _bode(f"{name}_bode", words, outcome, gain, table),
+        _nyquist(f"{name}_nyquist", words, outcome, gain),
+        _sensitivities(f"{name}_sensitivity", words, outcome, gain),
+        _poles(f"{name}_poles", words, outcome, gain),
     )
-    about, state = (
-        f"Cut at {join_words(gain.channels)}. {gain.about}",
-        gain.about[0].lower() + gain.about[1:].rstrip("."),
-    )
+    state = gain.about[0].lower() + gain.about[1:].rstrip(".")
+    about = f"Margins and poles of {words or LOOP}, cut at {join_words(gain.channels)}. {gain.about}"
     return (
-        Paragraph(f"The loop is linear about one state: {state}. It is cut at {_inputs(gain)}."),
-        *(replace(figure, width=width) for figure in figures),
-        margin_table(table, f"The margins and poles of the loop. {about}", outcome, gain),
+        Paragraph(f"The loop is linearised about one state: {state}. It is cut at {_inputs(gain)}."),
+        margin_table(table, about, outcome, gain),
+        *(replace(figure, width=width) for figure in figures),  # last: no figure of a PDF then leaves its section
     )
+
+
+def _of(loop: str) -> str:
+    """The loop whose loop gain is shown, before the place of the cut."""
+    return f" of {loop}," if loop else ""
 
 
 def _inputs(gain: LoopGain) -> str:
@@ -100,26 +111,30 @@ def _curves(outcome: Outcome, gain: LoopGain) -> list[FrequencyCurve]:
     ]
 
 
-def _bode(name: str, outcome: Outcome, gain: LoopGain, table: str) -> Figure:
+def _bode(name: str, loop: str, outcome: Outcome, gain: LoopGain, table: str) -> Figure:
     caption: Phrase = (
-        f"Bode plot of the loop gain at {_inputs(gain)}. {gain.about} Dashed: the gain and phase margins of ",
+        f"Bode plot of the loop gain{_of(loop)} at {_inputs(gain)}. {gain.about} Dashed: the gain and phase margins "
+        "of ",
         CrossReference(table),
         ".",
     )
     return replace(bode_figure(name, caption, _curves(outcome, gain)), title="Bode")
 
 
-def _nyquist(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
+def _nyquist(name: str, loop: str, outcome: Outcome, gain: LoopGain) -> Figure:
     circles = ". The circles of Ms and of the disk margin touch the curve" if len(gain.channels) == 1 else ""
-    caption = f"Nyquist plot of the loop gain at {_inputs(gain)}. {gain.about} Dashed: negative frequencies{circles}."
+    caption = (
+        f"Nyquist plot of the loop gain{_of(loop)} at {_inputs(gain)}. {gain.about} Dashed: negative "
+        f"frequencies{circles}."
+    )
     return replace(nyquist_figure(name, caption, _curves(outcome, gain)), title="Nyquist")
 
 
-def _sensitivities(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
+def _sensitivities(name: str, loop: str, outcome: Outcome, gain: LoopGain) -> Figure:
     """The magnitudes of S = 1 / (1 + L) and T = L / (1 + L) of each channel."""
     caption = (
-        f"Sensitivity S = 1 / (1 + L) and complementary sensitivity T = L / (1 + L) at {_inputs(gain)}; their peaks "
-        f"are Ms and Mt. {gain.about}"
+        f"Sensitivity S = 1 / (1 + L) and complementary sensitivity T = L / (1 + L){_of(loop)} at {_inputs(gain)}. The "
+        f"peaks of S and T are Ms and Mt. {gain.about}"
     )
     curves: list[FrequencyCurve] = []
     marks: list[Series] = []
@@ -150,11 +165,11 @@ def _gains(curves: Sequence[FrequencyCurve], marks: Sequence[Series]) -> Panel:
     )
 
 
-def _poles(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
+def _poles(name: str, loop: str, outcome: Outcome, gain: LoopGain) -> Figure:
     closed = linear_source(outcome, "poles of the closed loop")
     sets = [PoleZeroSet("the closed loop", gain.poles, period=gain.period, style=0, source=closed)]
     if len(gain.cut_poles):
         cut = closed.with_name("poles of the cut loop")
         sets.append(PoleZeroSet("the cut loop", gain.cut_poles, period=gain.period, style=1, source=cut))
     sets = [one for one in sets if np.size(one.poles)]
-    return replace(pole_zero_map(name, f"Poles of the loop. {gain.about}", sets), title="poles")
+    return replace(pole_zero_map(name, f"Poles of {loop or LOOP}. {gain.about}", sets), title="poles")
