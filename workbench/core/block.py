@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol, T
 import casadi as ca
 import numpy as np
 
+from workbench.core.field_help import with_parameters
 from workbench.core.layout import Entry, Layout
 from workbench.core.numbers import Bounds, fit_shape
 from workbench.core.units import ANY, checked_unit, fill_unit
@@ -214,6 +215,7 @@ def block(cls: type[T]) -> type[T]:
     made = dataclass(frozen=True, eq=False)(cls)
     for f, quantity in quantities(made) if is_dataclass(made) else ():
         checked_unit(f"{cls.__name__}.{f.name} = parameter(unit=...)", PLACE.sub("x", quantity.unit))
+    made.__doc__ = with_parameters(made)  # type: ignore[arg-type]
     return made
 
 

@@ -19,16 +19,25 @@ MOST_ROWS = 2000  # each is a comparison at each evaluation, and a part of what 
 
 @block
 class Table(AbstractSignal):
-    """A signal between the rows of a table, as an expression in time: polynomials piece by piece.
+    """A signal given by a table of times and values, and interpolated between them.
 
-    `times` (m,) in s begin at 0 or before; `values` are (m, n), a row a time, or of a signal of one number (m,). They
-    are no parameters. A run that goes on behind the last row is refused.
+    A run must end at the last time or before. The numbers of the table are constants of the equations, and no
+    parameters that a study could vary.
+
+    Parameters
+    ----------
+    times
+        The m times of the rows in s, in increasing order. The first is 0 or negative.
+    values
+        The values at these times, of shape (m, n); for a signal of one number also (m,).
+    interpolation
+        The rule between two rows.
 
     Raises
     ------
     ValueError
-        If a number is not finite, the times do not increase or begin after 0, there are fewer than two rows or more
-        than 2000, or times and values are not equally many.
+        If a number is not finite; the times do not increase, or begin after 0; there are fewer than two rows or more
+        than 2000; or the numbers of times and of rows of values differ.
 
     Examples
     --------
@@ -45,9 +54,9 @@ class Table(AbstractSignal):
     values: Array
     interpolation: str = option(
         {
-            "linear": "straight lines, whose corners have no second derivative",
-            "cubic": "a cubic spline with two continuous derivatives, whose outer two pieces are one at each end",
-            "hold": "each row until the next, as a computer's command is held",
+            "linear": "straight lines between the rows; the second derivative is taken to be zero",
+            "cubic": "a cubic spline with two continuous derivatives and not-a-knot ends",
+            "hold": "the value of a row until the next row, as a computer holds its command",
         },
         default="linear",
     )
@@ -86,31 +95,42 @@ class Table(AbstractSignal):
     ) -> Table:
         """A table from a CSV file, plain or gzipped, whose first line has names and units: `t [s],omega [rad/s]`.
 
-        It reads what `to_frame().to_csv(...)` of a run writes. A tab, else a semicolon, in the first line separates
-        cells, else a comma. Columns that are not used may hold anything; lines that begin with # are passed over.
+        It also reads the files that `to_frame().to_csv(...)` writes for a run. Cells are separated by tabs, semicolons
+        or commas: by the first of these that the first line contains. Unused columns may contain anything. Lines that
+        begin with # are skipped.
 
         Parameters
         ----------
+        path
+            The file.
+        signal
+            Name of the signal.
         unit
-            The unit of the signal, where the first line of the file has none.
+            Unit of the signal. It may be left out if the first line of the file has it.
         columns
-            Those of the signal's numbers; if not given the one of its name, or `q[0]`, `q[1]`, ... of a signal q.
+            Names of the columns of the signal, one for each component. The default is the column named as the signal;
+            for a vector q, the columns `q[0]`, `q[1]`, ...
         time
-            The column of the time, else `t` or `time`; or the period in s of a file without one, from 0 s on.
+            Name of the column with the time in s; the default is `t` or `time`. For a file without such a column, the
+            period between two lines in s; the first line is then at 0 s.
         begin, end
-            The time of the file in s at which a run starts, and the one up to which lines are taken.
+            Times of the file in s. A run starts at `begin`, which becomes t = 0. The lines used are those from the last
+            one at or before `begin` to the first one at or after `end`.
         every
-            A whole number n: of the lines from `begin` to `end` each n-th is taken, and the last.
+            A whole number n: every n-th line from `begin` to `end` is used, and the last one.
         duplicates
-            "refuse", or the line that is taken where several have one time: "first" or "last".
+            The rule for several lines with the same time: "refuse" raises an error, "first" or "last" uses this line.
+        interpolation
+            As of `Table`.
 
         Raises
         ------
         LookupError
             If there is no such file, or no such column.
         ValueError
-            If the file is no CSV with a first line of names, a number is missing or none, times do not rise, or a unit
-            is missing or not the file's, with line and column; or `Table` refuses the numbers.
+            If the file is no CSV with a first line of names; a number is missing, or a cell is no number; the times do
+            not increase; or the unit is missing, or differs from the one in the file. The message names line and
+            column. Also if `Table` refuses the numbers.
         """
         file = CsvFile.read("Table.from_csv(path=...)", path)
         names = columns or file.columns_of(signal)
@@ -127,6 +147,7 @@ class Table(AbstractSignal):
 
     @property
     def ends(self) -> float:
+        """The time of the last row, in s."""
         return float(self.times[-1])
 
     def motion(self, t: Number) -> Motion:
