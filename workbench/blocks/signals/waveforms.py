@@ -3,7 +3,6 @@
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.loop.environment import AbstractDisturbance
 from workbench.blocks.signals.signal import AbstractSignal, Motion, clock
 from workbench.core import block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
@@ -272,37 +271,3 @@ class PulseTrain(AbstractSignal):
         s, zero = ca.fmax(clock(t) - self.time, before), ca.SX.zeros(self.dof)
         up = s - self.period * ca.floor(s / self.period) < self.width
         return ca.if_else(up, ca.SX(self.level), ca.SX(self.base)), zero, zero
-
-
-@block
-class SineTorque(AbstractDisturbance):
-    """A sinusoidal disturbance torque at each joint of an arm:  D_i(t) = amplitude_i sin(frequency_i t + phase_i).
-
-    It is the `disturbance` of a `Manipulator` with n joints.
-
-    Parameters
-    ----------
-    amplitude
-        The peak torque at each joint.
-    frequency
-        The angular frequency at each joint, in rad/s and not in Hz.
-    phase
-        The phase at each joint at t = 0.
-
-    Examples
-    --------
-    >>> wb.SineTorque([0.5], [3.0]).at(0.0)
-    SX(0)
-    """
-
-    amplitude: Vector = parameter(unit="N m", shape=("n",), symbol="delta")
-    frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega_d")
-    phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta_d")
-
-    @property
-    def dof(self) -> int:
-        return int(self.amplitude.shape[0])
-
-    def at(self, t: Number) -> ca.SX:
-        torque: ca.SX = self.amplitude * ca.sin(self.frequency * t + self.phase)
-        return torque
