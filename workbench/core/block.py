@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.core.field_help import with_parameters
 from workbench.core.layout import Entry, Layout
-from workbench.core.numbers import Bounds, fit_shape
+from workbench.core.numbers import Bounds, Quantity, fit_shape
 from workbench.core.units import ANY, checked_unit, fill_unit
 from workbench.core.validation.notebook_display import cell, show, table_to_html
 from workbench.core.validation.refusals import numbers, one_of, refusal, with_article
@@ -43,17 +43,6 @@ class Block(Protocol):
 
     __block__: ClassVar[bool]
     __dataclass_fields__: ClassVar[dict[str, Field[object]]]
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """The declaration of a number: its unit, bounds, axes and letter, and whether `lift` makes it a symbol."""
-
-    unit: str
-    bounds: Bounds
-    shape: tuple[str, ...]
-    symbol: str
-    is_symbolic: bool
 
 
 @check_arguments

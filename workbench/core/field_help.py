@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.core.numbers import Quantity
 from workbench.core.units import ANY
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
-
-    from workbench.core.block import Quantity
 
 HEAD = "Parameters\n----------\n"
 SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}$", re.MULTILINE)  # the heading of a section

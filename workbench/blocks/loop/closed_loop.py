@@ -122,8 +122,8 @@ class ClosedLoop:
 
         For an output x and an input u of the plant, the outputs of the loop are: x; the reference `x_ref`; the error
         `e_x` = x - x_ref and its estimate `e_hat_x` = x_hat - x_ref; the command `u` and the input that acts,
-        `u_applied`; the truths; the errors of the observer, `x_error` = x - x_hat; and the signals of the law. In the
-        loop of an arm, `e_q`, `e_qd` and `e_hat_q` are called `e`, `ed` and `e_hat`.
+        `u_applied`; the truths; the errors of the observer, `x_error` = x - x_hat, true minus estimated; and the
+        signals of the law. In the loop of an arm, `e_q`, `e_qd` and `e_hat_q` are called `e`, `ed` and `e_hat`.
 
         Parameters
         ----------
@@ -182,10 +182,9 @@ class ClosedLoop:
         """The closed loop with observer and controller in a computer, which runs them once in every `period` [s].
 
         At t_k = k period the computer reads the instruments, the observer estimates from the readings, and the law
-        computes the command from the estimates and the reference. The limited command is held until t_(k+1), while the
-        plant moves. Observer and law then update their memories, each by its `method`; the observer uses the command
-        that is held. The outputs are those of `ode`. Held commands, estimates and signals of the law are states, such
-        as 'hold.tau' and 'hold.q_hat' of an arm.
+        computes the command from the estimates and the reference. The limited command is held until t_(k+1). Observer
+        and law then update their memories, each by its `method`; the observer uses the held command. The outputs are
+        those of `ode`. Held commands, estimates and signals of the law are states, such as 'hold.v' and 'hold.v_hat'.
 
         Parameters
         ----------
@@ -194,23 +193,20 @@ class ClosedLoop:
         instruments
             Noise and quantisation of the readings, and limits of the commands. By default readings are exact.
         delay, initial_commands
-            The delay of the commands in periods: True for 1, a whole number for all inputs, or a mapping by input.
-            Delayed commands are the states 'hold.next.2', ..., 'hold.next'. They begin at `initial_commands`, by
-            input; the default is the initial value of each input.
+            The delay of commands in periods: True for 1, a whole number, or a mapping by input. Delayed commands are
+            the states 'hold.next.2', ..., 'hold.next'. They begin at `initial_commands`, by input, or as inputs do.
         integrator
             "declared" for the method of each block, or "fine" for 16 Runge-Kutta steps per period of all memories, with
-            readings, estimates, reference and command held. A loop that diverges only with "declared" does so by its
-            integration method.
+            held signals. A loop that diverges only with "declared" does so by its integration method.
         name, inputs, at
             As of `ode`. Signals from outside are held over a period.
 
         Raises
         ------
         ValueError
-            If the period is not a positive finite number, or does not divide the period of a block; the instruments
-            are for another plant; the delay is no whole number of periods; an initial command has a wrong shape, or
-            its input no delay; the integrator is not one of the two; a signal of the law has a name that the loop
-            uses; or `inputs` are asked for with a plant in discrete time.
+            If a number is out of range; the period does not divide that of a block; the instruments are for another
+            plant; an initial command has a wrong shape, or its input no delay; there is no such integrator; a signal
+            of the law has a name of the loop; or `inputs` are asked for with a plant in discrete time.
         LookupError
             If a delay or an initial command is for a name that is not an input of the plant.
         """

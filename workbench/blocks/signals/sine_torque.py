@@ -1,4 +1,4 @@
-"""A sinusoidal disturbance torque at the joints of an arm."""
+"""A sinusoidal disturbance torque."""
 
 import casadi as ca
 
@@ -9,18 +9,18 @@ from workbench.core.block import Number, Vector
 
 @block
 class SineTorque(AbstractDisturbance):
-    """A sinusoidal disturbance torque at each joint of an arm:  D_i(t) = amplitude_i sin(frequency_i t + phase_i).
+    """A sinusoidal disturbance torque with n components:  D_i(t) = amplitude_i sin(frequency_i t + phase_i).
 
-    It is the `disturbance` of a `Manipulator` with n joints.
+    It is the `disturbance` of a `Manipulator`, and takes one number for each of its n torques.
 
     Parameters
     ----------
     amplitude
-        The peak torque at each joint.
+        The peak value of each torque.
     frequency
-        The angular frequency at each joint, in rad/s and not in Hz.
+        The angular frequency of each torque, in rad/s and not in Hz.
     phase
-        The phase at each joint at t = 0.
+        The phase of each torque at t = 0.
 
     Examples
     --------
@@ -34,7 +34,7 @@ class SineTorque(AbstractDisturbance):
 
     @property
     def dof(self) -> int:
-        """The number of joints n."""
+        """The number n of components."""
         return int(self.amplitude.shape[0])
 
     def at(self, t: Number) -> ca.SX:

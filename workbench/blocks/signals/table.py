@@ -95,42 +95,32 @@ class Table(AbstractSignal):
     ) -> Table:
         """A table from a CSV file, plain or gzipped, whose first line has names and units: `t [s],omega [rad/s]`.
 
-        It also reads the files that `to_frame().to_csv(...)` writes for a run. Cells are separated by tabs, semicolons
-        or commas: by the first of these that the first line contains. Unused columns may contain anything. Lines that
-        begin with # are skipped.
+        It reads the files that `to_frame().to_csv(...)` writes, and others. Tabs, semicolons or commas separate the
+        cells: the first of these that the first line contains. Lines that begin with # are skipped.
 
         Parameters
         ----------
-        path
-            The file.
-        signal
-            Name of the signal.
-        unit
-            Unit of the signal. It may be left out if the first line of the file has it.
+        path, signal, unit
+            The file, the name of the signal, and its unit, which is needed only if the first line has none.
         columns
-            Names of the columns of the signal, one for each component. The default is the column named as the signal;
-            for a vector q, the columns `q[0]`, `q[1]`, ...
+            Names of the columns, one for each component. The default is `q`, or `q[0]`, `q[1]`, ..., for a signal q.
         time
-            Name of the column with the time in s; the default is `t` or `time`. For a file without such a column, the
-            period between two lines in s; the first line is then at 0 s.
+            Column of the time in s; the default is `t` or `time`. Or the period between two lines in s, from 0 s on.
         begin, end
             Times of the file in s. A run starts at `begin`, which becomes t = 0. The lines used are those from the last
             one at or before `begin` to the first one at or after `end`.
         every
             A whole number n: every n-th line from `begin` to `end` is used, and the last one.
         duplicates
-            The rule for several lines with the same time: "refuse" raises an error, "first" or "last" uses this line.
-        interpolation
-            As of `Table`.
+            Of several lines with the same time, the "first" or "last" is used; "refuse" raises an error.
 
         Raises
         ------
         LookupError
             If there is no such file, or no such column.
         ValueError
-            If the file is no CSV with a first line of names; a number is missing, or a cell is no number; the times do
-            not increase; or the unit is missing, or differs from the one in the file. The message names line and
-            column. Also if `Table` refuses the numbers.
+            If the file is no CSV with a first line of names; a cell of a used column is no number; the times do not
+            increase; the unit is missing, or not that of the file; or `Table` refuses the numbers.
         """
         file = CsvFile.read("Table.from_csv(path=...)", path)
         names = columns or file.columns_of(signal)

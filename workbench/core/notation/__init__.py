@@ -1,7 +1,7 @@
 """Printed equations: CasADi expressions become formulas, which are compared exactly and written in four markups.
 
-This package has expressions and formulas, and no models. Read `formula` first, then `reader` (from CasADi to a formula),
-`normal_form` (exact proofs of equality) and `writer` (signs and parentheses for every markup).
+This package has expressions and formulas, and no models. Read `formula` first, then `reader` (from CasADi to a
+formula), `normal_form` (exact proofs of equality) and `writer` (signs and parentheses for every markup).
 
 Examples
 --------
