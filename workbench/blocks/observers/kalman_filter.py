@@ -38,9 +38,9 @@ class AbstractKalmanFilter(AbstractModelObserver):
     R
         Covariance of the noise v_k of the readings.
     P
-        Covariance of the initial estimate, before the first reading.
+        Covariance (nx, nx) of the initial estimate, before the first reading.
     period
-        Period of the computer in s.
+        Period of the computer in s. It must be given.
     every
         Outputs that have a new reading only once in several periods, as {"p": 10} for every tenth period.
     substeps

@@ -47,11 +47,11 @@ class LinearObserver(AbstractModelObserver):
     L
         Gain. Each entry is in the unit of its state over that of its output, per second.
     x_0
-        State at the operating point, or None for the nonlinear model.
+        State (nx,) at the operating point, or None for the nonlinear model.
     u_0
         Input at the operating point. The default is zero.
     start
-        Initial estimate of the state. The default is the initial state of the model.
+        Initial estimate of the state, (nx,). The default is the initial state of the model.
 
     Raises
     ------
@@ -157,7 +157,7 @@ class SteadyKalmanFilter(AbstractModelObserver):
     substeps
         Number of Runge-Kutta steps in a period.
     start
-        Initial estimate of the state. The default is the initial state of the model.
+        Initial estimate of the state, (nx,). The default is the initial state of the model.
 
     References
     ----------
