@@ -117,6 +117,7 @@ class Cascade(AbstractController):
         return prefix_names({"outer": self._outer.rate(*outer), "inner": self._inner.rate(*inner), "held": held})
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The memory after one `period` of the cascade; a ValueError without a period."""
         if self.period is None:
             raise ValueError("`Cascade.update(...)` needs a period: take `run_every(period)`.")
         return self.advance(t, z, est, ref, self.period)

@@ -165,6 +165,7 @@ class PID(AbstractController):
 
     @property
     def recursion(self) -> bool:
+        """True if the law has a period, and so is in discrete time."""
         return self.period is not None
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
@@ -177,6 +178,7 @@ class PID(AbstractController):
         }
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The memory after one `period` of the computer."""
         return self.advance(t, z, est, ref, self._period)
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:

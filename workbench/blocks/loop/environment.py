@@ -22,7 +22,7 @@ class AbstractReference(ABC):
     >>> @wb.block
     ... class Parabola(wb.Reference):
     ...     a: float = wb.parameter(default=0.5, unit="m/s^2")
-    ...     says = wb.layout(x="m")
+    ...     gives = wb.layout(x="m")
     ...     def at(self, t):
     ...         return {"x": self.a * t**2 / 2}
     >>> Parabola().at(2.0)
@@ -34,13 +34,13 @@ class AbstractReference(ABC):
 
     @property
     @abstractmethod
-    def says(self) -> Layout:
+    def gives(self) -> Layout:
         """The signals of the reference, with their units."""
 
     @property
     def primary(self) -> tuple[str, ...]:
         """The names of the signals that are not derivatives of other ones; by default all signals."""
-        return self.says.names
+        return self.gives.names
 
     @property
     def ends(self) -> float:
@@ -141,7 +141,7 @@ class NoReference(AbstractReference):
     noun = ""  # no reference at all
 
     @property
-    def says(self) -> Layout:
+    def gives(self) -> Layout:
         """No signals."""
         return Layout()
 

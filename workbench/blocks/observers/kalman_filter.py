@@ -42,7 +42,7 @@ class AbstractKalmanFilter(AbstractModelObserver):
     period
         Period of the computer in s. It must be given.
     every
-        Outputs that have a new reading only once in several periods, as {"p": 10} for every tenth period.
+        Outputs with a new reading only once in several periods, as {"p": 10}.
     substeps
         Number of steps in a period.
     """
@@ -66,6 +66,7 @@ class AbstractKalmanFilter(AbstractModelObserver):
 
     @check_arguments
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """The estimate and P before the readings of the next instant, and the smallest pivot of P so far."""
         x, P, pivot = self._correct_by_reading(t, z, y)
         step = self.period / self.substeps
         for i in range(self.substeps):
@@ -151,7 +152,6 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
 
     A and H are the exact Jacobians of f and h at x_hat. The filter runs in a computer, which holds u for a period; each
     of the `substeps` is one Runge-Kutta step. The law gets x_hat+ at t_k.
-
     The state `observer.pivot` is the smallest pivot of P and of H P H' + R so far, as a fraction of the variance. If it
     is negative by more than rounding (1e-12), P is no covariance any more, and later estimates cannot be trusted. At an
     instant at which H P H' + R is not positive definite, nothing is corrected.

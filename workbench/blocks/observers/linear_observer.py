@@ -214,6 +214,7 @@ class SteadyKalmanFilter(AbstractModelObserver):
         return self._estimates(t, self._correct(t, z, y))
 
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """The estimate before the readings of the next instant."""
         x, step = self._correct(t, z, y), self.period / self.substeps
         for i in range(self.substeps):
             x = runge_kutta(self._f, t + i * step, x, u, step)

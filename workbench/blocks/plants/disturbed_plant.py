@@ -64,10 +64,12 @@ class DisturbedPlant(AbstractPlantWrapper):
 
     @property
     def period(self) -> float | None:  # type: ignore[override]
+        """The period of a plant in discrete time in s, else None."""
         return self.plant.period
 
     @property
     def recursion(self) -> bool:
+        """True if the plant is in discrete time."""
         return is_recursion(self.plant)
 
     @property
@@ -103,6 +105,7 @@ class DisturbedPlant(AbstractPlantWrapper):
         return {**self.plant.rate(t, self._own(x), self._disturbed_inputs(t, x, u)), **still}
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The states at the next instant, for a plant in discrete time."""
         kept = {entry.name: x[entry.name] for entry in self._noise.layout.entries}
         return {**self.plant.update(t, self._own(x), self._disturbed_inputs(t, x, u)), **kept}
 
@@ -115,7 +118,7 @@ class DisturbedPlant(AbstractPlantWrapper):
         if isinstance(self.by, AbstractNoise):
             return self._noise.signals
         return Layout(
-            tuple(Entry(e.name, e.default, e.unit) for e in self.by.says.entries if e.name in self.by.primary)
+            tuple(Entry(e.name, e.default, e.unit) for e in self.by.gives.entries if e.name in self.by.primary)
         )
 
     def _own(self, x: States) -> Signals:

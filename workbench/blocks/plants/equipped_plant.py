@@ -115,10 +115,12 @@ class EquippedPlant(AbstractPlantWrapper):
 
     @property
     def period(self) -> float | None:  # type: ignore[override]
+        """The period of a plant in discrete time in s, else None."""
         return self.plant.period
 
     @property
     def recursion(self) -> bool:
+        """True if the plant is in discrete time."""
         return is_recursion(self.plant)
 
     @property
@@ -144,6 +146,7 @@ class EquippedPlant(AbstractPlantWrapper):
         return self._next_states("rate", self.plant.states, t, x, u)
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The states at the next instant, for a plant in discrete time."""
         return self._next_states("update", self.plant.states, t, x, u)
 
     @property

@@ -54,7 +54,7 @@ class AbstractSignal(AbstractReference):
         return per_second(self.unit, 2)
 
     @property
-    def says(self) -> Layout:
+    def gives(self) -> Layout:
         """The signal and its derivatives, `x`, `xd` and `xdd`, with their units."""
         units = (self.unit, self.unit_of_rate, self.unit_of_curvature)
         return Layout(
@@ -68,7 +68,7 @@ class AbstractSignal(AbstractReference):
 
     def at(self, t: Number) -> Signals:
         """The signal and its derivatives at time t [s], by name."""
-        return Signals(dict(zip(self.says.names, self.motion(t), strict=True)))
+        return Signals(dict(zip(self.gives.names, self.motion(t), strict=True)))
 
 
 @block
@@ -90,7 +90,7 @@ class CombinedReference(AbstractReference):
     parts: tuple[AbstractReference, ...]
 
     def __post_init__(self) -> None:
-        count = Counter(name for part in self.parts for name in part.says.names)
+        count = Counter(name for part in self.parts for name in part.gives.names)
         if twice := [name for name, times in count.items() if times > 1]:
             raise ValueError(
                 "`CombinedReference(parts=...)` must be references of different signals, as a law follows one of "
@@ -98,9 +98,9 @@ class CombinedReference(AbstractReference):
             )
 
     @property
-    def says(self) -> Layout:
+    def gives(self) -> Layout:
         """The signals of all parts, with their units."""
-        return sum((part.says for part in self.parts), Layout())
+        return sum((part.gives for part in self.parts), Layout())
 
     @property
     def primary(self) -> tuple[str, ...]:

@@ -156,7 +156,7 @@ class Chirp(AbstractSignal):
     Examples
     --------
     >>> chirp = wb.Chirp("omega", "rad/s", amplitude=1.0, first=0.1, last=10.0, duration=20.0)
-    >>> chirp.says.names, chirp.says["omegad"].unit
+    >>> chirp.gives.names, chirp.gives["omegad"].unit
     (('omega', 'omegad', 'omegadd'), 'rad/s^2')
     """
 
