@@ -87,7 +87,8 @@ def _kind(f: Field[object]) -> str:
         return "" if "option" in f.metadata else _type(f)
     axes, bounds = quantity.shape, quantity.bounds
     shape = f" ({', '.join(axes)}{',' if len(axes) == 1 else ''})" if axes else ""
-    kind = {("*",): "number or vector", ("n",): "number or vector (n,)"}.get(axes, f"{SHAPES[len(axes)]}{shape}")
+    either = {"*": "number or vector", "n": "number or vector (n,)"}  # one number may stand for all of a vector
+    kind = either.get("".join(axes), f"{SHAPES[len(axes)]}{shape}")
     start = "" if quantity.is_symbolic else "initial value of a state"
     definite = {"semi": "positive semidefinite", "positive": "positive definite"}.get(bounds.definite, "")
     matrix = definite or ("symmetric" if bounds.symmetric else "")

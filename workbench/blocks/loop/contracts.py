@@ -1,8 +1,7 @@
 """The contracts of a plant, an observer and a law: the ports and methods that a loop needs of each block.
 
 A block declares its ports as layouts. Its `memory`, or the `states` of a plant, are by default the fields declared with
-`initial`. The method `rate` returns the derivative of each state. A block in discrete time has `update` instead, with
-the same arguments, which returns the states at the next instant.
+`initial`. `rate` returns the derivative of each state. In discrete time `update` returns their next values instead.
 """
 
 from __future__ import annotations
@@ -221,8 +220,7 @@ class AbstractObserver(AbstractMember):
 class AbstractController(AbstractMember):
     """The base class of control laws: a law makes commands from estimates and references.
 
-    In the methods, t is the time in s; z (the memory of the law), est (estimates) and ref (references) are mappings
-    from names to CasADi expressions.
+    In the methods, t is the time in s; z (memory), est (estimates) and ref (references) are mappings from names.
 
     Examples
     --------
