@@ -172,8 +172,8 @@ class EitherReference(wb.Reference):
     jumps: wb.core.Scalar = wb.parameter(default=0.0, unit="", low=0, high=1)
 
     @property
-    def says(self) -> wb.Layout:
-        return self.sines.says
+    def gives(self) -> wb.Layout:
+        return self.sines.gives
 
     @property
     def primary(self) -> tuple[str, ...]:

@@ -31,10 +31,10 @@ def cart_pole(passive=("hinge",)):
 class Upright(AbstractReference):
     """The cart at its place and the pole upright."""
 
-    says = layout(q=("m, rad", [0, 0]), qd=("m/s, rad/s", [0, 0]), qdd=("m/s^2, rad/s^2", [0, 0]))
+    gives = layout(q=("m, rad", [0, 0]), qd=("m/s, rad/s", [0, 0]), qdd=("m/s^2, rad/s^2", [0, 0]))
 
     def at(self, t):
-        return Signals({name: ca.SX.zeros(2) for name in self.says.names})
+        return Signals({name: ca.SX.zeros(2) for name in self.gives.names})
 
 
 def test_the_cart_pole_has_one_input_a_force_and_states_in_metres_and_radians():
@@ -210,5 +210,5 @@ def test_the_rest_points_of_the_cart_pole_are_a_continuum_and_are_called_so():
 def test_a_reference_in_radians_alone_does_not_fit_a_slide():
     arm = cart_pole()
     law = ArmStateFeedback.of(arm, np.ones((1, 4)))
-    with pytest.raises(ValueError, match=r"follows 'q' in \[m, rad\], where `Sines` says it in \[rad\]"):
+    with pytest.raises(ValueError, match=r"follows 'q' in \[m, rad\], where `Sines` gives it in \[rad\]"):
         ClosedLoop(Manipulator(arm, [0.0, 0.1]), ArmFullState(2), law, Sines("q", "rad", [0.1, 0.1], [1.0, 1.0]))

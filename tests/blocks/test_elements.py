@@ -20,13 +20,13 @@ VOLTS = st.floats(-100, 100)
 
 
 def test_the_elements_of_one_signal_act_in_their_order():
-    first, last = Saturation("v", -1, 1), FirstOrder("v", 0.1, lag=2.0)
+    first, last = Saturation("v", -1, 1), FirstOrder("v", 0.1, start=2.0)
     for elements, want in (((first, last), 2.0), ((last, first), 1.0)):
         assert behind(elements, lambda t: 3.0 + 0 * t, 1e-3)[1][0] == want
 
 
 def test_a_lag_of_first_order_answers_a_step_by_an_exponential():
-    t, y = behind((FirstOrder("v", 0.1, lag=-1.0),), lambda t: 2.0 + 0 * t, 1.0)
+    t, y = behind((FirstOrder("v", 0.1, start=-1.0),), lambda t: 2.0 + 0 * t, 1.0)
     np.testing.assert_allclose(y, 2 - 3 * np.exp(-t / 0.1), atol=1e-9)  # Runge-Kutta with h / T = 0.01
 
 

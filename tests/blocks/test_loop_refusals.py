@@ -28,7 +28,7 @@ def observed(law, reference):
 
 
 def test_a_compensator_of_python_control_is_not_given_y_where_the_error_is_meant():
-    says = "`Step` says 'omega', which `LinearLaw` does not follow", "LinearLaw(C, error=True)", "'omega_ref'"
+    says = "`Step` gives 'omega', which `LinearLaw` does not follow", "LinearLaw(C, error=True)", "'omega_ref'"
     for law in (LEAD, LinearLaw(LEAD), control.ss(LEAD)):
         if not isinstance(law, LinearLaw):
             law.update_names(inputs="omega", outputs="v")
@@ -44,7 +44,7 @@ def test_both_remedies_of_a_compensator_follow():
 def test_a_regulator_without_a_state_to_follow_takes_no_reference():
     law, wanted = wb.StateFeedback.of(CART, np.ones((1, 4))), wb.Step("x", "m", 0.2)
     refused(
-        lambda: observed(law, wanted), "`Step` says 'x'", "StateFeedback.of(..., follow=('x',))", "without a reference"
+        lambda: observed(law, wanted), "`Step` gives 'x'", "StateFeedback.of(..., follow=('x',))", "without a reference"
     )
     assert observed(wb.StateFeedback.of(CART, np.ones((1, 4)), follow=("x",)), wanted).follows == ("x",)
     assert observed(law, None).follows == ()
@@ -56,12 +56,12 @@ def test_what_is_wanted_of_an_output_is_followed_in_part_by_nobody():
         wb.PID(wb.layout(phi="rad"), wb.layout(F="N"), Kp=50.0),
     )
     both = wb.CombinedReference((wb.Step("x", "m", 0.2), wb.Constant("phi", "rad", [0.0])))
-    refused(lambda: wb.ClosedLoop(CART, controller=law, reference=both), "says 'phi'", "follows 'x'", "without 'phi'")
+    refused(lambda: wb.ClosedLoop(CART, controller=law, reference=both), "gives 'phi'", "follows 'x'", "without 'phi'")
     assert wb.ClosedLoop(CART, controller=law, reference=wb.Step("x", "m", 0.2)).follows == ("x",)
 
 
 def test_derivatives_that_a_reference_says_anyway_need_no_follower():
-    assert "omegad" in SPEED.says.names
+    assert "omegad" in SPEED.gives.names
     law = wb.PID(MOTOR.outputs, MOTOR.inputs, Kp=1.0)
     assert wb.ClosedLoop(MOTOR, controller=law, reference=SPEED).follows == ("omega",)
 
@@ -82,7 +82,7 @@ def test_a_reference_of_ones_own_that_says_derivatives_too_is_followed_by_a_law_
     @wb.block
     class Parabola(wb.Reference):
         a: float = wb.parameter(default=0.5, unit="rad/s^2")
-        says = wb.layout(omega="rad/s", omegad="rad/s^2")
+        gives = wb.layout(omega="rad/s", omegad="rad/s^2")
 
         def at(self, t):
             return {"omega": self.a * t, "omegad": self.a}

@@ -31,7 +31,7 @@ class Level(AbstractReference):
     """A speed that is wanted from the start."""
 
     level: float = parameter(default=1.0, unit="rad/s")
-    says = layout(omega="rad/s")
+    gives = layout(omega="rad/s")
 
     def at(self, t):
         return {"omega": self.level}

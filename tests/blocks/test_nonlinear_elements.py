@@ -116,7 +116,7 @@ def test_backlash_in_contact_is_exact_and_comes_to_rest_short_by_the_square_of_i
 
 
 def test_a_wave_within_half_a_gap_moves_nothing():
-    _, y = behind((wb.Backlash("v", 2.0, 1e-3, driven_side=0.1),), lambda t: 0.1 + ca.sin(9 * t), 2.0)
+    _, y = behind((wb.Backlash("v", 2.0, 1e-3, start=0.1),), lambda t: 0.1 + ca.sin(9 * t), 2.0)
     np.testing.assert_array_equal(y, 0.1)
 
 
@@ -150,7 +150,7 @@ def test_a_plant_in_discrete_time_has_its_elements_sample_by_sample():
     plant = wb.EquippedPlant(
         Sum(),
         (wb.Backlash("v", gap), wb.DeadZone("v", -zone, zone)),
-        (wb.Backlash("x", 2 * gap, driven_side=0.2), wb.Quantiser("x", quantum)),
+        (wb.Backlash("x", 2 * gap, start=0.2), wb.Quantiser("x", quantum)),
     )
     run = wb.simulate(wb.ClosedLoop(plant, controller=Wave()).digital(0.1), until=10.0)
     z, x, seen, given = 0.0, 0.0, 0.2, []
@@ -172,7 +172,7 @@ def test_backlash_without_a_time_constant_moves_at_the_instants_of_a_computer():
     gap, wide, period = 0.5, 0.02, 0.05
     plant = wb.EquippedPlant(
         wb.DisturbedPlant(wb.DCMotor(), by=wb.Sines("v", "V", 0.4, 3.0)),
-        (wb.DeadZone("v", -0.05, 0.05), wb.Backlash("v", gap, driven_side=0.1)),
+        (wb.DeadZone("v", -0.05, 0.05), wb.Backlash("v", gap, start=0.1)),
         (wb.Backlash("omega", wide),),
     )
     loop = wb.ClosedLoop(plant, controller=Wave(1.0))

@@ -29,7 +29,7 @@ def observer(**own):
 MISFITS = [
     (
         lambda: motor(reference=None),
-        "`PI` follows 'omega', and the loop has no reference: give `ClosedLoop(reference=...)` one that says it, as a "
+        "`PI` follows 'omega', and the loop has no reference: give `ClosedLoop(reference=...)` one that gives it, as a "
         "`Step` does.",
     ),
     (lambda: motor(plant=plant()), "`PI` reads 'omega', where `Tank` gives 'x'."),

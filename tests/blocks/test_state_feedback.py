@@ -48,7 +48,7 @@ class Place(AbstractReference):
     """Where the cart shall stand."""
 
     p: float = parameter(unit="m")
-    says = layout(p="m")
+    gives = layout(p="m")
 
     def at(self, t):
         return {"p": self.p}

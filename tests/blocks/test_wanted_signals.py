@@ -76,9 +76,9 @@ def test_a_signal_that_jumps_has_no_slope(name):
 
 @pytest.mark.parametrize("signal", (SMOOTH | JUMPS).values(), ids=SMOOTH | JUMPS)
 def test_a_signal_says_its_name_with_the_unit_of_each_number(signal):
-    assert signal.says.names == ("x", "xd", "xdd")
+    assert signal.gives.names == ("x", "xd", "xdd")
     assert signal.primary == ("x",)
-    units = [entry.units for entry in signal.says.entries]
+    units = [entry.units for entry in signal.gives.entries]
     assert units == [("m", "rad"), ("m/s", "rad/s"), ("m/s^2", "rad/s^2")]
 
 
@@ -101,9 +101,9 @@ def test_the_parameters_of_a_signal_have_its_units():
 
 
 def test_one_number_makes_a_signal_of_one_number():
-    assert Step(*OMEGA, 1.0).says["omega"].size == 1
-    assert WayPoints(*OMEGA, [0, 1], [0, 1]).says["omega"].size == 1
-    assert Table(*OMEGA, [0, 1], [0, 1]).says["omega"].size == 1
+    assert Step(*OMEGA, 1.0).gives["omega"].size == 1
+    assert WayPoints(*OMEGA, [0, 1], [0, 1]).gives["omega"].size == 1
+    assert Table(*OMEGA, [0, 1], [0, 1]).gives["omega"].size == 1
 
 
 def test_a_step_is_up_from_its_time_on():
@@ -254,7 +254,7 @@ def test_a_run_behind_the_end_of_a_table_is_refused_at_every_door():
 
 def test_several_references_are_followed_together():
     signal = CombinedReference((Step(*OMEGA, 1.0), Sines("theta", "rad", [1.0], [2.0])))
-    assert signal.says.names == ("omega", "omegad", "omegadd", "theta", "thetad", "thetadd")
+    assert signal.gives.names == ("omega", "omegad", "omegadd", "theta", "thetad", "thetadd")
     assert signal.primary == ("omega", "theta")
     assert loop(signal).follows == ("omega",)
     assert "reference.parts[1].amplitude" in loop(signal).ode().parameters

@@ -58,7 +58,7 @@ def test_a_lead_lag_law_runs_in_the_loop_and_in_a_computer():
     @block
     class Angle(AbstractReference):
         theta: float = parameter(default=1.0, unit="rad")
-        says = layout(theta="rad")
+        gives = layout(theta="rad")
 
         def at(self, t):
             return {"theta": self.theta}

@@ -26,7 +26,7 @@ class Level(AbstractReference):
     """A speed that is wanted from the start."""
 
     level: float = wb.parameter(default=1.0, unit="rad/s")
-    says = wb.layout(omega="rad/s")
+    gives = wb.layout(omega="rad/s")
 
     def at(self, t):
         return {"omega": self.level}

@@ -49,7 +49,7 @@ class Swing(wb.Reference):
     """q_ref = a sin t."""
 
     a: float = wb.parameter(default=0.1, unit="rad")
-    says = wb.layout(q="rad")
+    gives = wb.layout(q="rad")
 
     def at(self, t):
         return {"q": self.a * np.sin(t)}

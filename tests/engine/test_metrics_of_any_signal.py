@@ -71,7 +71,7 @@ class Levels(AbstractReference):
 
     q: float = parameter(0.0, unit="m")
     phi: float = parameter(0.0, unit="rad")
-    says = layout(q="m", phi="rad")
+    gives = layout(q="m", phi="rad")
 
     def at(self, t):
         return {"q": self.q, "phi": self.phi}

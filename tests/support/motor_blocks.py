@@ -36,7 +36,7 @@ class Level(AbstractReference):
     """omega_ref = level."""
 
     level: float = parameter(1.0, unit="rad/s")
-    says = layout(omega="rad/s")
+    gives = layout(omega="rad/s")
 
     def at(self, t):
         return {"omega": self.level}

@@ -31,7 +31,7 @@ class Level(AbstractReference):
 
     level: float = parameter(1.0, unit="rad/s")
 
-    says = layout(omega="rad/s")
+    gives = layout(omega="rad/s")
 
     def at(self, t):
         """The level."""

@@ -159,7 +159,7 @@ def _reference(of):
     says = {
         "__annotations__": {"k": float},
         "k": parameter(of.gain(), unit="1"),
-        "says": layout(y="1"),
+        "gives": layout(y="1"),
         "at": wanted,
     }
     return block(type("RandomReference", (AbstractReference,), says))

@@ -1,7 +1,7 @@
-"""All that is about manipulators: from the description of an arm to M, C and G, and to its plant, laws and observers.
+"""Robot arms: from the description of an arm to M, C and G, and to its plant, laws and observers.
 
-Joints and torques are named in this package alone, which only `cli`, the studies and `workbench` itself import.
-`printed` compares the equations of a paper with an arm. Read `mechanics` first, then `manipulator.py` and `laws`.
+No other package depends on arms, except `cli`, the studies and `workbench` itself. `printed` compares the equations of
+a paper with an arm. Read `mechanics` first, then `manipulator.py` and `laws`.
 
 Examples
 --------

@@ -55,7 +55,13 @@ def _entry(name: str, units: tuple[str, ...]) -> Entry:
 
 
 class AbstractJoints(ABC):  # noqa: B024 (what is abstract in it is for the type checker)
-    """A block with a number of joints, whose units come from its model."""
+    """The base class of blocks for an arm, whose number of joints and units come from the model of the arm.
+
+    Parameters
+    ----------
+    model
+        The arm as the designer models it. It may differ from the arm that is simulated.
+    """
 
     if TYPE_CHECKING:
 
@@ -64,30 +70,31 @@ class AbstractJoints(ABC):  # noqa: B024 (what is abstract in it is for the type
 
     @property
     def dof(self) -> int:
-        """The number of joints n: that of the model, unless the block counts its own."""
+        """The number of joints n."""
         if self.model is None:
             raise AttributeError(f"`{type(self).__name__}` has neither a model nor a `dof` of its own.")
         return int(self.model.dof)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The unit of each joint's position, as the block's model has it; any where it has no model."""
+        """The unit of the position of each joint, from the model; without a model, any unit."""
         return units_of(self)
 
     @property
     def position(self) -> str:
-        """The unit of the joints' positions, for the units of numbers: rad where there is no model to tell."""
+        """The unit of positions in the units of parameters, one for each joint if they differ; rad without a model."""
         return unit(motion(units_or_rad(self.units), ("q",)))
 
     @property
     def force(self) -> str:
-        """The unit of the force on the joints, for the units of numbers: N m where there is no model to tell."""
+        """The unit of torques in the units of parameters, one for each joint if they differ; N m without a model."""
         return unit(torques("tau", units_or_rad(self.units)))
 
 
 class AbstractArmController(AbstractJoints, AbstractController):
-    """A law for an arm with a motor at each joint: from its `estimates`, of q, qd and d, and the wanted motion to the
-    torques.
+    """The base class of laws for arms: from estimates and the reference motion to the torques of the motors.
+
+    In the methods, est has the `estimates` (of q, qd and d), ref the references of q, qd and qdd, and z the memory.
     """
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
@@ -99,17 +106,17 @@ class AbstractArmController(AbstractJoints, AbstractController):
 
     @property
     def reads(self) -> Layout:
-        """The `estimates`, each (n,)."""
+        """The estimates that the law reads, of shape (n,): q and qd, and d for some laws."""
         return _ports(self.units, self.estimates)
 
     @property
     def follows(self) -> Layout:
-        """Wanted positions, velocities and accelerations, each (n,)."""
+        """The references of positions q, velocities qd and accelerations qdd, each (n,)."""
         return motion(self.units)
 
     @property
     def drives(self) -> Layout:
-        """The torques, (n,)."""
+        """The commanded torques tau, (n,)."""
         return torques("tau", self.units)
 
     @property
@@ -118,17 +125,18 @@ class AbstractArmController(AbstractJoints, AbstractController):
         return {"s": unit(motion(units_or_rad(self.units), ("qd",)))}
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        """The torques."""
+        """The commanded torques tau at time t [s], from the memory z, the estimates est and the references ref."""
         return Signals(tau=self.torque(t, z, est, ref))
 
     @abstractmethod
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The command, (n, 1): a torque in N m where a joint turns, a force in N where it slides."""
+        """The command, (n, 1): a torque in N m for a joint that turns, a force in N for a joint that slides."""
 
 
 class AbstractArmObserver(AbstractJoints, AbstractObserver):
-    """An observer of an arm that reads its `measured_signals`, of q, qd and, where it uses the truth, d, and gives all
-    three.
+    """The base class of observers of arms: from `measured_signals` to estimates of q, qd and the disturbance d.
+
+    The measured signals are q and qd, or one of them, and also d if the observer uses the truth.
     """
 
     measured_signals: ClassVar[tuple[str, ...]] = ("q", "qd")
@@ -140,18 +148,18 @@ class AbstractArmObserver(AbstractJoints, AbstractObserver):
 
     @property
     def inputs(self) -> Layout:
-        """The torques of its model's motors; none where it has no model."""
+        """The torques of the motors of the model; none without a model."""
         model = getattr(self, "model", None)
         return Layout() if model is None else motors(model)
 
     @property
     def reads(self) -> Layout:
-        """The `measured`, each (n,)."""
+        """The measured signals that the observer reads, each (n,)."""
         return _ports(self.units, self.measured_signals)
 
     @property
     def gives(self) -> Layout:
-        """Positions, velocities and disturbance, each (n,)."""
+        """The estimates of positions q, velocities qd and disturbance d, each (n,)."""
         return _ports(self.units, ("q", "qd", "d"))
 
 

@@ -19,44 +19,50 @@ from workbench.core.validation.signatures import check_arguments
 
 
 class AbstractAtJoints:
-    """A part with a number for each of some joints, whose positions have `units`: rad where none are given."""
+    """The base class of parts with one number for each joint; `units` are those of the positions, by default rad."""
 
     units: tuple[str, ...] = ()
 
     @check_arguments
     def at(self, units: tuple[str, ...]) -> Self:
-        """The same part at joints whose positions have these units."""
+        """A copy of the part for joints whose positions have these `units`."""
         part = copy(self)
         object.__setattr__(part, "units", units)
         return part
 
     @property
     def force(self) -> str:
-        """The unit of the force, joint by joint where they differ: N m where one turns, N where it slides."""
+        """The unit of the force: N m for a joint that turns, N for a joint that slides; one for each if they differ."""
         return torques("tau", self.units or ("rad",))["tau"].unit
 
 
 class AbstractActuator(AbstractAtJoints, ABC):
-    """A drive at each joint that has a motor."""
+    """The base class of drives, with one drive at each joint that has a motor."""
 
     @check_arguments
     def memory(self, motors: int) -> Layout:
-        """The drives' own states for that many motors; none unless an actuator has some."""
+        """The states of the drives for a number of `motors`; none by default."""
         return Layout()
 
     @abstractmethod
     def applied_torque(self, z: Parts, tau: Column) -> ca.SX:
-        """The torque that acts, (motors, 1), in N m or N."""
+        """The torque that acts on the arm, (motors, 1), in N m or N, for the command tau and the states z."""
 
     @check_arguments
     def rate(self, z: Parts, tau: Column) -> Parts:
-        """The derivative of each state."""
+        """The time derivative of each state z of the drives, for the command tau."""
         return {}
 
 
 @block
 class DirectDrive(AbstractActuator):
-    """The torque acts at once, within -limit and limit where there is one."""
+    """A drive without dynamics: the commanded torque acts at once, limited to -limit <= tau <= limit.
+
+    Parameters
+    ----------
+    limit
+        The largest torque of each motor, or None for no limit.
+    """
 
     limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
 
@@ -66,7 +72,15 @@ class DirectDrive(AbstractActuator):
 
 @block
 class FirstOrderLag(AbstractActuator):
-    """The torque follows the (limited) command: tau_m' = (tau - tau_m) / time_constant, tau_m(0) = 0."""
+    """A drive with a first-order lag behind the limit:  tau_m' = (tau - tau_m) / T,  tau_m(0) = 0.
+
+    Parameters
+    ----------
+    time_constant
+        The time constant T.
+    limit
+        The largest torque of each motor, or None for no limit.
+    """
 
     time_constant: Scalar = parameter(unit="s", low=0, strict=True, symbol="T_m")
     limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
@@ -88,7 +102,17 @@ def _limit(tau: ca.SX, limit: Vector | None) -> ca.SX:
 
 @block
 class Friction(AbstractAtJoints):
-    """F(qd) = viscous qd + coulomb tanh(qd / speed): Coulomb friction with its jump spread over `speed`."""
+    """Viscous and Coulomb friction at each joint:  F(qd) = viscous qd + coulomb tanh(qd / speed).
+
+    Parameters
+    ----------
+    viscous
+        Coefficient of viscous friction of each joint.
+    coulomb
+        Coulomb friction of each joint.
+    speed
+        The speed over which the jump of the Coulomb friction is smoothed.
+    """
 
     viscous: Vector = parameter(unit="{force_by_speed}", low=0, shape=("n",), symbol="b")
     coulomb: Vector = parameter(unit="{force}", low=0, shape=("n",), symbol="f_c")
@@ -96,25 +120,43 @@ class Friction(AbstractAtJoints):
 
     @property
     def force_by_speed(self) -> str:
-        """The unit of viscous friction, joint by joint where they differ."""
+        """The unit of viscous friction; one for each joint if they differ."""
         return ", ".join(f"{force} s/{'m' if force == 'N' else 'rad'}" for force in self.force.split(", "))
 
     @property
     def speed_unit(self) -> str:
-        """The unit of a speed; of both where some joints turn and others slide."""
+        """The unit of a speed; both units if some joints turn and others slide."""
         return " or ".join(dict.fromkeys(f"{unit}/s" for unit in self.units or ("rad",)))
 
     def torque(self, qd: Column) -> ca.SX:
-        """F(qd), (n, 1), in N m or N."""
+        """The friction F(qd), (n, 1), in N m or N."""
         friction: ca.SX = self.viscous * qd + self.coulomb * ca.tanh(qd / self.speed)
         return friction
 
 
 @block
 class Manipulator(AbstractPlant):
-    """A rigid arm on which a disturbance acts, equation (1) of the paper with friction F beside it:
+    """A robot arm with drives as a plant, with friction F and a disturbance D:
 
         M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau,        tau = 0 at a joint without a motor.
+
+    The input is tau, one number for each motor; the outputs are q and qd. The disturbance is the truth d. Torques are
+    in N m for joints that turn; for joints that slide they are forces in N.
+
+    Parameters
+    ----------
+    arm
+        The arm, as of `wb.robot` or `wb.read_urdf`, with n joints.
+    q
+        Positions of the joints.
+    qd
+        Velocities of the joints.
+    disturbance
+        The disturbance torques D, such as `SineTorque`, or None.
+    friction
+        The friction F, a `wb.arms.Friction`, or None.
+    actuator
+        The drives: `wb.arms.DirectDrive` (the default) or `wb.arms.FirstOrderLag`.
 
     References
     ----------
@@ -161,31 +203,38 @@ class Manipulator(AbstractPlant):
 
     @property
     def dof(self) -> int:
+        """The number of joints n."""
         return self.arm.dof
 
     @property
     def q_unit(self) -> str:
+        """The unit of q; one for each joint if they differ."""
         return self.outputs["q"].unit
 
     @property
     def qd_unit(self) -> str:
+        """The unit of qd; one for each joint if they differ."""
         return self.outputs["qd"].unit
 
     @property
     def states(self) -> Layout:
+        """The positions q, the velocities qd, and the states of the drives."""
         moving = Layout((Entry("q", self.q, self.q_unit), Entry("qd", self.qd, self.qd_unit)))
         return moving + self.actuator.memory(len(self.arm.motors))
 
     @property
     def inputs(self) -> Layout:
+        """The commanded torques tau, one for each motor."""
         return motors(self.arm)
 
     @property
     def outputs(self) -> Layout:
+        """The positions q and the velocities qd, (n,) each."""
         return motion(self.arm.units, ("q", "qd"))
 
     @property
     def truths(self) -> Layout:
+        """The disturbance d, (n,)."""
         return torques("d", self.arm.units)
 
     @property
@@ -193,12 +242,15 @@ class Manipulator(AbstractPlant):
         return {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat"}
 
     def measure(self, t: Number, x: States) -> Signals:
+        """The outputs q and qd, and the disturbance d."""
         return Signals(q=x["q"], qd=x["qd"], d=self._disturbance(t))
 
     def applied_inputs(self, t: Number, x: States, u: Inputs) -> Signals:
+        """The torques behind the drives."""
         return Signals(tau=self.actuator.applied_torque(x, u["tau"]))
 
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
+        """The picture of the arm, or None if the arm has none."""
         return self.arm.drawing(x["q"])
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:

@@ -1,7 +1,7 @@
-"""The small frozen objects that all rooms share: layouts of signals, units, differential equations and steps.
+"""The small frozen objects that all packages share: layouts of signals, units, differential equations and steps.
 
-`blocks` and `arms` make these objects from plants and laws; `engine`, `design`, `proofs`, `study` and `handover` take
-them, and know nothing else of a plant or a law. `notation` writes expressions on paper, and `validation` refuses bad
+`blocks` and `arms` make these objects from plants and laws. `engine`, `design`, `proofs`, `study` and `handover` use
+only these objects of a plant or a law. `notation` prints expressions as formulas, and `validation` refuses bad
 arguments. Read `layout` first, then `block` and `lift`, then `ode` and `step`.
 
 Examples
@@ -10,11 +10,12 @@ Examples
 ('x',)
 """
 
+from workbench.core.augmented_ode import with_quadrature, with_sensitivity
 from workbench.core.block import Column, Matrix, Scalar, Vector, block, initial, option, parameter
 from workbench.core.claim import BlockClaim, Claim
 from workbench.core.layout import Entry, Layout
 from workbench.core.linear import LinearSystem
-from workbench.core.ode import Ode, with_quadrature, with_sensitivity
+from workbench.core.ode import Ode
 from workbench.core.port import Roles, Signals, information_classes, layout
 from workbench.core.sampled_law import SampledLaw, Stage
 from workbench.core.sampled_system import SampledSystem

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol, T
 import casadi as ca
 import numpy as np
 
+from workbench.core.field_help import with_parameters
 from workbench.core.layout import Entry, Layout
-from workbench.core.numbers import Bounds, fit_shape
+from workbench.core.numbers import Bounds, Quantity, fit_shape
 from workbench.core.units import ANY, checked_unit, fill_unit
 from workbench.core.validation.notebook_display import cell, show, table_to_html
 from workbench.core.validation.refusals import numbers, one_of, refusal, with_article
@@ -44,17 +45,6 @@ class Block(Protocol):
     __dataclass_fields__: ClassVar[dict[str, Field[object]]]
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """The declaration of a number: its unit, bounds, axes and letter, and whether `lift` makes it a symbol."""
-
-    unit: str
-    bounds: Bounds
-    shape: tuple[str, ...]
-    symbol: str
-    is_symbolic: bool
-
-
 @check_arguments
 def parameter(
     default: object = MISSING,
@@ -68,11 +58,26 @@ def parameter(
     shape: tuple[str, ...] = (),
     symbol: str = "",
 ) -> Any:
-    """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
+    """A field of a block that is a parameter of its equations: a number, a vector or a matrix.
 
-    `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, counts them, as in ("3",), or is
-    ("*",) for one number or a vector; `symbol` is its printed letter. `strict` excludes the bounds themselves;
-    `symmetric` and `definite` are those of `Bounds`. A number with the default None may be left out.
+    In a loop the parameter has the path of the field as its name, such as `plant.k`, and can be varied. A field
+    without a default must be given. A field with the default None may be left out.
+
+    Parameters
+    ----------
+    default
+        The value if none is given.
+    unit
+        The unit, as "N/m", or "" for none. A name in braces is an attribute of the block, as in "{unit}/s".
+    low, high, strict
+        The bounds of every number. With `strict` a number must not be equal to a bound.
+    symmetric, definite
+        For a matrix: True if it must be symmetric; "positive" or "semi" if it must be positive (semi)definite, too.
+    shape
+        One entry for each axis: a count as "3", a letter for an axis of any length, or "n" for the `dof` of the block.
+        Axes with the same letter have the same length. () is one number; ("*",) is one number or a vector.
+    symbol
+        The letter of the parameter in printed equations, as "K_p". The default is the name of the field.
 
     Examples
     --------
@@ -88,7 +93,9 @@ def parameter(
 
 @check_arguments
 def initial(default: object = MISSING, *, unit: str, shape: tuple[str, ...] = (), symbol: str = "") -> Any:
-    """The start of a block's memory: a default in the layout of states, not a parameter.
+    """A field of a block that is a state of its equations; the value of the field is the initial value of the state.
+
+    It is not a parameter of the equations: a run sets it as an initial state. The arguments are those of `parameter`.
 
     Examples
     --------
@@ -106,7 +113,9 @@ def initial(default: object = MISSING, *, unit: str, shape: tuple[str, ...] = ()
 
 @check_arguments
 def option(choices: Mapping[str, str], default: str) -> Any:
-    """A named choice among readings of an equation; `choices` explains each of them.
+    """A field of a block that selects one of several forms of its equations by name.
+
+    `choices` has the name of each form with an explanation; `default` is the name of the form if none is given.
 
     Examples
     --------
@@ -170,7 +179,11 @@ def initial_states(block: DataclassInstance) -> Layout:
     frozen_default=True, eq_default=False, field_specifiers=(parameter, parameters, initial, option, socket, field)
 )
 def block(cls: type[T]) -> type[T]:
-    """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds.
+    """Class decorator for blocks (plants, laws, observers, references): it makes a frozen dataclass that checks fields.
+
+    The class declares its fields by `parameter`, `initial` and `option`, or with a type. An instance with a value of a
+    wrong type or shape, or with a number out of bounds, is refused by a ValueError. The help of the class lists its
+    fields with their units; a section `Parameters` of its docstring may explain them.
 
     Examples
     --------
@@ -214,6 +227,7 @@ def block(cls: type[T]) -> type[T]:
     made = dataclass(frozen=True, eq=False)(cls)
     for f, quantity in quantities(made) if is_dataclass(made) else ():
         checked_unit(f"{cls.__name__}.{f.name} = parameter(unit=...)", PLACE.sub("x", quantity.unit))
+    made.__doc__ = with_parameters(made)  # type: ignore[arg-type]
     return made
 
 

@@ -24,7 +24,7 @@ from workbench.core.validation.signatures import check_arguments
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Entry:
-    """One named quantity of a vector, in the shape of its default; equations print it as `symbol`."""
+    """One named quantity of a `Layout`, in the shape of its default value; `symbol` is its letter in equations."""
 
     name: str
     default: Array
@@ -45,21 +45,21 @@ class Entry:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of the quantity: () for a number."""
+        """The shape of the quantity: () for a single number."""
         return tuple(self.default.shape)
 
     @property
     def size(self) -> int:
-        """The count of its numbers in the flat vector."""
+        """The number of entries of the quantity in the flat vector."""
         return int(self.default.size)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The unit of each of its numbers: `unit` may name them one by one, as in "m, rad"."""
+        """The unit of each entry; `unit` is one for all, or a list as "m, rad"."""
         return unit_of_each(self.unit, self.size)
 
     def labels(self) -> list[str]:
-        """The names of its numbers in their order in the flat vector: `K[0,1]`, column by column."""
+        """The names of the entries in the order of the flat vector, column by column, as `K[0,1]`."""
         if not self.shape:
             return [self.name]
         order = sorted(np.ndindex(self.shape), key=lambda index: index[::-1])
@@ -69,7 +69,15 @@ class Entry:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Layout:
-    """The place of each named quantity in a flat vector. Matrices lie column by column, as in CasADi.
+    """Named quantities (states, parameters or signals) and their places in a flat vector.
+
+    `wb.layout(...)` makes one. Matrices are stored column by column, as in CasADi. B is the number of rows, one for
+    each run. `a + b` is the layout of all quantities of a and b.
+
+    Parameters
+    ----------
+    entries
+        The quantities in order, with different names.
 
     Examples
     --------
@@ -97,14 +105,14 @@ class Layout:
 
     @property
     def default(self) -> Array:
-        """The flat vector (size,) of defaults, only to be read: change a copy, or take other values by `pack`."""
+        """The flat vector (size,) of default values. It is read-only; `pack` makes a vector with other values."""
         vector = np.concatenate([entry.default.ravel(order="F") for entry in self.entries] or [np.zeros(0)])
         vector.flags.writeable = False
         return vector
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """One name a number: `plant.q[0]`."""
+        """The name of each number in the flat vector, as `plant.q[0]`."""
         return tuple(label for entry in self.entries for label in entry.labels())
 
     @cached_property
@@ -137,11 +145,11 @@ class Layout:
 
     @check_arguments
     def with_prefix(self, prefix: str) -> Layout:
-        """The same layout with each name below `prefix`."""
+        """A copy of the layout with `prefix` before each name."""
         return Layout(tuple(replace(entry, name=f"{prefix}{entry.name}") for entry in self.entries))
 
     def indices(self, name: str) -> list[int]:
-        """The places of a quantity, or of one of its numbers (`K[0,1]`), in the flat vector."""
+        """The indices of a quantity, or of one of its numbers (`K[0,1]`), in the flat vector."""
         if not isinstance(name, str) or name in self._slices:
             place = self.slice(name)
             return list(range(place.start, place.stop))
@@ -151,14 +159,15 @@ class Layout:
         raise LookupError(f"'{base}' has shape {self[base].shape}: there is no {describe(name)}.")
 
     def pack(self, values: Mapping[str, object] | None = None) -> Array:
-        """Rows (B, size) from values by name; the other quantities take their defaults.
+        """Rows (B, size) with the given values, by name, and default values for all other quantities.
 
-        A value has the quantity's shape, or (B, ...) for one value a run. A name such as `K[0,1]` sets a single number.
+        A value has the shape of its quantity, or (B, ...) with one value for each of B runs. A name such as `K[0,1]`
+        sets a single number.
 
         Raises
         ------
         LookupError
-            If a name is none of this layout's; the message names the nearest.
+            If the layout has no such name; the message has the nearest one.
         ValueError
             If a value is not a number, has the wrong shape, is not finite or is out of bounds.
         """
@@ -187,7 +196,7 @@ class Layout:
         return np.stack([row.ravel(order="F") for row in array])
 
     def printed_names(self) -> dict[str, str]:
-        """The name of each number in a printed equation: of `links[0].mass` m_1, of `Lambda[1]` Lambda_2."""
+        """The letter of each number in printed equations, by its name: m_1 for `links[0].mass`, for example."""
         names = {}
         for entry in self.entries:
             symbol = entry.symbol or entry.name.rpartition(".")[2]
@@ -208,7 +217,7 @@ class Layout:
 
     @check_arguments
     def check(self, rows: Array) -> None:
-        """Refuse rows (B, size) with a number that is not finite or out of its bounds, by name."""
+        """Raise a ValueError if a number in rows (B, size) is not finite or out of its bounds."""
         if rows.ndim != 2 or rows.shape[1] != self.size:
             raise ValueError(f"`check(rows)` takes rows (B, {self.size}); got shape {rows.shape}.")
         if self._ends is not None and ((rows >= self._ends[0]) & (rows <= self._ends[1])).all():
@@ -228,13 +237,13 @@ class Layout:
 
     @check_arguments
     def unpack(self, rows: Array) -> dict[str, Array]:
-        """Values of shape (..., *shape) by name, from vectors (..., size)."""
+        """The values by name, each of shape (..., *shape), from flat vectors (..., size)."""
         if rows.shape[-1:] != (self.size,):
             raise ValueError(f"`unpack(rows)` takes vectors of {self.size} numbers; got shape {rows.shape}.")
         return {e.name: _unflatten(rows[..., self._slices[e.name]], e.shape) for e in self.entries}
 
     def symbols(self) -> ca.SX:
-        """A symbol for each number, (size, 1), named by its label."""
+        """A column (size, 1) of CasADi symbols, one for each number, named by its label."""
         return ca.vertcat(*[ca.SX.sym(label) for label in self.labels]) if self.size else ca.SX(0, 1)
 
     def view(self, vector: ca.SX) -> dict[str, ca.SX]:
@@ -250,7 +259,7 @@ class Layout:
 
     @check_arguments
     def flatten(self, parts: Mapping[str, ca.SX]) -> ca.SX:
-        """The CasADi vector (size, 1) of named parts: all of them, each in its shape, and no other."""
+        """The CasADi vector (size, 1) of all quantities, given by name in their shapes: the inverse of `view`."""
         if odd := set(parts) ^ set(self.names):
             raise LookupError(f"`flatten(parts)` needs exactly {list(self.names)}; differs in {sorted(odd)}.")
         columns = []

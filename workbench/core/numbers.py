@@ -86,6 +86,17 @@ class Bounds:
             )
 
 
+@dataclass(frozen=True)
+class Quantity:
+    """The declaration of a number: its unit, bounds, axes and letter, and whether `lift` makes it a symbol."""
+
+    unit: str
+    bounds: Bounds
+    shape: tuple[str, ...]
+    symbol: str
+    is_symbolic: bool
+
+
 def fit_shape(call: str, value: Array, axes: tuple[str, ...], sizes: dict[str, int]) -> Array:
     """The value in its declared shape; one number stands for a vector of equal ones, a vector for a single column."""
     if max(sizes.values(), default=0) > LONGEST:

@@ -1,10 +1,10 @@
-"""Ode: x' = f(t, x, p), y = h(t, x, p), with exact Jacobians, a fingerprint, quadratures and sensitivities."""
+"""Ode: x' = f(t, x, p), y = h(t, x, p), with exact Jacobians and a fingerprint."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
@@ -26,13 +26,50 @@ from workbench.core.validation.signatures import check_arguments
 class Ode:
     """An ordinary differential equation x' = f(t, x, p), y = h(t, x, p) with named states, parameters and outputs.
 
+    `wb.open_loop(plant)`, `ClosedLoop.ode()` and `Ode.of` make one. The fields from `follows` on are set for loops.
+
+    Parameters
+    ----------
+    name
+        The name of the equations.
+    states, parameters, outputs
+        Layouts of x, p and y, with units and default values. The defaults of the states are the initial state.
+    t, x, p
+        The symbols of time in s, (1, 1), of the state, (nx, 1), and of the parameters, (np, 1).
+    rate
+        The expression of f, (nx, 1).
+    output
+        The expression of h, (ny, 1).
+    inputs
+        Names of the parameters that are declared as inputs u, such as the voltage of a motor.
+    notes
+        Warnings for a reader of reports, for example that an estimate uses the truth.
+    follows
+        Names of the outputs that follow a reference. The reference of x is the output `x_ref`.
+    drives
+        Names of the commands.
+    measures
+        Names of the outputs of the plant.
+    differences
+        For each output that is an error, the two outputs of which it is the difference.
+    power
+        Names of two outputs whose product is the power that enters through the inputs, or ().
+    horizon
+        The last time in s for which the equations hold, such as that of the last row of a table.
+    counts
+        The thing to which each entry of a vector belongs, as "tank".
+    drawing
+        The picture of the plant, in the symbols t, x and p.
+    origins
+        The blocks from which the equations were made, with their references.
+
     Raises
     ------
     ValueError
-        If symbols, rate or output do not have the sizes of their layouts, if rate or output has a symbol that is none
-        of t, x and p, or if a state and a parameter have one name.
+        If a symbol, the rate or the output does not have the size of its layout; if rate or output has a symbol other
+        than t, x and p; or if a state and a parameter have the same name.
     LookupError
-        If an input is no parameter.
+        If an input is not a parameter.
 
     Examples
     --------
@@ -47,22 +84,22 @@ class Ode:
     states: Layout
     parameters: Layout
     outputs: Layout
-    t: ca.SX  # symbol of time in s, (1, 1)
-    x: ca.SX  # of the state, (nx, 1)
-    p: ca.SX  # of the parameters, (np, 1)
-    rate: ca.SX  # f, (nx, 1)
-    output: ca.SX  # h, (ny, 1)
-    inputs: tuple[str, ...] = ()  # the parameters that an outside signal may drive (the torque of an open loop, say)
-    notes: tuple[str, ...] = ()  # warnings for a reader of reports: an estimate that uses the truth, say
-    follows: tuple[str, ...] = ()  # of a loop, the outputs that follow a reference, each beside it (`x_ref`)
-    drives: tuple[str, ...] = ()  # of a loop, the commands
-    measures: tuple[str, ...] = ()  # of a loop, the outputs of its plant
-    differences: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # of a loop, `e_x` by its x and `x_ref`
-    power: tuple[str, ...] = ()  # of a loop, the two outputs whose product is the power that its inputs bring
-    horizon: float = math.inf  # s, the last time at which the equations hold: that of the last row of a table, say
-    counts: str = ""  # the thing that each number of a vector belongs to, as 'tank'; empty where indices do
-    drawing: Drawing | None = None  # of the plant, in t, x and p
-    origins: tuple[Origin, ...] = ()  # of a loop, the blocks whose equations these are, with their references
+    t: ca.SX
+    x: ca.SX
+    p: ca.SX
+    rate: ca.SX
+    output: ca.SX
+    inputs: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    follows: tuple[str, ...] = ()
+    drives: tuple[str, ...] = ()
+    measures: tuple[str, ...] = ()
+    differences: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    power: tuple[str, ...] = ()
+    horizon: float = math.inf
+    counts: str = ""
+    drawing: Drawing | None = None
+    origins: tuple[Origin, ...] = ()
 
     WAYS: ClassVar = {
         "ClosedLoop": "a loop becomes one by its method `ode()`",
@@ -100,7 +137,23 @@ class Ode:
         outputs: Mapping[str, ca.SX],
         units: Mapping[str, str] | None = None,
     ) -> Ode:
-        """An `Ode` from named rates and outputs over symbols (t, x, p)."""
+        """An `Ode` from rates and outputs by name.
+
+        Parameters
+        ----------
+        name
+            The name of the equations.
+        states, parameters
+            Layouts of the state x and of the parameters p.
+        symbols
+            The symbols (t, x, p) in which rates and outputs are written.
+        rates
+            The time derivative of each state.
+        outputs
+            The expression of each output.
+        units
+            Units of outputs, by name. An output without one is dimensionless.
+        """
         columns = {key: ca.vec(ca.SX(value)) for key, value in outputs.items()}
         entries = tuple(Entry(key, np.zeros(y.numel()), (units or {}).get(key, "")) for key, y in columns.items())
         output = ca.vertcat(*columns.values()) if columns else ca.SX(0, 1)
@@ -151,11 +204,11 @@ class Ode:
         return ca.vertcat(*[self.p[self.parameters.slice(name)] for name in self.inputs])
 
     def rate_at(self, t: float, x: Array, p: Array | None = None) -> Array:
-        """f(t, x, p) as numbers (nx,), at default parameters unless p is given."""
+        """The rate f(t, x, p) as numbers (nx,), for a state x (nx,) and parameters p (np,), else their defaults."""
         return np.array(self.f(*self._point("rate_at", t, x, p))).ravel()
 
     def outputs_at(self, t: float, x: Array, p: Array | None = None) -> dict[str, Array]:
-        """The outputs by name at one state, at default parameters unless p is given."""
+        """The outputs by name as numbers, for a state x (nx,) and parameters p (np,), else their defaults."""
         return self.outputs.unpack(np.array(self.h(*self._point("outputs_at", t, x, p))).ravel())
 
     def _point(self, call: str, t: float, x: Array, p: Array | None) -> tuple[float, Array, Array]:
@@ -168,9 +221,10 @@ class Ode:
 
     @property
     def default_signals(self) -> tuple[str, ...]:
-        """The signals of a picture for which none are named: what a loop is about, or all outputs, or all states.
+        """The signals of a picture if none are named: for a loop, the outputs that follow a reference and the commands.
 
-        A loop is about what follows a reference, or, where nothing does, the outputs of its plant; and its commands.
+        A loop without a reference shows all outputs of its plant instead. Other equations show all outputs, or all
+        states if there are no outputs.
         """
         applied = (f"{name}_applied" for name in self.drives)
         commands = tuple(name for name in applied if name in self.outputs) or self.drives
@@ -181,7 +235,8 @@ class Ode:
     def fingerprint(self) -> str:
         """The digest of the equations (64 hexadecimal digits), the same in every process and for all default values.
 
-        It holds all that the equations call, such as the values of a table; a `ValueError` names what it cannot see.
+        It includes every function that the equations call, such as a table. A function whose content cannot be read is
+        refused by a `ValueError`.
         """
         layouts = (self.states, self.parameters, self.outputs)
         entries = (repr((entry.name, entry.shape, entry.unit)) for layout in layouts for entry in layout.entries)
@@ -190,7 +245,7 @@ class Ode:
 
     @check_arguments
     def refuse_beyond(self, call: str, until: float) -> None:
-        """Refuse a time in s beyond the horizon."""
+        """Raise a ValueError, which names `call`, if the time `until` [s] is beyond the horizon."""
         # 1e-9: what the rounding of a count of steps may add to a time
         if until > self.horizon + 1e-9 * abs(self.horizon):
             raise ValueError(
@@ -203,7 +258,7 @@ class Ode:
 
     @property
     def sizes(self) -> str:
-        """The numbers of its states, parameters and outputs, in words."""
+        """The numbers of states, parameters and outputs, as text."""
         counts = {"state": self.states, "parameter": self.parameters, "output": self.outputs}
         return ", ".join(f"{port.size} {word}{'' if port.size == 1 else 's'}" for word, port in counts.items())
 
@@ -217,60 +272,3 @@ def time_beside(*layouts: Layout) -> ca.SX:
     while name in taken:
         name += "_"
     return ca.SX.sym(name)
-
-
-@check_arguments
-def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[str, str] | None = None) -> Ode:
-    """The same equation with a state z for each integrand g(t, x, p), (k, 1), by its name: z' = g, z(0) = 0."""
-    entries = tuple(Entry(name, np.zeros(g.numel()), (units or {}).get(name, "")) for name, g in integrands.items())
-    extra = Layout(entries)
-    z = extra.symbols()
-    return replace(
-        ode,
-        states=ode.states + extra,
-        x=ca.vertcat(ode.x, z),
-        rate=ca.vertcat(ode.rate, *[ca.vec(g) for g in integrands.values()]),
-    )
-
-
-@check_arguments
-def with_sensitivity(ode: Ode, names: Sequence[str]) -> Ode:
-    """The same equation with S = dx/dtheta carried along: S' = (df/dx) S + df/dtheta.
-
-    Each name is a parameter, a state (its initial value) or one number of either (`plant.q[0]`). S is a state 'S' of
-    shape (nx, k), the columns in the order of the names; where f has a corner (saturation, |s|), it is that of the
-    smooth pieces.
-
-    Raises
-    ------
-    ValueError
-        If no name is given.
-    LookupError
-        If a name is neither a parameter's nor a state's; the message names the nearest.
-
-    Examples
-    --------
-    >>> from workbench.core import with_sensitivity
-    >>> with_sensitivity(wb.open_loop(wb.DCMotor()), ["J"]).states.labels
-    ('omega', 'i', 'S[0,0]', 'S[1,0]')
-    """
-    if not names:
-        raise ValueError("`with_sensitivity(names=...)` needs at least one parameter or state; got none.")
-    nx, columns, starts = ode.states.size, [], []
-    known = {entry.name: entry for entry in ode.parameters.entries + ode.states.entries}
-    for name in names:
-        Layout(tuple(known.values())).indices(name)  # refuses a name of neither
-        of_parameter = name in ode.parameters or name in ode.parameters.labels
-        for i in (ode.parameters if of_parameter else ode.states).indices(name):
-            columns.append(ca.jacobian(ode.rate, ode.p[i]) if of_parameter else ca.SX(nx, 1))
-            starts.append(np.zeros(nx) if of_parameter else np.eye(nx)[i])
-    extra = Layout((Entry("S", np.stack(starts, axis=1)),))
-    s = extra.symbols()
-    S = ca.reshape(s, nx, len(columns))
-    rate = ca.jacobian(ode.rate, ode.x) @ S + ca.horzcat(*columns)
-    return replace(
-        ode,
-        states=ode.states + extra,
-        x=ca.vertcat(ode.x, s),
-        rate=ca.vertcat(ode.rate, ca.vec(ca.densify(rate))),
-    )

@@ -29,7 +29,9 @@ class NoSignalError(AttributeError, LookupError):
 
 @check_arguments
 class Signals(Mapping[str, ca.SX]):
-    """A read-only mapping from names to columns of symbols, whose names are attributes too: `y["q"]` is `y.q`.
+    """A read-only mapping from names of signals to their values, which are also attributes: `y["q"]` is `y.q`.
+
+    The values are usually columns of CasADi symbols. `signals | {"q": ...}` is a copy with other values.
 
     Examples
     --------
@@ -61,7 +63,7 @@ class Signals(Mapping[str, ca.SX]):
     def get(self, name: str, default: ca.SX | T) -> ca.SX | T: ...
     @check_arguments
     def get(self, name: str, default: object = None) -> object:
-        """The signal of a name, or a default if there is none."""
+        """The value of the signal `name`, or `default` if there is no such signal."""
         return self._parts.get(name, default)
 
     def __getattr__(self, name: str) -> ca.SX:
@@ -94,7 +96,7 @@ class Signals(Mapping[str, ca.SX]):
 
     @check_arguments
     def only(self, names: Layout) -> Signals:
-        """The signals that a port has."""
+        """The signals whose names are in the layout `names`."""
         return Signals({name: self[name] for name in names.names})
 
 
@@ -103,12 +105,15 @@ METHODS = {name for name in dir(Signals) if not name.startswith("_")}  # `y.name
 
 @check_arguments
 def layout(**signals: object) -> Layout:
-    """A port or a memory: a unit for each name, or a unit and the number or numbers at the start, zero else.
+    """Declare the signals of a port or a memory, with their units, shapes and initial values.
+
+    Each keyword is the name of a signal. Its value is the unit, as "rad/s", or the pair of unit and initial value. The
+    initial value is zero by default, and an array makes a signal of its shape.
 
     Raises
     ------
     ValueError
-        If what comes for a name is neither, or a name is that of a method of `Signals`.
+        If a value is neither a unit nor such a pair, or a name is that of a method of `Signals`.
 
     Examples
     --------

@@ -25,10 +25,19 @@ SYMBOLS = {"z": "memory", "y": "readings", "r": "references", "p": "parameters"}
 @dataclass(frozen=True)
 @check_arguments
 class Stage:
-    """Values that a sampled law makes together, by name, in terms of its symbols and of those of its crossings; and the
-    equations as a book has them.
+    """Values that a sampled law computes together, by name, and the equations of the block that they come from.
 
-    A stage that has values of the memory has those of the next instant.
+    The values are expressions in the symbols of the law and of its crossings. Values of the memory are those of the
+    next instant.
+
+    Parameters
+    ----------
+    title
+        The kind and the class of the block.
+    values
+        The expressions by name.
+    equations
+        The docstring of the block.
     """
 
     title: str
@@ -39,16 +48,52 @@ class Stage:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class SampledLaw:
-    """u = c(k, z, y, r, p) and z+ = g(k, z, y, r, p) at the instants t_k = k period, k = 0, 1, ...
+    """A law as a computer runs it, from readings and references to commands, at t_k = k period, k = 0, 1, ...:
 
-    y are the readings of the instruments, r what is wanted, z all that the computer keeps: the memories of observer and
-    law, and commands on their way. Its first value is the default of `memory`. u acts from t_k to the next instant.
+        u = c(k, z, y, r, p),     z+ = g(k, z, y, r, p).
+
+    `SampledSystem.law` makes one. The command u acts from t_k to the next instant.
+
+    Parameters
+    ----------
+    name
+        The name of the law.
+    period
+        The sampling period in s.
+    memory
+        Layout of z: the memories of observer and law, and delayed commands. Its defaults are the first value of z.
+    readings
+        Layout of y, the readings of the instruments.
+    references
+        Layout of r, the references; empty if the reference is built in.
+    commands
+        Layout of u.
+    parameters
+        Layout of p, with the values of the parameters.
+    k, z, y, r, p
+        The symbols of the number of the instant, (1, 1), of memory, readings, references and parameters, (size, 1).
+    command
+        The expression of u in these symbols.
+    update
+        The expression of z+ in these symbols.
+    stages
+        Intermediate values, in the order in which they are computed, with their equations for readers of the code.
+    limits
+        Limits (low, high) of commands, by name.
+    delay
+        Delays of commands in periods, by name.
+    notes
+        Warnings for a reader of the code.
+    crossings
+        Values that the loop computes before others, as symbols with their expressions, in this order.
+    crossing_result
+        The expression of [z+; u] in the symbols of the crossings. The default has no such symbols.
 
     Raises
     ------
     ValueError
-        If the period is no positive finite number, or an expression has another size than its layout, or a symbol that
-        is none of k, z, y, r and p.
+        If the period is not a positive finite number, or an expression has another size than its layout or a symbol
+        other than k, z, y, r and p.
 
     Examples
     --------
@@ -61,27 +106,25 @@ class SampledLaw:
     """
 
     name: str
-    period: float  # s
+    period: float
     memory: Layout
     readings: Layout
-    references: Layout  # none where the reference is built in
+    references: Layout
     commands: Layout
     parameters: Layout
-    k: ca.SX  # symbol of the number of the instant, (1, 1)
-    z: ca.SX  # of the memory
-    y: ca.SX  # of the readings
-    r: ca.SX  # of the references
-    p: ca.SX  # of the parameters
-    command: ca.SX  # u, in all the symbols
-    update: ca.SX  # z+
-    stages: tuple[Stage, ...] = ()  # in the order in which they are made
-    limits: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)  # of commands, (low, high)
-    delay: Mapping[str, int] = field(default_factory=dict)  # the periods that each command waits
+    k: ca.SX
+    z: ca.SX
+    y: ca.SX
+    r: ca.SX
+    p: ca.SX
+    command: ca.SX
+    update: ca.SX
+    stages: tuple[Stage, ...] = ()
+    limits: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
+    delay: Mapping[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    crossings: tuple[Crossing, ...] = ()  # all that the computer makes in its loop, in the same order
-    crossing_result: ca.SX | None = (
-        None  # [z+; u] in the symbols of the crossings; as update and command have them unless given
-    )
+    crossings: tuple[Crossing, ...] = ()
+    crossing_result: ca.SX | None = None
 
     WAYS: ClassVar = {"ClosedLoop": "take `loop.digital(period)`, whose law it is"}
 
@@ -103,13 +146,14 @@ class SampledLaw:
 
     @property
     def uses_time(self) -> bool:
-        """True if it depends on the number of the instant."""
+        """True if the command or the update depends on the number k of the instant."""
         return bool(ca.depends_on(ca.vertcat(self.command, self.update), self.k))
 
     @cached_property
     def step(self) -> StepMap:
-        """The law as a `StepMap` with the states [z; u], where u is that of the last instant, and the parameters
-        [p; y; r], of which the last two are named below 'y.' and 'r.'.
+        """The law as a `StepMap` with the states [z; u] and the parameters [p; y; r].
+
+        The state u is the command of the last instant. Readings and references are named as 'y.q' and 'r.q'.
         """
         u, handed = self.commands.with_prefix("u."), self.readings.with_prefix("y.") + self.references.with_prefix("r.")
         states, x = self.memory + u, ca.vertcat(self.z, u.symbols())
@@ -143,13 +187,13 @@ class SampledLaw:
 
     @cached_property
     def F(self) -> ca.Function:
-        """The law as a CasADi function (k, z, y, r, p) -> z+, u."""
+        """The law as a CasADi function (k, z, y, r, p) -> (z+, u)."""
         values = [ca.densify(self.update), ca.densify(self.command)]
         return ca.Function("workbench_law", [*self._symbols.values()], values, [*self._symbols], ["z_next", "u"])
 
     @cached_property
     def fingerprint(self) -> str:
-        """The digest of equations, period and default numbers (64 hexadecimal digits), the same in every process."""
+        """The digest of equations, period and default values (64 hexadecimal digits), the same in every process."""
         head = [self.period.hex().encode()]
         for port in (self.memory, self.readings, self.references, self.commands, self.parameters):
             head += [repr((entry.name, entry.shape, entry.unit)).encode() for entry in port.entries]
@@ -158,7 +202,7 @@ class SampledLaw:
 
     @check_arguments
     def with_name(self, name: str) -> SampledLaw:
-        """The same law by another name."""
+        """A copy of the law with another name."""
         return replace(self, name=name)
 
     def __repr__(self) -> str:

@@ -9,14 +9,12 @@ from importlib import import_module
 from typing import Literal
 
 import casadi as ca
-import numpy as np
 
 from workbench.core.crossing import Crossing, refuse_strangers, without_crossings
 from workbench.core.expressions import refuse_misfit
 from workbench.core.fingerprints import fingerprint_of
-from workbench.core.layout import Entry, Layout, layouts_to_html
+from workbench.core.layout import Layout, layouts_to_html
 from workbench.core.methods import METHODS, runge_kutta
-from workbench.core.numbers import Bounds
 from workbench.core.ode import Ode
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.segments import Segments
@@ -24,6 +22,7 @@ from workbench.core.shapes import Drawing
 from workbench.core.state_corners import corners_of
 from workbench.core.step import StepMap, StepRule, held_at
 from workbench.core.switches import Switches
+from workbench.core.timing_faults import add_timing_faults
 from workbench.core.validation.refusals import MOST, one_of, seconds, whole
 from workbench.core.validation.signatures import check_arguments
 
@@ -34,13 +33,40 @@ PERIODS = 100  # over which the substeps of a step without a number are chosen
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class SampledSystem:
-    """x+ = g(k, x, p, w) at the instants t_k = k period, k = 0, 1, ..., and x' = f(t, x, p) from each to the next.
+    """A system that jumps at sampling instants, such as a plant with the computer of its law:
+
+        x+ = g(k, x, p, w) at t_k = k period, k = 0, 1, ...,     x' = f(t, x, p) between two instants.
+
+    `ClosedLoop.digital` makes one. w are standard normal random numbers, new ones at every instant.
+
+    Parameters
+    ----------
+    flow
+        The `Ode` of f, over all states, with the outputs. The outputs at t_k are taken after the jump.
+    period
+        The sampling period in s.
+    k
+        The symbol of the number of the instant, (1, 1).
+    w
+        The symbols of the random numbers, (nw, 1).
+    jump
+        The expression of g for the first m states, (m, 1), in k, `flow.x`, `flow.p` and w. Other states do not jump.
+    methods
+        The method by which the memory of each block is stepped, as text.
+    law_of
+        A function that makes the answer of `law`, or None.
+    crossings
+        The readings and references of the computer, such as 'y.q' and 'r.q', as symbols with their values.
+    crossing_jump
+        The expression of g in the symbols of the crossings. The default is `jump`.
+    noise_states
+        Names of the states of coloured noise, which are not in the computer.
 
     Raises
     ------
     ValueError
-        If the period is no positive finite number, or the jump is none of at most all states, or has a symbol that is
-        none of k, x, p and w.
+        If the period is not a positive finite number; or if the jump has more entries than there are states, or a
+        symbol other than k, x, p and w.
 
     Examples
     --------
@@ -54,16 +80,16 @@ class SampledSystem:
     array([1.])
     """
 
-    flow: Ode  # f, over all states, and the outputs; at t_k they are taken after the jump
-    period: float  # s
-    k: ca.SX  # symbol of the number of the jump, (1, 1)
-    w: ca.SX  # of standard normal numbers, (nw, 1), fresh ones at every jump
-    jump: ca.SX  # g, (m, 1), for the first m states, in k, `flow.x`, `flow.p` and w; the others do not jump
-    methods: tuple[str, ...] = ()  # by which the memory of each block is stepped, in words
-    law_of: Callable[[str, tuple[str, ...]], SampledLaw] | None = None  # the computer's part of it, see `law`
-    crossings: tuple[Crossing, ...] = ()  # what goes into the computer and out of it: 'y.q', 'r.q'
-    crossing_jump: ca.SX | None = None  # g with the symbols of the crossings; `jump`, which has none, unless given
-    noise_states: tuple[str, ...] = ()  # the states of coloured noise, which belong to no computer
+    flow: Ode
+    period: float
+    k: ca.SX
+    w: ca.SX
+    jump: ca.SX
+    methods: tuple[str, ...] = ()
+    law_of: Callable[[str, tuple[str, ...]], SampledLaw] | None = None
+    crossings: tuple[Crossing, ...] = ()
+    crossing_jump: ca.SX | None = None
+    noise_states: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         seconds("SampledSystem(period=...)", self.period)
@@ -82,21 +108,21 @@ class SampledSystem:
 
     @check_arguments
     def law(self, reference: str = "input", truths: tuple[str, ...] = ()) -> SampledLaw:
-        """The part of the computer alone, which another machine can run.
+        """The part of the computer alone (observer and controller), which another machine can run.
 
         Parameters
         ----------
         reference
-            "input" if what is wanted is handed in at each instant, or "built in" for the reference of the loop.
+            "input" if the references are inputs of the law, or "built in" for the reference of the loop.
         truths
-            Signals that no instrument gives, which the machine is handed all the same.
+            Names of signals that no instrument measures and that are inputs of the law nevertheless.
 
         Raises
         ------
         ValueError
-            If the law uses a truth that is not named, or this is no loop of blocks, as `ClosedLoop.digital` makes one.
+            If the law uses a truth that is not named, or the system was not made by `ClosedLoop.digital`.
         LookupError
-            If a name is none of a truth.
+            If a name is not that of a truth.
         """
         if self.law_of is None:
             raise ValueError(
@@ -107,18 +133,18 @@ class SampledSystem:
 
     @property
     def after(self) -> ca.SX:
-        """The state after the jump, (m, 1), in k, x, p, w and the symbols of the crossings, as machines compute it."""
+        """The first m states after the jump, (m, 1), in k, x, p, w and the symbols of the crossings."""
         return self.jump if self.crossing_jump is None else self.crossing_jump
 
     @property
     def computer_inputs(self) -> dict[str, ca.SX]:
-        """The symbols of what the computer is handed: readings 'y.q' and references 'r.q'."""
+        """The symbols of the inputs of the computer by name: readings as 'y.q', references as 'r.q'."""
         parts = [part for crossing in self.crossings for part in crossing.parts.items()]
         return {name: part for name, part in parts if name.startswith(("y.", "r."))}
 
     @cached_property
     def computer_input_values(self) -> Mapping[str, ca.SX]:
-        """The same in k, x, p and w."""
+        """The expressions of the inputs of the computer, by name, in k, x, p and w."""
         return {name: without_crossings(self.crossings, part) for name, part in self.computer_inputs.items()}
 
     @property
@@ -157,7 +183,7 @@ class SampledSystem:
         return self.flow.drawing
 
     def substeps(self, h: float) -> int:
-        """The number of steps of h [s] in the period; refused if they do not fill it."""
+        """The number of steps of h [s] in one period; a ValueError if h does not divide the period."""
         count = self.period / seconds("substeps(h=...)", h)
         if not round(min(count, MOST)) >= 1 or abs(count - round(min(count, MOST))) > 1e-6:
             raise ValueError(
@@ -167,10 +193,15 @@ class SampledSystem:
         return round(count)
 
     def step(self, substeps: int | Literal["chosen"] = "chosen", method: str = "rk4") -> StepMap:
-        """One period as a `StepMap`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
+        """One period as a `StepMap`: the jump at t_k, and then Runge-Kutta steps of the flow.
 
-        Without a number it is the step that `simulate` chooses for a hundred periods from the initial state. The
-        method of the substeps goes by its name, as in `runge_kutta_step`.
+        Parameters
+        ----------
+        substeps
+            The number of Runge-Kutta steps, or "chosen" for the number that `simulate` chooses for 100 periods from the
+            initial state.
+        method
+            The method of these steps, as of `runge_kutta_step`.
         """
         if isinstance(substeps, str) and substeps == "chosen":
             periods = max(1, int(min(PERIODS, self.flow.horizon / self.period)))
@@ -200,55 +231,27 @@ class SampledSystem:
 
     @check_arguments
     def with_timing_faults(self) -> SampledSystem:
-        """The same loop with a computer that is late, and that misses periods, by two more parameters.
+        """The same loop with a computer that is late at its instants and that misses periods.
 
-        The instant k comes d_k late, at k period + d_k, with d_k uniform in [0, `computer.jitter`], at most half of the
-        period, and d_0 = 0; law and reference still count on k period. With the probability `computer.missed` nothing
-        is done in a period: the commands that act stay, and so does all that the computer keeps. Both are 0 unless set,
-        and the loop then has the bits of the one without in the portable arithmetic.
+        The loop has two more parameters, both 0 by default. With `computer.jitter` in s, at most half of the period,
+        the instant k is at k period + d_k with d_k uniform in [0, `computer.jitter`] and d_0 = 0; law and reference
+        still use the time k period. With `computer.missed`, the probability that a period is missed, the commands and
+        the memory of the computer stay unchanged in a missed period. If both are 0, the results are bit for bit those
+        of the loop without faults, in the portable arithmetic.
 
-        Times, integrals and samples of a run are nominal: its row k is the state at k period + d_k, and an integral and
-        a coloured noise count each period as one period long. Disturbance and reference of the outputs are those of the
-        true time.
+        Times, integrals and samples of a run are nominal: row k is the state at k period + d_k, and each period counts
+        as one period for an integral and a coloured noise. Disturbances and references among the outputs are those of
+        the true time.
 
         Raises
         ------
         ValueError
-            If this is no loop of blocks, as `ClosedLoop.digital` makes one, or its plant moves in discrete time.
+            If the system was not made by `ClosedLoop.digital`, or its plant is in discrete time.
         """
         self._refuse_one_clock()
-        flow, T, t = self.flow, self.period, self.flow.t
-        kinds = (("jitter", "s", T / 2), ("missed", "1", 1.0))
-        settings = Layout(tuple(Entry(f"computer.{n}", np.zeros(()), unit, Bounds(0.0, b)) for n, unit, b in kinds))
-        clock = Layout(tuple(Entry(f"computer.{name}", np.zeros(()), "s") for name in ("late", "later", "instant")))
-        p, z, w = settings.symbols(), clock.symbols(), ca.SX.sym("w", 4)
-        jitter, missed = ca.vertsplit(p)
-        late, later, instant = ca.vertsplit(z)
-        # of two normal numbers the sum of squares is exponential with mean 2, so that this is uniform in (0, 1]
-        lateness, luck = (ca.exp(-(w[i] * w[i] + w[i + 1] * w[i + 1]) / 2) for i in (0, 2))
-        # nominal time runs through each period as if it were `period` long: x' = pace f(true time, x, p)
-        pace = 1 + (later - late) / T
-        true = t + late + (later - late) / T * (t - instant)
-        rate, output = ca.substitute([flow.rate, flow.output], [t], [true])
-        kept = [name for name in self.states.names if not name.startswith("plant.") and name not in self.noise_states]
-        own = [i for name in kept for i in self.states.indices(name)]
-        clocks = ca.vertcat(later, jitter * lateness, self.k * T)
-        jump, crossed = (ca.vertcat(_unless(luck < missed, flow.x, g, own), clocks) for g in (self.jump, self.after))
-        return replace(
-            self,
-            flow=replace(
-                flow,
-                states=flow.states + clock,
-                parameters=flow.parameters + settings,
-                x=ca.vertcat(flow.x, z),
-                p=ca.vertcat(flow.p, p),
-                rate=ca.vertcat(pace * rate, ca.SX.zeros(clock.size, 1)),
-                output=output,
-            ),
-            w=ca.vertcat(self.w, w),
-            jump=jump,
-            crossing_jump=crossed,
-        )
+        jumps = {"w": self.w, "jump": self.jump, "crossing_jump": self.after}
+        flow, faulty = add_timing_faults(self.flow, self.period, self.k, jumps, self.noise_states)
+        return replace(self, flow=flow, w=faulty["w"], jump=faulty["jump"], crossing_jump=faulty["crossing_jump"])
 
     def _refuse_one_clock(self) -> None:
         """Refuse a loop whose computer is not told apart, or whose plant moves by the clock of the computer."""
@@ -268,7 +271,7 @@ class SampledSystem:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A name of flow, jump and period (64 hexadecimal digits), the same in every process; see `Ode`."""
+        """The digest of flow, jump and period (64 hexadecimal digits), the same in every process; see `Ode`."""
         handed = [crossing.symbols for crossing in self.crossings]
         values = [*(crossing.values for crossing in self.crossings), self.after]
         jump = ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w, *handed], values)
@@ -280,11 +283,3 @@ class SampledSystem:
     def _repr_html_(self) -> str:
         name = f"{self.name}, sampled every {self.period:g} s"
         return layouts_to_html(name, {"state": self.states, "parameter": self.parameters})
-
-
-def _unless(is_missed: ca.SX, x: ca.SX, jump: ca.SX, own: list[int]) -> ca.SX:
-    """The state after the jump, where the entries `own` stay as they are in a period that is missed."""
-    after = ca.vertcat(jump, x[jump.numel() :, 0])
-    for i in own:
-        after[i] = ca.if_else(is_missed, x[i], after[i])
-    return after

@@ -204,12 +204,12 @@ class StepMap:
 
 
 def rk4(ode: Ode, h: float) -> StepMap:
-    """The classical fourth-order Runge-Kutta step of length h [s] for `ode`.
+    """The classical fourth-order Runge-Kutta step of length h [s] for an `Ode`, as a `StepMap`.
 
     Raises
     ------
     ValueError
-        If `ode` is no `Ode`, or h is not a positive finite number.
+        If `ode` is not an `Ode`, or h is not a positive finite number.
 
     References
     ----------
@@ -227,7 +227,17 @@ def rk4(ode: Ode, h: float) -> StepMap:
 
 @check_arguments
 def runge_kutta_step(ode: Ode, h: float, method: str = "rk4") -> StepMap:
-    """The step of length h [s] for `ode` by a method of the name "rk4", "stabilised" or "restarted".
+    """A Runge-Kutta step of length h [s] for an `Ode`, as a `StepMap`.
+
+    Parameters
+    ----------
+    ode
+        The equations.
+    h
+        The length of the step in s.
+    method
+        "rk4" for the classical method; "stabilised" for a method of third order that stays stable for steps about twice
+        as long; "restarted" for the classical method, restarted at corners of the rate within a step.
 
     Raises
     ------

@@ -8,8 +8,9 @@ from typing import Generic, TypeVar
 import casadi as ca
 import numpy as np
 
-from workbench.core.block import Quantity, is_block, unit_of_quantity
+from workbench.core.block import is_block, unit_of_quantity
 from workbench.core.layout import Entry, Layout
+from workbench.core.numbers import Quantity
 from workbench.core.port import Signals
 from workbench.core.validation.refusals import Array, refusal
 from workbench.core.validation.signatures import check_arguments

@@ -55,7 +55,7 @@ class BenchReference(AbstractReference):
     signals: Layout
 
     @property
-    def says(self) -> Layout:
+    def gives(self) -> Layout:
         return self.signals
 
     def at(self, t: Number) -> Signals:

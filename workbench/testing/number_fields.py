@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
-from workbench.core.block import Quantity, is_block, quantities
+from workbench.core.block import is_block, quantities
+from workbench.core.numbers import Quantity
 from workbench.core.validation.refusals import Array, describe
 from workbench.testing.failure_sentences import LONGEST, fail, name_of_block
 

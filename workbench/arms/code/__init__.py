@@ -1,6 +1,6 @@
 """The equations of an arm written out: M, C and G for reading, and as functions that other machines compute.
 
-The room knows `Dynamics` and how a formula is printed, and nothing of loops. Read `arm_equations` first, then
+This package uses `Dynamics` and printed formulas, and no loops. Read `arm_equations` first, then
 `arm_functions`, whose laws without memory the command line hands over as C, Python or CasADi.
 """
 

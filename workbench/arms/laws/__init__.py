@@ -1,7 +1,7 @@
 """Control laws for arms, one a file; each opens with the equations of its book, and the code repeats them by letter.
 
-A law knows estimates, references and the model that its designer believes in; it does not know the arm that is
-simulated. `sliding_surface.py` holds what the sliding mode laws share. Read `sliding_mode.py` first.
+A law uses estimates, references and a model of the arm; it does not use the arm that is simulated.
+`sliding_surface.py` has the base class of the sliding mode laws. Read `sliding_mode.py` first.
 """
 
 from workbench.arms.laws.adaptive_sliding_mode import (

@@ -14,11 +14,22 @@ from workbench.core.units import gain
 
 @block
 class ArmPID(AbstractArmController):
-    """Proportional, integral and derivative action on each joint by itself:
+    """A PID law for each joint of an arm, with gravity compensation if a `model` is given:
 
-        tau = -(Kp e + Ki z + Kd ed),      z' = e,  z(0) = 0,      e = q - q_ref,
+        tau = -(Kp e + Ki z + Kd ed) + G(q),      z' = e,  z(0) = 0,      e = q - q_ref.
 
-    and, where a `model` of as many joints is given, tau + G(q). The integral is not limited: it winds up at a limit.
+    Without a model the term G(q) is left out. There is no anti-windup: the integral winds up while a torque is limited.
+
+    Parameters
+    ----------
+    Kp
+        Proportional gain of each joint.
+    Ki
+        Integral gain of each joint.
+    Kd
+        Derivative gain of each joint.
+    model
+        The arm as the designer models it, with one joint for each gain, or None for no gravity compensation.
 
     References
     ----------

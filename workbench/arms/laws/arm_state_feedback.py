@@ -15,14 +15,23 @@ from workbench.core.validation.refusals import Array, as_array, refusal
 
 @block
 class ArmStateFeedback(AbstractArmController):
-    """Feedforward along the reference, and linear feedback of the whole state:
+    """Linear state feedback for an arm, with the feedforward torque of the reference motion:
 
         tau = tau_ref - Kp e - Kd ed,             e = q - q_ref,
-        tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
+        tau_ref = M qdd_ref + C qd_ref + G        of `model` at q_ref, qd_ref
 
-    where `model` is the arm as the designer believes it to be; of an arm with passive joints tau is that of its m
-    motors, each of which may answer the error of any joint. With [Kp Kd] = R^-1 B' P of the equations linearised about
-    a rest point this is the LQR. Where every joint has a motor, a Kd that drives motion on and damps none is refused.
+    tau has one entry for each of the m motors; for an arm with passive joints m is less than n. With
+    [Kp Kd] = R^-1 B' P of the equations linearised about an equilibrium, this is the LQR. `ArmStateFeedback.of` makes
+    it from the design. If every joint has a motor, a Kd that only drives the motion, and damps none, is refused.
+
+    Parameters
+    ----------
+    model
+        The arm as the designer models it, with n joints and m motors.
+    Kp
+        Gain of the errors of position, in N m or N per rad or m.
+    Kd
+        Gain of the errors of velocity, in N m or N per rad/s or m/s.
 
     References
     ----------
@@ -61,24 +70,33 @@ class ArmStateFeedback(AbstractArmController):
 
     @staticmethod
     def of(model: AbstractArm, K: object) -> ArmStateFeedback:
-        """The law u = tau_ref - K [e; ed] of a regulator's design, or of its K (m, 2n) alone.
+        """The law tau = tau_ref - K [e; ed] from the design of a regulator.
 
-        The feedforward tau_ref and the error are those of the reference, so the point is wherever that is.
+        The operating point of the design is not used: tau_ref and the errors are those of the reference.
+
+        Parameters
+        ----------
+        model
+            The arm as the designer models it.
+        K
+            The result of `lqr` or `place` for the linearised arm, or its gain (m, 2n) alone.
         """
         gain, _ = gain_of(K)
         return ArmStateFeedback(model, *halves("ArmStateFeedback.of(K=...)", gain, model.dof, len(model.motors)))
 
     @property
     def drives(self) -> Layout:
+        """The commanded torques tau, one for each motor."""
         return motors(self.model)
 
     @property
     def stiffness(self) -> str:
-        """The unit of Kp, column by column where its entries differ."""
+        """The unit of Kp; if its entries differ, one for each entry, column by column."""
         return self._gain("/")
 
     @property
     def damping(self) -> str:
+        """The unit of Kd; if its entries differ, one for each entry, column by column."""
         return self._gain(" s/")
 
     def _gain(self, over: str) -> str:

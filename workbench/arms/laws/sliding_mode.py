@@ -13,17 +13,23 @@ from workbench.core.block import Number, Scalar, Vector
 
 @block
 class SlidingMode(AbstractSlidingMode):
-    """Computed torque on a sliding surface, and a switching torque larger than the unknown torques:
+    """Sliding-mode control of an arm: computed torque on a sliding surface, and a switching torque:
 
         s   = ed + Lambda e,                    e = q - q_ref
         tau = M qdd_r + C qd_r + G - K sat(s / phi)
 
-    where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`: the arm as the
-    designer believes it to be, not the arm that is simulated.
+    where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`.
 
-    With the right model M s' + C s = -K sat(s / phi) - D. Where K_i > |D_i|, V = s^T M s / 2 falls while every joint is
-    outside its layer |s_i| <= phi. While |s_i| <= phi, |e_i| falls to phi / Lambda_i at most: the price of a torque
-    that does not chatter. The relays "sign" and "implicit" have no layer.
+    With the right model M s' + C s = -K sat(s / phi) - D. If K_i > |D_i|, V = s^T M s / 2 decreases while every joint
+    is outside its boundary layer |s_i| <= phi. Inside the layer, |e_i| decays to at most phi / Lambda_i: the price of
+    a torque that does not chatter. The relays "sign" and "implicit" have no layer.
+
+    Parameters
+    ----------
+    model
+        The arm as the designer models it. It may differ from the arm that is simulated.
+    K
+        Switching torque of each joint, which should exceed the unknown torques D.
 
     References
     ----------

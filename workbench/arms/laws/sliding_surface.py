@@ -18,10 +18,10 @@ SWEEPS, GUESSES = 5, 4  # for three joints and more: enough for all of some thou
 SATURATIONS = {
     "clip": "sat(x) = x within -1 and 1, sign(x) outside: continuous, with a corner at the layer's edge",
     "tanh": "sat(x) = tanh(x): smooth, within 1e-4 of sign(x) only from 5 phi on",
-    "sign": "sign(s), whatever phi: a relay, which chatters at the steps of its computer, or else of the solver",
+    "sign": "sign(s), a relay without a layer, which chatters at the steps of its computer, or else of the solver",
 }
 SWITCHINGS = SATURATIONS | {
-    "implicit": "a relay by backward Euler over a sampling period, whatever phi: in a sampled loop only",
+    "implicit": "a relay without a layer, by backward Euler over a sampling period; only in a sampled loop",
 }
 
 
@@ -58,7 +58,16 @@ class SlidingVariables(NamedTuple):
 
 
 class AbstractSlidingMode(AbstractArmController):
-    """A law with the sliding variable s = ed + Lambda e and a boundary layer of the width phi.
+    """The base class of laws with the sliding variable s = ed + Lambda e and a boundary layer of width phi.
+
+    Parameters
+    ----------
+    Lambda
+        Rate of decay of the error of each joint on the surface s = 0.
+    phi
+        Width of the boundary layer, in the unit of s.
+    saturation
+        The switching function in place of sat(s / phi).
 
     Examples
     --------
@@ -74,6 +83,7 @@ class AbstractSlidingMode(AbstractArmController):
 
     @check_arguments
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The sliding variable s, (n, 1)."""
         return {"s": self._sliding_variables(est, ref).s}
 
     def _sliding_variables(self, est: Reads, ref: Follows) -> SlidingVariables:
@@ -89,7 +99,7 @@ class AbstractSlidingMode(AbstractArmController):
         return torque
 
     def sampling_period(self) -> float:
-        """The period in s of a law that needs one, or a refusal."""
+        """The sampling period in s; a ValueError in continuous time."""
         if self.period is None:
             raise ValueError(
                 f"`{type(self).__name__}(saturation='implicit')` solves its relay over a sampling period, which "
@@ -98,7 +108,7 @@ class AbstractSlidingMode(AbstractArmController):
         return self.period
 
     def without_layer(self) -> dict[str, Self]:
-        """The law without its boundary layer, if it has one."""
+        """A copy of the law without its boundary layer, by the name of that part; empty if it has none."""
         return {"boundary layer": replace(self, saturation="sign")} if self.saturation in ("clip", "tanh") else {}
 
 

@@ -1,8 +1,8 @@
 """From the description of an arm to its dynamics M, C and G.
 
-The room knows planar chains, trees of hinges and slides in space, URDF files, a catalogue of arms, and the numbers that
-torque is linear in; it knows no loop, no law and no disturbance. Read `planar_arm.py` first, where a book's energies
-become matrices, then `spatial.py`.
+This package has planar chains, trees of hinges and slides in space, URDF files, a catalogue of arms, and the inertial
+parameters in which the torque is linear. It has no loop, no law and no disturbance. Read `planar_arm.py` first, where
+energies become matrices, then `spatial.py`.
 """
 
 from workbench.arms.mechanics import lagrange, urdf

@@ -219,7 +219,18 @@ CATALOGUE: Mapping[str, Callable[[], PlanarArm | SpatialArm]] = {
 
 
 def robot(name: str) -> PlanarArm | SpatialArm:
-    """The arm of that name; where there is none, a `LookupError` names the nearest.
+    """An arm of the catalogue, with the masses and lengths of its source.
+
+    Parameters
+    ----------
+    name
+        One of "paper-arm", "planar-1r", "planar-2r", "planar-3r", "planar-4r", "planar-6r", "pelican", "slotine-li",
+        "cart-pole", "scara", "ur5" and "panda".
+
+    Raises
+    ------
+    LookupError
+        If the catalogue has no arm of this name. The message has the nearest name.
 
     Examples
     --------

@@ -103,12 +103,20 @@ class Regressor:
 
 @check_arguments
 def regressor(arm: PlanarArm | SpatialArm) -> Regressor:
-    """The matrix Y of an arm of rigid bodies, with tau = Y theta; see `Regressor`.
+    """The regressor Y(q, qd, qdd) of an arm: the torque is linear in the inertial parameters theta, tau = Y theta.
+
+    The answer is a `wb.arms.mechanics.Regressor`: `names`, `units` and `theta` are those of the parameters, and
+    `at(q, qd, qdd)` is Y as numbers.
+
+    Parameters
+    ----------
+    arm
+        A planar or spatial arm, as of `wb.robot` or `wb.read_urdf`.
 
     Raises
     ------
     ValueError
-        If `arm` is of another type, as its inertial parameters are not known.
+        If `arm` is a block of another type, whose inertial parameters are not known.
 
     Examples
     --------

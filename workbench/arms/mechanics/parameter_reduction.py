@@ -23,23 +23,27 @@ SMALL = 1e-9  # the part of a column off the span of those before it, below whic
 @show
 @check_arguments
 class BaseParameters:
-    """theta_b = K theta, (b,), with Y theta = Y_b theta_b, where Y_b has the columns `kept_columns` of Y.
+    """The b base parameters of an arm: theta_b = K theta with Y theta = Y_b theta_b.
+
+    Y is the regressor of all k inertial parameters theta. Y_b has the columns `kept_columns` of Y.
 
     Attributes
     ----------
     names, units
-        (b,): the entry of theta that each base parameter has with the factor 1.
+        (b,). Name and unit of the entry of theta that each base parameter contains with the factor 1.
     combinations
-        (b,): each base parameter as a sum, `link1.I_zz + 0.49 link2.m`.
+        (b,). Each base parameter as a sum, as `link1.I_zz + 0.49 link2.m`.
     theta
-        (b,), the values of this arm.
-    kept_columns, K
-        (b,), the columns of Y; (b, k), the identity on them.
+        (b,). The values of theta_b for this arm.
+    kept_columns
+        (b,). The indices of the columns of Y that are in Y_b.
+    K
+        (b, k). The matrix of theta_b = K theta. It is the identity on the kept columns.
     gap
-        The certificate of b: the smallest kept singular value over the largest dropped one, for Y with unit columns at
-        random states; infinite if none is dropped.
+        The smallest kept singular value over the largest dropped one, for Y with unit columns at random states. A large
+        gap confirms the number b. It is infinite if none is dropped.
     residual
-        The largest entry of Y - Y_b K at states that K was not made from, over the largest of Y.
+        The largest entry of Y - Y_b K over the largest entry of Y, at other random states than those that gave K.
     condition
         The condition number of Y_b with unit columns, at the random states.
     regressor
@@ -59,20 +63,29 @@ class BaseParameters:
 
     @check_arguments
     def at(self, q: object, qd: object, qdd: object) -> Array:
-        """Y_b at a state, (n, b), from q, qd and qdd (n,); at N states, one below the other, (N n, b), from (N, n)."""
+        """Y_b at one state, (n, b), for q, qd and qdd of shape (n,); stacked for N states, (N n, b), for (N, n)."""
         return np.asarray(self.regressor.at(q, qd, qdd)[:, self.kept_columns])
 
 
 @check_arguments
 def base_parameters(arm: PlanarArm | SpatialArm, seed: int = 0) -> BaseParameters:
-    """The base parameters of an arm, computed numerically at random states, which `seed` determines.
+    """The base parameters of an arm: the fewest combinations of inertial parameters that determine its torques.
 
-    The first independent entries of theta are kept, and later entries that depend on them are added to them.
+    They are computed numerically at random states. The first independent entries of theta are kept. Later entries,
+    which depend on them, are added to them. The answer is a `wb.arms.mechanics.BaseParameters`.
+
+    Parameters
+    ----------
+    arm
+        A planar or spatial arm, as of `wb.robot` or `wb.read_urdf`.
+    seed
+        The seed of the random states.
 
     Raises
     ------
     ValueError
-        If the singular values have no clear gap, or the torques differ, so that the number b is in doubt.
+        If the singular values have no clear gap, or the torques differ, so that the number of base parameters is in
+        doubt.
 
     References
     ----------

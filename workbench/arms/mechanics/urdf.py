@@ -37,22 +37,27 @@ MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 def read_urdf(
     file: str | Path, gravity: float = 9.81, *, passive: tuple[str, ...] = (), friction_speed: float | None = None
 ) -> SpatialArm:
-    """The arm that a URDF file describes. No other file is opened: meshes are never read.
+    """Read an arm from a URDF file. No other file is opened; meshes are ignored.
 
     Parameters
     ----------
+    file
+        The path of the URDF file.
+    gravity
+        Gravitational acceleration in m/s^2.
     passive
-        The names of the joints without a motor.
+        Names of the joints without a motor.
     friction_speed
-        Spreads the jump of all Coulomb friction over this speed, in rad/s or m/s: friction tanh(qd / friction_speed).
-        Without it the friction jumps where a joint turns back, and no linear model is had at rest.
+        The speed, in rad/s or m/s, over which the jump of all Coulomb friction is smoothed:
+        friction tanh(qd / friction_speed). By default the friction jumps where a joint reverses, and the arm cannot be
+        linearised at rest.
 
     Raises
     ------
     LookupError
         If there is no such file, or no such joint.
     ValueError
-        If it is no URDF of an arm with a base that stands still; the message says where and why.
+        If the file is no URDF of an arm with a fixed base. The message has the place and the reason.
 
     Examples
     --------

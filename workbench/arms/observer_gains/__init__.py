@@ -1,6 +1,6 @@
 """The gains L1, L2 of a state observer: proofs of the decay of its error, and the design of better gains.
 
-The room knows the equations of an arm, gains and regions, and no observer's code. Read `gains.py` and `mismatch.py`
+This package uses the equations of an arm, gains and regions, and no observer. Read `gains.py` and `mismatch.py`
 first, then `decay_certificate.py`; `audit` in `error_dynamics.py` gathers all that is seen and proved of gains.
 """
 

@@ -30,7 +30,13 @@ FILTER_FOLLOWS = Claim(
 
 
 class AbstractJointCounter(AbstractJoints):
-    """A block without a model, which is told the number of joints."""
+    """The base class of blocks without a model, which have the number of joints as a field.
+
+    Parameters
+    ----------
+    joints
+        The number of joints n.
+    """
 
     joints: int
 
@@ -40,13 +46,15 @@ class AbstractJointCounter(AbstractJoints):
 
     @property
     def dof(self) -> int:
-        """The number of joints; a negative one counts as none, which is refused."""
+        """The number of joints n."""
         return max(self.joints, 0)
 
 
 @block
 class ArmFullState(AbstractJointCounter, AbstractArmObserver):
-    """Positions and velocities as they are measured, and no disturbance: q_hat = q, qd_hat = qd, D_hat = 0.
+    """The measured positions and velocities of an arm as the estimates, without an observer.
+
+    The estimates are q_hat = q, qd_hat = qd and D_hat = 0.
 
     Examples
     --------
@@ -67,13 +75,20 @@ class ArmFullState(AbstractJointCounter, AbstractArmObserver):
 
 @block
 class VelocityFilter(AbstractJointCounter, AbstractArmObserver):
-    """Positions as they are read, velocities through a low-pass filter of first order, and no disturbance:
+    """The measured positions of an arm, and the measured velocities behind a first-order low-pass filter:
 
         qd_hat' = omega (qd - qd_hat),        q_hat = q,        D_hat = 0
 
-    With exact readings the error E = qd - qd_hat obeys E' = qdd - omega E: it falls to |qdd| / omega. A computer steps
-    it exactly, by exp(-omega h) over a period h in which the reading is held; noise of independent readings passes
-    with the share tanh(omega h / 2) of its variance.
+    With exact readings the error E = qd - qd_hat obeys E' = qdd - omega E, and decays to |qdd| / omega. A computer
+    holds the reading for a period h and steps the filter exactly, by exp(-omega h). The variance of white noise of the
+    readings is then reduced to the fraction tanh(omega h / 2).
+
+    Parameters
+    ----------
+    omega
+        Bandwidth of the filter.
+    qd_hat
+        Output of the filter.
 
     Examples
     --------
@@ -112,13 +127,21 @@ class VelocityFilter(AbstractJointCounter, AbstractArmObserver):
 
 @block
 class DirtyDerivative(AbstractJointCounter, AbstractArmObserver):
-    """Positions as they are read, velocities from them by omega s / (s + omega), and no disturbance:
+    """The measured positions of an arm, and velocities derived from them by the filter omega s / (s + omega):
 
         q_hat' = omega (q - q_hat),        qd_hat = q_hat',        D_hat = 0
 
-    The law is given q and qd_hat; q_hat is the filter's own, and starts best at the first reading: each rad beside it
-    makes a velocity of omega. With exact readings E = qd - qd_hat obeys E' = qdd - omega E; noise of the positions
-    comes through about omega times as large. A computer's explicit Euler step of h is stable for omega h < 2.
+    The law gets q and qd_hat. With exact readings the error E = qd - qd_hat obeys E' = qdd - omega E. The noise of the
+    velocities is about omega times the noise of the positions. The explicit Euler step of a computer with the period h
+    is stable for omega h < 2.
+
+    Parameters
+    ----------
+    omega
+        Bandwidth of the filter.
+    q_hat
+        State of the filter. It should begin at the first reading of q: each rad of difference makes a velocity of
+        omega in the first estimate.
 
     References
     ----------

@@ -14,17 +14,30 @@ from workbench.core.validation.refusals import name as checked_name
 
 @block
 class ExtendedStateObserver(AbstractObserver):
-    """The linear extended-state observer of a plant y^(n) = d + b u, where d is the sum of all other terms:
+    """A linear extended-state observer of a plant y^(n) = d + b u, in which d is the sum of all other terms:
 
         x_hat_i' = x_hat_(i+1) + l_i (y - x_hat_1),    i < n
         x_hat_n' = d_hat + b u + l_n (y - x_hat_1)
         d_hat'   = l_(n+1) (y - x_hat_1),              l_i = (n + 1 choose i) omega_o^i
 
-    so that each pole of its error is -omega_o. `chain` names the output y and its derivatives up to order n - 1, as
-    ("theta", "omega"), `disturbance` names d_hat, and `input` the one number u; units follow from the `unit` of y.
+    With these gains each pole of the error is -omega_o. For a constant d the error converges to zero; for |d'| <= D it
+    is bounded by D times a power of 1 / omega_o. A computer that holds y and u for a period h steps the observer
+    exactly, while h omega_o < 40.
 
-    For a constant d the error vanishes, and where |d'| <= D it is bounded by D times a power of 1 / omega_o. A computer
-    that holds y and u for a period h steps it exactly, while h omega_o stays below 40.
+    Parameters
+    ----------
+    chain
+        Names of the output y and of its derivatives up to order n - 1, as ("theta", "omega") for n = 2.
+    input
+        Name of the input u of the plant, which must be one number.
+    b
+        Gain b of the input, in the unit of y^(n) over that of u.
+    omega_o
+        Bandwidth of the observer.
+    unit
+        Unit of y. The units of the derivatives and of d follow from it. By default they fit any unit.
+    disturbance
+        Name of the estimate d_hat among the estimates.
 
     References
     ----------

@@ -1,6 +1,6 @@
 """The equations that a paper prints: read from text or LaTeX, and held against the derived ones entry by entry.
 
-The room knows formulas as they stand on a page and the `Dynamics` of an arm; nothing that it reads is run as code. Read
+It uses printed formulas and the `Dynamics` of an arm. Nothing that it reads is run as code. Read
 `entry_comparison` first, then `printed_equations` and `grammar`.
 """
 

@@ -1,7 +1,7 @@
 """Control laws for any plant, one a file: PID, cascade and state feedback.
 
 A law reads estimates and references, and gives commands; it does not know the plant, the observer or the simulator.
-Its ports say which signals it reads, follows and drives. Read `state_feedback.py` first, then `pid.py`.
+Its ports declare the signals that it reads, follows and drives. Read `state_feedback.py` first, then `pid.py`.
 """
 
 from workbench.blocks.laws.cascade import Cascade

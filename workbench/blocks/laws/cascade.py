@@ -16,16 +16,27 @@ Arguments = tuple[ca.SX, Signals, Signals, Signals]  # time, memory, estimates a
 
 @block
 class Cascade(AbstractController):
-    """An outer law whose command is the reference of an inner law: a position loop around one of speed, say.
+    """A cascade of two laws: the command of the outer law is the reference of the inner law.
 
-    In a computer the inner law runs in every period of the cascade; the outer one runs once in `ratio` of them, from
-    the first on, and its command is held in between. In continuous time both act at every instant.
+    An example is a position loop around a speed loop. In a computer, the inner law runs in every period of the cascade.
+    The outer law runs in the first period and then once in every `ratio` periods, and its command is held in between.
+    In continuous time both laws act at every instant.
+
+    Parameters
+    ----------
+    outer
+        The outer law. It drives the signals that the inner law follows.
+    inner
+        The inner law. It drives inputs of the plant.
+    ratio
+        The period of the outer law in periods of the cascade, a positive whole number.
 
     Raises
     ------
     ValueError
-        If the inner law does not follow all that the outer one drives, by name, size and unit; if the two take one
-        signal in unlike sizes or units; if one has a period of its own; or if `ratio` is no positive whole number.
+        If the inner law does not follow every signal that the outer law drives, by name, size and unit; if the two laws
+        read or follow one signal in different sizes or units; if one of them has a `period`; or if `ratio` is no
+        positive whole number.
 
     References
     ----------
@@ -70,7 +81,7 @@ class Cascade(AbstractController):
 
     @property
     def follows(self) -> Layout:
-        """The signals that the outer law follows, and those of the inner that the outer does not drive."""
+        """The signals that the outer law follows, and those that the inner law follows and the outer does not drive."""
         return _union(self.outer.follows, self._rest)
 
     @property
@@ -85,7 +96,7 @@ class Cascade(AbstractController):
 
     @property
     def recursion(self) -> bool:
-        """True if either law is a recursion, or a computer holds the outer command."""
+        """True if one of the laws is in discrete time, or if a computer holds the command of the outer law."""
         return is_recursion(self._outer) or is_recursion(self._inner) or (self.ratio > 1 and self.period is not None)
 
     @property
@@ -106,12 +117,13 @@ class Cascade(AbstractController):
         return prefix_names({"outer": self._outer.rate(*outer), "inner": self._inner.rate(*inner), "held": held})
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The memory after one `period` of the cascade; a ValueError without a period."""
         if self.period is None:
             raise ValueError("`Cascade.update(...)` needs a period: take `run_every(period)`.")
         return self.advance(t, z, est, ref, self.period)
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """The inner memory after a period, and the outer one after `ratio` periods where its turn has come."""
+        """The memory after one `period` [s]: of the inner law, and of the outer law in the periods in which it runs."""
         outer, inner = self._arguments(t, z, est, ref)
         moved = self._outer.advance(*outer, self.ratio * period)
         parts = {"outer": moved, "inner": self._inner.advance(*inner, period)}

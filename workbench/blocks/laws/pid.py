@@ -13,24 +13,51 @@ from workbench.core.units import gain
 
 @block
 class PID(AbstractController):
-    """PID with two degrees of freedom from outputs y and their references r to inputs u, component by component:
+    """A PID law with two degrees of freedom, from outputs y and their references r to inputs u of the plant:
 
-        v  = u0 + Kp (b r - y) + I + Kd N (w - f),      u = v within low and high
+        v  = u0 + Kp (b r - y) + I + Kd N (w - f),      u = min(max(v, low), high)
         w  = c (r - y0) - (y - y0)
         I' = Ki (r - y) + anti-windup,             I(0) = 0
         f' = N (w - f),                            f(0) = 0
 
-    about the point (y0, u0), with weights b, c of what is wanted; without limits, which may be None,
-    u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
-    "clamping" stops the integral while v is beyond a limit and Ki (r - y) drives it farther; "back-calculation" adds
-    (u - v) / Tt to I'. Limits in `Instruments` are not known to the law: give it the same.
+    Without limits it is u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
 
-    The first number that it reads drives the first input, the second the second: several signals make a decentralised
-    law, whose gains have an entry for each.
+    The law works component by component: the first component of y drives the first component of u, and so on. With
+    several components it is a decentralised law. A single number as a gain holds for all components.
 
-    In a computer that runs it once in h seconds the filter is a backward difference and the integral a forward one:
+    In a computer with the period h, the derivative is a backward difference and the integral a forward difference:
 
         f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup)
+
+    Parameters
+    ----------
+    reads
+        Layout of the outputs y that the law reads, as `motor.outputs` or `wb.layout(omega="rad/s")`.
+    drives
+        Layout of the inputs u that the law commands, with as many components as `reads`.
+    Kp
+        Proportional gain, in the unit of u over that of y.
+    Ki
+        Integral gain, in the unit of u over that of y, per second.
+    Kd
+        Derivative gain, in the unit of u over that of y, times second.
+    N
+        Bandwidth of the filter of the derivative.
+    b
+        Weight of the reference in the proportional action.
+    c
+        Weight of the reference in the derivative action.
+    low, high
+        The lowest and the highest command, or None for no limit. Limits of `Instruments` must be repeated here: the law
+        does not know them.
+    anti_windup
+        The rule for the integral while the command is limited.
+    Tt
+        Time constant of the back-calculation.
+    u0
+        Command at the operating point.
+    y0
+        Output at the operating point.
 
     Raises
     ------
@@ -68,9 +95,9 @@ class PID(AbstractController):
     high: Vector | None = parameter(default=None, unit="{unit_of_u}", shape=("n",), symbol="u_max")
     anti_windup: str = option(
         {
-            "none": "the integral knows of no limit",
-            "clamping": "the integral stops where it would drive the command farther beyond a limit",
-            "back-calculation": "the integral follows the limited command with a time constant",
+            "none": "limits do not change the integral",
+            "clamping": "the integral stops while v is beyond a limit and Ki (r - y) would drive it farther",
+            "back-calculation": "(u - v) / Tt is added to I'",
         },
         default="clamping",
     )
@@ -98,27 +125,32 @@ class PID(AbstractController):
 
     @property
     def dof(self) -> int:
-        """The size n of each port; an empty one counts as one, and is refused."""
+        """The number n of components of y and of u."""
         return max(self.reads.size, 1)
 
     @property
     def unit_of_u(self) -> str:
+        """The unit of the command u, one for each component if they differ."""
         return one_entry(self.drives, "u").unit
 
     @property
     def unit_of_y(self) -> str:
+        """The unit of the output y, one for each component if they differ."""
         return one_entry(self.reads, "y").unit
 
     @property
     def unit_of_Kp(self) -> str:
+        """The unit of Kp, one for each component if they differ."""
         return gain(self.unit_of_u, self.unit_of_y)
 
     @property
     def unit_of_Ki(self) -> str:
+        """The unit of Ki, one for each component if they differ."""
         return gain(self.unit_of_u, self.unit_of_y, -1)
 
     @property
     def unit_of_Kd(self) -> str:
+        """The unit of Kd, one for each component if they differ."""
         return gain(self.unit_of_u, self.unit_of_y, 1)
 
     @property
@@ -133,6 +165,7 @@ class PID(AbstractController):
 
     @property
     def recursion(self) -> bool:
+        """True if the law has a period, and so is in discrete time."""
         return self.period is not None
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
@@ -145,6 +178,7 @@ class PID(AbstractController):
         }
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The memory after one `period` of the computer."""
         return self.advance(t, z, est, ref, self._period)
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:

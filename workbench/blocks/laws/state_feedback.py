@@ -12,13 +12,27 @@ from workbench.core.validation.refusals import known_name, matrix
 
 @block
 class StateFeedback(AbstractController):
-    """Linear feedback of the state about an operating point of any plant:
+    """Linear state feedback about an operating point (x0, u0) of a plant:
 
         u = u0 - K (x - x0).
 
-    The columns of K are in the order of `states`; those that `follow` have their wanted value from the reference, in
-    the place of that in x0. With the design of `lqr` or `place` for the plant linearised at (x0, u0) the loop has the
-    poles of that design near x0.
+    `StateFeedback.of` makes the law from a plant and the design of `lqr` or `place`. Near x0, the loop then has the
+    poles of the design for the plant linearised at (x0, u0).
+
+    Parameters
+    ----------
+    states
+        Layout of the states x, in the order of the columns of K.
+    inputs
+        Layout of the inputs u, in the order of the rows of K.
+    K
+        Gain. Each entry is in the unit of its input over that of its state.
+    x0
+        State at the operating point, in the units of `states`.
+    u0
+        Input at the operating point, in the units of `inputs`.
+    follow
+        Names of the states that follow a reference: their reference replaces the value in x0.
 
     References
     ----------
@@ -50,23 +64,28 @@ class StateFeedback(AbstractController):
     def of(
         plant: AbstractPlant, K: object, x0: object = None, u0: object = None, follow: tuple[str, ...] = ()
     ) -> StateFeedback:
-        """The law for a plant that is held at the point of a design; it needs an estimate of each state.
+        """The law that regulates a plant to the operating point of a design. It reads an estimate of each state.
 
         Parameters
         ----------
+        plant
+            The plant.
         K
-            The answer of `lqr` or `place` for the linearised plant, or its K, which carry their point; or any other
-            matrix (nu, nx), which is about x0 and u0, or about zero if the plant rests there.
+            The result of `lqr` or `place` for the linearised plant, or the gain K of that result; both have their
+            operating point. Or any other matrix (nu, nx), with x0 and u0; they may be left out if the plant has an
+            equilibrium at zero.
         x0, u0
-            (nx,) and (nu,), in the place of those of the design.
+            State (nx,) and input (nu,) of an operating point that replaces that of the design.
+        follow
+            Names of the states that follow a reference.
 
         Raises
         ------
         ValueError
-            If a matrix without a point comes without x0 and u0 and the plant does not rest at zero, the design is for
-            other states or inputs or for a point that is not at rest, or a number is not of its shape.
+            If a matrix without a point comes without x0 and u0, and zero is no equilibrium of the plant; the design is
+            for other states or inputs, or for a point that is no equilibrium; or an array has the wrong shape.
         LookupError
-            If a state to follow is none of the plant.
+            If the plant has no state with a name of `follow`.
         """
         gain, x, u = point_for("StateFeedback.of", plant, K, x0, u0)
         checked = matrix("StateFeedback.of(K=...)", gain, plant.inputs.size, plant.states.size)

@@ -1,7 +1,7 @@
 """The closed loop: the contracts of its blocks, their ports, and how they become one `Ode` or one `SampledSystem`.
 
-This package knows plants, observers, laws and references by their contracts alone; it knows no simulation and no
-design. Read `closed_loop.py` first, then `contracts.py`.
+This package uses plants, observers, laws and references only by their contracts. It contains no
+simulation and no design. Read `closed_loop.py` first, then `contracts.py`.
 
 Examples
 --------
@@ -10,7 +10,7 @@ True
 """
 
 from workbench.blocks.loop.block_roles import roles
-from workbench.blocks.loop.closed_loop import ClosedLoop, open_loop
+from workbench.blocks.loop.closed_loop import ClosedLoop
 from workbench.blocks.loop.coloured_noise import AbstractNoise, GaussMarkov, RandomWalk, SecondOrderNoise
 from workbench.blocks.loop.contracts import (
     AbstractController,
@@ -32,6 +32,7 @@ from workbench.blocks.loop.environment import (
 from workbench.blocks.loop.instruments import Instruments
 from workbench.blocks.loop.linear_blocks import LinearLaw, LinearPlant
 from workbench.blocks.loop.linear_filter import LinearFilter
+from workbench.blocks.loop.plant_alone import open_loop
 
 __all__ = [
     "AbstractController",

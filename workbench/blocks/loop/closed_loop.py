@@ -23,30 +23,39 @@ from workbench.blocks.loop.injected_signals import (
 from workbench.blocks.loop.instruments import Instruments
 from workbench.blocks.loop.linear_blocks import LinearLaw, LinearPlant, block_maker, law_of_system
 from workbench.blocks.loop.linear_filter import LinearFilter, observer_of_system
-from workbench.blocks.loop.port_checks import refuse_instants, refuse_misfits, refuse_odd_ports, refuse_shared_names
+from workbench.blocks.loop.port_checks import refuse_instants, refuse_misfits, refuse_odd_ports
 from workbench.blocks.loop.sampled_loop import FINE, INTEGRATORS, digital
-from workbench.core import Ode, Roles, SampledSystem, Signals, block, lift
+from workbench.core import Ode, Roles, SampledSystem, block, lift
 from workbench.core.block import Vector, socket
-from workbench.core.ode import time_beside
 from workbench.core.publications import origins
 from workbench.core.validation.refusals import one_of, refusal, seconds
-from workbench.core.validation.signatures import check_arguments
 
 
 @block
 class ClosedLoop:
-    """A plant, an observer, a controller and a reference, whose ports fit one another.
+    """A closed loop of a plant, an observer, a controller and a reference, which are connected by the names of signals.
 
-    A linear system of python-control stands for its `LinearPlant`, `LinearFilter` or `LinearLaw`: as a law it is given
-    y, as that of `lqg` is, and not the error. Where there is no observer, the law reads what the instruments read;
-    where there is no reference, it follows nothing.
+    A linear system of python-control may be given for plant, observer or controller: it becomes a `LinearPlant`, a
+    `LinearFilter` or a `LinearLaw`. As a controller its input is y, as for the law of `lqg`, and not the error.
+
+    Parameters
+    ----------
+    plant
+        The plant.
+    observer
+        The observer, or None: the controller then reads the outputs as the instruments measure them.
+    controller
+        The control law.
+    reference
+        The reference, or None for a controller that follows no reference.
 
     Raises
     ------
     ValueError
-        If there is no plant or no controller; if a block asks for a signal that no other gives, or in another shape
-        or unit; if an input of the plant is driven by nothing, or a reference followed by nothing; if a name means two
-        things; or if a law of python-control, as it stands, makes the loop unstable, and its opposite does not.
+        If there is no plant or no controller; if a block needs a signal that no other block gives, or needs it in
+        another shape or unit; if an input of the plant is not driven, or a signal of the reference is not followed; if
+        one name means two things; or if the loop is unstable with a system of python-control as the controller, and
+        stable with the opposite sign.
 
     Examples
     --------
@@ -79,25 +88,25 @@ class ClosedLoop:
 
     @property
     def follows(self) -> tuple[str, ...]:
-        """The outputs of the plant that the law is to make follow the reference."""
+        """The names of the outputs of the plant that should follow the reference."""
         law, outputs = self.controller.follows, self.plant.outputs
         return tuple(name for name in self.reference.primary if name in law and name in outputs)
 
     @property
     def roles(self) -> Roles:
-        """The inputs that reach the law's command, see `roles`."""
+        """The signals on which the command depends, and the models that it uses, see `wb.loop.roles`."""
         return roles(self)
 
     def ablations(self) -> dict[str, ClosedLoop]:
-        """The loop less each part that its observer and its controller are made of, by the name of the part.
+        """Copies of the loop, each without one part of its observer or controller, by the name of that part.
 
-        A loop without the state observer is given exact positions and velocities. Parts that are one number of the
-        equations, as an integral gain is, are gone where that is zero.
+        A loop without the state observer of an arm gets exact positions and velocities. A part that is a number of the
+        equations, such as an integral gain, is removed by setting it to zero.
 
         Raises
         ------
         ValueError
-            If observer and controller call a part of theirs by one name.
+            If the observer and the controller use the same name for a part.
         """
         observers, controllers = self.observer.without(), self.controller.without()
         if both := sorted(set(observers) & set(controllers)):
@@ -109,39 +118,52 @@ class ClosedLoop:
         return less_observer | {name: replace(self, controller=block) for name, block in controllers.items()}
 
     def ode(self, name: str = "loop", *, inputs: bool = False, at: str | tuple[str, ...] | None = None) -> Ode:
-        """The closed loop as x' = f(t, x, p), every parameter a symbol keyed by its path.
+        """The closed loop in continuous time as x' = f(t, x, p); each parameter is named by its path, as `plant.J`.
 
-        The outputs are those of the plant, and of each what is wanted (`x_ref`), the error e_x = x - x_ref and the same
-        by the estimate, e_hat_x = x_hat - x_ref; commands and what acts (`u_applied`); the truths; the errors of the
-        observer, x_error = x - x_hat, true minus estimated; and the law's own signals. An arm calls e_q, e_qd and
-        e_hat_q e, ed and e_hat.
+        For an output x and an input u of the plant, the outputs of the loop are: x; the reference `x_ref`; the error
+        `e_x` = x - x_ref and its estimate `e_hat_x` = x_hat - x_ref; the command `u` and the input that acts,
+        `u_applied`; the truths; the errors of the observer, `x_error` = x - x_hat, true minus estimated; and the
+        signals of the law. In the loop of an arm, `e_q`, `e_qd` and `e_hat_q` are called `e`, `ed` and `e_hat`.
 
-        With `inputs` there are parameters, zero unless set, for what is added to each wanted signal (`x_ref`), to each
-        input where it acts (`u_load`) and to each reading (`x_noise`): the declared inputs. With `at` the loop is cut
-        as by `cut`; with both, 'drive' comes first among the inputs, and the outputs are what arrives at the cut and
-        then all others.
+        Parameters
+        ----------
+        name
+            The name of the equations.
+        inputs
+            True to declare inputs for signals from outside. They are parameters with the value zero by default:
+            `x_ref` is added to the reference, `u_load` to the input that acts, and `x_noise` to the reading of x.
+        at
+            Inputs or outputs of the plant at which the loop is cut, as by `cut`. With `inputs` as well, 'drive' is the
+            first input, and the first outputs are the signals that arrive at the cut.
 
         Raises
         ------
         ValueError
-            If the law is one that only a computer can run, or calls a signal of its own as the loop calls one.
+            If only a computer can run the law, or if a signal of the law has a name that the loop uses.
         LookupError
-            If a name of `at` is none of an input or an output.
+            If a name in `at` is neither an input nor an output of the plant.
         """
         return _around(self, name, injected_signals("ClosedLoop.ode", self, inputs, at))
 
     def cut(self, name: str = "loop", *, at: str | tuple[str, ...] | None = None) -> Ode:
-        """The loop cut by the declared input 'drive' at inputs of the plant, all unless named by `at`, or at outputs.
+        """The open loop: the loop cut at inputs or outputs of the plant, with the input 'drive' behind the cut.
 
-        The outputs are the signals that arrive at the cut, in the same order: commands, which the observer still counts
-        on, or outputs of the plant. With drive = output the loop is that of `ode`; its gain L is from drive to -output.
+        The outputs are the signals that arrive at the cut, in the same order: commands, which the observer still uses,
+        or outputs of the plant. With drive = output it is the loop of `ode`. The loop gain L is from drive to -output.
+
+        Parameters
+        ----------
+        name
+            The name of the equations.
+        at
+            Names of inputs, or of outputs, of the plant. The default is all inputs.
 
         Raises
         ------
         ValueError
-            If the law is one that only a computer can run.
+            If only a computer can run the law.
         LookupError
-            If a name is none of an input or an output.
+            If a name is neither an input nor an output of the plant.
         """
         return _around(self, name, cut_loop("ClosedLoop.cut", self, at))
 
@@ -157,36 +179,36 @@ class ClosedLoop:
         inputs: bool = False,
         at: str | tuple[str, ...] | None = None,
     ) -> SampledSystem:
-        """The closed loop with observer and controller in a computer, which runs them once in `period` seconds.
+        """The closed loop with observer and controller in a computer, which runs them once in every `period` [s].
 
-        At t_k = k period the computer reads the instruments, and its observer estimates from the readings; the law sees
-        the estimates and the reference of that instant; its command, limited, is held until t_(k+1) while the plant
-        moves. Then observer and law move their memories by their `methods`; the observer counts on the command that is
-        held. A block with a `period` of its own, a whole multiple of this one, runs once in that. The outputs are those
-        of `ode`; commands, estimates and the law's own signals are held ('hold.tau', 'hold.q_hat', ... of an arm).
+        At t_k = k period the computer reads the instruments, the observer estimates from the readings, and the law
+        computes the command from the estimates and the reference. The limited command is held until t_(k+1). Observer
+        and law then update their memories, each by its `method`; the observer uses the held command. The outputs are
+        those of `ode`. Held commands, estimates and signals of the law are states, such as 'hold.v' and 'hold.v_hat'.
 
         Parameters
         ----------
+        period
+            The sampling period in s. A block with a `period` must have a whole multiple of it, and runs with that one.
         instruments
-            Noise and steps of the readings, limits of the commands; without any, readings are exact.
+            Noise and quantisation of the readings, and limits of the commands. By default readings are exact.
         delay, initial_commands
-            True if a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
-            They wait at 'hold.next.2', ..., 'hold.next'; at first `initial_commands` by input, else the inputs' own.
+            The delay of commands in periods: True for 1, a whole number, or a mapping by input. Delayed commands are
+            the states 'hold.next.2', ..., 'hold.next'. They begin at `initial_commands`, by input, or as inputs do.
         integrator
-            "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
-            reference and command held: near their exact flow, which tells what diverges by its integrator.
-        inputs, at
-            As of `ode`: signals from outside, which are held over a period.
+            "declared" for the method of each block, or "fine" for 16 Runge-Kutta steps per period of all memories, with
+            held signals. A loop that diverges only with "declared" does so by its integration method.
+        name, inputs, at
+            As of `ode`. Signals from outside are held over a period.
 
         Raises
         ------
         ValueError
-            If the period is no positive finite number, or does not divide that of a block; the instruments are none or
-            for another plant; the delay is no whole number of periods; a waiting command has another shape or no delay;
-            the integrator is neither of the two; the law calls a signal of its own as the loop calls one; or signals
-            from outside meet the inputs of a plant in discrete time.
+            If a number is out of range; the period does not divide that of a block; the instruments are for another
+            plant; an initial command has a wrong shape, or its input no delay; there is no such integrator; a signal
+            of the law has a name of the loop; or `inputs` are asked for with a plant in discrete time.
         LookupError
-            If a delay or a waiting command is for a name that is no input of the plant.
+            If a delay or an initial command is for a name that is not an input of the plant.
         """
         fine = one_of("ClosedLoop.digital(integrator=...)", integrator, INTEGRATORS) == "fine"
         length = seconds("ClosedLoop.digital(period=...)", period)
@@ -264,37 +286,3 @@ def _around(closed_loop: ClosedLoop, name: str, outside: InjectedSignals) -> Ode
         drawing=wiring.plant_drawing(loop.plant, t, z["plant"], p, parameters),
         origins=origins(closed_loop),
     )
-
-
-@check_arguments
-def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
-    """The plant alone, driven by its inputs, which are parameters and the declared inputs.
-
-    Raises
-    ------
-    ValueError
-        If `plant` is none, moves in discrete time, or has one name for two of its states, inputs and parameters.
-
-    Examples
-    --------
-    >>> wb.open_loop(wb.CartPole()).inputs, wb.open_loop(wb.CartPole()).outputs.names
-    (('F',), ('x', 'phi'))
-    """
-    if is_recursion(plant):
-        raise ValueError(
-            f"`{type(plant).__name__}` moves in discrete time and has no rate: take it in a `digital` loop."
-        )
-    refuse_instants(plant)
-    refuse_shared_names(plant)
-    lifted = lift(plant)
-    states, inputs, outputs = plant.states, plant.inputs, plant.outputs
-    u, t, x = inputs.symbols(), time_beside(states, inputs, lifted.layout), states.symbols()
-    z = Signals(states.view(x))
-    rate = wiring.call_block(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
-    y = wiring.call_block(lifted.block, "measure", outputs + plant.truths, t, z)
-    watched = outputs.flatten({name: ca.densify(part) for name, part in y.only(outputs).items()})
-    p = ca.vertcat(lifted.symbols, u)
-    equations, ends = (t, x, p, states.flatten(rate), watched), wiring.horizon(plant)
-    ode = Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)
-    drawing = wiring.plant_drawing(lifted.block, t, z, p, ode.parameters)
-    return replace(ode, counts=plant.counts, drawing=drawing, origins=origins(plant))

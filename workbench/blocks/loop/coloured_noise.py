@@ -7,15 +7,13 @@ stationary distribution, if it has one, and is held between two instants.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import count
+from collections.abc import Mapping, Sequence
+from dataclasses import field
 
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.loop.signal_units import fit_element
-from workbench.core import Entry, Layout, Signals, block, parameter
+from workbench.core import block, parameter
 from workbench.core.block import Scalar, Vector, quantities
 from workbench.core.units import ANY, per_second
 from workbench.core.validation.refusals import Array, describe, seconds, whole
@@ -27,29 +25,37 @@ Parts = Mapping[str, ca.SX]
 
 @block
 class AbstractNoise(ABC):
-    """Noise of a `signal`, an output or an input of a plant; its numbers are independent of one another."""
+    """The base class of coloured noises: processes with a memory. Their components are independent of one another.
+
+    As the `by` of a `DisturbedPlant` a noise is a disturbance; in `Instruments` it is added to the readings.
+
+    Parameters
+    ----------
+    signal
+        Name of the output or input of a plant to which the noise is added.
+    """
 
     signal: str
     unit: str = field(default=ANY, init=False)
 
     @property
     def size(self) -> int:
-        """The number of its elements, which is the largest size of its fields."""
+        """The number of components, which is the largest size of the vector fields."""
         vectors = (getattr(self, f.name) for f, quantity in quantities(self) if quantity.shape == ("*",))
         return max(int(ca.SX(each).numel()) for each in vectors)
 
     @property
     @abstractmethod
     def states(self) -> tuple[tuple[str, str], ...]:
-        """The name and the unit of each of its states; the first one is the noise."""
+        """The name and the unit of each state. The first state is the noise."""
 
     @abstractmethod
     def start(self, w: Sequence[ca.SX]) -> tuple[ca.SX, ...]:
-        """The states at the first instant, (k, 1) each, from as many columns of standard normal numbers."""
+        """The states at the first instant, (k, 1) each, from as many columns w of standard normal random numbers."""
 
     @abstractmethod
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
-        """The states a `period` [s] after z, (k, 1) each, from z and columns w of standard normal numbers."""
+        """The states one `period` [s] after z, (k, 1) each, with columns w of standard normal random numbers."""
 
     def _refuse_misfit(self, method: str, period: float = 1.0, **columns: Sequence[ca.SX]) -> None:
         """Refuse another count of columns than that of the states, columns of another shape, and no period."""
@@ -64,7 +70,10 @@ class AbstractNoise(ABC):
         seconds(f"{call}(period=...)", period)
 
     def path(self, period: float, count: int, rng: np.random.Generator) -> Array:
-        """The noise at `count` instants that are a `period` [s] apart, (count, k), for a `Table` in continuous time."""
+        """A sample of the noise at `count` instants with a `period` [s] between them, of shape (count, k).
+
+        It may become the values of a `Table`, for a loop in continuous time. `rng` is a generator of NumPy.
+        """
         n, k = len(self.states), self.size
         instants = whole("path(count=...)", count, 2, MOST_DRAWS // (n * k), why="which the memory of a computer holds")
         length = seconds("path(period=...)", period)
@@ -80,11 +89,20 @@ class AbstractNoise(ABC):
 
 @block
 class GaussMarkov(AbstractNoise):
-    """Noise of first order, the process of Ornstein and Uhlenbeck: x' = -x / T + sigma sqrt(2 / T) w, w white,
+    """First-order coloured noise (a Gauss-Markov or Ornstein-Uhlenbeck process), with white noise w of intensity 1:
 
-        E x(t) x(t + s) = sigma^2 exp(-|s| / T),      S(omega) = 2 sigma^2 T / (1 + (omega T)^2) on both sides of 0.
+        x' = -x / T + sigma sqrt(2 / T) w
 
-    It moves by x+ = a x + sigma sqrt(1 - a^2) w with a = exp(-period / T), and x(0) = sigma w.
+    Its autocorrelation is E x(t) x(t + s) = sigma^2 exp(-|s| / T). Its two-sided power spectral density is
+    S(omega) = 2 sigma^2 T / (1 + (omega T)^2). At the instants of a computer it moves by the exact transition
+    x+ = a x + sigma sqrt(1 - a^2) w with a = exp(-period / T) and standard normal w, from x(0) = sigma w.
+
+    Parameters
+    ----------
+    sigma
+        Standard deviation of the noise.
+    time_constant
+        Correlation time T.
 
     References
     ----------
@@ -106,12 +124,12 @@ class GaussMarkov(AbstractNoise):
         return (("noise", self.unit),)
 
     def start(self, w: Sequence[ca.SX]) -> tuple[ca.SX, ...]:
-        """A value from the stationary distribution."""
+        """A sample of the stationary distribution: sigma w."""
         self._refuse_misfit("start", w=w)
         return (self.sigma * w[0],)
 
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
-        """a z + sigma sqrt(1 - a^2) w."""
+        """The noise one `period` [s] after z: a z + sigma sqrt(1 - a^2) w."""
         self._refuse_misfit("after", period, z=z, w=w)
         share = period / self.time_constant
         half = ca.tanh(share)  # 1 - exp(-2 s) = 2 tanh(s) / (1 + tanh(s)), which loses no digit of a short period
@@ -120,13 +138,24 @@ class GaussMarkov(AbstractNoise):
 
 @block
 class SecondOrderNoise(AbstractNoise):
-    """Noise of second order: x'' = -omega_n^2 x - 2 zeta omega_n x' + 2 sigma sqrt(zeta omega_n^3) w, w white,
+    """Second-order coloured noise, with white noise w of intensity 1:
 
-        S(omega) = 4 sigma^2 zeta omega_n^3 / ((omega_n^2 - omega^2)^2 + (2 zeta omega_n omega)^2) on both sides of 0.
+        x'' = -omega_n^2 x - 2 zeta omega_n x' + 2 sigma sqrt(zeta omega_n^3) w
+        S(omega) = 4 sigma^2 zeta omega_n^3 / ((omega_n^2 - omega^2)^2 + (2 zeta omega_n omega)^2)
 
-    The standard deviation of x is sigma, and the one of x' is omega_n sigma. With a small damping zeta it is a hum near
-    omega_n, such as waves or a lightly damped mode. With zeta = 1 / sqrt(2) it is white within a band up to omega_n. It
-    moves by the exponential of its matrix, and begins in its stationary distribution.
+    S is the two-sided power spectral density. The standard deviation of x' is omega_n sigma. With a small damping zeta
+    the noise is a narrow-band oscillation near omega_n, such as waves or a lightly damped mode. With
+    zeta = 1 / sqrt(2) its spectrum is flat up to about omega_n. It moves by the matrix exponential, and begins in its
+    stationary distribution.
+
+    Parameters
+    ----------
+    sigma
+        Standard deviation of the noise x.
+    natural_frequency
+        Natural frequency omega_n.
+    damping
+        Damping ratio zeta.
 
     References
     ----------
@@ -149,12 +178,15 @@ class SecondOrderNoise(AbstractNoise):
         return ("noise", self.unit), ("noise_rate", per_second(self.unit))
 
     def start(self, w: Sequence[ca.SX]) -> tuple[ca.SX, ...]:
-        """Values from the stationary distribution, in which noise and rate are independent."""
+        """A sample of the stationary distribution, in which the noise and its rate are independent."""
         self._refuse_misfit("start", w=w)
         return self.sigma * w[0], self.sigma * self.natural_frequency * w[1]
 
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
-        """exp(A h) z + L w with L L' = P - exp(A h) P exp(A h)', P = diag(sigma^2, (omega_n sigma)^2)."""
+        """The states a period h [s] after z: exp(A h) z + L w with L L' = P - exp(A h) P exp(A h)'.
+
+        P = diag(sigma^2, (omega_n sigma)^2) is the covariance of the stationary distribution.
+        """
         self._refuse_misfit("after", period, z=z, w=w)
         omega, zeta = self.natural_frequency, self.damping
         a, b = _damped_wave(omega * period, zeta)
@@ -172,11 +204,19 @@ class SecondOrderNoise(AbstractNoise):
 
 @block
 class RandomWalk(AbstractNoise):
-    """A drift, as of the bias of a gyro: x' = N w, w white, with x(0) normal of the standard deviation `start_sigma`,
+    """A random walk x' = N w with white noise w of intensity 1, such as the drift of the bias of a gyro:
 
-        E x(t)^2 = start_sigma^2 + N^2 t,      E x(t) x(s) = E x(min(t, s))^2,
+        E x(t)^2 = start_sigma^2 + N^2 t,      E x(t) x(s) = E x(min(t, s))^2.
 
-    where N is the `intensity`. It has no stationary distribution and moves by x+ = x + N sqrt(period) w.
+    It has no stationary distribution. At the instants of a computer it moves by x+ = x + N sqrt(period) w with standard
+    normal w.
+
+    Parameters
+    ----------
+    intensity
+        The intensity N: the standard deviation of the change in 1 s.
+    start_sigma
+        Standard deviation of x(0), which is normally distributed with mean zero.
 
     References
     ----------
@@ -200,80 +240,14 @@ class RandomWalk(AbstractNoise):
         return (("noise", self.unit),)
 
     def start(self, w: Sequence[ca.SX]) -> tuple[ca.SX, ...]:
-        """The value at the start."""
+        """The value at the first instant: start_sigma w."""
         self._refuse_misfit("start", w=w)
         return (self.start_sigma * w[0],)
 
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
-        """z + N sqrt(period) w."""
+        """The noise one `period` [s] after z: z + N sqrt(period) w."""
         self._refuse_misfit("after", period, z=z, w=w)
         return (z[0] + self.intensity * np.sqrt(period) * w[0],)
-
-
-def noise_of(field: str, noise: AbstractNoise, port: Layout, of: str) -> AbstractNoise:
-    """A noise in the unit of its signal of a port, with one number for each element of the signal."""
-    fitting = fit_element(field, noise, port, of)
-    shape = port[noise.signal].shape
-    for f, quantity in quantities(fitting):
-        if quantity.shape == ("*",):
-            object.__setattr__(fitting, f.name, _numbers(getattr(fitting, f.name), shape))
-    return fitting
-
-
-def _numbers(value: Array | float, shape: tuple[int, ...]) -> Array | float:
-    return np.broadcast_to(value, shape).copy() if shape else value
-
-
-@dataclass(frozen=True)
-class NoiseStates:
-    """The states of noises by name: 'v.noise', and 'v.noise_2' for a second noise of v."""
-
-    noises: tuple[AbstractNoise, ...]
-
-    @property
-    def layout(self) -> Layout:
-        """The states, zero before the first instant."""
-        entries = (
-            _entry(here, noise.size, unit)
-            for noise, names in self._names()
-            for here, (_, unit) in zip(names, noise.states, strict=True)
-        )
-        return Layout(tuple(entries))
-
-    @property
-    def signals(self) -> Layout:
-        """The signals that have a noise."""
-        return Layout(tuple({each.signal: _entry(each.signal, each.size, each.unit) for each in self.noises}.values()))
-
-    def after(self, k: ca.SX, z: Parts, w: ca.SX, period: float) -> dict[str, ca.SX]:
-        """The states at the instant k, with standard normal w, (size of the layout, 1)."""
-        draws, moved = self.layout.view(w), dict[str, ca.SX]()
-        for noise, names in self._names():
-            own = [draws[name] for name in names]
-            pairs = zip(noise.start(own), noise.after([z[name] for name in names], own, period), strict=True)
-            moved |= {n: ca.if_else(k == 0, first, later) for n, (first, later) in zip(names, pairs, strict=True)}
-        return moved
-
-    def signal_noise(self, z: Parts) -> Signals:
-        """The sum of the noises of each signal."""
-        sums = dict[str, ca.SX]()
-        for noise, (name, *_) in self._names():
-            sums[noise.signal] = sums[noise.signal] + z[name] if noise.signal in sums else z[name]
-        return Signals(sums)
-
-    def _names(self) -> Iterator[tuple[AbstractNoise, list[str]]]:
-        taken = set[str]()
-        for noise in self.noises:
-            for i in count(1):
-                names = [f"{noise.signal}.{own}{'' if i == 1 else f'_{i}'}" for own, _ in noise.states]
-                if taken.isdisjoint(names):
-                    break
-            taken |= set(names)
-            yield noise, names
-
-
-def _entry(name: str, size: int, unit: str) -> Entry:
-    return Entry(name, np.zeros(() if size == 1 else size), unit)
 
 
 def _damped_wave(angle: ca.SX, zeta: ca.SX) -> tuple[ca.SX, ca.SX]:

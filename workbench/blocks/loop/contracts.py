@@ -1,8 +1,7 @@
-"""The contracts of a plant, an observer and a law: the ports and methods that a loop asks of each block.
+"""The contracts of a plant, an observer and a law: the ports and methods that a loop needs of each block.
 
-A block declares its ports as layouts, and its own states as its `memory`; a plant calls its own states `states`.
-Where a class does not, they are the fields that it declares with `initial`. Its `rate` returns a part for each of them.
-A block in discrete time has an `update` of the same arguments in place of a `rate`: the values at the next instant.
+A block declares its ports as layouts. Its `memory`, or the `states` of a plant, are by default the fields declared with
+`initial`. `rate` returns the derivative of each state. In discrete time `update` returns their next values instead.
 """
 
 from __future__ import annotations
@@ -35,7 +34,9 @@ ARM = "`Manipulator(arm, q=...)` is the plant of an arm; laws of arms have names
 
 
 class AbstractPlant(AbstractBlock, ABC):
-    """A plant: driven by its inputs, watched by its outputs.
+    """The base class of plants, with x' = rate(t, x, u) and y = measure(t, x).
+
+    In the methods, t is the time in s; x and u are mappings from names of states and inputs to CasADi expressions.
 
     Examples
     --------
@@ -52,7 +53,7 @@ class AbstractPlant(AbstractBlock, ABC):
     if TYPE_CHECKING:  # each block is a dataclass, so `dataclasses.replace` takes it
         __dataclass_fields__: ClassVar[dict[str, Field[object]]]
     update: Callable[..., Parts]
-    counts: str = ""  # the thing that the numbers of its vectors count, as 'tank'
+    counts: str = ""  # the thing to which each entry of a vector belongs, as 'tank'
     power: tuple[str, ...] = ()  # an input and an output whose product is a power, as ("v", "i")
     period: float | None = None  # s, of a plant in discrete time, which has an `update` in place of a `rate`
 
@@ -60,54 +61,54 @@ class AbstractPlant(AbstractBlock, ABC):
 
     @property
     def noises(self) -> int:
-        """The number of standard normal numbers that the plant takes at each instant of a computer."""
+        """The number of standard normal random numbers that the plant needs at each instant of a computer."""
         return 0
 
     @check_arguments
     def noise_states(self, k: Number, x: States, w: ca.SX, period: float) -> Parts:
-        """The states that noise moves at the instant k of a computer, by w (noises, 1); a period in s after k - 1."""
+        """The noise states at the instant k of a computer, from x one `period` [s] before and normal w (noises, 1)."""
         del k, x, w, period
         return {}
 
     @property
     def sampled_states(self) -> Layout:
-        """The states that move at the instants of a computer alone, behind its command; their rate is zero."""
+        """The states that change only at the instants of a computer, after its command; their rate is zero."""
         return Layout()
 
     @check_arguments
     def update_sampled_states(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The settling states behind an instant from which on `u` acts."""
+        """The values of `sampled_states` after an instant from which the inputs u act."""
         del t, x, u
         return {}
 
     @property
     def truths(self) -> Layout:
-        """The signals that no instrument measures, such as a disturbance; `measure` returns them beside the outputs."""
+        """The signals that no instrument measures, such as a disturbance. `measure` returns them with the outputs."""
         return Layout()
 
     @property
     def labels(self) -> Mapping[str, str]:
-        """Shorter names that a loop gives to signals of this plant: `{"e_q": "e"}`."""
+        """Shorter names of signals in a loop with this plant, as `{"e_q": "e"}`: the loop calls e_q e."""
         return {}
 
     @property
     def states(self) -> Layout:
-        """The states, each with its start: the fields that are declared by `initial`."""
+        """The states with their initial values: by default the fields that are declared by `initial`."""
         return initial_states(self)
 
     @property
     @abstractmethod
     def inputs(self) -> Layout:
-        """The signals that drive it."""
+        """The inputs of the plant, with their units."""
 
     @property
     @abstractmethod
     def outputs(self) -> Layout:
-        """The signals that instruments read of it."""
+        """The outputs of the plant, which instruments can measure, with their units."""
 
     @check_arguments
     def measure(self, t: Number, x: States) -> Signals:
-        """The outputs and truths at a state: by default the states of the same names."""
+        """The outputs and truths at time t [s] and states x: by default the states of the same names."""
         del t
         for name in (name for name in self.outputs.names if name not in x):
             must = f"must have a method `measure(t, x)`, as its output '{name}' is no state"
@@ -116,20 +117,17 @@ class AbstractPlant(AbstractBlock, ABC):
 
     @check_arguments
     def applied_inputs(self, t: Number, x: States, u: Inputs) -> Signals:
-        """The inputs that act in the plant where `u` is commanded."""
+        """The inputs that act on the plant when the inputs u are commanded, for example behind its actuators."""
         del t, x
         return u
 
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
-        """The picture of the plant at a state, in m to the right and upward, which a live page moves; None: no picture.
-
-        A `Line`, a `Circle` or a `Word` has its place as an expression in the time, the states and the parameters.
-        """
+        """The picture of the plant for a live page: shapes with coordinates in m; None for no picture."""
         del t, x
         return None
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The derivative of each state."""
+        """The time derivative of each state, by name, at time t [s], states x and inputs u."""
         del t, x, u
         raise ValueError(
             f"`{type(self).__name__}` must have a `rate`, or an `update` and a `period`, as a plant moves by one of "
@@ -143,26 +141,29 @@ class AbstractMember(AbstractBlock, ABC):
     if TYPE_CHECKING:  # each block is a dataclass, so `dataclasses.replace` takes it
         __dataclass_fields__: ClassVar[dict[str, Field[object]]]
     update: Callable[..., Parts]
-    period: float | None = None  # s, at which a computer runs it, if it is not that of the loop's computer
-    hint_on_reads: str = ""  # a sentence of advice for who makes it read what is not there
+    period: float | None = None  # s, with which a computer runs the block; None for the period of the loop's computer
+    hint_on_reads: str = ""  # a sentence of advice, for a loop without a signal that the block reads
 
     @property
     def memory(self) -> Layout:
-        """The states of the block: the fields that are declared by `initial`."""
+        """The states of the block with their initial values: by default the fields that are declared by `initial`."""
         return initial_states(self)
 
     @property
     def method(self) -> str:
-        """The name of the method by which `advance` steps the memory, as a page has it."""
+        """The name of the integration method that `advance` uses, as a report prints it."""
         return RECURSION if is_recursion(self) else EULER
 
     def without(self) -> Mapping[str, AbstractMember]:
-        """The block less each of its parts, by the name of the part; none where it has no parts."""
+        """Copies of the block, each with one part removed, by the name of that part; empty if it has no parts."""
         return {}
 
 
 class AbstractObserver(AbstractMember):
-    """An observer: from measurements to estimates, which never depend on the command of the same instant.
+    """The base class of observers: an observer makes estimates from measurements.
+
+    The estimates do not depend on the command of the same instant. In the methods, t is the time in s; z (the memory of
+    the observer), y (measurements), est (estimates) and u (commands) are mappings from names to CasADi expressions.
 
     Examples
     --------
@@ -181,43 +182,45 @@ class AbstractObserver(AbstractMember):
 
     @property
     def inputs(self) -> Layout:
-        """The inputs of the plant whose commands it reads."""
+        """The inputs of the plant whose commands the observer uses; none by default."""
         return Layout()
 
     @property
     def uses_truth(self) -> bool:
-        """True if it reads signals that no instrument measures."""
+        """True if the observer reads signals that no instrument measures."""
         return False
 
     @property
     @abstractmethod
     def reads(self) -> Layout:
-        """The outputs of the plant that it reads, and the truths where it `uses_truth`."""
+        """The outputs of the plant that the observer reads, and the truths if `uses_truth` is true."""
 
     @property
     @abstractmethod
     def gives(self) -> Layout:
-        """The signals that it estimates."""
+        """The signals that the observer estimates."""
 
     @abstractmethod
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The estimates."""
+        """The estimates by name, from the memory z and the measurements y at time t [s]."""
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The derivative of each state, when `u` is commanded; nothing where there is no memory."""
+        """The time derivative of each state of the memory, with the commands u; empty without a memory."""
         del t, z, y, est, u
         return {}
 
     @check_arguments
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
-        """The memory at the end of a period in s, over which a computer holds the readings and the commands."""
+        """The memory after one `period` [s] of a computer, which holds y, est and u during the period."""
         if is_recursion(self):
             return self.update(t, z, y, est, u)
         return euler(z, self.rate(t, z, y, est, u), period)
 
 
 class AbstractController(AbstractMember):
-    """A law: from estimates and the wanted signals to commands.
+    """The base class of control laws: a law makes commands from estimates and references.
+
+    In the methods, t is the time in s; z (memory), est (estimates) and ref (references) are mappings from names.
 
     Examples
     --------
@@ -240,7 +243,7 @@ class AbstractController(AbstractMember):
 
     @property
     def follows(self) -> Layout:
-        """The signals of the reference; none where the law keeps the plant at rest."""
+        """The signals of the reference that the law uses; none for a law that only regulates to a fixed point."""
         return Layout()
 
     @property
@@ -251,47 +254,44 @@ class AbstractController(AbstractMember):
     @property
     @abstractmethod
     def reads(self) -> Layout:
-        """The estimates that it reads."""
+        """The estimates that the law reads."""
 
     @property
     @abstractmethod
     def drives(self) -> Layout:
-        """The inputs of the plant that it commands."""
+        """The inputs of the plant that the law commands."""
 
     @abstractmethod
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        """The commands."""
+        """The commands by name, from the memory z, the estimates est and the references ref at time t [s]."""
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The derivative of each state; nothing where there is no memory."""
+        """The time derivative of each state of the memory; empty without a memory."""
         del t, z, est, ref
         return {}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The signals that are worth watching besides the memory: the sliding variable s, say."""
+        """Signals of the law that a run records besides the memory, such as a sliding variable s."""
         del z, est, ref
         return {}
 
     @check_arguments
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """The memory at the end of a period in s, over which a computer holds the estimate and the reference."""
+        """The memory after one `period` [s] of a computer, which holds est and ref during the period."""
         if is_recursion(self):
             return self.update(t, z, est, ref)
         return euler(z, self.rate(t, z, est, ref), period)
 
     @check_arguments
     def run_every(self, period: float) -> Self:
-        """The same law, run by a computer once in `period` seconds."""
+        """A copy of the law that a computer runs once in every `period` seconds."""
         law = copy(self)
         object.__setattr__(law, "period", seconds("run_every(period=...)", period))
         return law
 
 
 def is_recursion(block: AbstractMember | AbstractPlant) -> bool:
-    """True if a block is one in discrete time: it has an `update` in place of a `rate`.
-
-    A block that has both, as what it holds may be of either kind, says which by an attribute `recursion`.
-    """
+    """True if a block is in discrete time: its attribute `recursion` is true, or it has `update` and no `recursion`."""
     return hasattr(type(block), "update") and getattr(block, "recursion", True)
 
 

@@ -15,12 +15,15 @@ class AbstractBlock:
 
     @property
     def exportable(self) -> bool:
-        """False if it calls a function that other machines lack, as a root finder: each export then refuses it."""
+        """False if the block calls a function that other machines do not have, such as a root finder.
+
+        Every export then refuses the block.
+        """
         return all(part.exportable for part in _parts(self))
 
     @property
     def mixed_units(self) -> str:
-        """The reason, as a clause, why an equation mixes units, as a printed one may; empty if none does."""
+        """The reason, as a clause, why an equation of the block mixes units, as a published one may; else empty."""
         return next((part.mixed_units for part in _parts(self) if part.mixed_units), "")
 
 

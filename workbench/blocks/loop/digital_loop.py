@@ -18,17 +18,19 @@ from workbench.core.validation.signatures import check_arguments
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class DigitalLoop:
-    """A closed loop with its observer and controller in a computer, declared now and built by `ode`.
+    """A closed loop with its observer and controller in a computer, whose equations are built later by `ode`.
 
     `ClosedLoop.digital` builds the equations at once. A study with many loops declares a `DigitalLoop` for each. A
-    `Run` takes it in the place of a `ClosedLoop`, and its equations are built when it is run.
+    `Run` takes it like a `ClosedLoop`, and builds the equations when it runs.
 
-    Attributes
+    Parameters
     ----------
     loop
-        The closed loop with its blocks.
-    period, instruments, delay, initial_commands, integrator
-        The arguments of `ClosedLoop.digital`; the period is in s.
+        The closed loop.
+    period
+        The sampling period of the computer in s.
+    instruments, delay, initial_commands, integrator
+        As of `ClosedLoop.digital`.
 
     Raises
     ------
@@ -60,7 +62,7 @@ class DigitalLoop:
     def ode(
         self, name: str = "loop", *, inputs: bool = False, at: str | tuple[str, ...] | None = None
     ) -> SampledSystem:
-        """The loop in its computer, see `ClosedLoop.digital`."""
+        """The equations of the loop with its computer; the arguments are those of `ClosedLoop.ode`."""
         return self.loop.digital(
             self.period,
             self.instruments,
@@ -73,5 +75,5 @@ class DigitalLoop:
         )
 
     def ablations(self) -> dict[str, DigitalLoop]:
-        """The loop without one part of its observer or controller, in the same computer, by the name of the part."""
+        """Copies of the loop, each without one part of its observer or controller, by the name of that part."""
         return {name: replace(self, loop=less) for name, less in self.loop.ablations().items()}

@@ -15,14 +15,14 @@ from workbench.core.block import Number
 
 
 class AbstractReference(ABC):
-    """Wanted signals as expressions in time.
+    """The base class of references: signals that a loop should follow, as expressions in time.
 
     Examples
     --------
     >>> @wb.block
     ... class Parabola(wb.Reference):
     ...     a: float = wb.parameter(default=0.5, unit="m/s^2")
-    ...     says = wb.layout(x="m")
+    ...     gives = wb.layout(x="m")
     ...     def at(self, t):
     ...         return {"x": self.a * t**2 / 2}
     >>> Parabola().at(2.0)
@@ -34,64 +34,67 @@ class AbstractReference(ABC):
 
     @property
     @abstractmethod
-    def says(self) -> Layout:
-        """The signals that it gives."""
+    def gives(self) -> Layout:
+        """The signals of the reference, with their units."""
 
     @property
     def primary(self) -> tuple[str, ...]:
-        """The signals that are wanted for themselves; others are their derivatives."""
-        return self.says.names
+        """The names of the signals that are not derivatives of other ones; by default all signals."""
+        return self.gives.names
 
     @property
     def ends(self) -> float:
-        """The last time for which it has values, in s."""
+        """The last time in s for which the reference has values; infinity by default."""
         return math.inf
 
     @abstractmethod
     def at(self, t: Number) -> Signals:
-        """The signals at time t [s]."""
+        """The signals by name at time t [s]."""
 
 
 class AbstractInstruments(ABC):
-    """The sensors and limits between a plant and its computer."""
+    """The base class of the instruments between a plant and its computer: sensors and limits of commands."""
 
     @property
     def memory(self) -> Layout:
-        """The states of coloured noise, which move from instant to instant."""
+        """The states of coloured noise, which change from instant to instant of the computer."""
         return Layout()
 
     def noise_states(self, k: ca.SX, z: Parts, w: ca.SX, period: float) -> Parts:
-        """The memory at the instant k, by standard normal numbers w, one for each of the memory."""
+        """The memory at the instant k, from the memory z one `period` [s] before.
+
+        w has one standard normal random number for each number of the memory.
+        """
         del k, z, w, period
         return {}
 
     def add_coloured_noise(self, y: Signals, z: Parts) -> Signals:
-        """The outputs with the coloured noise of the memory, as the sensors meet them."""
+        """The outputs y with the coloured noise of the memory z added, before the sensors."""
         del z
         return y
 
     @property
     @abstractmethod
     def reads(self) -> Layout:
-        """The outputs of the plant that they touch."""
+        """The outputs of the plant that the instruments measure."""
 
     @property
     @abstractmethod
     def limits(self) -> Layout:
-        """The inputs of the plant that they limit."""
+        """The inputs of the plant that the instruments limit."""
 
     @property
     @abstractmethod
     def noises(self) -> int:
-        """The count of standard normal numbers that one reading takes, beside those of the memory."""
+        """The number of standard normal random numbers for one reading, without those of the memory."""
 
     @abstractmethod
     def read(self, y: Signals, w: ca.SX) -> Signals:
-        """The readings of the computer where y is true, with w (noises, 1)."""
+        """The readings of the computer for the outputs y, with standard normal random numbers w (noises, 1)."""
 
     @abstractmethod
     def limit_commands(self, u: Signals) -> Signals:
-        """The limited commands, where the law commands `u`."""
+        """The limited commands for the commands u of the law."""
 
 
 class AbstractDisturbance(ABC):
@@ -100,11 +103,11 @@ class AbstractDisturbance(ABC):
     @property
     @abstractmethod
     def dof(self) -> int:
-        """The number of its components n."""
+        """The number n of components of the disturbance."""
 
     @abstractmethod
     def at(self, t: Number) -> ca.SX:
-        """D(t), (n, 1)."""
+        """The disturbance D(t) at time t [s], (n, 1)."""
 
 
 @block
@@ -138,7 +141,7 @@ class NoReference(AbstractReference):
     noun = ""  # no reference at all
 
     @property
-    def says(self) -> Layout:
+    def gives(self) -> Layout:
         """No signals."""
         return Layout()
 

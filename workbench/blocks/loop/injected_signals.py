@@ -72,7 +72,7 @@ def added_inputs(loop: Blocks) -> InjectedSignals:
     """Parameters, zero unless set, added to wanted signals (`x_ref`), inputs (`u_load`) and readings (`y_noise`)."""
     plant, law = loop.plant, loop.controller
     ports = {
-        "references": ("_ref", [loop.reference.says[name] for name in law.follows.names]),
+        "references": ("_ref", [loop.reference.gives[name] for name in law.follows.names]),
         "inputs": ("_load", plant.inputs.entries),
         "readings": ("_noise", plant.outputs.entries),
     }

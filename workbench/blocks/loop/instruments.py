@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.loop.coloured_noise import AbstractNoise, NoiseStates, noise_of
+from workbench.blocks.loop.coloured_noise import AbstractNoise
 from workbench.blocks.loop.contracts import AbstractPlant, Parts
 from workbench.blocks.loop.environment import AbstractInstruments
+from workbench.blocks.loop.noise_states import NoiseStates, noise_of
 from workbench.blocks.loop.quantisation import Converter, quantise, refuse_quantum
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Vector
@@ -19,12 +20,22 @@ from workbench.core.validation.refusals import Array, known_name, numbers, refus
 
 @block
 class Sensor:
-    """One output as a computer reads it, with standard normal w, fresh at every reading:
+    """A sensor of one output x, with white noise and quantisation:
 
-        reading = quantised(x + noise w, quantum),
+        reading = quantised(x + noise w, quantum),     quantised(x, q) = floor(x / q + 1/2) q, or x for q = 0.
 
-    where quantised(x, q) = floor(x / q + 1/2) q, or x where q = 0. The standard deviation `noise` and the steps
-    `quantum` are one number or (k,), one for each number of the output.
+    w is a standard normal random number, a new one at every reading.
+
+    Parameters
+    ----------
+    output
+        Name of the output.
+    unit
+        Unit of the output.
+    noise
+        Standard deviation of the noise: one number, or one for each component of the output.
+    quantum
+        Quantisation step: one number, or one for each component of the output.
     """
 
     output: str
@@ -38,7 +49,17 @@ class Sensor:
 
 @block
 class Limit:
-    """One command within low and high, each one number or (k,), one for each number of the input."""
+    """The limits of one command.
+
+    Parameters
+    ----------
+    input
+        Name of the input of the plant.
+    unit
+        Unit of the input.
+    low, high
+        The lowest and the highest command: one number, or one for each component of the input.
+    """
 
     input: str
     unit: str
@@ -55,11 +76,25 @@ class Limit:
 
 @block
 class Instruments(AbstractInstruments):
-    """Sensors for outputs of a plant and limits for its inputs; other signals pass unchanged.
+    """The instruments between a plant and its computer: sensors, limits of commands, and converters.
 
-    A reading has the `coloured_noises` of its name added, then passes its sensor and its converter `adcs`; a
-    command passes its limit, then its converter of `dacs`. All of a reading is on the plant's side; limits and
-    converters of commands are a part of the law that `SampledSystem.law` hands over.
+    `Instruments.of` makes them for a plant, by the names of its signals. The coloured noise of an output is added
+    first; its sensor then adds white noise and quantisation; its analogue-to-digital converter comes last. A command
+    passes its limit, and then its digital-to-analogue converter. A signal without instruments passes unchanged. Limits
+    and converters of commands are part of the law that `SampledSystem.law` returns; sensors are not.
+
+    Parameters
+    ----------
+    sensors
+        Sensors of outputs.
+    bounds
+        Limits of commands.
+    adcs
+        Analogue-to-digital converters of outputs.
+    dacs
+        Digital-to-analogue converters of commands.
+    coloured_noises
+        Noises of outputs that have a memory, such as `RandomWalk`.
 
     Examples
     --------
@@ -89,26 +124,31 @@ class Instruments(AbstractInstruments):
         dac: Mapping[str, Vector] | None = None,
         coloured_noises: tuple[AbstractNoise, ...] = (),
     ) -> Instruments:
-        """Instruments of a plant, by the names of its outputs and inputs.
+        """Instruments of a plant, given by the names of its outputs and inputs, in the units of these signals.
 
         Parameters
         ----------
-        noise, quantum
-            A number for each output that is named, or one for each of its numbers.
+        plant
+            The plant.
+        noise
+            Standard deviation of white noise, by output: one number, or one for each component of the output.
+        quantum
+            Quantisation step of the readings, by output: one number, or one for each component of the output.
         limit
-            The lowest and the highest command for each input that is named, (low, high).
+            The pair (low, high) of the lowest and the highest command, by input.
         adc, dac
-            The converter of each output, or input, that is named: (bits, low, high) or (bits, low, high, rounding) with
-            a rounding of `Converter`, as in {"omega": (12, -50.0, 50.0)}.
+            Converters of outputs (adc) and of inputs (dac) by name: (bits, low, high) or (bits, low, high, rounding),
+            as in {"omega": (12, -50.0, 50.0)}. The rounding is one of `Converter`.
         coloured_noises
-            Noises of outputs with a memory, which each name their output: drifts, hums.
+            Noises of outputs that have a memory, such as `RandomWalk`.
 
         Raises
         ------
         LookupError
-            If a name is no output or no input of the plant.
+            If a name is not an output, or not an input, of the plant.
         ValueError
-            If a number is negative or not finite, a limit is no pair with room between, or a converter is none.
+            If a number is negative or not finite; a limit is not a pair with low < high; or the numbers of a converter
+            are wrong.
         """
         given, sensors, bounds = {"noise": noise or {}, "quantum": quantum or {}}, [], []
         for name in dict.fromkeys(name for named in given.values() for name in named):
@@ -127,7 +167,7 @@ class Instruments(AbstractInstruments):
 
     @property
     def reads(self) -> Layout:
-        """The outputs that have a sensor, a converter or a noise."""
+        """The outputs that have a sensor, a converter or a coloured noise."""
         ports = {sensor.output: _port(sensor.output, sensor.unit, sensor.noise) for sensor in self.sensors}
         drifts = {entry.name: entry for entry in self._drifts.signals.entries}
         return Layout(tuple((drifts | _ports_of(self.adcs) | ports).values()))
@@ -140,7 +180,7 @@ class Instruments(AbstractInstruments):
 
     @property
     def noises(self) -> int:
-        """The count of noises of a reading: one for each number that has a sensor."""
+        """The number of white noises of one reading: one for each component of an output with a sensor."""
         return self._draws.size
 
     @property
@@ -149,15 +189,15 @@ class Instruments(AbstractInstruments):
         return self._drifts.layout
 
     def noise_states(self, k: ca.SX, z: Parts, w: ca.SX, period: float) -> Parts:
-        """The coloured noises at the instant k."""
+        """The states of the coloured noises at the instant k, from their states z one `period` [s] before."""
         return self._drifts.after(k, z, w, period)
 
     def add_coloured_noise(self, y: Signals, z: Parts) -> Signals:
-        """The outputs with their coloured noises."""
+        """The outputs y with the coloured noises of the memory z added."""
         return y | {name: y[name] + drift for name, drift in self._drifts.signal_noise(z).items()}
 
     def read(self, y: Signals, w: ca.SX) -> Signals:
-        """The readings."""
+        """The readings for the outputs y, with standard normal random numbers w (noises, 1)."""
         refuse_misfit("Instruments.read", "w", w, self.noises, 1, "a normal number for each")
         draws, readings = self._draws.view(w), dict(y.only(self.reads))
         for sensor in self.sensors:
@@ -166,7 +206,7 @@ class Instruments(AbstractInstruments):
         return Signals(readings | {adc.signal: adc.output(readings[adc.signal]) for adc in self.adcs})
 
     def limit_commands(self, u: Signals) -> Signals:
-        """The commands within their limits, as their converters give them."""
+        """The commands u behind their limits and converters."""
         commands = dict(u.only(self.limits))
         commands |= {b.input: ca.fmin(ca.fmax(u[b.input], b.low), b.high) for b in self.bounds}
         return Signals(commands | {dac.signal: dac.output(commands[dac.signal]) for dac in self.dacs})

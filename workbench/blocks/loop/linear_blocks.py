@@ -25,13 +25,13 @@ REFERENCE_ENDING = "_ref"  # an input of a law by this ending is a wanted signal
 
 
 class AbstractLinear:
-    """A block that is a linear system."""
+    """The base class of blocks that are linear systems."""
 
     system: LinearSystem
 
     @property
     def recursion(self) -> bool:
-        """True if it moves in discrete time."""
+        """True if the system is in discrete time."""
         return self.system.dt is not None
 
     @property
@@ -42,17 +42,23 @@ class AbstractLinear:
 
 @block
 class LinearPlant(AbstractLinear, AbstractPlant):
-    """A linear system as a plant, in continuous time, or in discrete time where it has a period:
+    """A linear system as a plant, in continuous time, or in discrete time if the system has a period:
 
         x' = A x + B u    or    x+ = A x + B u,              y = C x.
 
-    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names. One that
-    was linearised at a point counts from that point. Its states start at `start`, (nx,), or at the point, or at zero.
+    For a system that was linearised at a point, x, u and y are the full values, and not the deviations from the point.
+
+    Parameters
+    ----------
+    system
+        A `StateSpace` or `TransferFunction` of python-control, with names for its inputs and outputs.
+    start
+        The initial state (nx,). The default is the point of a linearised system, and zero for any other system.
 
     Raises
     ------
     ValueError
-        If `LinearSystem.of` refuses the system, or an output follows an input at once (D is not zero).
+        If `LinearSystem.of` refuses the system, or the system has direct feedthrough (D is not zero).
 
     Examples
     --------
@@ -76,7 +82,7 @@ class LinearPlant(AbstractLinear, AbstractPlant):
 
     @property
     def states(self) -> Layout:
-        """The states of the system, at their start."""
+        """The states of the system with their initial values."""
         parts = {} if self.start is None else self.system.states.unpack(self.start)
         return Layout(tuple(replace(e, default=parts.get(e.name, e.default)) for e in self.system.states.entries))
 
@@ -91,13 +97,13 @@ class LinearPlant(AbstractLinear, AbstractPlant):
         return self.system.outputs
 
     def measure(self, t: Number, x: States) -> Signals:
-        """C x."""
+        """The outputs y = C x."""
         del t
         y = self.system.output_column(self.system.states.flatten(x), ca.SX.zeros(self.inputs.size))
         return Signals(self.outputs.view(y))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """A x + B u."""
+        """A x + B u: the time derivative of each state, or its value at the next instant of a discrete system."""
         del t
         return self.system.dynamics(self.system.states.flatten(x), self.inputs.flatten(u))
 
@@ -106,21 +112,30 @@ class LinearPlant(AbstractLinear, AbstractPlant):
 
 @block
 class LinearLaw(AbstractLinear, AbstractController):
-    """A linear system as a law, in continuous time, or in discrete time where it has a period:
+    """A linear system as a law, in continuous time, or in discrete time if the system has a period:
 
         z' = A z + B v    or    z+ = A z + B v,              u = u0 + C z + D v,              v = inputs - v0.
 
-    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names. An input
-    of the name of an estimate reads that; one called `x_ref` follows what is wanted of x. With `error`, an input x is
-    instead what is wanted less what is estimated, x_ref - x: the error of python-control's `feedback(P C)`, whereas the
-    errors that a loop shows, `e_x`, have the other sign. `u0` (nu,) and `v0` (nv,) are outputs and inputs at the
-    operating point about which it was designed. Unless given they are those of the system's own point, if it was
-    designed from a linearised plant, else zero; an error is zero there. A discrete law is exact at its period.
+    An input of the system that is named x reads the estimate of x. An input that is named `x_ref` follows the reference
+    of x. A discrete law must run with its own period.
+
+    Parameters
+    ----------
+    system
+        A `StateSpace` or `TransferFunction` of python-control, with names for its inputs and outputs.
+    error
+        True for a compensator of the error: an input x is then the reference minus the estimate, x_ref - x, as in
+        `control.feedback(P * C)`. The errors `e_x` among the outputs of a loop have the opposite sign.
+    u0
+        The command (nu,) at the operating point. The default is that of a system designed from a linearised plant, and
+        zero for any other system.
+    v0
+        The inputs (nv,) of the system at the operating point, with the same default. With `error` they are zero.
 
     Raises
     ------
     ValueError
-        If `LinearSystem.of` refuses the system, or u0 or v0 has not its shape.
+        If `LinearSystem.of` refuses the system, or u0 or v0 has the wrong shape.
 
     Examples
     --------
@@ -158,12 +173,12 @@ class LinearLaw(AbstractLinear, AbstractController):
 
     @property
     def reads(self) -> Layout:
-        """The inputs of the system, but for wanted signals."""
+        """The inputs of the system that are not references."""
         return Layout(tuple(entry for entry in self.system.inputs.entries if not entry.name.endswith(REFERENCE_ENDING)))
 
     @property
     def follows(self) -> Layout:
-        """The signals whose wanted values are inputs of the system; with `error`, also all that it reads."""
+        """The signals whose references are inputs of the system; with `error`, also every signal that it reads."""
         inputs = self.system.inputs
         followed = {
             name.removesuffix(REFERENCE_ENDING): inputs[name]
@@ -179,21 +194,22 @@ class LinearLaw(AbstractLinear, AbstractController):
         return self.system.outputs
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        """u0 + C z + D v."""
+        """The commands u = u0 + C z + D v."""
         del t
         u = self.system.output_column(self.memory.flatten(z), self._inputs(est, ref))
         return Signals(self.drives.view(u if self.u0 is None else self.u0 + u))
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """A z + B v."""
+        """A z + B v: the time derivative of each state, or its value at the next instant of a discrete system."""
         del t
         return self.system.dynamics(self.memory.flatten(z), self._inputs(est, ref))
 
     update = rate
 
     def run_every(self, period: float) -> LinearLaw:
-        """The same law, which a computer runs once in `period` seconds: its own, if it is a recursion; else a
-        ValueError.
+        """A copy of the law that a computer runs once in every `period` seconds.
+
+        A law in discrete time runs only with the period of its system; any other is refused by a ValueError.
         """
         if self.recursion and abs(period - float(self.system.dt or 0)) > 1e-6 * period:
             raise ValueError(

@@ -20,7 +20,7 @@ PORTS = {
     "plant": ("states", "inputs", "outputs", "truths"),
     "observer": ("memory", "inputs", "reads", "gives"),
     "controller": ("memory", "reads", "follows", "drives"),
-    "reference": ("says",),
+    "reference": ("gives",),
 }
 DERIVATIVES = ("", "d", "dd")  # the ends of the names of a signal, its rate and its acceleration
 OBSERVERS = "`ExtendedKalmanFilter`, `SteadyKalmanFilter` or `LinearObserver`"  # those that estimate the states
@@ -62,11 +62,11 @@ def refuse_misfits(loop: Blocks) -> None:
     if isinstance(reference, NoReference) and law.follows.size:
         raise ValueError(
             f"`{_name(law)}` follows {_names(law.follows)}, and the loop has no reference: give "
-            "`ClosedLoop(reference=...)` one that says it, as a `Step` does."
+            "`ClosedLoop(reference=...)` one that gives it, as a `Step` does."
         )
     giver = plant if isinstance(observer, Readings) else observer
     _refuse(law, "reads", law.reads, giver, "gives", observer.gives, _way_to_estimate(loop))
-    _refuse(law, "follows", law.follows, reference, "says", reference.says)
+    _refuse(law, "follows", law.follows, reference, "gives", reference.gives)
     _refuse(law, "drives", law.drives, plant, "has as inputs", plant.inputs)
     for name in plant.inputs.names:
         if name not in law.drives:
@@ -127,7 +127,7 @@ def _refuse_shared(block: object, one: str, own: Iterable[str], other: str, othe
 def _refuse_unlike(loop: Blocks) -> None:
     """Refuse an estimate or a wanted signal that has the name of an output, and another size or unit."""
     outputs = loop.plant.outputs + truths(loop)
-    ports = ((loop.observer, "gives", loop.observer.gives), (loop.reference, "says", loop.reference.says))
+    ports = ((loop.observer, "gives", loop.observer.gives), (loop.reference, "gives", loop.reference.gives))
     for block, verb, port in ports:
         same = Layout(tuple(entry for entry in port.entries if entry.name in outputs))
         _refuse(block, verb, same, loop.plant, "gives", outputs)
@@ -146,7 +146,7 @@ def _refuse_ignored_reference(loop: Blocks) -> None:
     if ignored := ignored if everything else tuple(name for name in ignored if name in loop.plant.outputs):
         named = _list_names(ignored)
         raise ValueError(
-            f"`{_name(reference)}` says {named}, which `{_name(law)}` does not follow, as it follows "
+            f"`{_name(reference)}` gives {named}, which `{_name(law)}` does not follow, as it follows "
             f"{_names(law.follows)}: this would change nothing. Take {_way_to_follow(law, ignored)}, or make the loop "
             f"without {'a reference' if everything else named}."
         )

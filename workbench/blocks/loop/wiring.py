@@ -84,7 +84,7 @@ def _refuse_odd_answers(call: str) -> Iterator[None]:
 
 def reference_signals(loop: Blocks, t: ca.SX) -> Signals:
     """The signals of the reference at a time."""
-    return call_block(loop.reference, "at", loop.reference.says, t)
+    return call_block(loop.reference, "at", loop.reference.gives, t)
 
 
 def truths(loop: Blocks) -> Layout:
@@ -131,7 +131,7 @@ def loop_outputs(
     """The signals that are worth watching in any loop, with their layout, as `ClosedLoop.ode` has them."""
     outputs, inputs, true = loop.plant.outputs, loop.plant.inputs, truths(loop)
     of = {entry.name: entry for entry in (outputs + true).entries}
-    follows = [of[name] for name in loop.reference.says.names if name in outputs]
+    follows = [of[name] for name in loop.reference.gives.names if name in outputs]
     rows = [(e.name, y[e.name], e.unit) for e in outputs.entries]
     rows += [(f"{e.name}_ref", ref[e.name], e.unit) for e in follows]
     for e in follows:
@@ -152,7 +152,7 @@ def loop_outputs(
 def differences(loop: Blocks) -> dict[str, tuple[str, str]]:
     """The outputs that are the difference of two signals, by the names under which the loop shows all three."""
     outputs, gives = loop.plant.outputs, loop.observer.gives
-    follows = [name for name in loop.reference.says.names if name in outputs]
+    follows = [name for name in loop.reference.gives.names if name in outputs]
     pairs = {f"e_{name}": (name, f"{name}_ref") for name in follows}
     pairs |= {f"e_hat_{name}": (f"{name}_hat", f"{name}_ref") for name in follows if name in gives}
     pairs |= {f"{name}_error": (name, f"{name}_hat") for name in (outputs + truths(loop)).names if name in gives}
@@ -183,7 +183,7 @@ def measures(loop: Blocks) -> tuple[str, ...]:
 def names(loop: Blocks) -> list[str]:
     """The names of the signals that a loop shows and, below `hold.`, of those that a computer holds."""
     outputs, inputs, true = loop.plant.outputs.names, loop.plant.inputs.names, truths(loop).names
-    gives, follows = loop.observer.gives.names, [name for name in loop.reference.says.names if name in outputs]
+    gives, follows = loop.observer.gives.names, [name for name in loop.reference.gives.names if name in outputs]
     own = [*outputs, *inputs, *true, *(f"{name}_applied" for name in inputs)]
     own += [f"{name}_ref" for name in follows] + [f"e_{name}" for name in follows]
     own += [f"e_hat_{name}" for name in follows if name in gives and name in loop.reference.primary]

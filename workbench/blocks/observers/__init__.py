@@ -1,8 +1,8 @@
 """Observers for any plant: Kalman filters and linear observers.
 
-An observer knows readings, commands and a model of the plant; it does not know the law, nor the command of the same
-instant. It gives estimates by the names of the plant's signals; `observer_model.py` has the model that each of them
-holds. Read `linear_observer.py` first.
+An observer uses readings, commands and a model of the plant; it does not use the law, nor the command of the same
+instant. Its estimates have the names of the plant's signals. `observer_model.py` has the base class of observers with
+a model. Read `linear_observer.py` first.
 """
 
 from workbench.blocks.observers.full_state import FullState

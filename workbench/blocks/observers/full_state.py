@@ -11,11 +11,18 @@ from workbench.core.validation.refusals import known_name
 
 @block
 class FullState(AbstractObserver):
-    """Every state of a plant: as its instrument reads it, or, where none does, as it truly is: x_hat = x.
+    """The full state of a plant as the estimate, without an observer: x_hat = x.
 
-    Noise, rounding and delay of the instruments reach the law as they are. A state that no instrument reads makes this
-    an observer that uses the truth: a report says so, and no machine can run it. Put one with a model in its place, as
-    `LinearObserver` or `ExtendedKalmanFilter` is, before the law is handed over.
+    A measured state is the reading of its instrument, with noise and quantisation. A state that is not measured is its
+    true value. The observer then uses the truth: a report warns of it, and the law cannot be exported. Use an observer
+    with a model instead, such as `LinearObserver` or `ExtendedKalmanFilter`, before you export the law.
+
+    Parameters
+    ----------
+    states
+        Layout of the states of the plant.
+    hidden_states
+        Names of the states that no instrument measures.
 
     Examples
     --------
@@ -35,12 +42,13 @@ class FullState(AbstractObserver):
 
     @staticmethod
     def of(plant: AbstractPlant) -> FullState:
-        """The full state of a plant; `hidden_states` are those that no instrument reads."""
+        """The full state of a plant. `hidden_states` are the states that are not outputs of the plant."""
         each = {entry.name: Layout((entry,)) for entry in plant.states.entries}
         return FullState(plant.states, tuple(name for name, port in each.items() if misfits(port, plant.outputs)))
 
     @property
     def uses_truth(self) -> bool:
+        """True if there are hidden states."""
         return bool(self.hidden_states)
 
     @property

@@ -29,7 +29,23 @@ COVARIANCE, PIVOT = "P", "pivot"  # beside the estimated states in the memory
 
 
 class AbstractKalmanFilter(AbstractModelObserver):
-    """An observer that corrects x_hat and P at each instant by the new readings, and moves both to the next."""
+    """The base class of Kalman filters, which correct x_hat and P by the readings of each instant.
+
+    Parameters
+    ----------
+    Q
+        Intensity of the process noise w: E w(t) w(s)' = Q delta(t - s).
+    R
+        Covariance of the noise v_k of the readings.
+    P
+        Covariance (nx, nx) of the initial estimate, before the first reading.
+    period
+        Period of the computer in s. It must be given.
+    every
+        Outputs with a new reading only once in several periods, as {"p": 10}.
+    substeps
+        Number of steps in a period.
+    """
 
     Q: Matrix
     R: Matrix
@@ -40,7 +56,7 @@ class AbstractKalmanFilter(AbstractModelObserver):
 
     @property
     def memory(self) -> Layout:
-        """The estimated states and P before the readings of the next instant, and the least pivot of P so far."""
+        """The estimated states and P before the readings of the next instant, and the smallest pivot of P so far."""
         P = Entry(COVARIANCE, self.P, ANY, Bounds(symmetric=True, definite="semi"))
         return with_hats(self.model.states) + Layout((P, Entry(PIVOT, np.array(1.0))))
 
@@ -50,6 +66,7 @@ class AbstractKalmanFilter(AbstractModelObserver):
 
     @check_arguments
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """The estimate and P before the readings of the next instant, and the smallest pivot of P so far."""
         x, P, pivot = self._correct_by_reading(t, z, y)
         step = self.period / self.substeps
         for i in range(self.substeps):
@@ -127,27 +144,24 @@ def refuse_unfit_filter(observer: AbstractKalmanFilter) -> None:
 
 @block
 class ExtendedKalmanFilter(AbstractKalmanFilter):
-    """The extended Kalman filter of x' = f(t, x, u) + w, y_k = h(t_k, x) + v_k, for `model` any plant:
+    """The extended Kalman filter for any plant x' = f(t, x, u) + w, y_k = h(t_k, x) + v_k as its model:
 
         at t_k        K = P H' (H P H' + R)^-1
                       x_hat+ = x_hat + K (y_k - h(t_k, x_hat)),      P+ = (I - K H) P (I - K H)' + K R K'
         to t_(k+1)    x_hat' = f(t, x_hat, u),                       P' = A P + P A' + Q
 
-    where A and H are the exact Jacobians of f and h at x_hat, w is white noise of intensity Q (nx, nx), v_k a noise of
-    covariance R (ny, ny), and `P` the covariance before the first reading. It runs in a computer of the `period`, in s,
-    which holds u, with `substeps` Runge-Kutta steps between two instants; the law is given x_hat+ at t_k. It reads
-    `outputs`, all where none is named; `every` tells of an output after how many instants it is new: {"p": 10}.
-
-    The state `observer.pivot` is the least pivot of P and of H P H' + R so far as a share of the variance: one below
-    zero by more than rounding (1e-12) says that P was lost, and nothing that came later is to be trusted. Where H P H'
-    + R is no covariance, nothing is corrected.
+    A and H are the exact Jacobians of f and h at x_hat. The filter runs in a computer, which holds u for a period; each
+    of the `substeps` is one Runge-Kutta step. The law gets x_hat+ at t_k.
+    The state `observer.pivot` is the smallest pivot of P and of H P H' + R so far, as a fraction of the variance. If it
+    is negative by more than rounding (1e-12), P is no covariance any more, and later estimates cannot be trusted. At an
+    instant at which H P H' + R is not positive definite, nothing is corrected.
 
     Raises
     ------
     LookupError
-        If the model has no such output, or `every` names one that is not read.
+        If the model has no such output, or `every` names an output that the filter does not read.
     ValueError
-        If a number does not fit its ports, Q, R or P is no covariance, or the model moves in discrete time.
+        If an array has the wrong shape, Q, R or P is no covariance, or the model is in discrete time.
 
     References
     ----------
@@ -195,9 +209,9 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
 
 @block
 class UnscentedKalmanFilter(AbstractKalmanFilter):
-    """The unscented Kalman filter of x' = f(t, x, u) + w, y_k = h(t_k, x) + v_k, for `model` any plant.
+    """The unscented Kalman filter for any plant x' = f(t, x, u) + w, y_k = h(t_k, x) + v_k as its model.
 
-    With sigma points about x_hat, columns g_i of the Cholesky factor of P = G G', and their weights,
+    Its sigma points and weights are, with the columns g_i of the Cholesky factor G of P = G G',
 
         X_0 = x_hat,    X_i = x_hat + sqrt(c) g_i,    X_(n+i) = x_hat - sqrt(c) g_i,      c = alpha^2 (n + kappa) > 0
         W_0 = 1 - n / c  of means,    W_0 + 1 - alpha^2 + beta  of covariances,            W_i = 1 / (2 c)  of both
@@ -207,15 +221,19 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
                       x_hat+ = x_hat + K (y_k - y_hat),      P+ = P - K S K'
         to t_(k+1)    X_i' = f(t, X_i, u),    x_hat = sum W_i X_i,    P = sum W_i (X_i - x_hat)(X_i - x_hat)' + noise
 
-    where w is white noise of intensity Q and v_k a noise of covariance R. In each of the `substeps` the points move by
-    a Runge-Kutta step to its middle and, drawn anew, by another to its end; the noise Q h comes in by Simpson's rule.
-    So P stays positive semidefinite where no weight is negative, and the steps tend to Sarkka's equations.
+    Each of the `substeps` is two Runge-Kutta steps: the sigma points move to the middle of the step, new ones are
+    chosen there, and these move to its end. The noise Q h of a step of h seconds is added by Simpson's rule. So P stays
+    positive semidefinite if no weight is negative, and the steps converge to Sarkka's equations.
 
-    alpha = 1, beta = 0, kappa = 0 is the cubature rule, which has no negative weight; alpha = 1, beta = 0,
-    kappa = 3 - n is Julier and Uhlmann's, alpha = 1e-3, beta = 2, kappa = 0 Wan and van der Merwe's.
+    alpha = 1, beta = 0, kappa = 0 is the cubature rule, which has no negative weight. alpha = 1, beta = 0,
+    kappa = 3 - n is the choice of Julier and Uhlmann; alpha = 1e-3, beta = 2, kappa = 0 that of Wan and van der Merwe.
 
-    It runs as `ExtendedKalmanFilter` does, with its numbers and its `observer.pivot`, of P and S; each of the
-    `substeps` is two Runge-Kutta steps.
+    The filter runs in a computer as `ExtendedKalmanFilter` does, with the same `observer.pivot`, of P and S.
+
+    Parameters
+    ----------
+    alpha, beta, kappa
+        Constants of the sigma points and of their weights, with kappa > -n.
 
     References
     ----------

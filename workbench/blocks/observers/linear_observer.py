@@ -24,32 +24,41 @@ from workbench.core.validation.refusals import seconds, whole
 
 @block
 class LinearObserver(AbstractModelObserver):
-    """Luenberger's observer with the model x' = f(t, x, u), y = h(t, x) of any plant:
+    """A Luenberger observer with a constant gain L, for any plant x' = f(t, x, u), y = h(t, x) as its model:
 
         x_hat' = f(t, x_hat, u) + L (y - h(t, x_hat))
 
-    and where a point x_0, u_0 is given, u_0 zero if left out, with the linear model about it,
+    With an operating point (x_0, u_0) it uses the linear model about that point instead:
 
-        x_hat' = f_0 + A (x_hat - x_0) + B (u - u_0) + L (y - h_0 - C (x_hat - x_0)),
+        x_hat' = f_0 + A (x_hat - x_0) + B (u - u_0) + L (y - h_0 - C (x_hat - x_0)).
 
-    where A, B, C are the exact Jacobians of f and h at that point, and f_0, h_0 their values. L is (nx, ny), each entry
-    in the unit of its state over that of its output, per second; y are the `outputs`, all where none is named. x_hat
-    starts at `start`, or where the model starts. The error obeys e' = (A - L C) e beside a linear plant. With the gain
-    of `lqe` it is the steady Kalman-Bucy filter.
+    A, B and C are the exact Jacobians of f and h at the point; f_0 and h_0 are their values. For a linear plant the
+    error obeys e' = (A - L C) e. With the gain of `wb.steady_kalman` it is the steady Kalman-Bucy filter.
 
-    A computer that holds y and u for a period h steps it by
+    A computer holds y and u for a period h and moves the estimate by
 
-        x_hat+ = x_hat + h phi(h F) x_hat',        phi(M) = M^-1 (exp(M) - I),     F = A - L C at x_hat,
+        x_hat+ = x_hat + h phi(h F) x_hat',        phi(M) = M^-1 (exp(M) - I),     F = A - L C at x_hat.
 
-    exactly for the linear model, while h times each pole of F stays below 40 in size, and to second order for the
-    other.
+    For the linear model this is exact, while h |s| < 40 for each pole s of F. For the nonlinear model it is of second
+    order.
+
+    Parameters
+    ----------
+    L
+        Gain. Each entry is in the unit of its state over that of its output, per second.
+    x_0
+        State (nx,) at the operating point, or None for the nonlinear model.
+    u_0
+        Input at the operating point. The default is zero.
+    start
+        Initial estimate of the state, (nx,). The default is the initial state of the model.
 
     Raises
     ------
     LookupError
         If the model has no such output.
     ValueError
-        If a number does not fit its ports, u_0 comes without x_0, or the model moves in discrete time.
+        If an array has the wrong shape, u_0 is given without x_0, or the model is in discrete time.
 
     References
     ----------
@@ -81,17 +90,21 @@ class LinearObserver(AbstractModelObserver):
 
     @staticmethod
     def of(model: AbstractPlant, design: object, outputs: tuple[str, ...] = ()) -> LinearObserver:
-        """The observer with the gain of a design, which starts at rest at the point of that and is linear about it.
+        """The observer with the gain of a design, linear about its operating point. The estimate begins at that point.
 
         Parameters
         ----------
+        model
+            The model: a plant in continuous time.
         design
-            The answer of `steady_kalman` without a period, or the estimator of `lqg` for the linearised model.
+            The result of `steady_kalman` without a period, or the estimator of `lqg`, for the linearised model.
+        outputs
+            Names of the outputs that the observer reads. The default is those of the design.
 
         Raises
         ------
         ValueError
-            If the design has no point, or that of another model, or does not rest there.
+            If the design has no operating point, is for another model, or its point is no equilibrium.
         """
         L, point = point_of_model("LinearObserver.of", model, design)
         names = outputs or point.outputs.names
@@ -127,13 +140,24 @@ class LinearObserver(AbstractModelObserver):
 
 @block
 class SteadyKalmanFilter(AbstractModelObserver):
-    """The Kalman filter of x' = f(t, x, u) + w, y_k = h(t_k, x) + v_k with a constant gain L (nx, ny), of any plant:
+    """A Kalman filter with a constant gain L, for any plant x' = f(t, x, u) + w, y_k = h(t_k, x) + v_k as its model:
 
         at t_k        x_hat+ = x_hat + L (y_k - h(t_k, x_hat))
         to t_(k+1)    x_hat' = f(t, x_hat, u)
 
-    It reads and runs as `ExtendedKalmanFilter` does. With the gain of `steady_kalman` it is what the Kalman filter of
-    the linearised plant settles at, where the design point is.
+    It runs in a computer, which holds u for a period. The law gets x_hat+ at t_k. With the gain of `wb.steady_kalman`
+    it is, near the operating point of the design, the Kalman filter of the linearised plant in its steady state.
+
+    Parameters
+    ----------
+    L
+        Gain. Each entry is in the unit of its state over that of its output.
+    period
+        Period of the computer in s.
+    substeps
+        Number of Runge-Kutta steps in a period.
+    start
+        Initial estimate of the state, (nx,). The default is the initial state of the model.
 
     References
     ----------
@@ -161,12 +185,23 @@ class SteadyKalmanFilter(AbstractModelObserver):
 
     @staticmethod
     def of(model: AbstractPlant, design: object, period: float, outputs: tuple[str, ...] = ()) -> SteadyKalmanFilter:
-        """The filter with the gain of `steady_kalman(..., period=period)`, which starts at the point of that.
+        """The filter with the gain of a design. The estimate begins at the operating point of the design.
+
+        Parameters
+        ----------
+        model
+            The model: a plant in continuous time.
+        design
+            The result of `steady_kalman(..., period=period)` for the linearised model.
+        period
+            Period of the computer in s.
+        outputs
+            Names of the outputs that the filter reads. The default is those of the design.
 
         Raises
         ------
         ValueError
-            If the design has no point, or that of another model, or does not rest there.
+            If the design has no operating point, is for another model, or its point is no equilibrium.
         """
         L, point = point_of_model("SteadyKalmanFilter.of", model, design)
         return SteadyKalmanFilter(model, L, period, outputs or point.outputs.names, start=point.x0)
@@ -179,6 +214,7 @@ class SteadyKalmanFilter(AbstractModelObserver):
         return self._estimates(t, self._correct(t, z, y))
 
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """The estimate before the readings of the next instant."""
         x, step = self._correct(t, z, y), self.period / self.substeps
         for i in range(self.substeps):
             x = runge_kutta(self._f, t + i * step, x, u, step)

@@ -22,27 +22,39 @@ ORDER, SQUARINGS = 15, 6
 
 
 class AbstractModelObserver(AbstractObserver):
-    """An observer of a plant by a model of it in continuous time, which starts at the states of the model."""
+    """The base class of observers with a model of the plant in continuous time.
+
+    Parameters
+    ----------
+    model
+        The model: any plant in continuous time. The estimate begins at the initial values of its states.
+    outputs
+        Names of the outputs that the observer reads; the default () means all.
+    """
 
     model: AbstractPlant
     outputs: tuple[str, ...]
 
     @property
     def inputs(self) -> Layout:
+        """The inputs of the model, whose commands the observer uses."""
         return self.model.inputs
 
     @property
     def reads(self) -> Layout:
+        """The outputs that the observer reads."""
         offered, of = self.model.outputs, f"outputs of `{type(self.model).__name__}`"
         return Layout(tuple(offered[known_name(name, offered.names, of)] for name in self.outputs or offered.names))
 
     @property
     def gives(self) -> Layout:
+        """The estimates: of all states, and of the outputs that are not states."""
         states = self.model.states
         return states + Layout(tuple(e for e in self.model.outputs.entries if e.name not in states))
 
     @property
     def memory(self) -> Layout:
+        """The estimated states, as `x_hat` for the state x, with their initial values."""
         return with_hats(self.model.states)
 
     @check_arguments

@@ -1,6 +1,6 @@
-"""Plants of any kind, each with the source of its numbers, and actuators, sensors and disturbances for them.
+"""Plants, each with the source of its numbers, and actuators, sensors and disturbances for any plant.
 
-This package knows no law, no observer and no simulation. Read `dc_motor.py` first; `ode_plant.py` makes a plant of
+This package has no law, no observer and no simulation. Read `dc_motor.py` first; `ode_plant.py` makes a plant from
 functions.
 
 Examples

@@ -5,13 +5,29 @@ from workbench.core.block import Number, Scalar, States
 
 @block
 class BuckConverter(AbstractPlant):
-    """The averaged converter in continuous conduction, driven by its duty cycle d, 0 <= d <= 1.
+    """The averaged model of a buck converter in continuous conduction, with the duty cycle d as its input.
 
         L i' = d V_g - v
         C v' = i - v / R
 
-    From d to v it is G_0 / (1 + s / (Q w_0) + (s / w_0)^2) with G_0 = V_g, w_0 = 1 / sqrt(L C) and Q = R sqrt(C / L).
-    The duty cycle is not limited here, and the current may turn negative: limit the command by `Instruments`.
+    The transfer function from d to v is G_0 / (1 + s / (Q w_0) + (s / w_0)^2) with G_0 = V_g, w_0 = 1 / sqrt(L C) and
+    Q = R sqrt(C / L). The model does not limit d to 0 <= d <= 1, and the current may become negative. Limit the command
+    by `Instruments`.
+
+    Parameters
+    ----------
+    V_g
+        Input voltage.
+    L
+        Inductance of the filter.
+    C
+        Capacitance of the filter.
+    R
+        Resistance of the load.
+    i
+        Current of the inductor.
+    v
+        Output voltage.
 
     References
     ----------

@@ -10,14 +10,34 @@ from workbench.core.shapes import Circle, Line, Shape
 
 @block
 class DCMotor(AbstractPlant):
-    """A motor driven by its armature voltage v, with K the constant of both torque and back-emf.
+    """A DC motor with the armature voltage v as its input.
 
         J omega' = K i - b omega
         L i'     = v - R i - K omega
         theta'   = omega
 
-    Where the speed is measured theta is no state. The numbers are those of the tutorial on speed; `DCMotor.position()`
-    has those of the other.
+    The default numbers are those of the tutorial on speed. `DCMotor.position()` has those of the tutorial on position.
+
+    Parameters
+    ----------
+    J
+        Moment of inertia of the rotor.
+    b
+        Coefficient of viscous friction.
+    K
+        Torque constant in N m/A, which is also the back-emf constant in V s/rad.
+    R
+        Resistance of the armature.
+    L
+        Inductance of the armature.
+    theta
+        Angle of the rotor. It is a state only with `measurement="position"`.
+    omega
+        Speed of the rotor.
+    i
+        Armature current.
+    measurement
+        The output of the motor.
 
     References
     ----------
@@ -39,7 +59,7 @@ class DCMotor(AbstractPlant):
     theta: Scalar = initial(default=0.0, unit="rad")
     omega: Scalar = initial(default=0.0, unit="rad/s")
     i: Scalar = initial(default=0.0, unit="A")
-    measurement: str = option({"speed": "omega is measured", "position": "theta is measured"}, default="speed")
+    measurement: str = option({"speed": "the speed omega", "position": "the angle theta"}, default="speed")
 
     @staticmethod
     def position() -> DCMotor:
@@ -60,7 +80,7 @@ class DCMotor(AbstractPlant):
         return layout(theta="rad") if self.measurement == "position" else layout(omega="rad/s")
 
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
-        """The rotor with a mark, of a size that the equations do not know; none where theta is no state."""
+        """The rotor with a mark that shows theta, or None if theta is not a state. Its size is not in the equations."""
         if self.measurement != "position":
             return None
         cos, sin = ca.cos(x["theta"]), ca.sin(x["theta"])

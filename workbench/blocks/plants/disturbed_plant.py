@@ -2,9 +2,10 @@
 
 import casadi as ca
 
-from workbench.blocks.loop.coloured_noise import AbstractNoise, NoiseStates, noise_of
+from workbench.blocks.loop.coloured_noise import AbstractNoise
 from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts, is_recursion
 from workbench.blocks.loop.environment import AbstractReference
+from workbench.blocks.loop.noise_states import NoiseStates, noise_of
 from workbench.blocks.plants.equipped_plant import AbstractPlantWrapper
 from workbench.core import Entry, Layout, Signals, block
 from workbench.core.block import Number, States
@@ -15,19 +16,25 @@ TRUTH = "d_"  # of a disturbance on x is 'd_x'
 
 @block
 class DisturbedPlant(AbstractPlantWrapper):
-    """A plant whose inputs, behind the command, and whose outputs have a signal added to them:
+    """A plant with disturbances that are added to its inputs, behind the command, and to its outputs:
 
         x' = f(t, x, u + d_u(t)),      y = h(t, x) + d_y(t).
 
-    The signals are those of the reference `by`, each named as an input or an output of the plant, without their
-    derivatives; or the noise `by`, which moves at the instants of a computer by its exact law and is held between
-    them, so that its loop is made by `digital`. They are truths of the plant, `d_v` that on the input v, which no
-    instrument gives. Noise that only the computer reads is that of the `Instruments`.
+    A disturbance is a truth of the plant, a signal that no instrument measures: `d_v` is the disturbance on the input
+    v. Noise that is added to the readings of a computer, and not to the outputs, belongs to `Instruments`.
+
+    Parameters
+    ----------
+    by
+        The disturbance: signals in time, such as `Step` or `CombinedReference`, or a noise, such as `GaussMarkov`. Each
+        signal is named as the input or output to which it is added; its derivatives are not used. A noise moves at the
+        instants of a computer by its exact transition and is held between two instants, so its loop must be made by
+        `digital`.
 
     Raises
     ------
     LookupError
-        If a noise is of a signal that is no input and no output of the plant.
+        If the signal of a noise is neither an input nor an output of the plant.
     ValueError
         If a signal does not fit the plant by name, size and unit; or the plant is disturbed there already.
 
@@ -57,10 +64,12 @@ class DisturbedPlant(AbstractPlantWrapper):
 
     @property
     def period(self) -> float | None:  # type: ignore[override]
+        """The period of a plant in discrete time in s, else None."""
         return self.plant.period
 
     @property
     def recursion(self) -> bool:
+        """True if the plant is in discrete time."""
         return is_recursion(self.plant)
 
     @property
@@ -96,6 +105,7 @@ class DisturbedPlant(AbstractPlantWrapper):
         return {**self.plant.rate(t, self._own(x), self._disturbed_inputs(t, x, u)), **still}
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The states at the next instant, for a plant in discrete time."""
         kept = {entry.name: x[entry.name] for entry in self._noise.layout.entries}
         return {**self.plant.update(t, self._own(x), self._disturbed_inputs(t, x, u)), **kept}
 
@@ -108,7 +118,7 @@ class DisturbedPlant(AbstractPlantWrapper):
         if isinstance(self.by, AbstractNoise):
             return self._noise.signals
         return Layout(
-            tuple(Entry(e.name, e.default, e.unit) for e in self.by.says.entries if e.name in self.by.primary)
+            tuple(Entry(e.name, e.default, e.unit) for e in self.by.gives.entries if e.name in self.by.primary)
         )
 
     def _own(self, x: States) -> Signals:

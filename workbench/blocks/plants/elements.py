@@ -1,6 +1,7 @@
-"""Elements of actuators and sensors: a saturation, a lag, a limited rate, a transport delay as a system of states.
+"""Elements of actuators and sensors: a saturation, a lag, a rate limit, and a transport delay.
 
-A number of an element is one for all numbers of its signal, or a vector with one for each.
+A field of an element is one number, which holds for every component of its signal, or a vector with one number for each
+component.
 """
 
 from abc import ABC, abstractmethod
@@ -24,16 +25,23 @@ Memory = Annotated[Mapping[str, ca.SX], "_own"]  # of an element in the way of t
 
 @block
 class AbstractElement(ABC):
-    """One element in the way of a `signal` v of the plant, from which its output y follows in the unit of v.
+    """An element of an actuator or a sensor: it takes the signal v of a plant and passes on y, in the same unit.
 
-    A memory moves by the `rate` in continuous time, or, where the element is a `recursion`, from sample to sample by
-    the `update`. An element without a memory serves plants of both kinds.
+    It stands in the `actuators` or `sensors` of an `EquippedPlant`. The memory of an element, if it has one, moves in
+    continuous time by `rate`. If `recursion` is true, it moves from sample to sample by `update` instead. An element
+    without a memory serves plants in continuous and in discrete time.
+
+    Parameters
+    ----------
+    signal
+        Name of the signal v: an input of the plant for an actuator, an output for a sensor.
     """
 
     WAYS: ClassVar[Mapping[str, str]] = MappingProxyType({"Sensor": NOISE, "Instruments": NOISE})
 
     signal: str
     unit: str = field(default=ANY, init=False)
+    state_name: ClassVar[str] = ""  # of its state, where the field with the initial value has another name
 
     @property
     def recursion(self) -> bool:
@@ -41,11 +49,10 @@ class AbstractElement(ABC):
         return False
 
     def memory(self, entry: Entry) -> Layout:
-        """The element's own states in the way of a signal, one for each of its numbers."""
+        """The states of the element for a signal, each with one number for each component of the signal."""
         self._refuse_size(entry)
-        return Layout(
-            tuple(replace(own, default=broadcast(own.default, entry)) for own in initial_states(self).entries)
-        )
+        own = [(self.state_name or e.name, e) for e in initial_states(self).entries]
+        return Layout(tuple(replace(e, name=name, default=broadcast(e.default, entry)) for name, e in own))
 
     def _own(self, size: int) -> Layout:
         """The memory in the way of a signal of that size."""
@@ -68,18 +75,27 @@ class AbstractElement(ABC):
 
     @abstractmethod
     def output(self, z: Memory, v: Column) -> ca.SX:
-        """The output of the element, (k, 1), for the input v, (k, 1)."""
+        """The output y of the element, (k, 1), for the memory z and the input v, (k, 1)."""
 
     def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
+        """The derivative of each state of the memory z, for the input v, (k, 1); empty without a memory."""
         return {}
 
     def update(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
+        """The value of each state at the next sample, for the memory z and the input v, (k, 1); empty without one."""
         return {}
 
 
 @block
 class Saturation(AbstractElement):
-    """y = min(max(v, low), high).
+    """A saturation of a signal v:  y = min(max(v, low), high).
+
+    Parameters
+    ----------
+    low
+        The lower limit of y, less than `high`.
+    high
+        The upper limit of y.
 
     Examples
     --------
@@ -103,7 +119,16 @@ class Saturation(AbstractElement):
 
 @block
 class FirstOrder(AbstractElement):
-    """The lag of first order, 1 / (T s + 1):  y' = (v - y) / T,  y(0) = lag.
+    """A first-order lag of a signal v, with the transfer function 1 / (T s + 1):  y' = (v - y) / T.
+
+    The state of the lag is the output y. An `EquippedPlant` calls it `v.lag`.
+
+    Parameters
+    ----------
+    time_constant
+        The time constant T.
+    start
+        The output at t = 0.
 
     Examples
     --------
@@ -112,7 +137,8 @@ class FirstOrder(AbstractElement):
     """
 
     time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
-    lag: Vector = initial(0.0, unit="{unit}", shape=("*",))
+    start: Vector = initial(0.0, unit="{unit}", shape=("*",))
+    state_name = "lag"
 
     def output(self, z: Memory, v: Column) -> ca.SX:
         return z["lag"]
@@ -123,10 +149,22 @@ class FirstOrder(AbstractElement):
 
 @block
 class RateLimit(AbstractElement):
-    """A lag whose rate has limits:  y' = min(max((v - y) / T, low), high),  y(0) = limited.
+    """A rate limiter with a first-order lag:  y' = min(max((v - y) / T, low), high).
 
-    The shorter T, which the step of a simulation must resolve, the nearer is y to the ideal limiter; beside a change
-    within the limits y is late by T.
+    For a short time constant T, y is close to the output of an ideal rate limiter. The step of a simulation must
+    resolve T. While the rate is within its limits, y lags behind v by T. The state is the output y. An `EquippedPlant`
+    calls it `v.limited_signal`.
+
+    Parameters
+    ----------
+    low
+        The lowest rate y', a negative number.
+    high
+        The highest rate y'.
+    time_constant
+        The time constant T of the lag.
+    start
+        The output at t = 0.
 
     Examples
     --------
@@ -138,7 +176,8 @@ class RateLimit(AbstractElement):
     low: Vector = parameter(unit="{unit}/s", high=0, strict=True, shape=("*",), symbol="r_min")
     high: Vector = parameter(unit="{unit}/s", low=0, strict=True, shape=("*",), symbol="r_max")
     time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
-    limited_signal: Vector = initial(0.0, unit="{unit}", shape=("*",))
+    start: Vector = initial(0.0, unit="{unit}", shape=("*",))
+    state_name = "limited_signal"
 
     def output(self, z: Memory, v: Column) -> ca.SX:
         return z["limited_signal"]
@@ -149,10 +188,19 @@ class RateLimit(AbstractElement):
 
 @block
 class PadeDelay(AbstractElement):
-    """The Pade approximant [n/n], n the `order`, of a delay exp(-T s) in its balanced realisation, see `pade`.
+    """A Pade approximation of order n of a transport delay exp(-T s), in balanced realisation.
 
-    Its gain is 1, and up to omega T = n its phase is -omega T within 0.08 rad; before the start the constant `past`
-    came in. The delay of a computer is a number of periods, and is exact: `digital(period, delay=...)`.
+    Its gain is 1 at all frequencies. Its phase differs from -omega T by less than 0.08 rad up to omega T = n. The delay
+    of a computer is a whole number of periods, and needs no approximation: take `digital(period, delay=...)`.
+
+    Parameters
+    ----------
+    time
+        The delay T.
+    order
+        The order n of numerator and denominator, from 1 to 50. Each component of the signal has n states.
+    past
+        The constant value of v before t = 0. It is the output until the delay has passed.
 
     Examples
     --------
@@ -168,7 +216,7 @@ class PadeDelay(AbstractElement):
         whole("PadeDelay(order=...)", self.order, most=MOST_ORDER)
 
     def memory(self, entry: Entry) -> Layout:
-        """The content of the delay, (n,) or (n, k): at rest the signal, and zeros below it."""
+        """The states of the delay, (n,) or (n, k). At equilibrium the first one is the signal and the others are 0."""
         self._refuse_size(entry)
         first = np.eye(self.order)[0]
         past = broadcast(self.past, entry)

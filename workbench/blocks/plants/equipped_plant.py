@@ -17,7 +17,13 @@ from workbench.core.shapes import Shape
 
 
 class AbstractPlantWrapper(AbstractPlant):
-    """A plant that wraps another one, with the inputs, outputs and labels of that one."""
+    """A plant that wraps another plant and has the same inputs, outputs and labels.
+
+    Parameters
+    ----------
+    plant
+        The plant inside.
+    """
 
     plant: AbstractPlant
 
@@ -57,17 +63,27 @@ class AbstractPlantWrapper(AbstractPlant):
 
 @block
 class EquippedPlant(AbstractPlantWrapper):
-    """A plant whose inputs pass through actuators, and whose outputs pass through sensors, in their order.
+    """A plant with actuators before its inputs and sensors behind its outputs.
 
-    Its states are those of the plant by their names, and those of the elements: `v.lag` of a lag in the way of v, of a
-    second one `v.lag_2`. An element that moves sample by sample does so at the instants of a computer, so that its loop
-    is made by `digital`. Where a sensor is in the way of an output, `omega`, say, what the plant gives is the truth
-    `omega_true`. `v_applied` of a loop is what reaches the plant.
+    The states are the states of the plant and of the elements. A lag in the path of v adds the state `v.lag`; a second
+    lag adds `v.lag_2`. If an output `omega` has a sensor, `omega` is the signal behind the sensor, and the plant's
+    output before the sensor is the truth `omega_true`. In a loop, `v` is the command and `v_applied` is the signal that
+    reaches the plant behind its actuators.
+
+    Some elements move from sample to sample, as a `Backlash` without a time constant does. Their samples are the
+    instants of a computer, so such a loop must be made by `digital`.
+
+    Parameters
+    ----------
+    actuators
+        Elements for inputs of the plant. Elements for the same input act in the order given.
+    sensors
+        Elements for outputs of the plant. Elements for the same output act in the order given.
 
     Raises
     ------
     LookupError
-        If an element is for a signal that is no input of the plant, or no output.
+        If the signal of an actuator is not an input of the plant, or the signal of a sensor not an output.
     ValueError
         If an element does not fit its signal in size or units; if an output has sensors already; or if the memory of
         an element moves in continuous time and the plant in discrete time.
@@ -99,10 +115,12 @@ class EquippedPlant(AbstractPlantWrapper):
 
     @property
     def period(self) -> float | None:  # type: ignore[override]
+        """The period of a plant in discrete time in s, else None."""
         return self.plant.period
 
     @property
     def recursion(self) -> bool:
+        """True if the plant is in discrete time."""
         return is_recursion(self.plant)
 
     @property
@@ -128,11 +146,12 @@ class EquippedPlant(AbstractPlantWrapper):
         return self._next_states("rate", self.plant.states, t, x, u)
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The states at the next instant, for a plant in discrete time."""
         return self._next_states("update", self.plant.states, t, x, u)
 
     @property
     def sampled_states(self) -> Layout:
-        """The memories that move sample by sample where the plant moves in continuous time."""
+        """The states of elements that move from sample to sample, if the plant moves in continuous time."""
         own = ((z, names) for each, z, names in self._memories() if each.recursion and not self.recursion)
         return self.plant.sampled_states + Layout(tuple(replace(e, name=n[e.name]) for z, n in own for e in z.entries))
 

@@ -15,13 +15,33 @@ TURN = math.pi / 12  # between the corners of a ring
 
 @block
 class CartPole(AbstractPlant):
-    """A cart at x, pushed by F, with a pole on a hinge; phi is its angle from upright, positive away from +x.
+    """A cart that a force F pushes along x, with a pole on a hinge at the angle phi.
 
         (M + m) x'' + b x' - m l phi'' cos(phi) + m l phi'^2 sin(phi) = F
         (I + m l^2) phi'' - m g l sin(phi) = m l x'' cos(phi)
 
-    These are the equations of the tutorial with its theta = pi + phi, before they are made linear: a pole that hangs
-    has phi = pi. l is the distance from the hinge to the centre of mass, I the inertia about that.
+    These are the equations of the tutorial before linearisation, with the tutorial's theta = pi + phi.
+
+    Parameters
+    ----------
+    M, m
+        Mass of the cart (M) and of the pole (m).
+    b
+        Coefficient of viscous friction of the cart.
+    l
+        Distance from the hinge to the centre of mass of the pole.
+    I
+        Moment of inertia of the pole about its centre of mass.
+    g
+        Gravitational acceleration.
+    x
+        Position of the cart. F acts toward positive x.
+    xd
+        Velocity of the cart.
+    phi
+        Angle of the pole, which is upright at 0 and hangs at pi. For a positive phi it leans toward negative x.
+    phid
+        Angular velocity of the pole.
 
     References
     ----------
@@ -78,15 +98,36 @@ class CartPole(AbstractPlant):
 
 @block
 class FurutaPendulum(AbstractPlant):
-    """An arm that a torque turns about the vertical, with a pendulum on a hinge at its end.
+    """An arm that a torque tau turns about a vertical axis, with a pendulum on a hinge at the end of the arm.
 
         (Jh_0 + Jh_2 sin(theta_2)^2) theta_1'' + m_2 L_1 l_2 cos(theta_2) theta_2'' + b_1 theta_1'
             + Jh_2 sin(2 theta_2) theta_1' theta_2' - m_2 L_1 l_2 sin(theta_2) theta_2'^2 = tau
         m_2 L_1 l_2 cos(theta_2) theta_1'' + Jh_2 theta_2'' + b_2 theta_2'
             - Jh_2 sin(2 theta_2) theta_1'^2 / 2 + g m_2 l_2 sin(theta_2) = 0
 
-    where Jh_0 = J_1 + m_1 l_1^2 + m_2 L_1^2 and Jh_2 = J_2 + m_2 l_2^2. The pendulum hangs at theta_2 = 0 and is
-    upright at pi. The equations hold for links that are slender or symmetric about their axes.
+    where Jh_0 = J_1 + m_1 l_1^2 + m_2 L_1^2 and Jh_2 = J_2 + m_2 l_2^2. The equations hold for links that are slender
+    or symmetric about their axes.
+
+    Parameters
+    ----------
+    m_1, m_2
+        Mass of the arm (m_1) and of the pendulum (m_2).
+    L_1
+        Length of the arm, from its axis to the hinge.
+    l_1, l_2
+        Distance to the centre of mass: of the arm from its axis (l_1), of the pendulum from the hinge (l_2).
+    J_1, J_2
+        Moment of inertia of the arm (J_1) and of the pendulum (J_2), each about its own centre of mass.
+    b_1, b_2
+        Coefficient of viscous friction at the axis of the arm (b_1) and at the hinge (b_2).
+    g
+        Gravitational acceleration.
+    theta_1
+        Angle of the arm.
+    theta_2
+        Angle of the pendulum, which hangs at 0 and is upright at pi.
+    theta_1d, theta_2d
+        Angular velocities of the arm (theta_1d) and of the pendulum (theta_2d).
 
     References
     ----------
@@ -158,13 +199,24 @@ class FurutaPendulum(AbstractPlant):
 
 @block
 class TwoMasses(AbstractPlant):
-    """Two bodies on a line without friction, joined by a spring: u pushes the first, the second is watched.
+    """Two masses on a line, joined by a spring, without friction: a force u acts on the first, the second is measured.
 
         m_1 x_1'' = -k (x_1 - x_2) + u
         m_2 x_2'' =  k (x_1 - x_2)
 
-    From u to x_2 it is k / (s^2 (m_1 m_2 s^2 + k (m_1 + m_2))): sensor and actuator stand on different bodies. The
-    benchmark asks for a law that is stable for 0.5 < k < 2.
+    The transfer function from u to x_2 is k / (s^2 (m_1 m_2 s^2 + k (m_1 + m_2))). The benchmark asks for a law with
+    which the loop is stable for 0.5 < k < 2.
+
+    Parameters
+    ----------
+    m_1, m_2
+        The masses.
+    k
+        Stiffness of the spring.
+    x_1, x_2
+        Positions of the masses, measured from an equilibrium.
+    x_1d, x_2d
+        Velocities of the masses.
 
     References
     ----------
@@ -188,7 +240,7 @@ class TwoMasses(AbstractPlant):
     outputs = layout(x_2="m")
 
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
-        """Two boxes and a spring whose length at rest, of which the equations know nothing, is 1.4 m."""
+        """Two boxes and a spring. The spring is drawn 1.4 m long at equilibrium; its length is not in the equations."""
         left, right = x["x_1"] - 1.0, x["x_2"] + 1.0
         box = [(-0.3, 0.0), (0.3, 0.0), (0.3, 0.5), (-0.3, 0.5)]
         first, length = left + 0.3, right - left - 0.6

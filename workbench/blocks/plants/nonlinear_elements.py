@@ -13,7 +13,16 @@ from workbench.core.block import Column, Vector
 
 @block
 class DeadZone(AbstractElement):
-    """y = v - min(max(v, low), high): zero from low to high, and v minus the nearer end beyond them.
+    """A dead zone of a signal v:  y = v - min(max(v, low), high).
+
+    The output is zero for v from `low` to `high`. Outside, it is v minus the nearer of the two.
+
+    Parameters
+    ----------
+    low
+        The lower end of the dead zone.
+    high
+        The upper end of the dead zone, at least `low`.
 
     Examples
     --------
@@ -38,11 +47,19 @@ class DeadZone(AbstractElement):
 
 @block
 class Quantiser(AbstractElement):
-    """y = round(v / q) q in steps of the `quantum` q, by one of three rules of `rounding`; y = v where q is 0.
+    """A quantiser of a signal v:  y = round(v / q) q, a multiple of the `quantum` q.
 
-    Between two edges the derivative is zero, so a design must use the plant without the quantiser. In a loop in
-    continuous time v may stay at an edge and y chatter, as with a relay; the error of a number then tells what the step
-    of the simulation does. Converters of a computer are declared by `Instruments.of(adc=..., dac=...)`.
+    The derivative of y is zero between two steps, so a design must use the plant without the quantiser. In a loop in
+    continuous time v may stay where y jumps, and y then chatters as the output of a relay does. The estimated error of
+    a metric then shows the effect of the step of the simulation. Converters of a computer are declared by
+    `Instruments.of(adc=..., dac=...)`.
+
+    Parameters
+    ----------
+    quantum
+        The step q between two values of y; y = v for q = 0.
+    rounding
+        The rule of rounding.
 
     Examples
     --------
@@ -63,16 +80,29 @@ class Quantiser(AbstractElement):
 
 @block
 class Backlash(AbstractElement):
-    """The play of a gear, whose driven side y rests within the `gap` b and is taken along at its ends:
+    """The backlash (play) of a gear: the driven side y stays still until the driving side v has crossed the gap b.
 
-        y = min(max(z, v - b/2), v + b/2),      z' = (y - z) / T,      z(0) = driven;
+        y = min(max(z, v - b/2), v + b/2),      z' = (y - z) / T        with a time constant T
 
-    without a `time_constant` z is y at the sample before, in discrete time and at the instants of a computer. This is
-    the play operator of hysteresis. It is exact if v does not turn within a period, as a held command does not.
+    Without a time constant, z is the value of y at the sample before. The element is then the play operator of
+    hysteresis, in discrete time or at the instants of a computer. It is exact if v does not reverse within a period,
+    and a held command does not.
 
-    With a `time_constant` T, y is within b/2 of v at all times, and exactly at that distance in contact. Where v turns
-    with the curvature v'', y comes to rest v'' T^2 / 2 short of the play. After a jump of v the memory z still lacks
-    the share exp(-t/T) of it. So T must be short compared with the turns of v, and the step must resolve T.
+    With a time constant T, the distance of y to v is at most b/2, and exactly b/2 in contact. Where v reverses with the
+    second derivative v'', y stops v'' T^2 / 2 before the play operator would. After a jump of v, the fraction exp(-t/T)
+    of the jump is still missing in z. So T must be short compared with the time between reversals of v, and the step of
+    a simulation must resolve T.
+
+    The state is z. An `EquippedPlant` calls it `v.driven_side`.
+
+    Parameters
+    ----------
+    gap
+        The width b of the gap.
+    time_constant
+        The time constant T, or None for the play operator.
+    start
+        The driven side z at t = 0.
 
     References
     ----------
@@ -88,11 +118,12 @@ class Backlash(AbstractElement):
 
     gap: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="b")
     time_constant: Vector = parameter(default=None, unit="s", low=0, strict=True, shape=("*",), symbol="T")
-    driven_side: Vector = initial(default=0.0, unit="{unit}", shape=("*",))
+    start: Vector = initial(default=0.0, unit="{unit}", shape=("*",))
+    state_name = "driven_side"
 
     @property
     def recursion(self) -> bool:
-        """True if it has no time constant."""
+        """True if there is no time constant: the memory then moves from sample to sample."""
         return self.time_constant is None
 
     def output(self, z: Memory, v: Column) -> ca.SX:

@@ -50,14 +50,14 @@ FUNCTIONS = FunctionNamespace(
 
 @block
 class OdePlant(AbstractPlant):
-    """An open `Ode` as a plant: its declared inputs drive it, its outputs are read, its other parameters are its own.
+    """A plant made from an `Ode` with declared inputs, or, by `OdePlant.of`, from functions.
 
-    A parameter 'R' of the equation is `plant.R` of the loop, to be varied as any other number.
+    The declared inputs and the outputs of `ode` become those of the plant. A parameter R is `plant.R` in a loop.
 
     Raises
     ------
     ValueError
-        If the equation declares no inputs, or one of its outputs depends on an input, which makes an algebraic loop.
+        If the equations declare no inputs, or an output depends on an input, which makes an algebraic loop.
 
     Examples
     --------
@@ -108,16 +108,16 @@ class OdePlant(AbstractPlant):
         Parameters
         ----------
         f, h
-            Each a `casadi.Function` of columns, without the argument p where there are no parameters; or a Python
-            function, read once, that returns a number for each state or output. It is called with t, with vectors x and
-            u, with `p.R` for a parameter R and, if it takes one more argument, with a namespace m: `m.sin`, `m.where`.
+            A `casadi.Function` of columns, or a Python function that returns a number for each state (f) or output (h).
+            Without parameters there is no argument p. A Python function gets the parameter R as `p.R`. If it has one
+            more argument, this is a namespace m of functions, with `m.sin` and `m.where`.
         states, inputs, outputs
-            Layouts, or a "name:unit" for each number; a name alone has an unknown unit, which fits any. Without h the
-            outputs are states, all of them unless they are named.
+            Layouts, or a "name:unit" for each number; a name without a unit fits every unit. Without h the outputs are
+            states: the ones that `outputs` names, or all.
         p
-            The parameters, each with its number: `layout(R=("ohm", 1.0))`.
+            The parameters with their values: `layout(R=("ohm", 1.0))`.
         x0, u0
-            The start (nx,) and the inputs (nu,) of an open loop; those of the layouts, zero in general, if not given.
+            Initial state (nx,) and initial inputs (nu,). The defaults are those of the layouts, usually zero.
 
         Raises
         ------

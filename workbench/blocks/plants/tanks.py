@@ -18,16 +18,32 @@ HEIGHT = 0.20  # m, of the walls that are drawn of the four tanks
 
 @block
 class QuadrupleTank(AbstractPlant):
-    """Two lower tanks, 1 and 2, below two upper ones, 3 and 4; each pump feeds one of either, crosswise.
+    """Four tanks with two pumps: each pump feeds one lower tank (1 or 2) and, crosswise, one upper tank (4 or 3).
 
         A_1 h_1' = -a_1 sqrt(2 g h_1) + a_3 sqrt(2 g h_3) + gamma_1 k_1 v_1
         A_2 h_2' = -a_2 sqrt(2 g h_2) + a_4 sqrt(2 g h_4) + gamma_2 k_2 v_2
         A_3 h_3' = -a_3 sqrt(2 g h_3) + (1 - gamma_2) k_2 v_2
         A_4 h_4' = -a_4 sqrt(2 g h_4) + (1 - gamma_1) k_1 v_1
 
-    with A_3 = A_1, A_4 = A_2, a_3 = a_1 and a_4 = a_2. The zero lies in the left half-plane where gamma_1 + gamma_2 >
-    1, as in the setting P- that is given, whose published rest is rounded. The outputs are levels, where the paper has
-    the voltages of their sensors, 0.50 V/cm.
+    with A_3 = A_1, A_4 = A_2, a_3 = a_1 and a_4 = a_2. The upper tank 3 drains into tank 1, and 4 into 2. The
+    multivariable zero that the valves move is in the left half-plane if gamma_1 + gamma_2 > 1. The default numbers are
+    those of the setting P-, for which this holds; its published equilibrium is rounded. The outputs are levels in cm.
+    The paper has the voltages of their sensors instead, 0.50 V/cm.
+
+    Parameters
+    ----------
+    A_1, A_2
+        Cross-section of tanks 1 and 3 (A_1), and of tanks 2 and 4 (A_2).
+    a_1, a_2
+        Cross-section of the outlets of tanks 1 and 3 (a_1), and of tanks 2 and 4 (a_2).
+    k_1, k_2
+        Flow of each pump per volt.
+    gamma_1, gamma_2
+        Fraction of the flow of each pump that the valve sends to the lower tank.
+    g
+        Gravitational acceleration.
+    h_1, h_2, h_3, h_4
+        Levels of the tanks.
 
     References
     ----------
@@ -61,11 +77,11 @@ class QuadrupleTank(AbstractPlant):
 
     @staticmethod
     def nonminimum_phase() -> QuadrupleTank:
-        """The setting P+, whose pumps rest at 3.15 V: more than half of the water goes to the upper tanks."""
+        """The setting P+, with a zero in the right half-plane. Its equilibrium is at 3.15 V for each pump."""
         return QuadrupleTank(k_1=3.14, k_2=3.29, gamma_1=0.43, gamma_2=0.34, h_1=12.6, h_2=13.0, h_3=4.8, h_4=4.9)
 
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
-        """The levels in the four tanks, the upper ones above those that they run into."""
+        """The four tanks with their levels. Each upper tank is drawn above the tank into which it drains."""
         shapes: list[Shape] = []
         for digit, left, floor in ((1, 0.0, 0.0), (2, 0.16, 0.0), (3, 0.0, 0.27), (4, 0.16, 0.27)):
             right = left + 0.02 * ca.sqrt((self.A_1 if digit in (1, 3) else self.A_2) / math.pi)  # 2 r, of cm in m
@@ -95,14 +111,40 @@ class QuadrupleTank(AbstractPlant):
 
 @block
 class StirredTank(AbstractPlant):
-    """An irreversible exothermic reaction A -> B in a tank that a jacket of temperature T_c cools.
+    """A stirred-tank reactor with the exothermic reaction A -> B, cooled by a jacket of temperature T_c.
 
         c_A' = (q / V) (c_Af - c_A) - k_0 exp(-E_R / T) c_A
         T'   = (q / V) (T_f - T) + (dH / (rho C_p)) k_0 exp(-E_R / T) c_A + (U_A / (V rho C_p)) (T_c - T)
 
-    with dH the heat that a mole sets free, and E_R = E / R. The numbers count minutes, as the book's do; the rates are
-    in seconds. At T_c = 300 K the nominal point, 0.5 mol/l at 350 K, is the middle one of three steady states, a
-    saddle.
+    The parameters are per minute, as in the book; time and the derivatives c_A' and T' are in seconds. At T_c = 300 K
+    there are three steady states. The nominal point, 0.5 mol/l at 350 K, is the middle one of them and a saddle.
+
+    Parameters
+    ----------
+    q
+        Flow through the tank.
+    V
+        Volume of the tank.
+    rho
+        Density of the content.
+    C_p
+        Specific heat of the content.
+    dH
+        Heat that the reaction of one mole releases.
+    E_R
+        Activation energy divided by the gas constant, E / R.
+    k_0
+        Pre-exponential factor of the reaction rate.
+    U_A
+        Heat transfer coefficient of the jacket times its area.
+    T_f
+        Temperature of the feed.
+    c_Af
+        Concentration of A in the feed.
+    c_A
+        Concentration of A in the tank.
+    T
+        Temperature in the tank.
 
     References
     ----------
@@ -133,7 +175,7 @@ class StirredTank(AbstractPlant):
     outputs = layout(T="K")
 
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
-        """The tank of constant content, the share c_A / c_Af of what is left, and a thermometer of 280 to 440 K."""
+        """The tank, a gauge of the fraction c_A / c_Af that has not reacted, and a thermometer from 280 K to 440 K."""
         warm, share = (x["T"] - COLD) / (HOT - COLD), x["c_A"] / self.c_Af
         gauges: list[Shape] = []
         for left, height, letters in ((0.72, share, "A"), (0.92, warm, "T")):

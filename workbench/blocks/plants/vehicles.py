@@ -15,14 +15,34 @@ CORNERS = [math.pi / 4 * corner for corner in range(8)]  # of a rotor's disc, in
 
 @block
 class SingleTrackVehicle(AbstractPlant):
-    """The bicycle model at a constant speed V_x, steered at the front wheels by delta.
+    """The bicycle model of a car at a constant speed V_x, steered by the angle delta of its front wheels.
 
         m (v_y' + V_x r) = F_f + F_r,     F_f = 2 C_f (delta - (v_y + l_f r) / V_x)
         I_z r' = l_f F_f - l_r F_r,       F_r = -2 C_r (v_y - l_r r) / V_x
         psi' = r,                         Y' = V_x sin(psi) + v_y cos(psi)
 
-    v_y is the velocity to the left and r the yaw rate of the body, Y and psi its place and heading on the ground; C_f
-    and C_r are the cornering stiffness of one tyre. Slip angles are small, and tyres do not saturate.
+    Slip angles are small, and the tyres do not saturate.
+
+    Parameters
+    ----------
+    m
+        Mass.
+    I_z
+        Yaw moment of inertia.
+    l_f, l_r
+        Distance from the centre of mass to the front axle (l_f) and to the rear axle (l_r).
+    C_f, C_r
+        Cornering stiffness of one front tyre (C_f) and of one rear tyre (C_r).
+    V_x
+        Forward speed.
+    Y
+        Lateral position on the ground.
+    psi
+        Heading.
+    v_y
+        Lateral velocity of the body, positive to the left.
+    r
+        Yaw rate.
 
     References
     ----------
@@ -88,13 +108,28 @@ class SingleTrackVehicle(AbstractPlant):
 
 @block
 class PlanarQuadrotor(AbstractPlant):
-    """A body with two propellers at the distance r on either side, whose thrusts u_1 and u_2 are along its own axis.
+    """A quadrotor in a vertical plane: two propellers whose thrusts u_1 and u_2 [N] act along the axis of the body.
 
         m x''     = -(u_1 + u_2) sin(theta)
         m y''     =  (u_1 + u_2) cos(theta) - m g
         I theta'' =  r (u_1 - u_2)
 
     It hovers with u_1 = u_2 = m g / 2.
+
+    Parameters
+    ----------
+    m
+        Mass.
+    I
+        Moment of inertia.
+    r
+        Distance of each propeller from the centre of mass.
+    g
+        Gravitational acceleration.
+    x, y, xd, yd
+        Horizontal position (x) or height (y), or its derivative (xd, yd).
+    theta, thetad
+        Angle of the body (theta), or its derivative (thetad).
 
     References
     ----------
@@ -153,17 +188,39 @@ class PlanarQuadrotor(AbstractPlant):
 
 @block
 class Quadrotor(AbstractPlant):
-    """A rigid body with rotors 1 and 3 on its x axis, 2 and 4 on its y axis, which turn in opposite senses by pairs.
+    """A quadrotor: a rigid body with rotors 1 and 3 on its x axis, and rotors 2 and 4 on its y axis.
 
         m xi''  = -m g e_3 + R(eta) e_3 T - A xi',        T = k (w_1^2 + w_2^2 + w_3^2 + w_4^2)
         I nu'   = -nu x (I nu) - I_r nu x e_3 w_G + tau,  w_G = w_1 - w_2 + w_3 - w_4
         eta'    = W(eta)^-1 nu
         tau     = (l k (w_4^2 - w_2^2), l k (w_3^2 - w_1^2), b (-w_1^2 + w_2^2 - w_3^2 + w_4^2))
 
-    xi (3,) is the place in the world, its third number the height; eta (3,) = (phi, theta, psi) are roll, pitch and yaw
-    with R = R_z(psi) R_y(theta) R_x(phi); nu (3,) are the body's rates, w (4,) the speeds of the rotors. W is singular
-    at theta = +-90 deg. The paper's term for a changing speed of the rotors, I_M w', is left out. It hovers at
-    w_i = sqrt(m g / (4 k)), 620.6 rad/s.
+    The input w (4,) has the speeds of the rotors; rotors 1 and 3 turn in one sense, 2 and 4 in the other. The rotation
+    matrix is R = R_z(psi) R_y(theta) R_x(phi). W is singular at a pitch of +-90 degrees. The term I_M w' of the paper,
+    for a changing speed of the rotors, is left out. The quadrotor hovers at w_i = sqrt(m g / (4 k)), 620.6 rad/s.
+
+    Parameters
+    ----------
+    m
+        Mass.
+    I
+        Principal moments of inertia of the body.
+    I_r
+        Moment of inertia of one rotor.
+    l
+        Distance of each rotor from the centre of mass.
+    k, b
+        Lift constant (k) or drag constant (b) of a rotor.
+    A
+        Coefficients of air resistance along the three axes of the world.
+    g
+        Gravitational acceleration.
+    xi, xid
+        Position (xi) or velocity (xid) in the world. The third component is vertical.
+    eta
+        Roll, pitch and yaw, eta = (phi, theta, psi).
+    nu
+        Angular velocity in the axes of the body.
 
     References
     ----------
@@ -194,7 +251,7 @@ class Quadrotor(AbstractPlant):
     outputs = layout(xi=("m", [0.0, 0.0, 0.0]), eta=("rad", [0.0, 0.0, 0.0]))
 
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
-        """The two beams with their rotors, that of rotor 1 the thickest, seen from the side and above."""
+        """The two beams with their rotors, seen from the side and above. The beam of rotor 1 is the thickest."""
         (s_x, s_y, s_z), (c_x, c_y, c_z) = ca.vertsplit(ca.sin(x["eta"])), ca.vertsplit(ca.cos(x["eta"]))
         ahead = ca.vertcat(c_z * c_y, s_z * c_y, -s_y)  # the first column of R(eta), then the others
         left = ca.vertcat(c_z * s_y * s_x - s_z * c_x, s_z * s_y * s_x + c_z * c_x, c_y * s_x)

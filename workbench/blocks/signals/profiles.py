@@ -13,9 +13,24 @@ TINY = float(np.finfo(float).tiny)  # where there is no way to go, nothing is di
 
 @block
 class Trapezoid(AbstractSignal):
-    """A motion with a trapezoidal velocity from start to goal, in the shortest time within limits, number by number:
+    """A motion from `start` to `goal` with a trapezoidal velocity, as fast as the limits allow.
+
+    Each component moves by itself. For a distance D its greatest velocity v and its duration T are
 
         D = |goal - start|,   v = min(speed, sqrt(D acceleration)),   T = D / v + v / acceleration.
+
+    Parameters
+    ----------
+    goal
+        The value at the end of the motion.
+    speed
+        The upper limit of the absolute velocity.
+    acceleration
+        The absolute acceleration at the beginning and at the end of the motion.
+    time
+        The instant at which the motion begins.
+    start
+        The value before `time`. It is no time.
 
     References
     ----------
@@ -52,12 +67,21 @@ class Trapezoid(AbstractSignal):
 
 @block
 class WayPoints(AbstractSignal):
-    """A motion from point to point, at rest in each, with the least jerk: with s = (t - t_i) / (t_(i+1) - t_i),
+    """A minimum-jerk motion through way-points, which stops at each of them.
 
-        x(t) = x_i + (x_(i+1) - x_i) (10 s^3 - 15 s^4 + 6 s^5),
+    Between the times t_i and t_(i+1), with s = (t - t_i) / (t_(i+1) - t_i), it is
 
-    which minimises the integral of the squared jerk. Before the first time and after the last it rests. The `times`
-    (m,) increase; `points` is (m, n), a row a time, or of a signal of one number (m,).
+        x(t) = x_i + (x_(i+1) - x_i) (10 s^3 - 15 s^4 + 6 s^5).
+
+    This polynomial minimises the integral of the squared jerk. The signal is constant before the first time and after
+    the last.
+
+    Parameters
+    ----------
+    times
+        The m instants of the way-points, in increasing order.
+    points
+        The way-points, one row for each time. For a signal of one number, `points` may have the shape (m,).
 
     References
     ----------

@@ -17,10 +17,18 @@ ROUNDING = 2.0**-50  # more than k h may lack of the decimal number that is mean
 
 
 class AbstractSignal(AbstractReference):
-    """One wanted signal x of n numbers, with its unit or one for each, as in "m, rad"; and its derivatives xd, xdd.
+    """A reference signal x(t) of n numbers, with its first and second derivatives xd and xdd.
 
-    A `Manipulator` takes q and qd; any other plant takes a signal by the name of its output. As a disturbance, see
-    `DisturbedPlant`, it goes by the name of an input or an output.
+    Every number of x is one component. A vector field (n,) has one entry for each component; a single number stands for
+    n equal ones.
+
+    Parameters
+    ----------
+    signal
+        Name of the signal x. The reference of a loop is named as the output of the plant that follows it: "q" for a
+        `Manipulator`. A disturbance is named as an input or an output, see `DisturbedPlant`.
+    unit
+        Unit of the signal, as "rad"; or one unit for each component, as "m, rad".
     """
 
     signal: str
@@ -28,23 +36,26 @@ class AbstractSignal(AbstractReference):
 
     @property
     def dof(self) -> int:
-        """The number of its components, n: that of the first of its fields that has one number for each."""
+        """The number n of components of the signal: the length of its first vector field."""
         return next(count(getattr(self, field.name)) for field, number in quantities(self) if number.shape == ("n",))
 
     @abstractmethod
     def motion(self, t: Number) -> Motion:
-        """The signal at time t [s] and its first two derivatives."""
+        """The signal at time t [s], its first and its second derivative, each of shape (n, 1)."""
 
     @property
     def unit_of_rate(self) -> str:
+        """The unit of the first derivative, as "rad/s"."""
         return per_second(self.unit)
 
     @property
     def unit_of_curvature(self) -> str:
+        """The unit of the second derivative, as "rad/s^2"."""
         return per_second(self.unit, 2)
 
     @property
-    def says(self) -> Layout:
+    def gives(self) -> Layout:
+        """The signal and its derivatives, `x`, `xd` and `xdd`, with their units."""
         units = (self.unit, self.unit_of_rate, self.unit_of_curvature)
         return Layout(
             tuple(Entry(self.signal + "d" * order, np.zeros(self.dof), unit) for order, unit in enumerate(units))
@@ -52,15 +63,22 @@ class AbstractSignal(AbstractReference):
 
     @property
     def primary(self) -> tuple[str, ...]:
+        """The name of the signal, without its derivatives."""
         return (self.signal,)
 
     def at(self, t: Number) -> Signals:
-        return Signals(dict(zip(self.says.names, self.motion(t), strict=True)))
+        """The signal and its derivatives at time t [s], by name."""
+        return Signals(dict(zip(self.gives.names, self.motion(t), strict=True)))
 
 
 @block
 class CombinedReference(AbstractReference):
-    """Several references side by side, each with signals of its own.
+    """Several references for different signals, combined into one reference.
+
+    Parameters
+    ----------
+    parts
+        The references. No two of them may have a signal of the same name.
 
     Examples
     --------
@@ -72,7 +90,7 @@ class CombinedReference(AbstractReference):
     parts: tuple[AbstractReference, ...]
 
     def __post_init__(self) -> None:
-        count = Counter(name for part in self.parts for name in part.says.names)
+        count = Counter(name for part in self.parts for name in part.gives.names)
         if twice := [name for name, times in count.items() if times > 1]:
             raise ValueError(
                 "`CombinedReference(parts=...)` must be references of different signals, as a law follows one of "
@@ -80,14 +98,17 @@ class CombinedReference(AbstractReference):
             )
 
     @property
-    def says(self) -> Layout:
-        return sum((part.says for part in self.parts), Layout())
+    def gives(self) -> Layout:
+        """The signals of all parts, with their units."""
+        return sum((part.gives for part in self.parts), Layout())
 
     @property
     def primary(self) -> tuple[str, ...]:
+        """The primary signals of all parts: those that are not derivatives."""
         return tuple(name for part in self.parts for name in part.primary)
 
     def at(self, t: Number) -> Signals:
+        """The signals of all parts at time t [s]."""
         return Signals({name: value for part in self.parts for name, value in part.at(t).items()})
 
 

@@ -19,16 +19,25 @@ MOST_ROWS = 2000  # each is a comparison at each evaluation, and a part of what 
 
 @block
 class Table(AbstractSignal):
-    """A signal between the rows of a table, as an expression in time: polynomials piece by piece.
+    """A signal given by a table of times and values, and interpolated between them.
 
-    `times` (m,) in s begin at 0 or before; `values` are (m, n), a row a time, or of a signal of one number (m,). They
-    are no parameters. A run that goes on behind the last row is refused.
+    A run must end at the last time or before. The numbers of the table are constants of the equations, and no
+    parameters that a study could vary.
+
+    Parameters
+    ----------
+    times
+        The m times of the rows in s, in increasing order. The first is 0 or negative.
+    values
+        The values at these times, of shape (m, n); for a signal of one number also (m,).
+    interpolation
+        The rule between two rows.
 
     Raises
     ------
     ValueError
-        If a number is not finite, the times do not increase or begin after 0, there are fewer than two rows or more
-        than 2000, or times and values are not equally many.
+        If a number is not finite; the times do not increase, or begin after 0; there are fewer than two rows or more
+        than 2000; or the numbers of times and of rows of values differ.
 
     Examples
     --------
@@ -45,9 +54,9 @@ class Table(AbstractSignal):
     values: Array
     interpolation: str = option(
         {
-            "linear": "straight lines, whose corners have no second derivative",
-            "cubic": "a cubic spline with two continuous derivatives, whose outer two pieces are one at each end",
-            "hold": "each row until the next, as a computer's command is held",
+            "linear": "straight lines between the rows; the second derivative is taken to be zero",
+            "cubic": "a cubic spline with two continuous derivatives and not-a-knot ends",
+            "hold": "the value of a row until the next row, as a computer holds its command",
         },
         default="linear",
     )
@@ -86,31 +95,32 @@ class Table(AbstractSignal):
     ) -> Table:
         """A table from a CSV file, plain or gzipped, whose first line has names and units: `t [s],omega [rad/s]`.
 
-        It reads what `to_frame().to_csv(...)` of a run writes. A tab, else a semicolon, in the first line separates
-        cells, else a comma. Columns that are not used may hold anything; lines that begin with # are passed over.
+        It reads the files that `to_frame().to_csv(...)` writes, and others. Tabs, semicolons or commas separate the
+        cells: the first of these that the first line contains. Lines that begin with # are skipped.
 
         Parameters
         ----------
-        unit
-            The unit of the signal, where the first line of the file has none.
+        path, signal, unit
+            The file, the name of the signal, and its unit, which is needed only if the first line has none.
         columns
-            Those of the signal's numbers; if not given the one of its name, or `q[0]`, `q[1]`, ... of a signal q.
+            Names of the columns, one for each component. The default is `q`, or `q[0]`, `q[1]`, ..., for a signal q.
         time
-            The column of the time, else `t` or `time`; or the period in s of a file without one, from 0 s on.
+            Column of the time in s; the default is `t` or `time`. Or the period between two lines in s, from 0 s on.
         begin, end
-            The time of the file in s at which a run starts, and the one up to which lines are taken.
+            Times of the file in s. A run starts at `begin`, which becomes t = 0. The lines used are those from the last
+            one at or before `begin` to the first one at or after `end`.
         every
-            A whole number n: of the lines from `begin` to `end` each n-th is taken, and the last.
+            A whole number n: every n-th line from `begin` to `end` is used, and the last one.
         duplicates
-            "refuse", or the line that is taken where several have one time: "first" or "last".
+            Of several lines with the same time, the "first" or "last" is used; "refuse" raises an error.
 
         Raises
         ------
         LookupError
             If there is no such file, or no such column.
         ValueError
-            If the file is no CSV with a first line of names, a number is missing or none, times do not rise, or a unit
-            is missing or not the file's, with line and column; or `Table` refuses the numbers.
+            If the file is no CSV with a first line of names; a cell of a used column is no number; the times do not
+            increase; the unit is missing, or not that of the file; or `Table` refuses the numbers.
         """
         file = CsvFile.read("Table.from_csv(path=...)", path)
         names = columns or file.columns_of(signal)
@@ -127,6 +137,7 @@ class Table(AbstractSignal):
 
     @property
     def ends(self) -> float:
+        """The time of the last row, in s."""
         return float(self.times[-1])
 
     def motion(self, t: Number) -> Motion:

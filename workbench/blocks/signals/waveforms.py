@@ -3,7 +3,6 @@
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.loop.environment import AbstractDisturbance
 from workbench.blocks.signals.signal import AbstractSignal, Motion, clock
 from workbench.core import block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
@@ -11,7 +10,12 @@ from workbench.core.block import Number, Scalar, Vector
 
 @block
 class Constant(AbstractSignal):
-    """A fixed value.
+    """A signal with the same value at all times.
+
+    Parameters
+    ----------
+    position
+        The value. The signal need not be a position: it may be a voltage or a speed.
 
     Examples
     --------
@@ -30,7 +34,20 @@ class Constant(AbstractSignal):
 
 @block
 class Step(AbstractSignal):
-    """x_i(t) = start_i before time_i, level_i from then on; the derivatives are zero at all times.
+    """A step from the value `start` to the value `level` at the instant `time`:
+
+        x_i(t) = start_i for t < time_i,     x_i(t) = level_i for t >= time_i.
+
+    Both derivatives are taken to be zero at all times.
+
+    Parameters
+    ----------
+    level
+        The value from `time` on.
+    time
+        The instant of the step.
+    start
+        The value before `time`. It is no time.
 
     Examples
     --------
@@ -51,7 +68,18 @@ class Step(AbstractSignal):
 
 @block
 class Ramp(AbstractSignal):
-    """x_i(t) = start_i before time_i, start_i + slope_i (t - time_i) from then on.
+    """A ramp that begins at the value `start` at the instant `time`:
+
+        x_i(t) = start_i for t < time_i,     x_i(t) = start_i + slope_i (t - time_i) for t >= time_i.
+
+    Parameters
+    ----------
+    slope
+        The rate of change from `time` on.
+    time
+        The instant at which the ramp begins.
+    start
+        The value up to `time`. It is no time.
 
     Examples
     --------
@@ -72,7 +100,16 @@ class Ramp(AbstractSignal):
 
 @block
 class Sines(AbstractSignal):
-    """x_i(t) = amplitude_i sin(frequency_i t + phase_i).
+    """A sine for each component:  x_i(t) = amplitude_i sin(frequency_i t + phase_i).
+
+    Parameters
+    ----------
+    amplitude
+        The peak value of each sine.
+    frequency
+        The angular frequency of each sine, in rad/s and not in Hz.
+    phase
+        The phase of each sine at t = 0.
 
     Examples
     --------
@@ -94,17 +131,32 @@ class Sines(AbstractSignal):
 
 @block
 class Chirp(AbstractSignal):
-    """A sine whose frequency goes from `first` to `last` in the time `duration` T, and stays there:
+    """A sine whose frequency f(t) goes from `first` to `last` within the time `duration` T, and then stays at `last`:
 
-        x(t) = amplitude sin(2 pi integral f + phase),     f = first + (last - first) t / T,
-                                                      or   f = first (last / first)^(t / T),
+        x(t) = amplitude sin(2 pi integral f dt + phase)
 
-    of which the second needs two positive frequencies that differ.
+        f(t) = first + (last - first) t / T      with `sweep="linear"`
+        f(t) = first (last / first)^(t / T)      with `sweep="logarithmic"`
+
+    Parameters
+    ----------
+    amplitude
+        The peak value of the sine.
+    first
+        The frequency at t = 0, in Hz.
+    last
+        The frequency from t = `duration` on, in Hz. A logarithmic sweep needs two different positive frequencies.
+    duration
+        The time T of the sweep.
+    phase
+        The phase of the sine at t = 0.
+    sweep
+        The law by which the frequency changes.
 
     Examples
     --------
     >>> chirp = wb.Chirp("omega", "rad/s", amplitude=1.0, first=0.1, last=10.0, duration=20.0)
-    >>> chirp.says.names, chirp.says["omegad"].unit
+    >>> chirp.gives.names, chirp.gives["omegad"].unit
     (('omega', 'omegad', 'omegadd'), 'rad/s^2')
     """
 
@@ -144,10 +196,17 @@ class Chirp(AbstractSignal):
 
 @block
 class SquareWave(AbstractSignal):
-    """x_i(t) = amplitude_i (square(pi f t) + 1) / 2: up at amplitude for 1/f seconds, down at 0 for the next.
+    """A square wave between `amplitude` and 0:  x_i(t) = amplitude_i (square(pi f t) + 1) / 2.
 
-    square(x) has the sign of sin(x) and is 1 at x = 0. A jump has no derivative; the derivatives are
-    taken to be zero at all times, as if the jumps were not there.
+    square(x) has the sign of sin(x) and is 1 at x = 0. So x is at `amplitude` for 1/f seconds and at 0 for the next 1/f
+    seconds, and repeats after 2/f seconds. The derivatives are taken to be zero at all times: the jumps have none.
+
+    Parameters
+    ----------
+    amplitude
+        The value in the first half of each period.
+    frequency
+        The number f of half periods per second.
 
     Examples
     --------
@@ -169,9 +228,22 @@ class SquareWave(AbstractSignal):
 
 @block
 class PulseTrain(AbstractSignal):
-    """Pulses of height `level` and a `width` below the `period`, at the begin of each from `time` on; `base` elsewhere.
+    """A train of pulses: `level` during the first `width` seconds of each `period` from `time` on, and else `base`.
 
-    A jump has no derivative; the derivatives are zero at all times, as if the jumps were not there.
+    The derivatives are taken to be zero at all times: the jumps have none.
+
+    Parameters
+    ----------
+    level
+        The value during a pulse.
+    period
+        The time from the start of one pulse to the start of the next.
+    width
+        The length of a pulse, less than `period`.
+    time
+        The instant at which the first pulse starts.
+    base
+        The value before the first pulse and between pulses.
 
     Examples
     --------
@@ -199,26 +271,3 @@ class PulseTrain(AbstractSignal):
         s, zero = ca.fmax(clock(t) - self.time, before), ca.SX.zeros(self.dof)
         up = s - self.period * ca.floor(s / self.period) < self.width
         return ca.if_else(up, ca.SX(self.level), ca.SX(self.base)), zero, zero
-
-
-@block
-class SineTorque(AbstractDisturbance):
-    """D_i(t) = amplitude_i sin(frequency_i t + phase_i).
-
-    Examples
-    --------
-    >>> wb.SineTorque([0.5], [3.0]).at(0.0)
-    SX(0)
-    """
-
-    amplitude: Vector = parameter(unit="N m", shape=("n",), symbol="delta")
-    frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega_d")
-    phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta_d")
-
-    @property
-    def dof(self) -> int:
-        return int(self.amplitude.shape[0])
-
-    def at(self, t: Number) -> ca.SX:
-        torque: ca.SX = self.amplitude * ca.sin(self.frequency * t + self.phase)
-        return torque

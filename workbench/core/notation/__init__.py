@@ -1,6 +1,6 @@
-"""Equations on paper: expressions of CasADi read as formulas, proved equal, and written in four markups.
+"""Printed equations: CasADi expressions become formulas, which are compared exactly and written in four markups.
 
-This package takes expressions and formulas, and knows no model. Read `formula` first, then `reader` (from CasADi to a
+This package has expressions and formulas, and no models. Read `formula` first, then `reader` (from CasADi to a
 formula), `normal_form` (exact proofs of equality) and `writer` (signs and parentheses for every markup).
 
 Examples
