@@ -190,7 +190,7 @@ def test_of_a_long_front_some_points_are_marked_its_ends_among_them():
     steps, marks = figure.panels[0].series
     assert (len(steps.x), len(marks.x)) == (100, 15)
     assert (marks.x[0], marks.x[-1]) == (1, 2)
-    assert "Of a front of more points 15 are marked." in words(figure.caption)
+    assert "At most 15 points of each front are marked." in words(figure.caption)
 
 
 def test_fronts_over_decades_have_logarithmic_axes():
