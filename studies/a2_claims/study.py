@@ -83,7 +83,8 @@ def group_ledgers(ledger: wb.proofs.ClaimLedger) -> Mapping[str, wb.proofs.Claim
 def count_verdicts(ledger: wb.proofs.ClaimLedger) -> str:
     """The number of lines, and of the lines with each verdict."""
     counts = {kind: ledger.count(kind) for kind in get_args(wb.proofs.Kind)}
-    return f"{len(ledger)} claims: {', '.join(f'{count} {WORDS.get(kind, kind)}' for kind, count in counts.items() if count)}"
+    verdicts = ", ".join(f"{count} {WORDS.get(kind, kind)}" for kind, count in counts.items() if count)
+    return f"{len(ledger)} claims: {verdicts}"
 
 
 def swing_figure(results: wb.Results) -> wb.document.Figure:

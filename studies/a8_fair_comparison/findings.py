@@ -251,8 +251,7 @@ def answer(evidence: Evidence) -> str:
     span = spread(evidence.parts.searches.whole)
     search = ", depending on the search" if span[0] != span[1] else ""
     return (
-        f"With raw readings, {found} of {readings.scenarios} scenarios; behind observers of state and disturbance, "
-        f"{leads(both, law)}. "
+        f"With raw readings, {found} of {readings.scenarios} scenarios; behind both observers, {leads(both, law)}. "
         f"Retuned without its Riccati equation, {PROPOSED_LAW} costs {more_or_less(span)}{search}."
     )
 

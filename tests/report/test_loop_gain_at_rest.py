@@ -148,7 +148,7 @@ def test_the_sections_say_the_state_in_short_sentences(a1, a7, outcomes_of_a8):
 def test_the_case_at_rest_is_no_run_beyond_the_limit_of_its_step(a1):
     (outcome,) = outcomes_of(rest_case(1e-2))  # a pole at -500 1/s decays with steps below 5.6 ms alone
     assert not outcome.measurement.limit.holds
-    assert "The step is beyond it in: no run." in a1.trust_section(Results((outcome,))).blocks[0].text
+    assert "The step is beyond the limit in: no run." in a1.trust_section(Results((outcome,))).blocks[0].text
 
 
 @pytest.mark.heavy
