@@ -55,7 +55,7 @@ def test_a_law_whose_four_cells_are_not_met_by_one_choice_reverses_the_finding_o
     met["ASMC", "both"] = replace(met["ASMC", "both"], miss=0.035)
     finding = findings.tables_finding(common_searches(0.0), met, one, one)
     assert [(each.words, each.detail) for each in finding.reversals] == [
-        ("all cells, same gains, horizons of its own for each law", "ASMC is the farthest, 3.5 %")
+        ("all cells, same gains, a separate horizon for each law", "ASMC is the farthest, 3.5 %")
     ]
 
 
