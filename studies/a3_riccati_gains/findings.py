@@ -294,8 +294,5 @@ def frozen_table(evidence: Evidence) -> wb.document.ReportTable:
         *(wb.document.TableColumn(head, align="right") for head in changes),
     )
     caption = "The change of three metrics with P frozen, compared with the same law with P(t) of (34)."
-    note = (
-        "P(0) exceeds the value at which (34) settles, so the law learns faster with P = P(0) than with (34), most of "
-        "all if Q is small."
-    )
+    note = "P(0) exceeds the value at which (34) settles: with P = P(0) the law learns faster, most so if Q is small."
     return wb.document.ReportTable("frozen", caption, columns, tuple(rows), (note,))

@@ -65,7 +65,7 @@ def test_the_row_identifies_the_law_only_if_one_sign_alone_meets_it():
         return findings.row_finding(common_searches(), every)
 
     assert "does not identify the law" in finding(plus=0.002, minus=0.2, minus_two=0.001).statement
-    assert "the plus alone meets" in finding(plus=0.002).statement
+    assert "only the plus meets" in finding(plus=0.002).statement
     assert "No choice" in finding().statement
     assert not finding().is_decided
     words = [one.words for one in finding().variations]

@@ -133,8 +133,8 @@ def test_the_torque_varies_by_the_group_that_the_figures_say():
     model, gains = made({"TV": {"model l2": 9.0, "Q": 2.0}}), made({"TV": {"model l2": 2.0, "Q": 9.0}})
     for one in (model, gains):
         verdict = torque_variation(one)
-        leader = "the law's model of the arm" if one is model else "the law's gains"
-        assert f"over 5 s, the largest part is due to {leader}: 95 % and 95 % at joints" in verdict.statement  # 81 / 85
+        leader = "the law's model of the arm causes" if one is model else "the law's gains cause"
+        assert f"over 5 s, {leader} the largest part, 95 % and 95 % at joints" in verdict.statement  # 81 / 85
     assert torque_variation(model).answer == "the model"
     assert torque_variation(gains).answer == "the gains"
     assert "chattering" not in verdict.statement + verdict.name
@@ -149,7 +149,7 @@ def test_another_group_late_in_the_run_makes_the_answer_depend_on_the_time():
     assert torque_variation(made({"TV": alike, "late TV": alike})).kind == "found"
     mixed = torque_variation(made({"TV": {"model l2": 9.0}}, {"TV": {"Q": 9.0}}))
     assert mixed.kind == "open"
-    assert "no part is the largest at both joints" in mixed.statement
+    assert "no group causes the largest part at both joints" in mixed.statement
 
 
 def test_the_part_of_the_first_second_is_that_of_the_sums():

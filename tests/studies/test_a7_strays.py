@@ -59,7 +59,7 @@ def test_runs_stray_if_they_are_far_off_early_and_late_and_a_lost_one_is_among_t
     for errors, counts in ((stay, (2, 3, 2)), (back, (1, 1, 1))):
         verdict = stray_finding(one, (Later(errors),))
         assert " in 2 of " in verdict.statement
-        assert f", and in {counts[0]} of these between 18 and 20 s, too." in verdict.statement
+        assert f", and in {counts[0]} of these also between 18 and 20 s." in verdict.statement
         assert verdict.answer == "fewer than 1 %"
         for variation, count in zip(verdict.variations[:2], counts[1:], strict=True):
             assert f", {count} of these from 18 to 20 s" in variation.detail
@@ -79,7 +79,7 @@ def test_a_law_that_arrives_late_is_told_from_one_that_strays():
         every = sum(map(len, slow.samples))
         said = f"SMC exceeds 1 rad in {runs:,} of {every:,} runs from 3 to 5 s"
         assert said in verdict.evidence
-        assert f"and in {lasting:,} of these from 18 to 20 s, too" in verdict.evidence
+        assert f"and in {lasting:,} of these also from 18 to 20 s" in verdict.evidence
         assert "is 1.54 rad" in verdict.evidence
 
 
