@@ -76,7 +76,7 @@ def first_finding(every: Cells, limited_cells: Cells, again: Mapping[Cell, Rerun
         f"with the plus alone the share is {ends(_first_with_plus(every))}. "
         f"The largest share is {share_words(shares[top])}, under the {cell_words(top)}. {step_words(again)}",
         statistic="Share of the draws in which the sampled RMSE, (43), of the law is below that of each rival. "
-        "The answer is 'yes' if the share and its interval are above one half in all columns under all priors, and "
+        "The answer is 'yes' if the share and its interval are above one half in all columns under all priors. It is "
         "'no' if they are below one half.",
         sample=SAMPLE,
         information=INFORMATION,

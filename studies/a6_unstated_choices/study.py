@@ -127,7 +127,7 @@ TRUST = wb.Paragraph(
     f"{draws.HALF_STEP_EVERY[PROPOSED_LAW]} of {PROPOSED_LAW}, one of {draws.RIVALS_HALF_STEP_EVERY} of the rivals, "
     "and all checks. For a rival that a computer switches, it is the error of the motion between two instants. The "
     "checks show how far the computer is from the boundary layer. With the chattering of a boundary layer every method "
-    "is of first order; the change then shows the size of the error, but is not a bound. The last table counts every "
+    "is of first order. The change then shows the size of the error, but is not a bound. The last table counts every "
     "run that diverges within the longest horizon. A run that diverges later than the horizon of its draw still has an "
     "RMSE at that horizon."
 )

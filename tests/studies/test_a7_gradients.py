@@ -27,7 +27,7 @@ def test_factors_left_at_their_values_are_held_against_the_rule():
 
 def test_factors_of_a_sum_act_in_no_pair():
     words = acting_pairs(usual().shares)
-    assert "does not lie wholly above 0.02 for any of them. It reaches beyond 0.02 for 0 of 1,092," in words
+    assert "does not lie wholly above 0.02 for any pair. It reaches beyond 0.02 for 0 of 1,092 pairs;" in words
     size = usual().shares.S2
     wide = replace(usual().shares, S2=Estimate(size.value, 0 * size.half + 0.03))
     assert "for any of them. It reaches beyond 0.02 for 1,092 of 1,092," in acting_pairs(wide)

@@ -19,7 +19,9 @@ def test_a_run_with_much_of_the_variance_of_the_late_error_is_named():
     def change(values, place):  # all about 0.1
         values[7, -1, place], values[8, -1, place] = 3.1, 1.1  # squares of 9 and 1 beside those of all others
 
-    said = "has 90 % of the variance at joint 2 (3.10 rad; the next largest is 1.10 rad); the heaviest 1 % of the runs"
+    said = (
+        "causes 90 % of the variance at joint 2 (3.10 rad; the next largest is 1.10 rad); the heaviest 1 % of the runs"
+    )
     sample = with_values(usual(), "indices", change).indices
     assert late_errors.heaviest(sample).startswith("Run 8 of ")
     assert said in late_errors.heaviest(sample)
@@ -130,9 +132,7 @@ def test_the_gains_of_the_heaviest_run_alone_are_drawn_again():
             assert high - 0.05 * (high - low) < drawn.max() <= high
     errors = np.zeros((second_looks.REDRAW_COUNT, 2))
     errors[:3, 1], errors[3] = 1.5, np.nan
-    words = (
-        "model of run 8, and 400 random draws of its gains (Lambda, Q, R, L1, L2), 4 runs exceed 1 rad: the gains help"
-    )
+    words = "model of run 8, and 400 random draws of the gains (Lambda, Q, R, L1, L2), 4 runs exceed 1 rad: the"
     assert words in second_looks.redrawn_words(one, Later(errors))
     assert second_looks.redrawn_words(one, Later(0 * errors[:3])).endswith("0 runs exceed 1 rad.")
 
