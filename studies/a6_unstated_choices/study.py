@@ -93,7 +93,7 @@ RANKING = wb.Paragraph(
     f"Independent draws of everything at once, {draws.RANDOM.runs} for each prior. The six laws of a draw have the "
     "same horizon and the same square wave. A range is not yet a prior: a number can be drawn uniformly, or uniformly "
     f"on a logarithmic scale. The prior of the card is logarithmic for Q, R and l of {PROPOSED_LAW}, of which only the "
-    "order of magnitude is known, and linear for all other numbers. The prior 'exchanged' is the opposite. sigma of "
+    "order of magnitude is known. It is linear for all other numbers. The prior 'exchanged' is the opposite. sigma of "
     "RBF-ASMC, whose range begins at 0, is always drawn uniformly. A run that diverged before its horizon is worse "
     "than any other."
 )

@@ -30,7 +30,7 @@ def test_factors_of_a_sum_act_in_no_pair():
     assert "does not lie wholly above 0.02 for any pair. It reaches beyond 0.02 for 0 of 1,092 pairs;" in words
     size = usual().shares.S2
     wide = replace(usual().shares, S2=Estimate(size.value, 0 * size.half + 0.03))
-    assert "for any of them. It reaches beyond 0.02 for 1,092 of 1,092," in acting_pairs(wide)
+    assert "for any pair. It reaches beyond 0.02 for 1,092 of 1,092 pairs;" in acting_pairs(wide)
     sure = replace(usual().shares, S2=Estimate(0 * size.value + 0.06, 0 * size.half + 0.03))
     assert "lies wholly above 0.02 for Lambda and Q (RMSE of joint 1)," in acting_pairs(sure)
 

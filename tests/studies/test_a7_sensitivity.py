@@ -79,8 +79,8 @@ def test_the_gain_that_decides_with_equal_ranges_is_a_variation_of_its_own():
 def test_the_answer_has_the_parts_of_arm_and_gains_by_both_ranges():
     one = made({"RMSE": {"Q": 3.0, "m1": 4.0}}, equal={"RMSE": {"m1": 9.0}})
     line = findings.answer({PROPOSED_LAW: one})
-    assert "The numbers of the arm cause 64 % and 64 % of" in line  # 16 of 25 squares
-    assert "Its gains cause 36 % and 36 %, or 0 % and 0 % if all" in line
+    assert "The arm causes 64 % and 64 % of" in line  # 16 of 25 squares
+    assert "the gains cause 36 % and 36 %, or 0 % and 0 % if all" in line
     assert len(line.split()) <= 40
 
 
@@ -94,10 +94,10 @@ def test_gains_are_as_idle_as_the_upper_end_of_their_interval_says():
     # linear runs: the effect of l is a third of that of m1, that of the other gains a ninetieth
     assert "is at most 1 % of the effect of the strongest factor" in findings.idle_gains(made({"RMSE": {"m1": 9.0}}))
     third = made({"RMSE": {"m1": 9.0, "l": 3.0}})
-    assert "is at most 33 % of that of the strongest factor" in findings.idle_gains(third)
+    assert "is at most 33 % of the effect of the strongest factor" in findings.idle_gains(third)
     size = third.effects.mu_star
     vars(third)["effects"] = replace(third.effects, mu_star=Estimate(size.value, 0.5 * size.value))
-    assert "is at most 50 % of that of the strongest factor" in findings.idle_gains(third)
+    assert "is at most 50 % of the effect of the strongest factor" in findings.idle_gains(third)
 
 
 def test_the_late_error_belongs_to_the_model_only_as_long_as_gains_do_nothing():

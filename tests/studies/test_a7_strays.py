@@ -64,7 +64,7 @@ def test_runs_stray_if_they_are_far_off_early_and_late_and_a_lost_one_is_among_t
         assert f", and in {counts[0]} of these also between 18 and 20 s." in verdict.statement
         assert verdict.answer == "fewer than 1 %"
         for variation, count in zip(verdict.variations[:2], counts[1:], strict=True):
-            assert f", {count} of these from 18 to 20 s" in variation.detail
+            assert f", {count} of these also from 18 to 20 s" in variation.detail
 
 
 def test_a_law_that_arrives_late_is_told_from_one_that_strays():

@@ -144,8 +144,8 @@ def test_a_run_counts_as_lost_by_its_error_too():
     found = findings.lost_runs(wild)
     assert found.answer == "no run is lost"
     answers = {one.words: one.answer for one in found.variations}
-    assert answers["lost: more than 2 times the RMSE of continuous time"] == "the integrator"
-    assert answers["lost: more than 5 times the RMSE of continuous time"] == "no run is lost"
+    assert answers["a run is lost if its RMSE is more than 2 times the value in continuous time"] == "the integrator"
+    assert answers["a run is lost if its RMSE is more than 5 times the value in continuous time"] == "no run is lost"
 
 
 def test_the_runs_lost_a_period_late_are_blamed_as_the_others():
