@@ -233,4 +233,4 @@ def test_the_variations_of_a_finding_are_a_table_behind_the_chapters_with_other_
         "Variations that pool scenarios",
         "the sum over all scenarios PID",
     ]
-    assert "Bold: another answer than in the box." in lines
+    assert "Bold: an answer other than the one in the box." in lines

@@ -108,7 +108,7 @@ def _scale(values: Array) -> tuple[Literal["linear", "log"], tuple[float, float]
 
 
 def _levels(levels: tuple[float, ...]) -> str:
-    band = f"Between the {100 * min(levels):g} % and the {100 * max(levels):g} % quantile of the runs"
+    band = f"The band lies between the {100 * min(levels):g} % and the {100 * max(levels):g} % quantile of the runs"
     middle = levels[_middle(levels)]
     line = "the median" if middle == 0.5 else f"the {100 * middle:g} % quantile"
     return f"{band}; the line is {line}." if len(levels) % 2 else f"{band}."

@@ -134,7 +134,7 @@ def _finite_rows(outcome: Outcome) -> int:
 
 TOGETHER = 3  # curves of laws that one panel can hold, as more lie on each other
 ACROSS = 3  # panels side by side, one a law
-ONE_RUN = "Bold: below all others in this one run of each law, which does not say which law is better."
+ONE_RUN = "Bold: smaller than all others in this one run of each law. One run does not show which law is better."
 
 
 def _styles(name: str, outcomes: Sequence[Outcome]) -> list[int]:
