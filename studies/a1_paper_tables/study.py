@@ -73,10 +73,10 @@ def variants() -> Iterator[wb.Case]:
 def numbers_section() -> wb.Section:
     """The origin of each number."""
     about = (
-        "What the paper does not state is assumed by a rule. The rivals share the surface, the layer and the first "
-        "gain of the proposed law, and PID has the bandwidth of that surface. Q, R, the horizons, the shape of (33) "
-        "and the amplitudes of the square wave were chosen so that the proposed law closely meets its printed numbers. "
-        "Nothing was fitted for a rival."
+        "FS and SS are the first and the second scenario. What the paper does not state is assumed by a rule. The "
+        "rivals share the surface, the layer and the first gain of the proposed law, and PID has the bandwidth of that "
+        "surface. Q, R, the horizons, the shape of (33) and the amplitudes of the square wave were chosen so that the "
+        "proposed law closely meets its printed numbers. Nothing was fitted for a rival."
     )
     added = wb.provenance.Card(tuple(given for given in CARD if given.name.startswith("super-twisting: ")))
     tables = (

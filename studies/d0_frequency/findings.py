@@ -92,9 +92,9 @@ def period_limit(results: wb.Results) -> wb.Finding:
         statement=f"In {small} loops a run that starts 10 µrad from equilibrium comes to rest up to {INSIDE[0]:g} "
         f"times the sampling period at which the linear loop becomes unstable, but not at {INSIDE[1]:g} times. From "
         f"{FAR} this holds in {large} loops.",
-        evidence="From 0.3 rad the adaptive gains end at other values than K(0). With the gain that the run has "
-        f"learned, {learned_gain_count(every, 'large')} of the linear loops are stable at the longest period at which "
-        "the run comes to rest, and unstable at the next period tried.",
+        evidence="From 0.3 rad the adaptive gains end at other values than K(0). If linearised with the gain that the "
+        f"run has learned, {learned_gain_count(every, 'large')} loops that learn a gain are stable at the longest "
+        "period at which the run comes to rest, and unstable at the next period tried.",
         statistic="The longest period at which the torque comes to rest, divided by the period at which a pole of the "
         "linear loop reaches the unit circle. The torque is at rest if its total variation is below 10 N m/s after "
         "6 s.",

@@ -141,7 +141,7 @@ def test_the_sections_say_the_state_in_short_sentences(a1, a7, outcomes_of_a8):
         assert [sentence for sentence in re.split(r"(?<=[.])\s", text) if len(sentence.split()) > LONGEST] == []
         assert [type(block).__name__ for block in section.blocks[2:]] == [*(4 * ["Figure"]), "ReportTable"]
     last = results["FS", PROPOSED_LAW].measurement.trajectories["controller.K"][0, -1]
-    assert f"these are {last[0, 0]:.3g} and {last[1, 1]:.3g} N m" in of_a1.blocks[0].text
+    assert f"the diagonal has {last[0, 0]:.3g} and {last[1, 1]:.3g} N m" in of_a1.blocks[0].text
     assert of_a1.heading == f"The loop gain of {PROPOSED_LAW} at rest"
 
 

@@ -191,10 +191,10 @@ def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]], 
     unit = f" in {one.samples.unit}" if one.samples.unit not in ("", "1") else ""
     return (
         f"Each tile has the {words} of {one.samples.metric}{unit} over {draws} draws; the intervals of a column hold "
-        f"at once with a confidence of {100 * one.confidence:g} %. The shade of a tile shows its ratio to the best of "
-        "its column, on a logarithmic scale; the best is the lightest. Frame: the one law that is significantly better "
-        "than all others. Black or white corner: tied with the best, as no law is significantly better. Stripes: "
-        "failed runs; a dash: they leave no finite statistic."
+        f"at once with a confidence of {100 * one.confidence:g} %. A darker tile has a larger ratio to the best of its "
+        "column, on a logarithmic scale. Frame: the one law that is significantly better than all others. Black or "
+        "white corner: tied with the best, as no law is significantly better. Stripes: failed runs; a dash: they leave "
+        "no finite statistic."
     )
 
 
