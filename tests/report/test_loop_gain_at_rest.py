@@ -136,7 +136,7 @@ def test_the_sections_say_the_state_in_short_sentences(a1, a7, outcomes_of_a8):
     of_a1 = a1.rest(results)
     for section in (of_a8, of_a1, a7.rest(results)):
         text = section.blocks[0].text
-        assert "K(0), which has" in text
+        assert "The gain K is constant at K(0), with" in text
         assert "track a moving reference" in text
         assert [sentence for sentence in re.split(r"(?<=[.])\s", text) if len(sentence.split()) > LONGEST] == []
         assert [type(block).__name__ for block in section.blocks[2:]] == [*(4 * ["Figure"]), "ReportTable"]
