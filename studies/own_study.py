@@ -9,11 +9,12 @@ class Tank(wb.Plant):
 
     k: float = wb.parameter(default=1.2e-3, unit="m/(s V)", low=0)
     a: float = wb.parameter(default=2.5e-3, unit="1", low=0)
+    g: float = wb.parameter(default=9.81, unit="m/s^2")
     h: float = wb.initial(default=0.1, unit="m")
     inputs, outputs = wb.layout(v="V"), wb.layout(h="m")
 
     def rate(self, t, x, u):
-        return {"h": self.k * u.v - self.a * (2 * 9.81 * x.h) ** 0.5}
+        return {"h": self.k * u.v - self.a * (2 * self.g * x.h) ** 0.5}
 
 
 law = wb.PID(Tank.outputs, Tank.inputs, Kp=100.0, Ki=2.0, low=0.0, high=10.0)
@@ -22,7 +23,8 @@ computer = loop.digital(1.0, wb.Instruments.of(loop.plant, noise={"h": 1e-3}, li
 outlet = wb.Factor("outlet", ("plant.a",), wb.Uniform(2e-3, 3e-3))
 gain = wb.Factor("gain", ("controller.Kp",), wb.LogUniform(50.0, 200.0))
 noise = wb.Factor("noise", ("instruments.sensors[0].noise",), wb.Uniform(0.0, 5e-3))
-sweep = wb.Sweep("tank", wb.Run(computer, (wb.rmse(),), until=200.0), (outlet, gain, noise), wb.SobolDesign(3, 256))
+run = wb.Run(computer, (wb.rmse(),), until=200.0)
+sweep = wb.Sweep("tank", run, (outlet, gain, noise), wb.SobolDesign(dimensions=3, base=256))
 
 
 def sections(results):

@@ -22,7 +22,9 @@ class MyPlant(wb.Plant):
     th: float = wb.initial(default=0.2, unit="rad")
     om: float = wb.initial(default=0.0, unit="rad/s")
 
-    # Ports: the inputs that drive it, and the outputs that instruments read. An input and an output make a power.
+    # Ports: the inputs that drive it, and the outputs that instruments read. An output that is no state needs a method
+    # `measure(self, t, x)`, which returns each output. `power` names an input and an output whose product is the power
+    # that flows into the plant.
     inputs = wb.layout(u="N m")
     outputs = wb.layout(th="rad", om="rad/s")
     power = ("u", "om")
@@ -40,7 +42,7 @@ class TestMyPlant(wb.testing.PlantTests):
         """The plant with usual numbers."""
         return MyPlant()
 
-    # Leave this method out where no energy is known. With `lossless = True` none of it may be lost.
+    # Leave this method out if no energy is known. `lossless = True` says that no energy is lost.
     def stored_energy(self, plant, x):
         """The energy that grows by no more than the power u om."""
         return plant.m * (plant.l * x.om) ** 2 / 2 - plant.m * plant.g * plant.l * ca.cos(x.th)

@@ -178,9 +178,9 @@ def test_progress_at_a_chosen_step_rises_to_one():
     assert seen[-1] == pytest.approx(1.0)
 
 
-def test_a_step_or_a_tolerance_is_needed():
-    with pytest.raises(ValueError, match=r"`measure\(...\)` needs a step `h`, or a `tolerance` .*; got neither"):
-        measure(decay(), (ise(),), until=1.0)
+def test_without_a_step_it_is_chosen_for_a_tolerance_of_0_001():
+    plain, named = measure(decay(), (ise(),), until=1.0), measure(decay(), (ise(),), until=1.0, tolerance=1e-3)
+    assert (plain.h, plain.tolerance) == (named.h, named.tolerance)
 
 
 @pytest.mark.parametrize("bad", [0.0, -1e-3, np.nan, np.inf, "small"])

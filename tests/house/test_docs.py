@@ -1,5 +1,6 @@
 """The pages in `docs/`, and the README: every block of Python runs, and the site is built without a warning."""
 
+import ast
 import os
 import re
 import subprocess
@@ -58,9 +59,47 @@ def test_a_block_of_the_readme_runs(block, done):
     assert (*ended, stderr) == (0, "")
     for picture in re.findall(r"savefig\('(.*?)'\)", block.replace('"', "'")):
         assert (folder / picture).read_bytes().startswith(b"\x89PNG")
-    for printed in re.findall(r"# (-70.7107 .*?);", block):  # the gain of the tutorials, beside the line that prints it
+    for printed in re.findall(r"# \[\[(-70.7107 .*?)\]\]", block):  # the gain, beside the line that prints it
         computed = re.findall(r"\[\[(.*?)\]\]", stdout)[0].split()
         assert [f"{float(number):.4f}" for number in computed] == printed.split()
+
+
+STUDIES = [
+    page for page in PAGES if any(code.count("study = wb.Study(") for code, _ in BLOCK.findall(page.read_text("utf-8")))
+]
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("page", STUDIES, ids=lambda page: page.stem)
+def test_the_study_of_a_guide_runs_by_the_command(page, command, tmp_path):
+    block = next(code for code, _ in BLOCK.findall(page.read_text("utf-8")) if "study = wb.Study(" in code)
+    (tmp_path / "guide.py").write_text(block, encoding="utf-8")
+    done = command("run", "guide.py", "--yes")
+    assert done.exit_code == 0, done.stderr
+    assert list(tmp_path.glob("reports/*/index.html"))
+
+
+def arguments():
+    """The arguments and fields that the source of the workbench declares."""
+    for file in (ROOT / "workbench").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                yield from (one.arg for one in (*node.args.args, *node.args.kwonlyargs))
+            if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                yield node.target.id
+
+
+OTHERS = {"PYTHON", "LOGS", "WORKBENCH_CACHE", "display_margins", "plot_phase", "returnall"}  # of make, of other tools
+
+
+def test_each_argument_that_a_page_names_is_declared_somewhere():
+    declared = {*arguments(), *OTHERS}
+    wrong = []
+    for page in [ROOT / "README.md", *(ROOT / "docs").glob("howto/*.md"), *(ROOT / "docs").glob("theory/*.md")]:
+        for code in re.findall(r"`([^`\n]+)`", page.read_text("utf-8")):
+            named = re.findall(r"(?<![\w.=<>!#-])([A-Za-z_]\w*)=(?!=)", code)
+            wrong += [f"{page.name}: {name}=" for name in named if name not in declared]
+    assert wrong == []
 
 
 def broken_links(site):

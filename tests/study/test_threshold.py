@@ -41,7 +41,7 @@ def test_a_criterion_that_is_met_again_is_said_and_the_first_edge_is_the_answer(
     assert found.largest <= 3 < found.next
     assert found.beyond == (32.0, 64.0)
     assert found.sentence.endswith("; the criterion is met again at 32, 64")
-    assert f"{len(found.values)} values were looked at, from 0.125 to 128" in found.sentence
+    assert f"{len(found.values)} values were tried, from 0.125 to 128" in found.sentence
 
 
 def test_patience_ends_the_scan():

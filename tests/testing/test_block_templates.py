@@ -1,18 +1,22 @@
-"""The templates that a reader fills in run and pass their tests as they stand."""
+"""The templates that a reader fills in, and the blocks that one wrote who had read README only, pass their tests."""
 
 import ast
 import importlib.util
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+import workbench as wb
 from tests.support.house_blocks import LONG_TESTS
 
 ROOT = Path(__file__).parents[2]
 TEMPLATES = sorted((ROOT / "docs" / "templates").glob("*.py"))
+WRITTEN = sorted((ROOT / "tests" / "testing" / "blocks_of_a_reader").glob("*.py"))  # as they passed at the first try
+PLANTS = {"own_plant": "Ball", "own_study": "Tank"}
 LONGEST = 40  # lines of code of a law with its tests
 
 
@@ -33,7 +37,7 @@ def lines_of_code(file):
     return [line for number, line in lines if number not in told and line.split("#")[0].strip()]
 
 
-@pytest.mark.parametrize("file", TEMPLATES, ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", TEMPLATES + WRITTEN, ids=lambda file: f"{file.parent.stem}-{file.stem}")
 def test_a_template_passes_its_tests_and_is_short(file):
     (tests,) = kit_in(file)
     names = [name for name in dir(tests) if name.startswith("test_") and name not in LONG_TESTS]
@@ -41,6 +45,15 @@ def test_a_template_passes_its_tests_and_is_short(file):
     for name in names:
         getattr(tests(), name)()
     assert len(lines_of_code(file)) <= LONGEST
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_a_plant_that_readme_shows_passes_the_tests_of_plants(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # the file draws a picture
+    made = runpy.run_path(str(ROOT / "studies" / f"{name}.py"))[PLANTS[name]]
+    tests = type("Tests", (wb.testing.PlantTests,), {"plant": lambda _: made()})
+    for test in (test for test in dir(tests) if test.startswith("test_") and test not in LONG_TESTS):
+        getattr(tests(), test)()
 
 
 @pytest.mark.heavy

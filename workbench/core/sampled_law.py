@@ -164,7 +164,7 @@ class SampledLaw:
     def __repr__(self) -> str:
         ports = {"reading": self.readings, "reference": self.references, "command": self.commands}
         counts = ", ".join(f"{port.size} {word}{'' if port.size == 1 else 's'}" for word, port in ports.items())
-        return f"<SampledLaw '{self.name}': every {self.period:g} s, {counts}, {self.memory.size} kept numbers>"
+        return f"<SampledLaw '{self.name}': every {self.period:g} s, {counts}, {self.memory.size} states>"
 
     def _repr_html_(self) -> str:
         ports = {"reading": self.readings, "reference": self.references, "command": self.commands}

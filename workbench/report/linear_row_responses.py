@@ -30,7 +30,7 @@ def row_steps(
     ------
     ValueError
         If there are several inputs or outputs, or `until` is not positive.
-    Refused
+    DesignError
         If the loop has a delay, blocks that run at several periods, or would need too many periods.
     """
     if rows.models.delays.any() or rows.models.closed_model.count > 1:

@@ -20,7 +20,7 @@ RUNS = 4
 FAR = 1.7e308  # of a state, whose rate is beyond all numbers
 HALVINGS = 3
 ROUNDING = 1e-10  # relative: of sums of thousands of steps
-OWN = "return an equation that has its signals in `equation`"
+OWN = "correct the metric; if it reads signals that a motor does not have, return a loop with them in `equation`"
 ROWS = "compute each row of `value` from the same row of its arguments alone"
 
 

@@ -117,6 +117,9 @@ class PlantTests(AbstractBlockTests):
         y = plant.measure(ca.SX(0), parts)
         supply = ca.SX(0)
         if len(plant.power) == 2:
+            if plant.power[0] not in plant.inputs or plant.power[1] not in plant.outputs + plant.truths:
+                remedy = "name one of its inputs and one of its outputs, whose product is a power"
+                fail(name_of_block(plant), "have an input and an output in `power`", f"it is {plant.power}", remedy)
             supply = ca.dot(ca.vec(given[plant.power[0]]), ca.vec(y[plant.power[1]]))
         slope = ca.jacobian(energy, x)
         size = ca.fabs(slope) @ ca.fabs(rate) + ca.fabs(supply)

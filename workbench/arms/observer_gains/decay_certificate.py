@@ -97,7 +97,7 @@ def check(mismatch: Mismatch, gains: Gains, region: Region, P: Array, rate: floa
     ------
     ValueError
         If the sizes differ, the rate is not positive, or any position is allowed to equations that do not repeat.
-    Refused
+    DesignError
         If P is not positive definite, or the inequality is not proved.
     """
     P = symmetric("check", "P", P, 2 * gains.joints)
@@ -130,7 +130,7 @@ def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
 
     Raises
     ------
-    Refused
+    DesignError
         If there are none, the proof fails, or the extra is not installed.
 
     Examples
@@ -153,7 +153,7 @@ def least_double_pole(dynamics: Dynamics, region: Region, rate: float) -> RateCe
 
     Raises
     ------
-    Refused
+    DesignError
         If no p up to a thousand times the rate is, or the extra is not installed.
 
     Examples

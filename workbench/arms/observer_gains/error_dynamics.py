@@ -154,7 +154,7 @@ def tolerated_mismatch(gains: Gains) -> tuple[float, Array]:
 
     Raises
     ------
-    Refused
+    DesignError
         If the check fails.
 
     References
@@ -241,7 +241,7 @@ def audit(
     ------
     ValueError
         If sizes differ, a number is out of its range, or `known_certificate` is the certificate of something else.
-    Refused
+    DesignError
         If the P of `known_certificate` is not proved here.
 
     Examples

@@ -185,7 +185,7 @@ def lipschitz(mismatch: Mismatch, region: Region) -> Lipschitz:
     ------
     ValueError
         If the region is that of another arm, or any position is allowed to equations that do not repeat.
-    Refused
+    DesignError
         If no bound within 30 % of what is seen was proved.
 
     Examples

@@ -83,7 +83,7 @@ def _first_command(entry: Entry, first: Mapping[str, object]) -> Entry:
     one = value is not None and value.size == 1  # for all numbers of the input, or of an input that is one number
     if value is None or not (one or value.shape == entry.shape) or not np.isfinite(value).all():
         must = f"finite numbers of the shape {entry.shape} of '{entry.name}', or one for all"
-        raise refusal("ClosedLoop.digital(waiting=...)", must, first[entry.name])
+        raise refusal("ClosedLoop.digital(initial_commands=...)", must, first[entry.name])
     return replace(entry, default=np.full(entry.shape, value.item()) if one else value)
 
 

@@ -25,8 +25,7 @@ from workbench.core.validation.signatures import check_arguments
 
 EULER, RECURSION = "explicit Euler", "its own recursion in discrete time"
 
-# The memory of a block, or its rate: a name for each quantity.
-Parts = Memory
+Parts = Memory  # the memory of a block, or its rate: a name for each quantity
 Reads = Annotated[Signals, "reads"]
 Follows = Annotated[Signals, "follows"]
 Inputs = Annotated[Signals, "inputs"]
@@ -110,6 +109,9 @@ class AbstractPlant(AbstractBlock, ABC):
     def measure(self, t: Number, x: States) -> Signals:
         """The outputs and truths at a state: by default the states of the same names."""
         del t
+        for name in (name for name in self.outputs.names if name not in x):
+            must = f"must have a method `measure(t, x)`, as its output '{name}' is no state"
+            raise ValueError(f"`{type(self).__name__}` {must}: return a mapping from each output to its expression.")
         return Signals({name: x[name] for name in self.outputs.names})
 
     @check_arguments
@@ -243,7 +245,7 @@ class AbstractController(AbstractMember):
 
     @property
     def signal_units(self) -> Mapping[str, str]:
-        """The units of the signals that `signals` returns."""
+        """The units of the signals that `signals` returns, by name, as {"energy": "J"}."""
         return {}
 
     @property

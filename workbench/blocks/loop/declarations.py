@@ -9,6 +9,10 @@ from dataclasses import fields, is_dataclass
 class AbstractBlock:
     """A block that declares what it can do; what it does not say itself follows from the blocks that it holds."""
 
+    def __init__(self, *_: object, **numbers: object) -> None:
+        name = type(self).__name__
+        raise TypeError(f"`{name}(...)` needs the decorator of a block: write `@wb.block` above `class {name}`.")
+
     @property
     def exportable(self) -> bool:
         """False if it calls a function that other machines lack, as a root finder: each export then refuses it."""

@@ -70,7 +70,7 @@ class LinearPart:
 
         Raises
         ------
-        Refused
+        DesignError
             If the states cannot be found from its polynomials.
         ValueError
             If it has not one input and one output, feeds u through to s, or cannot be a `LinearPart`.
@@ -203,7 +203,7 @@ def linear_part_of(
 
     Raises
     ------
-    Refused
+    DesignError
         If the state is no rest, the gain does not act, or it does not act as -K sat(s / phi) does.
     ValueError
         If x or p has not its size, or W cannot be a `LinearPart`.

@@ -49,7 +49,7 @@ def relay_cycles(system: System, K: float, most: int = 2000) -> tuple[Cycle, ...
 
     Raises
     ------
-    Refused
+    DesignError
         If there is none.
     ValueError
         If the system cannot be a sampled `LinearPart`, or K or `most` is not positive and finite.
@@ -115,7 +115,7 @@ def record_oscillation(t: Array, s: Array) -> RecordedOscillation:
 
     Raises
     ------
-    Refused
+    DesignError
         If s is not finite: a run that was lost has no amplitude.
     ValueError
         If t and s are not two vectors of one length, or t does not rise.

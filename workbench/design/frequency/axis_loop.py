@@ -89,7 +89,7 @@ def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, de
     ValueError
         If it has several channels, no finite numbers, more zeros than poles, or no denominator; if the delay is
         negative, or of a discrete loop no multiple of its period.
-    Refused
+    DesignError
         If 1 + L is zero at infinity.
     """
     numerator, denominator = whole_coefficients(call, loop)

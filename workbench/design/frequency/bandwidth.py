@@ -65,7 +65,7 @@ def bandwidth(system: control.TransferFunction | control.StateSpace, drop: float
     ValueError
         If the system is no linear system with one channel, has more zeros than poles, or numbers that are not finite;
         or if `drop` is out of its range.
-    Refused
+    DesignError
         If the system is not stable, has an integrator, a gain of zero at the frequency zero, or more than 40 states.
 
     Examples

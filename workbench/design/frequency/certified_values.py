@@ -99,7 +99,7 @@ def rounded_root(x: Fraction, up: bool) -> float:
 
     Raises
     ------
-    Refused
+    DesignError
         If it is larger than any double.
     """
     if x == 0:

@@ -38,7 +38,7 @@ def relative_gains(G: Numbers | System) -> Complex:
     ------
     ValueError
         If G is no square matrix of finite numbers.
-    Refused
+    DesignError
         If G is singular within rounding.
 
     References

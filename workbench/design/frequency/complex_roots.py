@@ -26,7 +26,7 @@ def complex_roots(p: Polynomial) -> tuple[Complex, list[int]]:
 
     Raises
     ------
-    Refused
+    DesignError
         If two different roots are too near to each other to be proved apart.
     """
     values: list[complex] = []
@@ -65,7 +65,7 @@ def root_disks(p: Polynomial, bits: int) -> tuple[list[tuple[Point, float]], int
 
     Raises
     ------
-    Refused
+    DesignError
         If the roots cannot be told apart.
     """
     smallest = min(_hull_radii(p), default=0.0)

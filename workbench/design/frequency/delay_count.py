@@ -24,7 +24,7 @@ def is_stable(loop: AxisLoop) -> bool:
 
     Raises
     ------
-    Refused
+    DesignError
         If a root is so near to the axis that doubles do not tell its side, or touches it without a delay.
     """
     if not loop.delay:

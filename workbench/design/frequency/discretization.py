@@ -53,7 +53,7 @@ def c2d(
     ------
     ValueError
         If an argument is none of these, or a transfer function is improper.
-    Refused
+    DesignError
         If the method has no answer: a pole at s = 2 / h, or its prewarped place, which it maps to infinity, or for
         `matched` a pole at a multiple of the sampling frequency, or states that the output does not show.
 

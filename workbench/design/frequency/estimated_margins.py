@@ -53,7 +53,7 @@ def estimated_margins(loop: control.StateSpace, delay: float) -> StabilityMargin
     ------
     ValueError
         As `stability_margins`.
-    Refused
+    DesignError
         If a continuous loop has a delay, the loop has more than `MOST` states, 1 + D is zero, or a pole of the closed
         loop is as near to the axis as rounding may move it.
     """

@@ -25,7 +25,7 @@ def growth(A: Matrix, span: float) -> tuple[Matrix, Matrix]:
 
     Raises
     ------
-    Refused
+    DesignError
         If the exponential leaves the range of floating-point numbers.
 
     References

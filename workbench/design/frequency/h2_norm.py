@@ -41,7 +41,7 @@ def h2_norm(system: control.StateSpace) -> MeanGain:
     ------
     ValueError
         If the system is no `StateSpace` with finite matrices.
-    Refused
+    DesignError
         If the system has more than 40 states, or its norm is beyond a double.
 
     References

@@ -41,7 +41,7 @@ def hinf_norm(system: control.StateSpace) -> CertifiedPeak:
     ------
     ValueError
         If the system is no `StateSpace` with finite matrices.
-    Refused
+    DesignError
         If the system has more than 40 states or too many channels, or no enclosure of 1e-9 is found.
 
     References

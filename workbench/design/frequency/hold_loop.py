@@ -90,7 +90,7 @@ class HoldLoop:
         ------
         ValueError
             If the frequencies are none, not finite, falling, negative, or above Nyquist's.
-        Refused
+        DesignError
             If the loop, or the closed loop, has a pole there.
         """
         omega = band("hold_loop(...).response(frequencies=...)", frequencies, math.pi / self.period)
@@ -166,7 +166,7 @@ def hold_loop(plant: control.StateSpace, law: control.StateSpace, delay: float =
     ------
     ValueError
         If plant and law do not fit, the law has no period, or the delay is negative or not finite.
-    Refused
+    DesignError
         If the exponential of the plant over a period is too large.
 
     References

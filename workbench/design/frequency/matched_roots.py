@@ -41,7 +41,7 @@ def matched_space(system: control.StateSpace, h: float) -> tuple[Array, Array, A
 
     Raises
     ------
-    Refused
+    DesignError
         If the output does not show all states well enough, the system has no gain, or it has more than 40 states.
     """
     A, B, Cy, D = state_space("c2d", system)

@@ -65,7 +65,7 @@ def lift_rates(
     ------
     ValueError
         If plant and laws do not fit, or the periods have no common one.
-    Refused
+    DesignError
         If the exponential of the plant over a gap is too large.
 
     References

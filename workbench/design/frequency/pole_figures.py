@@ -40,7 +40,7 @@ def pole_figures(A: Array, period: float | None = None) -> PoleFigures:
 
     Raises
     ------
-    Refused
+    DesignError
         If A has more than 40 states, or poles are too near to each other to be told apart.
     """
     if len(A) > MOST_STATES:
@@ -59,7 +59,7 @@ def closed_pole_figures(loop: control.TransferFunction | control.StateSpace) -> 
     ------
     ValueError
         If L is no linear system with one channel, as `stability_margins` asks for.
-    Refused
+    DesignError
         As `pole_figures`.
     """
     refuse_odd_loop("pole_figures", loop)

@@ -67,7 +67,7 @@ def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
     ------
     ValueError
         If the system is no `StateSpace` with finite matrices.
-    Refused
+    DesignError
         If the system has more than 40 states, or two different poles or zeros are too near to each other to be told
         apart in 2,048 binary digits.
 

@@ -68,7 +68,7 @@ def stability_margins(
     ValueError
         If the loop is no linear system with one channel, or has more zeros than poles, no denominator, or numbers
         that are not finite; if the delay is negative or `band` is not positive.
-    Refused
+    DesignError
         If 1 + L is zero at infinity, doubles do not tell the side of a root, or the loop is too large: beyond 400
         states, 40 with a delay, or 40 as a `TransferFunction`.
 

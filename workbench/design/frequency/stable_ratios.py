@@ -55,7 +55,7 @@ def stable_ratio(call: str, system: System, purpose: str) -> StableRatio:
     ------
     ValueError
         If it is no system with one channel, has more zeros than poles, no denominator, or numbers that are not finite.
-    Refused
+    DesignError
         If it is not stable, hidden modes included, or has more than 40 states.
     """
     refuse_odd_loop(call, system, "system", ONE_CHANNEL)

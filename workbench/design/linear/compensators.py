@@ -58,7 +58,7 @@ def place(system: control.StateSpace, poles: Numbers) -> Placement:
     ------
     ValueError
         If the poles are not such numbers.
-    Refused
+    DesignError
         If a mode is not moved by any input, or the poles of A - B K are not those that were wanted.
 
     References
@@ -166,7 +166,7 @@ def lead_lag(
     ------
     ValueError
         If the plant is none, or a number is out of its range.
-    Refused
+    DesignError
         If more than 75 degrees lack, the closed loop is not stable, or another crossover has less margin.
 
     References

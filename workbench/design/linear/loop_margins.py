@@ -67,7 +67,7 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
     ------
     ValueError
         If `loop` is no square, continuous `StateSpace`, or I + D is singular.
-    Refused
+    DesignError
         If the closed loop is not asymptotically stable: its slowest pole is named.
 
     References

@@ -182,7 +182,7 @@ def operating_point(
         If a name is neither a state's nor an input's.
     ValueError
         If a value is not of its shape, or no input and no state is free.
-    Refused
+    DesignError
         If no such point is found: the rate that remains is named.
 
     Examples

@@ -242,7 +242,7 @@ def step_answers(
     ------
     ValueError
         If the system is none of python-control, or improper, or `until` is not positive.
-    Refused
+    DesignError
         If the response would have too many periods.
     """
     held = lti(call, system)

@@ -156,7 +156,7 @@ class LinearLoop:
             If the frequencies are none, not finite, negative, falling or above Nyquist's; or there is no such kind.
         LookupError
             If a name is none of an input or an output of this kind.
-        Refused
+        DesignError
             If there is a pole at one of the frequencies.
         """
         call = "LinearLoop.response"
@@ -195,7 +195,7 @@ class LinearLoop:
         ------
         ValueError
             If a delay acts at another channel, or the blocks of a computer run at several periods.
-        Refused
+        DesignError
             As `stability_margins`.
         """
         return channel_margins("LinearLoop.margins()", self.models, self.channels)
@@ -217,7 +217,7 @@ class LinearLoop:
         ------
         ValueError
             If there are several inputs or outputs, the blocks of a computer run at several periods, or as `system`.
-        Refused
+        DesignError
             As `workbench.design.frequency.bandwidth`.
         """
         return kind_bandwidth(self._one_answer("LinearLoop.bandwidth", of, inputs, outputs), of)
@@ -230,7 +230,7 @@ class LinearLoop:
         ------
         ValueError
             If there are several inputs or outputs, the blocks of a computer run at several periods, or as `system`.
-        Refused
+        DesignError
             As `workbench.design.step_response.step_info`.
         """
         return step_info(self._one_answer("LinearLoop.step_info", of, inputs, outputs))

@@ -73,7 +73,7 @@ def linear_loop(
         If `at` or `delays` names no port, `values` no parameter or state, or `freeze` no state.
     ValueError
         If `loop` is none of these, a value is out of its bounds, a Jacobian has a corner, or periods none in common.
-    Refused
+    DesignError
         If the loop does not rest: what moves is named.
 
     Examples

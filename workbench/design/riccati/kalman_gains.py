@@ -37,7 +37,7 @@ def lqe(A: Numbers, G: Numbers, C: Numbers, Qn: Numbers, Rn: Numbers, discrete: 
 
     Raises
     ------
-    ValueError, Refused
+    ValueError, DesignError
         As `lqr`.
     """
     call = "lqe(A, G, C, Qn, Rn)"
@@ -85,7 +85,7 @@ def steady_kalman(
     ------
     LookupError
         If an output has no such name.
-    ValueError, Refused
+    ValueError, DesignError
         As `lqe`.
 
     References

@@ -70,7 +70,7 @@ def lyapunov(A: Numbers, Q: Numbers, E: Numbers | None = None) -> Lyapunov:
     ------
     ValueError
         If a matrix is not real, finite, or of its shape, Q not symmetric, or E singular.
-    Refused
+    DesignError
         If X is not unique, or cannot be trusted.
 
     Examples

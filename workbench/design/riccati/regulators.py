@@ -55,7 +55,7 @@ def lqr(
     ------
     ValueError
         If a matrix is not real, finite, of its shape, or not as definite as it must be.
-    Refused
+    DesignError
         If no gain stabilises, or none can be trusted; the message names the mode that is to blame.
 
     References
@@ -124,7 +124,7 @@ def lqg(
 
     Raises
     ------
-    ValueError, Refused
+    ValueError, DesignError
         If `system` is no `StateSpace`, the closed loop is not stable, or as `lqr` and `lqe`.
 
     References

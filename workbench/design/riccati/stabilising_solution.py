@@ -83,7 +83,7 @@ def care(A: Numbers, B: Numbers, Q: Numbers, R: Numbers, S: Numbers | None = Non
     ------
     ValueError
         If a matrix is not real, finite, or of its shape, Q or R not symmetric, R not positive definite, or E singular.
-    Refused
+    DesignError
         If there is no stabilising X, or none that can be trusted.
 
     Examples

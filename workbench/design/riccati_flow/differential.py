@@ -75,7 +75,7 @@ def rde(
     ------
     ValueError
         If a matrix does not fit, Q or P1 is not symmetric, R not positive definite, or the times do not rise.
-    Refused
+    DesignError
         If P escapes to infinity within the times (the message brackets when), or its error would be beyond rtol.
 
     References
@@ -143,7 +143,7 @@ def sdre(factors: Factors, states: Array, Q: Numbers, R: Numbers) -> StateDepend
     ------
     ValueError
         If the states are no such array, or a matrix does not fit.
-    Refused
+    DesignError
         If there is no stabilising solution at one of the states, which the message names.
 
     References

@@ -135,7 +135,7 @@ def response_modes(ratio: StableRatio, scale: Fraction) -> ResponseModes:
 
     Raises
     ------
-    Refused
+    DesignError
         If two poles are too near to each other.
     """
     discrete = ratio.period is not None

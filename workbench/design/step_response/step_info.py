@@ -64,7 +64,7 @@ def step_info(system: control.TransferFunction | control.StateSpace) -> StepInfo
     ------
     ValueError
         If the system is no linear system with one channel, has more zeros than poles, or numbers that are not finite.
-    Refused
+    DesignError
         If it is not stable or has an integrator, and so no final value; or has more than 40 states, or a response that
         turns too often before it settles.
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core import Ode, SampledSystem, rk4
+from workbench.core.equations import Loop, equations_of
 from workbench.core.validation.refusals import Array, multiple, positive, seconds
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.batch import progress_of, rows_of, table_of
@@ -22,10 +23,12 @@ from workbench.engine.step_choice import StepChoice
 
 __all__ = ["Measurement", "Score", "measure"]
 
+TOLERANCE = 1e-3  # for which a step is chosen, where none is given
+
 
 @check_arguments
 def measure(
-    equation: Ode | SampledSystem,
+    equation: Ode | SampledSystem | Loop,
     metrics: Sequence[AbstractMetric],
     p: Array | None = None,
     x0: Array | None = None,
@@ -38,7 +41,7 @@ def measure(
     progress: Progress | None = None,
     arithmetic: str | None = None,
 ) -> Measurement:
-    """Simulate `equation` at the step h and score it, with errors from h / 2; without h, at a step that pilots choose.
+    """Simulate a loop or its equation at the step h and score it, with errors from h / 2; without h, pilots choose it.
 
     Parameters
     ----------
@@ -48,7 +51,7 @@ def measure(
         Horizon, step of the values (of a sampled loop the substep) and distance of the kept states, in s. Without h,
         `every` bounds the step too.
     tolerance
-        Of the error of each metric relative to its value; where none is asked for, of the change of the states.
+        Of the error of each metric relative to its value; without a metric, of the change of the states.
     seed, arithmetic
         Of the noise and of all runs, as `simulate` takes them.
 
@@ -58,8 +61,7 @@ def measure(
         If a metric watches an output that `equation` does not have.
     ValueError
         If p or x0 is not as wide as its parameters or states, a metric means nothing for it or for the horizon, h does
-        not divide the period of a sampled loop, neither h nor a tolerance is given, no step keeps the tolerance, or
-        `simulate` refuses. A tolerance that is missed is no error.
+        not divide the period of a sampled loop, no step keeps the tolerance, or `simulate` refuses.
 
     Examples
     --------
@@ -69,13 +71,14 @@ def measure(
     >>> found.score("RMSE").value.round(3), found.score("effort", "v").value.round(1)
     (array([0.194]), array([22.6]))
     """
+    equation = equations_of(equation, "loop")
     measured = MeasuredEquation.of(equation, metrics, seconds("measure(until=...)", until))
     p, x0 = _rows(equation, until, p, x0)
     tolerance = None if tolerance is None else positive("measure(tolerance=...)", tolerance)
     every = None if every is None else seconds("measure(every=...)", every)
     tell, runs, choice, method = progress_of("measure", progress), np.arange(len(p)), None, "rk4"
     if h is None:
-        choice = _choice(measured, p, x0, until, every, tolerance, seed, arithmetic)
+        choice = _choice(measured, p, x0, until, every, tolerance := tolerance or TOLERANCE, seed, arithmetic)
         h, method = choice.h, choice.method
     multiple("measure(until=...)", until, (step := measured.step(h, method)).h, "the step")
     how = seed, arithmetic_for(step, arithmetic), method, points_of(len(p))
@@ -90,15 +93,11 @@ def _choice(
     x0: Array,
     until: float,
     every: float | None,
-    tolerance: float | None,
+    tolerance: float,
     seed: int,
     arithmetic: str | None,
 ) -> StepChoice:
     """The step at which the pilots of the runs keep the tolerance."""
-    if tolerance is None:
-        raise ValueError(
-            "`measure(...)` needs a step `h`, or a `tolerance` for which pilot runs choose it; got neither."
-        )
     few = pilot_runs(p, x0)
     return step_for(
         measured_equation,

@@ -69,7 +69,7 @@ class Threshold:
             bracket = f"{self.largest:.6g} meets the criterion and {self.next:.6g} does not"
         else:
             bracket = f"the least value, {self.next:.6g}, does not meet the criterion"
-        looked = f"{len(self.values)} values were looked at, from {self.values[0]:.6g} to {self.values[-1]:.6g}"
+        looked = f"{len(self.values)} values were tried, from {self.values[0]:.6g} to {self.values[-1]:.6g}"
         named = ", ".join(f"{value:.6g}" for value in self.beyond[:MAX_NAMES])
         more = f" and {len(self.beyond) - MAX_NAMES} more" * (len(self.beyond) > MAX_NAMES)
         again = f"; the criterion is met again at {named}{more}" if named else ""

@@ -128,7 +128,7 @@ class Specification:
             If the loop is neither, a range is not within the bounds of its parameter, or no draw has an answer.
         LookupError
             If a parameter or a signal has another name.
-        Refused
+        DesignError
             If the loop at its point is not stable, as all figures are those of a stable loop.
         """
         systems = LoopSystems.of(f"{CHECK}(loop=...)", loop, inputs, outputs)
