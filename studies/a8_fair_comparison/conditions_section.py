@@ -99,7 +99,7 @@ def scenarios() -> wb.document.ReportTable:
         (
             wb.document.TableColumn("name"),
             wb.document.TableColumn("used for"),
-            wb.document.TableColumn("wanted motion and what is unusual", width=24),
+            wb.document.TableColumn("desired motion and what is unusual", width=24),
         ),
         tuple(rows),
         (
