@@ -31,7 +31,7 @@ EQUATIONS = {
 
 def introduction(*numbers: int, rivals: bool = True) -> str:
     """The paper and its law in full, the rivals unless a page has none, and the equations of some numbers in words."""
-    equations = ", ".join(f"({number}) is {EQUATIONS[number]}" for number in numbers)
+    equations = "; ".join(f"({number}) is {EQUATIONS[number]}" for number in numbers)
     return " ".join(
         (PAPER, LAW, *([RIVALS] if rivals else []), *([f"Of its equations, {equations}."] if numbers else []))
     )
