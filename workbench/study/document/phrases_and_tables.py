@@ -227,7 +227,8 @@ class ReportTable:
         common, total = max(laws, key=lambda words: len(laws[words]), default=""), sum(map(len, laws.values()))
         if "" not in laws and 2 < total < 2 * len(laws.get(common, ())):
             del labels[common]
-            labels[common] = "All other rows" if labels else "All rows"
+            rows = "rows" if all(any(map(source_of, row)) for row in self.rows) else "rows with runs"
+            labels[common] = f"All other {rows}" if labels else f"All {rows}"
         return tuple(clean_text(f"{label}: {words}.") for words, label in labels.items())
 
     def _check_number(self, column: TableColumn, value: Value, row: int) -> None:
