@@ -29,7 +29,7 @@ study = wb.Study(
     name="a5_linear_analysis",
     title="Linear analysis of the arm and of seven laws",
     question=(
-        "How do the arm and the seven loops behave near rest and along the paper's path? How far are they from "
+        "How do the arm and the seven loops behave near equilibrium and along the paper's path? How far are they from "
         "instability at the torque? Where does linear analysis not apply?"
     ),
     method=(
