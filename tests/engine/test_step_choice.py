@@ -198,6 +198,22 @@ def test_a_metric_that_keeps_no_tolerance_is_named():
         choose_step(explosion(), [ise()], np.zeros((1, 0)), np.ones((1, 1)), **HOW)
 
 
+def slow_with_a_fast_mode(rate: float) -> Ode:
+    """x' = -x / 1000, beside z' = -rate z, which no step beyond 2.8 / rate survives."""
+    states = Layout((Entry("x", np.array([1.0])), Entry("z", np.array([1.0]))))
+    t, x = ca.SX.sym("t"), states.symbols()
+    rates = {"x": -x[0] / 1000, "z": -rate * x[1]}
+    return Ode.of("slow", states, Layout(), (t, x, ca.SX(0, 1)), rates, {"e": x[0]})
+
+
+def test_a_mode_too_fast_for_the_usual_steps_is_followed_or_its_limit_is_named():
+    fast, far = slow_with_a_fast_mode(1000.0), slow_with_a_fast_mode(1e6)
+    choice = choose_step(fast, [ise()], *column(fast), until=1000.0, tolerance=1e-3)
+    assert choice.h < choice.limit < 0.01  # 204,800 steps of 4.9 ms were not enough
+    with pytest.raises(ValueError, match=r"its fastest mode needs steps below 2\.8e-06 s: name a shorter `h`"):
+        choose_step(far, [ise()], *column(far), until=1000.0, tolerance=1e-3)
+
+
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-7])
 def test_a_choice_with_its_method_is_the_same_on_every_road(tolerance):
     asked = wb.Run(saturated(), (rmse(),), until=10.0, tolerance=tolerance)

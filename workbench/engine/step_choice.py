@@ -30,6 +30,7 @@ STATES = 6  # of a run at which its modes are looked at
 GAIN = 1.1  # in the length of the step, that stability alone takes
 LEAST_FALL = 0.4  # of the error to a quarter of the step, where restarts restore the order of the method
 GROWTH = 1.25  # of the number of steps, where a trial fails
+FAST = 16  # times the largest number of steps, which a mode may need that decays too fast for all steps before
 
 # (h, method) -> the step of length h [s], or that of a sampling period with substeps of length h.
 Make = Callable[[float, str], StepMap]
@@ -158,12 +159,9 @@ def search_step(pilots: Pilots, tolerance: float) -> StepChoice:
         fine, coarse = run(2 * steps, method.name), run(steps, method.name)
         return PilotComparison(steps, method, *pilots.errors(fine, coarse), fine)
 
-    search, first = _Search(pilots, look, tolerance), pilots.first
-    most = first * 2 ** (pilots.doublings - 1)
-    found, order = search.by(RK4, first, most)
-    modes = _modes(found.fine)
-    longest = {name: MARGIN * _longest(modes, name) for name in METHODS}
-    stable = {name: pilots.round_count(max(first, pilots.unit / h)) for name, h in longest.items()}
+    search = _Search(pilots, look, tolerance)
+    most, (found, order) = search.by_classical_method()
+    stable = _stable_counts(pilots, modes := _modes(found.fine))
     if found.error <= tolerance and found.steps < stable[RK4.name]:
         found, order = search.by(RK4, stable[RK4.name], most)
     cornered = corners_of(found.fine.step.flow) is not None
@@ -222,6 +220,18 @@ class _Search(NamedTuple):
             steps = self.pilots.round_count(GROWTH * steps)
         return found, order
 
+    def by_classical_method(self) -> tuple[int, tuple[PilotComparison, float]]:
+        """The largest number of steps that is tried, and the look of the classical method; more for a fast mode."""
+        first, pilots = self.pilots.first, self.pilots
+        most = first * 2 ** (pilots.doublings - 1)
+        answer = self.by(RK4, first, most)
+        if isfinite(answer[0].error) or isinstance(pilots.equation, SampledSystem):
+            return most, answer
+        needed = _stable_counts(pilots, _modes(answer[0].fine))[RK4.name]
+        if most < needed <= FAST * most:
+            return 2 * needed, self.by(RK4, needed, 2 * needed)
+        return most, answer
+
 
 def _order(rough: float, fine: float) -> float:
     """The power of the step with which an error falls as it is halved; NaN where no number says it."""
@@ -231,16 +241,23 @@ def _order(rough: float, fine: float) -> float:
 def _refusal(pilots: Pilots, comparison: PilotComparison, tolerance: float) -> str:
     h = pilots.unit / comparison.steps
     if isnan(comparison.error):
+        limit = _longest(_modes(comparison.fine), RK4.name)
+        fast = f"its fastest mode needs steps below {limit:.2g} s" if limit < h else "one of its modes is too fast"
         return (
             f"No step `h` can be chosen: none of the {len(pilots.p)} pilot runs stays finite up to {pilots.until:g} s "
-            f"at steps down to {h / 2:.2g} s. The loop runs away, or one of its modes is too fast for these: name a "
-            "shorter `h`."
+            f"at steps down to {h / 2:.2g} s. The loop runs away, or {fast}: name a shorter `h`."
         )
     return (
         f"No step `h` keeps the tolerance of {tolerance:g}: that of {h:.2g} s still changes {comparison.of} so much "
         f"that its error is {comparison.error:.1e}. Where a law switches, smaller steps help little: ask for less, or "
         "name the step."
     )
+
+
+def _stable_counts(pilots: Pilots, modes: Array) -> dict[str, int]:
+    """The number of steps in a unit from which on each method is stable, by its name."""
+    longest = {name: MARGIN * _longest(modes, name) for name in METHODS}
+    return {name: pilots.round_count(max(pilots.first, pilots.unit / h)) for name, h in longest.items()}
 
 
 def _modes(runs: Trajectories) -> Array:
