@@ -151,9 +151,9 @@ def mismatch(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         "mismatch",
         wb.document.superscript_powers(
-            f"The paper's gains tolerate a mismatch (15) of rho = {every[PAPER].tolerated_mismatch:.2f}. Within "
-            f"{100 * SMALL:g} % of the region's bounds, |df/dq| of the arm already reaches "
-            f"{small.position.lower:.0f} 1/s^2."
+            f"The paper's gains tolerate a mismatch (15) of rho = {every[PAPER].tolerated_mismatch:.2f}. But "
+            f"|df/dq| of the arm reaches {small.position.lower:.0f} 1/s^2 within {100 * SMALL:g} % of the region's "
+            "bounds."
         ),
         wb.document.superscript_powers(
             f"In the whole region |df/dq| reaches {whole.position.lower:.0f} 1/s^2 (proved: at most "
