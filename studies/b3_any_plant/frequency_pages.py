@@ -60,7 +60,7 @@ def curves_of(law: str, own: FrequencyAnswer) -> list[wb.FrequencyCurve]:
             own.omega,
             own.gains[:, place],
             margins=own.continuous.margins[place],
-            all_channels=own.continuous.alpha if several else None,
+            multiloop_disk_margin=own.continuous.alpha if several else None,
         )
         for place, name in enumerate(inputs)
     ]

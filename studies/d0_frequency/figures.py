@@ -41,7 +41,7 @@ def curve_of(results: wb.Results, law: str, joint: int, late: bool = False) -> w
         own.period or None,
         margins=rest.joints[joint],
         style=STYLES[law],
-        all_channels=rest.alpha or None,
+        multiloop_disk_margin=rest.alpha or None,
     )
 
 

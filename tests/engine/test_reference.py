@@ -183,7 +183,7 @@ def test_a_state_that_stays_on_a_corner_has_one_rate(corner):
 
 
 def test_numbers_of_numpy_are_numbers():
-    result = reference_run(decay(), times=[1.0], rtol=np.float32(1e-6), most_steps=np.int64(1000))
+    result = reference_run(decay(), times=[1.0], rtol=np.float32(1e-6), max_steps=np.int64(1000))
     assert result.x[0, 0] == pytest.approx(np.exp(-3.0), abs=1e-6)
 
 

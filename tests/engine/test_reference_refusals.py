@@ -52,8 +52,8 @@ def test_what_cannot_be_continued_is_refused_by_name_with_the_time(rate, x0, wor
 
 
 def test_a_run_that_needs_too_many_steps_says_how_far_it_came():
-    with pytest.raises(ValueError, match="t = .* s, after 50 steps: allow more with `most_steps`"):
-        reference_run(oscillator(), times=[1000.0], most_steps=50)
+    with pytest.raises(ValueError, match="t = .* s, after 50 steps: allow more with `max_steps`"):
+        reference_run(oscillator(), times=[1000.0], max_steps=50)
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_a_run_that_needs_too_many_steps_says_how_far_it_came():
         ({"atol": 0.0}, "positive"),
         ({"atol": [1e-9] * 3}, r"shape \(1,\)"),
         ({"method": "euler"}, "explicit"),
-        ({"most_steps": 0}, "most_steps"),
+        ({"max_steps": 0}, "max_steps"),
         ({"p": [1.0, 2.0]}, r"reference\(p=...\)"),
         ({"p": [-1.0]}, "'omega'"),
         ({"x0": [np.nan]}, "finite"),
@@ -110,7 +110,7 @@ def test_an_exception_of_a_plain_function_is_told_with_the_time():
     assert isinstance(e.value.__cause__, ZeroDivisionError)
 
 
-@pytest.mark.parametrize("options", [{"times": []}, {"rtol": 2.0}, {"atol": 0.0}, {"method": "x"}, {"most_steps": 0}])
+@pytest.mark.parametrize("options", [{"times": []}, {"rtol": 2.0}, {"atol": 0.0}, {"method": "x"}, {"max_steps": 0}])
 def test_a_refusal_names_the_function_that_was_called(options):
     with pytest.raises(ValueError, match=rf"`reference_of_function\({next(iter(options))}=...\)`"):
         reference_of_function(lambda t, x: -x, [1.0], **{"times": [1.0], **options})

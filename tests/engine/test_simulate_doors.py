@@ -61,7 +61,7 @@ def test_numbers_of_any_kind_run_as_pythons(whole, real):
     other = simulate(STEP, [[real(2)]], [[real(0.5)]], until=real(1), every=real(0.5), seed=whole(3), runs=[whole(4)])
     np.testing.assert_array_equal(plain.x, other.x)
     assert type(other.job.seed) is int
-    one = reference_run(ODE, times=[real(0.5)], rtol=real(2**-20), atol=real(2**-20), most_steps=whole(100))
+    one = reference_run(ODE, times=[real(0.5)], rtol=real(2**-20), atol=real(2**-20), max_steps=whole(100))
     assert one.x == pytest.approx(np.exp(-1.5), rel=1e-5)  # ten times the tolerance
 
 

@@ -82,7 +82,7 @@ def test_a_nichols_chart_holds_the_critical_point_of_a_loop_with_many_integrator
 
 
 def test_the_margins_of_one_channel_of_several_are_told_with_those_of_all():
-    words = caption(bode_figure("b", "Loops.", [curve(THIRD, all_channels=0.21)]))
+    words = caption(bode_figure("b", "Loops.", [curve(THIRD, multiloop_disk_margin=0.21)]))
     assert words.endswith("disk margin 0.378; disk margin of all channels at once 0.21.")
 
 

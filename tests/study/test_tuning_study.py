@@ -236,7 +236,7 @@ def test_a_study_refuses_what_would_be_one_file_twice_or_follows_from_nothing():
         Study(*words, sweeps=lambda found: ())
     later = Study(*words, tunings=(tuning(),), cases=lambda found: (), sweeps=lambda found: [sweep()])
     assert [one.name for one in later.resolve({}).sweeps] == ["decay"]
-    with pytest.raises(ValueError, match=r"take `study.resolved\(tuned\)`"):
+    with pytest.raises(ValueError, match=r"take `study.resolve\(tuned\)`"):
         run(later)
     wrong = Study(*words, tunings=(tuning(),), sweeps=lambda found: sweep())
     with pytest.raises(ValueError, match=r"got a `Sweep`: one alone is written"):

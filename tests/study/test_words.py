@@ -29,3 +29,12 @@ def test_a_span_of_values_that_read_alike_is_one_number():
     assert wb.document.span([1.001, 1.002], "{:.2g}".format) == "1"
     assert wb.document.span([3.0, 1.0, 2.0], "{:.2g}".format) == "1 to 3"
     assert wb.document.span([], "{:.2g}".format) == ""
+
+
+@pytest.mark.parametrize(
+    ("write", "what"),
+    [(lambda: "1", "raised TypeError"), (lambda value: value, "gave 1.0"), (lambda value: 1 / 0, "raised ZeroDiv")],
+)
+def test_a_span_names_a_function_that_does_not_write_a_number(write, what):
+    with pytest.raises(ValueError, match=rf"`span\(write=...\)\(1\)` must return the number as text; it {what}"):
+        wb.document.span([1.0, 2.0], write)

@@ -41,21 +41,53 @@ class ExportOptions(TypedDict):
 
 @click.command()
 @click.argument("file", type=PATH)
-@click.option("--form", type=click.Choice(FORMS), default="c", show_default=True, help="C99, or another form.")
-@click.option("--loop", help="The loop by its name in FILE; 'loop', or the last one, if not given.")
-@click.option("--case", help="Or the case of its study, as 'scenario: law'.")
-@click.option("--period", type=float, help="The period in s of the computer that runs the law of a continuous loop.")
-@click.option("--delay", is_flag=True, help="A command of such a loop waits a period.")
-@click.option("--name", help="The prefix of all names, an identifier of C; that of the law if not given.")
-@click.option("--out", type=PATH, help="The folder; one of the name of the law, here, if not given.")
-@click.option("--precision", type=click.Choice(("double", "single")), default="double", show_default=True)
-@click.option("--sqrt", type=click.Choice(WAYS), default=WAYS[0], show_default=True, help="The root, in the same bits.")
-@click.option("--fma", type=click.Choice(WAYS), default=WAYS[0], show_default=True, help="Products with their sums.")
-@click.option("--settable", is_flag=True, help="Numbers of the law that can be set between two instants.")
-@click.option("--built-in", is_flag=True, help="The reference of the loop within the law, and not as an input.")
-@click.option("--truth", "truths", multiple=True, help="A signal that no instrument gives, and the machine is handed.")
+@click.option("--form", type=click.Choice(FORMS), default="c", show_default=True, help="The form; 'c' is C99.")
+@click.option("--loop", help="The name of the loop in FILE; by default 'loop', or the last loop.")
+@click.option("--case", help="A case of the study in FILE, as 'scenario: law', in place of --loop.")
+@click.option(
+    "--period", type=float, help="The period in s of the computer, if the loop in FILE is in continuous time."
+)
+@click.option(
+    "--delay", is_flag=True, help="Apply each command one period late, if the loop in FILE is in continuous time."
+)
+@click.option("--name", help="The prefix of all names, an identifier of C; by default the name of the law.")
+@click.option("--out", type=PATH, help="The folder; by default one with the name of the law in the current folder.")
+@click.option(
+    "--precision",
+    type=click.Choice(("double", "single")),
+    default="double",
+    show_default=True,
+    help="The precision of the numbers of the law.",
+)
+@click.option(
+    "--sqrt",
+    type=click.Choice(WAYS),
+    default=WAYS[0],
+    show_default=True,
+    help="The square root: own code, or that of C's library, with the same bits.",
+)
+@click.option(
+    "--fma",
+    type=click.Choice(WAYS),
+    default=WAYS[0],
+    show_default=True,
+    help="Products and their sums: rounded one by one, or once by C's library.",
+)
+@click.option("--settable", is_flag=True, help="Let the numbers of the law be changed between two instants.")
+@click.option("--built-in", is_flag=True, help="Put the reference into the law; by default it is an input of the law.")
+@click.option(
+    "--truth",
+    "truths",
+    multiple=True,
+    help="A signal that no instrument gives, as an input of the law; may be repeated.",
+)
 @click.option("--overwrite", is_flag=True, help="Replace files that were edited, or that no export has written.")
-@click.option("--safe", multiple=True, metavar="NAME=VALUE", help="The command where a number is not finite.")
+@click.option(
+    "--safe",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="The command if a number is not finite, by its name; may be repeated.",
+)
 def export(
     file: Path, form: str, loop: str | None, case: str | None, out: Path | None, **verb_options: Unpack[ExportOptions]
 ) -> None:

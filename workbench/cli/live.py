@@ -22,12 +22,12 @@ USUAL_STEP = 1e-3  # s
 
 @click.command()
 @click.argument("file", type=PATH)
-@click.option("--loop", "name", help="The loop by its name in FILE; 'loop', or the last one, if not given.")
-@click.option("--until", type=float, help="The horizon in s; that of the runs in FILE if not given.")
-@click.option("--step", type=float, help="The step in s; that of the runs in FILE, or a millisecond, if not given.")
-@click.option("--out", type=PATH, help="The page; the name of FILE with .html, here, if not given.")
+@click.option("--loop", "name", help="The name of the loop in FILE; by default 'loop', or the last loop.")
+@click.option("--until", type=float, help="The horizon in s; by default that of the runs in FILE.")
+@click.option("--step", type=float, help="The step in s; by default that of the runs in FILE, or 0.001.")
+@click.option("--out", type=PATH, help="The page; by default the name of FILE with .html, in the current folder.")
 def live(file: Path, name: str | None, until: float | None, step: float | None, out: Path | None) -> None:
-    """Run FILE, a Python file with a loop, and write a page on which the loop's numbers can be turned."""
+    """Run FILE, a Python file with a loop, and write a page on which a reader can change the loop's numbers."""
     from workbench.cli import script
 
     with one_sentence(file):

@@ -14,15 +14,41 @@ PATH = click.Path(path_type=Path)
 
 @click.command()
 @click.argument("file", type=PATH)
-@click.option("--loop", "name", help="The loop by its name in FILE; 'loop', or the last one, if not given.")
-@click.option("--case", help="Or the case of its study, as 'scenario: law'.")
-@click.option("--period", type=float, help="The period in s of the computer that runs the law of a continuous loop.")
-@click.option("--delay", is_flag=True, help="A command of such a loop waits a period.")
-@click.option("--periods", type=int, default=10_000, show_default=True, help="How many are replayed.")
-@click.option("--substeps", type=int, default=1, show_default=True, help="Steps of the plant in a period.")
-@click.option("--precision", type=click.Choice(["double", "single"]), default="double", show_default=True)
-@click.option("--target", "targets", multiple=True, help="A machine, as gcc-O2, arm64, cortex-m4f; all if not given.")
-@click.option("--truth", "truths", multiple=True, help="A signal that no instrument gives, and the machine is handed.")
+@click.option("--loop", "name", help="The name of the loop in FILE; by default 'loop', or the last loop.")
+@click.option("--case", help="A case of the study in FILE, as 'scenario: law', in place of --loop.")
+@click.option(
+    "--period", type=float, help="The period in s of the computer, if the loop in FILE is in continuous time."
+)
+@click.option(
+    "--delay", is_flag=True, help="Apply each command one period late, if the loop in FILE is in continuous time."
+)
+@click.option("--periods", type=int, default=10_000, show_default=True, help="The number of periods to run.")
+@click.option(
+    "--substeps",
+    type=int,
+    default=1,
+    show_default=True,
+    help="The number of Runge-Kutta steps of the plant in a period.",
+)
+@click.option(
+    "--precision",
+    type=click.Choice(["double", "single"]),
+    default="double",
+    show_default=True,
+    help="The precision of the numbers of the law.",
+)
+@click.option(
+    "--target",
+    "targets",
+    multiple=True,
+    help="A machine, such as gcc-O2, arm64 or cortex-m4f; by default all; may be repeated.",
+)
+@click.option(
+    "--truth",
+    "truths",
+    multiple=True,
+    help="A signal that no instrument gives, as an input of the law; may be repeated.",
+)
 def replay(
     file: Path,
     name: str | None,
@@ -35,7 +61,7 @@ def replay(
     targets: tuple[str, ...],
     truths: tuple[str, ...],
 ) -> None:
-    """Run the law of a loop in FILE on this machine's compilers, on processors under QEMU and in a browser's engine.
+    """Run the law of a loop in FILE with this machine's compilers, on processors under QEMU and in a browser's engine.
 
     Each is handed what the simulated instruments read, and its commands and its memory are compared with the portable
     arithmetic, bit by bit. The exit status is 1 if a bit differs or nothing could be run.

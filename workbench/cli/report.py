@@ -12,11 +12,11 @@ from workbench.cli.run import run_study
 
 @click.command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("--study", type=click.Path(path_type=Path), help="The file of the study, which is run as you named it.")
+@click.option("--study", type=click.Path(path_type=Path), help="The file of the study; it is run because you name it.")
 def report(folder: Path, study: Path | None) -> None:
     """Write the report in DIR again, from the runs in its ledger.
 
-    A folder may come from anywhere, so the file that it names is never run: name it yourself.
+    A folder may come from anywhere, so the file that it names is never run: give it with --study.
     """
     with one_sentence():
         from workbench.study.ledger.store import contents

@@ -16,9 +16,9 @@ from workbench.cli.errors import one_sentence, printable
 @click.option("--digests", is_flag=True, help="Print the SHA-256 of each chunk as JSON, and write nothing.")
 @click.option("--format", "form", type=click.Choice(("csv", "parquet", "mat")), default="csv", show_default=True)
 def results(folder: Path, digests: bool, form: str) -> None:
-    """Write the runs of each sweep in DIR as a table, one row a run, and its single cases as another, to DIR/runs.
+    """Write the runs of each sweep in DIR as a table, one row per run, and its single cases as another, to DIR/runs.
 
-    The answers of its works go there as JSON, in which a number that JSON lacks is text, as 'nan'.
+    The answers of its works are written there as JSON; a number that JSON lacks is written as text, such as 'nan'.
     """
     with one_sentence():
         from workbench.study.ledger.store import chunks, is_chunk

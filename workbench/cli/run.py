@@ -33,21 +33,25 @@ class RunOptions(TypedDict, total=False):
 
 @click.command()
 @click.argument("study", type=PATH)
-@click.option("--out", type=PATH, help="Folder of the report; reports/NAME if not given.")
-@click.option("--samples", type=int, help="Samples of each sweep, in place of those in STUDY.")
-@click.option("--workers", type=int, help="Threads, or workers of a local cluster; one a processor if not given.")
+@click.option("--out", type=PATH, help="The folder of the report; by default reports/NAME.")
+@click.option("--samples", type=int, help="The number of samples of each sweep, in place of that in STUDY.")
+@click.option(
+    "--workers", type=int, help="The number of threads, or of workers of a local cluster; by default one per processor."
+)
 @click.option("--cluster", metavar="ADDRESS", help="The scheduler of a Dask cluster; 'local' starts one here.")
 @click.option(
-    "--arithmetic", type=click.Choice(("fused", "portable")), help="That of the sweeps; the ledger's if not given."
+    "--arithmetic",
+    type=click.Choice(("fused", "portable")),
+    help="The arithmetic of the sweeps; by default that of the ledger.",
 )
-@click.option("--fresh", is_flag=True, help="Compute again what the ledger holds.")
+@click.option("--fresh", is_flag=True, help="Compute everything again, also what the ledger holds.")
 @click.option("--ack", is_flag=True, help="Print each chunk and its SHA-256 once it is on the disk.")
-@click.option("--yes", is_flag=True, help="Begin, however much time, memory and disk it takes.")
-@click.option("--traceback", is_flag=True, help="Print Python's own after the sentence that says what is wrong.")
+@click.option("--yes", is_flag=True, help="Start, even if much time, memory and disk are needed.")
+@click.option("--traceback", is_flag=True, help="Print Python's traceback after the sentence of an error.")
 def run(study: Path, out: Path | None, ack: bool, traceback: bool, **options: Unpack[RunOptions]) -> None:
     """Run STUDY, a Python file or a folder with a `study.py`, and write its report.
 
-    Of its sweeps and works nothing is computed twice: what was stopped, the same command goes on with.
+    No run of a sweep or work is computed twice: after a stop, the same command continues.
     """
     del traceback  # `leave` looks it up
     if ack:

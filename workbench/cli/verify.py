@@ -17,7 +17,7 @@ COLOURS = {"same": "green", "differs": "red", "not refuted": "yellow"}
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--robot", required=True, help="An arm of the catalogue, or a URDF file.")
 def verify(file: Path, robot: str) -> None:
-    """Hold the printed M, C and G in FILE (.txt or .tex) against those derived for a robot.
+    """Compare the printed M, C and G in FILE (.txt or .tex) with those derived for a robot.
 
     Each statement is `name = formula`: an entry (M[1,2] = ..., G_1 = ...), a matrix (C(q, qd) = [[...], [...]],
     or LaTeX's bmatrix), or a declaration (l_c1 = links[0].com, theta_1 = q_1, h = m_2*l_1*l_c2). The robot's

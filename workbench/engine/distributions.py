@@ -19,7 +19,7 @@ LEAST_SHARE = 1e-9  # of a bell between its cuts
 
 
 class AbstractDistribution(ABC):
-    """A number between `low` and `high`, by its quantiles; `WORDS` is the template of its `words`.
+    """A distribution of a number between `low` and `high`, by its quantiles; `WORDS` is the template of `words`.
 
     Examples
     --------
@@ -41,7 +41,7 @@ class AbstractDistribution(ABC):
         Raises
         ------
         ValueError
-            If they are no probabilities.
+            If `u` holds a number that is not a probability.
         """
         u = numbers(f"{type(self).__name__}.quantile(u)", u)
         if not ((u >= 0) & (u <= 1)).all():
@@ -57,7 +57,7 @@ class AbstractDistribution(ABC):
         return self.WORDS.format(**vars(self), cuts=cuts)
 
     def reach(self) -> tuple[float, float]:
-        """The least and the largest value that a design draws: the ends, or its outmost points at an infinite end."""
+        """The least and the largest value that a design samples: the ends, or its outermost points if infinite."""
         least, largest = self.quantile(np.array([MARGIN, 1 - MARGIN]))
         return (
             self.low if self.low > -inf else float(least),
@@ -68,7 +68,7 @@ class AbstractDistribution(ABC):
 @dataclass(frozen=True)
 @check_arguments
 class Uniform(AbstractDistribution):
-    """Every number from `low` to `high` alike.
+    """A uniform distribution: all numbers from `low` to `high` are equally likely.
 
     Raises
     ------
@@ -156,7 +156,7 @@ class Triangular(AbstractDistribution):
 @dataclass(frozen=True)
 @check_arguments
 class Normal(AbstractDistribution):
-    """A normal number, cut off at `low` and `high` where these are given; `mean` and `deviation` are those before it.
+    """A normal number, cut off at `low` and `high` if given; `mean` and `deviation` are those before the cut.
 
     Raises
     ------
@@ -190,7 +190,7 @@ class Normal(AbstractDistribution):
 @dataclass(frozen=True)
 @check_arguments
 class LogNormal(AbstractDistribution):
-    """A positive number whose logarithm is normal, with deviation `sigma`, cut off at `low` and `high` where given.
+    """A positive number whose logarithm is normal with deviation `sigma`, cut off at `low` and `high` if given.
 
     Without a cut half of the numbers are below `median`.
 

@@ -22,13 +22,14 @@ class Factor:
     """One number that is varied: one or several paths of a loop, which move together, and how they are spread.
 
     `paths` name parameters or initial states, or single numbers of them, as `controller.K[0,1]`; a vector takes the
-    same value at each of its places. `origin` is where the distribution comes from. With `share` it is that of a share
-    of the loop's own number, so that several paths, and all places of a matrix, keep their proportions.
+    same value at each of its places. `origin` is where the distribution comes from. With `share` the distribution is
+    for a factor by which the numbers of the loop are multiplied: several paths, and all places of a matrix, keep their
+    proportions.
 
     Raises
     ------
     ValueError
-        If there is no name or no path, a path comes twice, or the distribution or the origin is none.
+        If there is no name or no path, a path comes twice, or `distribution` or `origin` is not one.
 
     Examples
     --------
@@ -52,17 +53,17 @@ class Factor:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Space:
-    """Factors over the parameters and initial states of a loop: points of the unit cube to the rows of runs.
+    """Factors of a loop with its layouts: it maps points of the unit cube to parameters and initial states.
 
-    Without a factor each row has the loop's own numbers.
+    Without a factor each row has the default numbers of the loop.
 
     Raises
     ------
     ValueError
         If two factors have one name or move one number, a distribution reaches beyond the bounds of a
-        number, a share is one of zero, or a matrix is given one value for all its places.
+        number, a share is taken of zero, or a matrix is given one value for all its places.
     LookupError
-        If a path is neither a parameter's nor a state's; the message names the nearest.
+        If a path is neither that of a parameter nor that of a state; the message names the nearest.
 
     Examples
     --------

@@ -52,29 +52,30 @@ def simulate(
 ) -> Trajectories:
     """Run B copies of a loop from time 0 to `until`, each with its own parameters and initial state.
 
-    A run depends on its own rows of p and x0, its key in `runs`, seed, arithmetic and step alone, not on its company.
-    `Trajectories.warnings` says where the step is beyond its stability limit, or changes the result.
+    A run depends only on its rows of p and x0, its key in `runs`, seed, arithmetic and step, and not on the other runs.
+    `Trajectories.warnings` says if the step is beyond its stability limit, or changes the result.
 
     Parameters
     ----------
     step
         A `StepMap`, or a loop, an `Ode` or a `SampledSystem`, whose step is then chosen by pilot runs.
     p, x0
-        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. More than 64 MB are not copied.
+        (B, np) and (B, nx), as `pack` of their layouts gives; one row serves all. More than 64 MB are not copied.
     until, every
-        Horizon and distance of the kept times in s. Without `every` each step is kept, or 1000 times of an `Ode`.
+        Horizon and time between kept states, in s. Without `every` each step is kept, or 1000 times of an `Ode`.
     tolerance
-        Of the change of a state to half the step, relative to its largest value: 0.001 to choose a step, 0.01 for a
-        `StepMap`, unless given.
+        The largest change of a state at half the step, over its largest value: by default 0.001, for a `StepMap` 0.01.
     seed, runs
-        The keys of the noise: a whole number, and (B,) that name the runs, 0, 1, 2, ... if not given.
+        The keys of the noise: a whole number, and one number (B,) for each run, by default 0, 1, 2, ...
+    progress
+        Called with the share of the work that is done, from 0 to 1.
     arithmetic, engine
-        As `workbench.engine.arithmetic` has them; without names what runs the step fastest.
+        Names as in `workbench.engine.arithmetic`; by default those that run the step fastest.
 
     Raises
     ------
     ValueError
-        If an argument is out of its bounds, a time no multiple of the step, no step keeps the tolerance, or the runs
+        If an argument is out of its bounds, a time is no multiple of the step, no step keeps the tolerance, or the runs
         take too much memory or time. A run that diverges is only marked.
 
     Examples

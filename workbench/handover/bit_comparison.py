@@ -30,7 +30,7 @@ CLOCKS: Mapping[str, float] = {  # Hz, of common parts with these processors
 
 @dataclass(frozen=True)
 class PeriodShare:
-    """The share of a period that so many instructions take at a clock, at one instruction a cycle."""
+    """The share of a `period` [s] that `count` instructions take at a `clock` [Hz], one instruction per cycle."""
 
     count: float
     period: float  # s
@@ -38,12 +38,12 @@ class PeriodShare:
 
     @property
     def share(self) -> float:
-        """The part of the period, 1 for all of it."""
+        """The share of the period, 1 for the whole period."""
         return self.count / (self.period * self.clock)
 
     @property
     def fits(self) -> bool:
-        """True if it is no more than the period."""
+        """True if the share is at most 1."""
         return self.share <= 1.0
 
     def __str__(self) -> str:
@@ -55,9 +55,10 @@ class PeriodShare:
 
 @check_arguments
 def fits(count: float, period: float, clock: float) -> PeriodShare:
-    """The share of a period [s] that so many instructions take at a clock [Hz], at one instruction a cycle.
+    """The share of a `period` [s] that `count` instructions take at a `clock` [Hz], one instruction per cycle.
 
-    A processor may take more cycles than instructions, or fewer: the share is that of the count, not of a time.
+    A processor may take more cycles than instructions, or fewer: the share follows from the count, not from a measured
+    time.
 
     Raises
     ------
@@ -73,14 +74,16 @@ def fits(count: float, period: float, clock: float) -> PeriodShare:
 @dataclass(frozen=True)
 @show
 class TargetResult:
-    """A target against the recording.
+    """The comparison of the commands and memories of a target with a recording, bit by bit.
 
     Attributes
     ----------
+    target, periods
+        The name of the target, and the number of periods that it ran.
     bits
-        Compared: those of all commands, and of the memory behind each period, which has one digest.
+        The number of bits compared: all commands, and one digest of the memory after each period.
     differing_bits
-        Bits of commands that differ.
+        The number of bits of commands that differ.
     memories
         Periods whose memory differs.
     flags
@@ -88,7 +91,9 @@ class TargetResult:
     first
         The first difference: period, signal and both values; empty if there is none.
     reason
-        The sentence that says why it did not run; empty if it did.
+        The sentence that says why the target did not run; empty if it did.
+    figures, fit
+        The cost that was measured, such as instructions and bytes, and the share of the period that it takes.
     """
 
     target: str
@@ -104,34 +109,34 @@ class TargetResult:
 
     @property
     def ran(self) -> bool:
-        """True if it gave answers."""
+        """True if the target gave answers."""
         return not self.reason
 
     @property
     def equal(self) -> bool:
-        """True if it gave answers and none of them differs."""
+        """True if the target gave answers and none of them differs."""
         return self.ran and not self.first
 
 
 @check_arguments
-def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: float = LIMIT) -> TargetResult:
-    """One target against a recording, in a folder of its own that is gone afterwards; programs get `limit` seconds."""
+def compare(target: AbstractTarget, code: CCode, recording: Recording, timeout: float = LIMIT) -> TargetResult:
+    """Run a target in a temporary folder and compare it with a recording; a program may take `timeout` seconds."""
     lacks = missing_programs(target.programs)
     if lacks:
         return TargetResult(target.name, reason=lacks)
     with TemporaryDirectory(prefix="workbench-") as place:
         folder = Path(place)
         try:
-            answers = target.answers(code, recording, folder, limit)
+            answers = target.answers(code, recording, folder, timeout)
         except TargetError as error:
             return TargetResult(target.name, reason=str(error))
         result = _judged(target, recording, answers)
         try:
-            result = replace(result, figures=target.figures(code, recording, folder, limit))
+            result = replace(result, figures=target.figures(code, recording, folder, timeout))
         except TargetError as error:
             result = replace(result, figures=TargetCost(doubt=f"figures are lacking: {error}"))
         if result.first.endswith(ANOTHER):
-            result = replace(result, first=_first_of_memory(target, code, recording, folder, result.first, limit))
+            result = replace(result, first=_first_of_memory(target, code, recording, folder, result.first, timeout))
     clock = next((CLOCKS[key] for key in CLOCKS if TARGETS[key].name == target.name), None)
     count = result.figures.instructions
     return replace(result, fit=fits(count, recording.law.period, clock)) if clock and count else result
@@ -176,12 +181,12 @@ def _words(k: int, signal: str, number: np.floating, wanted: np.floating) -> str
 
 
 def _first_of_memory(
-    target: AbstractTarget, code: CCode, recording: Recording, folder: Path, first: str, limit: float
+    target: AbstractTarget, code: CCode, recording: Recording, folder: Path, first: str, timeout: float
 ) -> str:
     """The first difference of a memory in words, from a replay that ends there."""
     k = int(first.split()[1])
     try:
-        memory = target.answers(code, recording.until(k + 1), folder, limit).memory
+        memory = target.answers(code, recording.until(k + 1), folder, timeout).memory
     except TargetError:
         return first
     wanted = recording.memory(k + 1, k + 1)[0]

@@ -124,33 +124,34 @@ def export(
     overwrite: bool = False,
     **options: Unpack[COptions],
 ) -> list[Path]:
-    """Write a law to a folder in a form for another machine; the paths of its files.
+    """Write a law to a folder in a form for another machine, and return the paths of the files.
 
     Parameters
     ----------
     law
-        The law of a loop, or a loop in a computer, `loop.digital(period)`, whose law it is.
+        The law of a loop, or a loop in a computer, `loop.digital(period)`, whose law is written.
     form
-        "c" is C99 without a library, "cortex-m4" the same with sums of doubles for Cortex-M3 and M4, where GCC's are
-        rounded wrongly; "python" a module without us and "casadi" one with CasADi alone; "control" a
-        linear law for python-control and "mat" one for MATLAB; "simulink" an S-function and "ros2" a controller of
-        ros2_control, around the C; "fmi2" and "fmi3" an FMU.
+        "c" is C99 without a library; "cortex-m4" is the same with its own sums of doubles for Cortex-M3 and M4, where
+        GCC rounds them wrongly. "python" is a module that needs no package, and "casadi" one that needs CasADi alone.
+        "control" is a linear law for python-control, and "mat" one for MATLAB. "simulink" is an S-function and "ros2" a
+        controller of ros2_control, both around the C. "fmi2" and "fmi3" are FMUs.
     folder
-        The folder; one of the name of the law, here, unless given.
+        The folder; by default one with the name of the law in the working directory.
     name
-        An identifier of C; that of the law unless given.
+        An identifier of C; by default the name of the law.
     interfaces
-        Of `ros2`: the interface of the hardware for each number of a signal.
+        For "ros2": by signal, the hardware interface of each of its numbers.
     overwrite
         True to replace files that no export has written, or that were edited since.
     options
-        Of the C and all that is around it, see `c_code`: precision, parameters, safe, sqrt, fma, warnings, command.
+        Options of C and of the forms around it, see `c_code`: precision, parameters, safe, sqrt, fma, warnings,
+        command.
 
     Raises
     ------
     ValueError
-        If the law has no such form, as a law with limits is no linear one, or a file of
-        somebody else's or an edited one is in the way.
+        If the law has no such form (a law with limits is not linear), or a file is in the way that no export has
+        written, or that was edited since.
 
     Examples
     --------

@@ -148,27 +148,27 @@ def record(
 ) -> Recording:
     """The readings, references and commands of the law in its loop, bit by bit, from the start of the loop.
 
-    A signal of a run, `runs["omega"]`, is computed again from the states of the run and may differ from these in a last
-    digit: test vectors for an exported law are made of a recording.
+    A signal of a run, `runs["omega"]`, is computed again from the states, and may differ from the recorded signal in
+    the last digit. So test vectors for an exported law must come from a recording.
 
     Parameters
     ----------
     law
-        As `sampled.law(...)` gives it; `sampled.law()` unless given.
+        The law, as `sampled_loop.law(...)` gives it; by default `sampled_loop.law()`.
     periods, until
-        The number of periods, or their length in s.
+        The number of periods, or their total length in s: one of the two.
     substeps
-        Runge-Kutta steps of the plant in a period, on which the readings depend, and the bits of the law do not.
+        The number of Runge-Kutta steps of the plant in a period, on which the readings depend.
     p
-        (np,) or (1, np) of the loop.
+        The parameters of the loop, (np,) or (1, np); by default its own.
     seed
-        Of the noise, which is that of run 0.
+        The seed of the noise; the noise is that of run 0.
 
     Raises
     ------
     ValueError
-        If the law is none of this loop, the number of periods is none from 1 on or not said, the length is no multiple
-        of the period, or the run diverges.
+        If the law is not one of this loop, neither length is given, `periods` is less than 1, `until` is no multiple of
+        the period, or the run diverges.
 
     Examples
     --------

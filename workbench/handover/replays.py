@@ -92,27 +92,28 @@ def replay(
     truths: tuple[str, ...] = (),
     seed: int = 0,
     precision: str = "double",
-    limit: float = LIMIT,
+    timeout: float = LIMIT,
     progress: Callable[[str], None] | None = None,
 ) -> Replay:
-    """The law of a loop on several machines, over what its computer is handed in the portable arithmetic.
+    """Run the law of a loop on several machines, with the inputs that it gets in the portable arithmetic.
 
-    Each goes on from its own memory. As long as commands are equal, the loop around a machine is this loop.
+    Commands are compared bit by bit. Each machine continues from its own memory. As long as its commands are equal, the
+    loop around it is this loop.
 
     Parameters
     ----------
-    name
-        The prefix of its C.
+    name, periods, substeps
+        The prefix of the C code; the number of periods; the number of Runge-Kutta steps of the plant in a period.
     targets
-        Names of `TARGETS`, or one's own; if not given all but a library with a fault. One that cannot run says so.
-    substeps
-        Runge-Kutta steps of the plant in a period.
+        Names of `wb.handover.TARGETS`, or targets of your own; by default all but the one whose library has a fault.
     reference, truths
-        As of `SampledSystem.law`.
-    seed, precision, limit
-        Of the noise; "double", or "single" for the law alone; the seconds that one program of a target may take.
+        As of `SampledSystem.law`: "input" or "built in", and names of signals that no instrument gives.
+    seed, precision
+        The seed of the noise; "double", or "single" for the law alone.
+    timeout
+        The time in s that one program of a target may take.
     progress
-        Told the name of each target before it runs.
+        Called with the name of each target before it runs; one that cannot run reports it.
 
     Raises
     ------
@@ -127,7 +128,7 @@ def replay(
     >>> wb.replay(loop.digital(1e-3), periods=100, targets=["numpy"]).equal
     True
     """
-    limit = seconds("replay(limit=...)", limit)
+    timeout = seconds("replay(timeout=...)", timeout)
     chosen = [_target(target) for target in (USUAL if targets is None else targets)]
     code = c_code(_affordable(sampled_loop.law(reference, truths), periods), name, precision=precision)
     recording = record(sampled_loop, code.law, periods, substeps=substeps, seed=seed)
@@ -136,7 +137,7 @@ def replay(
     for target in chosen:
         if progress is not None:
             progress(target.name)
-        results.append(compare(target, code, recording, limit))
+        results.append(compare(target, code, recording, timeout))
     return Replay(code, recording, tuple(results))
 
 

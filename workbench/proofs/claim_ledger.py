@@ -47,13 +47,14 @@ FIELDS: Mapping[str, tuple[Sequence[str], Sequence[str], str]] = {
 @dataclass(frozen=True)
 @check_arguments
 class Ruling:
-    """The outcome of a check, whose fields are those that belong to its kind.
+    """The outcome of a check: its `kind`, the `evidence`, and the fields that belong to the kind.
 
-    `proved` by exact or interval arithmetic; `refuted` by a `witness`, a line of Python that shows it again; `does not
-    hold under` a condition that the source does not state, by a witness; `depends on` numbers that the source leaves
-    open, by a witness that shows both answers; `not refuted` in a number of `samples`; `not checkable as published`,
-    because something is `unstated_numbers`; `ill-posed` or `not checkable`. `evidence` is the reason with its numbers
-    and errors, in a sentence; `kept_hypotheses` names the hypotheses that the witness keeps at every step.
+    The kinds are: `proved` by exact or interval arithmetic; `refuted` by a `witness`, a line of Python that shows it
+    again; `does not hold under` a condition `under` that the source does not state, by a witness; `depends on` numbers
+    `on` that the source leaves open, by a witness that shows both answers; `not refuted` in a number of `samples`; `not
+    checkable as published`, because of `unstated_numbers`; `ill-posed`; and `not checkable`. `evidence` is the reason
+    with its numbers and errors, in a sentence. `kept_hypotheses` names the hypotheses that the witness keeps at every
+    step.
     """
 
     kind: Kind
@@ -90,7 +91,8 @@ Check = Callable[[], Ruling]
 class Quantifier:
     """A range over which a claim is judged, in words, and who chose it: the `source` of the claim, or its `reader`.
 
-    A range of the reader is `within` that of the source if what fails there fails in the source's range as well.
+    `within` is True if the reader's range lies within the source's: whatever fails in it fails in the source's range,
+    too.
 
     Examples
     --------
@@ -111,11 +113,11 @@ class Quantifier:
 @dataclass(frozen=True)
 @check_arguments
 class ClaimEntry:
-    """A claim with the ruling of its check, the words of its source, and the ranges over which it was judged.
+    """A claim with the ruling of its check, the `quote` of its source, and the `quantifiers`: ranges of the judgement.
 
     A witness against the claim must keep every hypothesis with a margin. A claim is not `refuted` over a range that its
-    reader chose, unless that lies within the range of the source: it `depends on` numbers, or `does not hold under` a
-    condition.
+    reader chose, unless this range lies within that of the source; otherwise it `depends on` numbers, or `does not hold
+    under` a condition.
     """
 
     claim: Claim
@@ -145,7 +147,7 @@ class ClaimEntry:
 @dataclass(frozen=True)
 @check_arguments
 class ClaimLedger:
-    """Claims with their rulings, in order, each once; a claim's hypotheses are found among them by name."""
+    """Claims with their rulings, in order, each once; a claim names its hypotheses among them."""
 
     lines: tuple[ClaimEntry, ...]
 

@@ -31,10 +31,11 @@ ROUNDING = 1e-6
 
 
 class StepPair(NamedTuple):
-    """A run at h and at h / 2: the metric, largest over its components, and its error; the hypotheses; divergence.
+    """A run at h and at h / 2: `value` is the metric, the largest over its components, with its `error`.
 
-    `excess` is the largest violation of a hypothesis with its error added, and minus infinity without any. `doubt` is
-    the reason why the run cannot refute a claim, and is empty where it can.
+    `excess` is the largest violation of a hypothesis with its error added, and minus infinity without a hypothesis.
+    `diverged_at` has the times in s at which the two runs diverged. `doubt` is the reason why the run cannot refute a
+    claim, and is empty if it can.
     """
 
     value: float
@@ -199,7 +200,7 @@ def hypotheses_kept(
 def in_reference_mode(
     ode: Ode, signal: str, p: Array, x0: Array, times: Sequence[float], rtol: float = 1e-9
 ) -> tuple[Array, Array]:
-    """An output (N, k) at N times by the reference mode, and its error (N, k) from that of the states."""
+    """An output (N, k) at N times by `reference_run`, and its error (N, k) from the error of the states."""
     found = reference_run(ode, p, x0, times=times, rtol=rtol)
     y = ode.outputs.view(ode.output)[known_name(signal, ode.outputs.names, f"outputs of '{ode.name}'")]
     slope = ca.Function("slope", [ode.t, ode.x, ode.p], [ca.vec(y), ca.densify(ca.jacobian(y, ode.x))])

@@ -47,8 +47,8 @@ class Equality:
 def judge_equal(left: ca.SX, right: ca.SX) -> Equality:
     """Judge `left = right` for all values of the symbols in them.
 
-    The witness is the first of a fixed list of points with one decimal at which intervals prove that the two differ:
-    what rounding makes of terms that cancel refutes nothing.
+    The witness is the first of a fixed list of points with one decimal at which intervals prove that the two differ. So
+    a rounding error in terms that cancel does not refute the equality.
     """
     if left.shape != right.shape:
         raise ValueError(f"`judge_equal(left, right)` compares equal shapes; got {left.shape} and {right.shape}.")

@@ -30,7 +30,7 @@ HALVINGS = 16  # of the step along a gradient, all tried at once
 @dataclass(frozen=True)
 @check_arguments
 class Budget:
-    """The members of a generation, the generations that follow the first, and the gradients that follow the best."""
+    """The effort of a search: runs per generation, generations after the first, and gradient climbs at the end."""
 
     population: int = 64
     generations: int = 20
@@ -46,9 +46,10 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """The outcome of a search: a verdict, and the worst run, None where it is not checkable for the reason `why`.
+    """The outcome of a search: its verdict `kind`, and the `worst` run, or None with the reason `why`.
 
-    So many `runs` were tried, so many of them `admissible_runs` the hypotheses, and so many `diverged_runs`.
+    `runs` is the number of runs that were tried; `admissible_runs` of them keep the hypotheses, and `diverged_runs`
+    diverge.
     """
 
     kind: Kind
@@ -76,8 +77,9 @@ def verdict_of(worst: StepPair, target: AbstractMetric | BlockClaim) -> tuple[Ki
 class RunSearch:
     """A search of the runs of `ode` within `ranges` for the worst of a metric, or of the violation of a claim.
 
-    The ranges are (low, high) per name of a parameter or of an initial state; horizon and step of each run are in s.
-    A run must keep the hypotheses at every step to count; those of the target with a margin join them.
+    `ranges` are (low, high) by the name of a parameter or an initial state; horizon and step of each run are in s. A
+    run counts only if it keeps the `hypotheses` at every step. The hypotheses of the target that have a margin are
+    added.
     """
 
     ode: Ode
@@ -121,9 +123,9 @@ class RunSearch:
 
     @check_arguments
     def search(self, seed: int, budget: Budget | None = None) -> SearchResult:
-        """A population search, and gradients from its best run where there are any; the same seed, the same run.
+        """Searches by a population, then by gradients from the best run where they exist; reproducible by `seed`.
 
-        A claim in question without a margin, or a target whose margin is no number somewhere, is a ValueError.
+        It raises a ValueError if the claim has no margin, or if the margin is not a number at some run.
         """
         seed, budget = key("RunSearch.search(seed=...)", seed), budget or Budget()
         seen: list[TrialValues] = []
@@ -169,13 +171,13 @@ class RunSearch:
 
     @check_arguments
     def at(self, numbers: Mapping[str, object]) -> StepPair:
-        """The run with these parameters and initial states by name, all others at their defaults, and half its step."""
+        """The run with these parameters and initial states by name, others at their defaults, at h and at h / 2."""
         at = Box.of(self.ode, {name: (value, value) for name, value in numbers.items()})
         return self._run(*at.rows(at.low[np.newaxis]))
 
     @check_arguments
     def shorten(self, result: SearchResult) -> SearchResult:
-        """The same outcome with as few decimals in the worst run's numbers as keep the verdict and most of it."""
+        """The result with as few decimals in the worst run's numbers as keep the verdict and most of the value."""
         if result.worst is None:
             return result
         sought = result.worst.sought
@@ -190,7 +192,7 @@ class RunSearch:
 
     @check_arguments
     def replay(self, example: CounterExample) -> CounterExampleReplay:
-        """Run a counter-example of this hunt again."""
+        """Run a counter-example of this search again."""
         rows = example.rows(self.ode)
         return example.compare(
             run(self.violation_equation, self.metric, self._violations, *rows, example.until, example.h)

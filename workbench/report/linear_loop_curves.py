@@ -76,7 +76,7 @@ def channel_curves(
 def _beside_all(curve: FrequencyCurve, disk: float | None) -> FrequencyCurve:
     """The curve of one channel with the disk margin of all of them at once."""
     fields = (curve.label, curve.frequencies, curve.values, curve.period, curve.unit, curve.margins, curve.corners)
-    return FrequencyCurve(*fields, all_channels=disk, integrators=curve.integrators)
+    return FrequencyCurve(*fields, multiloop_disk_margin=disk, integrators=curve.integrators)
 
 
 def frequencies_of(call: str, linear: LinearLoop, frequencies: Array | None, margins: Margins | None = None) -> Array:

@@ -66,9 +66,20 @@ def live(
     knobs: Sequence[Knob] = (),
     title: str = "",
 ) -> LoopPage:
-    """The page of a loop whose numbers its reader turns, as `loop_study` says.
+    """An HTML page of a loop with knobs, whose reader changes numbers and sees the responses at once.
 
     A loop that no browser can run has a page without knobs, which says why.
+
+    Parameters
+    ----------
+    until, h
+        The horizon and the step in s; for a sampled loop, h is the substep. Errors come from h / 2.
+    metrics
+        The metrics to show; by default those of tracking errors and inputs.
+    knobs
+        The numbers that can be turned; by default all numbers of the loop that move what the page shows.
+    title
+        The title of the page.
 
     Examples
     --------

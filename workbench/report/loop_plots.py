@@ -38,25 +38,28 @@ def bode(
 ) -> Picture:
     """The Bode plot of a system with one channel, of a loop, of several by their names, or of a `FrequencyCurve`.
 
-    Of a `LinearLoop` it is the loop gain at each channel of its cut, while the loop is closed at the others.
+    For a `LinearLoop` it is the loop gain at each channel of its cut, while the loop is closed at the others.
 
     Parameters
     ----------
     systems
         A `StateSpace` or `TransferFunction` of python-control, a `LinearLoop`, a `FrequencyCurve`, or a mapping from
-        names to such.
+        names to these.
     frequencies
-        (m,) in rad/s, in rising order; by default what shows the poles and zeros.
+        (m,) in rad/s, in rising order; by default a range that shows the poles and zeros.
     margins
-        True for loop gains L of negative feedback: certified margins are marked and told. By default a `LinearLoop`
-        has them, and a system has none.
-    asymptotes, bounds
-        As of `bode_figure`.
+        True for loop gains L of negative feedback: certified margins are marked, and the caption states them. By
+        default a `LinearLoop` has them, and a system has none.
+    asymptotes
+        True to draw the asymptotes of the gain, too.
+    bounds
+        Bounds on the gain; the side that a gain must not reach is shaded.
 
     Raises
     ------
     ValueError
-        If a system has several channels (take `singular_values`) or is none, or the frequencies do not rise.
+        If a system has several channels (take `singular_values`) or is not one of these, or the frequencies do not
+        rise.
 
     Examples
     --------
@@ -79,9 +82,9 @@ def nyquist(
 ) -> Picture:
     """The Nyquist plot of a loop gain L with one channel, of a loop, of several by their names, or of a curve.
 
-    Turns about -1 are counted, and with the unstable poles of a single L those of the closed loop are told. Systems,
-    frequencies and margins are as of `bode`; the curve is cut at the distance `reach` from zero, and `forbidden_disks`
-    disks are shaded.
+    The caption states the encirclements of -1 and, for a single L, the unstable poles of the closed loop. Systems,
+    frequencies and margins are as of `bode`. The curve is cut at the distance `reach` from zero, and `forbidden_disks`
+    are shaded.
 
     Raises
     ------
@@ -128,12 +131,13 @@ def nichols(systems: Systems, frequencies: Array | None = None, margins: bool = 
 def singular_values(systems: Systems, frequencies: Array | None = None, bounds: tuple[GainBound, ...] = ()) -> Picture:
     """The singular values over frequency of a system with several channels, or of several systems by their names.
 
-    Of a `LinearLoop` they are those of its loop gain L at all channels, and the caption has their disk margin.
+    For a `LinearLoop` they are those of the loop gain L at all channels, and the caption has the disk margin. `bounds`
+    shade regions that the largest singular value must not reach.
 
     Raises
     ------
     ValueError
-        If a system is none of python-control, or the frequencies do not rise.
+        If a system is not one of python-control, or the frequencies do not rise.
 
     Examples
     --------
@@ -150,13 +154,13 @@ def singular_values(systems: Systems, frequencies: Array | None = None, bounds: 
 def pole_zero_map(systems: Systems, grid: bool = True) -> Picture:
     """The poles and zeros of a system of python-control, or of several by their names, with lines of damping.
 
-    Of a `LinearLoop` they are the poles of the closed loop.
+    For a `LinearLoop` they are the poles of the closed loop.
 
     Raises
     ------
     ValueError
-        If a system is none of python-control, the periods differ, there is neither a pole nor a zero, or a loop has a
-        delay, and so no finite number of poles.
+        If a system is not one of python-control, the periods differ, there is neither a pole nor a zero, or a loop has
+        a delay, and so no finite number of poles.
 
     Examples
     --------
@@ -182,17 +186,20 @@ def root_locus(
     system
         A `LinearLoop`, or a system G of python-control with one channel.
     over
-        Of a loop the path of a parameter, as "plant.m", or a mapping from it to the values; of a system gains (N,).
+        For a loop, the path of a parameter, as "plant.m", or a mapping from the path to its values; for a system, the
+        gains k (N,).
     values
-        (N,), those of the parameter of a loop, in rising or falling order.
+        The values (N,) of the parameter of a loop, in rising or falling order.
     marked_values
-        Values with a dot at each pole; of a loop by default its own value.
+        Values at which each pole gets a dot; for a loop, by default the present value.
+    grid
+        True for lines of constant damping and natural frequency.
 
     Raises
     ------
     ValueError
-        If the system is none, or has several channels; the values are none, or neither rise nor fall; or the loop has
-        a delay, and so no finite number of poles.
+        If the system is not one of these, or has several channels; values are missing, or neither rise nor fall; or the
+        loop has a delay, and so no finite number of poles.
     LookupError
         If the loop has no such parameter.
 
@@ -229,15 +236,17 @@ def _gain_scale(poles: Complex, zeros: Complex, gain: float | None) -> float:
 
 @check_arguments
 def step_response(systems: Systems, until: float | None = None) -> Picture:
-    """The step response of a system with one channel, of a loop, or of several by their names, and its figures.
+    """The step response of a system with one channel, of a loop, or of several by their names.
 
-    Of a `LinearLoop` it is that of what the loop follows to its reference, or else to a load. Rise time, overshoot and
-    settling time are told where the response tends to a value; `until` is in s.
+    For a `LinearLoop` it is the response of the outputs that follow a reference to this reference, or else to a load.
+    The caption states rise time, overshoot and settling time if the response tends to a value. `until` is the last time
+    in s.
 
     Raises
     ------
     ValueError
-        If a system is none, or has several channels; or a loop has a delay, which needs infinitely many states.
+        If a system is not one of these, or has several channels; or a loop has a delay, which needs infinitely many
+        states.
 
     Examples
     --------

@@ -24,10 +24,10 @@ def plot(thing: object, *names: str, **options: object) -> Any:
     thing
         `Trajectories`, a `LinearLoop`, `LinearRows`, or a mapping from names to several of one of these classes.
     names
-        Of runs the signals over time, a panel each, see `Trajectories.plot`. Of a loop the kind of its picture, as
-        "bode", see `LinearLoop.plot`, and of rows of it `LinearRows.plot`.
+        For runs, the signals to draw over time, one panel each, see `Trajectories.plot`. For a loop, the kind of
+        picture, such as "bode", see `LinearLoop.plot`; for its rows, see `LinearRows.plot`.
     options
-        Those of the kind, by name; of runs `run`, the number of the one that is drawn.
+        Options of the kind, by name. For runs, `run` is the number of the run that is drawn.
 
     Raises
     ------

@@ -58,12 +58,12 @@ class CompiledCase:
 
 @check_arguments
 def run(study: Study, progress: Progress | None = None, workers: int | None = None) -> Results:
-    """Every case of the study, in its order; those that follow from tunings are in `study.resolved`.
+    """Run every case of the study, in order; `Study.resolve` makes the cases that follow from tunings.
 
     Parameters
     ----------
     progress
-        Called with the share of all steps that is done, as each case ends.
+        Called with the share of all steps that is done, from 0 to 1, as each case ends.
     workers
         The number of cases that run at once; as many as there are cores if not given.
 
@@ -76,7 +76,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     """
     refuse_in_pages("run(study)")
     if callable(study.cases):
-        raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
+        raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolve(tuned)`.")
     workers = None if workers is None else whole("run(workers=...)", workers)
     cases = compile_cases(study.cases)
     work = {i: one.sweep.cost.seconds for i, one in enumerate(cases)}

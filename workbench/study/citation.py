@@ -34,7 +34,7 @@ class Mention(NamedTuple):
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Citation:
-    """The publications behind a study, a loop or a block, beside the workbench itself; `cite` makes it.
+    """The publications behind a study, a loop or a block, as `cite` finds them.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Citation:
     without_reference
         The blocks, metrics and designs whose docstrings have no `References` section.
     remarks
-        What could not be known, each a sentence.
+        Sentences on what could not be found out.
 
     Examples
     --------
@@ -90,9 +90,9 @@ class Citation:
 def cite(subject: object) -> Citation:
     """The publications that a study, a loop or a block is built on, to be cited beside the workbench.
 
-    They are what the `References` sections of docstrings name: of the laws, observers, plants and signals in its
-    loops, of its metrics, its designs and its tunings. A study names its own in the docstring of its module, and a
-    work in the docstring of its function. A block without a reference is listed by its name.
+    They are named in the `References` sections of docstrings: of the laws, observers, plants and signals in its loops,
+    of its metrics, designs and tunings. A study names its own references in the docstring of its module, and a work in
+    the docstring of its function. A block without a reference is listed by its name.
 
     Parameters
     ----------

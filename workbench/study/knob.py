@@ -21,7 +21,7 @@ TAILS = 0.005, 0.995  # quantiles where a distribution without ends is cut off
 @dataclass(frozen=True)
 @check_arguments
 class Knob:
-    """A number that a reader of the page can turn, from `low` to `high`, in as many loops as have its path.
+    """A number that a reader of the page can turn, from `low` to `high`, in all loops that have its path.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Knob:
     log
         True for a scale of equal ratios.
     origin
-        Where the loop's own number comes from; '' where nobody says.
+        Where the number of the loop comes from; '' if this is not stated.
     share
-        True if the knob is a share of the loop's own numbers, which keep their proportions; it stands at 1.
+        True if the knob is a factor of the loop's numbers, which keep their proportions; it starts at 1.
 
     Raises
     ------
@@ -77,29 +77,29 @@ class Knob:
 
     @check_arguments
     def together(self, other: Knob) -> Knob:
-        """One knob with the paths and the ranges of two of one name."""
+        """One knob with the paths and ranges of two knobs of the same name."""
         paths = tuple(dict.fromkeys((*other.paths, *self.paths)))
         return replace(self, path=paths, low=min(self.low, other.low), high=max(self.high, other.high))
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """Its paths."""
+        """The paths of the knob, as a tuple."""
         return (self.path,) if isinstance(self.path, str) else self.path
 
     @cached_property
     def factor(self) -> Factor:
-        """The same as a factor, spread over the range."""
+        """The knob as a factor, spread over its range."""
         spread = LogUniform(self.low, self.high) if self.log else Uniform(self.low, self.high)
         return Factor(self.name, self.paths, spread, self.origin or "assumed", self.share)
 
     @check_arguments
     def places(self, step: StepMap) -> tuple[int, ...]:
-        """The places that it moves in a row of parameters, then states, of those of its paths that a loop has.
+        """The places that the knob moves in a row of parameters followed by states, for the paths that the loop has.
 
         Raises
         ------
         ValueError
-            If its range leads beyond the bounds of a number.
+            If the range of the knob leads beyond the bounds of a number.
         """
         if not (there := tuple(path for path in self.paths if has(step, path))):
             return ()
@@ -108,14 +108,14 @@ class Knob:
 
     @check_arguments
     def value(self, step: StepMap, p: Array, x0: Array) -> float:
-        """The number of a loop with parameters p and initial states x0 at which it stands, unturned; of a share 1."""
+        """The value of the knob before it is turned, for parameters p and initial states x0; 1 for a share."""
         p = vector("Knob.value(p=...)", p, step.parameters.size, "parameters")
         x0 = vector("Knob.value(x0=...)", x0, step.states.size, "states")
         return 1.0 if self.share else float(np.concatenate([p, x0])[self.places(step)[0]])
 
     @check_arguments
     def unit(self, step: StepMap) -> str:
-        """The unit of the numbers that it moves; that of a share is 1."""
+        """The unit of the numbers that the knob moves; "1" for a share."""
         entries = (*step.parameters.entries, *step.states.entries)
         units = [unit for entry in entries for unit in entry.units]
         return "1" if self.share else ", ".join(dict.fromkeys(units[place] for place in self.places(step)))

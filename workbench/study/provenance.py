@@ -27,7 +27,7 @@ __all__ = ["Card", "CardEntry", "assumed_entry", "derived_entry", "stated_entry"
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class CardEntry:
-    """A number or a named choice with its origin; the range of an assumed number is where it could as well lie."""
+    """A number or a named choice with its origin; an assumed number could lie anywhere from `low` to `high`."""
 
     name: str
     value: UserValue
@@ -68,7 +68,7 @@ class CardEntry:
         Raises
         ------
         ValueError
-            If the number has no range, or one that is none for a distribution.
+            If the number has no range, or a range that no distribution can have.
         """
         if self.low is None or self.high is None:
             raise ValueError(

@@ -110,7 +110,7 @@ def _place(call: str, labels: tuple[str, ...], number: int | str) -> int:
 
 @check_arguments
 def cell(outcome: Outcome, metric: str, signal: int | str = 0, scale: float = 1.0, unit: str = "") -> Cell:
-    """A score with its error in a cell of a table, in a unit of which it has `scale` times as many; or why it has none.
+    """A table cell with a score and its error, times `scale` to convert it to `unit`; or why there is no score.
 
     The notes of the outcome stand below the table. A metric that the outcome does not have is an empty cell.
 
@@ -142,7 +142,7 @@ def bars(
     style: Style = 0,
     thick: float = 0.7,
 ) -> Bars:
-    """Bars from zero to a score of each outcome, from the top, or at `places`; a run that diverged has none."""
+    """Bars from zero to a score of each outcome, from the top row on or in `places`; a diverged run has none."""
     sources = tuple(metric_source(outcome, metric, signal) for outcome in outcomes)
     ends = _values(outcomes, metric, sources)
     rows = np.arange(len(ends), dtype=float) if places is None else places

@@ -25,25 +25,27 @@ COLUMNS = ("run", "t [s]", "diverged at [s]")  # of a table of runs, beside fact
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Run:
-    """A loop from its initial state to a horizon, and the metrics that are taken of it.
+    """A simulation of a loop from its initial state to a horizon, with the metrics to compute.
 
     A case names one run, a sweep varies its numbers, and a tuning searches for them.
 
     Attributes
     ----------
     loop
-        Equations, an `Ode` or a `SampledSystem`, or what gives them by `ode(name)`, as a `ClosedLoop` does.
+        Equations, an `Ode` or a `SampledSystem`, or an object that gives them by `ode(name)`, such as a `ClosedLoop`.
+    metrics
+        The metrics, such as `wb.rmse()`; each has one number per component of its signal.
     until, every
-        Horizon and distance of the kept times, in s, multiples of `h`. Without `every` a case keeps each step, a sweep
-        and a tuning the horizon alone.
+        The horizon and the time between kept states, in s, multiples of `h`. Without `every` a case keeps each step,
+        and a sweep or a tuning the horizon alone.
     h
-        The step in s at which values are taken; of a sampled loop the substep. Their errors are twice the change to
-        half of it. Without `h`, pilot runs choose one.
+        The step of the values in s; for a sampled loop the substep. The error of a value is twice its change when the
+        step is halved. Without `h`, pilot runs choose one.
     tolerance
-        Of the error of a value, relative to the value. A case with an `h` is held against it, None against none;
-        without `h` it is 0.001 if not given.
+        The largest error of a value, relative to the value. A case with an `h` must meet it, if it is given. Without
+        `h` the default is 0.001.
     seed
-        Of the noise.
+        The seed of the noise.
 
     Examples
     --------
@@ -79,7 +81,7 @@ class Run:
 
     @property
     def sampling_interval(self) -> float:
-        """The distance of the times at which a sweep takes its metrics, in s."""
+        """The time between two values of the metrics in a sweep, in s."""
         return self.until if self.every is None else self.every
 
     @property
@@ -91,23 +93,26 @@ class Run:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Sweep:
-    """A run as often as a design says, each with its own values of some factors.
+    """Many runs of one loop, with the values of its factors that a design gives for each run.
 
     Attributes
     ----------
     run
-        Its metrics are taken at each multiple of `every`. Without `h`, the runs with the least and the largest value of
-        each factor choose one step for all.
+        The run. Its metrics are taken at each multiple of `every`. Without `h`, the runs with the least and the largest
+        value of each factor choose one step for all.
+    factors
+        The numbers that differ from run to run, with their distributions.
     design
-        A point of the unit cube a run, one coordinate a factor.
+        One point of the unit cube for each run, with one coordinate for each factor.
     common
-        True if all runs have the same noise; else it is each run's own.
+        True if all runs have the same noise; otherwise each run has its own noise.
     half_step_every
-        One run of so many, those whose number it divides, is run at h / 2 too, for the error of its values.
+        Every run whose number is a multiple of this is repeated at h / 2, for the error of its values.
     runs_of_chunk
-        The number of runs that are computed and kept together; by default as many as take a processor a second or two.
+        The number of runs that are computed and stored together; by default as many as one processor computes in a
+        second or two.
     least
-        The least number of samples that its tables need, as `least_base` and `least_draws` give it: fewer, by
+        The least number of samples that its tables need, as `least_base` and `least_draws` give it. Fewer samples, by
         `--samples` or by the design, are refused before anything is computed.
 
     Examples

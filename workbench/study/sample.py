@@ -31,7 +31,11 @@ ARRAYS = (
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Sample:
-    """N runs of one loop: the values of its d factors, (N, d), and the measurement of the runs."""
+    """N runs of one loop: `factor_values` (N, d) of its d `factors`, and the `measurement` of the runs.
+
+    `seed` is that of the runs, `fingerprint` that of the equations, and `arithmetic` the one of the runs. `design` is
+    None if the runs were read from a ledger without the study.
+    """
 
     name: str
     factors: tuple[str, ...]
@@ -64,7 +68,7 @@ class Sample:
 
     @property
     def digest(self) -> str:
-        """A name of equations, times, seed and arithmetic, and of the numbers of all runs (64 hexadecimal digits)."""
+        """A hash of equations, times, seed and arithmetic, and of the numbers of all runs (64 hexadecimal digits)."""
         digest = hashlib.sha256(self.fingerprint.encode())
         for array in (self.factor_values, *(getattr(self.measurement, name) for name in ARRAYS)):
             digest.update(array.astype("<f8").tobytes())
@@ -107,7 +111,7 @@ class Sample:
 
     @check_arguments
     def only(self, runs: Integers) -> Sample:
-        """The sample of some runs, by their numbers in rising order, which are numbered anew."""
+        """The sample with only these runs, named by their numbers in rising order and then numbered anew from 0."""
         measurement = self.measurement.only(runs)  # refuses others
         return replace(self, factor_values=self.factor_values[runs], measurement=measurement, design=None)
 
@@ -134,7 +138,7 @@ class Sample:
 
     @property
     def beyond(self) -> str:
-        """The number of looked-at runs whose step is beyond the stability limit, in words."""
+        """The number of repeated runs whose step is beyond the stability limit, in words."""
         limits = self.measurement.limits
         beyond, unknown = limits[limits < self.h], int(np.isnan(limits).sum())
         said = [f"; stability limit not known of {unknown:,}"] if unknown else []

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Hold this process to the first of its processors within a `with` block, where the system can do that.
+    """Restrict this process to its first processor within a `with` block, if the system can do that.
 
     A time that is measured within the block is of one core, whatever the number of threads.
 

@@ -32,17 +32,18 @@ class Study:
     name
         Lower-case letters, digits and underscores: it becomes the report's folder.
     sections, headlines
-        The sections of the report, or a `Page` of them with its answer and findings; and the lines that the command
-        prints. Without any, these are the answer, the findings and the verdicts of the report.
+        Functions of the `Results`. `sections` returns the sections of the report, or a `Page` with its answer and
+        findings. `headlines` returns the lines that the command prints; by default these are the answer, the findings
+        and the verdicts of the report.
     measures_time
         True if the report holds times, which differ from one run to the next.
     least
-        The least number of samples that `--samples` may ask for, where sweeps that need it follow from tunings.
+        The least number of samples that `--samples` may set, if sweeps that need it are made from tunings.
     seed
-        Of what the study draws at random; None where nothing is.
+        The seed of whatever the study samples at random; None if it samples nothing.
     tunings, sweeps
-        Searches for the numbers of loops, which come before them, and many runs of a loop each; the folder of the
-        report then keeps a ledger of them.
+        Tunings search for numbers of loops, and come first. A sweep is many runs of one loop. The folder of the report
+        then keeps a ledger of all runs.
     works
         Functions of the study, each computed once for each of its items, before everything else. Or a function that
         makes works from the results of everything else. `results.work(name)` gives the answers.
@@ -108,7 +109,7 @@ class Study:
         Parameters
         ----------
         answers
-            By name, what each tuning found, a `TuningResult`, and the answers of each work that came first, a tuple.
+            By name: the `TuningResult` of each tuning, and the tuple of answers of each work that was computed first.
         """
         cases, sweeps = self.cases, self.sweeps
         if callable(cases):
@@ -121,7 +122,7 @@ class Study:
 
     @check_arguments
     def works_from(self, results: Results) -> tuple[Work, ...]:
-        """The works, which may follow from the results of all else."""
+        """The works, also where a function makes them from the results of cases, sweeps and tunings."""
         make = self.works
         if not callable(make):
             return make

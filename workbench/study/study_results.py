@@ -34,13 +34,13 @@ class Case:
     Attributes
     ----------
     scenario, law
-        Together the name of the case.
+        Together they are the name of the case.
     run
-        Its values are taken at the step of the run, their errors from half of it, and the states are kept.
+        The run. Values are computed at its step, and their errors with half the step; the states are kept.
     style
-        Which line of the figures belongs to the law.
+        The number of the line style of the law in figures, see `wb.document.Series`.
     remark
-        Stands beside its name.
+        A remark that is printed beside the name of the law.
 
     Examples
     --------
@@ -60,7 +60,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """Scenario and law."""
+        """The scenario and the law, as 'scenario: law'."""
         return f"{self.scenario}: {self.law}"
 
 
@@ -78,7 +78,7 @@ class Outcome:
 
     @property
     def digest(self) -> str:
-        """A name of equations, parameters, initial state, steps, horizon and noise (64 hexadecimal digits)."""
+        """A hash of equations, parameters, initial state, steps, horizon and noise (64 hexadecimal digits)."""
         run, ode = self.case.run, self.ode
         spans = [None if span is None else float(span) for span in (run.h, run.until, run.every, run.tolerance)]
         seed = (run.seed,) if isinstance(ode, SampledSystem) and ode.w.numel() else ()  # that of its noise
@@ -88,7 +88,7 @@ class Outcome:
 
     @property
     def diverged_at(self) -> float | None:
-        """The time at which the run diverged, in s."""
+        """The time at which the run diverged, in s; None for a run that stayed finite."""
         at = self.measurement.diverged_at[0]
         return float(at) if at == at else None
 
@@ -124,7 +124,7 @@ class Outcome:
 
     @check_arguments
     def within(self, metric: str) -> bool | None:
-        """True if a metric keeps the tolerance of its case; None where there is none."""
+        """True if the error of a metric is within the tolerance of its case; None if the case has no tolerance."""
         check = self.measurement.check
         if check is None:
             return None
@@ -139,7 +139,7 @@ class Outcome:
 
     @check_arguments
     def column(self, metric: str, signal: int | str = 0) -> MetricColumn:
-        """The metric, the number, the unit and the label of a score."""
+        """The name of the metric, the number of the score from 0, its unit, and the label of its signal."""
         try:
             return self.measurement.column(metric, signal)
         except LookupError as error:
@@ -166,7 +166,7 @@ class Outcome:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Results:
-    """The outcomes of a study's cases, the samples of its sweeps, its tunings' findings, and its works' answers.
+    """The results of a study: outcomes of cases, samples of sweeps, results of tunings, and answers of works.
 
     Examples
     --------
@@ -196,7 +196,7 @@ class Results:
 
     @check_arguments
     def tuning(self, name: str) -> TuningResult:
-        """The findings of the tuning of that name."""
+        """The `TuningResult` of the tuning of that name."""
         held = {one.name: one for one in self.tunings}
         return held[known_name(name, held, "tunings of this study")]
 
@@ -235,7 +235,7 @@ class Results:
         ]
 
     def to_frame(self) -> pd.DataFrame:
-        """The rows as a table."""
+        """The `rows` as a table of pandas."""
         import pandas as pd
 
         return pd.DataFrame(self.rows)

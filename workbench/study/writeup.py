@@ -88,7 +88,7 @@ def _called(study: Study, part: str, results: Results) -> object:
 
 
 def testbed() -> str:
-    """The processor and the versions that times were measured with, in words: nothing else of the machine is told."""
+    """The processor and the versions with which times were measured, in words, and nothing else about the machine."""
     table = Path("/proc/cpuinfo")
     lines = table.read_text().splitlines() if table.exists() else []
     models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))

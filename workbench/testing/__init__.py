@@ -1,8 +1,8 @@
 """The tests that a block of a user's own must pass: a class of tests for each kind of block, to subclass.
 
-The room may use every other room, and no other room uses it. It needs no pytest: a class of tests is a plain class
+This package may use every other package, and no other uses it. It needs no pytest: a class of tests is a plain class
 whose methods are named `test_...`, which pytest collects from a subclass named `Test...`. Read `law_tests.py` first,
-then `block_tests.py`, where the tests are that plants, observers and laws share.
+then `block_tests.py`, which has the tests that plants, observers and laws share.
 
 Examples
 --------

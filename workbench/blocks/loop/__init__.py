@@ -1,7 +1,7 @@
 """The closed loop: the contracts of its blocks, their ports, and how they become one `Ode` or one `SampledSystem`.
 
-The room knows plants, observers, laws and references by their contracts alone; it knows no
-simulation and no design. Read `closed_loop.py` first, then `contracts.py`.
+This package knows plants, observers, laws and references by their contracts alone; it knows no simulation and no
+design. Read `closed_loop.py` first, then `contracts.py`.
 
 Examples
 --------

@@ -1,7 +1,7 @@
-"""Plants of any kind, each with the source of its numbers, and what is put before and behind them.
+"""Plants of any kind, each with the source of its numbers, and actuators, sensors and disturbances for them.
 
-The room knows a plant's equations, its actuators, sensors and disturbances; it knows no law, no observer and no
-simulation. Read `dc_motor.py` first; `ode_plant.py` makes a plant of functions.
+This package knows no law, no observer and no simulation. Read `dc_motor.py` first; `ode_plant.py` makes a plant of
+functions.
 
 Examples
 --------

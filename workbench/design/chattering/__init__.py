@@ -1,7 +1,7 @@
-"""Chattering: the oscillation of a switching law by a lag or a sampling period that its design neglects.
+"""Chattering: oscillations of a switching law, caused by a lag or a sampling period that the design neglects.
 
-The room knows a loop that is cut at its switch, as a linear part W, and no law. Read `linear_part.py` first, then
-`harmonic_balance.py`, which is approximate, and `relay_cycles.py`, which is exact.
+This package takes a loop that is cut at its switch, as a linear part W; it knows no law. Read `linear_part.py` first,
+then `harmonic_balance.py`, which is approximate, and `relay_cycles.py`, which is exact.
 
 Examples
 --------

@@ -28,15 +28,15 @@ class AbstractSwitch(ABC):
 
     @abstractmethod
     def amplitude(self, g: float) -> float | None:
-        """The a with N(a) = g, or None."""
+        """The amplitude a with N(a) = g, or None if there is none."""
 
     @abstractmethod
     def gain(self, a: float) -> float:
-        """N(a)."""
+        """The describing function N(a)."""
 
     @abstractmethod
     def slope(self, a: float) -> float:
-        """dN/da."""
+        """The derivative dN/da."""
 
     @abstractmethod
     def third(self, a: float) -> float:
@@ -55,24 +55,24 @@ class Relay(AbstractSwitch):
 
     @check_arguments
     def amplitude(self, g: float) -> float | None:
-        """4 K / (pi g)."""
+        """The amplitude a with N(a) = g: 4 K / (pi g)."""
         return 4 * self.K / (math.pi * g) if g > 0 else None
 
     @check_arguments
     def gain(self, a: float) -> float:
-        """4 K / (pi a)."""
+        """The describing function N(a) = 4 K / (pi a)."""
         a = _amplitude("gain", a)
         return 4 * self.K / (math.pi * a)
 
     @check_arguments
     def slope(self, a: float) -> float:
-        """-4 K / (pi a^2)."""
+        """The derivative dN/da = -4 K / (pi a^2)."""
         a = _amplitude("slope", a)
         return -4 * self.K / (math.pi * a**2)
 
     @check_arguments
     def third(self, a: float) -> float:
-        """4 K / (3 pi)."""
+        """The amplitude of the third harmonic, 4 K / (3 pi)."""
         return 4 * self.K / (3 * math.pi)
 
 
@@ -93,7 +93,7 @@ class BoundaryLayer(AbstractSwitch):
 
     @check_arguments
     def amplitude(self, g: float) -> float | None:
-        """The root of N(a) = g; None where the layer's own gain K / phi does not reach g."""
+        """The amplitude a with N(a) = g; None if g is above the largest gain of the layer, K / phi."""
         if not 0 < g < self.K / self.phi:
             return None
         relay = 4 * self.K / (math.pi * g)  # a saturation does less than the relay, so its amplitude is smaller
@@ -101,20 +101,20 @@ class BoundaryLayer(AbstractSwitch):
 
     @check_arguments
     def gain(self, a: float) -> float:
-        """N(a); K / phi within the layer."""
+        """The describing function N(a), which is K / phi within the layer."""
         r = min(self.phi / _amplitude("gain", a), 1.0)
         return 2 * self.K / (math.pi * self.phi) * (math.asin(r) + r * math.sqrt(1 - r**2))
 
     @check_arguments
     def slope(self, a: float) -> float:
-        """dN/da, which is zero within the layer."""
+        """The derivative dN/da, which is zero within the layer."""
         a = _amplitude("slope", a)
         r = min(self.phi / a, 1.0)
         return -4 * self.K / (math.pi * a**2) * math.sqrt(1 - r**2)
 
     @check_arguments
     def third(self, a: float) -> float:
-        """Zero within the layer, that of the relay far beyond it."""
+        """The amplitude of the third harmonic: zero within the layer, and near that of a relay far beyond it."""
         a = _amplitude("third", a)
         c = math.asin(min(self.phi / a, 1.0))
         rising = a / self.phi * (math.sin(2 * c) / 4 - math.sin(4 * c) / 8)
@@ -131,8 +131,9 @@ def _amplitude(call: str, a: float) -> float:
 class Oscillation:
     """An oscillation s = a sin(w t) that satisfies the balance 1 + N(a, j w) W(j w) = 0, w in rad/s.
 
-    A small deviation of the amplitude has the `growth` in 1/s, negative if the oscillation attracts (Loeb). `third` is
-    the third harmonic of s over the first, which the balance neglects, so it is to be small, and `residual` |1 + N W|.
+    `amplitude` is a, in the unit of s, and `frequency` is w. A small deviation of the amplitude grows at the rate
+    `growth` in 1/s, which is negative if the oscillation attracts (Loeb). `third` is the third harmonic of s over the
+    first; the balance neglects it, and so it must be small. `residual` is |1 + N W|.
     """
 
     amplitude: float
@@ -153,8 +154,8 @@ class Balance:
     """All oscillations that harmonic balance predicts, slowest first, with a verdict in a sentence.
 
     The last oscillation ends at a boundary layer of `least_phi`, in the unit of s. `rest` is the rate of decay of the
-    linear loop in the layer, in 1/s: zero to rounding where a part drifts that the switch cannot move; None without a
-    layer.
+    linear loop within the layer, in 1/s. It is None without a layer, and zero but for rounding if a part drifts that
+    the switch cannot move.
     """
 
     oscillations: tuple[Oscillation, ...]
@@ -167,13 +168,14 @@ class Balance:
 def harmonic_balance(system: System, switch: AbstractSwitch) -> Balance:
     """The solutions (a, w) of 1 + N(a, j w) W(j w) = 0 for u = -f(s), s = W u, with Loeb's criterion for each.
 
-    W, a `LinearPart` or a python-control system from u to s, is exact: a hold and a period in a computer are its own,
-    up to w = pi / period. The harmonics of s are neglected, and whatever moves s besides u.
+    `system` is W, a `LinearPart` or a python-control system from u to s. W is exact: that of a loop in a computer
+    includes hold and period, up to w = pi / period. The balance neglects the harmonics of s, and whatever moves s
+    besides u.
 
     Raises
     ------
     ValueError
-        If the system cannot be a `LinearPart`, or the switch is none.
+        If `system` cannot be a `LinearPart`, or `switch` is not an `AbstractSwitch`.
 
     References
     ----------

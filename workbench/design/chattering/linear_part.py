@@ -36,7 +36,7 @@ INSTANTS = (0, 1009)  # at which a rest is asked for; nothing may depend on time
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class LinearPart:
-    """W = c (zeta I - A)^-1 b from u to s = c x, with x' = A x + b u, or x+ = A x + b u with a period.
+    """The linear part W = c (zeta I - A)^-1 b from u to s = c x: x' = A x + b u, or x+ = A x + b u with a period.
 
     A is (nx, nx), b and c (nx,); the period in s is 0 in continuous time; zeta is s or z = exp(s period).
 
@@ -125,7 +125,7 @@ class LinearPart:
 
     @property
     def corners(self) -> Complex:
-        """Poles and zeros, (m,) in 1/s, by the logarithm in a sampled-data loop: where the phase of W turns."""
+        """The poles and zeros of W, (m,) in 1/s, where its phase turns; by the logarithm in a sampled-data loop."""
         nx = len(self.c)
         pencil, mass = np.zeros((nx + 1, nx + 1)), np.diag(np.append(np.ones(nx), 0.0))
         pencil[:nx, :nx], pencil[:nx, nx], pencil[nx, :nx] = self.A, self.b, self.c
@@ -199,16 +199,16 @@ def linear_part_of(
     x, p
         The state (nx,) at rest with s = 0, and the parameters (np,). A sampled loop's held states settle by themselves.
     gain, variable, width
-        The labels of K, s and phi in the loop: of a parameter, of an output, and of a parameter.
+        The labels of K, s and phi in the loop: K and phi are parameters, and s is an output.
 
     Raises
     ------
     DesignError
-        If the state is no rest, the gain does not act, or it does not act as -K sat(s / phi) does.
+        If the loop does not rest at the state, the gain has no effect, or its effect is not that of -K sat(s / phi).
     ValueError
-        If x or p has not its size, or W cannot be a `LinearPart`.
+        If x or p has a wrong size, or W cannot be a `LinearPart`.
     LookupError
-        If a label is none of the loop's.
+        If the loop has no such label.
     """
     if not isinstance(loop, StepMap):
         advice = ": a loop becomes one by its method `ode()`, or a `StepMap` by `jacobian_samples(...)`"

@@ -22,9 +22,10 @@ FEWEST = 5  # periods from which a frequency is taken
 class Cycle:
     """A symmetric limit cycle, s(t + pi / w) = -s(t), of a relay u = -K sign(s), its frequency w in rad/s.
 
-    `amplitude` is the peak of |s|, and `highest` that of the farthest offset which changes no sign of s, where W has an
-    integrator. `contraction` is the spectral radius over half a period: below 1 the cycle attracts, at 1 it keeps an
-    offset. Half a period T has so many `samples`; `residual` is |x(T/2) + x(0)| over |x(0)|.
+    `amplitude` is the peak of |s|. If W has an integrator, the cycle may have an offset; `highest` is the peak of |s|
+    at the largest offset that changes no sign of s. `contraction` is the spectral radius over half a period: below 1
+    the cycle attracts, at 1 an offset stays. Half of the period T has `samples` sampling periods; `residual` is |x(T/2)
+    + x(0)| over |x(0)|.
     """
 
     amplitude: float
@@ -44,8 +45,8 @@ class Cycle:
 def relay_cycles(system: System, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     """All symmetric limit cycles of u = -K sign(s), s = W u, with two switches a period, slowest first; exact.
 
-    W is a sampled `LinearPart`, or a discrete python-control system from u to s. Half a period of the cycle is a whole
-    number of sampling periods, of which each up to `most` is tried.
+    `system` is W, a sampled `LinearPart` or a discrete python-control system from u to s. Half a period of the cycle is
+    a whole number of sampling periods; every number up to `most` is tried.
 
     Raises
     ------
@@ -99,8 +100,8 @@ def relay_cycles(system: System, K: float, most: int = 2000) -> tuple[Cycle, ...
 class RecordedOscillation:
     """The oscillation in a record of s: its offset, amplitude, frequency in rad/s, and the scatter of its periods.
 
-    `scatter` is the standard deviation of the periods over their mean; it and the frequency are None where there are
-    not five periods.
+    `scatter` is the standard deviation of the periods over their mean. `scatter` and `frequency` are None if there are
+    fewer than five periods.
     """
 
     amplitude: float
@@ -111,12 +112,12 @@ class RecordedOscillation:
 
 @check_arguments
 def record_oscillation(t: Array, s: Array) -> RecordedOscillation:
-    """The oscillation in the record s (N,) at times t (N,) in s, from which its start is left out already.
+    """The oscillation in a record s (N,) at times t (N,) in s; the record must begin after the transient.
 
     Raises
     ------
     DesignError
-        If s is not finite: a run that was lost has no amplitude.
+        If s is not finite: a run that diverged has no amplitude.
     ValueError
         If t and s are not two vectors of one length, or t does not rise.
 

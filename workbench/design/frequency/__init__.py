@@ -1,7 +1,7 @@
-"""Figures of linear systems: margins, norms, poles and zeros, responses, and loops in a computer, with their bounds.
+"""Numbers that describe linear systems: margins, norms, poles and zeros, responses, with their error bounds.
 
-The room knows arrays and systems of python-control, and no robot, law or loop by name. Read `stability_margins.py`
-first for one loop, `hinf_norm.py` for norms, and `hold_loop.py` for a loop in a computer.
+This package takes arrays and systems of python-control, also sampled ones; it knows no robot, law or loop by name. Read
+`stability_margins.py` first for one loop, `hinf_norm.py` for norms, and `hold_loop.py` for a loop in a computer.
 
 Examples
 --------

@@ -29,7 +29,7 @@ NO_STATE = "its answers to sines do not settle, and it has no bandwidth"
 @dataclass(frozen=True)
 @show
 class LevelCrossing:
-    """A frequency in rad/s at which a gain crosses a level, `is_falling` below it or rising above it."""
+    """A `frequency` in rad/s at which a gain falls below a level, if `is_falling`, or else rises above it."""
 
     frequency: CertifiedValue
     is_falling: bool
@@ -40,7 +40,7 @@ class LevelCrossing:
 class Bandwidth:
     """The `frequency` in rad/s up to which a system follows, and all `crossings` of the `level` that decides it.
 
-    It is infinite where the level is not reached, in a computer up to Nyquist's frequency.
+    `frequency` is infinite if the gain does not reach the level, in a discrete system up to Nyquist's frequency.
     """
 
     frequency: CertifiedValue
@@ -52,19 +52,21 @@ class Bandwidth:
 def bandwidth(system: control.TransferFunction | control.StateSpace, drop: float = DROP) -> Bandwidth:
     """The bandwidth of a stable system: the first frequency at which its gain falls below its gain at zero by `drop`.
 
-    So do python-control and MATLAB define it. A gain that rises again and falls again has further `crossings`; all of
-    them are found, however narrow a notch or a resonance is.
+    python-control and MATLAB define it in the same way. A gain that rises again and falls again has further
+    `crossings`; all of them are found, however narrow a notch or a resonance is.
 
     Parameters
     ----------
+    system
+        A stable `TransferFunction` or `StateSpace` with one input and one output, continuous or discrete.
     drop
-        In dB, above 0 and up to 1000.
+        The fall of the gain in dB, above 0 and up to 1000.
 
     Raises
     ------
     ValueError
-        If the system is no linear system with one channel, has more zeros than poles, or numbers that are not finite;
-        or if `drop` is out of its range.
+        If `system` is not a linear system with one input and one output, has more zeros than poles, or has numbers that
+        are not finite; or if `drop` is out of its range.
     DesignError
         If the system is not stable, has an integrator, a gain of zero at the frequency zero, or more than 40 states.
 
@@ -85,9 +87,9 @@ def bandwidth(system: control.TransferFunction | control.StateSpace, drop: float
 
 
 def sensitivity_bandwidth(system: control.TransferFunction | control.StateSpace, drop: float = DROP) -> Bandwidth:
-    """The first frequency at which a sensitivity S rises above -`drop` dB, up to which feedback is of use.
+    """The first frequency in rad/s at which a sensitivity S rises above -`drop` dB; feedback is of use up to it.
 
-    It is zero if S is larger at the frequency zero already. Refusals are those of `bandwidth`.
+    It is zero if |S| is above this level at the frequency zero already. Refusals are those of `bandwidth`.
 
     References
     ----------

@@ -17,7 +17,7 @@ LARGEST_EXPONENT = 1020  # of a norm that is a double
 @dataclass(frozen=True)
 @show
 class CertifiedValue:
-    """A number and the bounds `low` <= number <= `high` within which the exact one lies."""
+    """A computed number `value`, and bounds `low` and `high` between which the exact number lies."""
 
     value: float
     low: float
@@ -32,9 +32,10 @@ class CertifiedValue:
 @dataclass(frozen=True)
 @show
 class CertifiedPeak:
-    """The supremum of a gain over all frequencies, and a frequency in rad/s at which it is reached.
+    """The supremum `gain` over all frequencies, and the `frequency` in rad/s at which it is reached.
 
-    The frequency is infinite where the supremum is a limit, and NaN where the gain is infinite; `reason` then says why.
+    `frequency` is infinite if the supremum is the limit at high frequencies. It is NaN if the gain is infinite;
+    `reason` then says why.
     """
 
     gain: CertifiedValue

@@ -15,10 +15,12 @@ from workbench.design.matrices import EPS, Complex, DesignError
 def condition_number(G: Numbers | System) -> float:
     """The ratio of the largest to the smallest singular value of a matrix (ny, nu) of gains; inf if it lacks rank.
 
+    For a system, give its gain at one frequency, as `system(0)` or `system(1j * omega)`.
+
     Raises
     ------
     ValueError
-        If G is no matrix of finite numbers.
+        If G is not a matrix of finite numbers.
 
     Examples
     --------
@@ -34,10 +36,12 @@ def condition_number(G: Numbers | System) -> float:
 def relative_gains(G: Numbers | System) -> Complex:
     """The relative gain array of a square matrix of gains, G o (G^-1)': rows and columns each add up to one.
 
+    For a system, give its gain at one frequency, as `system(0)` or `system(1j * omega)`.
+
     Raises
     ------
     ValueError
-        If G is no square matrix of finite numbers.
+        If G is not a square matrix of finite numbers.
     DesignError
         If G is singular within rounding.
 

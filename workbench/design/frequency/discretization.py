@@ -37,25 +37,28 @@ def c2d(
         prewarped  s = w / tan(w h / 2) (z - 1) / (z + 1), which is exact at the frequency w,
         matched    each pole and zero by z = e^(s h), zeros at infinity but one by z = -1, the gain that of s = 0.
 
-    Where poles or zeros lie at s = 0, `matched` equals what is left of the gain once they are taken out. Of a
-    `StateSpace` it keeps the states and what the outputs are of them, and changes what the input does.
+    If poles or zeros lie at s = 0, `matched` compares the gains without them. For a `StateSpace` it keeps the states
+    and how the outputs depend on them, and changes the effect of the input.
 
     Parameters
     ----------
     system
         A `StateSpace` or `TransferFunction` in continuous time; for `matched` from one input to one output.
     period
-        h in s.
+        The period h in s.
+    method
+        "zoh", "tustin", "prewarped" or "matched", as above.
     frequency
-        w in rad/s, between 0 and Nyquist's pi / h, for `prewarped` alone.
+        The frequency w in rad/s, between 0 and Nyquist's pi / h, for `prewarped` alone.
 
     Raises
     ------
     ValueError
-        If an argument is none of these, or a transfer function is improper.
+        If an argument is not as above, or a transfer function is improper.
     DesignError
-        If the method has no answer: a pole at s = 2 / h, or its prewarped place, which it maps to infinity, or for
-        `matched` a pole at a multiple of the sampling frequency, or states that the output does not show.
+        If the method has no answer. `tustin` maps a pole at s = 2 / h to infinity, and `prewarped` a pole at the
+        prewarped place. `matched` needs states that the output shows, and no pole at a multiple of the sampling
+        frequency.
 
     References
     ----------

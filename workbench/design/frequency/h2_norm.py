@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class MeanGain:
     """The H2 norm `gain` of a system: the root of the power of its outputs under unit white noise.
 
-    It is infinite for a system that is not stable, and for a continuous one with a direct term; `reason` says which.
+    It is infinite for an unstable system, and for a continuous system with a direct term D; `reason` then says which.
     """
 
     gain: CertifiedValue
@@ -34,15 +34,16 @@ class MeanGain:
 def h2_norm(system: control.StateSpace) -> MeanGain:
     """The H2 norm of a system, continuous or discrete.
 
-    The integral of |G|^2 over frequency is solved in whole numbers: with d the characteristic polynomial and c(s) =
-    sum N(s) N(-s), the u of d(s) u(-s) + d(-s) u(s) = c(s) has the highest coefficient u_(n-1) = d_n times the square.
+    The integral of |G|^2 over frequency is computed exactly, in whole numbers. Let d be the characteristic polynomial
+    and c(s) = sum N(s) N(-s). The solution u of d(s) u(-s) + d(-s) u(s) = c(s) has the highest coefficient u_(n-1),
+    which is d_n times the square of the norm.
 
     Raises
     ------
     ValueError
-        If the system is no `StateSpace` with finite matrices.
+        If the system is not a `StateSpace` with finite matrices.
     DesignError
-        If the system has more than 40 states, or its norm is beyond a double.
+        If the system has more than 40 states, or its norm is too large for a double.
 
     References
     ----------

@@ -31,16 +31,17 @@ LEVELS = 60  # most levels that are tried; the search converges quadratically an
 def hinf_norm(system: control.StateSpace) -> CertifiedPeak:
     """The H-infinity norm of a system, continuous or discrete, with a frequency that attains it.
 
-    Levels are raised as Bruinsma and Steinbuch do. The frequencies at which a singular value meets a level are the
-    imaginary eigenvalues of a Hamiltonian (or symplectic) matrix; here they are found as roots of its characteristic
-    polynomial, which has whole coefficients, as doubles are rationals. So neither side of the enclosure rests on
-    rounding: below, a singular value at a frequency; above, a level that Descartes' rule proves to meet none.
-    A system with a pole on the axis or beyond, hidden modes included, has an infinite norm.
+    A level is raised in the way of Bruinsma and Steinbuch. The frequencies at which a singular value meets a level are
+    the imaginary eigenvalues of a Hamiltonian (or symplectic) matrix; here they are found as roots of its
+    characteristic polynomial, which has whole coefficients, as doubles are rationals. So neither bound depends on
+    rounding: the lower one is a singular value at a frequency; the upper one is a level that no singular value meets,
+    by Descartes' rule. A system with a pole on the limit of stability or beyond, hidden modes included, has an infinite
+    norm.
 
     Raises
     ------
     ValueError
-        If the system is no `StateSpace` with finite matrices.
+        If the system is not a `StateSpace` with finite matrices.
     DesignError
         If the system has more than 40 states or too many channels, or no enclosure of 1e-9 is found.
 

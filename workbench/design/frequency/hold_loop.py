@@ -26,11 +26,12 @@ LONGEST = 500  # states of the map that the delay may add: its poles are found w
 @dataclass(frozen=True, eq=False)
 @show
 class HoldResponse:
-    """The answers of a sampled loop at `frequencies` (m,) in rad/s, and how far rounding may have moved each.
+    """The frequency responses of a sampled loop at `frequencies` (m,) in rad/s, with their rounding errors.
 
     `loop` is L(e^jwh) = P(e^jwh) K(e^jwh), (m, ny, ny), cut at the sampled output. `between` (m, ny, ny) is the part at
-    w of the plant's output in continuous time while the reference is e^jwkh at the instants kh, without the harmonics
-    that the hold adds at w + 2 pi i / h. Where the closed loop is not stable no run tends to it.
+    the frequency w of the plant's output in continuous time, if the reference is e^jwkh at the instants kh; it leaves
+    out the harmonics that the hold adds at w + 2 pi i / h. If the closed loop is not stable, no run converges to
+    `between`. `loop_error` and `between_error` say how far rounding may have moved each.
     """
 
     frequencies: Array
@@ -45,8 +46,8 @@ class HoldResponse:
 class HoldLoop:
     """The plant x' = A x + B u, y = Cy x, and the law z+ = Ak z + Bk e, u = Ck z + Dk e with e = r - y.
 
-    At the instant k h the law reads y and computes u, which is applied `delay` s later and held for a period h: after
-    `whole` periods and a `rest` of the next.
+    At the instant k h the law reads y and computes u. The plant gets u `delay` s later, for a period h. The delay is
+    `whole` periods and `rest` s. `plant` has A, B, Cy, and `period` is h in s.
     """
 
     plant: tuple[Array, Array, Array]
@@ -84,12 +85,12 @@ class HoldLoop:
 
     @check_arguments
     def response(self, frequencies: Array) -> HoldResponse:
-        """The answers at frequencies (m,) in rad/s, in rising order from zero to Nyquist's frequency pi / h.
+        """The frequency response at `frequencies` (m,) in rad/s, in rising order from zero to Nyquist's pi / h.
 
         Raises
         ------
         ValueError
-            If the frequencies are none, not finite, falling, negative, or above Nyquist's.
+            If there are no frequencies, or one is not finite, negative, above Nyquist's or below the one before it.
         DesignError
             If the loop, or the closed loop, has a pole there.
         """
@@ -156,11 +157,11 @@ def hold_loop(plant: control.StateSpace, law: control.StateSpace, delay: float =
     Parameters
     ----------
     plant
-        In continuous time, without feedthrough: its output at an instant does not know the command of that instant.
+        In continuous time, without feedthrough: its output does not depend on the command of the same instant.
     law
         In discrete time, from the ny errors to the nu commands; its dt is the period h.
     delay
-        From the reading to the command, in s: any fraction or number of periods, exactly.
+        The time from the reading to the command in s: any fraction or number of periods; it is exact.
 
     Raises
     ------

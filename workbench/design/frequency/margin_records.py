@@ -12,7 +12,7 @@ from workbench.design.matrices import DesignError
 @dataclass(frozen=True)
 @show
 class Crossover:
-    """A frequency in rad/s at which |L| = 1 or L < 0, and the margin: of phase in degrees, or a factor of gain."""
+    """A `frequency` in rad/s at which |L| = 1 or L < 0, and the `margin`: a phase in degrees, or a factor of gain."""
 
     frequency: CertifiedValue
     margin: CertifiedValue
@@ -42,13 +42,13 @@ class StableMargins:
 @dataclass(frozen=True)
 @show
 class StabilityMargins:
-    """The crossovers of a loop L, and if the closed loop is stable its margins, each by its name.
+    """The crossovers of a loop L and, if the closed loop is `stable`, its margins, each by its name.
 
     `gain_crossovers` are all frequencies with |L| = 1, with the phase margin there in degrees, in (-180, 180].
     `phase_crossovers` are those where L is real and negative, zero, infinity and Nyquist's included, with the gain
-    margin -1 / L; a touch counts once. `remarks` says where |L| is one, or L real, at every frequency, so that only
-    the ends of the axis are listed. `margins` are those of a stable loop in one record, and None for any other, whose
-    `phase_margin` and the like are refused.
+    margin -1 / L; a touch counts once. `remarks` says if |L| is one, or L is real, at every frequency; then only the
+    ends of the axis are listed. `margins` has all margins of a stable loop in one record. It is None for an unstable
+    loop, for which `phase_margin` and the other properties are refused.
     """
 
     stable: bool

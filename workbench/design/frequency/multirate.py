@@ -30,10 +30,10 @@ SAME = Fraction(4 * EPS)  # relative: two decimal periods as doubles have the ra
 @dataclass(frozen=True, eq=False)
 @show
 class LiftedLoop:
-    """The map of a loop over the common period of its laws; its state (nx + nz,) is that of the plant and of the laws.
+    """The map of a loop over the common `period` of its laws in s; its state (nx + nz,) is that of plant and laws.
 
     All laws read at t = 0, so the commands held before are no part of the state. `counts` says how often each law reads
-    in the common period; `change` is the map less I.
+    in the common period; `change` is the map minus the identity.
     """
 
     period: float
@@ -59,7 +59,7 @@ def lift_rates(
     laws
         In discrete time; each has its period as dt, reads its outputs and holds its commands until it reads again.
     periods
-        The periods as fractions of a second, if the doubles dt are them but for rounding.
+        The exact periods in s as fractions, if the doubles dt are their rounded values.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def common_period(periods: Sequence[object]) -> tuple[float, tuple[int, ...]]:
     """The least common multiple of periods in s, numbers or fractions, and how often each fits into it.
 
     Their ratios are taken as the simplest fractions from which they differ by rounding alone, so that 0.3 is three
-    times 0.1; two periods such as 1 and sqrt(2) have none with at most 10,000 instants.
+    times 0.1; two periods such as 1 and sqrt(2) have no common period with at most 10,000 instants.
 
     Raises
     ------

@@ -15,9 +15,10 @@ from workbench.design.matrices import EPS, Complex, DesignError
 @dataclass(frozen=True, eq=False)
 @show
 class PeriodPoles:
-    """The poles z (nx,) of the map of one period of `period` s, the largest first, and the estimated error of each.
+    """The poles z, `values` (nx,), of the map of one period of `period` s, the largest first, and their `errors` (nx,).
 
-    The error is that of first order by rounding of the matrix: about the condition of the pole times the rounding unit.
+    The error is a first-order estimate for rounding of the matrix: about the condition of the pole times the rounding
+    unit.
     """
 
     period: float

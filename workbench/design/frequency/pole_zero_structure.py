@@ -66,10 +66,10 @@ def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
     Raises
     ------
     ValueError
-        If the system is no `StateSpace` with finite matrices.
+        If the system is not a `StateSpace` with finite matrices.
     DesignError
-        If the system has more than 40 states, or two different poles or zeros are too near to each other to be told
-        apart in 2,048 binary digits.
+        If the system has more than 40 states, or two different poles or zeros are too near to each other to be
+        distinguished in 2,048 binary digits.
 
     References
     ----------

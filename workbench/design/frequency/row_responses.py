@@ -24,11 +24,12 @@ POINTS = 2048  # at once, that are looked at again
 @dataclass(frozen=True, eq=False)
 @show
 class RowResponses:
-    """The answers (N, m, ny, nu) of N systems at `frequencies` (m,) in rad/s; a row without one is NaN, and flagged.
+    """The responses `values` (N, m, ny, nu) of N systems at `frequencies` (m,) in rad/s; NaN where a row is flagged.
 
     `errors` bound, to first order, how far rounding may have moved each of the `values`, for the matrices as given.
-    `sensitivities` are the changes of the answers, over the relative changes of all entries of the matrices. Flagged
-    (N,) are the rows with an entry that is not finite, and those with a pole at one of the frequencies.
+    `sensitivities` are the changes of the values over the relative changes of all entries of the matrices.
+    `flagged_rows` (N,) is True for rows with an entry that is not finite, and for rows with a pole at one of the
+    frequencies.
     """
 
     frequencies: Array
@@ -41,7 +42,8 @@ class RowResponses:
     def conditions(self) -> Array:
         """The condition number of each answer: its relative change, over the relative changes of the entries.
 
-        Entries that are rounded to doubles move the answer by about 1e-16 times so much, whatever the algorithm.
+        If the entries are rounded to doubles, the answer moves by about 1e-16 times this number, whatever the
+        algorithm.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(np.where(self.sensitivities == 0, 0.0, self.sensitivities / np.abs(self.values)))
@@ -59,6 +61,8 @@ def row_responses(
         (N, nx, nx), (N, nx, nu), (N, ny, nx) and (N, ny, nu); states, inputs and outputs are the same in all rows.
     frequencies
         (m,) in rad/s, in rising order from zero; with a period up to Nyquist's.
+    period
+        The period h of sampled systems in s; None for systems in continuous time.
 
     Raises
     ------

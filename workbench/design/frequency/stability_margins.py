@@ -54,20 +54,24 @@ def stability_margins(
 ) -> StabilityMargins:
     """The margins of the negative feedback of a loop L with one channel, continuous or discrete, with an exact delay.
 
-    Up to 40 states the bounds are proved. Of a `StateSpace` with more they are estimates, and `remarks` says so.
+    Up to 40 states the bounds are proved. For a `StateSpace` with more states they are estimates, and `remarks` says
+    so.
 
     Parameters
     ----------
+    loop
+        The loop gain L, a `TransferFunction` or a `StateSpace` with one input and one output.
     delay
-        In s; of a discrete loop a whole number of periods. None for more than 40 states in continuous time.
+        A delay in s; for a discrete loop a whole number of periods. It must be 0 for a continuous loop of more than 40
+        states.
     band
-        In rad/s: with a delay of a continuous loop, phase crossovers are listed up to it.
+        For a continuous loop with a delay, the frequency in rad/s up to which phase crossovers are listed.
 
     Raises
     ------
     ValueError
-        If the loop is no linear system with one channel, or has more zeros than poles, no denominator, or numbers
-        that are not finite; if the delay is negative or `band` is not positive.
+        If `loop` is not a linear system with one input and one output, or has more zeros than poles, no denominator, or
+        numbers that are not finite; if the delay is negative or `band` is not positive.
     DesignError
         If 1 + L is zero at infinity, doubles do not tell the side of a root, or the loop is too large: beyond 400
         states, 40 with a delay, or 40 as a `TransferFunction`.

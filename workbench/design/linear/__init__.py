@@ -1,7 +1,7 @@
-"""Linear models of an `Ode`, and their properties: rest points, modes, paths and margins.
+"""Linear models of an `Ode`, and their properties: equilibria, modes, paths and margins.
 
-The room knows equations and systems of python-control, and no robot, law or loop by name. Read `linearization.py`
-first, then `linear_modes.py` for poles, `loop_cuts.py` and `loop_margins.py` for loops that are cut.
+This package takes equations and systems of python-control; it knows no robot, law or loop by name. Read
+`linearization.py` first, then `linear_modes.py` for poles, `loop_cuts.py` and `loop_margins.py` for loops that are cut.
 
 Examples
 --------

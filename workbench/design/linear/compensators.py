@@ -34,7 +34,7 @@ DECADE = 10.0  # from the zero of the lag to the crossover, where it costs 6 deg
 class Placement:
     """The gain K (nu, nx) of u = -K x, the poles (nx,) of A - B K, and their largest `error`, relative to each pole.
 
-    `point` is that of the linearised system for which it was placed, if any.
+    `point` is the operating point of the linearised system for which K was computed, if any.
     """
 
     K: Array
@@ -52,14 +52,14 @@ def place(system: control.StateSpace, poles: Numbers) -> Placement:
     system
         A `StateSpace` with nx states, continuous or discrete.
     poles
-        (nx,), complex ones in conjugate pairs. With several inputs none more often than there are inputs.
+        (nx,), complex ones in conjugate pairs. With several inputs, a pole may occur as often as there are inputs.
 
     Raises
     ------
     ValueError
-        If the poles are not such numbers.
+        If `poles` is not as above.
     DesignError
-        If a mode is not moved by any input, or the poles of A - B K are not those that were wanted.
+        If no input moves a mode, or the poles of A - B K are not those of `poles`.
 
     References
     ----------
@@ -145,29 +145,30 @@ def _match_poles(target_poles: Complex, reached_poles: Complex) -> tuple[Complex
 def lead_lag(
     plant: control.StateSpace, crossover: float, margin: float, boost: float = 1.0
 ) -> control.TransferFunction:
-    """The compensator C with which P C crosses a gain of one at a frequency, with this margin at every crossover:
+    """The compensator C for which |P C| is one at `crossover`, with a phase margin of `margin` at every crossover:
 
         C = k (s + wc/10) / (s + wc/(10 boost)) (s + wc sqrt(a)) / (s + wc/sqrt(a)),       a = (1 - sin f)/(1 + sin f),
 
-    where f is the phase that lacks at the crossover wc. Its input is the error, reference minus output, and it has the
-    names of the plant: `LinearLaw(C, error=True)` runs it, and `c2d(C, period, "tustin")` samples it. Of a
-    linearised plant it is about the point of that, and its command is u0 where the error is zero.
+    where f is the phase still missing at the crossover wc. The input of C is the error, reference minus output, and C
+    has the signal names of the plant: `LinearLaw(C, error=True)` runs it, and `c2d(C, period, "tustin")` samples it.
+    For a linearised plant, the command is relative to the operating point: u0 where the error is zero.
 
     Parameters
     ----------
     plant
         A `StateSpace` or `TransferFunction` in continuous time with one input and one output.
     crossover, margin
-        In rad/s, and in degrees between 0 and 90.
+        The crossover frequency wc in rad/s; the phase margin in degrees, between 0 and 90.
     boost
         The factor by which the lag raises the gain at low frequencies; 1 for no lag.
 
     Raises
     ------
     ValueError
-        If the plant is none, or a number is out of its range.
+        If `plant` is not such a system, or a number is out of its range.
     DesignError
-        If more than 75 degrees lack, the closed loop is not stable, or another crossover has less margin.
+        If more than 75 degrees of phase are missing, the closed loop is not stable, or another crossover has less
+        margin.
 
     References
     ----------

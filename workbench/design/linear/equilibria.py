@@ -34,10 +34,10 @@ class Equilibrium:
 
     The poles are NaN on a corner, where pieces with other Jacobians meet: `linearize(..., side=...)` has those of each.
 
-    `error` is a further step of Newton, relative to the size of x. `condition` is the norm of df/dx, or its median over
-    the starts where that is larger, times the norm of its inverse: from 1e10 on the point may be one of a continuum,
-    along which the states `along` are seen to change. A rest point is proved to lie within `radius` of x in each state,
-    if not None.
+    `error` is the size of a further Newton step, relative to the size of x. `condition` is the norm of df/dx, or its
+    median over the starts if that is larger, times the norm of its inverse. From 1e10 on the point may be one of a
+    continuum, along which the states `along` change. If `radius` is not None, an equilibrium is proved to lie within
+    `radius` of x in each state.
     """
 
     x: Array
@@ -49,17 +49,17 @@ class Equilibrium:
 
     @property
     def is_isolated(self) -> bool:
-        """True if df/dx is regular, so that no other rest point is near."""
+        """True if df/dx is regular, so that no other equilibrium is near."""
         return self.condition < ISOLATED_CONDITION
 
 
 @dataclass(frozen=True, eq=False)
 @show
 class Equilibria:
-    """The rest points that were found in a box, in the order of their states.
+    """The equilibria `points` that were found in a box, in the order of their states.
 
-    Newton's method began from so many `starts`, of which `converged_starts` reached a rest point, in the box or not.
-    The box holds no others, by intervals of so many `boxes`, if it is `complete`.
+    Newton's method began from `starts` points; `converged_starts` of them reached an equilibrium, in the box or not. If
+    `complete`, intervals over `boxes` parts of the box prove that it holds no others.
     """
 
     points: tuple[Equilibrium, ...]
@@ -92,23 +92,23 @@ def equilibria(
     seed: int = 0,
     boxes: int = 20_000,
 ) -> Equilibria:
-    """The rest points of x' = f(x, p, u) in a box, found by Newton's method from quasi-random starts.
+    """The equilibria of x' = f(x, p, u) in a box, found by Newton's method from quasi-random starts.
 
-    Angles that differ by a turn are different states. Where f jumps or has corners, Newton's method sees one piece.
+    There are `starts` of them, drawn with `seed`. Where f jumps or has corners, Newton's method sees one piece. The
+    parameters p (np,) and the inputs u (nu,), which overwrite theirs in p, are by default those of `ode`. At most
+    `boxes` boxes serve the proof that there are no others; 0 for no proof.
 
     Parameters
     ----------
     box
-        Low and high of every state, by the name of a quantity or of one of its numbers.
-    boxes
-        The most boxes for the proof that there are no others; 0 for no proofs at all.
+        The bounds (low, high) of every state, by name (`q` or `q[0]`). Angles that differ by a turn are different.
 
     Raises
     ------
     ValueError
-        If the rate depends on time, a state has no bounds or odd ones, or starts, seed or boxes is none.
+        If the rate depends on time, a state has no or wrong bounds, or `starts`, `seed` or `boxes` is wrong.
     LookupError
-        If a name is no state's.
+        If a name is not that of a state.
 
     References
     ----------

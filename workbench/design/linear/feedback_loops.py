@@ -32,7 +32,7 @@ def one_loop(loop: control.StateSpace, place: int) -> control.StateSpace:
     Raises
     ------
     ValueError
-        If `loop` is no square, continuous `StateSpace`.
+        If `loop` is not a square, continuous `StateSpace`.
     LookupError
         If there is no such channel; the first is 0.
     """
@@ -63,7 +63,7 @@ def sensitivity(loop: control.StateSpace) -> control.StateSpace:
     Raises
     ------
     ValueError
-        If `loop` is no square, continuous `StateSpace`, or I + D is singular.
+        If `loop` is not a square, continuous `StateSpace`, or I + D is singular.
     """
     import control
 

@@ -27,10 +27,10 @@ NEARBY = 4.0  # times the norm of A and the nx-th root of rounding: how far that
 class Pole:
     """An eigenvalue lambda of A in 1/s, or z of a discrete system, with its frequency, damping and dominant states.
 
-    `frequency` is |lambda| in rad/s, of a discrete system that of log(z) / dt; `damping` is -Re lambda / |lambda|: 1
-    for a decay without oscillation, negative where it grows, NaN at zero. A small change of A moves the pole by
-    `condition` times as much; infinite at a defective eigenvalue. `states` take part by factors of at least a tenth of
-    the largest, that one first.
+    `frequency` is |lambda| in rad/s, with lambda = log(z) / dt for a discrete system. `damping` is -Re lambda /
+    |lambda|: 1 for a decay without oscillation, negative for growth, NaN at zero. A small change of A moves the pole by
+    `condition` times as much; it is infinite at a defective eigenvalue. `states` are those with a participation factor
+    of at least a tenth of the largest, the largest first.
     """
 
     value: complex
@@ -82,8 +82,8 @@ class HautusMode:
     """An eigenvalue of A under the test of Popov, Belevitch and Hautus, where its matrix is nearest to a loss of rank.
 
     `margin` is the smallest singular value of [lambda I - A, B], or [lambda I - A; Cy], as a share of the norm of [A,
-    B] or [A; Cy]: how small a change of the matrices would hide the mode. No input moves, or no output shows, the unit
-    vector `direction` (nx,), in which `states` take part, the largest first.
+    B] or [A; Cy]: the size of the change of the matrices that would hide the mode. After this change no input would
+    move, or no output would show, the unit vector `direction` (nx,). `states` take part in it, the largest first.
     """
 
     value: complex
@@ -95,7 +95,7 @@ class HautusMode:
 @dataclass(frozen=True, eq=False)
 @show
 class Hautus:
-    """A test of Popov, Belevitch and Hautus, its modes by their margins, each of which must exceed the tolerance."""
+    """A test of Popov, Belevitch and Hautus: the margin of each of the `modes` must exceed the `tolerance`."""
 
     kind: str
     modes: tuple[HautusMode, ...]
@@ -103,12 +103,12 @@ class Hautus:
 
     @property
     def holds(self) -> bool:
-        """True if every mode has its margin."""
+        """True if the margin of every mode exceeds the tolerance."""
         return not self.failing_modes
 
     @property
     def failing_modes(self) -> tuple[HautusMode, ...]:
-        """The modes without a margin."""
+        """The modes whose margin does not exceed the tolerance."""
         return tuple(mode for mode in self.modes if mode.margin <= self.tolerance)
 
     @property
@@ -130,8 +130,8 @@ class Hautus:
 def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
     """The test that rank [lambda I - A, B] = nx at every eigenvalue lambda of A: inputs move every mode.
 
-    Margins depend on the units of the states; one below the tolerance, between rounding and 1, counts as none. At an
-    eigenvalue that rounding has moved, as it moves multiple ones, the smallest singular value is sought nearby.
+    Margins depend on the units of the states. A margin below `tolerance`, a number between rounding and 1, counts as
+    zero. Rounding moves multiple eigenvalues; so the smallest singular value is sought near such an eigenvalue, too.
 
     References
     ----------

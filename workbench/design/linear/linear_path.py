@@ -33,7 +33,7 @@ STEPS_BETWEEN = 10  # steps of Runge and Kutta from one QR factorisation to the 
 class LinearPath:
     """The linear system dx' = A(t) dx + B(t) du, dy = Cy(t) dx + D(t) du about a motion x (N, nx) at times t (N,) in s.
 
-    Each is that of the motion frozen at its time. A is (N, nx, nx), B (N, nx, nu), Cy (N, ny, nx) and D (N, ny, nu); u
+    Each model is of the motion frozen at its time. A is (N, nx, nx), B (N, nx, nu), Cy (N, ny, nx) and D (N, ny, nu); u
     (N, nu) and y (N, ny) are inputs and outputs on the motion; states, inputs and outputs are names, number by number.
     """
 
@@ -50,7 +50,7 @@ class LinearPath:
     outputs: tuple[str, ...]
 
     def eigenvalues(self) -> Complex:
-        """The eigenvalues of A at each frozen time, (N, nx), the slowest first; they prove nothing of the motion."""
+        """The eigenvalues of A at each frozen time, (N, nx), the slowest first; they prove nothing about the motion."""
         values = np.linalg.eigvals(self.A).astype(complex)
         order = np.lexsort((-values.imag, -np.round(values.real, 9)), axis=-1)
         return np.asarray(np.take_along_axis(values, order, axis=-1))
@@ -127,7 +127,7 @@ def freeze(ode: Ode, names: Sequence[str]) -> Ode:
     ValueError
         If no name is given, or no state would be left.
     LookupError
-        If a name is no state's; the message names the nearest.
+        If a name is not that of a state; the message names the nearest.
 
     Examples
     --------
@@ -158,9 +158,9 @@ def freeze(ode: Ode, names: Sequence[str]) -> Ode:
 class LyapunovExponents:
     """Mean rates of growth of nx orthogonal deviations over a finite time: an estimate, not a bound.
 
-    The values (nx,) are in 1/s, the largest first; their `error` (nx,) is the change from twice the step, plus twice
-    the standard error of the means of ten batches. `imbalance` is how far their sum is from the mean trace of A, which
-    it equals by Liouville's formula, and `span` the time they were taken over, in s.
+    The `values` (nx,) are in 1/s, the largest first. Their `error` (nx,) is the change from twice the step, plus twice
+    the standard error of the means of ten batches. By Liouville's formula the sum of the values equals the mean trace
+    of A; `imbalance` is the difference that was found. `span` is the time in s over which they were taken.
     """
 
     values: Array
@@ -175,12 +175,14 @@ def lyapunov_exponents(
 ) -> LyapunovExponents:
     """The Lyapunov exponents along the solution from x0, by QR factorisations of Phi from piece to piece of the path.
 
-    The solution and Phi are those of Runge and Kutta with half the step h; a run with h says what the step does.
+    The solution and Phi are computed by Runge-Kutta steps of h / 2; a run with h shows the effect of the step.
 
     Parameters
     ----------
     until, h
         The end of the path and the step, in s; `until` - `skip` is a multiple of 200 h.
+    p, x0
+        The parameters (np,) and the initial state (nx,); the defaults of `ode` if not given.
     skip
         The time left out at the start, in s, while the path and the directions settle: a multiple of 20 h.
 

@@ -50,8 +50,8 @@ def linearize(
     """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
 
     It is a `StateSpace` of python-control that carries its point: `x0`, `u0` and `y0`, and in `point` their names and
-    units. What is designed from it is about that point too. Of a `SampledSystem` it is dx+ = A dx + B du over one
-    period from the instant t on: the jump, and the exact flow. The matrices are exact Jacobians.
+    units. Laws designed from it act about that point, too. For a `SampledSystem` the model is dx+ = A dx + B du over
+    one period from the instant t on: the jump, and the exact flow. The matrices are exact Jacobians.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def linearize(
     p, u
         The parameters (np,), and the inputs (nu,), which overwrite theirs in p.
     at_rest
-        True if the state must be a rest point; it is not asked otherwise.
+        True if the state must be an equilibrium; otherwise this is not checked.
     side
         Where the state lies on a corner, of a saturation or of |s|, the side whose Jacobians are wanted: "above" or
         "below" for all states and inputs a little larger or smaller, or a direction: {"u": 1, "q[0]": -1}.
@@ -70,7 +70,7 @@ def linearize(
     ValueError
         If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs, if a Jacobian
         is not finite, if the rate jumps at the state, if a Jacobian that is returned has different values on the pieces
-        that meet there and no side is asked for, or if the state must be a rest point and is none.
+        that meet there and no `side` is given, or if the state must be an equilibrium and is not one.
 
     Examples
     --------

@@ -36,7 +36,7 @@ def broken_loop(
     is_frozen: bool = False,
     side: Sides = None,
 ) -> control.StateSpace:
-    """The loop gain L about a state of a loop that is cut: from its inputs to its outputs, with the sign turned.
+    """The loop gain L about a state of a loop that is cut: from its inputs to its outputs, with the sign reversed.
 
     The outputs of `ode`, in their order, were its inputs before the cut, as `ClosedLoop.cut()` gives it; a
     `SampledSystem` comes from `ClosedLoop.digital(at=...)`. Without u the inputs are what arrives at the cut at this
@@ -47,10 +47,10 @@ def broken_loop(
     t, x, p
         As of `linearize`; x holds the memory of law and observer too.
     u
-        The inputs (nu,), in the place of what arrives.
+        The inputs (nu,), in the place of what arrives at the cut.
     is_frozen
-        True if the loop need not rest there: L is then that of the loop frozen at a state of a run, and proves nothing
-        of the run. A state that no Jacobian follows, as any of a linear loop, need not rest.
+        True if the loop need not rest there: L is then for the loop frozen at a state of a run, and proves nothing
+        about the run. A state on which no Jacobian depends need not rest; in a linear loop this holds for every state.
     side
         The side of a corner, as of `linearize`.
 
@@ -182,13 +182,13 @@ def _refuse_motion(ode: Ode | SampledSystem, t: float, x: Array, row: Array, G: 
 
 @check_arguments
 def broken_loops(path: LinearPath) -> tuple[control.StateSpace, ...]:
-    """The loop gain L at each time of a path of a loop that is cut, frozen there: it proves nothing of the motion.
+    """The loop gain L at each time of a path of a loop that is cut, frozen there; it proves nothing about the motion.
 
     Raises
     ------
     ValueError
-        If there is not an output for each input, or what acts is not what arrives at the cut: `along(p=...)` must have
-        rows in which the input that is cut is that of the run.
+        If there are not as many outputs as inputs, or the input that acts is not the one that arrives at the cut: the
+        rows p of `along(p=...)` must hold the value that this input has in the run.
     """
     import control
 

@@ -35,9 +35,9 @@ DECAY = 1e-12  # of the size of A: a pole that decays no faster is on the axis, 
 class DiskMargin:
     """The largest complex change of all loop gains at once, each by its own factor, with which the loop stays stable.
 
-    The loop stays stable while each loop is multiplied by its own (2 + d) / (2 - d) with |d| < `alpha`, as far as
-    eigenvalues of a Hamiltonian matrix can be trusted. A change of the size `alpha_above` makes it unstable, at
-    `frequency` in rad/s.
+    The closed loop stays stable while each loop gain is multiplied by a factor (2 + d) / (2 - d) with |d| < `alpha`,
+    where d may differ from loop to loop. This holds as far as eigenvalues of a Hamiltonian matrix can be trusted. A
+    change of the size `alpha_above` makes the closed loop unstable, at `frequency` in rad/s.
     """
 
     alpha: float
@@ -66,7 +66,7 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
     Raises
     ------
     ValueError
-        If `loop` is no square, continuous `StateSpace`, or I + D is singular.
+        If `loop` is not a square, continuous `StateSpace`, or I + D is singular.
     DesignError
         If the closed loop is not asymptotically stable: its slowest pole is named.
 
@@ -88,9 +88,9 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
 class LoopMargins:
     """The margins of the loop that is broken at input `name` while all others are closed.
 
-    `gain` has the factors (below 1, above 1) at which the closed loop is no longer stable; 0 and infinity if none. The
-    phase in degrees that it may lose or gain, and the delay in s that it stands, are infinite without a crossover, the
-    frequency of |L| = 1 in rad/s with the least phase margin, which is then NaN.
+    `gain` has the factors (below 1, above 1) at which the closed loop is no longer stable; 0 and infinity if none.
+    `crossover` is the frequency in rad/s with |L| = 1 and the least phase margin. The loop may lose or gain `phase`
+    degrees, and stands a `delay` in s. Without a crossover, `crossover` is NaN, and phase and delay are infinite.
     """
 
     name: str
@@ -105,7 +105,7 @@ class LoopMargins:
 def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
     """The classical margins of each channel of a loop L, one broken at a time; refusals are those of `disk_margin`.
 
-    All figures are those of `stability_margins`.
+    All numbers come from `stability_margins`.
     """
     square_loop("loop_margins", loop)
     return tuple(_margins(one_loop(loop, i), loop.input_labels[i]) for i in range(loop.ninputs))

@@ -148,8 +148,8 @@ def state_space(call: str, system: System) -> tuple[Array, Array, Array, Array]:
 class TrimPoint:
     """A state at rest x (nx,), and the inputs u (nu,) that hold it there, also in their places in p (np,).
 
-    `residual` is the largest rate that remains, as a share of its terms; `condition` that of the Jacobian by all that
-    was free; `error` the last step of Newton's method, relative to the size of the free numbers.
+    `residual` is the largest rate that remains, as a share of its terms. `condition` is the condition number of the
+    Jacobian by the free numbers. `error` is the last step of Newton's method, relative to the size of the free numbers.
     """
 
     x: Array
@@ -166,20 +166,22 @@ def operating_point(
 ) -> TrimPoint:
     """The inputs u and the free states at which f(t, x, p, u) = 0, with the other states as given: a trimmed state.
 
-    Gauss-Newton on all rates from the defaults, its step halved while the next one would be longer. Where inputs and
-    free states are more than the rates fix, the one nearest to the start in each step is taken.
+    It uses Gauss-Newton on all rates, from the defaults; a step is halved while the next one would be longer. If the
+    rates do not fix all inputs and free states, each step takes the solution nearest to where it starts.
 
     Parameters
     ----------
     targets
         Names of states or inputs, or of single numbers (`q[0]`), with the values that they must have.
+    p, t
+        The parameters (np,), by default those of `ode`, and the time in s.
     u
         Where the inputs start, (nu,).
 
     Raises
     ------
     LookupError
-        If a name is neither a state's nor an input's.
+        If a name is neither that of a state nor that of an input.
     ValueError
         If a value is not of its shape, or no input and no state is free.
     DesignError

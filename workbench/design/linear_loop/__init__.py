@@ -1,8 +1,8 @@
-"""The linear answers of any loop: L, S and T at a cut, and from any signal to any other, of one loop or a thousand.
+"""Linear responses of closed loops: L, S and T at a cut, and from any signal to any other, for one loop or many.
 
-The room knows equations that can be closed and cut, and no robot, law or plant by name. Read
-`loop_linearization.py` first, then `linear_loop.py` for the answers, `loop_rows.py` for many rows, and `point_model.py`
-for the Jacobians.
+The function `wb.linear_loop` makes a `LinearLoop`, and `LinearLoop.rows` makes many at once. This package takes
+equations that can be closed and cut; it knows no robot, law or plant by name. Read `loop_linearization.py` first, then
+`linear_loop.py` for the responses, `loop_rows.py` for many rows, and `point_model.py` for the Jacobians.
 
 Examples
 --------

@@ -21,10 +21,10 @@ KINDS = ("L", "S", "T", "closed", "open")
 
 
 class BodeData(NamedTuple):
-    """Frequencies (m,) in rad/s, and of each answer the magnitude, the same in dB, and the unwrapped phase in degrees.
+    """Frequencies (m,) in rad/s, with the magnitude, the magnitude in dB, and the unwrapped phase in degrees.
 
-    The first phase is the one of a Bode plot, near 90 degrees times the slope of the gain, so -90 for an integrator;
-    from each frequency to the next the phase changes by the least angle. It is NaN where an answer is zero or NaN.
+    The first phase is near 90 degrees times the slope of the gain, so -90 for an integrator. From each frequency to the
+    next the phase changes by the least angle. It is NaN where a response is zero or NaN.
     """
 
     frequencies: Array
@@ -36,11 +36,12 @@ class BodeData(NamedTuple):
 @dataclass(frozen=True, eq=False)
 @show
 class FrequencyResponse:
-    """The answers (m, ny, nu), or (N, m, ny, nu) of N rows, at `frequencies` (m,) in rad/s, output by input.
+    """The responses `values` (m, ny, nu), or (N, m, ny, nu) for N rows, at `frequencies` (m,) in rad/s.
 
-    An answer of a row that has none is NaN, and the row is among the `flagged_rows` (N,); of one loop none is. `errors`
-    bound, to first order, how far rounding may have moved each value, for the matrices of the loop as they are;
-    `sensitivities` are the changes of the values, over the relative changes of all entries of these matrices.
+    `inputs` and `outputs` are the names of the last two axes. A row without a response is NaN, and True in
+    `flagged_rows` (N,); a single loop has no such row. `errors` bound, to first order, how far rounding may have moved
+    each value, for the matrices of the loop as they are. `sensitivities` are the changes of the values over the
+    relative changes of all entries of these matrices.
     """
 
     frequencies: Array

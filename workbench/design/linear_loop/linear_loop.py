@@ -36,11 +36,11 @@ Names = str | tuple[str, ...] | None  # of inputs or outputs; all of them if Non
 
 @dataclass(frozen=True, eq=False)
 class LinearLoop:
-    """A loop that is linear about the state x0 (nx,), as `linear_loop` makes it, in all the kinds that it can answer.
+    """A loop linearised about the state x0 (nx,), as `linear_loop` makes it, with all its responses by kind.
 
     The kinds are "L", the loop gain at the cut with the sign of negative feedback; "S" = (I + L)^-1 and "T" = L (I +
-    L)^-1 there; "closed", from signals that are added (`x_ref`, `u_load`, `y_noise`) to all signals; and "open", the
-    same with the loop cut, where 'drive' acts in the place of what is cut.
+    L)^-1 there; "closed", from added signals (`x_ref`, `u_load`, `y_noise`) to all signals; and "open", the same with
+    the loop cut, where 'drive' replaces the cut signal. `corner_signals` have a corner at x0, and no linear response.
     """
 
     point: LoopPoint
@@ -51,12 +51,12 @@ class LinearLoop:
 
     @property
     def x0(self) -> Array:
-        """The states (nx,) about which it is linear."""
+        """The states (nx,) about which the loop is linearised."""
         return self.point.x
 
     @property
     def p0(self) -> Array:
-        """The parameters (np,) of it."""
+        """The parameters (np,) with which the loop is linearised."""
         return self.point.p
 
     @property
@@ -81,7 +81,7 @@ class LinearLoop:
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """The signals that answer."""
+        """The signals whose responses are known."""
         return self.models.closed_model.outputs
 
     @property
@@ -91,14 +91,14 @@ class LinearLoop:
 
     @check_arguments
     def system(self, of: str = "L", inputs: Names = None, outputs: Names = None) -> control.StateSpace:
-        """A kind of this loop as a `StateSpace` of python-control, from some of its inputs to some of its outputs.
+        """The system of kind `of`, from `inputs` to `outputs` (all by default), as a `StateSpace` of python-control.
 
         Raises
         ------
         ValueError
             If there is no such kind, or the loop has a delay, which no `StateSpace` has.
         LookupError
-            If a name is none of an input or an output of this kind.
+            If a name is not an input or output of this kind.
         """
         refuse_delay("LinearLoop.system(...)", self.models)
         refuse_corner_signals("LinearLoop.system", self.corner_signals, _names(outputs))
@@ -137,7 +137,7 @@ class LinearLoop:
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on what is near the axis, hidden from the cut, or without an answer, by name."""
+        """Sentences on poles near the limit of stability, modes hidden from the cut, and signals with a corner."""
         late = bool(self.models.delays.any())
         L = None if late or self.models.open_model is None else self.L
         return loop_remarks(
@@ -148,14 +148,14 @@ class LinearLoop:
     def response(
         self, frequencies: Array, of: str = "L", inputs: Names = None, outputs: Names = None
     ) -> FrequencyResponse:
-        """The answers of a kind at frequencies (m,) in rad/s that rise from zero on, in a computer up to Nyquist's.
+        """The frequency response of kind `of` at `frequencies` (m,) in rad/s, which must rise and not be negative.
 
         Raises
         ------
         ValueError
-            If the frequencies are none, not finite, negative, falling or above Nyquist's; or there is no such kind.
+            If a frequency is missing, not finite, negative, falling or above Nyquist's; or if there is no such kind.
         LookupError
-            If a name is none of an input or an output of this kind.
+            If a name is not an input or output of this kind.
         DesignError
             If there is a pole at one of the frequencies.
         """
@@ -167,16 +167,16 @@ class LinearLoop:
 
     @check_arguments
     def gang_of_six(self, frequencies: Array) -> dict[str, FrequencyResponse]:
-        """The gang of six at frequencies (m,) in rad/s: by "TF", "CSF", "PS", "T", "CS" and "S" their answers.
+        """The gang of six at `frequencies` (m,) in rad/s: the responses named "TF", "CSF", "PS", "T", "CS" and "S".
 
-        From the references to the outputs of the plant (TF) and its inputs (CSF), from loads to both (PS and T), and
-        from the noise of the readings to the inputs (CS) and the readings (S), with the signs of one channel. A loop
-        that follows nothing has no TF and CSF.
+        TF and CSF go from the references to the outputs and inputs of the plant, PS and T from loads to the same
+        signals, and CS and S from the noise of the readings to inputs and readings. Without a reference there is no TF
+        and CSF.
 
         Raises
         ------
         ValueError
-            As `response`; or if these are equations alone, which do not say what is a load.
+            As `response`; or if the loop was made from equations alone, which do not say what a load is.
 
         References
         ----------
@@ -189,7 +189,7 @@ class LinearLoop:
     def margins(self) -> dict[str, StabilityMargins]:
         """The margins at each signal at which the loop is cut, while the loop is closed at the others.
 
-        With several channels they are to be read beside `disk_margin`, which changes all at once.
+        With several channels, read `disk_margin` too: it is for changes of all channels at once.
 
         Raises
         ------
@@ -208,9 +208,9 @@ class LinearLoop:
 
     @check_arguments
     def bandwidth(self, of: str = "T", inputs: Names = None, outputs: Names = None) -> Bandwidth:
-        """The bandwidth of a kind from one input to one output: where its gain first falls 3 dB below that at zero.
+        """The bandwidth of kind `of`, from one input to one output: its gain first falls 3 dB below that at zero.
 
-        With of="S" it is the frequency at which |S| first rises above -3 dB. Of a cut with several channels name one,
+        With of="S" it is the frequency at which |S| first rises above -3 dB. At a cut with several channels, name one
         as both input and output; the others are closed.
 
         Raises
@@ -224,7 +224,7 @@ class LinearLoop:
 
     @check_arguments
     def step_info(self, inputs: Names = None, outputs: Names = None, of: str = "closed") -> StepInfo:
-        """The figures of the step response from one input to one output, see `workbench.design.step_response`.
+        """The numbers of the step response from one input to one output, see `wb.step_info`.
 
         Raises
         ------
@@ -237,12 +237,12 @@ class LinearLoop:
 
     @check_arguments
     def hinf_norm(self, of: str = "closed", inputs: Names = None, outputs: Names = None) -> CertifiedPeak:
-        """The H-infinity norm of a kind, enclosed from both sides, see `workbench.design.frequency.hinf_norm`."""
+        """The H-infinity norm of kind `of`, enclosed from both sides, see `wb.hinf_norm`."""
         return hinf_norm(self.system(of, inputs, outputs))
 
     @check_arguments
     def h2_norm(self, of: str = "closed", inputs: Names = None, outputs: Names = None) -> MeanGain:
-        """The H2 norm of a kind, see `workbench.design.frequency.h2_norm`; of lifted periods the mean over them."""
+        """The H2 norm of kind `of`, see `wb.h2_norm`; with several periods, the mean over the common period."""
         norm, share = h2_norm(self.system(of, inputs, outputs)), math.sqrt(self.models.closed_model.count)
         if share == 1 or math.isinf(norm.gain.value):
             return norm
@@ -250,15 +250,15 @@ class LinearLoop:
 
     @check_arguments
     def rows(self, values: Values) -> LinearRows:
-        """The same answers for each of N rows of parameters or states, by name: `{"plant.m": masses}`.
+        """The loop linearised for each of N rows of parameters or states, given by name: `{"plant.m": masses}`.
 
-        What is not named stays as it is here. Each row rests at a state of its own, sought from `x0`, if this one
-        rests. A row that has no answer is flagged, with its reason, and the others stand.
+        Numbers that are not named keep their values here. If this loop is at rest, the rest state of each row is sought
+        from `x0`. A row without an answer is flagged, with the reason; the other rows are not affected.
 
         Raises
         ------
         LookupError
-            If a name is none of a parameter or a state.
+            If a name is neither a parameter nor a state.
         ValueError
             If the values have different numbers of rows, or no row has an answer.
         """
@@ -279,7 +279,7 @@ class LinearLoop:
         Raises
         ------
         ValueError
-            If there is no such kind, an option does not fit, or the loop has no such picture, as poles with a delay.
+            If there is no such kind, an option does not fit, or the loop has no such picture (no poles with a delay).
         """
         return picture_of(self, kind, **options)
 

@@ -42,37 +42,37 @@ def linear_loop(
     side: Sides = None,
     substeps: int | None = None,
 ) -> LinearLoop:
-    """The linear answers of a loop about the state at which it rests, by exact Jacobians.
+    """The loop linearised at the state where it rests, by exact Jacobians: loop gain, margins, poles and responses.
 
-    In a computer the map of the period is that of the step which runs; several periods are lifted.
+    For a loop in a computer, the map over a period is that of the simulated step; several periods are lifted to one.
 
     Parameters
     ----------
     loop
         A `ClosedLoop` or a `DigitalLoop`; or equations with inputs, which answer of="closed" alone.
     at
-        Inputs or outputs of the plant at which it is cut, or single numbers (`tau[0]`); all inputs if not given.
+        Inputs or outputs of the plant at which the loop is cut, or single numbers (`tau[0]`); all inputs by default.
     values
-        Parameters and states by name. Newton's method keeps these states, and seeks the others from the initial state.
+        Parameters and states by name. These states are kept; Newton's method seeks the others from the initial state.
     t
         The time in s of references and disturbances, a multiple of the period of a computer.
     freeze
-        States that are held, as an adapting gain is: parameters take their places.
+        States that are held constant, such as an adapting gain; they become parameters.
     delays
-        Delays in s by port of a loop in continuous time, exact at every frequency. Loads act behind them.
+        Delays in s by port, for a loop in continuous time; they are exact at every frequency. Loads act behind them.
     at_rest
-        False if the loop need not rest: it is then frozen where it starts.
+        True if the loop must be at rest. With False it need not rest, and is frozen where it starts.
     side
         The side of a corner, as of `linearize`.
     substeps
-        The Runge-Kutta steps in which a run takes a computer's period; without it the flow is exact.
+        The number of Runge-Kutta steps in a period of the computer; without it the flow is exact.
 
     Raises
     ------
     LookupError
         If `at` or `delays` names no port, `values` no parameter or state, or `freeze` no state.
     ValueError
-        If `loop` is none of these, a value is out of its bounds, a Jacobian has a corner, or periods none in common.
+        If `loop` is not one of these, a value is out of bounds, a Jacobian has a corner, or periods have no multiple.
     DesignError
         If the loop does not rest: what moves is named.
 

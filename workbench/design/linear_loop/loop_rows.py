@@ -31,8 +31,8 @@ CALL = "LinearLoop.rows"
 class LinearRows:
     """A loop that is linear at N rows of states x (N, nx) and parameters p (N, np), as `LinearLoop.rows` makes it.
 
-    `reasons` says of each row without an answer why it has none; its numbers are NaN. `point` is the one from which the
-    rows differ, and `varied_values` has the values (N,) of each number that was named.
+    `reasons` says why a row has no answer, by its number; the numbers of such a row are NaN. `point` is the one from
+    which the rows differ, and `varied_values` has the values (N,) of each number that was named.
     """
 
     x: Array
@@ -68,7 +68,7 @@ class LinearRows:
         inputs: str | tuple[str, ...] | None = None,
         outputs: str | tuple[str, ...] | None = None,
     ) -> FrequencyResponse:
-        """The answers (N, m, ny, nu) of each row, as `LinearLoop.response` has them; a row with a pole is flagged."""
+        """The frequency response (N, m, ny, nu) of N rows, see `LinearLoop.response`; a row with a pole is flagged."""
         call, names = "LinearRows.response", [(n,) if isinstance(n, str) else n for n in (inputs, outputs)]
         omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, self.models.closed_model.period)
         found, seen, shown = self.models.response(call, of, omega, *names)
@@ -100,16 +100,16 @@ class LinearRows:
         Parameters
         ----------
         kind
-            "bode" (of one channel the default; `at` names one of several, and `of`, `inputs` and `outputs` another
-            answer), "sensitivity" (of several the default: the largest gain of S), "step" (`inputs`, `outputs`,
-            `until` in s) or "poles".
+            "bode", the default for one channel (`at` names one of several; `of`, `inputs` and `outputs` name another
+            response); "sensitivity", the default for several channels: the largest gain of S; "step" (`inputs`,
+            `outputs`, `until` in s); or "poles".
         options
-            `frequencies` (m,) in rad/s, `bounds` of gains, and those above, by name.
+            `frequencies` (m,) in rad/s, `bounds` of gains, and the options named above.
 
         Raises
         ------
         ValueError
-            If there is no such kind, the option does not fit, or the loop has a delay and so no such picture.
+            If there is no such kind, an option does not fit, or the loop has a delay and therefore no such picture.
         """
         return picture_of(self, kind, **options)
 

@@ -1,7 +1,7 @@
 """Algebraic Riccati and Lyapunov equations, and the gains that come from them, each with its certificate.
 
-The room knows matrices and linear systems, and no plant. Read `regulators.py` and `kalman_gains.py` first, then
-`stabilising_solution.py` (CARE and DARE): first answers, refined by Newton's method and then judged.
+This package takes matrices and linear systems; it knows no plant. Read `regulators.py` and `kalman_gains.py` first,
+then `stabilising_solution.py` (CARE and DARE): a first solution, refined by Newton's method and then judged.
 
 Examples
 --------

@@ -66,18 +66,18 @@ def steady_kalman(
 ) -> Riccati:
     """The steady gain K of the Kalman filter of x' = f + w, y = h + v, linearised exactly at (x, p, u), t = 0.
 
-    Without a period K is that of x_hat' = f + K (y - h), for readings at all times. With one it is that of x_hat+ =
-    x_hat + K (y_k - h) at each reading, between which x_hat' = f: X is then P before a reading. `poles` are those of
-    the error.
+    Without a `period`, in s, the filter is x_hat' = f + K (y - h), for readings at all times. With a period it is
+    x_hat+ = x_hat + K (y_k - h) at each reading, and x_hat' = f in between; X is then P before a reading. `poles` are
+    those of the error.
 
     Parameters
     ----------
     Q, R
         The intensity of w (nx, nx), semidefinite; and that of v, with a period the covariance of one reading, (ny, ny).
     outputs
-        The outputs that are read, or single numbers of them (`q[0]`); all where none is named.
+        The outputs that are read, or single numbers of them (`q[0]`); all by default.
     x, u, p
-        (nx,), (nu,) and (np,); the starts and defaults of `ode` where none is given. The answer has this point.
+        (nx,), (nu,) and (np,); by default the initial state and the defaults of `ode`. The answer carries this point.
     side
         The side of a corner, as of `linearize`.
 

@@ -47,7 +47,7 @@ POWER_STEPS = 12  # of the iteration for the norm of the inverse, which soon has
 @dataclass(frozen=True)
 @show
 class Lyapunov:
-    """The solution X (n, n) of a Lyapunov equation, the eigenvalues (n,) of A, and how far X can be trusted."""
+    """The solution X (n, n) of a Lyapunov equation; the `poles` (n,) are the eigenvalues of A; with a certificate."""
 
     X: Array
     poles: Complex

@@ -39,9 +39,9 @@ def lqr(
 ) -> Riccati:
     """The gain K of u = -K x that makes the integral, or sum, of x'Qx + 2 x'Nu + u'Ru smallest.
 
-    The system is x' = A x + B u, or x+ = A x + B u if it is `discrete`. A python-control `StateSpace` takes the place
-    of A and B, as in `lqr(system, Q, R)`, and says itself whether it is sampled. The answer of a linearised system has
-    its point, about which `StateFeedback.of(plant, answer)` holds the plant.
+    The system is x' = A x + B u, or x+ = A x + B u if `discrete`. A python-control `StateSpace` can take the place of A
+    and B, as in `lqr(system, Q, R)`; it says itself whether it is sampled. For a linearised system the answer carries
+    the operating point, at which `StateFeedback.of(plant, answer)` holds the plant.
 
     Parameters
     ----------
@@ -87,11 +87,12 @@ def lqr(
 class Lqg:
     """A linear-quadratic-Gaussian controller from y to u, a python-control `StateSpace` with the feedback sign inside.
 
-    Of a linearised system it is about the point of that: given to a `ClosedLoop` as it stands, it reads y - y0 and adds
+    For a linearised system, `controller` is relative to the operating point: in a `ClosedLoop` it reads y - y0 and adds
     u0. Its states are estimates of x - x0, zero at rest.
 
-    The poles (2 n,) of the closed loop are computed from the loop and not from its two halves. The certificate is that
-    of the loop: the worse figure of both halves, and how far its poles lie from theirs (`residual`).
+    `regulator` and `estimator` are the two halves. The `poles` (2 n,) are computed from the closed loop and not from
+    its halves. The `certificate` has the worse number of both halves; its `residual` is the distance of the loop's
+    poles from the poles of the halves.
     """
 
     controller: System
@@ -120,7 +121,7 @@ def lqg(
     Qn, Rn
         The intensities of w (nw, nw) and v (ny, ny), as for `lqe`.
     G
-        (n, nw), where w enters; without it, at each state.
+        (n, nw), where w enters; by default w enters at each state.
 
     Raises
     ------

@@ -56,7 +56,8 @@ class Riccati:
     """The stabilising solution X (n, n) of an algebraic Riccati equation, symmetric, and its gain.
 
     K is (m, n) of a regulator u = -K x, or (n, ny) of an estimator x_hat' = A x_hat + K (y - C x_hat); the poles (n,)
-    are those of A - B K, or A - K C. `point` is that of the linearised system from which it was designed, if any.
+    are those of A - B K, or A - K C. `point` is the operating point of the linearised system from which K was designed,
+    if any.
     """
 
     X: Array

@@ -1,7 +1,7 @@
 """Riccati equations in time, backward and forward, and along states.
 
-The room knows matrices and functions of time or state that give them, and no plant. Read `differential.py` first; it
-takes `moebius.py` where coefficients are constant, and `time_varying.py` where they are not.
+This package takes matrices, and functions of time or state that give them; it knows no plant. Read `differential.py`
+first; it uses `moebius.py` if coefficients are constant, and `time_varying.py` if they are not.
 
 Examples
 --------

@@ -28,9 +28,10 @@ Factors = Callable[[Array], tuple[Numbers, Numbers]]
 class RiccatiFlow:
     """P(t) (N, n, n) at times (N,) in s, symmetric to the last bit, with the gains K = R^-1 B' P (N, m, n) of u = -K x.
 
-    All (N,): `error` estimates the relative error of P, in the Frobenius norm; `least` is the least eigenvalue of P,
-    `rest` the norm of P' over the sum of those of its four terms, `distance` that of P from the stabilising solution X
-    of the algebraic equation over the norm of X, None where the coefficients vary or there is no such X.
+    The other fields are (N,). `error` estimates the relative error of P in the Frobenius norm. `least` is the least
+    eigenvalue of P. `rest` is the norm of P' over the sum of the norms of its four terms. `distance` is the norm of P -
+    X over that of X, the stabilising solution of the algebraic equation; it is None if coefficients vary or there is no
+    X.
     """
 
     times: Array
@@ -142,7 +143,7 @@ def sdre(factors: Factors, states: Array, Q: Numbers, R: Numbers) -> StateDepend
     Raises
     ------
     ValueError
-        If the states are no such array, or a matrix does not fit.
+        If `states` is not such an array, or a matrix does not fit.
     DesignError
         If there is no stabilising solution at one of the states, which the message names.
 

@@ -55,15 +55,17 @@ class StepInfo:
 
 @check_arguments
 def step_info(system: control.TransferFunction | control.StateSpace) -> StepInfo:
-    """The figures of the step response of a stable system with one channel, continuous or in a computer.
+    """Rise time, settling time, overshoot, peak and final value of the step response of a stable system.
 
-    The response is a sum of exponentials. Its crossings and its extrema are isolated roots of polynomials, piece by
-    piece, and beyond the last piece its modes are bounded; so no peak lies between two points of a grid.
+    The system has one input and one output, and is continuous or discrete. The response is a sum of exponentials. Its
+    crossings and its extrema are isolated roots of polynomials, piece by piece, and beyond the last piece its modes are
+    bounded; so no peak lies between two points of a grid.
 
     Raises
     ------
     ValueError
-        If the system is no linear system with one channel, has more zeros than poles, or numbers that are not finite.
+        If the system is not a linear system with one input and one output, has more zeros than poles, or numbers that
+        are not finite.
     DesignError
         If it is not stable or has an integrator, and so no final value; or has more than 40 states, or a response that
         turns too often before it settles.

@@ -1,7 +1,7 @@
-"""Metrics: one number a run and number of a signal, accumulated inside the loop, with its error from a halved step.
+"""Metrics: one number per run and component of a signal, computed during the run, with its error from a halved step.
 
-The room knows equations, their outputs and steps; it does not know plants or laws. Read `metric_catalogue.py` first,
-then `contract.py` for a metric of your own.
+This package takes equations, their outputs and steps; it does not know plants or laws. Read `metric_catalogue.py`
+first, then `contract.py` for a metric of your own.
 
 Examples
 --------

@@ -16,17 +16,17 @@ from workbench.engine.metrics.measured_equation import MeasuredEquation, accumul
 
 @check_arguments
 def step_with_metrics(equation: Ode | SampledSystem, metrics: Sequence[AbstractMetric], h: float) -> StepMap:
-    """The step of `equation` with every metric accumulated beside it; of a sampled loop h is the substep.
+    """The step of `equation` that also accumulates every metric; h in s is the step, or a sampled loop's substep.
 
-    Integrals run along in the substeps; what looks at samples looks once a period, at what holds after the jump.
+    Integrals are computed in the substeps. Metrics of samples take one sample per period, after the jump.
 
     Raises
     ------
     LookupError
         If a metric watches an output that `equation` does not have.
     ValueError
-        If h is none or does not divide the period of a sampled loop, two metrics have one name, or one means nothing
-        for `equation`.
+        If h is not positive or does not divide the period of a sampled loop, two metrics have one name, or a metric is
+        not defined for `equation`.
 
     Examples
     --------
@@ -39,7 +39,7 @@ def step_with_metrics(equation: Ode | SampledSystem, metrics: Sequence[AbstractM
 
 @check_arguments
 def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
-    """Each metric of each run, (B, k), until a kept time, the last unless given; NaN for a run that has diverged.
+    """Each metric of each run, (B, k), up to the kept time number `row`; NaN for a run that has diverged.
 
     Examples
     --------

@@ -25,16 +25,16 @@ Parts = Mapping[str, ca.SX]  # outputs of a loop, or the memory of a metric, by 
 @dataclass(frozen=True)
 @check_arguments
 class AbstractMetric(ABC):
-    """A number per run and number of a signal, with its name and unit.
+    """A metric: one number per run and component of a signal, with its name, unit and meaning (`about`).
 
-    The arguments and answers of its methods are held to the types and shapes stated here. A metric has a `value` and
-    tells what it `watches`; by default it accumulates nothing.
+    The arguments and answers of its methods are checked against the types and shapes stated here. A metric must define
+    `value` and `watches`; by default it accumulates nothing.
 
     Attributes
     ----------
     unit
-        Where it is empty, the metric has that of the first output it watches. Numbers of several units name them one
-        by one, as in "m, rad".
+        If empty, the unit is that of the first output in `watches`. Several units are listed one by one, as in "m,
+        rad".
     labels
         The names of the components that its numbers belong to, from the equation that it measures.
     """
@@ -63,17 +63,17 @@ class AbstractMetric(ABC):
 
     @check_arguments
     def of(self, ode: Ode) -> AbstractMetric:
-        """The metric resolved for this equation: with its signals there, its unit and its labels."""
+        """The metric for this equation: with the signals, the unit and the labels that it has there."""
         return bind_metric(self, watches(self)[0], ode)
 
     @property
     @abstractmethod
     def watches(self) -> tuple[str, ...]:
-        """The outputs that the metric looks at; the size of the first is that of the metric."""
+        """The names of the outputs that the metric uses; the first one has the size of the metric."""
 
     @property
     def grid(self) -> float | None:
-        """The sample time [s] of a grid of its own, which every step must divide; None without one."""
+        """The sample time of the metric in s, which every step must divide; None if it has none."""
         return None
 
     @check_arguments
@@ -88,12 +88,12 @@ class AbstractMetric(ABC):
 
     @check_arguments
     def memory(self, size: int) -> Layout:
-        """The states that are updated at each step, of a metric of so many numbers."""
+        """The states that the metric updates at each step, for a signal of `size` numbers."""
         return Layout()
 
     @check_arguments
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """The memory after looking at the outputs y at time k h; with a grid of its own, h divides it."""
+        """The memory after the outputs y at time k h; the grid of the metric, if it has one, is a multiple of h."""
         return {}
 
     @abstractmethod
@@ -186,7 +186,7 @@ def value_as_written(metric: AbstractMetric) -> Callable[..., Array]:
 
 
 class AbstractSignalMetric(AbstractMetric):
-    """A metric of one signal, in its unit or in one made of it, with names for what it remembers beside the states.
+    """A metric of one signal, in the unit of the signal or a derived one, with names for its memory.
 
     Examples
     --------
@@ -204,18 +204,18 @@ class AbstractSignalMetric(AbstractMetric):
 
     @check_arguments
     def of(self, ode: Ode) -> AbstractMetric:
-        """The metric with its signal as this equation has it."""
+        """The metric with its signal looked up in this equation."""
         seen = choose(self.name, self.signal, ode)
         return bind_metric(self, seen, ode, self.measured_in, signal=seen)
 
     @check_arguments
     def column_of(self, y: Mapping[str, ca.SX]) -> ca.SX:
-        """The column of the signal, (k, 1), from the outputs y by name; of an error, less its reference."""
+        """The column of the signal, (k, 1), from the outputs y by name; an error is the output minus its reference."""
         return column(self.signal, y)
 
     @check_arguments
     def measured_in(self, unit: str) -> str:
-        """The unit of the metric of a signal in a unit."""
+        """The unit of the metric for a signal with this unit."""
         return unit
 
     def memory(self, size: int) -> Layout:
@@ -226,16 +226,16 @@ class AbstractSignalMetric(AbstractMetric):
 @dataclass(frozen=True)
 @check_arguments
 class Integral(AbstractMetric):
-    """finish(integral of g(t, y) dt, horizon).
+    """The metric finish(integral of g(t, y) dt, horizon), with the horizon in s.
 
     Attributes
     ----------
     g
-        Of the time and the outputs by name; where a `signal` is told, of the time and its column e.
+        A function of the time and the outputs by name; if `signal` is given, of the time and its column e.
     signals
-        The outputs that g looks at, where no `signal` is told.
+        The outputs that g uses, if no `signal` is given.
     measure
-        The unit of the metric from those of its signals; without it, `unit` says it.
+        A function from the units of the signals to the unit of the metric; without it, `unit` is taken.
 
     Examples
     --------
@@ -264,7 +264,7 @@ class Integral(AbstractMetric):
 
     @check_arguments
     def of(self, ode: Ode) -> AbstractMetric:
-        """The metric with its signal as this equation has it."""
+        """The metric with its signal looked up in this equation."""
         if self.signal is not None:
             seen = choose(self.name, self.signal, ode)
             return bind_metric(self, seen, ode, self.measure or str, signal=seen)

@@ -41,26 +41,26 @@ def measure(
     progress: Progress | None = None,
     arithmetic: str | None = None,
 ) -> Measurement:
-    """Simulate a loop or its equation at the step h and score it, with errors from h / 2; without h, pilots choose it.
+    """Simulate a loop or its equation at the step h and compute metrics, with errors from h / 2.
 
     Parameters
     ----------
     p, x0
-        (B, np) and (B, nx) rows as its `parameters.pack` and `states.pack` make them.
+        Rows (B, np) and (B, nx), as its `parameters.pack` and `states.pack` make them; by default one row of defaults.
     until, h, every
-        Horizon, step of the values (of a sampled loop the substep) and distance of the kept states, in s. Without h,
-        `every` bounds the step too.
+        Horizon, step of the values (or substep of a sampled loop) and time between kept states, in s; `every` bounds h.
     tolerance
-        Of the error of each metric relative to its value; without a metric, of the change of the states.
-    seed, arithmetic
-        Of the noise and of all runs, as `simulate` takes them.
+        The largest error of each metric relative to its value; without metrics, the largest change of the states.
+        Without h, pilot runs choose the step for this tolerance, by default 0.001.
+    seed, progress, arithmetic
+        As of `simulate`.
 
     Raises
     ------
     LookupError
         If a metric watches an output that `equation` does not have.
     ValueError
-        If p or x0 is not as wide as its parameters or states, a metric means nothing for it or for the horizon, h does
+        If p or x0 is not as wide as its parameters or states, a metric is not defined for it or for the horizon, h does
         not divide the period of a sampled loop, no step keeps the tolerance, or `simulate` refuses.
 
     Examples

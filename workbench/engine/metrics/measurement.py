@@ -99,7 +99,7 @@ class Measurement:
         Raises
         ------
         LookupError
-            If they were not kept, as those of a sweep are not.
+            If they were not kept; a sweep does not keep them.
         """
         if self.kept_runs is None:
             raise LookupError("`Measurement.trajectories` were not kept: those of `measure` and of a case are.")
@@ -167,13 +167,13 @@ class Measurement:
 
     @property
     def column_headers(self) -> tuple[str, ...]:
-        """A head for each column: the metric with the signal's label or, where that is of two words, its number."""
+        """The header of each column: the metric with the signal's label or, if the label has two words, its number."""
         names = ((one.metric, one.number if " " in one.label or not one.label else one.label) for one in self.columns)
         return tuple(f"{metric}[{signal}]" for metric, signal in names)
 
     @check_arguments
     def only(self, runs: Integers) -> Measurement:
-        """The measurement of some runs, by their numbers in rising order, which are numbered anew."""
+        """The measurement of these runs alone, named by their numbers in rising order and numbered anew from 0."""
         if runs.ndim != 1 or not ((runs >= 0) & (runs < len(self))).all() or (np.diff(runs) <= 0).any():
             raise ValueError(
                 f"`only(runs)` takes numbers of the {len(self)} runs in rising order, counted from 0; got "
@@ -209,7 +209,7 @@ class Measurement:
 
     @cached_property
     def check(self) -> Check | None:
-        """The errors held against the tolerance; None where none was asked for."""
+        """The errors compared with the tolerance; None if no tolerance was given."""
         if self.tolerance is None:
             return None
         found = []

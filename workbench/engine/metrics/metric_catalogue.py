@@ -57,7 +57,9 @@ def _over_time(order: int, seconds: int) -> Callable[[str], str]:
 
 @check_arguments
 def rmse(signal: str | None = None, name: str | None = None) -> Integral:
-    """sqrt(1/T integral of e^2 dt): the limit of (43) of the paper as its samples grow dense.
+    """Root mean square error, sqrt(1/T integral of e^2 dt): the limit of (43) of the paper for dense samples.
+
+    The error e is that of the output `signal`, or of each output that follows a reference. `name` replaces "RMSE".
 
     Examples
     --------
@@ -71,7 +73,7 @@ def rmse(signal: str | None = None, name: str | None = None) -> Integral:
 
 @check_arguments
 def sampled_rmse(sample: float, signal: str | None = None, name: str | None = None) -> SampledRms:
-    """sqrt(1/N sum of e(t_k)^2), equation (43) of the paper, on a grid of `sample` s that begins at t = 0."""
+    """Root mean square of samples, sqrt(1/N sum of e(t_k)^2), (43) of the paper, every `sample` s from t = 0 on."""
     sample = seconds("sampled_rmse(sample=...)", sample)
     about = f"root mean square of {{}} over samples every {1000 * sample:g} ms"
     return SampledRms(name or _name_of("sampled RMSE", signal), "", about, SignalChoice("error", signal), sample)
@@ -79,7 +81,7 @@ def sampled_rmse(sample: float, signal: str | None = None, name: str | None = No
 
 @check_arguments
 def iae(signal: str | None = None) -> Integral:
-    """Integral of |e| dt.
+    """Integral of |e| dt, with the error e of `signal` or of each output that follows a reference.
 
     Examples
     --------
@@ -96,20 +98,20 @@ def iae(signal: str | None = None) -> Integral:
 
 @check_arguments
 def ise(signal: str | None = None) -> Integral:
-    """Integral of e^2 dt."""
+    """Integral of e^2 dt, with the error e of `signal` or of each output that follows a reference."""
     return _error(_name_of("ISE", signal), signal, "integral of {}^2", _square, _whole, _over_time(2, 1))
 
 
 @check_arguments
 def itae(signal: str | None = None) -> Integral:
-    """Integral of t |e| dt."""
+    """Integral of t |e| dt, with the error e of `signal` or of each output that follows a reference."""
     size = _over_time(1, 2)
     return _error(_name_of("ITAE", signal), signal, "integral of t |{}|", lambda t, e: t * ca.fabs(e), _whole, size)
 
 
 @check_arguments
 def effort(signal: str | None = None) -> Integral:
-    """Root mean square of an input, as it acts on the plant unless a signal is named.
+    """Root mean square of `signal`, by default of each input of the plant, as it acts on the plant.
 
     Examples
     --------
@@ -126,8 +128,8 @@ def effort(signal: str | None = None) -> Integral:
 def energy(power: tuple[str, str] | None = None) -> Energy:
     """Integral of |u v| dt of an effort u and a flow v: the energy moved either way, none of it recovered.
 
-    The product of the two signals is a power, as that of a voltage and its current is. By default they are those that
-    the plant of the loop declares by its `power`.
+    `power` names two signals whose product is a power, such as a voltage and its current. By default they are those
+    that the plant of the loop declares by its `power`.
 
     Examples
     --------
@@ -159,7 +161,7 @@ def observer_error(signal: str) -> Integral:
 
 @check_arguments
 def peak_error(signal: str | None = None) -> Peak:
-    """Largest |e|.
+    """Largest |e|, with the error e of `signal` or of each output that follows a reference.
 
     Examples
     --------
@@ -182,7 +184,7 @@ def late_error(after: float, signal: str | None = None) -> Peak:
 
 @check_arguments
 def peak(signal: str | None = None) -> Peak:
-    """Largest absolute value of an input, as it acts on the plant unless a signal is named."""
+    """Largest absolute value of `signal`, by default of each input of the plant, as it acts on the plant."""
     return Peak(_name_of("peak", signal), "", "largest |{}|", SignalChoice("input", signal))
 
 
@@ -190,7 +192,7 @@ def peak(signal: str | None = None) -> Peak:
 def violation(signal: str, low: Numbers | None = None, high: Numbers | None = None) -> tuple[Peak, Integral]:
     """Two metrics: the largest distance of a signal beyond its limits, and the seconds for which it is beyond.
 
-    A limit is for all numbers of the signal, or there is one for each; one at least, and numbers lie between them.
+    `low` and `high` are one number for the whole signal, or one for each of its components; give at least one.
 
     Examples
     --------
@@ -236,9 +238,9 @@ def _limit(side: str, values: Numbers | None, none: float) -> Array:
 
 @check_arguments
 def total_variation(sample: float, signal: str | None = None, after: float = 0.0) -> TotalVariation:
-    """Total variation per second, on a grid of `sample` s, of an input, as it acts on the plant unless one is named.
+    """Total variation per second of `signal`, by default of each input of the plant, on a grid of `sample` s.
 
-    With `after` it is that from `after` s on, when the transient is over, and its name is 'late TV'.
+    With `after` it is taken from `after` s on, when the transient is over; its name is then 'late TV'.
 
     Examples
     --------

@@ -27,7 +27,7 @@ class MetricColumn(NamedTuple):
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Score:
-    """One number of a metric in N runs, (N,), and its error, (N,): twice the change of the value from h to h / 2.
+    """One number of a metric in N runs: `value` (N,), and `error` (N,), twice the change of the value from h to h / 2.
 
     This bounds the error of the value if the change falls at least as fast as the step, once the step is short enough.
     A time has an error of at least one step. For a run that diverged, value and error are NaN. The error is NaN too if
@@ -45,7 +45,7 @@ class Score:
 
     @property
     def pair(self) -> tuple[float, float]:
-        """The value and the error of the first run, which of a case is the only one.
+        """The value and the error of the first run; a case has only this run.
 
         Raises
         ------

@@ -22,10 +22,10 @@ BOOK = "e"  # the error of an equation that was made by hand and declares nothin
 @dataclass(frozen=True)
 @check_arguments
 class SignalChoice:
-    """A signal that is to be found in an equation: by its name, or all that follow a reference or drive the plant.
+    """A signal that is looked up in an equation: by its name, or all that follow a reference or drive the plant.
 
-    An "error" is that of the outputs that follow a reference, a "level" such outputs with their references, an "input"
-    the signals that act on the plant where it is driven.
+    "error" means the errors of the outputs that follow a reference, "level" these outputs with their references, and
+    "input" the signals that act on the plant where it is driven.
 
     Examples
     --------

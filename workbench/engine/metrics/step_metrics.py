@@ -110,7 +110,7 @@ class TotalVariation(AbstractSampledMetric):
         return per_second(unit)
 
     def check(self, ode: Ode, horizon: float) -> None:
-        """Refuse a horizon that ends before one sample time of the grid from `after` on."""
+        """Refuse a horizon that ends less than one sample time of the grid after `after`."""
         if self._intervals(horizon) < 1:
             late = f" from {self.after:g} s on" if self.after else ""
             raise ValueError(

@@ -58,28 +58,28 @@ def reference_run(
     rtol: float = 1e-10,
     atol: float | Array = 1e-12,
     method: str = "auto",
-    most_steps: int = MOST_STEPS,
+    max_steps: int = MOST_STEPS,
 ) -> ReferenceSolution:
-    """The solution of x' = f(t, x, p) from time 0, smooth piece by smooth piece.
+    """An accurate solution of x' = f(t, x, p) from time 0, to compare simulations with.
 
-    The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else are switching functions. No step
-    crosses one: its zero is located to rounding, and the solution goes on from there, across or along it. Along it the
-    sides are those that keep it there (Filippov; Utkin's equivalent control). Refused, not followed: twisting where its
-    switchings accumulate, and x' = -sqrt|x| sign x, say, beyond its end at rest.
+    The solution is smooth piece by piece. The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else
+    are switching functions. No step crosses a zero of one: the zero is located to rounding, and the solution continues
+    from there, across the surface or along it (Filippov; Utkin's equivalent control). It refuses twisting where
+    switchings accumulate, and a motion such as x' = -sqrt|x| sign x after it has come to rest.
 
     Parameters
     ----------
     p, x0
-        (np,) and (nx,), the defaults of the `Ode` unless given.
+        Parameters (np,) and initial state (nx,); by default those of the `Ode`.
     times
-        (N,), increasing, from 0 on, in s.
+        The times (N,) in s at which the solution is returned, increasing, from 0 on.
     rtol, atol
-        Tolerances of the run whose error is estimated; what is handed back is a run at a hundredth of them.
+        Relative and absolute tolerances of the run whose error is estimated; the returned run has a hundredth of them.
     method
-        "explicit", "implicit" with the exact Jacobian, or "auto": implicit once stability, not accuracy, bounds the
-        steps, and thousands are left.
-    most_steps
-        After how many steps to give up.
+        "explicit", "implicit" with the exact Jacobian, or "auto". "auto" turns to implicit once stability bounds the
+        steps and thousands of steps are left.
+    max_steps
+        The largest number of steps.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def reference_run(
     """
     start, when = _values("x0", x0, ode.states), _times("reference", times)
     ode.refuse_beyond("reference(times=...)", float(when[-1]))
-    rule = _rule("reference", rtol, atol, method, most_steps, ode.states.size)
+    rule = _rule("reference", rtol, atol, method, max_steps, ode.states.size)
     run = _switched_run(ode, _values("p", p, ode.parameters), start, when)
     return _certified_solution("reference(ode=...)", ode.states.labels, when, start, rule, run)
 
@@ -131,7 +131,7 @@ def reference_of_function(
     rtol: float = 1e-10,
     atol: float | Array = 1e-12,
     method: str = "auto",
-    most_steps: int = MOST_STEPS,
+    max_steps: int = MOST_STEPS,
 ) -> ReferenceSolution:
     """The solution of x' = f(t, x) from time 0 for a smooth Python function f that is only evaluated.
 
@@ -150,7 +150,7 @@ def reference_of_function(
     """
     name, call = "reference_of_function", "reference_of_function(f=...)"
     start = vector(f"{name}(x0=...)", x0, max(np.size(x0), 1), "states")
-    when, rule = _times(name, times), _rule(name, rtol, atol, method, most_steps, len(start))
+    when, rule = _times(name, times), _rule(name, rtol, atol, method, max_steps, len(start))
 
     def field(t: float, x: Array) -> Array:
         try:
@@ -214,7 +214,7 @@ def _explanation(error: IntegrationError, labels: Sequence[str], start: Array, r
     worst = int(np.argmax(np.abs(error.x)))
     size = f"'{labels[worst]}' = {error.x[worst]:g}"
     if error.why == "steps":
-        return f"{at}, after {rule.most} steps: allow more with `most_steps`, or looser tolerances."
+        return f"{at}, after {rule.most} steps: allow more with `max_steps`, or looser tolerances."
     if error.why not in ("rate", "state", "step"):
         return f"{at}, where {error.why}."
     if np.abs(error.x).max() > ESCAPE_RATIO * (1 + np.abs(start).max()):
@@ -246,5 +246,5 @@ def _rule(call: str, rtol: float, atol: float | Array, method: str, most: int, s
     if not (np.isfinite(floor) & (floor > 0)).all():
         raise refusal(f"{call}(atol=...)", "positive and finite", atol)
     return SolverOptions(
-        rtol, floor, one_of(f"{call}(method=...)", method, METHODS), whole(f"{call}(most_steps=...)", most)
+        rtol, floor, one_of(f"{call}(method=...)", method, METHODS), whole(f"{call}(max_steps=...)", most)
     )

@@ -137,17 +137,19 @@ def c_code(
     Parameters
     ----------
     name
-        The prefix, an identifier of C; that of the law unless given.
+        The prefix, an identifier of C; by default the name of the law.
     precision
-        "double" for the bits of the portable arithmetic, or "single" for reals of 32 bits.
+        "double", which gives the same bits as the portable arithmetic, or "single" for reals of 32 bits.
     parameters
         "constant", or "settable" for a struct that can be changed between two instants.
     safe
-        The command where a reading, a reference or a result is not finite, by name; zero, or the limit next to it.
+        By name, the command that is given if a reading, a reference or a result is not finite; by default zero, or the
+        limit nearest to zero.
     warnings, command
-        Sentences, and the command that made the code, for the header.
+        Sentences for the header, and the command that made the code.
     sqrt
-        "portable", or "hardware" for the root of C's library, an instruction on most processors, with the same bits.
+        "portable", or "hardware" for the root of C's library, an instruction on most processors; both give the same
+        bits.
     fma
         "portable", or "hardware" for products that are rounded together with sums by C's library: the bits of the fused
         arithmetic, `simulate(..., arithmetic="fused")`, in double precision alone.

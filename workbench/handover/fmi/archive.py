@@ -123,9 +123,10 @@ def fmu(
 ) -> Fmu:
     """The FMU for co-simulation of a law, a plant or a closed loop: sources in C and the library of this platform.
 
-    A law has inputs 'y.q' for its readings and 'r.q' for its references, and outputs 'u.tau': after a step the
-    commands for the readings that were set before it. Parameters can be changed between steps; 'start.q' is a state at
-    the first instant. A communication step is a whole multiple of the FMU's step, over which inputs are held.
+    A law has inputs 'y.q' for its readings and 'r.q' for its references, and outputs 'u.tau' for its commands. After a
+    step, the outputs are the commands for the readings that were set before it. Parameters can be changed between
+    steps; 'start.q' is a state at the first instant. A communication step is a whole multiple of the FMU's step; inputs
+    are held over it.
 
     Parameters
     ----------
@@ -133,19 +134,19 @@ def fmu(
         A law, as of `loop.digital(...).law()`; a plant, as of `open_loop(plant)`; a loop: `loop.digital(...)` or
         `loop.ode()`.
     version
-        Of the standard, "2.0" or "3.0".
+        The version of the FMI standard, "2.0" or "3.0".
     name
-        Of the model; that of `what` unless stated.
+        The name of the model; by default that of `what`.
     h
-        The step of the equations of a plant or a loop in s; of a computer's loop it divides the period.
+        The step in s for the equations of a plant or a loop; for a loop in a computer it must divide the period.
     compiler
-        The name of a C compiler; the first of cc, gcc and clang unless stated, and '' for sources alone.
+        The name of a C compiler, by default the first of cc, gcc and clang that is found; '' for sources alone.
 
     Raises
     ------
     ValueError
-        If it has noise, a name that FMI cannot hold, two variables of one name or a number that is not finite; if h is
-        missing or wrong; or if the compiler refuses the sources.
+        If `what` has noise, a name that FMI cannot hold, two variables of one name or a number that is not finite; if h
+        is missing or wrong; or if the compiler refuses the sources.
     LookupError
         If there is no such compiler.
 

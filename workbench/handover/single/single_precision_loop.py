@@ -27,14 +27,14 @@ def in_single_precision(sampled_loop: SampledSystem, law: SampledLaw) -> Sampled
 
     Each operation is made in double precision and rounded to 24 bits, which is what a machine in single precision does
     with sums, products, quotients and roots (Figueroa 1995); sines, exponentials and the like are those of double
-    precision, rounded, where a library in single precision may be off by a bit or two. What depends on the time or on
-    parameters alone is made in double precision and rounded once, and numbers too small or large for a float are not
-    told apart. The plant stays in double precision.
+    precision, rounded, where a library in single precision may be off by a bit or two. Expressions of the time or of
+    parameters alone are computed in double precision and rounded once. Overflow and underflow of a float are not
+    modelled. The plant stays in double precision.
 
     Parameters
     ----------
     law
-        That of the same loop, `sampled.law(...)`.
+        The law of the same loop, `sampled_loop.law(...)`.
 
     Raises
     ------

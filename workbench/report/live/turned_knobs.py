@@ -21,9 +21,10 @@ from workbench.study.study import Study
 
 @check_arguments
 def turn_knobs(study: Study, case: str, values: Mapping[str, float], seed: int | None = None) -> Measurement:
-    """The measurement of a case, named 'scenario: law', with knobs of the study at other values than its own.
+    """The measurement of a case, named 'scenario: law', with knobs of the study turned to `values`, by name.
 
-    It has the bits of the page, in the portable arithmetic. `seed` is that of the noise, if not the case's own.
+    It is bit for bit the same as on the page, in the portable arithmetic. `seed` is the seed of the noise, by default
+    that of the case.
 
     Raises
     ------
@@ -59,10 +60,11 @@ def turn_knobs(study: Study, case: str, values: Mapping[str, float], seed: int |
 
 @check_arguments
 def turn_knobs_linear(study: Study, case: str, values: Mapping[str, float]) -> LinearLoop:
-    """The linear loop of a case, named 'scenario: law', with knobs of the study at other values than its own.
+    """The linear loop of a case, named 'scenario: law', with knobs of the study turned to `values`, by name.
 
-    It is the one whose Bode plot, poles and margins the live page shows: at rest, with adapting gains held if it rests
-    no other way, or else frozen at its start. A first state that is turned is where the rest is sought from.
+    The live page shows its Bode plot, poles and margins. The loop is linearised at rest; if it has no rest state, with
+    adapting gains held constant; or else frozen at its start. If a knob turns an initial state, the rest state is
+    sought from there.
 
     Raises
     ------
@@ -90,7 +92,7 @@ def _at_knobs(
 ) -> tuple[Run, Ode | SampledSystem, StepMap, Array]:
     """The run of a case, its equations and step, and its parameters, then states, with the knobs at their values."""
     if callable(study.cases):
-        raise ValueError(f"`{call}(study, ...)` needs the cases themselves: take `study.resolved(tuned)`.")
+        raise ValueError(f"`{call}(study, ...)` needs the cases themselves: take `study.resolve(tuned)`.")
     cases = {one.name: one for one in study.cases}
     run = cases[known_name(case, cases, "cases of this study")].run
     equation = equations_of(run.loop, case)

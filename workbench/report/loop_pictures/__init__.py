@@ -1,7 +1,7 @@
 """Pictures of linear systems and loops: over frequency, in the planes of gains and of poles, and over time.
 
-The room knows plain data (frequencies, complex answers, periods, certified margins, poles, responses) and makes figures
-of them; it knows no robot, law or loop. Read `frequency_curves` first, then `bode_pictures`.
+This package makes figures of plain data: frequencies, complex responses, periods, certified margins, poles. It knows no
+robot, law or loop. Read `frequency_curves` first, then `bode_pictures`.
 
 Examples
 --------

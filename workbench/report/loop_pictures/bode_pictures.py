@@ -45,14 +45,15 @@ def bode_figure(
 ) -> Figure:
     """The gains and phases of one channel or several over frequency.
 
-    Gain and phase margins are marked where a curve has them, named where there is one curve, and told in the caption.
-    A line marks -180 degrees, and Nyquist's frequency of a computer. `asymptotes` are drawn of the curves that have
-    `corners`; `bounds` shade what gains must not reach. The margins of curves with a `source` are marked alone.
+    Gain and phase margins are marked if a curve has them, and the caption states them. Lines mark -180 degrees and, for
+    a loop in a computer, Nyquist's frequency. With `asymptotes`, they are drawn for curves that have `corners`.
+    `bounds` shade regions that gains must not reach. For curves with a `source`, margins are marked but not stated in
+    the caption.
 
     Raises
     ------
     ValueError
-        If there is no curve, none has a frequency above zero, or a sampled one is to have asymptotes.
+        If there is no curve, none has a frequency above zero, or asymptotes are wanted for a sampled curve.
     """
     check_curves("bode_figure", curves)
     gains, turns = _marks(curves, asymptotes)

@@ -51,9 +51,9 @@ def singular_value_figure(
     bounds: Sequence[GainBound] = (),
     ylabel: Label = "singular values",
 ) -> Figure:
-    """The singular values of systems over frequency, in decibels, a line each.
+    """The singular values of systems over frequency, in decibels, one line each.
 
-    `bounds` shade what the largest must not reach.
+    `bounds` shade regions that the largest singular value must not reach.
 
     Raises
     ------
@@ -206,9 +206,10 @@ def determinant_figure(
     unstable_poles: int | None = None,
     reach: float | None = None,
 ) -> Figure:
-    """The curves of det(I + L) over frequency, with their turns about zero.
+    """The curves of det(I + L) over frequency, with the number of their encirclements of zero.
 
-    The closed loop is stable if its curve turns anticlockwise as often as L has unstable poles.
+    The closed loop is stable if the curve encircles zero anticlockwise as often as L has `unstable_poles`. Curves are
+    cut at the distance `reach` from zero.
 
     Raises
     ------
@@ -242,9 +243,10 @@ def characteristic_loci_figure(
     forbidden_disks: Sequence[Disk] = (),
     reach: float | None = None,
 ) -> Figure:
-    """The eigenvalues of L(j w) over frequency: together they turn about -1 as det(I + L) does about zero.
+    """The eigenvalues of L(j w) over frequency: together they encircle -1 as often as det(I + L) encircles zero.
 
-    They are no measure of robustness, for which the caption has the disk margin if the loop has one.
+    They do not measure robustness; for this the caption has the disk margin, if the loop has one. `forbidden_disks` are
+    shaded, and curves are cut at the distance `reach` from zero.
 
     Raises
     ------

@@ -24,7 +24,7 @@ FLAT, BEFORE = 0.25, 3.0  # of the distance from the point: the change over the 
 @dataclass(frozen=True)
 @check_arguments
 class CurveTurns:
-    """The `clockwise` turns about a point, negative if they are the other way; None where the curve does not tell.
+    """The number of `clockwise` encirclements of a point, negative if anticlockwise; None if it cannot be counted.
 
     `closures` is the number of half turns clockwise by which the curve is closed at infinity, as at integrators.
     `reason` says why there is no count.
@@ -43,12 +43,12 @@ def curve_turns(
     point: float = -1.0,
     integrators: int | None = None,
 ) -> CurveTurns:
-    """The turns about a real point of the curve of L at frequencies (m,) in rad/s, its mirror image and its closure.
+    """The encirclements of a real `point` by the curve of L, its mirror image and its closure.
 
-    A pole at zero, or at z = 1, is passed on the right, so that n of them close the curve by n half turns clockwise;
-    their number comes from the slope of the gain at the lowest frequencies. There the phase must agree, and the number
-    of `integrators`, if it is known. Beyond the highest frequency the curve is closed straight to its mirror image, if
-    it ends near zero, or flat and nearly real.
+    `values` (m,) are L at `frequencies` (m,) in rad/s, with the `period` in s of a sampled loop. A pole at zero, or at
+    z = 1, is passed on the right, so that n of them close the curve by n half turns clockwise. Their number comes from
+    the slope of the gain at the lowest frequencies; the phase there, and `integrators` if given, must agree. Beyond the
+    highest frequency the curve is closed straight to its mirror image, if it ends near zero, or flat and nearly real.
 
     Raises
     ------

@@ -30,8 +30,8 @@ def describing_function_figure(
 ) -> Figure:
     """The curve of the linear part W over frequency, the line -1 / N(a) of a switch, and the oscillations predicted.
 
-    Each oscillation of the balance stands where both meet, with its amplitude, in the `unit` of s, and its frequency; a
-    ring attracts, a cross repels.
+    Each oscillation of the balance is marked where both meet, with its amplitude, in the `unit` of s, and its
+    frequency. A ring marks an oscillation that attracts, a cross one that repels.
 
     Raises
     ------

@@ -31,10 +31,11 @@ MAX_NAMES = 5  # draws without an answer that a caption names
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Envelope:
-    """The rows (N, m) of N draws over one abscissa (m,), real or complex; a draw with a NaN is flagged and left out.
+    """The responses `rows` (N, m) of N samples over one abscissa `x` (m,), real or complex; a row with a NaN is left
+    out.
 
-    `worst` is the place of the draw that is worst by a measure of the caller's, None for none, and `worst_name` says
-    which it is, as 'draw 17 (Ms 3.2)'.
+    `worst` is the number of the row that is worst by a measure of the caller, or None; `worst_name` is its name, as
+    'draw 17 (Ms 3.2)'.
     """
 
     x: Array
@@ -57,7 +58,7 @@ class Envelope:
 
     @property
     def sound(self) -> NDArray[np.bool_]:
-        """True for the draws without a NaN."""
+        """True for the rows without a NaN, (N,)."""
         return np.asarray(np.isfinite(self.rows).all(axis=1))
 
 
@@ -70,9 +71,9 @@ def bode_envelope(
     bounds: tuple[GainBound, ...] = (),
     ylabel: Label = "magnitude",
 ) -> Figure:
-    """The gains and phases of many draws over frequencies in rad/s: median, middle 90 %, range, and the worst draw.
+    """The gains and phases of many samples over frequencies in rad/s: median, middle 90 %, range, and the worst one.
 
-    Quantiles are those at each frequency; no draw need follow one of them.
+    Quantiles are taken at each frequency; no single sample need follow one of them.
 
     Raises
     ------
@@ -130,7 +131,7 @@ def envelope_figure(
     ylabel: Label,
     unit: str = "",
 ) -> Figure:
-    """A real answer of many draws over an abscissa, as a step response over time: median, middle 90 %, range and worst.
+    """A real response of many samples, such as a step response over time: median, middle 90 %, range and worst.
 
     Raises
     ------

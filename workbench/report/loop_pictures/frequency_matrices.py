@@ -25,10 +25,10 @@ from workbench.study.document.phrases_and_tables import Phrase
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class FrequencyMatrix:
-    """The answers (m, ny, nu) of several channels at frequencies (m,) in rad/s; NaN is a gap.
+    """The responses `values` (m, ny, nu) of several channels at `frequencies` (m,) in rad/s; NaN is a gap.
 
-    `inputs` and `outputs` are names, one each, by default u1, u2, ... and y1, y2, ... Those of a loop in a computer
-    have its `period` in s. Of a loop gain, `disk_margin` is that of all its channels at once.
+    `inputs` and `outputs` are names, one each, by default u1, u2, ... and y1, y2, ... For a loop in a computer,
+    `period` is its period in s. For a loop gain, `disk_margin` is for all channels at once.
     """
 
     label: Label

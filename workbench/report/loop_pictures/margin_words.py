@@ -77,8 +77,8 @@ def margin_remarks(curves: Sequence[FrequencyCurve], several: bool) -> list[Phra
     for one in curves:
         if one.margins is not None:
             sentence = margin_sentence(one.margins)
-            if one.all_channels is not None:
-                sentence = f"{sentence[:-1]}; disk margin of all channels at once {number(one.all_channels)}."
+            if one.multiloop_disk_margin is not None:
+                sentence = f"{sentence[:-1]}; disk margin of all channels at once {number(one.multiloop_disk_margin)}."
             label = one.label if isinstance(one.label, tuple) else (one.label,)
             said.append((*label, ": ", f"{sentence[0].lower()}{sentence[1:]}") if several else sentence)
     return said

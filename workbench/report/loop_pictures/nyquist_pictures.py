@@ -55,10 +55,10 @@ def nyquist_figure(
 ) -> Figure:
     """The curves of loop gains L over frequency, with their mirror images dashed, about the critical point -1.
 
-    The turns about -1 are counted and told. Of one curve with margins the circle |S| = Ms touches it, and that of the
-    disk margin does, too. With `unstable_poles`, how many poles of L are unstable, the caption says how many unstable
-    poles the closed loop has. `forbidden_disks` disks are shaded. A curve is cut at the `reach`, the distance from
-    zero. The turns of curves with a `source` are not told.
+    The caption states the number of encirclements of -1. For one curve with margins, `circles` draws the circle |S| =
+    Ms and that of the disk margin, which touch the curve. `unstable_poles` is the number of unstable poles of L; with
+    it the caption states how many unstable poles the closed loop has. `forbidden_disks` are shaded. A curve is cut at
+    the distance `reach` from zero. For curves with a `source`, encirclements are not stated.
 
     Raises
     ------

@@ -56,7 +56,7 @@ class EquilibriumMark:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class PhaseCurve:
-    """A run (N,) through the plane, in the order of time."""
+    """A run through the plane: the states x (N,) and y (N,), in the order of time."""
 
     label: Label
     x: Array

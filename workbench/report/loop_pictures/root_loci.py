@@ -34,9 +34,9 @@ def root_locus_figure(
 ) -> Figure:
     """The poles (N, nx) of a loop at the values (N,) of one of its parameters, joined to branches.
 
-    A cross stands at the first value, a dot at each of the `marked_values` values, and a plus where a branch crosses
-    the limit of stability, with the value there. Arrowheads point to higher values. `zeros`, where branches end, are
-    rings. What lies farther from zero than the `reach`, in 1/s, is cut.
+    A cross stands at the first value, a dot at each of the `marked_values`, and a plus where a branch crosses the limit
+    of stability, with the value there. Arrowheads point to higher values. `zeros`, where branches end, are rings.
+    Branches are cut at the distance `reach` from zero, in 1/s.
 
     Raises
     ------

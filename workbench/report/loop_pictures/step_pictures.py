@@ -25,9 +25,9 @@ RISE = (0.1, 0.9)  # of the step: the ends of the rise time
 class TimeResponse:
     """A response y (N,) at times t (N,) in s to a step or an impulse at the first of them; a NaN is a gap.
 
-    `final` is the value to which it tends, None where that is not known or not finite. The values of a loop in a
-    computer, with its `period` in s, are those at its instants. The figures of a linear system's response from zero
-    come from its `info`, as `wb.step_info` gives it, and else from lines between the samples.
+    `final` is the value to which the response tends; None if it is not known or not finite. For a loop in a computer,
+    with its `period` in s, the values are those at its instants. Rise time and overshoot come from `info`, as
+    `wb.step_info` gives it for the response of a linear system from zero, or else from lines between the samples.
     """
 
     label: Label
@@ -56,10 +56,11 @@ class TimeResponse:
 @dataclass(frozen=True)
 @show
 class SampledStepInfo:
-    """The figures of a step response between samples, times in s from the step on; NaN where it does not get so far.
+    """Rise time and the like of a sampled step response, times in s from the step on; NaN if a level is not reached.
 
-    `rise_time` is that from 10 % to 90 % of the step, `settling_time` that after which the response stays within 2 %
-    of the step about its final value, and `overshoot` the part of the step in % by which it goes beyond.
+    `rise_time` is the time from 10 % to 90 % of the step. After `settling_time` the response stays within 2 % of the
+    step about its final value. `overshoot` is the excess over the final value, in % of the step. `peak` is the value
+    farthest in the direction of the step, at `peak_time`.
     """
 
     rise_time: float
@@ -72,10 +73,12 @@ class SampledStepInfo:
 
 @check_arguments
 def sampled_step_info(t: Array, y: Array, final: float, band: float = SETTLING_BAND) -> SampledStepInfo:
-    """The figures of a response y (N,) at times t (N,) in s to a step at the first of them, from rest at y[0].
+    """Rise time and the like of a response y (N,) at times t (N,) in s to a step at the first of them, from rest at
+    y[0].
 
-    Crossings are found on the straight lines between the samples. A response that has not stayed within the band for
-    the last of its times has no settling time.
+    Crossings are found on the straight lines between the samples. `final` is the value to which the response tends, and
+    `band` the half-width of the settling band as a share of the step. A response that is outside the band at the last
+    time has no settling time.
 
     Raises
     ------
@@ -137,15 +140,15 @@ def _first_above(t: Array, share: Array, level: float) -> float:
 
 @check_arguments
 def step_figure(name: str, caption: Phrase, responses: Sequence[TimeResponse], ylabel: Label = "response") -> Figure:
-    """Step responses over time, with their figures where a final value is known.
+    """Step responses over time, with rise time, overshoot and settling time if a final value is known.
 
-    Of one response the peak, the rise and the settling are marked, within a band of 2 % of the step about the final
-    value; of several the figures are told in the caption.
+    For one response the peak, the rise and the settling are marked, with a band of 2 % of the step about the final
+    value. For several responses the caption states these numbers.
 
     Raises
     ------
     ValueError
-        If there is no response, or one with a final value that is no step.
+        If there is no response, or the final value of one is its first value, so that there is no step.
     """
     marks, remarks = _curves("step_figure", responses), []
     for k, one in enumerate(responses):

@@ -1,7 +1,7 @@
 """Pictures of the results of many runs: indices, effects, quantiles, standings, fronts.
 
-The room knows results and makes figures of them as data, each with a caption that ends with its note (runs, failed
-runs, seed, step error); it knows nothing of how they are drawn. Read `captions` first.
+This package turns results into figures as data, each with a caption that ends with its note (runs, failed runs, seed,
+step error); it does not draw them. Read `captions` first.
 
 Examples
 --------

@@ -37,10 +37,10 @@ def quantile_bands(
 ) -> Figure:
     """The bands between quantiles of an output of many runs over time, for one law or several.
 
-    By law, `bands` are the quantiles of an output for each of the times t (T,) in s, all at the same levels. A band
-    lies between the lowest and the highest, the line at the middle one, if their number is odd. More than three laws
-    have a panel each, on one scale, which is logarithmic if all quantiles are positive and far apart. From the time on
-    at which a run failed there are no quantiles; the caption says how many failed.
+    `bands` has by law the quantiles of an output at each of the times t (T,) in s, all at the same levels. A band lies
+    between the lowest and the highest level; if the number of levels is odd, a line marks the middle one. With more
+    than three laws each has its own panel, on one scale, which is logarithmic if all quantiles are positive and far
+    apart. After the time at which a run failed there are no quantiles; the caption says how many failed.
 
     Raises
     ------
@@ -127,15 +127,15 @@ def pareto_fronts(
 ) -> Figure:
     """Fronts of two measures that should be small: a point of a front dominates all points above and right of it.
 
-    Of the points (B, 2) by law only those that no other of the same law dominates are drawn; one with a NaN or an
-    infinite number is left out, and counted in the caption. An axis whose numbers are positive and far apart is
-    logarithmic. More than three laws have a panel each, on one scale, before the front of all of them in grey. The
-    `note` says evaluations, failed ones, seeds and step error.
+    `fronts` has points (B, 2) by law. Only points that no other point of the same law dominates are drawn. A point with
+    a NaN or an infinite number is left out, and counted in the caption. An axis whose numbers are positive and far
+    apart is logarithmic. With more than three laws each has its own panel, on one scale, with the front of all laws in
+    grey. The `note` states evaluations, failures, seeds and step error.
 
     Raises
     ------
     ValueError
-        If the note is empty, or a front is no such table.
+        If the note is empty, or a front does not have this shape.
 
     Examples
     --------
@@ -194,14 +194,15 @@ def _front(points: Array) -> Array:
 def budget_curves(
     name: str, caption: Phrase, curves: Mapping[str, tuple[Array, Array]], note: Note, ylabel: Label
 ) -> Figure:
-    """The best so far against the evaluations that it cost, law by law.
+    """The best objective so far over the number of evaluations, law by law.
 
-    Of several searches the line is their median, and the band reaches from the best to the worst. Where a search has
-    nothing admissible yet there is no band, and no line if that holds for half of them. More than three laws have a
-    panel each, on one scale, which begins at the least cost of all laws, a thin line, and ends at four times that.
+    For several searches the line is their median, and the band reaches from the best to the worst. While a search has
+    no admissible point there is no band; while half of them have none there is no line. With more than three laws each
+    has its own panel, on one scale. The scale begins at the least cost of all laws, a thin line, and ends at four times
+    this cost.
 
-    By law, `curves` are evaluations (n,) and the best so far, (n,) or (searches, n), infinite or NaN while none is
-    admissible. The `note` says evaluations, failed ones, seeds and step error.
+    `curves` has by law the evaluations (n,) and the best objective so far, (n,) or (searches, n), infinite or NaN while
+    no point is admissible. The `note` states evaluations, failures, seeds and step error.
 
     Raises
     ------

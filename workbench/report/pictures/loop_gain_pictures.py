@@ -31,13 +31,13 @@ def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float =
     """The linear pictures of a loop, cut at the inputs of its plant: blocks for a section of a study.
 
     They are a Bode plot and a Nyquist plot of its loop gain, its sensitivities, a map of its poles, and a table of its
-    margins; on a live page all of them move with the knobs. Of several channels each is drawn with the loop closed at
-    the others. A loop without linear answers has a paragraph that says why.
+    margins; on a live page all of them move with the knobs. With several channels, each is drawn with the loop closed
+    at the others. For a loop without linear responses there is a paragraph that says why.
 
     Parameters
     ----------
     outcome
-        Of a case whose `Run` has a `ClosedLoop` or a `DigitalLoop`, which know the inputs of their plant.
+        The outcome of a case whose `Run` has a `ClosedLoop` or a `DigitalLoop`, which know the inputs of their plant.
     name
         The first part of the names of the figures and of the table.
     width

@@ -43,11 +43,12 @@ LEVEL = 0.36  # of a row: the thickness of the bar of one level
 def morris_plane(
     name: str, caption: Phrase, effects: MorrisEffects, note: Note, unit: str = "", *, labels: Labels = None
 ) -> Figure:
-    """The factors in the plane of mu* and sigma with their intervals, and the line sigma = mu*; a panel an output.
+    """The factors in the plane of mu* and sigma with their intervals, and the line sigma = mu*; one panel per output.
 
-    Far right is what matters. Below the line a factor acts much alike everywhere, above it by curves or together with
-    others. Intervals are cut at 0, as neither number can be negative; one that nothing bounds ends in an arrow. Both
-    axes are logarithmic where a few factors are more than ten times the median, and the caption says so.
+    A factor far to the right matters. Below the line its effect is much the same everywhere; above the line the effect
+    is nonlinear, or depends on other factors. Intervals are cut at 0, as neither number can be negative; an interval
+    without a bound ends in an arrow. Both axes are logarithmic if a few factors are more than ten times the median, and
+    the caption says so.
 
     Raises
     ------
@@ -169,9 +170,9 @@ def _moments(one: MorrisEffects) -> list[tuple[Cell, ...]]:
 def tornado_figure(
     name: str, caption: Phrase, tornado: Tornado, note: Note, unit: str = "", *, labels: Labels = None
 ) -> Figure:
-    """Two bars a factor from the output of the base: its lowest level above, its highest below.
+    """Two bars per factor, from the output of the base point: its lowest level above, its highest level below.
 
-    Several outputs have a panel each, with an order of its own.
+    Each output has its own panel, with its own order of the factors.
 
     Raises
     ------

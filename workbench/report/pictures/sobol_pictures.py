@@ -42,8 +42,8 @@ HEADS = ("S1", "S1 (half-interval)", "ST", "ST (half-interval)")
 def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Note, *, labels: Labels = None) -> Figure:
     """S1 and ST of every factor with their intervals, the largest ST first; several outputs side by side.
 
-    All panels have the factors in one order, that of the largest ST in any of them, and one scale. An interval that
-    goes on beyond the scale ends in an arrow.
+    All panels have one scale, and one order of the factors: by the largest ST in any panel. An interval that extends
+    beyond the scale ends in an arrow.
 
     Raises
     ------

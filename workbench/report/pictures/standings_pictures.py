@@ -33,21 +33,21 @@ def standings_figure(
     primary: str,
     others: Sequence[str] | None = None,
 ) -> Figure:
-    """A panel a statistic with a row a law and a column a scenario; the statistic asked for leads, with its intervals.
+    """One panel per statistic, with a row per law and a column per scenario; `primary` leads, with its intervals.
 
-    A tile is the darker the larger the ratio of its level to the best of its column. The best of a column is framed
-    where it is significantly better than every other law; where none is, all laws that no other is significantly
-    better than are marked as tied. A law with failed runs is hatched. The `comparisons` of the same laws are by
-    scenario and by the words of a statistic, the `by` of a `Judgement`; `primary` is that declared before the runs.
-    Only the others in `others` have a panel, or all without it; the numbers of the figure have all.
+    A tile is darker if the ratio of its level to the best of its column is larger. The best law of a column is framed
+    if it is significantly better than every other law. If there is none, all laws that no other law beats significantly
+    are marked as tied. A law with failed runs is hatched. `comparisons` are by scenario, then by the words of a
+    statistic, as the `by` of a `LawJudgement`. `primary` names the statistic that was declared before the runs. The
+    statistics in `others` have further panels, by default all; the numbers of the figure have all.
 
     Raises
     ------
     ValueError
-        If there is no scenario, statistics or laws differ between scenarios, or a level is negative, of which no ratio
-        says who is better.
+        If there is no scenario, statistics or laws differ between scenarios, or a level is negative, so that ratios do
+        not say which law is better.
     LookupError
-        If `primary`, or one of `others`, is none of the statistics.
+        If `primary`, or one of `others`, is not one of the statistics.
 
     Examples
     --------
@@ -213,14 +213,14 @@ def _rows(words: str, scenario: str, one: Comparison) -> list[tuple[Cell, ...]]:
 
 @check_arguments
 def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: Note) -> Figure:
-    """A bar a law, cut into the probabilities of its ranks, the first the darkest; the least mean rank on top.
+    """One bar per law, divided into the probabilities of its ranks, the first the darkest; the least mean rank on top.
 
-    By law, `ranks` are the probabilities of each rank from the first, (L,), which add up to 1.
+    `ranks` has by law the probabilities (L,) of each rank from the first on, which add up to 1.
 
     Raises
     ------
     ValueError
-        If the note is empty, or these are no probabilities.
+        If the note is empty, or `ranks` does not hold probabilities.
 
     Examples
     --------

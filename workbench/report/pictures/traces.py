@@ -21,7 +21,8 @@ from workbench.study.study import Outcome
 @dataclass(frozen=True)
 @check_arguments
 class Window:
-    """A stretch of time in s, and the limits of the ordinate; None fits them to the curves.
+    """An interval of time from `start` to `end` in s, and the limits `ylim` of the ordinate; None fits them to the
+    curves.
 
     Examples
     --------
@@ -45,11 +46,10 @@ def traces(
     windows: Sequence[Window],
     reference: str = "",
 ) -> Figure:
-    """A number of a signal for several laws, by its label or counted from 0; `reference` names an output below them.
+    """A signal over time for several laws, its component by label or `number`; `reference` names an output below them.
 
-    A law whose style an earlier one has takes the next that is free. More than three laws have a panel each, before
-    the range of all of them in grey: of two windows, one behind the other, the second is compressed; of others each
-    has its own panels.
+    If an earlier law has the same style, a law takes the next free one. With more than three laws each has its own
+    panel, with the range of all in grey. Two adjacent windows share it, the second compressed; others have their own.
 
     Raises
     ------
@@ -194,14 +194,14 @@ def curve(
     Parameters
     ----------
     window
-        The stretch that is drawn; all kept times if not given.
+        The interval that is drawn; by default all kept times.
     over
         The signal, and its number, on the abscissa in place of the time.
     look
-        As in `Series`; if not given, steps for a signal that changes by jumps alone, as the command of a computer, else
-        a line.
+        As in `Series`; by default steps for a signal that changes by jumps alone, as the command of a computer, else a
+        line.
     seconds, unit
-        How many of a unit make one second, or one unit of the signal, and that unit: (1e3, "ms").
+        The unit of time, and that of the signal, as (number of it in one second or one unit, name): (1e3, "ms").
 
     Raises
     ------
@@ -257,9 +257,9 @@ def loops_section(
     caption: Phrase = "",
     cut: float | None = None,
 ) -> Section:
-    """Laws at their own numbers, for a page on which these are turned: a signal over time, and the metrics.
+    """A section on several laws for a page with knobs: a signal over time, and a table of the metrics.
 
-    Behind `cut`, in s, the time axis of the figure is compressed, so that each part takes half of a panel.
+    After `cut`, in s, the time axis of the figure is compressed, so that each part takes half of a panel.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """A document as data: words, tables, figures and verdicts.
 
-The room knows numbers with their errors and says what stands where; it knows nothing of looks, which are `report`'s.
-Read `document` first.
+This package holds numbers with their errors, and the order of blocks on a page; the package `report` decides how they
+look. Read `document` first.
 
 Examples
 --------

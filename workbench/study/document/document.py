@@ -112,7 +112,7 @@ class Itemize:
 @dataclass(frozen=True)
 @check_arguments
 class Equation:
-    """Formulas on lines of their own below one number, with a `note` of their source.
+    """Formulas, one per line, with one equation number, a `name` for references, and a `note` on the source.
 
     Examples
     --------
@@ -132,14 +132,14 @@ class Equation:
 
     @property
     def lines(self) -> tuple[Formula, ...]:
-        """The formulas, one a line."""
+        """The formulas, one per line."""
         return self.formulas if isinstance(self.formulas, tuple) else (self.formulas,)
 
 
 @dataclass(frozen=True)
 @check_arguments
 class Verdict:
-    """A claim that `holds`, `fails` or is `open`, with its evidence, as a bound, a residual or a witness, in one box.
+    """A claim that `holds`, `fails` or is `open`, with its evidence, such as a bound or a witness, in one box.
 
     A conclusion from runs is a `Finding`.
 

@@ -36,7 +36,7 @@ __all__ = [
 
 
 class AbstractCurve:
-    """A mark along an abscissa: its fields `CURVES` are that and the ordinates, float arrays (N,)."""
+    """A mark along an abscissa: `CURVES` names its fields for abscissa and ordinates, float arrays (N,)."""
 
     CURVES: ClassVar[tuple[str, ...]]
 
@@ -98,10 +98,10 @@ class Bars:
     """Horizontal bars (N,) from `starts` to `ends` in the rows `places` of a panel that names its rows.
 
     The first row is 0, at the top; a place between two numbers lets several bars share a row. An end that is NaN has
-    no bar. Of `low` and `high`, the ends of intervals, NaN is not known and draws nothing, and an infinite one is
-    drawn as an arrow at the edge of the panel. `shade` says how much of the colour fills a bar, from 0 to 1, `thick`
-    how much of a row it takes, and `texts` what is printed in each that has the room. `sources` are the results that
-    the ends show, None for one of another origin.
+    no bar. `low` and `high` are the ends of intervals: a NaN is unknown and not drawn, and an infinite end is drawn as
+    an arrow at the edge of the panel. `shade` says how much of the colour fills a bar, from 0 to 1, and `thick` how
+    much of a row it takes. `texts` are printed in the bars that have room. `sources` are the results that the ends
+    show, None for one of another origin.
     """
 
     label: Label
@@ -130,7 +130,7 @@ class Bars:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Points:
-    """Marks at points (N,), each with its name beside it, and with intervals across and upwards, as in `Bars`.
+    """Marks at points (N,), each with its name beside it, and with intervals (`xlow` to `xhigh`), as in `Bars`.
 
     `sources` are the results that the abscissa and the ordinate of each point show, None for one of another origin. The
     `shape` of the marks is that of the style, unless they are poles (a cross), zeros (a ring) or `critical` (a plus).
@@ -272,11 +272,11 @@ class Panel:
 @dataclass(frozen=True)
 @check_arguments
 class Figure:
-    """One or more panels below a common legend, laid out row by row in so many `columns`.
+    """One or more panels below a common legend, laid out row by row in a number of `columns`.
 
-    With `lead` the first panel has the whole width, above the others. `numbers` are what the figure shows, for a reader
-    who goes on with them: a table of its own file, not printed. `width` is the share of the text's width that it takes,
-    with letters of the same size. `title` names it in a list of pictures, where its caption is too long.
+    With `lead` the first panel has the whole width, above the others. `numbers` is a table of what the figure shows,
+    for further use: it becomes a file, and is not printed. `width` is the share of the text's width that it takes, with
+    letters of the same size. `title` names it in a list of pictures, where its caption is too long.
     """
 
     name: str

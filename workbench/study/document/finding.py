@@ -22,9 +22,9 @@ MAX_NAMES, MAX_ANSWERS = (
 @dataclass(frozen=True)
 @check_arguments
 class Variation:
-    """A change of the study, in `words`, and the `answer` that it gives, with its figures in `detail`.
+    """A change of the study, in `words`, and the `answer` that it gives, with its numbers in `detail`.
 
-    Variations that answer different questions are counted apart, by their `question`: a clause such as "that count
+    Variations that answer different questions are counted separately, by their `question`: a clause such as "that count
     scenarios".
 
     Examples
@@ -51,33 +51,37 @@ class Variation:
 class Finding:
     """A conclusion with its scope, and with the answer under every variation that the study has computed.
 
-    Its `kind` follows from these: `depends` if a variation has another answer, else `answer`; `open` if the runs do not
-    settle it.
+    Its `kind` follows from the fields: "open" if the runs do not decide the answer, "depends" if a variation has
+    another answer, else "found".
 
     Attributes
     ----------
     name
         Lower-case letters, digits and underscores, for references and links.
     statement, evidence
-        The answer in one sentence, with its figure; then why one may believe it.
+        `statement` is the answer in one sentence, with its number; `evidence` says why one may believe it.
     statistic, sample
-        What is computed, and of which runs.
-    information, assumptions, fits
-        The information on which it rests, the unstated numbers and readings that were assumed, and what was tuned.
+        What is computed, and from which runs.
+    information
+        What each law is given: measurements, models and disturbances.
+    assumptions
+        The unstated numbers, and the readings of the source, that were assumed.
+    fits
+        The numbers that were tuned or fitted.
     answer
         The answer in a word or a number. The answers of the `variations` are compared with it.
     limitations
         What may change the answer, and is not in the study.
     is_decided
-        False if the runs do not decide it.
+        False if the runs do not decide the answer; the kind is then "open".
     cites
         The findings of other reports that answer the same question, as "folder/name".
 
     Raises
     ------
     ValueError
-        If a name is no name, a sentence holds "nan", two variations have the same words, or there are variations but no
-        answer.
+        If `name` has other characters, a sentence contains "nan", two variations have the same words, or there are
+        variations but no answer.
 
     Examples
     --------
@@ -115,12 +119,12 @@ class Finding:
 
     @property
     def reversals(self) -> tuple[Variation, ...]:
-        """The variations whose answer is another one."""
+        """The variations with another answer."""
         return tuple(one for one in self.variations if one.answer != self.answer)
 
     @property
     def kind(self) -> Literal["found", "depends", "open"]:
-        """The word beside the box."""
+        """The kind of the finding, which decides the word beside its box."""
         if not self.is_decided:
             return "open"
         return "depends" if self.reversals else "found"
@@ -158,13 +162,13 @@ class Finding:
 
     @property
     def by_question(self) -> tuple[tuple[str, tuple[Variation, ...]], ...]:
-        """The variations in their order, those that answer one question together, with the question."""
+        """The questions of the variations, each with the variations that answer it, in their order."""
         questions = dict.fromkeys(one.question for one in self.variations)
         return tuple((asked, tuple(one for one in self.variations if one.question == asked)) for asked in questions)
 
     @property
     def scope(self) -> tuple[tuple[str, Phrase], ...]:
-        """The statistic, the sample and all else on which the answer rests, each with its label, but for variations."""
+        """The statistic, the sample and all else on which the answer rests but the variations, each with its label."""
         lines: tuple[tuple[str, Phrase], ...] = (
             ("Statistic", self.statistic),
             ("Sample", self.sample),

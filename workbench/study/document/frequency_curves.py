@@ -30,7 +30,7 @@ DOUBTFUL = 120.0  # degrees between two frequencies, beyond which the direction 
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class CornerFrequencies:
-    """The poles (n,) and zeros (m,) of G(s) = gain (s - z1) ... / (s - p1) ..., of which asymptotes are made.
+    """The poles (n,), zeros (m,) and gain of G(s) = gain (s - z1) ... / (s - p1) ..., for its asymptotes.
 
     Examples
     --------
@@ -53,15 +53,14 @@ class CornerFrequencies:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class FrequencyCurve:
-    """The answers (m,) of one channel at frequencies (m,) in rad/s; NaN is a gap, as at a pole.
+    """The response `values` (m,) of one channel at `frequencies` (m,) in rad/s; NaN is a gap, as at a pole.
 
-    Those of a loop in a computer have its `period` in s, and frequencies up to Nyquist's, pi / period. The `unit` is
-    that of the answers, '' for a loop gain. `margins` are the certified margins of a loop, and `corners` its poles,
-    zeros and gain. Of one channel of several, `all_channels` is the disk margin of all of them at once, without which
-    its own margins say too little. The `style` is as in `Series`; None takes the place of the curve in its picture.
-    With a `source`, the loop and the channel of which these are linear answers, its pictures move on a live page; they
-    then leave all numbers out of their words, as those would not move. `integrators` is the number of poles of L at
-    zero, or at z = 1, where it is known.
+    For a loop in a computer, `period` is its period in s; frequencies then end at Nyquist's, pi / period. `unit` is
+    that of the values, '' for a loop gain. `margins` are the certified margins of a loop, and `corners` its poles,
+    zeros and gain. For one of several channels, `multiloop_disk_margin` is that of all channels at once. `style` is as
+    in `Series`; None means the style of the curve's place in its picture. `source` is the loop and the channel of the
+    response: its pictures move on a live page, and their captions then have no numbers, since these would not follow.
+    `integrators` is the number of poles of L at zero, or at z = 1, if it is known.
 
     Examples
     --------
@@ -79,7 +78,7 @@ class FrequencyCurve:
     margins: StabilityMargins | None = None
     corners: CornerFrequencies | None = None
     style: Style | None = None
-    all_channels: float | None = None
+    multiloop_disk_margin: float | None = None
     source: Source | None = None
     integrators: int | None = None
 
@@ -96,13 +95,13 @@ class FrequencyCurve:
 
     @property
     def logarithmic(self) -> tuple[Array, Complex]:
-        """The frequencies above zero, which have a logarithm, and the answers there."""
+        """The frequencies above zero, which have a logarithm, and the values there."""
         above = self.frequencies > 0
         return self.frequencies[above], np.asarray(self.values[above], dtype=complex)
 
     @check_arguments
     def sources(self, up: str, across: str = "frequency", scale: float = 1.0) -> tuple[Source, Source] | None:
-        """The sources of a series of its linear answers, by the names of the ordinate and of the abscissa."""
+        """The sources of a series of its values, by the names of the ordinate and of the abscissa."""
         if self.source is None:
             return None
         return self.source.with_name(across), self.source.with_name(up).times(scale)

@@ -26,9 +26,9 @@ else:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class GainBound:
-    """A bound on a gain, by its factors (k,) at frequencies (k,) in rad/s; what lies `above` or `below` it is shaded.
+    """A bound on a gain: factors `gains` (k,) at `frequencies` (k,) in rad/s; its `forbidden_side` is shaded.
 
-    Between its frequencies the bound is straight over the logarithms of both.
+    Between the frequencies the bound is a straight line in logarithmic axes.
 
     Examples
     --------
@@ -55,7 +55,7 @@ class GainBound:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Disk:
-    """A disk of the plane of a loop gain that its curve must not enter, by its centre and its radius."""
+    """A disk in the Nyquist plot that the curve of L must not enter, by its centre and its radius."""
 
     label: Label
     centre: Point

@@ -50,7 +50,7 @@ class Strong:
 @dataclass(frozen=True)
 @check_arguments
 class CrossReference:
-    """'Table 2', 'Figure 3' or 'Equation (4)': the number of the block of that name, found when it is printed.
+    """A reference to the block of that name, printed as 'Table 2', 'Figure 3' or 'Equation (4)'.
 
     Examples
     --------
@@ -75,8 +75,9 @@ def parts(phrase: Phrase) -> tuple[Part, ...]:
 class ValueWithError:
     """A value with its error, in the same unit: only the digits that the error supports are printed.
 
-    Its `source` is the result that it shows, None for a number of another origin. Its `ends` are those of an interval
-    that is not symmetric about the value, infinite where it has no bound; a wide one is printed in place of the error.
+    `source` is the result that the value shows, None for a number of another origin. `ends` are the ends of an interval
+    that is not symmetric about the value; an end without a bound is infinite. A wide interval is printed in place of
+    the error.
 
     Examples
     --------
@@ -147,10 +148,10 @@ Cell: TypeAlias = Value | BoldCell
 @dataclass(frozen=True)
 @check_arguments
 class TableColumn:
-    """The head of a column. Its floats have so many significant `digits`, by default four or fewer if those are exact.
+    """The header of a column; its floats have `digits` significant digits, by default four, or fewer if exact.
 
-    A `ValueWithError` cell has those that its error supports, whatever `digits` says. Where a page is too narrow for
-    whole lines of its texts, these break, but not before `width` letters.
+    A `ValueWithError` cell has the digits that its error supports, whatever `digits` is. If a page is too narrow, texts
+    are broken into lines of at least `width` letters.
 
     Examples
     --------
@@ -177,12 +178,12 @@ class ReportTable:
     """Rows of cells below named columns. The `name` becomes the stem of its files.
 
     Cells: text, formulas, numbers, `ValueWithError`, `DivergedCell`, `MissingCell`, booleans (yes or no), None (a
-    dash); in `BoldCell` bold. To the `notes` come those of the results that its cells show.
+    dash); a `BoldCell` is bold. The notes of the results that its cells show are added to `notes`.
 
     Raises
     ------
     ValueError
-        If the name is no file's, a row does not fit the columns, or a cell is NaN or none of the above.
+        If `name` cannot name a file, a row does not fit the columns, or a cell is NaN or not one of these.
 
     Examples
     --------

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from workbench.core.validation.signatures import check_arguments
+from workbench.core.validation.signatures import answer, check_arguments
+from workbench.core.validation.type_hints import fit_of
 
 FEW = 0.1  # a share below which a percentage has two digits, and from which on it is a whole number
 
 
 @check_arguments
 def join_names(names: Iterable[str], empty: str = "none") -> str:
-    """Names in a row, with commas and with "and" before the last; `empty` where there is no name.
+    """Names in a row, with commas, and with "and" before the last; `empty` if there is no name.
 
     Examples
     --------
@@ -24,7 +25,7 @@ def join_names(names: Iterable[str], empty: str = "none") -> str:
 
 @check_arguments
 def percent(share: float, decimals: int | None = None) -> str:
-    """A share in percent: with that many decimals, or else with two digits below 10 % and whole from there on.
+    """A share in percent: with `decimals` decimals, by default with two digits below 10 % and whole from there on.
 
     Examples
     --------
@@ -38,7 +39,14 @@ def percent(share: float, decimals: int | None = None) -> str:
 
 @check_arguments
 def span(values: Iterable[float], write: Callable[[float], str]) -> str:
-    """The least and the largest of some values in words, or one number if both read alike; empty if there is none.
+    """The least and the largest value as text, or one number if both read alike; '' if there are no values.
+
+    `write` turns a number into text, as `"{:.2g}".format` does.
+
+    Raises
+    ------
+    ValueError
+        If `write` raises, or gives something else than text.
 
     Examples
     --------
@@ -46,5 +54,10 @@ def span(values: Iterable[float], write: Callable[[float], str]) -> str:
     '0.5 to 2'
     """
     numbers = list(values)
-    ends = [write(end) for end in (min(numbers), max(numbers))] if numbers else [""]
+    ends = [_written(write, end) for end in (min(numbers), max(numbers))] if numbers else [""]
     return ends[0] if ends[0] == ends[-1] else " to ".join(ends)
+
+
+def _written(write: Callable[[float], str], value: float) -> str:
+    """A number as a function of the user's own writes it."""
+    return answer(f"span(write=...)({value:g})", "return the number as text", lambda: write(value), fit_of(str))

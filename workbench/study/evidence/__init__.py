@@ -1,8 +1,9 @@
 """Comparison of laws over the same draws of the uncertain numbers, with simultaneous intervals.
 
-Beside them are searches for the largest value that meets a criterion. The room knows values by law and draw, estimands
-such as a mean or a tail, and tables of them; of loops it knows the equations alone. Read `judgement.py` first, then
-`pooling.py`, `estimands.py` and `threshold.py`.
+A draw is one random sample of all uncertain numbers. This package takes values by law and draw, and compares laws by
+estimands such as a mean or a tail. It also searches for the largest setting that meets a criterion, and makes tables of
+all these. It knows loops by their equations alone. Read `judgement.py` first, then `pooling.py`, `estimands.py` and
+`threshold.py`.
 
 Examples
 --------

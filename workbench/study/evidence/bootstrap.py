@@ -22,7 +22,7 @@ MIN_TAIL_RESAMPLES = 20  # resamples above the one from which the normal law goe
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Intervals:
-    """Values, each with an interval; ends are infinite where there are too few draws to bound them."""
+    """Values, each with an interval from `low` to `high`; an end is infinite if there are too few draws to bound it."""
 
     value: Array
     low: Array

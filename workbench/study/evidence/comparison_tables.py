@@ -24,9 +24,9 @@ HALF = (
 def comparison_table(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], notes: tuple[Phrase, ...] = ()
 ) -> ReportTable:
-    """One row a law, one column a metric, and the failed runs; the significantly least of a column is bold.
+    """A table with one row per law, one column per metric, and the failed runs; a significantly least value is bold.
 
-    Comparisons of other laws than the first are refused, and none at all.
+    All comparisons must be of the same laws, and there must be at least one.
 
     Examples
     --------
@@ -47,7 +47,7 @@ def comparison_table(
 def statistics_table(
     name: str, caption: Phrase, judgement: LawJudgement, notes: tuple[Phrase, ...] = ()
 ) -> ReportTable:
-    """One row for each law, one column for each estimand, the deciding one first; notes with the verdict and reversals.
+    """A table with one row per law and one column per estimand; the notes have the verdict and its reversals.
 
     Examples
     --------
@@ -86,9 +86,10 @@ def _levels(
 def ablation_table(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], whole: str, notes: tuple[Phrase, ...] = ()
 ) -> ReportTable:
-    """One row a part that is taken out of the law `whole`, one column a metric: its change, see `change_without`.
+    """A table with one row per part taken out of the law `whole`, and one column per metric: its change.
 
-    Comparisons of other laws than the first are refused, and of `Success`, a share in points and not percent.
+    `change_without` computes a change. All comparisons must be of the same laws. Comparisons by `Success` are refused,
+    since a share changes by points and not by percent.
 
     Examples
     --------
@@ -123,9 +124,9 @@ def ablation_table(
 
 @check_arguments
 def change_without(one: Comparison, law: str, whole: str) -> Cell:
-    """The level of a law less that of the law `whole`, in percent of the latter; in bold if it is significant.
+    """The level of a law minus that of the law `whole`, in percent of the latter; in bold if it is significant.
 
-    It is infinite where the law has failed runs, and missing where the level of `whole` is zero or not finite.
+    It is infinite if the law has failed runs, and missing if the level of `whole` is zero or not finite.
 
     Raises
     ------

@@ -27,15 +27,15 @@ LEVELS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 1.0)  # of the lar
 @dataclass(frozen=True)
 @check_arguments
 class ComputerEffect:
-    """An effect of a computer, such as jitter: `levels` that rise from `least`, where a loop has none of it.
+    """An effect of a computer, such as jitter, at rising `levels`; at the level `least` a loop has none of it.
 
-    The growth of the error is computed at the level `declared_level`. With `share`, levels are multiples of the loop's
-    own numbers.
+    `paths` name the numbers of the loop that it sets, in `unit`. The growth of the error is computed at the level
+    `declared_level`. With `share`, levels are multiples of the loop's numbers.
 
     Raises
     ------
     ValueError
-        If the levels do not rise from above `least`, or the declared one is none of them, nor the least.
+        If the levels do not rise from above `least`, or `declared_level` is neither one of them nor `least`.
 
     Examples
     --------
@@ -75,21 +75,21 @@ class ComputerEffect:
 def computer_effects(sampled_loop: SampledSystem, jitter: float, missed_share: float) -> tuple[ComputerEffect, ...]:
     """Coarser readings, jitter and missed periods of a loop that `SampledSystem.with_timing_faults` gave.
 
-    Readings have the declared steps at the least, and those of no step stay exact; jitter goes to half of the period.
+    Readings are at least as coarse as declared; those without a quantum stay exact. Jitter goes to half of the period.
 
     Parameters
     ----------
     jitter
-        The largest delay of an instant that is declared, in s.
+        The declared largest delay of an instant, in s.
     missed_share
-        The share of missed periods that is declared.
+        The declared share of missed periods.
 
     Raises
     ------
     LookupError
-        If the loop is not disturbed.
+        If the loop was not made by `SampledSystem.with_timing_faults`.
     ValueError
-        If a declared level is beyond half of the period, or of all periods.
+        If `jitter` is beyond half of the period, or `missed_share` beyond half of all periods.
 
     Examples
     --------
@@ -121,16 +121,16 @@ def computer_effects(sampled_loop: SampledSystem, jitter: float, missed_share: f
 def computer_sweep(
     name: str, run: Run, effects: Sequence[ComputerEffect], starts: Sequence[Factor] = (), draws: int = 8
 ) -> Sweep:
-    """Runs without effect, with each level of each effect by itself, and with all effects at their declared levels.
+    """A sweep without effects, with each level of each effect alone, and with all effects at their declared levels.
 
     Parameters
     ----------
     run
-        Of a loop that `SampledSystem.with_timing_faults` gave, with at least one metric; its seed draws the starts too.
+        A run of a loop made by `SampledSystem.with_timing_faults`, with a metric; its seed is that of the starts, too.
     starts
-        Numbers that differ from draw to draw, and are the same in the draws of that number of all kinds.
+        Factors that differ from draw to draw; draw k has the same values in all kinds of runs.
     draws
-        Runs of each kind, each with its own noise.
+        The number of runs of each kind; each run has its own noise.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def computer_sweep(
 class ComputerMargin:
     """A metric under an effect: `values` (levels, draws, numbers), infinite where a run diverged.
 
-    Of the values over those without the effect, `ratios` (levels, draws) are the worst of the metric's numbers.
+    `ratios` (levels, draws) are the values divided by those without the effect: the worst of the metric's numbers.
     """
 
     effect: ComputerEffect
@@ -179,14 +179,14 @@ class ComputerMargin:
 
     @check_arguments
     def largest(self, most: float) -> float:
-        """The largest level up to which every run has at most `most` times the metric; the least if no level has."""
+        """The largest level up to which no run has more than `most` times the metric; the least one if none has."""
         good = np.asarray((self.ratios <= most).all(axis=1))
         count = good.size if good.all() else int(np.argmin(good))
         return (self.effect.least, *self.effect.levels)[count]
 
     @check_arguments
     def is_unbounded(self, most: float) -> bool:
-        """True if every level is within `most`."""
+        """True if the metric grows at most by the factor `most` at every level, in every run."""
         return bool((self.ratios <= most).all())
 
     @property
@@ -200,9 +200,9 @@ class ComputerMargin:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class ComputerMargins:
-    """The margins of a loop by a metric: its values without effects and with all declared effects, (draws, numbers).
+    """The margins of a loop by a metric, for `each` effect, and its values (draws, numbers) without effects.
 
-    `sources` are the sample with each number of the metric.
+    `declared_values` have all declared effects. `sources` are the sample with each number of the metric.
     """
 
     each: tuple[ComputerMargin, ...]
@@ -218,7 +218,7 @@ def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: 
     Parameters
     ----------
     sample
-        Of a sweep that `computer_sweep` made of the same effects.
+        The sample of a sweep that `computer_sweep` made of the same effects.
 
     Raises
     ------
@@ -265,7 +265,7 @@ def worst_ratio(values: Array, base: Array) -> Array:
 
 @check_arguments
 def computer_table(name: str, caption: str, margins: Sequence[tuple[str, ComputerMargins]]) -> ReportTable:
-    """The margins of several loops, a row for each loop and effect; the note of its runs stands below for each loop."""
+    """A table of the margins of several loops by name, with a row for each loop and effect, and a note per loop."""
     rows: list[tuple[Cell, ...]] = []
     for loop, own in margins:
         for one in own.each:

@@ -24,9 +24,10 @@ FINE = "fine"
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Causes:
-    """The repetitions of B lost runs, from the same rows and noise, with other ways to step the computer's memories.
+    """Repetitions of B runs that diverged, from the same rows and noise, with other ways to step the memories.
 
-    `diverges` has (B,) for each way: 1 for a run that diverges by this way, too. The way "fine" is near the exact flow.
+    `diverges` has (B,) numbers for each way: 1 for a run that diverges in this way, too. The way "fine" is near the
+    exact flow of the memories of the computer.
 
     Raises
     ------
@@ -50,12 +51,12 @@ class Causes:
 
     @property
     def by_integrator(self) -> int:
-        """The number of runs that stay finite under "fine": the integrator lost them."""
+        """The number of runs that stay finite under "fine": they diverged because of the integrator."""
         return int((self.diverges[FINE] == 0).sum())
 
     @property
     def by_law(self) -> int:
-        """The number of runs that diverge in every way: the law lost them."""
+        """The number of runs that diverge in every way: they diverge because of the law."""
         return int(np.min(list(self.diverges.values()), axis=0).sum())
 
     @property
@@ -119,8 +120,10 @@ def causes(
 
 
 @check_arguments
-def causes_in_sweep(sweep: Sweep, lost_runs: Integers, ways: Mapping[str, Loop]) -> Causes:
-    """The causes of divergence of some runs of a sweep, by their numbers (B,): their own rows and noise in each way.
+def causes_in_sweep(sweep: Sweep, diverged_runs: Integers, ways: Mapping[str, Loop]) -> Causes:
+    """The causes of divergence of runs of a sweep: each run is repeated with its row and noise in each of the ways.
+
+    `diverged_runs` (B,) are the numbers of the runs, and `ways` has a loop for each way by name.
 
     Examples
     --------
@@ -135,11 +138,13 @@ def causes_in_sweep(sweep: Sweep, lost_runs: Integers, ways: Mapping[str, Loop])
     'by the integrator: 2, by the law: 0'
     """
     runs = sweep.design.size
-    if lost_runs.ndim != 1 or not lost_runs.size or lost_runs.min() < 0 or lost_runs.max() >= runs:
-        raise refusal("causes_in_sweep(lost_runs=...)", f"numbers (B,) of the {runs} runs, one at least", lost_runs)
+    if diverged_runs.ndim != 1 or not diverged_runs.size or diverged_runs.min() < 0 or diverged_runs.max() >= runs:
+        raise refusal(
+            "causes_in_sweep(diverged_runs=...)", f"numbers (B,) of the {runs} runs, one at least", diverged_runs
+        )
     made = compile_sweep(sweep)
     equation = require("causes_in_sweep(sweep=...) of a loop", made.equation, SampledSystem)
-    rows = [made.rows(int(run), int(run) + 1) for run in lost_runs]
+    rows = [made.rows(int(run), int(run) + 1) for run in diverged_runs]
     p = np.concatenate([row[0] for row in rows])
     x0 = np.concatenate([row[1][:, : equation.states.size] for row in rows])
     loops = {
@@ -147,7 +152,7 @@ def causes_in_sweep(sweep: Sweep, lost_runs: Integers, ways: Mapping[str, Loop])
         for name, loop in ways.items()
     }
     substeps = equation.substeps(made.h)
-    keys = np.zeros_like(lost_runs) if sweep.common else lost_runs
+    keys = np.zeros_like(diverged_runs) if sweep.common else diverged_runs
     return causes(loops, p, x0, until=sweep.run.until, substeps=substeps, seed=sweep.run.seed, runs=keys)
 
 

@@ -37,10 +37,10 @@ class Mean:
 @dataclass(frozen=True)
 @check_arguments
 class Quantile:
-    """The least value that a share of the draws do not exceed; finite while fewer runs fail than the others.
+    """The least value that a `share` of the draws do not exceed; finite while failures are fewer than the other draws.
 
-    A level lies between order statistics. A difference is that of the quantiles of two laws, in percentile intervals of
-    where both may lie together.
+    The interval of a level lies between order statistics. A difference is that between the quantiles of two laws; its
+    interval is a percentile interval.
 
     Examples
     --------
@@ -75,8 +75,9 @@ class Tail:
 
         CVaR = min_q q + mean(max(y - q, 0)) / (1 - share),   least at the quantile q
 
-    An interval holds the studentised one of that mean at the sample's q and the percentile one of the resampled minima:
-    in 160 draws 94 % for 95 % asked with a lognormal tail, and 92 % where the third moment is infinite.
+    An interval contains the studentised interval of that mean at the sample's q, and the percentile interval of the
+    resampled minima. With 160 draws and a confidence of 95 % it covers 94 % for a lognormal tail, and 92 % if the third
+    moment is infinite.
 
     Examples
     --------
@@ -99,10 +100,11 @@ class Tail:
 @dataclass(frozen=True)
 @check_arguments
 class Success:
-    """The share of the draws whose value is at most a limit, kept as the share of the others: less of that is better.
+    """The share of draws with a value of at most `limit`, kept as the share of the other draws: less is better.
 
-    A failed run is among the others. Levels have the interval of Clopper and Pearson, differences that of Bonett and
-    Price for paired shares, with one draw more of each kind in which two laws differ; all at once by Bonferroni.
+    A failed run counts as above the limit. Levels have the interval of Clopper and Pearson. Differences have that of
+    Bonett and Price for paired shares, with one draw more of each kind in which two laws differ. All intervals hold at
+    once, by Bonferroni.
 
     References
     ----------

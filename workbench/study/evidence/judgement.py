@@ -18,7 +18,7 @@ from workbench.study.evidence.pairwise_comparison import RESAMPLES, Comparison, 
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class LawJudgement:
-    """Comparisons of the same runs by several estimands, the first of them asked before the runs."""
+    """Comparisons of the same runs `by` several estimands, the first of which was declared before the runs."""
 
     by: Mapping[str, Comparison]  # by the words of each estimand
 
@@ -35,14 +35,14 @@ class LawJudgement:
 
     @property
     def primary(self) -> Estimand:
-        """The estimand that decides."""
+        """The estimand that decides, declared before the runs."""
         return self._first.estimand
 
     @property
     def reversals(self) -> tuple[tuple[str, str, str, str], ...]:
-        """Two laws and the words of two estimands: by the asked one the first is below the second, by the other above.
+        """(law, other law, primary estimand, other estimand): the law is below the other law, and by the other above.
 
-        Each by its whole interval, beyond the margin and the errors of the steps.
+        Both differences are significant: the whole interval lies beyond the margin and the errors of the steps.
         """
         first, *others = self.by.values()
         laws = self.samples.laws
@@ -54,7 +54,7 @@ class LawJudgement:
 
     @property
     def kind(self) -> Literal["best", "open", "depends"]:
-        """The verdict: it depends where another estimand reverses a leading law, or two have different laws best."""
+        """The verdict: 'depends' if another estimand reverses a leading law, or if two have different best laws."""
         leaders = self._first.leaders
         bests = {one.best for one in self.by.values()} - {None}
         if len(bests) > 1 or any(a in leaders for a, *_ in self.reversals):
@@ -63,12 +63,12 @@ class LawJudgement:
 
     @property
     def best(self) -> str | None:
-        """The law that is best by the asked estimand; None if another estimand reverses that, or none is best."""
+        """The law that is best by the primary estimand; None if another estimand reverses this, or no law is best."""
         return self._first.best if self.kind == "best" else None
 
     @property
     def sentence(self) -> str:
-        """The verdict in plain words, with its figures."""
+        """The verdict in plain words, with its numbers."""
         end = "highest" if isinstance(self.primary, Success) else "least"
         least = f"{end} {words_of(self.primary, self.samples.metric)}"
         if self.kind == "depends":
@@ -99,9 +99,9 @@ def judge(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> LawJudgement:
-    """Laws by the estimand asked before the runs were made, and by others that may reverse it.
+    """Judge laws by the `primary` estimand, declared before the runs, and by `others` that may reverse the verdict.
 
-    The confidence is that of all intervals of one estimand at once.
+    `confidence` is for all intervals of one estimand at once; `margin`, `resamples` and `seed` are as of `compare`.
 
     Raises
     ------
@@ -176,7 +176,7 @@ class Standings:
 
     @property
     def wins(self) -> Mapping[str, Mapping[str, tuple[str, ...]]]:
-        """For each estimand in words, each law and the scenarios in which it is best by that one; most first."""
+        """For each estimand in words, each law with the scenarios in which it is best by this estimand; most first."""
         ((laws, estimands),) = {(one.samples.laws, tuple(one.by)) for one in self.judgements.values()}
         found = {}
         for words in estimands:

@@ -127,7 +127,7 @@ class LoopTrial:
 
     @check_arguments
     def worst(self, metric: str) -> float:
-        """The largest share of the limits of a metric; infinite if the run diverged."""
+        """The largest value of a metric as a share of its limit; infinite if the run diverged."""
         share = self.shares[known_name(metric, self.shares, "metrics with a limit")]
         return float("inf") if np.isnan(share).any() else float(share.max())
 
@@ -173,7 +173,7 @@ class LargestSetting:
 
     @check_arguments
     def worst(self, metric: str, place: int = 0) -> Array:
-        """The largest share of the limits of a metric at each setting that was tried, (N,).
+        """The largest value of a metric as a share of its limit, at each setting that was tried, (N,).
 
         The limits are the `LoopLimits` at `place`. The share is infinite if the run diverged, and NaN without a run.
         """

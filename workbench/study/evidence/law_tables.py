@@ -38,17 +38,17 @@ def side_by_side(
     notes: Sequence[str] = (),
     margin: float = 0.0,
 ) -> ReportTable:
-    """One row a law, one column a metric, of one signal by its label or number; bold where it is below all others.
+    """A table with one row per law and one column per metric; a value is bold if it is below all others.
 
-    The order is that of `order`. The metrics are all that were taken where none is named. Where a metric does not exist
-    in a case the cell is empty.
+    `evidence.order` compares the values, with `margin`. `signal` is a label, or a number from 0. By default all metrics
+    are shown. If a case does not have a metric, the cell is empty.
 
     Raises
     ------
     ValueError
         If there is no outcome.
     LookupError
-        If a metric exists in no case, or the number is not there.
+        If a metric exists in no case, or has no such signal.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def _score(outcome: Outcome, metric: str, signal: int | str) -> tuple[float, flo
 @dataclass(frozen=True)
 @check_arguments
 class PublishedColumn:
-    """One column of a published table: a law's name to its printed value, for a metric of one signal.
+    """One column of a published table `where`: printed `values` by law, with `digits` decimals, for one metric.
 
     Examples
     --------
@@ -104,7 +104,9 @@ class PublishedColumn:
 
 @check_arguments
 def against_published(name: str, caption: str, column: PublishedColumn, outcomes: Mapping[str, Outcome]) -> ReportTable:
-    """Printed / ours / difference, one row a law; a printed zero has no percent, and each law needs an outcome.
+    """A table of printed value, our value and difference, one row per law, each of which needs an outcome.
+
+    The difference from a printed zero has no percentage.
 
     Examples
     --------
@@ -166,7 +168,7 @@ class Ranking:
 
 @check_arguments
 def ranking(column: PublishedColumn, outcomes: Mapping[str, Outcome], margin: float = 0.0) -> Ranking:
-    """Each pair of laws in its printed order, judged by our values; see `order` for when it stays open.
+    """Each pair of laws in its printed order, judged by our values; `order` says when a pair stays undecided.
 
     Examples
     --------
@@ -192,9 +194,9 @@ def ranking(column: PublishedColumn, outcomes: Mapping[str, Outcome], margin: fl
 def information_table(
     name: str, caption: Phrase, loops: Mapping[str, object], searched_numbers: Mapping[str, int] | None = None
 ) -> ReportTable:
-    """A row a law: how positions and velocities reach it, its model, its estimate of the disturbance, its states.
+    """A table of what each law is given: positions and velocities, model, estimate of the disturbance, states.
 
-    The loops are by law, each a loop or its `Roles`; so is `searched_numbers`, how many of a law's numbers are tuned.
+    `loops` has by law a loop or its `Roles`, and `searched_numbers` by law the number of its tuned numbers.
 
     Raises
     ------

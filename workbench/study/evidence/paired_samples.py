@@ -20,7 +20,12 @@ LEAST = 20  # draws, below which no interval here holds what it says
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class PairedSamples:
-    """A metric, of which less is better, of L laws in N draws: row k is the same draw for all laws."""
+    """A metric, of which less is better, of L laws in N draws: row k is the same draw for all laws.
+
+    `values` (N, L) are infinite for a failed run. `errors` (L,) bound the error of a value due to the step, NaN if not
+    known, and `step_errors` (N, L) are those of the runs that were repeated. `failures` (L,) counts the failed runs.
+    `note` is the note below a table, and `sources` (L,) are the samples, None for values of another origin.
+    """
 
     metric: str
     unit: str
@@ -53,12 +58,12 @@ class PairedSamples:
 
     @check_arguments
     def place(self, law: str) -> int:
-        """The column of a law."""
+        """The number of a law's column, from 0."""
         return self.laws.index(known_name(law, self.laws, "laws"))
 
     @check_arguments
     def source(self, law: str) -> Source | None:
-        """The sample of a law, with the metric; None for values of another origin."""
+        """The sample of a law and the metric, as a `Source`; None if the values came from elsewhere."""
         return self.sources[self.place(law)] if self.sources else None
 
     @property
@@ -90,13 +95,13 @@ def pair_samples(
     Parameters
     ----------
     values
-        Law to its values (N,) over the same draws in the same order; NaN where a run failed.
+        By law, the values (N,) over the same draws in the same order; NaN where a run failed.
     errors
-        Law to the error of its values by the step, in their unit; without it they are taken as exact.
+        By law, the error of its values due to the step, in their unit; by default values are taken as exact.
     samples
-        Law to the sample of its values, from which the note below a table and the source of each number are then read.
+        By law, the sample of its values. It gives the note below a table and the source of each number.
     step_errors
-        Law to the errors (N,) of its values by the step, NaN where a run was not run again with half of it. `pool`
+        By law, the errors (N,) of its values due to the step, NaN where a run was not repeated at h / 2. `pool`
         needs them to divide each error by its own value.
 
     Raises
@@ -176,7 +181,7 @@ def _repeated(given: Mapping[str, object], columns: Mapping[str, Array], shape: 
 
 @check_arguments
 def same_draws(samples: Mapping[str, Sample]) -> str:
-    """The note of the samples of several laws, one draw a row, which must be the same independent draws and horizon."""
+    """The note of the samples of several laws, which must have the same independent draws, one per row, and horizon."""
     if not samples:
         raise ValueError("`same_draws(samples)` must map laws to their samples, at least one; got none.")
     (first, held), *others = samples.items()

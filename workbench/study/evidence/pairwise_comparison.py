@@ -25,7 +25,13 @@ MEDIAN = Median()
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Comparison:
-    """An estimand of a metric over draws, and its differences between laws, with simultaneous intervals."""
+    """An estimand of a metric over draws, and its differences between laws, with simultaneous intervals.
+
+    `level` (L,) is the estimand of each law, infinite if too many runs failed. `difference` (L, L) is that of the law
+    of the row minus that of the column, NaN if both are infinite. All intervals of either hold at once with the
+    `confidence`. A difference counts beyond the `margin`, a share of the smaller level, or of the draws for
+    `Success`.
+    """
 
     samples: PairedSamples
     estimand: Estimand
@@ -42,7 +48,7 @@ class Comparison:
 
     @check_arguments
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """The place of law a beside law b, significant by an interval beyond the margin and the errors of the steps."""
+        """The place of law a beside law b: the whole interval must lie beyond the margin and the steps' errors."""
         i, j = self.samples.place(a), self.samples.place(b)
         return "below" if self.below[i, j] else "above" if self.below[j, i] else "undecided"
 
@@ -55,7 +61,7 @@ class Comparison:
 
     @check_arguments
     def alike(self, a: str, b: str) -> bool:
-        """True if the interval of the difference of two laws, with the steps' errors, lies within the margin.
+        """True if the interval of the difference between two laws, plus the errors of the steps, is within the margin.
 
         Two laws that both fail too often for a level are not alike.
         """
@@ -121,13 +127,13 @@ def compare(
     Parameters
     ----------
     margin
-        Of the smaller level, or for `Success` of the draws: a difference within it is significant for nobody.
+        A share of the smaller level, or of the draws for `Success`. A difference within it is not significant.
 
     Raises
     ------
     ValueError
-        If there are fewer than 100 resamples or too few draws for the estimand, the confidence is none, or the margin
-        does not lie between 0 and 1.
+        If there are fewer than 100 resamples or too few draws for the estimand, or the confidence or the margin does
+        not lie between 0 and 1.
 
     Examples
     --------
@@ -165,7 +171,11 @@ def _square(apart: Intervals, laws: int) -> Intervals:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Ranks:
-    """Shares of the draws, each with the interval of Clopper and Pearson."""
+    """Shares of the draws, each with the interval of Clopper and Pearson for one share.
+
+    In `ranks` (L, L) the law of the row has the rank of the column, from the least value on; equal values get the worse
+    rank. In `below` (L, L) the law of the row is below that of the column.
+    """
 
     samples: PairedSamples
     confidence: float
@@ -181,7 +191,7 @@ class Ranks:
 
 @check_arguments
 def ranks(samples: PairedSamples, confidence: float = 0.95) -> Ranks:
-    """The rank of each law in each draw, counted. Intervals are those of one share at a time.
+    """Count the ranks of each law over the draws, as shares. Each interval holds for one share by itself.
 
     Examples
     --------

@@ -31,7 +31,7 @@ WAYS: Mapping[Way, str] = {
 class PooledJudgement:
     """Laws judged over all scenarios together, and again with each scenario left out.
 
-    A pooled value may rest on one scenario; `rests_on` names each scenario without which the answer is another.
+    A pooled value may rest on one scenario; `rests_on` names each scenario without which the answer changes.
     """
 
     way: Way
@@ -58,7 +58,7 @@ class PooledJudgement:
 
     @property
     def rests_on(self) -> tuple[str, ...]:
-        """The scenarios without which the answer is another."""
+        """The scenarios without which the answer changes."""
         return tuple(name for name, answer in self.answers.items() if answer != self.answer)
 
     @cached_property
@@ -76,17 +76,16 @@ class PooledJudgement:
 
 @check_arguments
 def pool(members: Mapping[str, PairedSamples], way: Way = "geometric mean", estimand: Estimand = MEAN) -> PairedSamples:
-    """One value of each draw and law from several scenarios, of which row k is the same draw in all.
+    """Pool several scenarios to one value for each draw and law; row k must be the same draw in all of them.
 
         geometric mean:     G_k = (prod_s y_sk)^(1/S),      error  G_k (1/S) sum_s e_sk / y_sk
         ratio to the best:  (1/S) sum_s y_sk / b_s,         error  (1/S) sum_s e_sk / b_s
         arithmetic mean:    (1/S) sum_s y_sk,               error  (1/S) sum_s e_sk
 
     Here b_s is the least mean over the draws of a law in scenario s, read from the same draws and then taken as exact;
-    e_sk is the error of run k by the step. Errors are known of the draws whose runs were run again in all scenarios;
-    where the members do not have them, every run has the largest error of its law. The error of the pooled values is
-    the mean over these draws if `estimand` is a mean, to which each draw adds its part, and else the largest. A run
-    that failed in one scenario counts as failed.
+    e_sk is the error of run k due to the step. It is known for draws that were repeated at h / 2 in all scenarios;
+    without `step_errors`, every run has the largest error of its law. The error of the pooled values is the mean over
+    these draws if `estimand` is a mean, and else the largest. A run that failed in one scenario counts as failed.
 
     Raises
     ------
@@ -130,7 +129,7 @@ def leave_one_out(
     way: Way = "geometric mean",
     estimand: Estimand = MEAN,
 ) -> PooledJudgement:
-    """The judgement of the pooled values of all scenarios, and of all but each one, by the estimand that is asked.
+    """The judgement of the pooled values of all scenarios, and again with each scenario left out.
 
     Raises
     ------

@@ -22,8 +22,8 @@ MAX_NAMES = 5  # values that a sentence names
 class Threshold:
     """The values that a search tried, in rising order, and for each of them whether it met the criterion.
 
-    Of the values that were tried, all up to `largest` meet the criterion, and `next` does not. The threshold, or one of
-    several, lies between these two. Nothing is claimed of values that were not tried.
+    All tried values up to `largest` meet the criterion, and `next` does not. The threshold, or one of several, lies
+    between these two. Nothing is claimed about values that were not tried.
 
     Examples
     --------
@@ -157,7 +157,7 @@ def bisect(
     criterion, ratio, between
         As of `find_largest`.
     low, high
-        Positive; both are asked first.
+        Positive values; both are tried first.
 
     Raises
     ------

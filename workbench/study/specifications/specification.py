@@ -26,14 +26,14 @@ DRAWS, PARTS = 512, 1000
 @dataclass(frozen=True)
 @check_arguments
 class Specification:
-    """Limits on the figures of a loop, each of which may be left out.
+    """Limits on the margins, poles and step response of a loop; each may be left out.
 
     Parameters
     ----------
     Ms, Mt
-        The largest peaks of S and T at the cut, as factors; of several channels of the largest singular value.
+        The largest peaks of S and T at the cut, as factors; for several channels, of the largest singular value.
     bandwidth
-        (low, high) in rad/s, of the frequency at which an answer has fallen by 3 dB from its gain at zero.
+        (low, high) in rad/s for the frequency at which the gain has fallen by 3 dB from its value at zero.
     damping
         The least damping of a pole, below 1: -Re s / |s|.
     gain_margin
@@ -47,11 +47,11 @@ class Specification:
     noise_gain
         The largest gain from the noise of the readings to the inputs of the plant, in their units.
     overshoot
-        The largest overshoot of a step answer, in % of its final value.
+        The largest overshoot of a step response, in % of its final value.
     settling_time
-        The longest time in s after which a step answer stays within 2 % of its final value.
+        The longest time in s after which a step response stays within 2 % of its final value.
     rise_time
-        The longest time in s that a step answer takes from 10 % to 90 % of its final value.
+        The longest time in s that a step response takes from 10 % to 90 % of its final value.
     decay
         The slowest decay of a pole, -Re s, in 1/s.
 
@@ -107,29 +107,29 @@ class Specification:
     ) -> SpecificationVerdicts:
         """The verdict on each limit, at the point of a loop or over a box of its parameters.
 
-        Over a box a limit is refuted by the worst draw of a search, proved by intervals, or not refuted in its draws.
+        Over a box a limit is refuted by the worst point of a search, proved by intervals, or not refuted.
 
         Parameters
         ----------
         loop
             A `LinearLoop`, or a loop gain L of negative feedback as a system of python-control.
         box
-            (low, high) by the path of a parameter: {"plant.m": (0.8, 1.2)}. Of a `LinearLoop` alone.
+            (low, high) by the path of a parameter: {"plant.m": (0.8, 1.2)}. A box needs a `LinearLoop`.
         inputs, outputs
-            The signals of the closed loop whose bandwidth and step are limited. Without them they are the one reference
-            and what follows it; of a loop that follows none, or of L, the answer is T.
+            The signals between which bandwidth and step response are limited; by default the single reference and the
+            output that follows it. For L, or a loop without a reference, T is taken.
         draws, seed, parts
-            The size of the Sobol sample, beside which all corners and refined draws are looked at, and its seed; and
-            the most parts of the box in a proof.
+            The size of the Sobol sample in the box (corners and refined points are tried, too); its seed; and the
+            largest number of parts into which a proof cuts the box.
 
         Raises
         ------
         ValueError
-            If the loop is neither, a range is not within the bounds of its parameter, or no draw has an answer.
+            If `loop` is neither of these, a range is beyond the bounds of its parameter, or no point has an answer.
         LookupError
             If a parameter or a signal has another name.
         DesignError
-            If the loop at its point is not stable, as all figures are those of a stable loop.
+            If the loop at its point is not stable: all limits are for a stable loop.
         """
         systems = LoopSystems.of(f"{CHECK}(loop=...)", loop, inputs, outputs)
         if not systems.stable:
@@ -149,7 +149,7 @@ class Specification:
     def gain_bounds(self, of: str = "S") -> tuple[GainBound, ...]:
         """The limits as regions of a Bode plot that a gain must not reach.
 
-        They are those of the gain of "S" (Ms), of "T" (Mt and the bandwidth), or of "CS", from noise (noise_gain).
+        `of` names the gain: "S" has the limit on Ms, "T" those on Mt and the bandwidth, and "CS" that on noise_gain.
 
         Raises
         ------

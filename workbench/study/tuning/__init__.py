@@ -1,7 +1,7 @@
 """Tuning: the same search for every law that is compared, by one objective and with one budget.
 
-The room knows sweeps and samples, and nothing of files: who computes its runs is handed in.
-Read `contract` first, then `search`; `optimum` says what was found and how far it may be trusted.
+This package takes sweeps and samples, and knows no files; the function that computes its runs is passed in. Read
+`tuning` first, then `search`; `tuning_result` says what was found, and how far it can be trusted.
 
 Examples
 --------

@@ -128,20 +128,21 @@ def here(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
 
 @check_arguments
 def tune(tuning: Tuning | TuningSearch, evaluate: Evaluate = here) -> TuningResult:
-    """The best parameters of a tuning, by differential evolution: one search per seed, each with the same budget.
+    """Search the best parameters by differential evolution: one search per seed, each with the same budget.
 
-    A point is not admissible if a run diverges in any trial, or a metric is no number; of two such the one whose runs
-    last longer is nearer to it. Each search has its own training noise. The best points of each are run under the
-    noises of all searches, at h and h / 2, and the answer is that of the least mean at h among those admissible at
-    both. The same seeds give the same bits.
+    A point is not admissible if a run diverges in any trial, or a metric is not a number; of two such points, the one
+    whose runs last longer is preferred. Each search has its own training noise. The best points of each search are run
+    under the noises of all searches, at h and h / 2. The answer is the point with the least mean at h among those that
+    are admissible at both. The same seeds give the same result, bit for bit. `evaluate` is the function that computes
+    the runs.
 
     Raises
     ------
     ValueError
-        If no point is admissible, none of the best is at h / 2, or the objective gives something else than a number
-        for each point.
+        If no point is admissible, none of the best points is at h / 2, or the objective gives something else than a
+        number for each point.
     LookupError
-        If a factor varies what a loop does not have, or a metric watches what it does not put out.
+        If a factor varies a number that a loop does not have, or a metric watches an output that it does not have.
     """
     search = tuning if isinstance(tuning, TuningSearch) else compile_tuning(tuning)
     past: list[_Generation] = []

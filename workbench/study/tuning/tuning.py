@@ -31,8 +31,8 @@ Objective = Callable[[Mapping[str, Sample]], Array]
 class Trial:
     """A run on which a search judges the numbers of a loop: one of the scenarios that it trains on.
 
-    A search takes the values of its points at the step of the run, and runs the best at half of it too. Without `h`,
-    pilots at the ends of each factor's range choose it.
+    A search takes the values of its points at the step of the run, and repeats the best points at half the step.
+    Without `h`, pilot runs at the ends of each factor's range choose the step.
     """
 
     name: str
@@ -45,27 +45,29 @@ class Trial:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Tuning:
-    """A search for the numbers of a loop that make an objective least over some trials, within a budget.
+    """A search for the numbers of a loop that minimise an objective over some trials, within a budget.
 
     Attributes
     ----------
     factors
-        The numbers, the same paths in each trial. A search does not leave the ends of their distributions, and on a
-        `LogUniform` range is one of the logarithm.
+        The numbers to search, with the same paths in each trial. A search stays within the ends of their distributions;
+        for a `LogUniform` it searches the logarithm.
     objective
-        From the runs of each trial by its name to (n,), the smaller the better, each point by its own runs alone;
-        infinite where a point is not admissible, as one with a run that diverged is not.
+        A function from the samples of n points, by the name of the trial, to (n,) numbers, the smaller the better. It
+        must judge each point by its own runs alone. It is infinite for a point that is not admissible, such as one with
+        a run that diverged.
     evaluations, population
-        Of each search: how many points it looks at, at most, and how many at once.
+        The largest number of points that each search tries, and the number of points in each of its generations.
     seeds
-        One search each, with its own training noise: in search k, from 0 on, that of a trial has its seed + 1000 k.
+        One search for each seed, with its own training noise: in search k, counted from 0, the noise of a trial has the
+        seed of its run + 1000 k.
     starts
-        By factor, the range in which the first population is drawn; from limit to limit where none is given.
+        By factor, the range of the first population; by default from limit to limit.
     physical
-        By factor and end, as in `("gamma", "low")`, why nothing can lie beyond that limit, in words.
+        By factor and end, as in `("gamma", "low")`, the reason in words why nothing can lie beyond that limit.
     settle
-        The share of its evaluations after which a search ends as soon as it has settled: when its last quarter of
-        those allowed gained no more than 1 %. Without it every search has all its evaluations.
+        A share of the evaluations after which a search ends as soon as it has settled: the last quarter of the
+        evaluations allowed gained at most 1 %. By default every search uses all its evaluations.
 
     Raises
     ------
@@ -73,7 +75,7 @@ class Tuning:
         If a name comes twice, a range is open, a start is not within the limits, or the evaluations are no multiple of
         the population.
     LookupError
-        If a start or a physical limit is that of no factor.
+        If a start or a physical limit names no factor.
 
     References
     ----------
@@ -172,7 +174,7 @@ class Tuning:
 
     @check_arguments
     def noise(self, trial: Trial, search: int) -> int:
-        """The seed of the noise of a trial in a search, both searches and noises counted from 0."""
+        """The seed of the noise of a trial in a search; searches and noises are counted from 0."""
         return trial.run.seed + NOISES * (search % len(self.seeds))
 
 
@@ -196,11 +198,12 @@ def equal_budget(
     laws
         From the name of each law to its loops, as trials, and its factors.
     evaluations, evaluations_per_number
-        Of each search, at most, for every law or for each number that is sought, in whole populations: one of the two.
+        The largest number of evaluations of each search: the same for every law, or so many for each tuned number, in
+        whole populations. Give one of the two.
     population
-        8 + 2 d points for d numbers, rounded up to a multiple of 8, if it is not given.
+        The number of points in a generation; by default 8 + 2 d for d numbers, rounded up to a multiple of 8.
     starts, physical
-        Those of the tuning of each law, by its name.
+        Those of the tuning of each law, by the name of the law.
 
     Raises
     ------
@@ -208,7 +211,7 @@ def equal_budget(
         If two laws differ in the names, metrics, steps, horizons or seeds of their trials, both budgets are given or
         none, or `Tuning` refuses.
     LookupError
-        If starts or limits are those of no law, or `Tuning` finds no such factor.
+        If `starts` or `physical` name no law, or `Tuning` finds no such factor.
     """
     for named, of in ((starts, "starts"), (physical, "physical")):
         for law in named or {}:

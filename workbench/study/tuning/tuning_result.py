@@ -32,8 +32,11 @@ Measure = Callable[[Mapping[str, Sample]], Array]
 class TuningResult:
     """All points that a tuning evaluated, their objectives, and the best of them: N points of d numbers, K finalists.
 
-    The finalists, the best points of each search, are run at h and h / 2 under the S training noises of all searches
-    (S = 1 if no trial has noise).
+    `points` (N, d) are in the unit cube, search after search, and `numbers` (N, d) are the values of the factors.
+    `objectives` (N,) are those at the step h, infinite for a point that is not admissible. `evaluations` counts the
+    points of each search, and `samples` has the runs by trial. The finalists, the best points of each search, are run
+    at h and h / 2 under the S training noises of all searches (S = 1 if no trial has noise). `finalists` (K,) are their
+    places, `finals` and `finals_at_half_step` (K, S) their objectives, and `final_samples` their runs by trial.
     """
 
     tuning: Tuning
@@ -69,7 +72,7 @@ class TuningResult:
 
     @check_arguments
     def best_of(self, seed: int) -> dict[str, float]:
-        """The best value of each factor by the search of a seed alone: its best finalist under its noise."""
+        """The best value of each factor in the search of a seed: its best finalist under the noise of that search."""
         seeds = list(map(str, self.tuning.seeds))
         search = seeds.index(known_name(str(seed), seeds, f"searches of '{self.name}' by their seeds"))
         objectives = self._admissible(self._own(self.finals), self._own(self.finals_at_half_step))
@@ -82,7 +85,7 @@ class TuningResult:
 
     @check_arguments
     def best_within(self, evaluations: int) -> dict[str, float]:
-        """The best value of each factor at the step h, among the first so many points of each search."""
+        """The best value of each factor at the step h, among the first `evaluations` points of each search."""
         whole("best_within(evaluations)", evaluations)
         nth = np.concatenate([np.arange(used) for used in self.evaluations])
         early = np.where(nth < evaluations, self.objectives, np.inf)
@@ -127,7 +130,7 @@ class TuningResult:
 
     @property
     def bests(self) -> Array:
-        """The least objective of each search at the step h, a number a seed."""
+        """The least objective of each search at the step h, one number per seed."""
         return np.array([one.bests[-1] for one in self.searches])
 
     @property
@@ -192,7 +195,7 @@ class TuningResult:
 
     @property
     def note(self) -> str:
-        """The note below a figure: evaluations, failed ones, seeds, step, its error, and the training noise."""
+        """The note below a figure: evaluations, failures, seeds, step, step error, and training noise."""
         tuning, error = self.tuning, percent(share(self.step_error, self.objective))
         several, noises = len(tuning.seeds) > 1, self.finals_at_half_step.shape[1]
         steps = join_names(f"{h:g} s" for h in dict.fromkeys(one.h for one in self.samples.values()))
@@ -224,7 +227,7 @@ class TuningResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The doubts about the best, in sentences."""
+        """Sentences on doubts about the best point."""
         said = [f"The best '{name}' lies at the {self._ends[name]} end of its range." for name in self.at_edge]
         said += [sentence for one in self.searches if (sentence := one.doubt)]
         if (error := share(self.step_error, self.objective)) > STEP:

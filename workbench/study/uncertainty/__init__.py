@@ -1,7 +1,7 @@
 """Uncertain numbers: the designs that sample them, and the indices and quantiles that follow.
 
-The room knows factors and samples of runs, and nothing of the loops behind them but their numbers; `local` alone
-simulates, to differentiate. Read `engine/factors` first, then `designs` and `indices`.
+This package takes factors and samples of runs, and knows of loops only their numbers; `local_sensitivity` alone
+simulates, to differentiate. Read `engine/factors` first, then `designs` and `sobol_indices`.
 
 Examples
 --------

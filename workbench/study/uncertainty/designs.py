@@ -16,7 +16,7 @@ WORDS = 4  # that one counter of Philox gives
 
 
 class AbstractDesign(ABC):
-    """`size` points in the unit cube of `dimensions` factors, one a run."""
+    """A design: `size` points in the unit cube of `dimensions` factors, one per run."""
 
     dimensions: int
 
@@ -30,7 +30,7 @@ class AbstractDesign(ABC):
         """The points with the numbers first to last - 1, (last - first, dimensions)."""
 
     def points(self, first: int = 0, last: int | None = None) -> Array:
-        """The points with the numbers first to last - 1, (last - first, dimensions); all of them if not told.
+        """The points with the numbers first to last - 1, (last - first, dimensions); by default all.
 
         Raises
         ------
@@ -74,7 +74,7 @@ class ListedPoints(AbstractDesign):
     Raises
     ------
     ValueError
-        If they are no such points, or none.
+        If there are no points, or they are not in the unit cube.
 
     Examples
     --------
@@ -108,12 +108,12 @@ class ListedPoints(AbstractDesign):
 class OneAtATime(AbstractDesign):
     """The point where all factors have the quantile `base`, then each factor by itself at each of `levels`.
 
-    Point 0 is the base, point 1 + i k + j has factor i at level j of k. It says nothing of interactions.
+    Point 0 is the base, and point 1 + i k + j has factor i at level j of k. The design says nothing about interactions.
 
     Raises
     ------
     ValueError
-        If there is no factor or no level, or if a level or the base is no quantile from 0 to 1, or levels repeat.
+        If there is no factor or no level, or if a level or the base is not a quantile from 0 to 1, or levels repeat.
 
     Examples
     --------
@@ -160,7 +160,7 @@ class MonteCarlo(AbstractDesign):
     Raises
     ------
     ValueError
-        If there is no factor or no run, or if the seed is none.
+        If there is no factor or no run, or if the seed is not a seed.
 
     Examples
     --------
@@ -196,7 +196,7 @@ class LatinHypercube(AbstractDesign):
     Raises
     ------
     ValueError
-        If there is no factor or no run, or if the seed is none.
+        If there is no factor or no run, or if the seed is not a seed.
 
     References
     ----------
@@ -235,7 +235,7 @@ class LatinHypercube(AbstractDesign):
 @dataclass(frozen=True)
 @check_arguments
 class MorrisDesign(AbstractDesign):
-    """`trajectories` random paths over a grid of p = `levels` levels an axis.
+    """A design of `trajectories` random paths over a grid of p = `levels` levels per axis.
 
     From one of the dimensions + 1 points of a path to the next a single factor moves, up or down, by
     delta = p / (2 (p - 1)). Run k (dimensions + 1) + j is point j of path k. The levels include 0 and 1, so a factor
@@ -244,7 +244,7 @@ class MorrisDesign(AbstractDesign):
     Raises
     ------
     ValueError
-        If there is no factor, less than two trajectories or an odd number of levels, or if the seed is none.
+        If there is no factor, less than two trajectories or an odd number of levels, or if the seed is not a seed.
 
     References
     ----------

@@ -57,15 +57,15 @@ def morris(
 
         effect_i = (y(u + delta e_i) - y(u)) / delta,  u the point of the unit cube
 
-    Effects over a grid have few values, rare ones among them: over 10 trajectories an interval of 95 % may hold the
-    truth but 8 times in 10, which a remark says below 50.
+    Effects over a grid have few values, some of them rare: with 10 trajectories, an interval of 95 % may contain the
+    truth in only 8 cases of 10. A remark says this below 50 trajectories.
 
     Parameters
     ----------
     outputs
         (N,) or (N, k) in the order of the design's points.
     errors
-        Of the outputs, of the same shape, NaN where they are not known; a remark says where they blur.
+        The errors of the outputs, of the same shape, NaN where they are not known; a remark says where they matter.
 
     Raises
     ------
@@ -125,9 +125,9 @@ def _deviation(effects: Array, t: float) -> tuple[Array, Array]:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Tornado:
-    """Of k outputs, or one without the axis k: `base` (k,) with no factor moved, `moved_outputs` (k, d, levels).
+    """Outputs of one-at-a-time runs: `base` (k,) with no factor moved, and `moved_outputs` (k, d, levels).
 
-    `refusals` has the reason for each output that has none, whose numbers are NaN.
+    A single output has no axis k. `refusals` has the reason for each output that was refused; its numbers are NaN.
     """
 
     names: tuple[str, ...]
@@ -144,7 +144,7 @@ class Tornado:
 
     @property
     def swing(self) -> Array:
-        """The distance between the outermost outputs of each factor, that of the base among them, (k, d)."""
+        """The distance between the outermost outputs of each factor, with the output of the base among them, (k, d)."""
         base = np.broadcast_to(self.base[..., None, None], (*self.moved_outputs.shape[:-1], 1))
         return np.asarray(np.ptp(np.concatenate([self.moved_outputs, base], -1), axis=-1))
 
@@ -167,7 +167,7 @@ def tornado(
     *,
     factors: Sequence[str] | None = None,
 ) -> Tornado:
-    """The outputs of a one-at-a-time design, by factor and level. They say nothing of factors that act together.
+    """The outputs of a one-at-a-time design, by factor and level; they say nothing about interactions.
 
     Raises
     ------

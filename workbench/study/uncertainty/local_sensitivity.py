@@ -48,17 +48,16 @@ Rows = tuple[Array, Array]  # a quantity and its derivatives, (m, k) each, one r
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class LocalSensitivities:
-    """Derivatives of metrics at one operating point, by m numbers with these `labels` that are `at` (m,) there.
+    """Derivatives of metrics at one operating point, by m numbers with `labels`, whose values there are `at` (m,).
 
     Attributes
     ----------
     value, gradient
-        By metric, (k,) and (k, m) for its k numbers: the derivatives of the very numbers that the run computes; NaN
-        where they leave all bounds.
+        By metric, (k,) and (k, m): its k numbers and their derivatives, exact for the steps taken; NaN if unbounded.
     slope, wide_slope
-        By metric, (k, m): those of neighbouring runs, over changes of each number by 0.01 % and by 1 %.
+        By metric, (k, m): difference quotients of neighbouring runs, for changes of each number by 0.01 % and by 1 %.
     switches
-        The operations of the equations across which a derivative does not see.
+        The operations of the equations that jump or have corners, which a derivative does not notice.
     """
 
     labels: tuple[str, ...]
@@ -71,9 +70,10 @@ class LocalSensitivities:
 
     @check_arguments
     def holds(self, metric: str) -> NDArray[np.bool_]:
-        """True where the gradient is the slope of the metric, (k, m): to 0.1 % over the narrow width, 10 % the wide.
+        """True where the gradient is the slope of the metric, (k, m).
 
-        Along a run that switches a gradient may hold between two switchings and say nothing beyond them.
+        The two agree to 0.1 % over the narrow width, and to 10 % over the wide one. Along a run that switches, a
+        gradient may be right between two switchings and wrong beyond them.
         """
         known_name(metric, self.gradient, "metrics here")
         gradient, narrow, wide = (held[metric] for held in (self.gradient, self.slope, self.wide_slope))
@@ -86,9 +86,9 @@ class LocalSensitivities:
 
     @check_arguments
     def linear_shares(self, metric: str, deviations: Array) -> Array:
-        """The parts (k, d) of the variance that d factors would have were the metric linear: beside S1 a check.
+        """The shares (k, d) of the variance due to d factors if the metric were linear, as a check of S1.
 
-        `deviations` (d, m) are by how much one standard deviation of each factor moves all the numbers together.
+        `deviations` (d, m) are the changes of all m numbers by one standard deviation of each factor.
         """
         known_name(metric, self.gradient, "metrics here")
         deviations = matrix("linear_shares(deviations=...)", deviations, columns=len(self.at))
@@ -124,16 +124,16 @@ def local_sensitivities(
 
         S+ = (dF/dx) S + dF/dtheta,   x+ = F(k, x, p) the loop and its metrics, and from S those of the metrics
 
-    Where F jumps or has corners S is that of the pieces between them, and misses what the instants of the corners
-    add: so every derivative is held against differences of runs beside this one; see `warnings`.
+    If F jumps or has corners, S is that of the smooth pieces, and misses the effect of shifted switching instants. So
+    every derivative is compared with differences of neighbouring runs; see `warnings`.
 
-    `names` are of parameters and initial states, or of single numbers of either; `p` and `x0` the operating point, the
-    defaults if not given; `until` and `h` horizon and step in s, of a sampled loop the substep.
+    `names` are those of parameters and initial states, or of single numbers of either. `p` and `x0` are the operating
+    point, by default that of `equation`. `until` and `h` are horizon and step in s, for a sampled loop the substep.
 
     Raises
     ------
     ValueError
-        If no name is given, the run diverges, a number cannot be moved by itself, or `measured` or `simulate` refuses.
+        If no name is given, the run diverges, a number cannot be moved by itself, or `measure` or `simulate` refuses.
     LookupError
         If a name is neither a parameter's nor a state's; the message names the nearest.
 

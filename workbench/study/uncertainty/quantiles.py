@@ -19,8 +19,8 @@ from workbench.study.uncertainty.outputs import as_outputs, columns_of, t_quanti
 class Quantiles:
     """Quantiles (k, q) of k outputs at q levels, each within an interval.
 
-    Of an output with `failures` runs (k,) the value is NaN, and the interval holds wherever their outputs would have
-    been. An end is infinite where there are too few runs to bound it.
+    `failures` (k,) are the numbers of failed runs. If an output has some, its value is NaN; its interval holds whatever
+    the outputs of these runs would have been. An end is infinite if there are too few runs to bound it.
     """
 
     names: tuple[str, ...]
@@ -34,7 +34,7 @@ class Quantiles:
 @dataclass(frozen=True)
 @check_arguments
 class Share:
-    """The share of all runs in which something holds, from `low` to `high`; NaN if there are `failures` ones."""
+    """The share of all runs in which something holds, between `low` and `high`; its value is NaN if runs failed."""
 
     value: float
     low: float
@@ -56,9 +56,9 @@ def quantiles(
 
         P(y_(l) <= quantile(p) <= y_(u)) >= confidence,  l and u from the binomial law of N runs and p
 
-    They need no assumption on the distribution (David and Nagaraja 2003, Order Statistics, section 7.1), and are wider
-    than they need be over a Latin hypercube. Outputs (N,) or (N, k) are in the order of the design's points; one may be
-    infinite, and a NaN is a failed run, whose output could have been anything.
+    The intervals need no assumption on the distribution (David and Nagaraja 2003, Order Statistics, section 7.1); for a
+    Latin hypercube they are wider than necessary. `outputs` (N,) or (N, k) are in the order of the design's points. An
+    output may be infinite. A NaN is a failed run, whose output could have been anything.
 
     Raises
     ------
@@ -93,12 +93,12 @@ def quantiles(
 def share(holds: object, confidence: float = 0.95) -> Share:
     """The share of independent runs in which something holds (Clopper and Pearson 1934, Biometrika 26).
 
-    `holds` (N,) is 1 or True where it does, 0 or False where it does not, NaN where the run failed and nobody knows.
+    `holds` (N,) is 1 or True where it does, 0 or False where it does not, and NaN where the run failed.
 
     Raises
     ------
     ValueError
-        If there is no run, or an entry is none of these.
+        If there is no run, or an entry is not one of these.
 
     Examples
     --------

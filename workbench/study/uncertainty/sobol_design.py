@@ -18,7 +18,7 @@ MOST_DIMENSIONS = 21_201 // 2  # of which SciPy has direction numbers, half for 
 @dataclass(frozen=True)
 @check_arguments
 class SobolDesign(AbstractDesign):
-    """`base` pairs of points A and B, and beside each pair the points that take a single coordinate from the other.
+    """A design of `base` pairs of points A and B, with points that take a single coordinate from the other one.
 
     A block of runs is A, then A with coordinate i from B for every i, then with `second_order` B with coordinate i
     from A for every i, then B (Saltelli). The pairs are four independently scrambled Sobol nets of base / 4 points in
@@ -27,7 +27,8 @@ class SobolDesign(AbstractDesign):
     Raises
     ------
     ValueError
-        If there is no factor or there are too many, if `base` is no power of two from 8 on, or if the seed is none.
+        If there is no factor or there are too many, if `base` is not a power of two from 8 on, or if the seed is not a
+        seed.
 
     References
     ----------

@@ -27,7 +27,7 @@ MOST_DRAWS = 10**8  # of a bootstrap at once: 0.8 GB
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class SobolIndices:
-    """Indices of d factors for k outputs, or for a single one without the axis k.
+    """Sobol indices of d factors for k outputs; for a single output without the axis k.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class SobolIndices:
     groups, sums1, sumsT
         Names of groups of factors, and the sums (k, G) of S1 and of ST over each, with intervals of their own.
     deviation
-        (k,), of the outputs over all factors.
+        The standard deviation (k,) of the outputs over all factors.
     refusals
         The reason for each output that has no indices; its numbers are NaN.
     """
@@ -66,7 +66,7 @@ class SobolIndices:
 
     @check_arguments
     def of_group(self, group: str, total: bool = False) -> Estimate:
-        """The sum of S1, or of ST, over the factors of a group: (k,), or of a single output one number."""
+        """The sum of S1, or of ST if `total`, over the factors of a group: (k,), or one number for a single output."""
         place = self.groups.index(known_name(group, self.groups, "groups"))
         found = self.sumsT if total else self.sums1
         assert found is not None
@@ -100,9 +100,9 @@ def sobol(
     outputs
         (N,) or (N, k) in the order of the design's points; several metrics, or one at many times.
     errors
-        Of the outputs, of the same shape, NaN where unknown; a remark says where they blur the indices.
+        The errors of the outputs, of the same shape, NaN where unknown; a remark says where they blur the indices.
     groups
-        By name the factors over which S1 and ST are summed.
+        By name of a group, the factors over which S1 and ST are summed.
     control
         True if the quadratic polynomial that fits the runs serves as control variate (Owen 2013, Monte Carlo theory,
         methods and examples, section 8.9): its indices are exact, and only what it leaves is estimated.
@@ -110,8 +110,8 @@ def sobol(
     Raises
     ------
     ValueError, LookupError
-        If an argument has the wrong kind or shape, every output is refused, a group has what is no factor, or there
-        are too few runs for the control variate.
+        If an argument has the wrong kind or shape, every output is refused, a group names no factor, or there are too
+        few runs for the control variate.
 
     Examples
     --------
@@ -133,7 +133,7 @@ def sobol(
 
 @check_arguments
 def least_base(dimensions: int, second_order: bool = False) -> int:
-    """The least `base` of a `SobolDesign` whose runs are enough for `sobol(control=True)`: a power of two.
+    """The least `base` of a `SobolDesign` with enough runs for `sobol(control=True)`, a power of two.
 
     Examples
     --------
