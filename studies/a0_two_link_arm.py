@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
+from studies.paper.citation import introduction
 from studies.paper.two_link_arm import (
     DEFINITE,
     DERIVED_DYNAMICS,
@@ -35,8 +36,9 @@ def wrong_entry(entry: wb.arms.printed.EntryVerdict) -> tuple[wb.document.Verdic
     """The witness against an entry, and the right one."""
     statement = f"The paper's equation {EQUATION[entry.matrix]} is right in its entry {entry.label}."
     evidence = (
-        f"At {entry.witness}, it is {entry.printed_value:.6g} where {entry.right_value:.6g} is right. The torque with "
-        f"it is {TORQUE[entry.same_torque or 'not refuted']}. To replay: ",
+        f"At {entry.witness}, the printed entry is {entry.printed_value:.6g}, and the right value is "
+        f"{entry.right_value:.6g}. The torque with the printed entry is {TORQUE[entry.same_torque or 'not refuted']}. "
+        "To replay: ",
         wb.document.Code(entry.witness.replay if entry.witness else ""),
     )
     place = f"{entry.row}" if entry.matrix == "G" else f"{entry.row}{entry.column}"
@@ -53,7 +55,7 @@ def verdict(property_verdict: wb.arms.properties.PropertyVerdict, statement: str
     if property_verdict.residual is not None and property_verdict.witness is not None:
         qd = property_verdict.witness.qd
         evidence += (
-            f". The kinetic energy changes by half of qd' (M' - 2C) qd, which no torque has supplied: "
+            ". The kinetic energy changes at a rate of half of qd' (M' - 2C) qd, which no torque supplies: "
             f"{float(qd @ property_verdict.residual @ qd) / 4:.4g} W"
         )
     return wb.document.Verdict(
@@ -75,15 +77,18 @@ def eigenvalues() -> tuple[wb.document.Figure, wb.document.Verdict]:
         xlim=(-np.pi, np.pi),
         hlines=(DEFINITE.alpha1, DEFINITE.alpha2),
     )
-    caption = "Eigenvalues of M over the second joint angle, the only one M depends on; thin lines: their extremes."
+    caption = (
+        "Eigenvalues of M over the second joint angle; M does not depend on the first. Thin lines: the least and the "
+        "greatest eigenvalue."
+    )
     statement = "Assumption 2: M, as printed and as derived, is positive definite for all q at nominal parameters."
     low, high = proved_bounds()
     bounds = (
         f"alpha_1 = {DEFINITE.alpha1:.6f} and alpha_2 = {DEFINITE.alpha2:.6f} kg m², both with the arm stretched. "
         f"Intervals on {DEFINITE.boxes} boxes prove that no eigenvalue lies below {wb.proofs.bound_text(low, 1)} or "
-        f"above {wb.proofs.bound_text(high, -1)} anywhere on the torus, so that {min(DEFINITE.digits)} digits of both "
-        "are right (sines and cosines within four units in the last place, or from ball arithmetic where the extra "
-        "'rigorous' is installed)."
+        f"above {wb.proofs.bound_text(high, -1)} anywhere on the torus, so {min(DEFINITE.digits)} digits of both are "
+        "right. The proof takes sines and cosines as right within four units in the last place, or has them from ball "
+        "arithmetic if the extra 'rigorous' is installed."
     )
     return wb.document.Figure("eigenvalues_of_m", caption, (panel,)), wb.document.Verdict(
         OUTCOME[DEFINITE.kind], statement, bounds
@@ -96,14 +101,14 @@ def entry_finding() -> wb.Finding:
     by_torque = tuple(_place(entry) for entry in ENTRIES if entry in WRONG and entry.same_torque != "proved")
     return wb.Finding(
         "wrong_entry",
-        f"Of the {len(ENTRIES)} printed entries of (2) to (4), {len(ENTRIES) - len(WRONG)} are right; wrong is "
-        f"{' and '.join(wrong)}.",
-        "Each right entry is proved equal to the derived one for all states and parameters, by exact rational "
-        "arithmetic. The wrong one is shown below at a state that anyone can replay.",
-        statistic="The difference of a printed entry and a derived one, as an identity.",
+        f"Of the {len(ENTRIES)} printed entries of (2) to (4), {len(ENTRIES) - len(WRONG)} are right; "
+        f"{' and '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} wrong.",
+        "Each right entry is proved equal to the derived entry for all states and parameters, by exact rational "
+        "arithmetic. A wrong entry is shown below at a state that anyone can replay.",
+        statistic="The difference between a printed and a derived entry, as an identity.",
         sample="All entries of M, C and G.",
         information="Point masses at the ends of massless links, and the angles of the paper.",
-        assumptions="C by Christoffel symbols.",
+        assumptions="C is derived by Christoffel symbols.",
         answer=", ".join(wrong),
         variations=(wb.Variation("entries of C judged by the torque C qd", ", ".join(by_torque) or "none"),),
     )
@@ -133,9 +138,9 @@ def answer_line() -> str:
     right = len(ENTRIES) - len(WRONG)
     skew = {arm: "holds" if judged.kind == "proved" else "fails" for arm, judged in SKEW.items()}
     return (
-        f"Of the {len(ENTRIES)} printed entries of (2) to (4), {right} are right. Wrong is "
-        f"{' and '.join(map(_place, WRONG))}: with it Assumption 3 {skew[PRINTED_DYNAMICS.name]}, with the right "
-        f"entry it {skew[REPAIRED_DYNAMICS.name]}."
+        f"Of the {len(ENTRIES)} printed entries of (2) to (4), {right} are right. "
+        f"{' and '.join(map(_place, WRONG))} {'is' if len(WRONG) == 1 else 'are'} wrong: as printed, Assumption 3 "
+        f"{skew[PRINTED_DYNAMICS.name]}; with the right entry, Assumption 3 {skew[REPAIRED_DYNAMICS.name]}."
     )
 
 
@@ -160,7 +165,7 @@ def page(results: wb.Results) -> wb.Page:
             wb.document.TableColumn("verdict"),
         ),
         rows,
-        ("same: proved, an identity in all states and all parameters.",),
+        ("'same' is proved: an identity in all states and all parameters.",),
     )
     about = wb.Paragraph(
         "The arm has point masses at the ends of massless links. The first angle is measured from the downward "
@@ -185,10 +190,11 @@ def page(results: wb.Results) -> wb.Page:
 study = wb.Study(
     name="a0_two_link_arm",
     title="The two-link arm: are the printed equations right?",
-    question="Which entries of the equations (2) to (4) are right, which entries should replace the wrong ones, and do "
+    question="Which entries of the equations (2) to (4) are right? Which entries should replace the wrong ones? Do "
     "Assumptions 2 and 3 hold?",
-    method="The arm is derived from its energies. Each printed entry is compared with the derived one by exact "
-    "rational arithmetic on trigonometric polynomials, which proves an identity in all states and all parameters. A "
-    "difference is shown at a state that anyone can replay. The eigenvalues of M are bounded over the whole torus.",
+    method=f"{introduction(2, 3, 4, rivals=False)} The arm is derived from its energies. Each printed entry is "
+    "compared with the derived entry by exact rational arithmetic on trigonometric polynomials, which proves an "
+    "identity in all states and all parameters. A difference is shown at a state that anyone can replay. The "
+    "eigenvalues of M are bounded over the whole torus.",
     sections=page,
 )

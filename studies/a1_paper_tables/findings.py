@@ -17,21 +17,18 @@ from studies.a1_paper_tables.repairs import (
     SLIPS,
     SMALL,
     SMALL_Q,
+    TRACKING,
     WITH_ORACLE,
     late,
     tracks,
 )
-from studies.a1_paper_tables.row import CLOSE, FITTED_WEIGHTS, HALF_DIGIT, WITNESS, nearest
+from studies.a1_paper_tables.row import CLOSE, FITTED_WEIGHTS, HALF_DIGIT, WITNESS, multiple, nearest
 from studies.paper.card import CARD, PROPOSED_LAW, PUBLISHED_COLUMNS
 from studies.paper.comparison import LATE
 from studies.paper.unstated_choices import assumptions, choices_of, names, omitted_choices
 
 INFORMATION = "Positions, the exact model and, by (24), the true disturbance."
 OURS = choices_of(PROPOSED_LAW, "FS")
-TRACKING = (
-    f"A law is said to track if K stays positive definite and the late error, the largest |e_i| from {LATE:g} s on, is "
-    f"at most {NEAR:.2f} rad for both joints: a tenth of the error at the start."
-)
 # The choices that the runs of this page vary, in this finding or in another one.
 VARIED_CHOICES = (
     "sign of (33)",
@@ -103,9 +100,9 @@ def as_printed(results: wb.Results) -> wb.Finding:
         f"With Q = R = I and the shape 'outer' of (33), K is no longer positive definite at {lost} s, and an error "
         f"exceeds {repairs.FAR:g} rad at {left} s.",
         statistic=f"{TRACKING} A run that diverges does not track.",
-        sample=f"One run without noise for each point of a grid of Q, {grid.Q.low:g} I to {grid.Q.high:g} I, and R, "
-        f"{grid.R.low:g} I to {grid.R.high:g} I, and for each shape of (33), over {grid.UNTIL:g} s; further "
-        f"runs with Q = R = I over {SHORT:g} s, and with Q = {SMALL:g} I over {repairs.LONG:g} s.",
+        sample=f"One run of {grid.UNTIL:g} s without noise for each shape of (33) and each point of a grid: Q from "
+        f"{grid.Q.low:g} I to {grid.Q.high:g} I, R from {grid.R.low:g} I to {grid.R.high:g} I. Further runs: with "
+        f"Q = R = I over {SHORT:g} s, and with Q = {SMALL:g} I over {repairs.LONG:g} s.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
         answer=_tracking(least <= NEAR),
@@ -119,7 +116,7 @@ def _worst(runs: Iterable[wb.study.Outcome]) -> float:
 
 
 def _least(error: float) -> str:
-    return f"late error {error:.2g} rad" if np.isfinite(error) else "every run diverges"
+    return f"late error {error:.3g} rad" if np.isfinite(error) else "every run diverges"
 
 
 def two_repairs(results: wb.Results) -> wb.Finding:
@@ -127,11 +124,11 @@ def two_repairs(results: wb.Results) -> wb.Finding:
     runs = two_repair_runs(results)
     kept = [run for run in runs.values() if tracks(run)]
     worst = [max(late(run)[joint] for run in kept) if kept else np.inf for joint in (0, 1)]
-    lost = " and ".join(f"shape '{shape}', Q = {Q:g} I" for (shape, Q), run in runs.items() if not tracks(run))
+    lost = " and ".join(f"shape '{shape}', Q = {multiple(Q)}" for (shape, Q), run in runs.items() if not tracks(run))
     minus = results[ONE_CHANGE, SLIPS["(33)"]]
     fitted = f"(24) repaired too, Q = {CARD['Q'][0, 0]:g} I, R = {CARD['R'][0, 0]:g} I"
     variations = [
-        wb.Variation(f"shape '{shape}', Q = {Q:g} I", _tracking(tracks(run)), _errors(run))
+        wb.Variation(f"shape '{shape}', Q = {multiple(Q)}", _tracking(tracks(run)), _errors(run))
         for (shape, Q), run in runs.items()
     ]
     variations.append(wb.Variation(fitted, _tracking(tracks(minus)), _errors(minus)))
@@ -146,7 +143,7 @@ def two_repairs(results: wb.Results) -> wb.Finding:
         "two_repairs",
         f"With (3) and (28) repaired alone, the law tracks the first scenario in {len(kept)} of {len(runs)} runs, with "
         f"late errors of at most {worst[0]:.3f} rad (joint 1) and {worst[1]:.3f} rad (joint 2).",
-        f"(24) and the minus of (33) stand as printed. K falls, and loses its positive definiteness only with {lost}. "
+        f"(24) and the minus of (33) are as printed. K falls, and stops being positive definite only with {lost}. "
         f"{_single_words(single)}",
         statistic=TRACKING,
         sample=(
@@ -168,8 +165,9 @@ def _single_words(single: Iterable[wb.study.Outcome]) -> str:
     of_three = [run for run in single if run.case.law.startswith("(3),")]
     others = [run for run in single if run not in of_three]
     return (
-        f"With (3) alone it tracks in {sum(map(tracks, of_three))} of {len(of_three)} runs, with larger late errors "
-        f"({_worst(of_three):.2g} rad or more); with another slip alone in {sum(map(tracks, others))} of {len(others)}."
+        f"With (3) repaired alone it tracks in {sum(map(tracks, of_three))} of {len(of_three)} runs, with larger late "
+        f"errors ({_worst(of_three):.2g} rad or more). With one other slip repaired alone it tracks in "
+        f"{sum(map(tracks, others)) or 'none'} of {len(others)} runs."
     )
 
 
@@ -184,20 +182,22 @@ def row_of_fs(results: wb.Results) -> wb.Finding:
     one = nearest(runs[shape, Q])
     return wb.Finding(
         "row_of_fs",
-        "The printed row of the first scenario does not identify the law: repairs of (3) and (28) meet it within "
-        f"{row.limit(least)} %, of (3) and (33) within {row.limit(other)} %, of four within {row.limit(of_four)} %.",
-        f"The sampled RMSE falls with the unstated horizon. (3) and (28): shape '{shape}', Q = {Q:g} I, R = I, "
-        f"{one.horizon:.2f} s. (3) and (33): 'outer', Q = {row.OTHER_Q:g} I, R = {row.OTHER_R:g} I, "
-        f"{row.OTHER_HORIZON:g} s. Four: '{CARD['reading of (33)']}', Q = {CARD['Q'][0, 0]:g} I, R = "
-        f"{CARD['R'][0, 0]:g} I, {FIT_OF_CARD:g} s.",
-        statistic="The larger relative difference of the sampled RMSE, (43), from its two printed values. The row is "
-        f"said to be met within {100 * CLOSE:g} %.",
-        sample=f"One run without noise for each repair; horizons from {row.SHORTEST:g} to {FREE:g} s at each sample of "
-        "(43), so far as the run goes.",
+        "The printed row of the first scenario does not identify the law: it is met within "
+        f"{row.limit(least)} % by repairs of (3) and (28), within {row.limit(other)} % by repairs of (3) and (33), and "
+        f"within {row.limit(of_four)} % by all four repairs.",
+        "The sampled RMSE falls with the unstated horizon. The fits are, "
+        f"for (3) and (28): shape '{shape}', Q = {multiple(Q)}, R = I, horizon {one.horizon:.2f} s; for (3) and (33): "
+        f"shape 'outer', Q = {row.OTHER_Q:g} I, R = {row.OTHER_R:g} I, horizon {row.OTHER_HORIZON:g} s; for four: "
+        f"shape '{CARD['reading of (33)']}', Q = {CARD['Q'][0, 0]:g} I, R = {CARD['R'][0, 0]:g} I, horizon "
+        f"{FIT_OF_CARD:g} s.",
+        statistic="The relative difference between the sampled RMSE, (43), and its printed value, the larger of both "
+        f"joints. The row is met if this is at most {100 * CLOSE:g} %.",
+        sample="One run without noise for each repair. The horizon is each sample of (43) from "
+        f"{row.SHORTEST:g} s to {FREE:g} s, or to the end of the run.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=f"With four repairs: {assumptions(OURS, of_fit=True)}. With (3) and (28): Q, the shape of (33) and the "
-        "horizon, to the printed row. With (3) and (33): R, too.",
+        fits=f"With four repairs: {assumptions(OURS, of_fit=True)}. With (3) and (28) repaired: Q, the shape of (33) "
+        "and the horizon, to the printed row. With (3) and (33) repaired: the same and R.",
         answer=_met(least),
         variations=tuple(_other_rows(results)),
         limitations=names(omitted_choices((*VARIED_CHOICES, "D_hat in (10)"), OURS)),
@@ -221,20 +221,23 @@ def _other_rows(results: wb.Results) -> Iterator[wb.Variation]:
         yield wb.Variation(f"two repairs with a horizon of at most {longest:g} s", _met(miss), _miss(miss))
     miss = min(nearest(run, FIT_OF_CARD, FIT_OF_CARD).miss for run in runs.values())
     yield wb.Variation(
-        f"two repairs with the horizon that was fitted with four, {FIT_OF_CARD:g} s", _met(miss), _miss(miss)
+        f"two repairs with the horizon fitted with four repairs, {FIT_OF_CARD:g} s", _met(miss), _miss(miss)
     )
     least = min(nearest(run).miss for run in runs.values())
     for within in (1e-3, HALF_DIGIT):
         yield wb.Variation(f"two repairs with a tolerance of {100 * within:.2g} %", _met(least, within), _miss(least))
-    for part, label in ((0, "shape '{}'"), (1, "Q = {:g} I")):
+    for part, label in ((0, "shape '{}'"), (1, "Q = {}")):
         for value in dict.fromkeys(key[part] for key in runs):
             miss = min(nearest(run).miss for key, run in runs.items() if key[part] == value)
-            yield wb.Variation(f"two repairs with {label.format(value)} alone, R = I", _met(miss), _miss(miss))
+            words = label.format(value if part == 0 else multiple(float(value)))
+            yield wb.Variation(f"two repairs, only {words}, R = I", _met(miss), _miss(miss))
     miss = nearest(results[row.OTHER_PAIR, "outer"]).miss
     yield wb.Variation("two other repairs, of (3) and (33)", _met(miss), _miss(miss))
     for slip, change in SLIPS.items():
         miss = nearest(results[ONE_CHANGE, change]).miss
-        yield wb.Variation(f"three repairs with {slip} as printed, Q and R as with four", _met(miss), _miss(miss))
+        yield wb.Variation(
+            f"three repairs with {slip} as printed, Q and R as with four repairs", _met(miss), _miss(miss)
+        )
     for words, change in (("four repairs", ALL_FOUR), ("four repairs, and D_hat given to (10)", WITH_ORACLE)):
         miss = nearest(results[ONE_CHANGE, change]).miss
         yield wb.Variation(words, _met(miss), _miss(miss))
@@ -252,18 +255,18 @@ def excess(outcome: wb.study.Outcome) -> list[float]:
 def late_error(results: wb.Results) -> wb.Finding:
     """The error that a repaired law keeps, and the observer that causes it."""
     runs = {
-        f"(3) and (28) repaired, shape '{shape}', Q = {Q:g} I": run
+        f"(3) and (28) repaired, shape '{shape}', Q = {multiple(Q)}": run
         for (shape, Q), run in two_repair_runs(results).items()
     }
     runs |= {run.case.law: run for run in results.scenario(ONE_CHANGE) if run.case.law != ALL_FOUR}
     errors, mended = late(results["FS", PROPOSED_LAW]), late(results[ONE_CHANGE, WITH_ORACLE])
     return wb.Finding(
         "late_error",
-        f"Repaired, the law keeps a late error of {errors[0]:.3f} rad (joint 1) and {errors[1]:.3f} rad (joint 2) in "
-        "the first scenario, most of it from observer (10).",
-        f"Observer (10) leaves the disturbance out. With D_hat given to it, the late errors are {mended[0]:.3f} and "
-        f"{mended[1]:.3f} rad.",
-        statistic=f"Largest |e_i| from {LATE:g} s on; the answer is that of joint 2.",
+        f"With four repairs, the law keeps a late error of {errors[0]:.3f} rad (joint 1) and {errors[1]:.3f} rad "
+        "(joint 2) in the first scenario; observer (10) causes most of it.",
+        "Observer (10) leaves the disturbance out. If it is given the estimate D_hat, the late errors are "
+        f"{mended[0]:.3f} rad and {mended[1]:.3f} rad.",
+        statistic=f"The late error: the largest |e_i| from {LATE:g} s on. The answer is its value at joint 2.",
         sample=f"One run without noise for each repair, over up to {FREE:g} s.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
@@ -287,8 +290,8 @@ def answer_line(results: wb.Results) -> str:
     tracking = any(min(each) <= NEAR for each in grid.late_errors(results).values())
     return (
         f"As printed, with observer (10), the law {'tracks in some runs' if tracking else 'does not track'}. Repairs "
-        "of (3) and (28), of (3) and (33), and of four each meet its printed RMSE of the first scenario within "
-        f"{row.limit(largest)} %, so the row identifies no law."
+        "of (3) and (28), of (3) and (33), and of four slips each meet the printed RMSE of the first scenario within "
+        f"{row.limit(largest)} %, so the row does not identify the law."
     )
 
 

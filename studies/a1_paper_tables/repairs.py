@@ -7,31 +7,36 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
-from studies.a1_paper_tables.row import OTHER_Q, OTHER_R, nearest
+from studies.a1_paper_tables.row import OTHER_Q, OTHER_R, multiple, nearest
 from studies.paper.card import CARD, PROPOSED_LAW, SCENARIOS
+from studies.paper.comparison import LATE
 from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_printed, proposed_repaired, state_observer
 
 REPAIRS = (
-    "(3): C[1,2] as derived in a0, for which M' - 2C is skew-symmetric.",
-    "(24): D_hat = eta, which follows D. It must know D, so it is an oracle, and is marked as one.",
+    "(3): the entry C[1,2] is derived in report a0. With it M' - 2C is skew-symmetric.",
+    "(24): D_hat = eta, which follows D. The observer must know D, so it is an oracle, and is marked as one.",
     "(28): the reference velocity qd_r = qd_d - Lambda e in place of qd_d. Without it the term Lambda e_2 of (30) "
     "remains.",
-    "(33): a plus, so that the gain grows with the error. The Q and R that were fitted with four repairs need it; a "
-    "smaller Q does not.",
-    "Not repaired: the observer (10), which leaves out D; (34), which runs forward and does not minimise (32); A of "
-    "(31), which lacks 1/phi; the finite time of (42).",
+    "(33): a plus, so that the gain grows with the error. The Q and R that were fitted with four repairs need the "
+    "plus; a smaller Q does not.",
+    "Four slips are not repaired. Observer (10) leaves out D. (34) runs forward in time and does not minimise (32). A "
+    "of (31) lacks the factor 1/phi. The finite time (42) does not follow (report a2).",
 )
 SHORT = 10.0  # s, the horizon of runs that are lost before it
 LONG = 25.0  # s, the horizon of the law as printed with a small Q
 FREE = 45.0  # s, by which each law that tracks has passed the printed row
 FAR = 10.0  # rad, beyond which a path is lost
 NEAR = np.pi / 10  # rad, a tenth of the error at the start: a late error within it is called tracking
+TRACKING = (
+    f"The late error is the largest |e_i| from {LATE:g} s on. A law tracks if K stays positive definite and the late "
+    f"error of both joints is at most {NEAR:.2f} rad, a tenth of the error at the start."
+)
 SMALL = 0.01  # the lower end of the card's range of Q, in N m/(rad s); R = I as before
 AS_PRINTED = {scenario: f"{words} as printed, Q = I" for scenario, words in SCENARIOS.items()}
 SMALL_Q = f"first scenario as printed, Q = {SMALL:g} I"
 ONE_CHANGE = "first scenario, one change"
-PAIRS = {f"(3) and (28) repaired, Q = {Q:g} I": Q for Q in (SMALL, 1.0)}  # Q in N m/(rad s); R = I
-WITH_ORACLE = "one repair more: the observer (10) is given D_hat, an oracle"
+PAIRS = {f"(3) and (28) repaired, Q = {multiple(Q)}": Q for Q in (SMALL, 1.0)}  # Q in N m/(rad s); R = I
+WITH_ORACLE = "one more repair: observer (10) is given D_hat, an oracle"
 ALL_FOUR = "none: all four slips repaired"
 SLIPS = {
     "(3)": "slip (3): C[1,2] without velocity, in model and observer",
@@ -148,7 +153,7 @@ def gain_figure(results: wb.Results) -> wb.document.Figure:
 def gain_table(
     name: str, caption: str, head: str, runs: Sequence[wb.study.Outcome], notes: Sequence[str] = ()
 ) -> wb.document.ReportTable:
-    """A row a run: when the gain and the path are lost, the late errors, and the miss of the printed row."""
+    """One row for each run: when the gain and the path are lost, the late errors, and the miss of the printed row."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     several = len({run.case.scenario for run in runs}) > 1
     for run in runs:
@@ -161,8 +166,8 @@ def gain_table(
     columns = (
         wb.document.TableColumn(head),
         *((wb.document.TableColumn("run"),) if several else ()),
-        wb.document.TableColumn("K not positive", "s", "right"),
-        wb.document.TableColumn(f"|e| > {FAR:g} rad", "s", "right"),
+        wb.document.TableColumn("K first not positive", "s", "right"),
+        wb.document.TableColumn(f"first |e| > {FAR:g} rad", "s", "right"),
         wb.document.TableColumn("least eigenvalue of K", "N m", digits=3),
         *(wb.document.TableColumn(f"late error of q{j}", "rad", "right") for j in (1, 2)),
         wb.document.TableColumn("nearest horizon", "s", "right"),
@@ -170,7 +175,7 @@ def gain_table(
     )
     nearest_note = (
         "Nearest horizon: the horizon, from 5 s on, at which the sampled RMSE, (43), of both joints is nearest to "
-        f"the printed row of {PROPOSED_LAW}. Beside it stands the larger of the two relative differences."
+        f"the printed row of {PROPOSED_LAW}. The last column has the larger of the two relative differences."
     )
     return wb.document.ReportTable(name, caption, columns, tuple(rows), (nearest_note, *notes))
 
@@ -179,15 +184,15 @@ def printed_section(results: wb.Results) -> wb.Section:
     """The law as printed, in each shape of (33), with two choices of Q."""
     about = (
         "Equation (33) multiplies a matrix, a vector and a vector of signs. Their product has no consistent shape, so "
-        "each reading gives it one. With the minus of (33) the gain can fall, while (29) asks for a positive definite "
-        "K. The law and its observer use (3) as printed; the simulated arm is the derived one. K is called not "
-        "positive where its symmetric part has an eigenvalue of zero or below. The paper states neither Q nor R: "
-        "Q = R = I is assumed first, then a smaller Q."
+        "each reading gives it one. With the minus of (33) the gain can fall, but (29) needs a positive definite K. "
+        "The law and its observer use (3) as printed; the simulated arm is the derived one. K is not positive if its "
+        "symmetric part has an eigenvalue of zero or below. The paper states neither Q nor R. First Q = R = I is "
+        "assumed, then a smaller Q."
     )
     runs = [run for scenario in (*AS_PRINTED.values(), SMALL_Q) for run in results.scenario(scenario)]
     caption = (
-        "AOSMC-RGS as printed, in each shape of (33): (3), (24), (28) and the minus of (33) stand as printed. Over "
-        f"{SHORT:g} s with Q = I, over {LONG:g} s with the small Q. R = I."
+        "AOSMC-RGS as printed, in each shape of (33): (3), (24), (28) and the minus of (33) are as printed. The runs "
+        f"take {SHORT:g} s with Q = I and {LONG:g} s with the smaller Q; R = I."
     )
     notes = [f"{name}: {meaning}." for name, meaning in wb.arms.laws.SHAPES.items()]
     table = gain_table("printed_runs", caption, "shape of (33)", runs, notes)
@@ -197,7 +202,7 @@ def printed_section(results: wb.Results) -> wb.Section:
 def repair_section(results: wb.Results) -> wb.Section:
     """One slip put back at a time, then two slips repaired alone."""
     slips = (
-        f"The law with four repairs, then with one slip of the print put back or one repair more: first scenario, over "
+        "The law with four repairs, then with one slip of the paper put back or one more repair: first scenario, over "
         f"{FREE:g} s, Q = {CARD['Q'][0, 0]:g} I, R = {CARD['R'][0, 0]:g} I."
     )
     pairs = f"The law with (3) and (28) repaired alone: first scenario, over {FREE:g} s, R = I."

@@ -29,6 +29,11 @@ class Nearest:
     miss: float
 
 
+def multiple(weight: float) -> str:
+    """A multiple of the identity matrix: 'I', '0.7 I'."""
+    return "I" if weight == 1 else f"{weight:g} I"
+
+
 def limit(share: float) -> str:
     """The least number of percent with one digit that is not below a share: 'within 0.009 %' of 0.0082 %."""
     unit = 10.0 ** np.floor(np.log10(100 * share))
@@ -71,10 +76,11 @@ def row_figure(curves: dict[str, wb.study.Outcome]) -> wb.document.Figure:
         for joint in (0, 1)
     )
     close = [one.horizon for one in map(nearest, curves.values()) if one.miss <= CLOSE]
-    met = " and ".join(f"{horizon:.0f}" for horizon in sorted(close))
+    met = " and ".join(f"{horizon:.0f} s" for horizon in sorted(close))
     caption = (
         "Sampled RMSE of AOSMC-RGS in the first scenario against the horizon, which the paper does not state. Thin "
-        f"line: the printed value. Both values are met within {100 * CLOSE:g} % at horizons of {met} s."
+        f"line: the printed value. The printed values of both joints are met within {100 * CLOSE:g} % at horizons of "
+        f"{met}{', by different curves' * (len(close) > 1)}."
     )
     return wb.document.Figure("horizons", caption, panels, columns=2)
 
@@ -105,7 +111,7 @@ def witness_table(results: wb.Results, four: wb.study.Outcome) -> wb.document.Re
         wb.document.TableColumn("larger miss", "%", "right"),
     )
     caption = (
-        "The printed row of AOSMC-RGS in the first scenario, met by two pairs of repairs and by four repairs: Q and "
-        "the horizon were fitted for each row, R in the last two. What is not named as repaired stands as printed."
+        "The printed row of AOSMC-RGS in the first scenario, met by two pairs of repairs and by four repairs. Q and "
+        "the horizon were fitted for each row, R for the last two. An equation that is not named is as printed."
     )
     return wb.document.ReportTable("witness", caption, columns, tuple(rows), ("Q and R are multiples of I.",))

@@ -103,7 +103,7 @@ def rmse_figure(results: wb.Results) -> wb.document.Figure:
         both = (wb.document.Bars("printed", np.asarray(rows - 0.2, dtype=float), printed, start, 0, thick=0.35), *here)
         panels.append(wb.document.Panel("", both, "sampled RMSE [rad]", ynames=LAWS, title=column.where))
     caption = (
-        "Sampled RMSE, (43), as printed, and of the runs here. Only AOSMC-RGS, with four repairs, was fitted to the "
+        "Sampled RMSE, (43), as printed and from the runs here. Only AOSMC-RGS, with four repairs, was fitted to the "
         "printed values. The rivals have assumed gains, as the paper states none, so the bars do not compare the "
         "laws."
     )
@@ -147,14 +147,14 @@ def scenario_section(results: wb.Results, scenario: str) -> wb.Section:
     """Figures and tables of one scenario."""
     title, key, runs = SCENARIOS[scenario], scenario.lower(), results.scenario(scenario)
     about = wb.Paragraph(
-        "The paper has one metric, (43): a mean over samples that begins with the initial error. The column RMSE is "
-        "the same as an integral. Errors are those of the step; the assumed numbers matter far more. "
-        f"{BOLD} Where a torque leaves the frame of a figure, its peak is in the tables. Super-twisting is a "
-        "seventh law that the paper does not have; it stands in the tables alone."
+        "The paper has one metric, (43): a root mean square over samples, the initial error among them. The column "
+        "RMSE is the same mean, taken as an integral over time. The stated errors come from the step of the "
+        f"simulation; the assumed numbers matter far more. {BOLD} Where a torque leaves the frame of a figure, its "
+        "peak is in the tables. Super-twisting is a seventh law that the paper does not have; only the tables have it."
     )
     tables = []
     for j in (1, 2):
-        caption = f"RMSE of joint {j} in the {title}: printed, of the runs here by (43), and the difference."
+        caption = f"RMSE of joint {j} in the {title}, (43): as printed, from the runs here, and the difference."
         tables.append(
             wb.evidence.against_published(
                 f"{key}_rmse_q{j}", caption, PUBLISHED_COLUMNS[scenario, j], six(results, scenario)
@@ -171,8 +171,8 @@ def scenario_section(results: wb.Results, scenario: str) -> wb.Section:
 def order_section(results: wb.Results) -> wb.Section:
     """The published values beside ours, the printed order of the laws, and the part of the assumed gain of SMC."""
     about = wb.Paragraph(
-        "The printed tables put AOSMC-RGS first in each column. The runs here cannot test that order: they rest on "
-        "numbers of the rivals that were assumed. They show which pairs keep their order with these numbers."
+        "The printed tables put AOSMC-RGS first in each column. The runs here cannot test that order, as they rest on "
+        "assumed numbers of the rivals. They show which pairs keep their order with these numbers."
     )
     return wb.Section(
         "The printed order of the laws", (rmse_figure(results), about, _columns_table(results), _gains_table(results))
@@ -180,7 +180,7 @@ def order_section(results: wb.Results) -> wb.Section:
 
 
 def _columns_table(results: wb.Results) -> wb.document.ReportTable:
-    """A row a published column: its pairs, and the laws on the other side of the proposed one."""
+    """One row for each published column: its pairs, and the laws on the other side of the proposed one."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for (scenario, _), column in PUBLISHED_COLUMNS.items():
         judged = wb.evidence.ranking(column, six(results, scenario), MARGIN)
@@ -199,14 +199,14 @@ def _columns_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("keep their order", align="right"),
         wb.document.TableColumn("reversed", align="right"),
         wb.document.TableColumn("too close to call", align="right"),
-        wb.document.TableColumn(f"printed above {PROPOSED_LAW}, below it here"),
+        wb.document.TableColumn(f"larger RMSE than {PROPOSED_LAW} in print, smaller here"),
     )
-    caption = "The fifteen pairs of laws of each printed column, by the sampled RMSE, (43), of the runs here."
+    caption = "The fifteen pairs of laws of each printed column, ordered by the sampled RMSE, (43), of the runs here."
     return wb.document.ReportTable("pairs", caption, columns, tuple(rows))
 
 
 def _gains_table(results: wb.Results) -> wb.document.ReportTable:
-    """A row a gain of SMC: its RMSE, the time to its layer, and the pairs."""
+    """One row for each gain of SMC: its RMSE, the time to its layer, and the pairs."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for K in (None, *FIRM):
         smc = {scenario: six(results, scenario, K)["SMC"] for scenario in SCENARIOS}
@@ -215,11 +215,13 @@ def _gains_table(results: wb.Results) -> wb.document.ReportTable:
         gain = f"{CARD['SMC: K'][0]:g}, assumed" if K is None else f"{K:g}"
         rows.append((gain, *scores, *reached, *count_pairs(results, K)))
     columns = (
-        wb.document.TableColumn("K of SMC, N m"),
-        *(wb.document.TableColumn(f"RMSE, {scenario}, q{joint + 1}", "rad", "right") for scenario, joint in PLACES),
+        wb.document.TableColumn("K of SMC [N m]"),
+        *(wb.document.TableColumn(f"RMSE of q{joint + 1}, {scenario}", "rad", "right") for scenario, joint in PLACES),
         *(wb.document.TableColumn(f"layer reached, {scenario}", "s", "right") for scenario in SCENARIOS),
         *(wb.document.TableColumn(f"pairs {words}", align="right") for words in ("in order", "reversed", "too close")),
     )
-    caption = "The printed pairs with other gains of SMC than the assumed one; all other numbers stay."
-    note = "Layer reached: each |s_i| has been below phi. FS, SS: first and second scenario."
+    caption = (
+        "The printed pairs with the assumed gain of SMC and with two other gains; all other numbers stay the same."
+    )
+    note = "Layer reached: the time by which each |s_i| has been below phi. FS, SS: first and second scenario."
     return wb.document.ReportTable("gains_of_smc", caption, columns, tuple(rows), (note,))

@@ -56,8 +56,8 @@ def strict_decrease() -> wb.proofs.Ruling:
         f"{max(error for _, error in along):.0e}): Q = 0.01 I, I and 1000 I with R = 0.1 I, I and 1000 I. The "
         "law is as printed but for C, the estimates obey (35) and start on the path of the first scenario. At t = 0, "
         f"where s = 0, V2' is {at_start[1000, 1000]:.0f} W for Q = R = 1000 I and {at_start[1, 1]:.0f} W for Q = R = "
-        "I: at one instant the sign depends on Q and R. Whatever they are, (40) would make s tend to zero, which the "
-        "next line excludes.",
+        "I: at one instant the sign depends on Q and R. Whatever Q and R are, (40) would make s tend to zero, which "
+        "(41), along (35), excludes.",
         "[v2_along(Q, R) for Q, R in PAIRS], v2_rate(1000, 1000), v2_rate(1, 1)",
         kept_hypotheses=kept_by(on_path, 1e-4),
     )
@@ -67,7 +67,7 @@ implication = judges("(41), implication", "If s tends to zero, so does e1, where
     lambda: wb.proofs.Ruling(
         "proved",
         "By (26) e1' = -Lambda e1 + s there, which is a stable linear filter of s, as Lambda > 0. Along (10) e1' is "
-        "e2 + L1 x1~, so that it needs x1~ to tend to zero as well.",
+        "e2 + L1 x1~, so e1 tends to zero only if x1~ does as well.",
     )
 )
 v2_rate = identity("(37)", "V2' of (36) by the second line of (30).", "(30), (36), (37)")
@@ -88,9 +88,10 @@ def convergence_35() -> wb.proofs.Ruling:
         exact.kind == "proved" and e > e_error,
         "Where s = 0 and e1 = 0, (35) gives M e2' = D_hat - D, whatever Q, R and K are (proved by normal form). So, "
         "with K bounded, s and e1 tend to zero only if D - D_hat does, and for a sine D it does not: not for (24) as "
-        f"printed, and not for D_hat = eta, which lags. As printed but for C, with {PRINTED_WEIGHTS}, reading 'outer', "
-        f"first scenario, started on the desired path: |e1| still reaches {e:.2e} rad and |s| {s:.2e} rad/s from 15 s "
-        f"to 20 s (error of the step at most {max(e_error, s_error):.0e}), small and not zero.",
+        f"printed, and not for D_hat = eta, which lags. A run as printed but for C, with {PRINTED_WEIGHTS}, reading "
+        "'outer', in the first scenario, starts on the desired path. From 15 s to 20 s "
+        f"|e1| still reaches {e:.2e} rad and |s| {s:.2e} rad/s (error of the step at most "
+        f"{max(e_error, s_error):.0e}): small, but not zero.",
         "along_35()",
         kept_hypotheses=kept_by(on_path, 1e-4),
     )
@@ -112,8 +113,8 @@ def convergence_10() -> wb.proofs.Ruling:
         "Let D and q_d be constant, D not zero, and all signals bounded, as Theorem 2 has them. If s and e1 tended to "
         "zero, the estimates and then the arm would come to rest at q_d, but there M times the accelerations of arm "
         "and estimate differ by D for any torque (proved, whatever Q and R are). "
-        f"Repaired, with {WEIGHTS}, under D = {row(CONSTANT_D)} N m, q - q_d is {row(error)} rad after 20 s "
-        f"(changed by {np.max(change):.0e} as the step is halved).",
+        f"With the repaired law, {WEIGHTS} and D = {row(CONSTANT_D)} N m, q - q_d is {row(error)} rad after 20 s "
+        f"(changed by {np.max(change):.0e} if the step is halved).",
         "offset()",
         kept_hypotheses=kept_by(regulation, 1e-3 / 12),
     )
@@ -136,11 +137,11 @@ def finite_time(result: wb.proofs.SearchResult) -> wb.proofs.Ruling:
     return refutation(
         result.kind == "refuted",
         "By (41), along (35), s does not tend to zero, whatever Q and R are, so small sigma are never reached for "
-        "good. A run shows the bound fail at a large sigma, too: for all sigma at once it is t |s(t)| <= V2(0) / c. As "
-        f"printed but for C, with {PRINTED_WEIGHTS}, reading 'outer', first scenario, V2(0) = {V2_AT_START:.3f} J and "
-        f"c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it by {worst.value:.3f} rad within 2 s (error of the "
-        f"step {worst.error:.0e}). Worst of {result.runs:,} runs of 2 s, {result.admissible_runs:,} of which kept the "
-        "hypotheses.",
+        "good. A run shows that the bound also fails at a large sigma. For all sigma at once the bound is t |s(t)| <= "
+        f"V2(0) / c. In a run as printed but for C, with {PRINTED_WEIGHTS}, reading 'outer', first scenario, V2(0) = "
+        f"{V2_AT_START:.3f} J and c >= {FLOOR:g} N m throughout, t |s(t)| exceeds the bound by {worst.value:.3f} rad "
+        f"within 2 s (error of the step {worst.error:.0e}). This is the worst of {result.runs:,} runs of 2 s, of which "
+        f"{result.admissible_runs:,} kept the hypotheses.",
         f"rerun({sought})",
         kept_hypotheses=tuple(hypothesis.claim.name for hypothesis in PROOF_HYPOTHESES),
     )
@@ -156,10 +157,10 @@ def bounded_signals() -> wb.proofs.Ruling:
     closed, run = replay.drift()
     return refutation(
         np.allclose(closed, run, rtol=1e-6) and bool((np.abs(run) > 2 * np.abs(CONSTANT_D)).all()),
-        "D_hat is a signal of the loop, and (24) knows D alone. For a constant D, which Assumption 4 allows, its "
+        "D_hat is a signal of the loop, and (24) uses only D. For a constant D, which Assumption 4 allows, its "
         "closed form D (t - (1 - exp(-l t)) / l) grows beyond all bounds, whatever Q, R, K and the reading "
-        f"of (33) are. For D = {row(CONSTANT_D)} N m, D_hat is {row(run, 6)} N m s after 10 s. The theorem asks "
-        "for Assumptions 1 to 4 alone; its proof chooses lambda_min(K) > delta, which such a D breaks in time.",
+        f"of (33) are. For D = {row(CONSTANT_D)} N m, D_hat is {row(run, 6)} N m s after 10 s. The theorem requires "
+        "only Assumptions 1 to 4; its proof chooses lambda_min(K) > delta, which such a D breaks after some time.",
         "drift()",
         kept_hypotheses=replay.kept_by_drift(),
     )

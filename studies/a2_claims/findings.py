@@ -10,8 +10,8 @@ from studies.a2_claims.rivals import ALSO_AS_PUBLISHED, METRICS
 
 SUBSTITUTIONS = ("(12)", "(13)", "(16)", "(18)", "(20)", "(37)", "(38)")
 UNCHECKED_KINDS: Sequence[wb.proofs.Kind] = ("not checkable as published", "not checkable", "ill-posed", "not refuted")
-WEIGHTS = "Q, R, l, the reading of (33) and the square wave, as a1 has them, where a run needs numbers"
-ROOM = "Proofs: all states. Runs: one each, with the error of the step."
+WEIGHTS = "Q, R, l, the reading of (33) and the square wave, as in report a1, if a run needs them"
+ROOM = "Proofs hold for all states. Each claim with a run has one run, with the error of its step."
 
 
 def counts(ledger: wb.proofs.ClaimLedger) -> Mapping[wb.proofs.Kind, int]:
@@ -27,8 +27,8 @@ def answer(ledger: wb.proofs.ClaimLedger) -> str:
     )
     return (
         f"Of the paper's {len(PRINTED_STATEMENTS)} printed equations, assumptions and theorems that assert something, "
-        f"{count['proved']} are proved and {count['refuted']} refuted{', both theorems among these' * theorems}; "
-        f"{count['depends on']} depend on Q and R, which it does not state; "
+        f"{count['proved']} are proved and {count['refuted']} are refuted{', among them both theorems' * theorems}; "
+        f"{count['depends on']} depend on Q and R, which the paper does not state; "
         f"{sum(count[kind] for kind in UNCHECKED_KINDS)} cannot be checked."
     )
 
@@ -52,11 +52,11 @@ def printed_equations(ledger: wb.proofs.ClaimLedger) -> wb.Finding:
     published = [ledger[name] for name in (*(metric[0] for metric in METRICS), *ALSO_AS_PUBLISHED)]
     left = [line for item, line in items if item.name not in SUBSTITUTIONS]
     rules = {
-        "a count of each claim of the finer split": refuted_count(split),
-        "a count of those claims of the finer split whose ranges are the paper's": refuted_count(of_paper),
-        "a count of what depends on Q and R as refuted": refuted_count(lines, "depends on"),
+        "a count of the single claims into which the items are split": refuted_count(split),
+        "a count of the single claims whose ranges are the paper's": refuted_count(of_paper),
+        "a count in which items that depend on Q and R are refuted": refuted_count(lines, "depends on"),
         "a count without the seven plain substitutions": refuted_count(left),
-        "a count of the statements on simulations as well": refuted_count([*lines, *published]),
+        "a count that includes the statements on simulations": refuted_count([*lines, *published]),
     }
     names = [item.name for item, line in items if line.ruling.kind == "refuted"]
     depending = [item.name for item, line in items if line.ruling.kind == "depends on"]
@@ -64,8 +64,8 @@ def printed_equations(ledger: wb.proofs.ClaimLedger) -> wb.Finding:
         "printed_equations",
         phrase(answer(ledger)),
         phrase(
-            f"Refuted: {'; '.join(names)}. Depending on Q and R: {'; '.join(depending)}. Each refutation has a witness "
-            "that anyone can replay. The count depends on the rule of counting; the verdicts do not."
+            f"Refuted are {'; '.join(names)}. Those that depend on Q and R are {'; '.join(depending)}. Each refutation "
+            "has a witness that anyone can replay. The count depends on the rule of counting; the verdicts do not."
         ),
         statistic="The number of printed items by verdict: each equation, assumption and theorem once.",
         sample="All 43 numbered equations, 2 theorems and 4 assumptions; definitions and repetitions are left out.",
@@ -105,16 +105,18 @@ def first_theorem(ledger: wb.proofs.ClaimLedger) -> wb.Finding:
     return wb.Finding(
         "theorem_1",
         phrase(
-            "Theorem 1 fails for the gains of section 5: the observer (10) can rest far from an arm at rest, for ever."
+            "Theorem 1 fails for the gains of section 5: beside an arm at rest, observer (10) can stay at an "
+            "equilibrium far from the arm for ever."
         ),
         phrase(main.ruling.evidence),
-        statistic="Rest points of (10), proved by interval arithmetic; linear modes by Routh's array.",
+        statistic="Equilibria of (10), proved by interval arithmetic; linear modes, by Routh's array.",
         sample="The arm at rest, hanging or upright; gains of 1, 10 and 100 times those of section 5, and L1 = L2 = I.",
-        information="The positions, the torque and the exact model; no disturbance, as in (9).",
+        information="The positions, the torque and the exact model, without disturbance, as in (9).",
         answer=fails(main),
         variations=tuple(wb.Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
         limitations=phrase(
-            "Gains above 100 times those of section 5, and other ratios of L2 to L1. a4 has regions where it holds."
+            "Gains above 100 times those of section 5, and other ratios of L2 to L1. Report a4 has regions where the "
+            "theorem holds."
         ),
     )
 
@@ -131,17 +133,17 @@ def second_theorem(ledger: wb.proofs.ClaimLedger) -> wb.Finding:
     return wb.Finding(
         "theorem_2",
         phrase(
-            "Theorem 2 fails for every Q and R: s and e1 tend to zero only if D - D_hat does, and for the sines of "
-            "section 5 it does not."
+            "Theorem 2 fails for every Q and R: s and e1 tend to zero only if D - D_hat tends to zero, and with the "
+            "sines of section 5 it does not."
         ),
         phrase(main.ruling.evidence),
         statistic="The exact normal form of M e2' where s = 0 and e1 = 0; then the largest |s| and |e1| late in a run.",
         sample=ROOM,
-        information="Estimates that obey (35), which is the best that the observer could give.",
+        information="Estimates that obey (35), the best case for the observer.",
         assumptions=WEIGHTS,
         answer=fails(main),
         variations=tuple(wb.Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
-        limitations="No disturbance at all, or one that vanishes: Assumption 4 allows both.",
+        limitations="No disturbance, or a disturbance that vanishes: Assumption 4 allows both.",
     )
 
 
@@ -156,7 +158,7 @@ def comparisons(ledger: wb.proofs.ClaimLedger) -> wb.Finding:
         f"{unchecked} of {len(published)} statements on the simulations cannot be checked as published; with the "
         f"numbers of a1, {broken} of {len(lines)} fail against at least one rival.",
         "The paper states neither Q, R and l nor the horizons, the square wave or any gain of a rival.",
-        statistic="Each statement by the metric of a1 that it names, against each rival at each joint.",
+        statistic="The metric that a statement names, as in report a1, against each rival at each joint.",
         sample="One run of each law in each scenario.",
         information="Rivals: exact positions and velocities. AOSMC-RGS: positions, and the true disturbance, filtered.",
         assumptions=WEIGHTS,
@@ -165,5 +167,5 @@ def comparisons(ledger: wb.proofs.ClaimLedger) -> wb.Finding:
             wb.Variation(f"{name}, with the numbers of a1", fails(line).split(" in ")[0], comparison_count(line))
             for name, line in lines.items()
         ),
-        limitations="Gains of the rivals that are tuned, and noise: a8 has both.",
+        limitations="Tuned gains of the rivals, and noise: report a8 has both.",
     )

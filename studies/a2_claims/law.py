@@ -72,8 +72,8 @@ def optimal_input() -> wb.proofs.Ruling:
         return unbroken_claim()
     return wb.proofs.Ruling(
         "does not hold under",
-        "On the surface s = 0 the minimiser asks for u = 0, and the surface itself for e2 = -Lambda e1: "
-        f"{row(surface)} rad/s at e1 = (1, 0) rad, not {row(minimiser)}. e2 is a state, and no input.",
+        "On the surface s = 0 the minimiser needs u = 0, but the surface itself has e2 = -Lambda e1: "
+        f"{row(surface)} rad/s at e1 = (1, 0) rad, not {row(minimiser)}. e2 is a state, not an input.",
         'both("(34), input", q_hat=(1, 0))',
         under="the minimiser u = -R^-1 B^T P s of the textbooks, as the paper prints none",
     )
@@ -88,13 +88,13 @@ def shapes() -> wb.proofs.Ruling:
         return wb.proofs.Ruling(
             "ill-posed",
             "P is 2 x 2, s and sign(s) are 2 x 1: P s is 2 x 1, and cannot be multiplied by sign(s). Four readings "
-            f"give (33) a shape: {', '.join(wb.arms.laws.SHAPES)}. Each line below names the reading that it takes.",
+            f"give (33) a shape: {', '.join(wb.arms.laws.SHAPES)}. Each row below names the reading that it uses.",
             "np.ones((2, 2)) @ np.ones((2, 1)) @ np.sign(np.ones((2, 1)))",
         )
     return wb.proofs.Ruling("proved", "the product has a shape")
 
 
-@judges("(33), gain", "K(t) of (33) stays positive definite, as (29) asks.", "(29), (33)", shapes.claim)
+@judges("(33), gain", "K(t) of (33) stays positive definite, as (29) requires.", "(29), (33)", shapes.claim)
 def gains() -> wb.proofs.Ruling:
     lost = {reading: replay.gain_lost(reading) for reading in wb.arms.laws.SHAPES}
     safe = {reading: replay.gain_lost(reading, 30, Q=0.01) for reading in wb.arms.laws.SHAPES}
@@ -106,10 +106,10 @@ def gains() -> wb.proofs.Ruling:
         return unbroken_claim()
     return wb.proofs.Ruling(
         "depends on",
-        f"With {PRINTED_WEIGHTS}, {SECOND_SCENARIO}, in the second scenario, the least leading minor of K's symmetric "
-        f"part falls within 4 s to {minors}; the errors of the step are "
-        f"{max(error for _, error, _ in lost.values()):.0e} at most. With Q = diag(0.01, 0.01), all else equal, K "
-        f"stays positive definite for 30 s: the least is {others}.",
+        f"With {PRINTED_WEIGHTS}, {SECOND_SCENARIO}, in the second scenario, the least leading minor of the symmetric "
+        f"part of K falls within 4 s to {minors}; the errors of the step are at most "
+        f"{max(error for _, error, _ in lost.values()):.0e}. With Q = diag(0.01, 0.01) and all else equal, K stays "
+        f"positive definite for 30 s: the least leading minor is {others}.",
         "[gain_lost(reading) for reading in ('outer', 'elementwise', 'diagonal', 'norm')]",
         on="Q and R, which the paper does not state",
     )
@@ -130,9 +130,9 @@ def least_cost() -> wb.proofs.Ruling:
         "held at t = 0, from P(0) and s(0) of the first scenario. With Q = R = I, J is "
         f"{ours / least:.4g} times the least J, which the algebraic Riccati equation gives; with {WEIGHTS_OF_COST}, "
         f"the weights of a1, it is {fitted / fitted_least:.4g} times the least. (34) runs forward from P(0), the "
-        "Riccati equation of (32) backward from the horizon, so J exceeds the least unless P(0) solves the algebraic "
-        "one; by how much, depends on Q and R. Along the repaired runs, from the worst start and over "
-        "the first 2.5 s, a3 finds 1.0 % (first scenario) and 2.1 % (second) above the least J.",
+        "Riccati equation of (32) runs backward from the horizon. So J exceeds the least J unless P(0) solves the "
+        "algebraic equation; by how much depends on Q and R. Along the repaired runs, from the worst start and over "
+        "the first 2.5 s, report a3 finds J 1.0 % (first scenario) and 2.1 % (second scenario) above the least J.",
         f"cost(1, 1), cost{row(FITTED_WEIGHTS)}",
         on="Q and R, which the paper does not state",
     )

@@ -89,8 +89,8 @@ def lyapunov() -> wb.proofs.Ruling:
         max(rates) > 0,
         "Beside the arm at rest with x1~ = 0, M x2~' = C(q, x2~) x2~, which is even in x2~ (proved by normal form). So "
         "V1' = x2~^T P2 x2~' is odd: at x2~ or at -x2~ it is not negative, whatever P1, P2, L1 and L2 are, and however "
-        "small x2~ is. With P2 = I "
-        f"it is {row(rates)} rad^2/s^3 at x2~ = (1, 1) and (-1, -1) rad/s, q = (0, 1) rad.",
+        "small x2~ is. With P2 = I, "
+        f"V1' is {row(rates)} rad^2/s^3 at x2~ = (1, 1) and (-1, -1) rad/s, q = (0, 1) rad.",
         "v1_rate((0, 1), (1, 1))",
     )
 
@@ -100,9 +100,9 @@ def any_gains() -> wb.proofs.Ruling:
     growing = wb.proofs.growing_modes(beside_rest(I, I, "up"))
     return refutation(
         bool(growing),
-        "The theorem asks for 'positive definite matrices'. With L1 = L2 = I, beside the arm at rest upright without "
-        f"torque, exactly {growing} of the 4 modes of the error grow (Routh's array in rational arithmetic). Its proof "
-        "asks for large ones: the next line has those of section 5, and ten and a hundred times these.",
+        "The theorem needs 'positive definite matrices'. With L1 = L2 = I, beside the arm at rest upright without "
+        f"torque, exactly {growing} of the 4 modes of the error grow (Routh's array in rational arithmetic). The proof "
+        "of the theorem needs large gains: the next row has those of section 5, and ten and a hundred times these.",
         'growing_modes(beside_rest(I, I, "up"))',
     )
 
@@ -118,16 +118,15 @@ def paper_gains() -> wb.proofs.Ruling:
     point, ten, hundred = points = [replay.false_rest(times) for times in (1, 10, 100)]
     radii = [one.radius for one in points if one.radius is not None]
     if len(radii) < len(points) or not point.attracts:
-        return wb.proofs.Ruling("not checkable", "a rest point with an error was computed, and could not be proved")
+        return wb.proofs.Ruling("not checkable", "an equilibrium with an error was computed, and could not be proved")
     return refutation(
         all(np.linalg.norm(one.x[:2]) > 4 * radius for one, radius in zip(points, radii, strict=True)),
-        f"Beside the hanging arm at rest, (10) rests at q_hat = {row(point.x[:2], 6)} rad, "
-        f"qd_hat = {row(point.x[2:], 6)} rad/s: a rest point within {2 * radii[0]:.0e} of the "
-        f"computed one is proved to exist ({wb.proofs.guarantee()}), with an error of "
-        f"{np.linalg.norm(point.x[:2]):.3f} rad for ever. All estimates near it stay and tend to it "
-        "(proved). Large gains do not help: at 10 and 100 times "
-        f"these, (10) rests at q_hat = {row(ten.x[:2], 6)} and {row(hundred.x[:2], 6)} rad (proved as well); "
-        "of still larger ones nothing is proved here.",
+        f"Beside the hanging arm at rest, (10) has an equilibrium at q_hat = {row(point.x[:2], 6)} rad, "
+        f"qd_hat = {row(point.x[2:], 6)} rad/s, with an error of {np.linalg.norm(point.x[:2]):.3f} rad for ever. An "
+        f"equilibrium within {2 * radii[0]:.0e} of the computed one is proved to exist ({wb.proofs.guarantee()}). All "
+        "estimates near it stay near it and tend to it (proved). Large gains do not help: with 10 and 100 times these "
+        f"gains, (10) has an equilibrium at q_hat = {row(ten.x[:2], 6)} and {row(hundred.x[:2], 6)} rad (proved as "
+        "well). For still larger gains nothing is proved here.",
         "false_rest(), false_rest(10), false_rest(100)",
     )
 
@@ -151,11 +150,11 @@ def swinging_arm() -> wb.proofs.Ruling:
     return wb.proofs.Ruling(
         "does not hold under",
         f"From q(0) = {row(ASTRAY[0])} rad, qd(0) = {row(ASTRAY[1])} rad/s, exactly these digits, |q - q_hat| is "
-        f"{size:.2f} rad after 2 s, by variable steps with an error below {error:.0e} rad; no torque, and q_hat(0) = "
-        f"qd_hat(0) = 0 as in section 5. Of {RANDOM_STARTS} starts within {NEAR[0]:g} rad and rad/s of it "
-        f"{100 * shares[0]:.0f} % part by more than 5 rad too, of as many within {NEAR[1]:g} {100 * shares[1]:.0f} %. "
-        f"Such starts are rare: of {EVEN_STARTS:,} drawn evenly over all that the claim allows, "
-        f"{rare * EVEN_STARTS:.0f} do.",
+        f"{size:.2f} rad after 2 s, by variable steps with an error below {error:.0e} rad. There is no torque, and "
+        f"q_hat(0) = qd_hat(0) = 0 as in section 5. Of {RANDOM_STARTS} starts within {NEAR[0]:g} rad and rad/s of this "
+        f"start, {100 * shares[0]:.0f} % also lead to an error of more than 5 rad; of as many within {NEAR[1]:g}, "
+        f"{100 * shares[1]:.0f} %. Such starts are rare: of {EVEN_STARTS:,} drawn evenly over all starts that the "
+        f"claim allows, {rare * EVEN_STARTS:.0f} lead to such an error.",
         f"astray({ASTRAY[0]}, {ASTRAY[1]})",
         under="a bound of 5 rad from 1.5 s on, which the theorem does not name",
     )
@@ -173,7 +172,7 @@ def small_errors() -> wb.proofs.Ruling:
     return wb.proofs.Ruling(
         "proved",
         "Routh's array of the error's four modes has no change of sign, in rational arithmetic, hanging and upright: "
-        "all modes decay, so errors that are small enough do so too, exponentially.",
+        "all modes decay, so errors that are small enough decay exponentially.",
     )
 
 
@@ -186,8 +185,9 @@ def integral_of_eta() -> wb.proofs.Ruling:
         np.allclose(closed, run, rtol=1e-6) and bool((np.abs(run) > 2 * np.abs(CONSTANT_D)).all()),
         f"eta tends to D, so for a constant D the rate of D_hat tends to D, not to 0. For D = {row(CONSTANT_D)} "
         f"N m, D_hat is {row(run, 6)} after 10 s, where the closed form D (t - (1 - exp(-l t)) / l) gives "
-        f"{row(closed, 6)}; its unit is N m s. With eta in place of its integral the claim is true of a constant D; "
-        f"for the sines of the first scenario and l = {CARD['l']:g} 1/s, |D - eta| goes on reaching {row(lag, 2)} N m.",
+        f"{row(closed, 6)}; the unit of D_hat is N m s. With eta in place of its integral the claim is true for a "
+        f"constant D. For the sines of the first scenario and l = {CARD['l']:g} 1/s, |D - eta| keeps reaching "
+        f"{row(lag, 2)} N m.",
         "drift()",
         kept_hypotheses=replay.kept_by_drift(),
     )

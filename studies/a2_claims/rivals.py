@@ -9,19 +9,19 @@ GIVEN_NUMBERS = f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}"
 UNSTATED_NUMBERS = (
     "Q, R, l, both horizons, the levels and the frequency of the square wave, and the gains of the five rivals"
 )
-EXACT = "the rivals as a1 has them, on exact q and qd where AOSMC-RGS has (10)"
+EXACT = "the rivals as in report a1, with exact q and qd where AOSMC-RGS has (10)"
 OF_A1 = "the repaired law and the numbers of a1"
 REPAIRED_WORDS = "Repaired, and under the numbers that a1 assumes,"
 PAIRS = [column.values[PROPOSED_LAW] < column.values[law] for column in PUBLISHED_COLUMNS.values() for law in RIVALS]
 TABLES = (
     f"The printed RMSE of AOSMC-RGS is below the rival's in {sum(PAIRS)} of {len(PAIRS)} pairs; the runs behind the "
-    "tables cannot be repeated without the numbers that are unstated. a6 meets each of the 24 printed cells within "
-    "1 %, and all six rows of the second scenario together, with one square wave and one horizon. So that table is "
-    "possible, and neither is confirmed."
+    "tables cannot be repeated without the unstated numbers. Report a6 meets each of the 24 printed cells within 1 %, "
+    "and all six rows of the second scenario together, with one square wave and one horizon. So the table of the "
+    "second scenario is possible, but neither table is confirmed."
 )
 FIGURE_WORDS = (
-    "The paper shows it in {} and prints no number for it; the runs cannot be repeated without the numbers that are "
-    "unstated. What a6 finds concerns RMSE alone."
+    "The paper shows this in {} and prints no number for it. The runs cannot be repeated without the unstated numbers. "
+    "The findings of report a6 concern only the RMSE."
 )
 TORQUES, MOTIONS = FIGURE_WORDS.format("figures 7, 8, 15 and 16"), FIGURE_WORDS.format("figures 3 to 6 and 11 to 14")
 # Claim, statement, source; the metric by which a1 has it; the evidence in the paper.
@@ -48,7 +48,7 @@ def as_published(name: str, words: str, source: str, evidence: str) -> CheckedCl
 def accuracy() -> wb.proofs.Ruling:
     return wb.proofs.Ruling(
         "not checkable as published",
-        "Figures 9 and 17 show the estimation errors of (10) alone. 'Minimal' names no measure, no bound and no other "
+        "Figures 9 and 17 show the estimation errors of (10) alone. 'Minimal' has no measure, no bound and no other "
         "observer to compare with.",
         unstated_numbers=f"the measure, and the bound or rival, of 'minimal'; {UNSTATED_NUMBERS}",
     )
@@ -90,7 +90,7 @@ def checks(results: wb.Results) -> tuple[CheckedClaim, ...]:
     """The comparisons as published, then the same under the numbers of a1."""
     return (
         *(as_published(name, words, source, evidence) for name, words, source, _, evidence in METRICS),
-        as_published(*REJECTION, FIGURE_WORDS.format("figures of runs with D, none without,")),
+        as_published(*REJECTION, FIGURE_WORDS.format("figures of runs with D, none of runs without D,")),
         accuracy,
         *(ranking(results, name, source, metric) for name, _, source, metric, _ in METRICS),
     )

@@ -13,6 +13,7 @@ from studies.a2_claims.observer import ASTRAY
 from studies.a2_claims.phrases import phrase
 from studies.a2_claims.printed_statements import DEFINITIONS, PRINTED_STATEMENTS, chosen_by, decisive, line_of
 from studies.a2_claims.searches import D_MAX, FLOOR, L_D, REACH, SEED, V2_AT_START, WorstRun
+from studies.paper.citation import introduction
 from studies.paper.comparison import comparison
 
 PAPER_LEDGER, ASSUMED_LEDGER = "The claims one by one", "The comparisons with the numbers of a1"
@@ -24,28 +25,28 @@ OF_OURS = (
     *("(30), repaired", "(34), input"),
 )
 LEGEND = (
-    "Each claim has its ranges and who chose them: the paper or we. A claim is refuted only if it fails over the "
-    "ranges of the paper, in its most favourable reading. One that fails for numbers or a condition of ours alone "
-    "depends on these numbers, or does not hold under that condition. Proved means by exact or interval arithmetic, or "
-    "by the argument that is given. A finite simulation can refute, and never proves. A witness keeps each of the "
-    "claim's hypotheses that a run can break, at every step. It is a line of Python that runs as it stands in the "
-    "folder of the project, after ",
+    "For each claim the tables have its ranges and who chose them: the paper or we. A claim is refuted only if it "
+    "fails over the ranges of the paper, in its most favourable reading. A claim that fails only for numbers that we "
+    "chose 'depends on' them; a claim that fails only under a condition that we chose 'does not hold under' it. "
+    "'Proved' means proved by exact or interval arithmetic, or by the given argument. A finite simulation can refute a "
+    "claim, but never prove it. A witness keeps, at every step, each of the claim's hypotheses that a run can break. "
+    "The witness is a line of Python. It runs unchanged in the folder of the project, after ",
     wb.document.Code("from studies.a2_claims.replay import *"),
-    ", and gives the numbers of its line. ",
+    ", and gives the numbers of its row. ",
     wb.document.Code("rerun"),
-    " gives by how much its claim is broken, the error of the step, and the excess of the hypothesis that is kept "
-    "most narrowly, which is negative where all are kept. A proof that rests on a refuted hypothesis says nothing "
-    "here.",
+    " gives by how much the claim is broken, the error of the step, and the excess of the hypothesis that is kept "
+    "most narrowly; this excess is negative if all hypotheses are kept. A proof that rests on a refuted hypothesis has "
+    "no consequence here.",
 )
 WORTH = (
-    "Searches are differential evolution on whole batches of runs, with the seed "
-    f"{SEED}. The search for (42) draws |q_i(0)| <= pi and |qd_i(0)| <= {REACH['plant.qd'][1]:g} rad/s, as Assumption "
-    f"1 names no numbers. D is a sine a joint with |D| <= {D_MAX} N m and |D'| <= {L_D} N m/s. A run counts only if it "
-    "keeps its hypotheses at every step.",
-    "A run that refutes is run again at half its step, and breaks the claim by more than twice the change. Its numbers "
-    "are cut to the fewest decimals that keep 95 % of the violation. A sentence on a limit rests on a proof, never "
-    f"on a run alone; intervals: {wb.proofs.guarantee()}.",
-    "Comparisons with the rivals rest on numbers that the paper does not state, and that a1 assumes: "
+    "Searches use differential evolution on whole batches of runs, with the seed "
+    f"{SEED}. The search for (42) samples |q_i(0)| <= pi and |qd_i(0)| <= {REACH['plant.qd'][1]:g} rad/s, as "
+    f"Assumption 1 names no numbers. D is one sine for each joint, with |D| <= {D_MAX} N m and |D'| <= {L_D} N m/s. A "
+    "run counts only if it keeps its hypotheses at every step.",
+    "A run that refutes a claim is repeated at half its step; it must break the claim by more than twice the change. "
+    "Its numbers are cut to the fewest decimals that keep 95 % of the violation. A statement on a limit rests on a "
+    f"proof, never on a run alone. Interval arithmetic: {wb.proofs.guarantee()}.",
+    "Comparisons with the rivals rest on numbers that the paper does not state, and that report a1 assumes: "
     f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}, and for the rivals the numbers that a1 lists.",
 )
 
@@ -82,7 +83,8 @@ def group_ledgers(ledger: wb.proofs.ClaimLedger) -> Mapping[str, wb.proofs.Claim
 def count_verdicts(ledger: wb.proofs.ClaimLedger) -> str:
     """The number of lines, and of the lines with each verdict."""
     counts = {kind: ledger.count(kind) for kind in get_args(wb.proofs.Kind)}
-    return f"{len(ledger)}: {', '.join(f'{count} {WORDS.get(kind, kind)}' for kind, count in counts.items() if count)}"
+    verdicts = ", ".join(f"{count} {WORDS.get(kind, kind)}" for kind, count in counts.items() if count)
+    return f"{len(ledger)} claims: {verdicts}"
 
 
 def swing_figure(results: wb.Results) -> wb.document.Figure:
@@ -98,7 +100,7 @@ def swing_figure(results: wb.Results) -> wb.document.Figure:
         )
         for i in (0, 1)
     )
-    caption = "An arm that swings freely from a rare start, and its estimate by (10) with the gains of section 5."
+    caption = "A freely swinging arm from a rare start, and the estimate by (10) with the gains of section 5."
     return wb.document.Figure("swinging_arm", caption, panels, 2)
 
 
@@ -122,7 +124,7 @@ def hypotheses(ledger: wb.proofs.ClaimLedger, line: wb.proofs.ClaimEntry) -> str
     """The hypotheses of a claim, each with its verdict, or how it stands with one that is no line of the ledger."""
     verdicts = dict(ledger.hypotheses(line.claim.name))
     return "; ".join(
-        f"{below.name} ({verdicts[below.name] or ('asked of each run' if below.margin else 'as given')})"
+        f"{below.name} ({verdicts[below.name] or ('checked in each run' if below.margin else 'taken as given')})"
         for below in line.claim.hypotheses
     )
 
@@ -188,7 +190,7 @@ def sections(results: wb.Results) -> wb.Page:
     )
     tables = (
         wb.document.ReportTable(
-            STEMS[name], f"{name}, {count_verdicts(group)}.", columns, tuple(row(whole, line) for line in group)
+            STEMS[name], f"{name}. {count_verdicts(group)}.", columns, tuple(row(whole, line) for line in group)
         )
         for name, group in group_ledgers(whole).items()
     )
@@ -216,14 +218,14 @@ study = wb.Study(
     title="AOSMC-RGS: the ledger of claims",
     question=(
         "Which of the paper's printed equations, assumptions and theorems are true, which are false, and which depend "
-        "on numbers that it does not state?"
+        "on numbers that the paper does not state?"
     ),
     method=(
-        "Each printed equation is quoted and judged once, in its most favourable reading, by one or more claims with "
-        "their hypotheses and ranges. Identities are judged by exact normal forms, bounds and rest points by interval "
-        "arithmetic, linear modes by Routh's array in rational arithmetic. A search for the worst run within the "
-        "paper's assumptions judges the bound (42). Comparisons with the rivals are judged as published, and "
-        "with the numbers of a1."
+        f"{introduction(10, 24, 33, 34, 35, 42)} Each printed equation is quoted and judged once, in its most "
+        "favourable reading, by one or more claims with their hypotheses and ranges. Identities are judged by exact "
+        "normal forms, bounds and equilibria by interval arithmetic, and linear modes by Routh's array in rational "
+        "arithmetic. A search for the worst run within the paper's assumptions judges the bound (42). Comparisons with "
+        "the rivals are judged as published, and again with the numbers of report a1."
     ),
     cases=(FREE, *comparison("FS"), *comparison("SS")),
     works=(

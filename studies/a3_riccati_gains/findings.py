@@ -31,9 +31,9 @@ CHEAP = 0.05  # of the least J, by which a choice may exceed it and still be che
 SMALL = 0.01  # of a metric, a change that is small
 Places = Iterable[tuple[str, int]]
 INFORMATION = "All loops: positions, one observer, the true disturbance, the exact model."
-RUNS = "Two joints in two scenarios, one run each without noise, over the whole horizon."
-ASSUMPTIONS = "Q, R, l, the horizons, the square wave and the shape of (33), as a1 has them."
-FITS = "Q, R, l and the horizons to the printed RMSE, with P(t) of (34)."
+RUNS = "Two joints in two scenarios: one run of each scenario without noise, over the whole horizon."
+ASSUMPTIONS = "Q, R, l, the horizons, the square wave and the shape of (33), as in report a1."
+FITS = "Q, R, l and the horizons, to the printed RMSE, with P(t) of (34)."
 
 
 class Evidence(NamedTuple):
@@ -65,20 +65,20 @@ def size(shift: float, part: str = "(34)") -> str:
 
 def variation(words: str, shift: float, part: str = "(34)") -> wb.Variation:
     """A variation whose answer is the size of a change without a part."""
-    return wb.Variation(words, size(shift, part), f"{100 * shift:+.3g} %")
+    return wb.Variation(words, size(shift, part), f"{100 * shift:+.3g} %".replace("-", "−"))
 
 
 def spread(evidence: Evidence, law: str, metric: str = RMSE) -> str:
     """The least and the largest change over the four places, in %."""
     moved = [100 * change(evidence, law, metric, places=[place]) for place in PLACES]
-    return f"{min(moved):+.3g} to {max(moved):+.3g} %"
+    return f"{min(moved):+.3g} to {max(moved):+.3g} %".replace("-", "−")
 
 
 def answer(evidence: Evidence) -> str:
     """The part of (34) in the law, in one line."""
     return (
-        f"(34) sets how fast K learns: P frozen at its mean changes RMSE by {spread(evidence, MEAN)} and effort by "
-        f"{spread(evidence, MEAN, 'effort')}; at P(0), RMSE by {spread(evidence, AT_START)} and effort by "
+        f"(34) sets how fast K learns. With P frozen at its mean, RMSE changes by {spread(evidence, MEAN)} and effort "
+        f"by {spread(evidence, MEAN, 'effort')}; at P(0), RMSE by {spread(evidence, AT_START)} and effort by "
         f"{spread(evidence, AT_START, 'effort')}."
     )
 
@@ -115,9 +115,10 @@ def riccati_gain(evidence: Evidence) -> wb.Finding:
         "riccati_gain",
         f"Without (34), with P frozen at its mean over the run, {RMSE} changes by {spread(evidence, MEAN)}; with P "
         f"frozen at P(0) = {CARD['P(0)'][0, 0]:g} N m/rad it changes by {spread(evidence, AT_START)}.",
-        f"The diagonal of the mean is {level} N m/rad. P is the rate at which (33) learns: a P that is frozen above "
-        f"its mean learns faster, tracks better and takes more torque (effort {spread(evidence, AT_START, 'effort')}). "
-        f"Frozen at its mean, it changes the effort by {spread(evidence, MEAN, 'effort')}.",
+        f"The diagonal of the mean is {level} N m/rad. P is the rate at which (33) learns: with P frozen above its "
+        "mean, the law learns faster, tracks better and takes more torque (effort "
+        f"{spread(evidence, AT_START, 'effort')}). With P frozen at its mean, the effort changes by "
+        f"{spread(evidence, MEAN, 'effort')}.",
         statistic=f"The change of {RMSE} when (34) is left out, as a geometric mean over joints and scenarios.",
         sample=RUNS,
         information=INFORMATION,
@@ -125,7 +126,7 @@ def riccati_gain(evidence: Evidence) -> wb.Finding:
         fits=FITS,
         answer=size(moved),
         variations=variations,
-        limitations="Noise, sampling and other values of P; a8 has noise, and freezes P at two values.",
+        limitations="Noise, sampling and other values of P; report a8 has noise, and freezes P at two values.",
     )
 
 
@@ -188,8 +189,8 @@ def algebraic(evidence: Evidence) -> wb.Finding:
         "algebraic",
         f"With the algebraic equation at each instant in place of (34), {RMSE}, IAE and effort change by at most "
         f"{upper_percent(largest(three))} % with the assumed Q and R.",
-        "With these P(t) of (34) follows the algebraic solution within milliseconds; K moves in tenths of a second. "
-        "The change is up to "
+        "With these Q and R, P(t) of (34) follows the algebraic solution within milliseconds, while K changes over "
+        "tenths of a second. With other Q and R the change is larger: up to "
         f"{' and '.join(f'{upper_percent(largest(three, weights=w))} % with {w}' for w in OTHERS)}, where (34) "
         "forgets P(0) more slowly.",
         statistic="The largest change of three metrics over joints and scenarios.",
@@ -218,12 +219,12 @@ def distance(evidence: Evidence) -> wb.Finding:
     rises = [path.rise(one.K, one.t) for one in firsts]
     return wb.Finding(
         "distance",
-        f"P(t) of (34) is at most {share(ours[0][1])} (first scenario) and {share(ours[1][1])} (second) from the "
-        f"algebraic solution X, from {1e3 * TRANSIENT:g} ms on.",
-        f"A difference of two solutions of (34) falls to 1/e in at most {memory[0]:.3g} and {memory[1]:.3g} ms; K "
-        f"takes {rises[0]:.3g} and {rises[1]:.3g} s for 63 % of its way.",
+        f"From {1e3 * TRANSIENT:g} ms on, P(t) of (34) differs from the algebraic solution X by at most "
+        f"{share(ours[0][1])} (first scenario) and {share(ours[1][1])} (second scenario).",
+        f"A difference of two solutions of (34) falls to 1/e in at most {memory[0]:.3g} ms (first scenario) and "
+        f"{memory[1]:.3g} ms (second scenario). K takes {rises[0]:.3g} s and {rises[1]:.3g} s for 63 % of its change.",
         statistic="The largest |P - X| / |X| in Frobenius norms.",
-        sample=f"One run a scenario until {WINDOW:g} s.",
+        sample=f"One run of each scenario until {WINDOW:g} s.",
         information="K and the estimate of q along the run.",
         assumptions=ASSUMPTIONS,
         fits=FITS,
@@ -260,11 +261,12 @@ def cost(evidence: Evidence) -> wb.Finding:
     )
     return wb.Finding(
         "cost",
-        f"As a feedback u = -R^-1 B' P(t) s of (31), P(t) of (34) costs {100 * (ours[0] - 1):.2g} % (first scenario) "
-        f"and {100 * (ours[1] - 1):.2g} % (second) more than the least J of (32).",
+        "With P(t) of (34) in the feedback u = -R^-1 B' P(t) s of (31), J of (32) is "
+        f"{100 * (ours[0] - 1):.2g} % (first scenario) and {100 * (ours[1] - 1):.2g} % (second scenario) above the "
+        "least J.",
         "The law applies no such u: it uses P in (33), as a rate of learning.",
-        statistic=f"J of (32) over the first {WINDOW:g} s from the worst s(0), over the least J.",
-        sample="A along one run a scenario.",
+        statistic=f"The ratio of J of (32), over the first {WINDOW:g} s from the worst s(0), to the least J.",
+        sample="A along one run of each scenario.",
         information="K and the estimate of q along the run.",
         assumptions=f"{ASSUMPTIONS} The input u, which the paper does not print.",
         fits=FITS,
@@ -285,12 +287,12 @@ def frozen_table(evidence: Evidence) -> wb.document.ReportTable:
                 moved = (100 * change(evidence, law, name, weights, [(s, j)]) for name in (RMSE, "effort", "TV"))
                 scenario = SCENARIOS[s].removesuffix(" scenario")
                 rows.append((weights, law, values, scenario, j + 1, *(f"{value:+.3g}" for value in moved)))
-    heads = ("weights", "P in place of (34)", "its diagonal [N m/rad]", "scenario", "joint")
+    heads = ("weights", "P in place of (34)", "diagonal of P [N m/rad]", "scenario", "joint")
     changes = (f"change of {RMSE} [%]", "change of effort [%]", "change of TV [%]")
     columns = (
         *map(wb.document.TableColumn, heads),
         *(wb.document.TableColumn(head, align="right") for head in changes),
     )
-    caption = "Three metrics with P frozen, against the same law with P(t) of (34)."
-    note = "P(0) exceeds what (34) settles at, so P = P(0) learns faster than (34) does, most of all where Q is small."
+    caption = "The change of three metrics with P frozen, compared with the same law with P(t) of (34)."
+    note = "P(0) exceeds the value at which (34) settles: with P = P(0) the law learns faster, most so if Q is small."
     return wb.document.ReportTable("frozen", caption, columns, tuple(rows), (note,))

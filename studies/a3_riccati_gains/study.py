@@ -28,6 +28,7 @@ from studies.a3_riccati_gains.settings import (
     scenario_of,
 )
 from studies.paper.card import BOLD, CARD, MARGIN, SCENARIOS
+from studies.paper.citation import introduction
 from studies.paper.comparison import METRICS, STEPS
 from studies.paper.laws import RIVALS, proposed_repaired, repaired_observer, rival
 
@@ -88,8 +89,8 @@ def figure(one: RiccatiComparison, scenario: str) -> wb.document.Figure:
     far = wb.document.Panel("relative distance", (wb.document.Series("(34)", one.t, gap, 0),), yscale="log")
     caption = (
         f"P(t), {SCENARIOS[scenario]}: its diagonal, and the distance of (34) from the algebraic solution. The line of "
-        f"the algebraic solution lies under that of (34), so marks show it: from {1e3 * TRANSIENT:g} ms on the two are "
-        f"within {findings.share(one.gap(one.X)[1])} of each other."
+        f"(34) covers the algebraic solution, which therefore has marks: from {1e3 * TRANSIENT:g} ms on the two differ "
+        f"by at most {findings.share(one.gap(one.X)[1])}."
     )
     return wb.document.Figure(f"{scenario.lower()}_p", caption, (*entries, far), columns=3)
 
@@ -108,14 +109,16 @@ def choices(one: RiccatiComparison, scenario: str) -> wb.document.ReportTable:
         rows.append((name, *gaps, f"{one.ratios[name]:.4f}" if name in one.ratios else None))
     heads = "median distance", "largest distance", "J / J*"
     caption = (
-        f"P(t) of (34) beside other choices over the first {WINDOW:g} s, {SCENARIOS[scenario]}: its distance from "
-        "each, and J of (32) with each for (31), u = -R^-1 B' P s, over the least J, from the worst start."
+        f"P(t) of (34) and other choices of P over the first {WINDOW:g} s, {SCENARIOS[scenario]}: the distance of P(t) "
+        "from each choice, and the ratio of J of (32) with each choice to the least J*, from the worst start. J is for "
+        "(31) with u = -R^-1 B' P s."
     )
     note = (
-        f"Distance: Frobenius norm of the difference over that of the other choice, from {TRANSIENT:g} s on, at "
-        f"{len(one.t)} instants; the median is over time. Residual of the algebraic equation at most "
-        f"{one.residual:.0e}; error of the backward and of the forward solution at most "
-        f"{one.backward.error.max():.0e} and {one.forward.error.max():.0e}, asked for {path.RTOL:.0e}."
+        "Distance: the Frobenius norm of the difference, divided by the norm of the other choice, from "
+        f"{TRANSIENT:g} s on, at {len(one.t)} instants; the median is over time. The residual of the algebraic "
+        f"equation is at most {one.residual:.0e}. The error of the backward solution is at most "
+        f"{one.backward.error.max():.0e} and of the forward solution {one.forward.error.max():.0e}, for a tolerance of "
+        f"{path.RTOL:.0e}."
     )
     columns = (wb.document.TableColumn("P"), *(wb.document.TableColumn(head, align="right") for head in heads))
     return wb.document.ReportTable(f"{scenario.lower()}_cost", caption, columns, tuple(rows), (note,))
@@ -124,10 +127,10 @@ def choices(one: RiccatiComparison, scenario: str) -> wb.document.ReportTable:
 def loops(results: wb.Results) -> wb.Section:
     """The closed loops side by side."""
     about = wb.Paragraph(
-        f"All rows but the last two are one law on one observer. In '{ALGEBRAIC}' P solves (34) with P' = 0. In "
-        f"'{MEAN}' P is constant, with the mean that (34) gives over the run; in '{AT_START}' it stays at "
-        f"{CARD['P(0)'][0, 0]:g} N m/rad. In '{NONE}' K stays {CARD['K(0)'][0, 0]:g} N m. ASMC in the last row knows q "
-        f"and qd exactly. {BOLD}"
+        f"All rows but the last two have the same law and the same observer. In '{ALGEBRAIC}' P solves (34) with "
+        f"P' = 0. In '{MEAN}' P is constant, with the mean that (34) gives over the run; in '{AT_START}' P stays at "
+        f"{CARD['P(0)'][0, 0]:g} N m/rad. In '{NONE}' K stays at {CARD['K(0)'][0, 0]:g} N m. ASMC in the last row has "
+        f"exact q and qd. {BOLD}"
     )
     tables = []
     for s, j in PLACES:
@@ -149,7 +152,7 @@ def sections(results: wb.Results) -> wb.Page:
         (
             wb.Section("P(t) over time", tuple(figures)),
             wb.Section("P frozen at two values", (findings.frozen_table(held),)),
-            wb.Section("P(t) beside other choices", tuple(tables)),
+            wb.Section("P(t) and other choices of P", tuple(tables)),
             loops(results),
         ),
     )
@@ -159,14 +162,15 @@ study = wb.Study(
     name="a3_riccati_gains",
     title="AOSMC-RGS: what the Riccati part does",
     question=(
-        "P(t) of (34) sets the rate at which the gain of the proposed law learns. Does the loop track better with it "
-        "than with a constant P, and how far is it from the solutions of the algebraic and of the backward equation?"
+        "P(t) of (34) sets the rate at which the gain of the proposed law learns. Does the loop track better with P(t) "
+        "than with a constant P? How far is P(t) from the solutions of the algebraic and of the backward equation?"
     ),
     method=(
-        "The repaired law runs in both scenarios, with three pairs of Q and R. Along each run A = -M^-1 K and B = "
-        "Lambda of (31) are a path in time. Each Riccati equation is solved on that path with its certificate, and J "
-        "of (32) by a linear equation. Then the loop runs with P from the algebraic equation, frozen at its mean, "
-        "frozen at P(0), without adaptation, and with plain ASMC."
+        f"{introduction(31, 32, 33, 34, 43)} The repaired law runs in both scenarios, with three pairs of Q and R. "
+        "Along each run, A = -M^-1 K and B = Lambda of (31) are functions of time. Each Riccati equation is solved "
+        "along the run with its certificate; J of (32) follows from a linear equation. Then the loop runs with P from "
+        "the algebraic equation, with P frozen at its mean, with P frozen at P(0), without adaptation, and with plain "
+        "ASMC."
     ),
     cases=all_cases,
     works=(wb.Work("riccati", path.along, tuple(SETTINGS.values()), seconds=8.0),),

@@ -36,9 +36,9 @@ LATE, WITH_JUMPS = "late error", "late error with jumps"
 TABLE_METRICS = (LATE, "RMS qd_error", "peak torque")
 # The columns of the audits, each with its unit, its digits and its definition.
 COLUMNS = (
-    ("growing modes", "%", 3, "states of the region, of 20,000 spread over it, at which a frozen mode grows"),
-    ("slowest mode", "1/s", 3, "decay of the slowest frozen mode at these states; negative where a mode grows"),
-    ("slowest on the path", "1/s", 3, "the same along the desired motion of the first scenario"),
+    ("growing modes", "%", 3, "share of 20,000 states, spread over the region, at which a frozen mode grows"),
+    ("slowest mode", "1/s", 3, "decay of the slowest frozen mode at these states; negative if a mode grows"),
+    ("slowest on the path", "1/s", 3, "the same decay along the desired motion of the first scenario"),
     (
         "proved share",
         "%",
@@ -50,11 +50,11 @@ COLUMNS = (
         "admitted error",
         "mrad",
         2,
-        "largest first error |q - q_hat| for which that proof holds, with qd_hat = qd and an "
-        f"arm within {100 * INNER:g} % of the speeds of that share",
+        "largest first error |q - q_hat| for which this proof holds, with qd_hat = qd and an "
+        f"arm within {100 * INNER:g} % of the speeds of the proved share",
     ),
     (
-        "borne mismatch",
+        "tolerated mismatch",
         "",
         3,
         "largest rho for which one quadratic form proves a decay for all |Delta| ≤ rho |x~|, in rad and rad/s",

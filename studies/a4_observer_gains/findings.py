@@ -34,11 +34,10 @@ def answer(results: wb.Results) -> str:
     ratios = sorted(late(results, s, PAPER) / late(results, s, DOUBLE_POLE) for s in (SCENARIOS[0], SCENARIOS[-1]))
     below = f"only below {100 * paper.share:.2g} % of the region's bounds" if paper.share else "nowhere"
     errors = f"for first errors below {1e3 * (chosen.admitted_radius or 0.0):.2g} mrad"
-    upto = f"up to them, {errors}" if chosen.share == WHOLE else "nowhere"
+    upto = f"in the whole region, {errors}" if chosen.share == WHOLE else "nowhere"
     return (
-        f"The paper's gains provably converge {below}. L1, L2 = {chosen.L1[0, 0]:.3g} I, {chosen.L2[0, 0]:.3g} I "
-        f"{upto}: late error {ratios[0]:.2g} to {ratios[1]:.2g} times smaller, noise {chosen.noise / paper.noise:.0f} "
-        "times larger."
+        f"The paper's gains provably converge {below}; {_gains(chosen)} do {upto}. With them, the late error is "
+        f"{ratios[0]:.2g} to {ratios[1]:.2g} times smaller, the noise {chosen.noise / paper.noise:.0f} times larger."
     )
 
 
@@ -76,9 +75,9 @@ def frozen_modes(results: wb.Results) -> wb.Finding:
         "frozen_modes",
         f"With L1 = 30 I, L2 = 50 I a mode of the observer's error grows at {100 * one.growing_share:.1f} % of the "
         f"states of the region, by up to {max(-one.slowest, 0.0):.1f} 1/s.",
-        "State and torque are frozen. Frozen modes that grow do not disprove Theorem 1; the false rest point of a2 "
-        "does.",
-        statistic="The share of states at which a mode of the exact Jacobian, frozen there, grows.",
+        "State and torque are frozen. Frozen modes that grow do not disprove Theorem 1; the false equilibrium of "
+        "report a2 does.",
+        statistic="The share of states at which a mode of the exact Jacobian, frozen at the state, grows.",
         sample=f"{one.states:,} states and torques spread evenly over the region. {REGION}",
         information=OBSERVER,
         assumptions="The region, which the paper does not name.",
@@ -102,7 +101,7 @@ def region(results: wb.Results) -> wb.Finding:
     proved = one.share is not None and one.admitted_radius is not None
 
     def answer_for(share: float | None) -> str:
-        return "no proof" if share is None else "whole region" if share == WHOLE else "a part of it"
+        return "no proof" if share is None else "whole region" if share == WHOLE else "part of the region"
 
     statement = f"With the paper's gains no region is proved to decay at {MODEST:g} 1/s."
     if proved:
@@ -115,9 +114,9 @@ def region(results: wb.Results) -> wb.Finding:
         "region",
         statement,
         f"Each of these bounds is {100 * (one.share or 0):.2g} % of the region's bound. The first scenario begins "
-        "with an error of pi in each joint, on which the proof says nothing. The bound is sufficient, not sharp.",
+        "with an error of pi in each joint, which the proof does not cover. The bound is sufficient, not sharp.",
         statistic="The largest share of the region's bounds up to which one quadratic form proves the rate.",
-        sample=f"All states of the region, proved. {REGION} The arm keeps {100 * INNER:g} % of its speeds, and "
+        sample=f"All states of the region, by proof. {REGION} The arm keeps {100 * INNER:g} % of its speeds, and "
         "qd_hat(0) = qd(0).",
         information=OBSERVER,
         assumptions=f"The region, and the rates: {MODEST:g} 1/s for the paper's gains, {SURFACE:g} 1/s for all others.",
@@ -144,27 +143,29 @@ def mismatch(results: wb.Results) -> wb.Finding:
     ]
 
     def answer_for(name: str, mismatch: float) -> str:
-        return "bears less than the arm has" if every[name].tolerated_mismatch < mismatch else "bears what the arm has"
+        less = every[name].tolerated_mismatch < mismatch
+        return "tolerate less than the arm has" if less else "tolerate what the arm has"
 
     part = f"{'all' if len(coarse) == len(OTHERS) else f'{len(coarse)} of the'} {len(OTHERS)} other gains"
     places = ((SMALL, small), (WHOLE, whole))
     return wb.Finding(
         "mismatch",
         wb.document.superscript_powers(
-            f"The paper's gains bear a mismatch (15) of rho = {every[PAPER].tolerated_mismatch:.2f}; the arm's "
-            f"|df/dq| reaches {small.position.lower:.0f} 1/s^2 up to {100 * SMALL:g} % of the region's bounds."
+            f"The paper's gains tolerate a mismatch (15) of rho = {every[PAPER].tolerated_mismatch:.2f}. But "
+            f"|df/dq| of the arm reaches {small.position.lower:.0f} 1/s^2 within {100 * SMALL:g} % of the region's "
+            "bounds."
         ),
         wb.document.superscript_powers(
             f"In the whole region |df/dq| reaches {whole.position.lower:.0f} 1/s^2 (proved: at most "
             f"{whole.position.upper:.0f}) and |df/dqd| {whole.velocity.lower:.1f} 1/s (at most "
-            f"{whole.velocity.upper:.1f}). The bound (15) is coarse: {part} bear less, too, "
+            f"{whole.velocity.upper:.1f}). The bound (15) is coarse: {part} also tolerate less, "
             "and are proved to converge in the whole region."
         ),
         statistic="The largest rho for which one quadratic form proves a decay for all |Delta| ≤ rho |x~|, in rad and "
-        "rad/s, beside the largest |df/dq| that was seen.",
+        "rad/s, compared with the largest |df/dq| that was found.",
         sample=REGION,
         information=OBSERVER,
-        assumptions="The region and the units of |x~|, in which positions and velocities weigh alike.",
+        assumptions="The region, and the units of |x~|, in which positions and velocities have the same weight.",
         answer=answer_for(PAPER, small.position.lower),
         variations=tuple(
             wb.Variation(
@@ -195,21 +196,21 @@ def better_gains(results: wb.Results) -> wb.Finding:
         "better_gains",
         f"With {_gains(ours)} the error is proved to decay at {SURFACE:g} 1/s, as fast as the surface, in the whole "
         f"region, from |q - q_hat| up to {1e3 * (ours.admitted_radius or 0.0):.2g} mrad.",
-        f"The price: noise in the estimate of the velocities is {ours.noise / theirs.noise:.0f} times that with the "
-        f"paper's gains, and |qd - qd_hat| peaks at {ours.peaking:.0f} rad/s for 1 rad of first error "
-        f"({theirs.peaking:.1f} with the paper's gains).",
+        f"The price: noise in the estimate of the velocities is {ours.noise / theirs.noise:.0f} times as large as with "
+        f"the paper's gains, and |qd - qd_hat| peaks at {ours.peaking:.0f} rad/s for a first error of 1 rad "
+        f"({theirs.peaking:.1f} rad/s with the paper's gains).",
         statistic="A quadratic certificate for the whole region; the H2 norm of the noise and the peak of the error.",
-        sample=f"All states of the region, proved. {REGION} The arm keeps {100 * INNER:g} % of the speeds.",
+        sample=f"All states of the region, by proof. {REGION} The arm keeps {100 * INNER:g} % of the speeds.",
         information=OBSERVER,
         assumptions="The region and the rate.",
-        fits="The double pole: the least that is proved.",
+        fits="The double pole: the least one for which the decay is proved.",
         answer=answer_for(DOUBLE_POLE),
         variations=tuple(
             wb.Variation(f"the gains '{name}'", answer_for(name), times_the_noise(name))
             for name in HOW
             if name != DOUBLE_POLE
         ),
-        limitations="A noisy run, in which stiffer gains cost more.",
+        limitations="A run with noise, in which larger gains cost more.",
         is_decided=answer_for(DOUBLE_POLE) == "proved",
     )
 
@@ -251,18 +252,18 @@ def late_error(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         "late_error",
         f"With {_gains(candidates(results)[DOUBLE_POLE])} the late error is {ours[first]} with the paper's gains in "
-        f"the first scenario, and {ours[second]} in the second, {CLEAR:g} s and more after a jump.",
-        f"No law follows a jump at once: 0.5 s after it the error is {early}. With q_hat(0) = 0, as printed, "
-        f"the torque peaks at {peaks[0]:.0f} N m ({peaks[1]:.0f} with the paper's gains); with "
-        f"q_hat(0) at the measured positions it peaks at {peaks[2]:.0f} N m ({peaks[3]:.0f}).",
+        f"the first scenario. In the second scenario, {CLEAR:g} s and more after a jump, it is {ours[second]}.",
+        f"No law follows a jump at once: 0.5 s after a jump the error is {early}. With q_hat(0) = 0, as printed, "
+        f"the torque peaks at {peaks[0]:.0f} N m ({peaks[1]:.0f} N m with the paper's gains). With "
+        f"q_hat(0) at the measured positions it peaks at {peaks[2]:.0f} N m ({peaks[3]:.0f} N m).",
         statistic=f"The largest |e_i| from {AFTER:g} s on, of the worse joint, without the first {CLEAR:g} s after a "
         "jump.",
-        sample="One noiseless run each over 10 s.",
+        sample="One run of 10 s without noise for each observer and scenario.",
         information="The law has D_hat, filtered from the true disturbance. The observer has positions; (10) leaves D "
         "out.",
-        assumptions="Q, R, l and the square wave, as a1 has them.",
-        fits="Q, R and l to the printed RMSE of the first scenario, with the paper's gains.",
+        assumptions="Q, R, l and the square wave, as in report a1.",
+        fits="Q, R and l, to the printed RMSE of the first scenario, with the paper's gains.",
         answer=answer_for(Place(first))[0],
         variations=tuple(wb.Variation(words, *answer_for(case)) for words, case in cases.items()),
-        limitations="Noise on the positions, which stiffer gains amplify.",
+        limitations="Noise on the positions, which larger gains amplify more.",
     )

@@ -31,8 +31,8 @@ def poles(results: wb.Results) -> wb.document.Figure:
             wb.document.Panel("imaginary part [1/s]", (marks,), xlabel="real part [1/s]", vlines=(0.0,), title=name)
         )
     caption = (
-        f"Poles of the error with state and torque frozen, at {CLOUD} states of the region. Right of the line at zero "
-        "a mode grows."
+        f"Poles of the error with state and torque frozen, at {CLOUD} states of the region. A mode with a pole to the "
+        "right of the line at zero grows."
     )
     return wb.document.Figure("poles", caption, tuple(panels), columns=2)
 
@@ -46,8 +46,8 @@ def noise_and_rate(results: wb.Results) -> wb.document.Figure:
         for name, one in candidates(results).items()
     ]
     caption = (
-        "Noise in the velocity estimate, as an H2 norm, against the slowest frozen mode seen in the region. The grey "
-        "curve: double poles at -22 to -60 1/s. The vertical lines: 0, left of which a mode grows, and "
+        "Noise in the velocity estimate, as an H2 norm, against the slowest frozen mode found in the region. The grey "
+        "curve has double poles at −22 to −60 1/s. The vertical lines are at 0, left of which a mode grows, and at "
         f"{SURFACE:g} 1/s, the rate of the surface."
     )
     panel = wb.document.Panel(
@@ -76,26 +76,27 @@ def errors(results: wb.Results) -> wb.document.Figure:
 def promise_section() -> wb.Section:
     """The inequality that is proved, and the road to its proof."""
     text = (
-        "With the error x~ = (q - q_hat, qd - qd_hat), (12) and (16) are linear in it: by the mean value theorem the "
+        "Equations (12) and (16) are linear in the error x~ = (q - q_hat, qd - qd_hat): by the mean value theorem, the "
         "mismatch (14) is a mean of Jacobians of the acceleration between estimate and state, times the error. If "
         "one P satisfies P A + A' P + 2 alpha P < 0 for the error's matrix A at every state and torque of a region, "
-        "V = x~' P x~ falls at least as exp(-2 alpha t) as long as arm and estimate stay in it. Errors within an "
-        f"ellipsoid of V that keeps the estimate there are admitted. The region here: {BOX}, for arm and estimate; the "
-        f"arm itself keeps {100 * INNER:g} % of these speeds, and the rest is room for the error. A solver only "
-        "proposes P. Its definiteness is decided by leading minors in rational arithmetic, the inequality by "
-        "intervals: the Jacobian is a polynomial in speeds and torques, which lies in the hull of its coefficients in "
-        f"Bernstein's basis, and positions are halved until each box holds ({wb.proofs.guarantee()})."
+        "V = x~' P x~ falls at least as fast as exp(-2 alpha t) while arm and estimate stay in the region. Errors are "
+        "admitted if they lie within an ellipsoid of V that keeps the estimate in the region. The region here is "
+        f"{BOX}, for arm and estimate. The arm itself keeps {100 * INNER:g} % of these speeds; the rest is room for "
+        "the error. A solver only proposes P. Leading minors in rational arithmetic decide whether P is definite. "
+        "Interval arithmetic decides the inequality: the Jacobian is a polynomial in speeds and torques, which lies in "
+        "the hull of its coefficients in Bernstein's basis, and boxes of positions are halved until the inequality "
+        f"holds in each ({wb.proofs.guarantee()})."
     )
-    return wb.Section("What a promise is, and how it is proved", (wb.Paragraph(text),))
+    return wb.Section("What convergence means here, and how it is proved", (wb.Paragraph(text),))
 
 
 def gains_section(results: wb.Results) -> wb.Section:
     """The gains, and all that is seen and proved of each."""
     text = (
-        "The admitted errors are small in all cases: high gains peak, and a peak takes the estimate out of the region. "
-        "The bound is sufficient, not sharp. For gains of 1, 10 and 100 times those of the paper, a2 proves that each "
-        "has a false rest point: more gain alone does not make the promise global. The LMI minimises the bound of "
-        "noise that its one P gives, not the noise itself."
+        "The admitted errors are small in all cases: with high gains the estimate peaks, and a peak takes it out of "
+        "the region. The bound is sufficient, not sharp. Report a2 proves that the observer has a false equilibrium "
+        "with 1, 10 and 100 times the paper's gains: larger gains alone do not make the convergence global. The LMI "
+        "minimises the bound on the noise that its one P gives, not the noise itself."
     )
     table = wb.document.ReportTable(
         "gains",
@@ -112,7 +113,7 @@ def gains_section(results: wb.Results) -> wb.Section:
         ),
     )
     return wb.Section(
-        "What the gains promise, and what they cost",
+        "Proved convergence, and its price",
         (table, audits_table(results), definitions_table(), wb.Paragraph(text)),
     )
 
@@ -148,9 +149,10 @@ def tracking_section(results: wb.Results) -> wb.Section:
     text = (
         "The repaired law of a1 runs for 10 s with each observer in the loop. The estimate starts at zero, as in "
         "section 5, or at the measured positions, q_hat(0) = y(0). All these loops leave the region at first, and in "
-        "the second scenario after each jump: the proof holds for the rest. The law has D_hat, filtered from the true "
-        "disturbance as in (24). The reference of the second scenario jumps by 0.8 and 0.4 rad every 2 s, which no law "
-        f"follows at once. So the late error leaves out the first {CLEAR:g} s after each jump; '{WITH_JUMPS}' has them."
+        "the second scenario also after each jump; the proof holds for the rest of the time. The law has D_hat, "
+        "filtered from the true disturbance as in (24). The reference of the second scenario jumps by 0.8 and 0.4 rad "
+        f"every 2 s, which no law follows at once. So the late error leaves out the first {CLEAR:g} s after each jump; "
+        f"'{WITH_JUMPS}' includes them."
     )
     tables = []
     for place, scenario in enumerate(SCENARIOS, 1):
@@ -158,4 +160,4 @@ def tracking_section(results: wb.Results) -> wb.Section:
             name, caption = f"tracking_{place}_q{joint + 1}", f"Joint {joint + 1} with each observer, {scenario}."
             shown = TABLE_METRICS if scenario != SCENARIOS[-1] else (*TABLE_METRICS, WITH_JUMPS)
             tables.append(wb.side_by_side(name, caption, results.scenario(scenario), shown, joint))
-    return wb.Section("The tracking that they give", (wb.Paragraph(text), errors(results), *tables))
+    return wb.Section("Tracking with each observer", (wb.Paragraph(text), errors(results), *tables))

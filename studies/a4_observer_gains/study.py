@@ -13,6 +13,7 @@ from studies.a4_observer_gains.candidates import HOW, SCENARIOS, STYLES, WITH_JU
 from studies.a4_observer_gains.pages import gains_section, noise_and_rate, poles, promise_section, tracking_section
 from studies.a4_observer_gains.settled_error import settled_error
 from studies.paper.card import CARD
+from studies.paper.citation import introduction
 from studies.paper.laws import ARM, proposed_repaired
 
 UNTIL, EVERY, STEP = 10.0, 0.01, 1e-3 / 24  # s
@@ -58,13 +59,16 @@ def sections(results: wb.Results) -> wb.Page:
 
 study = wb.Study(
     name="a4_observer_gains",
-    title="The gains of the observer: what is promised, what is proved, and better ones",
-    question=("Do the paper's L1 = 30, L2 = 50 give what Theorem 1 promises, and what gains would?"),
+    title="The gains of the observer: what the paper claims, what is proved, and better gains",
+    question=(
+        "Do the paper's gains L1 = 30 I, L2 = 50 I make the observer converge as Theorem 1 claims? Which gains would?"
+    ),
     method=(
-        "The exact Jacobian of the error is frozen at states of a region and along the path. Lipschitz constants and "
-        "quadratic certificates over the region are proposed by linear matrix inequalities, and proved by intervals "
-        "and in rational arithmetic. Other gains come from pole placement, high gain, Kalman's filter and one "
-        "inequality. The repaired law of a1 then runs with each observer, by RK4 at a step and at half of it."
+        f"{introduction(10, 24, rivals=False)} The exact Jacobian of the error is frozen at states of a region and "
+        "along the path. Lipschitz constants are proved by intervals. Quadratic certificates over the region are "
+        "proposed by linear matrix inequalities (LMI), and proved by intervals and in rational arithmetic. Other gains "
+        "come from pole placement, high gain, Kalman's filter and one LMI. The repaired law of report a1 then runs "
+        "with each observer, by RK4 at a step and at half of it."
     ),
     works=WORKS,
     cases=cases,

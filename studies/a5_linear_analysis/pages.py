@@ -136,9 +136,9 @@ def along_path(results: wb.Results) -> wb.document.Figure:
     )
     caption = (
         "Margins and poles of the linear loops, frozen along the first scenario: the disk margin at the torques every "
-        "second within the layer, with the adaptive gains held, and the poles of the whole loop every 0.1 s. An "
-        "adaptive gain that is not held leaves a pole at 0. Poles are over logarithmic time, as they move at the "
-        "start. Fuzzy-ASMC and RBF-ASMC are not drawn; the table has their numbers."
+        "second within the layer, with constant adaptive gains, and the poles of the whole loop every 0.1 s. An "
+        "adaptive gain that is not constant gives a pole at 0. The poles have a logarithmic time axis, as they move at "
+        "the start. Fuzzy-ASMC and RBF-ASMC are not drawn; the table has their numbers."
     )
     return wb.document.Figure("frozen", caption, panels, columns=3)
 
@@ -152,7 +152,7 @@ def path_table(results: wb.Results) -> wb.document.ReportTable:
     columns = (
         wb.document.TableColumn("law"),
         wb.document.TableColumn("largest real part", "1/s", "right", digits=3),
-        wb.document.TableColumn("the same within the layer", "1/s", "right", digits=3),
+        wb.document.TableColumn("largest real part within the layer", "1/s", "right", digits=3),
         wb.document.TableColumn("time within the layer", "%", "right", digits=3),
         wb.document.TableColumn("least disk margin within the layer", "", "right", digits=3),
     )
@@ -176,7 +176,8 @@ def responses_figure(results: wb.Results) -> wb.document.Figure:
         )
     caption = (
         "The loop gain at one torque with the other loop closed, and the largest singular values of sensitivity S "
-        "and complementary sensitivity T, at rest at the level of the second scenario. ASMC and Fuzzy-ASMC lie on SMC."
+        "and complementary sensitivity T, at rest at the level of the second scenario. The curves of ASMC and "
+        "Fuzzy-ASMC coincide with that of SMC."
     )
     return wb.document.Figure("responses", caption, tuple(panels), columns=2)
 
@@ -193,25 +194,25 @@ def arm_blocks(results: wb.Results) -> tuple[wb.document.Block, ...]:
         angles = (float(np.round(angle, 12)) + 0.0 for angle in point.x[:2])
         rows.append((name, *angles, ", ".join(sorted(set(map(pole_text, point.poles)))), *margins))
     columns = (
-        wb.document.TableColumn("rest point"),
+        wb.document.TableColumn("equilibrium"),
         wb.document.TableColumn("q1", "rad", digits=4),
         wb.document.TableColumn("q2", "rad", digits=4),
         wb.document.TableColumn("poles", "1/s"),
-        wb.document.TableColumn("controllable by", digits=2),
-        wb.document.TableColumn("observable by, q and qd", digits=2),
-        wb.document.TableColumn("observable by, q alone", digits=2),
+        wb.document.TableColumn("controllability margin", digits=2),
+        wb.document.TableColumn("observability margin, q and qd", digits=2),
+        wb.document.TableColumn("observability margin, q alone", digits=2),
     )
     note = (
-        "Controllable and observable by: the margin of the test of Popov, Belevitch and Hautus, which is the least "
-        "singular value of [z I - A, B] or [z I - A; C] for z near an eigenvalue of A, as a share of the norm of "
-        "[A, B] or [A; C], in rad, s and N m. Positions alone are all that observer (10) is given."
+        "The margins are those of the test of Popov, Belevitch and Hautus: the least singular value of [z I - A, B] or "
+        "[z I - A; C] for z near an eigenvalue of A, divided by the norm of [A, B] or [A; C], in rad, s and N m. "
+        "Observer (10) measures only positions."
     )
     words = (
-        f"Without torque, for -1 to 4 rad in both joints: {alone.rest_points}. Falling freely from near the state at "
-        f"which FS begins, the arm has a largest Lyapunov exponent of {top:.2f} 1/s over {exponents.span:g} s, with an "
-        f"estimated error of {error:.2f} 1/s."
+        f"Without torque, for −1 to 4 rad in both joints: {alone.rest_points}. If the arm falls freely from near the "
+        f"start of the first scenario, its largest Lyapunov exponent over {exponents.span:g} s is {top:.2f} 1/s, with "
+        f"an estimated error of {error:.2f} 1/s."
     )
-    caption = "The rest points of the arm without torque, and their modes."
+    caption = "The equilibria of the arm without torque, and their modes."
     return (wb.Paragraph(words), wb.document.ReportTable("rest_points", caption, columns, tuple(rows), (note,)))
 
 
@@ -234,15 +235,16 @@ def at_rest_section(results: wb.Results) -> wb.Section:
     loops = {law: every[law][LEVEL] for law in SEVEN}
     loops |= {f"{law}, learned gain": every[law][late(LEVEL)] for law in ADAPTIVE}
     words = (
-        "L goes from the torque that moves the plant to minus the torque that the law commands, with the observer "
-        "counting on the latter and the adaptive gains held. Margins of one joint are those with the other closed, the "
-        "worse of the two. The disk margin, 2 at most, and the last three columns are of both torques at once. Learned "
-        "gain: the gain at the end of the first scenario. Largest S: of a torque at 0.001 rad/s that no block is "
-        "given. A dash: the loop is not asymptotically stable."
+        "The loop gain L is taken from the torque that moves the plant to minus the torque that the law commands. The "
+        "observer gets the commanded torque, and the adaptive gains are constant. The margin of one joint has the loop "
+        "of the other joint closed; the table has the worse of both. The disk margin, which is at most 2, and the last "
+        "three columns are for both torques at once. The learned gain is the gain at the end of the first scenario. "
+        "'Largest S' is the largest gain of S for a torque at 0.001 rad/s that no block measures. A dash: the loop is "
+        "not asymptotically stable."
     )
     poses = wb.document.ReportTable(
         "poses",
-        "The disk margin at rest, pose by pose, with first gains.",
+        "The disk margin at rest in each pose, with the first gains.",
         (wb.document.TableColumn("law"), *(wb.document.TableColumn(pose, digits=3) for pose in POSES)),
         tuple((law, *(every[law][pose].alpha or None for pose in POSES)) for law in SEVEN),
     )
@@ -288,4 +290,6 @@ def margins_table(loops: dict[str, AtRest]) -> wb.document.ReportTable:
         gains, phase = [m.gain for m in rest.channels], min(m.phase for m in rest.channels)
         ends = max(low for low, _ in gains), min(high for _, high in gains)
         rows.append((name, *ends, phase, rest.delay, rest.disk.alpha, *rest.disk.gain, rest.disk.phase))
-    return wb.document.ReportTable("margins", "Margins at the torque, as in the table before.", columns, tuple(rows))
+    return wb.document.ReportTable(
+        "margins", "Margins at the torque, for the loops of the table before.", columns, tuple(rows)
+    )

@@ -63,19 +63,19 @@ def deciding_finding(every: wb.uncertainty.SobolIndices) -> wb.Finding:
     return wb.Finding(
         name="deciding",
         statement=f"In {len(clear)} of {len(COLUMNS)} columns one unstated number or reading decides more than any "
-        f"other how {PROPOSED_LAW} stands beside its best rival{': ' + answer if answer != UNCLEAR else ''}.",
+        f"other how {PROPOSED_LAW} compares with its best rival{': ' + answer if answer != UNCLEAR else ''}.",
         evidence=f"{listed or 'In no column do the intervals separate the largest index from the second'}."
         " The table of indices has the three largest of each column.",
-        statistic="Total Sobol index (ST) of the margin, each interval by itself. The margin is the RMSE of "
-        f"{PROPOSED_LAW} as a share of its sum with the RMSE of the best rival. Below 1/2 {PROPOSED_LAW} is first; "
-        "the margin is 1 where its run diverged.",
+        statistic="Total Sobol index (ST) of the margin, with separate intervals. The margin is the RMSE of "
+        f"{PROPOSED_LAW}, divided by the sum of this RMSE and the RMSE of the best rival. With a margin below 1/2, "
+        f"{PROPOSED_LAW} is first. The margin is 1 if the run of {PROPOSED_LAW} diverged.",
         sample=f"{PAIRED_DESIGN.size:,} points of a Sobol design, prior of the card, seed {PAIRED_DESIGN.seed}, for "
         f"{len(NAMES)} numbers and readings.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
         answer=answer,
         variations=tuple(wb.Variation(name, factor, _detail(top, name)) for name, factor in by.items()),
-        limitations=f"the other three priors; a torque limit; {LIMITATIONS}",
+        limitations=f"The other three priors; a torque limit; {LIMITATIONS}",
         is_decided=bool(clear),
     )
 
@@ -91,7 +91,11 @@ def deciding_table(every: wb.uncertainty.SobolIndices) -> wb.document.ReportTabl
     heads = ("column", "largest ST", "second", "third", "above all others")
     caption = f"The numbers and readings with the largest total Sobol index of the margin of {PROPOSED_LAW}."
     return wb.document.ReportTable(
-        "indices", caption, tuple(map(wb.document.TableColumn, heads)), rows, ("With the half width of its interval.",)
+        "indices",
+        caption,
+        tuple(map(wb.document.TableColumn, heads)),
+        rows,
+        ("Each index has the half width of its interval.",),
     )
 
 

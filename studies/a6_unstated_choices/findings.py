@@ -17,11 +17,11 @@ from studies.paper.unstated_choices import assumptions
 MET_WORD, MISSED_WORD = "met", "not met"
 ROW = f"the printed row of {PROPOSED_LAW} in the first scenario"
 BOTH_SIGNS = f"Both signs of (33) meet {ROW} within {100 * CLOSE:g} %: the row does not identify the law."
-SHORT_ROW = "Both signs of (33) meet its printed row in the first scenario, so the row identifies no law."
+SHORT_ROW = "Both signs of (33) meet its printed row in the first scenario, so the row does not identify the law."
 SHORT = 30.0  # s, the longest horizon of an earlier search
 FINE_RUNS = (
-    f"Runs are in continuous time with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and at half of it. "
-    "The error by the step is added to the miss."
+    "Runs are in continuous time with the boundary layer of the paper, with a step of "
+    f"{1e3 * fits.FINE:.3g} ms and half of it. The error by the step is added to the miss."
 )
 OWN_RANGES = f"R from {STIFF:g} N m/(rad s) on, horizons from {SHORTEST} to {LONGEST} s"
 FIXED_CHOICES = f"Not varied: {assumptions(OMITTED_CHOICES)}."
@@ -56,17 +56,17 @@ def row_finding(results: wb.Results, every: Sequence[Row]) -> wb.Finding:
     return wb.Finding(
         name="row_of_fs",
         statement=_row_statement(signs),
-        evidence=f"With a plus {count[PLUS]} of {shapes} shapes of (33) meet it, with the minus {count[MINUS]}. With "
-        f"the minus and repairs of (3) and (28) alone {count[TWO]} do: the nearest misses by {share_of(two.fit.miss)} "
-        f"at {two.fit.horizon['FS']:.1f} s, shape {two.shape}.",
-        statistic=f"The larger miss of the two cells at the best horizon. {FINE_RUNS} Answer 'met' if some choice is "
-        f"within {100 * CLOSE:g} %.",
+        evidence=f"With the plus {count[PLUS]} of {shapes} shapes of (33) meet the row, with the minus {count[MINUS]}. "
+        f"With the minus and only (3) and (28) repaired, {count[TWO]} shapes meet it. The nearest of these, shape "
+        f"'{two.shape}', misses it by {share_of(two.fit.miss)} at a horizon of {two.fit.horizon['FS']:.1f} s.",
+        statistic=f"The larger miss of the two cells at the best horizon. {FINE_RUNS} The answer is 'met' if some "
+        f"choice is within {100 * CLOSE:g} %.",
         sample=f"{len(every)} searches by differential evolution (seed {rows.SEED}), one for each sign and shape of "
-        f"(33), {rows.EVALUATIONS[PLUS]} choices each. With two repairs alone there are {rows.EVALUATIONS[TWO]} "
-        f"choices each. The {rows.AGAIN} nearest of each are run again.",
-        information="The law has the exact model, but for (3), and D(t) itself where D_hat needs it.",
+        f"(33), with {rows.EVALUATIONS[PLUS]} choices each, or {rows.EVALUATIONS[TWO]} with only two repairs. The "
+        f"{rows.AGAIN} nearest choices of each search are run again.",
+        information="The law has the exact model, except for (3), and D(t) itself where D_hat needs it.",
         assumptions=f"{OWN_RANGES}. {FIXED_CHOICES}",
-        fits="Q, R, l, the horizon and the readings that are left, each to the two printed numbers of the row.",
+        fits="Q, R, l, the horizon and the other readings, to the two printed numbers of the row.",
         answer=MET_WORD if any(row.is_met for row in every) else MISSED_WORD,
         variations=tuple(row_variations(results, every)),
         limitations=LONGER,
@@ -80,7 +80,7 @@ def _row_statement(signs: Sequence[str]) -> str:
     if len(signs) == 2:
         return BOTH_SIGNS
     if signs:
-        return f"Of the signs of (33) the {signs[0]} alone meets {ROW} within {100 * CLOSE:g} %."
+        return f"Of the signs of (33) only the {signs[0]} meets {ROW} within {100 * CLOSE:g} %."
     return f"No choice of the searches meets {ROW} within {100 * CLOSE:g} %."
 
 
@@ -116,24 +116,25 @@ def tables_finding(
         f"{100 * CLOSE:g} %.",
         evidence=f"At one horizon, {first.horizon:.1f} s, {counts[0]} of {len(LAWS)} rows of the first scenario come "
         f"within {100 * CLOSE:g} %. With one square wave and one horizon, {second.horizon:.1f} s, {counts[1]} of "
-        f"{len(LAWS)} rows of the second scenario come within {100 * CLOSE:g} %. {farthest[0]} and {farthest[1]} are "
-        f"the farthest, with {share_of(first.miss[farthest[0]])} and {share_of(second.miss[farthest[1]])}.",
-        statistic=f"The larger miss of the two cells of a law. {FINE_RUNS} Answer 'met' if all rows are within "
+        f"{len(LAWS)} rows of the second scenario come within {100 * CLOSE:g} %. The farthest rows are those of "
+        f"{farthest[0]} in the first scenario, with {share_of(first.miss[farthest[0]])}, and of {farthest[1]} in the "
+        f"second, with {share_of(second.miss[farthest[1]])}.",
+        statistic=f"The larger miss of the two cells of a law. {FINE_RUNS} The answer is 'met' if all rows are within "
         f"{100 * CLOSE:g} %.",
         sample=f"A search for each law (seed {fits.SEED}). In the first scenario it has {experiments.OF_COMMON} "
         f"choices at each of the horizons {', '.join(map(str, COMMON))} s, in the second {fits.EVALUATIONS}. The "
-        f"{experiments.COMMON_AGAIN} and {experiments.SHARED_AGAIN} nearest are run again.",
-        information="Each law has gains of its own in each scenario. In the second the rivals that switch measure by "
-        f"(10), PID exactly, and {PROPOSED_LAW} by its own reading.",
+        f"{experiments.COMMON_AGAIN} and {experiments.SHARED_AGAIN} nearest choices are run again.",
+        information="Each law has separate gains in each scenario. In the second scenario the rivals that switch have "
+        f"the measurements of (10), PID has exact ones, and {PROPOSED_LAW} has those of its reading.",
         assumptions="The square wave was found by hand, outside of this study: a search of 32 square waves at once, "
         f"each with gains for every law, over 194 generations (seed 0) ended at a1 = {experiments.BY_HAND[0]:g} rad, "
         f"a2 = {experiments.BY_HAND[1]:g} rad, f = {experiments.FREQUENCY:g} Hz. Both amplitudes were then moved by "
-        f"hand, by {moved}, to {experiments.AMPLITUDES[0]:g} and {experiments.AMPLITUDES[1]:g} rad. Its horizon of "
-        f"{experiments.HORIZON:g} s is that search's, too. {FIXED_CHOICES}",
-        fits=f"All other numbers of the {len(NAMES)} unstated ones, to the printed rows.",
+        f"hand, by {moved}, to {experiments.AMPLITUDES[0]:g} and {experiments.AMPLITUDES[1]:g} rad. The horizon of "
+        f"{experiments.HORIZON:g} s also comes from that search. {FIXED_CHOICES}",
+        fits=f"All others of the {len(NAMES)} unstated numbers, to the printed rows.",
         answer=MET_WORD if settled else MISSED_WORD,
         variations=tuple(tables_variations(results, law_fits, first, second)),
-        limitations=f"other square waves; {LONGER}",
+        limitations=f"Other square waves; {LONGER}",
         is_decided=settled,
     )
 
@@ -150,7 +151,7 @@ def tables_variations(
         ("SS", "the second scenario"),
         ("both", "all cells, same gains"),
     ):
-        groups[f"{words}, horizons of its own for each law"] = {law: law_fits[law, target].miss for law in LAWS}
+        groups[f"{words}, a separate horizon for each law"] = {law: law_fits[law, target].miss for law in LAWS}
     cells = {(law, target): law_fits[law, target].miss for law in LAWS for target in fits.CELLS}
     groups["each of the 24 cells by itself"] = {law: max(cells[law, t] for t in fits.CELLS) for law in LAWS}
     for words, misses_of in groups.items():

@@ -32,7 +32,7 @@ LIMITS = f"torques limited to {LIMIT[0]:g} and {LIMIT[1]:g} N m"
 SAMPLE = (
     f"{RANDOM.runs} independent draws for each of four priors, and {LIMITED_DESIGN.runs} with {LIMITS}. All have the "
     f"same points of the unit cube (seed {RANDOM.seed}). The intervals are those of Clopper and Pearson; for the "
-    f"{SHARES} shares of one question they hold together, 95 %."
+    f"{SHARES} shares of one question they hold together with a confidence of 95 %."
 )
 NONE = "no rival"
 
@@ -58,9 +58,9 @@ def cell_words(cell: Cell) -> str:
 def groups(every: Cells, again: Mapping[Cell, Rerun]) -> Iterator[tuple[str, Cells]]:
     """Draws of every prior and column, varied together: each reading alone, and the error of the step either way."""
     yield from subsets(every)
-    for side, words in ((1, "added to"), (-1, "taken off")):
+    for side, words in ((1, "added to"), (-1, "subtracted from")):
         moved = {cell: one.shifted_draws(side) for cell, one in again.items()}
-        yield f"the error of the step {words} the RMSE of {PROPOSED_LAW}, in the draws that were run again", moved
+        yield f"the error of the step {words} the RMSE of {PROPOSED_LAW}, in the draws that were repeated", moved
 
 
 def first_finding(every: Cells, limited_cells: Cells, again: Mapping[Cell, Rerun]) -> wb.Finding:
@@ -72,11 +72,12 @@ def first_finding(every: Cells, limited_cells: Cells, again: Mapping[Cell, Rerun
         name="first",
         statement=f"{PROPOSED_LAW} has the smallest RMSE of the six laws in {ends(list(shares.values()))} of the "
         "draws, by column and prior.",
-        evidence="The paper prints it first in all four columns. Half of the draws have the minus of (33); with the "
-        f"plus alone the share is {ends(_first_with_plus(every))}. "
+        evidence=f"In the paper {PROPOSED_LAW} is first in all four columns. Half of the draws have the minus of (33); "
+        f"with the plus alone the share is {ends(_first_with_plus(every))}. "
         f"The largest share is {share_words(shares[top])}, under the {cell_words(top)}. {step_words(again)}",
         statistic="Share of the draws in which the sampled RMSE, (43), of the law is below that of each rival. "
-        "Answer 'yes' if it is above one half with its interval, 'no' if below, in all columns under all priors.",
+        "The answer is 'yes' if the share and its interval are above one half in all columns under all priors. It is "
+        "'no' if they are below one half.",
         sample=SAMPLE,
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
@@ -126,12 +127,12 @@ def below_finding(results: wb.Results, every: Cells, limited_cells: Cells, again
     most_of_minus = max(share.value for rival in RIVALS for share in shares_of(of_minus, rival))
     return wb.Finding(
         name="below_rivals",
-        statement=f"{'No rival' if answer == NONE else answer + ' alone'} has a larger RMSE than {PROPOSED_LAW} in "
+        statement=f"{'No rival' if answer == NONE else 'Only ' + answer} has a larger RMSE than {PROPOSED_LAW} in "
         f"most draws, in any column or under any prior{_with_plus(beaten(of_plus))}.",
-        evidence=f"Half of the draws have the minus of (33): there {PROPOSED_LAW} is below a rival in at most "
-        f"{percent(most_of_minus)}. {pid_words(results)}",
-        statistic=f"Rivals above {PROPOSED_LAW} in RMSE in more than half of the draws, in at least one column under "
-        "one prior. The interval of the share counts.",
+        evidence=f"Half of the draws have the minus of (33): in these {PROPOSED_LAW} has a smaller RMSE than a rival "
+        f"in at most {percent(most_of_minus)}. {pid_words(results)}",
+        statistic=f"Rivals with a larger RMSE than {PROPOSED_LAW} in more than half of the draws, in at least one "
+        "column under one prior. The whole interval of the share must lie above one half.",
         sample=SAMPLE,
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
@@ -162,7 +163,7 @@ def most(some: Cells, rival: str | None, column: tuple[str, int] | None = None) 
 
 def _with_plus(rivals: str) -> str:
     """The rivals that have a larger RMSE somewhere if the minus of (33) is left out."""
-    return "" if rivals == NONE else f"; with the plus of (33) alone, {rivals} somewhere"
+    return "" if rivals == NONE else f"; with only the plus of (33), {rivals} in some column and prior"
 
 
 def pid_words(results: wb.Results) -> str:
@@ -180,8 +181,8 @@ def pid_words(results: wb.Results) -> str:
     ]
     top, without, with_limit = (float(np.median(np.where(np.isnan(each), np.inf, each))) for each in (peak, *rmse))
     return (
-        f"With exact readings the median peak torque of {PID} is {top:,.0f} N m. With {LIMITS} its median RMSE of "
-        f"joint 1 in the first scenario then goes from {without:.3f} to {with_limit:.3f} rad."
+        f"With exact readings the median peak torque of {PID} is {top:,.0f} N m. With {LIMITS}, the median RMSE of "
+        f"{PID} at joint 1 in the first scenario changes from {without:.3f} to {with_limit:.3f} rad."
     )
 
 
@@ -192,8 +193,8 @@ def step_words(again: Mapping[Cell, Rerun]) -> str:
         sum(int(getattr(one, part).sum()) for one in again.values()) for part in ("is_inaccurate", "is_undecided")
     )
     return (
-        f"{runs:,} draws were run at half of the step too. In {beyond} the step moves the RMSE of {PROPOSED_LAW} by "
-        f"over 1 %. In {unknown} the error reaches a rival: the rank there means nothing."
+        f"{runs:,} draws were repeated at half of the step. In {beyond} of these the step changes the RMSE of "
+        f"{PROPOSED_LAW} by more than 1 %. In {unknown} the error reaches a rival, so the rank is not known."
     )
 
 
@@ -218,6 +219,6 @@ def printed_words(columns: Mapping[tuple[str, int], wb.evidence.Ranks]) -> str:
         whole = max(whole, float((values[:, :-1] < values[:, 1:]).all(axis=1).mean()))
     pairs = len(columns) * len(LAWS) * (len(LAWS) - 1) // 2
     return (
-        f"Under the prior of the card {likely} of the {pairs} pairs of laws come in their printed order in most draws. "
-        f"All six laws of a column do so in at most {100 * whole:.1f} % of them."
+        f"Under the prior of the card {likely} of the {pairs} pairs of laws have their printed order in most draws. "
+        f"All six laws of a column have it in at most {100 * whole:.1f} % of the draws."
     )

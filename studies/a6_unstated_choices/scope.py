@@ -6,7 +6,7 @@ from studies.paper.unstated_choices import assumptions, omitted_choices
 
 INFORMATION = (
     "In a draw the six laws have the same horizon, square wave and model. The rivals have the same measurements, exact "
-    "or by (10); AOSMC-RGS has its own. K(0) and gamma are the same for the laws that adapt."
+    "or by (10); AOSMC-RGS has separate ones. K(0) and gamma are the same for the laws that adapt."
 )
 # What no factor of this study varies. The torque limit is one of its variations instead.
 OMITTED_CHOICES = tuple(choice for choice in omitted_choices(NAMES) if choice.name != "torque limit")

@@ -20,6 +20,7 @@ from studies.a6_unstated_choices import (
 from studies.a6_unstated_choices.loops import PROPOSED_LAW, SCENARIOS, slug
 from studies.a6_unstated_choices.shares import Cells, cells, reruns
 from studies.paper.card import LAWS
+from studies.paper.citation import introduction
 
 
 def sections(results: wb.Results) -> wb.Page:
@@ -85,49 +86,50 @@ def answer(page_findings: tuple[wb.Finding, ...]) -> str:
 
 ROWS = wb.Paragraph(
     f"A search for each sign and shape of (33), in the first scenario alone, at any horizon up to {loops.LONGEST} s. "
-    "The third group keeps the printed minus, the printed (24) and the observer (10), and repairs (3) and (28) alone. "
+    "The third group has the printed minus, the printed (24) and observer (10), with only (3) and (28) repaired. "
     f"The {rows.AGAIN} nearest choices of each search are run again at {1e3 * fits.FINE:.3g} ms and at half of it."
 )
 RANKING = wb.Paragraph(
     f"Independent draws of everything at once, {draws.RANDOM.runs} for each prior. The six laws of a draw have the "
-    "same horizon and the same square wave. A range is no prior: a number can be drawn evenly, or evenly on a "
-    f"logarithmic scale. The prior of the card is logarithmic for Q, R and l of {PROPOSED_LAW}, which are known by "
-    "their order of magnitude. It is linear for all other numbers, and 'exchanged' is the opposite. sigma of "
-    "RBF-ASMC, whose range begins at 0, is always drawn evenly. A run that diverged before its horizon is worse than "
-    "any other."
+    "same horizon and the same square wave. A range is not yet a prior: a number can be drawn uniformly, or uniformly "
+    f"on a logarithmic scale. The prior of the card is logarithmic for Q, R and l of {PROPOSED_LAW}, of which only the "
+    "order of magnitude is known. It is linear for all other numbers. The prior 'exchanged' is the opposite. sigma of "
+    "RBF-ASMC, whose range begins at 0, is always drawn uniformly. A run that diverged before its horizon is worse "
+    "than any other."
 )
 FIT_METHOD = wb.Paragraph(
-    f"A search for each law looks at {fits.EVALUATIONS} choices by differential evolution (seed {fits.SEED}). It "
-    f"seeks one set of gains for both rows of the law, each at its own horizon up to {fits.SEARCH_HORIZON:g} s. "
+    f"A search for each law evaluates {fits.EVALUATIONS} choices by differential evolution (seed {fits.SEED}). It "
+    "looks for one set of gains for both rows of the law, each row with a separate horizon of up to "
+    f"{fits.SEARCH_HORIZON:g} s. "
     f"{PROPOSED_LAW}, which has the most readings, has two searches (seeds "
-    f"{' and '.join(map(str, fits.SEEDS[PROPOSED_LAW]))}). The rivals that switch are searched as a computer with an "
-    "implicit relay runs them every 2 ms. The relay keeps s as near to zero as the boundary layer does. The nearest "
+    f"{' and '.join(map(str, fits.SEEDS[PROPOSED_LAW]))}). In the search, a computer with an implicit relay runs the "
+    "rivals that switch every 2 ms. The relay keeps s as near to zero as the boundary layer does. The nearest "
     "points, and some from the whole search that are within 0.5 %, are run again. These runs are in continuous time, "
-    f"with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and at half of it. Only they are called fits, "
-    "and the error by the step counts against them."
+    f"with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and at half of it. Only these runs "
+    "are called fits, and the error by the step is added to their miss."
 )
 OPEN = (
     wb.Paragraph(
-        "The ranges are those of the card of a1, and a number of one name is the same for all laws. The horizon, "
-        f"{loops.SHORTEST} to {loops.LONGEST} s, needs no run of its own. Other choices are not varied:"
+        "The ranges are those of the card of report a1, and a number with one name is the same for all laws. The "
+        f"horizon, {loops.SHORTEST} to {loops.LONGEST} s, needs no separate run. Other choices are not varied:"
     ),
     wb.document.Itemize(
         (
-            f"R is drawn from {loops.STIFF:g} N m/(rad s) on instead of the card's 0.001. Below, (34) falls from P(0) "
-            "so fast, at 720 / R 1/s, that a run at 1 ms diverges by its step alone.",
-            "Torques have no limit but in the draws that say so. There a drive limits them, and the observer (10) "
-            "reads the limited torques. The integral of PID stands still while its torque is beyond the limit.",
+            f"R is drawn from {loops.STIFF:g} N m/(rad s) on instead of the card's 0.001. With a smaller R, P of (34) "
+            "falls from P(0) so fast, at 720 / R 1/s, that a run with a step of 1 ms diverges because of the step.",
+            "Torques have a limit only in the draws that state one. There a drive limits them, and observer (10) "
+            "gets the limited torques. The integral of PID is held while the torque of PID is beyond the limit.",
         )
     ),
 )
 TRUST = wb.Paragraph(
     "The error of the step is twice the largest change of RMSE to half of the step. It is taken over one draw of "
     f"{draws.HALF_STEP_EVERY[PROPOSED_LAW]} of {PROPOSED_LAW}, one of {draws.RIVALS_HALF_STEP_EVERY} of the rivals, "
-    "and all checks. Of a rival that switches by a computer it is the error of the motion between two instants. The "
-    "checks show how far the computer is from the boundary layer. The chattering of a boundary layer makes every "
-    "method one of first order. The change then tells the size of the error and bounds nothing. The last table "
-    "counts every run that diverges within the longest horizon. One that diverges later than the horizon of its draw "
-    "has its RMSE there."
+    "and all checks. For a rival that a computer switches, it is the error of the motion between two instants. The "
+    "checks show how far the computer is from the boundary layer. With the chattering of a boundary layer every method "
+    "is of first order. The change then shows the size of the error, but is not a bound. The last table counts every "
+    "run that diverges within the longest horizon. A run that diverges later than the horizon of its draw still has an "
+    "RMSE at that horizon."
 )
 
 
@@ -151,17 +153,18 @@ def sweeps(tuning_results: Mapping[str, wb.tuning.TuningResult]) -> tuple[wb.Swe
 
 study = wb.Study(
     name="a6_unstated_choices",
-    title="AOSMC-RGS: what is not stated, and what it decides",
+    title="AOSMC-RGS: the unstated numbers and readings, and what they decide",
     question=(
-        "Which unstated numbers and readings give the published RMSE, how many different ones do, and does the "
-        "published ranking hold whatever they are?"
+        "Which unstated numbers and readings give the published RMSE? How many different choices do so? Does the "
+        "published ranking hold for all of them?"
     ),
     method=(
-        "Every unstated number is drawn over the range of the card, and every reading is as likely as the others, both "
-        "signs of (33) among them. Independent draws of everything at once give the shares, under four priors and with "
-        "limited torques; a Sobol design gives the indices. Searches by differential evolution look for the choices "
-        "that meet the printed numbers. What comes nearest is run again with the boundary layer of the paper at 1/12 "
-        "ms and at half of it."
+        f"{introduction(3, 10, 24, 28, 33, 43)} Every unstated number is drawn over the range of its card, the list of "
+        "numbers in report a1. Every reading of an unclear equation is as likely as the others, both signs of (33) "
+        "among them. Independent draws of all numbers and readings give the shares, under four priors and with limited "
+        "torques; a Sobol design gives the indices. Searches by differential evolution look for the choices that meet "
+        "the printed numbers. The nearest choices are run again with the boundary layer of the paper, with a step of "
+        "1/12 ms and with half of it."
     ),
     tunings=(
         *(rows.search(*case) for case in rows.CASES),

@@ -35,7 +35,7 @@ def ranks_figure(results: wb.Results, columns: Mapping[tuple[str, int], wb.evide
         f"{RANDOM.runs} draws for each scenario, prior of the card, seed {RANDOM.seed}; {lost} runs diverge before the "
         f"horizon of their draw ({runs} within the longest horizon), and each counts as worse than any other"
     )
-    caption = "How often each law has which rank by RMSE, over all that the paper leaves open."
+    caption = "How often each law has each rank by RMSE, over all unstated numbers and readings."
     one = {
         column: wb.pictures.rank_figure("ranks", caption, dict(zip(LAWS, each.ranks.value, strict=True)), note)
         for column, each in columns.items()
@@ -64,12 +64,16 @@ def below_table(every: Cells, limited_cells: Cells) -> wb.document.ReportTable:
         *map(wb.document.TableColumn, COLUMNS.values()),
     )
     note = (
-        "yes, no: the share is above or below one half under all four priors, with its interval; mixed: above under "
-        "one and below under another; undecided: an interval has one half in it. Shares: least and largest of four "
-        "priors."
+        "'yes' or 'no': the share and its interval are above or below one half under all four priors. 'mixed': above "
+        "under one prior and below under another. 'undecided': an interval contains one half. The shares are the least "
+        "and the largest of four priors."
     )
     return wb.document.ReportTable(
-        "below", f"Is {PROPOSED_LAW} below the rival in most draws? The answer by column.", heads, tuple(rows), (note,)
+        "below",
+        f"Is the RMSE of {PROPOSED_LAW} below the rival's in most draws? The answer by column.",
+        heads,
+        tuple(rows),
+        (note,),
     )
 
 
@@ -86,7 +90,7 @@ def priors_table(every: Cells) -> wb.document.ReportTable:
             rows.append((words, title, *shown, most(every, rival, column)))
     return wb.document.ReportTable(
         "priors",
-        f"Share of draws with {PROPOSED_LAW} below a rival, or first, under each prior.",
+        f"Share of draws in which the RMSE of {PROPOSED_LAW} is below a rival's, or the smallest, under each prior.",
         (
             wb.document.TableColumn("event"),
             wb.document.TableColumn("column"),
@@ -94,7 +98,10 @@ def priors_table(every: Cells) -> wb.document.ReportTable:
             wb.document.TableColumn("in most draws"),
         ),
         tuple(rows),
-        (f"In brackets the interval, see the sample of the first finding. Seed {RANDOM.seed}; no torque limit.",),
+        (
+            f"In brackets is the interval; the sample of the first finding explains it. Seed {RANDOM.seed}; no torque "
+            "limit.",
+        ),
     )
 
 
@@ -132,9 +139,9 @@ def step_table(again: Mapping[Cell, Rerun]) -> wb.document.ReportTable:
         rows.append(
             (prior, COLUMNS[column], len(one.errors), int(one.is_inaccurate.sum()), int(one.is_undecided.sum()))
         )
-    heads = ("prior", "column", "run again", "moved by over 1 %", "rank not known")
+    heads = ("prior", "column", "repeated", "changed by over 1 %", "rank not known")
     columns = tuple(wb.document.TableColumn(head, align="right" if i > 1 else "left") for i, head in enumerate(heads))
-    caption = f"The error of the step in the draws of {PROPOSED_LAW}, each at its own horizon."
+    caption = f"The error of the step in the draws of {PROPOSED_LAW}, each at the horizon of the draw."
     return wb.document.ReportTable(
         "step", caption, columns, tuple(rows), ("Rank not known: a rival is nearer than the error of the step.",)
     )
@@ -165,8 +172,9 @@ def cells_table(law_fits: Fits) -> wb.document.ReportTable:
         ),
         tuple(rows),
         (
-            f"Of draws: within 1 % at some horizon, of {RANDOM.runs} independent draws of everything. Of search: "
-            f"the same of the points of the search, {fits.EVALUATIONS} each, which are not independent.",
+            f"Of draws: the number of {RANDOM.runs} independent draws of everything that are within 1 % at some "
+            f"horizon. Of search: the same number for the {fits.EVALUATIONS} points of each search, which are not "
+            "independent.",
         ),
     )
 
@@ -234,7 +242,8 @@ def rows_table(every: Sequence[Row]) -> wb.document.ReportTable:
         wb.document.TableColumn("numbers"),
     )
     caption = (
-        "The choices of these misses, the readings that are not as printed, and the points of each search within 1 %."
+        "The choices with these misses, their readings that are not as printed, and the number of points of each "
+        "search within 1 %."
     )
     return wb.document.ReportTable("rows", caption, heads, rows)
 
@@ -264,7 +273,9 @@ def open_table(law: str) -> wb.document.ReportTable:
     equations = loops.loop(law, "SS").ode()
     space = wb.uncertainty.Space(loops.factors_of(law, "SS"), equations.parameters, equations.states)
     return wb.uncertainty.factor_table(
-        space, slug("open", law), f"What the paper leaves open of {law}; a1, a2 and f in the second scenario."
+        space,
+        slug("open", law),
+        f"The unstated numbers and readings of {law}; a1, a2 and f only in the second scenario.",
     )
 
 

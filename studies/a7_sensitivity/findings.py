@@ -31,9 +31,9 @@ def answer(laws: Mapping[str, LawResults]) -> str:
         return " and ".join(percent(float(one.value)) for one in parts)
 
     return (
-        f"At joints 1 and 2, the arm's numbers cause {both(ours.shares, 'arm')} of the variance of {PROPOSED_LAW}'s "
-        f"RMSE. Its gains cause {both(ours.shares, 'gains')}, or {both(ours.equal_shares, 'gains')} if all numbers "
-        "vary equally."
+        f"The arm causes {both(ours.shares, 'arm')} of the variance of the RMSE of {PROPOSED_LAW} at joints 1 and 2; "
+        f"the gains cause {both(ours.shares, 'gains')}, or {both(ours.equal_shares, 'gains')} if all numbers vary "
+        "equally."
     )
 
 
@@ -104,17 +104,18 @@ def deciding_gain(ours: LawResults, near: Derivatives, metric: str = "RMSE") -> 
     (first, second), alike = ([largest(names, one) for one in some] for some in (totals, others[ALIKE]))
     return wb.Finding(
         "deciding_gain",
-        f"The gain of {PROPOSED_LAW} that decides most about its {metric} is {leading_gains(ours, totals)}, as Q and R "
-        f"vary by a factor of {SPAN:g} either way and the other gains by {percent(TOLERANCE)}. With {ALIKE} it is "
+        f"The gain that decides most about the {metric} of {PROPOSED_LAW} is {leading_gains(ours, totals)}, if Q and R "
+        f"vary by a factor of {SPAN:g} up and down and the other gains by {percent(TOLERANCE)}. With {ALIKE} it is "
         f"{leading_gains(ours, others[ALIKE])}.",
         f"Total indices of the gains over the unequal ranges, joint 1: {first}; joint 2: {second}. With {ALIKE}, joint "
-        f"1: {alike[0]}; joint 2: {alike[1]}. All gains together then have a first-order part of "
-        f"{parts_of(ours.equal_shares, 'gains')} at joints 1 and 2, the arm {parts_of(ours.equal_shares, 'arm')}.",
+        f"1: {alike[0]}; joint 2: {alike[1]}. Then the first-order part of all gains together is "
+        f"{parts_of(ours.equal_shares, 'gains')} at joints 1 and 2, and that of the arm is "
+        f"{parts_of(ours.equal_shares, 'arm')}.",
         statistic=f"The largest total index ST among the gains, for the {metric} up to {UNTIL:g} s, {INDICES}.",
         sample=f"{len(ours.indices):,} runs of the first scenario, and {len(ours.equal or ()):,} with equal ranges.",
         information=OURS,
-        assumptions=f"The ranges: Q and R a factor of {SPAN:g} either way, as the paper does not state them; the "
-        "gains that it states 10 %.",
+        assumptions=f"The ranges: a factor of {SPAN:g} up and down for Q and R, which the paper does not state; 10 % "
+        "up and down for the gains that it states.",
         answer=leading_gains(ours, totals),
         variations=tuple(wb.Variation(words, leading_gains(ours, one)) for words, one in others.items()),
         limitations="Ranges as wide as those on the card.",
@@ -130,9 +131,10 @@ def idle_gains(ours: LawResults, names: tuple[str, ...] = ("phi", "K(0)", "P(0)"
     most = percent(max(size.high[places].max() / size.value.max() for size in sizes))
     return (
         f"By the screening, the mean effect mu* of each of {', '.join(names[:-1])} and {names[-1]} on the RMSE of "
-        f"{PROPOSED_LAW} is at most {most} of that of the strongest factor. This is the upper end of an interval; the "
-        f"largest estimates are {shares[0]} at joint 1 and {shares[1]} at joint 2. The ranges are 10 % either way for "
-        f"phi, K(0) and P(0), and a factor of {SPAN:g} either way for l; wider ones may give more."
+        f"{PROPOSED_LAW} is at most {most} of the effect of the strongest factor. This is the upper end of an "
+        f"interval; the largest estimates are {shares[0]} at joint 1 and {shares[1]} at joint 2. The ranges are 10 % "
+        f"up and down for phi, K(0) and P(0), and a factor of {SPAN:g} up and down for l; wider ranges may give larger "
+        "effects."
     )
 
 
@@ -140,10 +142,10 @@ def leaders_table(laws: Mapping[str, LawResults]) -> wb.document.ReportTable:
     """The factor with the largest total index, law by law and metric by metric."""
     return wb.document.ReportTable(
         "leaders",
-        "The factor with the largest total index ST, and its interval of 95 %, which holds by itself. Where the "
-        "intervals leave room for others, these follow. Where its own is wider than "
+        "The factor with the largest total index ST, and the interval of this index, 95 % for each index alone. Other "
+        "factors whose intervals allow them to be the largest follow. If the interval of the first is wider than "
         f"{NARROW:g}, the cell is open. 'model' before a letter: the number in the law's model of the arm. {OF_LATE} "
-        "The late TV is that of the same time.",
+        "The late TV is the TV in the same time.",
         tuple(map(wb.document.TableColumn, ("law", "metric", "joint 1", "joint 2"))),
         tuple(
             (law, metric.name, *(_leading(one, metric.name, joint) for joint in (0, 1)))

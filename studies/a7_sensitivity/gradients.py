@@ -13,10 +13,10 @@ from studies.a7_sensitivity.sweeps import PROPOSED_LAW
 NEAR = 0.1  # of a variance: how far a linear share may lie from S1 and still foretell it
 # By the answer for a law at a joint: the sentence that names those with it.
 ANSWERS = {
-    "foretold": "",
-    "near by luck": "It comes as near for {}, but by luck, as it is not the slope of the runs there.",
-    "not foretold": "It is farther off for {}.",
-    "open": "The intervals leave it open for {}.",
+    "predicted": "",
+    "near by luck": "For {} it is as near, but by luck, as there it is not the slope of the runs.",
+    "not predicted": "For {} it is farther off.",
+    "open": "For {} the intervals do not decide.",
 }
 Pair = tuple[str, int]  # a law and a joint
 
@@ -32,10 +32,10 @@ class Comparison:
     def answer(self, bound: float = NEAR) -> str:
         """One of `ANSWERS`."""
         if not self.far.low <= bound:  # without a gradient, where the difference is NaN, nothing is foretold
-            return "not foretold"
+            return "not predicted"
         if self.far.high > bound or not self.is_known:
             return "open"
-        return "foretold" if self.is_slope else "near by luck"
+        return "predicted" if self.is_slope else "near by luck"
 
     @property
     def words(self) -> str:
@@ -71,15 +71,15 @@ def gradient_finding(
         "foretold",
         " ".join(
             [
-                f"For {len(of['foretold'])} of {len(found)} pairs of law and joint, the exact gradient at the numbers "
-                f"of the card foretells every first-order index of the {metric} within {NEAR:g}.",
+                f"For {len(of['predicted'])} of {len(found)} pairs of law and joint, the exact gradient at the numbers "
+                f"of the card predicts every first-order index of the {metric} within {NEAR:g}.",
                 *exceptions,
             ]
         ),
         evidence(laws, near, found, metric),
-        statistic="S1, of Sobol designs with a quadratic control variate, against the share of a linear function with "
-        "the exact gradient: the largest difference, and what the intervals of S1 add to it. A slope compares runs "
-        "over 0.01 % and over 1 % of a number.",
+        statistic="The largest difference between S1, from Sobol designs with a quadratic control variate, and the "
+        "share that a linear function with the exact gradient would have; with the part that the intervals of S1 add. "
+        "A slope compares runs in which a number differs by 0.01 % and by 1 %.",
         sample="All runs of the indices, and one run with its derivatives for each law.",
         information="The ranges of this study, by the same rule for all laws.",
         assumptions="The ranges, and the gains of the rivals.",
@@ -98,7 +98,7 @@ def gradient_finding(
                 if (law, joint) != first
             ),
         ),
-        limitations="Wider ranges, over which gains act by curves.",
+        limitations="Wider ranges, over which gains do not act linearly.",
         is_decided=not of["open"],
     )
 
@@ -111,7 +111,7 @@ def evidence(
     listed = ", ".join(f"{comparisons[law, joint].words} for {law} at joint {joint + 1}" for law, joint in farthest)
     indices = np.concatenate([laws[law].shares[output_name(metric, joint)].S1.value for law, joint in comparisons])
     return (
-        f"The largest differences between its shares of the variance and S1 are {listed}. For scale: "
+        f"The largest differences between the shares by the gradient and S1 are {listed}. For comparison, "
         f"{int((indices < NEAR).sum())} of the {indices.size} indices are below {NEAR:g} themselves. "
         f"{slopes_words(near, metric)}"
     )
@@ -123,7 +123,7 @@ def slopes_words(near: Mapping[str, Derivatives], metric: str) -> str:
     if not off:
         return "The gradient is the slope of neighbouring runs in all derivatives."
     counts = " and ".join(f"{near[law].slopes(metric)} derivatives of {law}" for law in off)
-    rest = ", and in all of the other laws" if len(off) < len(near) else ""
+    rest = ", but in all derivatives of the other laws" if len(off) < len(near) else ""
     return f"The gradient is the slope of neighbouring runs in only {counts}{rest}."
 
 

@@ -13,9 +13,11 @@ from studies.paper.factors import factor_phrase, group_of
 FEW = 3  # leaders that a cell still names, and runs of a joint in the table
 BODY = "the largest 1 % of the runs lowered to the rest"  # the runs without their tail
 LITTLE = 0.1  # of a variance, a part that is little
-EXACT = "The rivals are given exact positions and velocities; AOSMC-RGS observes its velocities from exact positions"
-OURS = "The law as repaired in a1. Its observer reads exact positions and is given the true disturbance, filtered."
-INDICES = "of a Sobol design with a quadratic control variate, intervals by the jackknife over its scrambles, 95 %"
+EXACT = "The rivals have exact positions and velocities; AOSMC-RGS estimates its velocities from exact positions"
+OURS = "The law as repaired in report a1. Its observer has exact positions and the filtered true disturbance."
+INDICES = (
+    "from a Sobol design with a quadratic control variate, with 95 % intervals by the jackknife over its scrambles"
+)
 
 
 def late_parts(ours: LawResults) -> dict[str, tuple[float, wb.uncertainty.SobolIndices]]:
@@ -45,7 +47,7 @@ def late_error_of(ours: LawResults, redraws: Later) -> wb.Finding:
         "late_error",
         f"Apart from the few runs with the largest late error, the gains of {PROPOSED_LAW} cause at most "
         f"{100 * body:.1f} % of the variance of its late error over these ranges."
-        f"{'' if settled else ' With these runs their part is open.'}",
+        f"{'' if settled else ' With these runs included, the part of the gains is open.'}",
         f"{heaviest(ours.indices)} {redrawn_words(ours, redraws)} {beside(ours)} Over all "
         f"runs the total indices of the gains sum to {interval(total[0], 3)} and {interval(total[1], 3)} at joints 1 "
         f"and 2. {leading_factors(parts)}",
@@ -53,7 +55,8 @@ def late_error_of(ours: LawResults, redraws: Later) -> wb.Finding:
         sample=f"{len(ours.indices):,} runs of the first scenario. Gains that vary: {', '.join(ours.groups['gains'])}; "
         f"{', '.join(kept)} stay at their values, as the screening found little effect.",
         information=OURS,
-        assumptions="The ranges: links and masses of arm and model 10 % off either way, independently of each other.",
+        assumptions="The ranges: links and masses of arm and model vary by 10 % up and down, independently of each "
+        "other.",
         answer=answer_for(high),
         variations=tuple(
             wb.Variation(words, answer_for(part), f"at most {100 * part:.1f} %")
@@ -73,8 +76,8 @@ def leading_factors(parts: Mapping[str, tuple[float, wb.uncertainty.SobolIndices
     }
     words = " and ".join(f"{' or '.join(sorted(names))} at joint {joint + 1}" for joint, names in found.items())
     if all(len(names) == 1 for names in found.values()):
-        return f"The largest total index is that of {words}, however these runs count."
-    return f"Depending on how these runs count, the largest total index is that of {words}: this is open, too."
+        return f"However these runs count, {words} has the largest total index."
+    return f"Depending on how these runs count, the largest total index belongs to {words}: this is also open."
 
 
 def heaviest(sample: wb.study.Sample) -> str:
@@ -86,8 +89,8 @@ def heaviest(sample: wb.study.Sample) -> str:
     second, first = np.sort(values[joint])[-2:]
     few = np.sort(squares[joint])[-max(1, len(sample) // 100) :].sum() / squares[joint].sum()
     return (
-        f"Run {run + 1:,} of {len(sample):,} has {percent(part[joint])} of the variance at joint {joint + 1} "
-        f"({first:.2f} rad; the next largest is {second:.2f} rad); the heaviest 1 % of the runs have {percent(few)}."
+        f"Run {run + 1:,} of {len(sample):,} causes {percent(part[joint])} of the variance at joint {joint + 1} "
+        f"({first:.2f} rad; the next largest is {second:.2f} rad); the heaviest 1 % of the runs cause {percent(few)}."
     )
 
 
@@ -98,8 +101,8 @@ def beside(ours: LawResults) -> str:
     of_gains = apart[:, [sample.factors.index(name) for name in gains]]
     count = int(((apart.sum(axis=1) == 1) & of_gains.any(axis=1)).sum())
     if count:
-        return f"{count} other runs of the design differ from it in one gain alone."
-    return "No other run of the design differs from it in one gain alone, so that the indices of the gains miss it."
+        return f"{count} other runs of the design differ from that run in only one gain."
+    return "No other run of the design differs from that run in only one gain, so the indices of the gains miss it."
 
 
 def heavy_table(sample: wb.study.Sample) -> wb.document.ReportTable:

@@ -97,9 +97,9 @@ def redrawn_words(ours: LawResults, redraws: Later) -> str:
     """The share of the redrawn runs that stray."""
     run, _ = heaviest_run(ours.indices)
     stray, runs = int(beyond(redraws.errors).sum()), len(redraws.errors)
-    helps = ": the gains help to decide whether it strays" if 0 < stray < runs else ""
+    helps = ": the gains contribute to whether a run strays" if 0 < stray < runs else ""
     return (
-        f"With the arm and the model of run {run + 1:,}, and {runs} random draws of its gains "
+        f"With the arm and the model of run {run + 1:,}, and {runs} random draws of the gains "
         f"({', '.join(ours.groups['gains'])}), {stray} runs exceed {ASTRAY:g} rad{helps}."
     )
 

@@ -48,7 +48,7 @@ class Strays:
     def words(self) -> str:
         """The counts."""
         part = wb.uncertainty.share(np.arange(self.draws) < self.random)
-        again = f", {self.lasting_strays:,} of these from {FROM:g} to {TO:g} s, too" if self.first else ""
+        again = f", {self.lasting_strays:,} of these also from {FROM:g} to {TO:g} s" if self.first else ""
         return (
             f"{self.first:,} of {self.runs:,} from {LATE:g} to {UNTIL:g} s{again}; of random draws "
             f"{percent(part.low)} to {percent(part.high)}"
@@ -88,16 +88,17 @@ def strays(
     return wb.Finding(
         "strays",
         f"The error of a joint exceeds {ASTRAY:g} rad between {LATE:g} and {UNTIL:g} s in {ours.first:,} of "
-        f"{ours.runs:,} runs of {PROPOSED_LAW}, and in {ours.lasting_strays:,} of these between {FROM:g} and {TO:g} "
-        "s, too.",
+        f"{ours.runs:,} runs of {PROPOSED_LAW}, and in {ours.lasting_strays:,} of these also between {FROM:g} and "
+        f"{TO:g} s.",
         f"The largest error between {LATE:g} and {UNTIL:g} s is {worst:.2g} rad. Of the random draws of "
         f"{PROPOSED_LAW}, {percent(part.low)} to {percent(part.high)} are beyond {ASTRAY:g} rad at both times. "
         f"{redrawn_words(laws[PROPOSED_LAW], redraws)} {slow_words(counts, own)}",
-        statistic="Counts over all runs of a law. They are no probabilities, as the corners of the screening are among "
-        "them. Shares of the random draws have the interval of Clopper and Pearson, 95 %. A run that diverges counts.",
-        sample=f"All runs of each law: screening, indices and random draws; of {PROPOSED_LAW} also the tornado and the "
-        "indices with equal ranges.",
-        information=f"{EXACT}. SMC has the gain of 5 N m that a1 assumes.",
+        statistic="Counts over all runs of a law. They are not probabilities, as the runs include the corners of the "
+        "screening. Shares of the random draws have the 95 % interval of Clopper and Pearson. A run that diverges "
+        "counts.",
+        sample=f"All runs of each law: screening, indices and random draws; for {PROPOSED_LAW} also the tornado and "
+        "the indices with equal ranges.",
+        information=f"{EXACT}. SMC has the gain of 5 N m that report a1 assumes.",
         assumptions="The ranges, and the gains of the rivals.",
         answer=ours.answer,
         variations=(
@@ -105,7 +106,7 @@ def strays(
             *(wb.Variation(law, counts[law].answer, counts[law].words) for law in others),
         ),
         limitations=f"Runs that leave their reference after {UNTIL:g} s; ranges without the corners of the screening; "
-        "for SMC a larger gain.",
+        "a larger gain of SMC.",
     )
 
 
@@ -116,8 +117,8 @@ def slow_words(counts: Mapping[str, Strays], own: Mapping[str, float]) -> str:
         return f"No run of the other {len(counts) - 1} laws exceeds {ASTRAY:g} rad after {LATE:g} s."
     parts = [
         f"{law} exceeds {ASTRAY:g} rad in {counts[law].first:,} of {counts[law].runs:,} runs from {LATE:g} to "
-        f"{UNTIL:g} s, and in {counts[law].lasting_strays:,} of these from {FROM:g} to {TO:g} s, too: the rest only "
-        f"arrives late. With the numbers of the card and an exact model, its error from {LATE:g} s on is "
+        f"{UNTIL:g} s, and in {counts[law].lasting_strays:,} of these also from {FROM:g} to {TO:g} s: the other runs "
+        f"only arrive late. With the numbers of the card and an exact model, the error of {law} from {LATE:g} s on is "
         f"{own[law]:.2f} rad."
         for law in slow
     ]

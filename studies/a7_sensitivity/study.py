@@ -27,14 +27,15 @@ from studies.a7_sensitivity.second_looks import look_later, redraw, redrawn_gain
 from studies.a7_sensitivity.stray_runs import later_by_law, strays
 from studies.a7_sensitivity.sweeps import METRICS, PROPOSED_LAW, SCENARIO, loop, sweep_name
 from studies.a7_sensitivity.torque_variation import torque_variation
+from studies.paper.citation import introduction
 from studies.paper.factors import GROUPS, SEED, SPAN, TOLERANCE, factor_phrase, factors, group_of
 from studies.paper.rest import REST, rest_section
 
 LEAST_PAIR_INDEX = 0.02  # of the variance, below which a pair is not worth a word
 FIGURE_METRICS = ("RMSE", "late error", "TV")
 KNOB_WORDS = (
-    "Each law with the numbers of the card. In the page of this report the factors of the sweeps are knobs, each a "
-    "share of its number."
+    "Each law has the numbers of the card. On the HTML page of this report the factors of the sweeps are knobs; each "
+    "is a share of its number."
 )
 
 
@@ -57,7 +58,7 @@ def bands_figure(laws: Mapping[str, LawResults]) -> wb.document.Figure:
         f"{1e3 * FLOOR:g} mrad are drawn as {1e3 * FLOOR:g} mrad, as rounding hides them.",
         first.t - sweeps.EVERY / 2,
         {law: one.bands(0) for law, one in laws.items()},
-        f"Of each law {first.note_of('ISE', 0)} (the errors are those of {PROPOSED_LAW}). Failed runs: {lost}",
+        f"For each law: {first.note_of('ISE', 0)} (the errors are those of {PROPOSED_LAW}). Failed runs: {lost}",
         "log10 of the error [rad]",
     )
 
@@ -66,7 +67,7 @@ def proposed_section(one: LawResults) -> wb.Section:
     effects = one.effects_on([("RMSE", 0), ("RMSE", 1)])
     tornado = wb.pictures.tornado_figure(
         "aosmc_rgs_tornado",
-        f"The RMSE of joint 1 of {PROPOSED_LAW} with one factor at a time at either end of its range.",
+        f"The RMSE of joint 1 of {PROPOSED_LAW} with one factor at a time at each end of its range.",
         one.tornado_of("RMSE", 0),
         one.single.source("RMSE", 0, one.law),
         "rad",
@@ -112,10 +113,10 @@ def acting_pairs(indices: wb.uncertainty.SobolIndices) -> str:
         else f"does not lie wholly above {LEAST_PAIR_INDEX:g}"
     )
     return (
-        f"The index S2 is the part of the variance that two factors have by acting together. For each of {outputs} "
-        f"outputs, {len(names)} pairs were looked at. The interval of S2, which holds for all pairs of an output at "
-        f"once, {surely}{'' if pairs else ' for any of them'}. It reaches beyond {LEAST_PAIR_INDEX:g} for {reach:,} of "
-        f"{outputs * len(names):,}, so that a larger part is not ruled out for these."
+        f"The index S2 is the part of the variance that two factors cause by acting together. For each of {outputs} "
+        f"outputs, {len(names)} pairs were examined. The interval of S2, which holds for all pairs of an output at "
+        f"once, {surely}{'' if pairs else ' for any pair'}. It reaches beyond {LEAST_PAIR_INDEX:g} for {reach:,} of "
+        f"{outputs * len(names):,} pairs; for these a larger part is not ruled out."
     )
 
 
@@ -132,9 +133,9 @@ def groups_table(laws: Mapping[str, LawResults]) -> wb.document.ReportTable:
             rows.append((law, metric, joint + 1, f"{float(shares.deviation):.2g}", *cells, rest))
     return wb.document.ReportTable(
         "groups",
-        "The parts of the variance of each metric that gains, arm and model have by themselves (sums of S1, intervals "
-        "of 95 %), and what is left, which is due to factors that act together. Deviations are in rad, of the TV in "
-        f"N m/s, of the effort in N m; an interval wider than {sweeps.NARROW:g} decides nothing here.",
+        "The parts of the variance of each metric that gains, arm and model cause alone (sums of S1, intervals of "
+        "95 %), and the rest, which is due to factors that act together. Standard deviations are in rad, but in N m/s "
+        f"for the TV and in N m for the effort. An interval wider than {sweeps.NARROW:g} decides nothing here.",
         (
             *map(wb.document.TableColumn, ("law", "metric", "joint")),
             *(wb.document.TableColumn(head, align="right") for head in ("standard deviation", *GROUPS, "together")),
@@ -146,28 +147,28 @@ def groups_table(laws: Mapping[str, LawResults]) -> wb.document.ReportTable:
 def varied_section(laws: Mapping[str, LawResults]) -> wb.Section:
     """The factors, their ranges, and those that the screening left at their values."""
     text = (
-        "All factors are shares of the numbers on the card (a1), independent of one another. What the paper states is "
-        f"off by up to {percent(TOLERANCE)} either way. What is assumed lies within a factor of "
-        f"{SPAN:g} either way, evenly on a logarithmic scale, and within the range on the card where that is "
-        "narrower. The ranges on the card are mostly wider, up to a factor of 20. Over such ranges the adaptive laws "
-        "grow gains of several hundred N m. Behind a boundary layer of 0.01 rad/s, a gain of 300 N m is stable only "
-        "for steps below 0.02 ms; with longer steps a run chatters by the step alone. So the indices hold for these "
-        "ranges, and say nothing about wider ones. The arm and the law's model of it vary independently, so that the "
-        "laws and the observer of AOSMC-RGS use a wrong model. Gravity is the exception: all know its value. PID has "
-        f"no model. Each of its three gains varies by a factor of {SPAN:g} by itself. The pole from which they "
-        "follow would move them together: Kd in proportion, Kp with its square and Ki with its cube."
+        "The card is the list of numbers in report a1. All factors are shares of these numbers, independent of one "
+        f"another. A number that the paper states varies by up to {percent(TOLERANCE)} up and down. An assumed number "
+        f"varies by a factor of {SPAN:g} up and down, uniformly on a logarithmic scale, or within the range on the "
+        "card if that is narrower. The ranges on the card are mostly wider, up to a factor of 20. Over such ranges the "
+        "gains of the adaptive laws grow to several hundred N m. With a boundary layer of 0.01 rad/s, a gain of 300 N "
+        "m is stable only for steps below 0.02 ms; with longer steps a run chatters because of the step. So the "
+        "indices hold for these ranges, and not for wider ones. The arm and the law's model of it vary independently, "
+        "so the laws and the observer of AOSMC-RGS use a wrong model. Gravity is the exception: all models have its "
+        f"true value. PID has no model. Each of its three gains varies separately by a factor of {SPAN:g}. The pole "
+        "from which they follow would move them together: Kd in proportion, Kp with its square and Ki with its cube."
     )
-    return wb.Section("What is varied", (wb.Paragraph(text), left_table(laws), *map(ranges_table, laws)))
+    return wb.Section("The numbers that vary", (wb.Paragraph(text), left_table(laws), *map(ranges_table, laws)))
 
 
 def ranges_table(law: str) -> wb.document.ReportTable:
     ode = loop(law).ode()
     space = wb.uncertainty.Space(factors(law), ode.parameters, ode.states)
-    return wb.uncertainty.factor_table(space, sweep_name(law, "ranges"), f"What is varied of {law}.")
+    return wb.uncertainty.factor_table(space, sweep_name(law, "ranges"), f"The numbers of {law} that vary.")
 
 
 def left_table(laws: Mapping[str, LawResults]) -> wb.document.ReportTable:
-    """The factors that the screening left at their values, held against its rule."""
+    """The factors that the screening left at their values, compared with its rule."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law, one in laws.items():
         if not sweeps.HELD_FACTORS[law]:
@@ -180,8 +181,8 @@ def left_table(laws: Mapping[str, LawResults]) -> wb.document.ReportTable:
     return wb.document.ReportTable(
         "left",
         "The factors that stay at their values in the runs of the Sobol indices, and the largest mu* among them, "
-        "relative to the largest mu* of the same output. 'At most' is the upper end of its interval; by the rule it "
-        f"should be below {percent(sweeps.SCREENING_SHARE)}.",
+        "relative to the largest mu* of the same output. 'At most' is the upper end of the interval of this ratio; by "
+        f"the rule it should be below {percent(sweeps.SCREENING_SHARE)}.",
         tuple(map(wb.document.TableColumn, ("law", "left at its value", "largest mu*", "at most", "rule kept"))),
         tuple(rows),
     )
@@ -192,9 +193,9 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
     runs = sum(len(sample) for one in laws.values() for sample in one.samples)
     text = (
         f"{runs:,} runs of {sweeps.UNTIL:g} s, seed {SEED}. A sample with a failed run has no indices. One run in "
-        f"{sweeps.HALF_STEP_EVERY} is run at half of the step, too. The step errs most in runs whose gains grow "
-        f"largest, and their torque varies most: so the {WORST} runs of each joint with the largest TV are run again. "
-        "A step beyond the limit of stability would make a TV that is partly its own."
+        f"{sweeps.HALF_STEP_EVERY} is repeated at half of the step. The error of the step is largest in runs whose "
+        f"gains grow most, and their torque varies most: so the {WORST} runs of each joint with the largest TV are "
+        "repeated. A step beyond the limit of stability would itself cause a part of the TV."
     )
     rows = []
     for law, one in laws.items():
@@ -218,10 +219,12 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
 def rest(results: wb.Results) -> wb.Section:
     """The linear pictures of the proposed law, which the factors of the sweeps move."""
     knobs = (
-        "On the HTML page the knobs move these pictures together with the runs. P(0), Q, R and D have no part in them; "
-        "l moves its own pole alone."
+        "On the HTML page the knobs move these pictures together with the runs. P(0), Q, R and D have no part in the "
+        "pictures; l, the rate of (24), moves only the pole of (24)."
     )
-    return rest_section(results[REST, PROPOSED_LAW], results[SCENARIO, PROPOSED_LAW], "It is repaired as in a1.", knobs)
+    return rest_section(
+        results[REST, PROPOSED_LAW], results[SCENARIO, PROPOSED_LAW], "It has the four repairs of report a1.", knobs
+    )
 
 
 def works(results: wb.Results) -> tuple[wb.Work, ...]:
@@ -265,7 +268,7 @@ def sections(results: wb.Results) -> wb.Page:
             wb.Section("Gains, arm or model", (groups_table(laws),)),
             varied_section(laws),
             trust_section(laws, dict(zip(sweeps.LAWS, results.work("stress"), strict=True))),
-            wb.pictures.loops_section("The laws, to be turned", KNOB_WORDS, results.scenario(SCENARIO)),
+            wb.pictures.loops_section("The laws with knobs", KNOB_WORDS, results.scenario(SCENARIO)),
             rest(results),
         ),
     )
@@ -275,15 +278,15 @@ study = wb.Study(
     name="a7_sensitivity",
     title="AOSMC-RGS and its rivals: which numbers decide",
     question=(
-        "Of the design gains, the arm and the law's model of it: which decide the errors, the variation of the torque "
-        "and the effort of AOSMC-RGS and of each of its rivals, alone and together? And does the exact derivative at "
-        "the numbers of the card foretell that?"
+        "Which numbers decide the errors, the variation of the torque and the effort of AOSMC-RGS and of each of its "
+        "rivals, alone and together: the design gains, the arm, or the law's model of the arm? Does the exact "
+        "derivative at the numbers of report a1 predict this?"
     ),
     method=(
-        "All factors are screened in the first scenario by Morris's elementary effects. Those with an effect then have "
-        "Sobol indices of first and total order, and for AOSMC-RGS of second order, with a quadratic polynomial as "
-        "control variate. A conclusion rests only on intervals narrower than 0.1. Random runs give bands over time, "
-        "and the equations give exact derivatives."
+        f"{introduction(24, 33, 34)} All factors are screened in the first scenario by Morris's elementary effects. "
+        "For the factors with an effect, Sobol indices of first and total order are estimated, and for AOSMC-RGS also "
+        "of second order, with a quadratic polynomial as control variate. A conclusion rests only on intervals "
+        "narrower than 0.1. Random runs give bands over time, and the equations give exact derivatives."
     ),
     sections=sections,
     fingerprints={law: loop(law).ode().fingerprint[:16] for law in sweeps.LAWS},

@@ -55,8 +55,9 @@ def leader_words(parts: dict[str, list[wb.uncertainty.Estimate]]) -> str:
     """The group that leads, with its parts."""
     leader = leading_group(parts).removeprefix("the ")
     if leader not in NAMES:
-        return "no part is the largest at both joints"
-    return f"the largest part is due to {NAMES[leader]}: {both(parts[leader])} at joints 1 and 2"
+        return "no group causes the largest part at both joints"
+    verb = "cause" if leader == "gains" else "causes"
+    return f"{NAMES[leader]} {verb} the largest part, {both(parts[leader])} at joints 1 and 2"
 
 
 def torque_variation(ours: LawResults) -> wb.Finding:
@@ -70,16 +71,16 @@ def torque_variation(ours: LawResults) -> wb.Finding:
         "torque_variation",
         f"Of the variance of the total variation (TV) of the torque of {PROPOSED_LAW} over {UNTIL:g} s, "
         f"{leader_words(whole)}. From {LATE:g} s on, {leader_words(late)}.",
-        f"{percent(early[0])} and {percent(early[1])} of the TV fall in the first second, as the observer starts "
-        f"{FIRST_ERROR:.2f} rad away from each joint. So the TV over {UNTIL:g} s says little about chattering. "
+        f"{percent(early[0])} and {percent(early[1])} of the TV occur in the first second, as the observer starts "
+        f"{FIRST_ERROR:.2f} rad away from each joint. So the TV over {UNTIL:g} s shows little about chattering. "
         f"First-order parts at joints 1 and 2 over {UNTIL:g} s: {intervals(whole)}. From {LATE:g} s on: "
         f"{intervals(late)}.",
         statistic=f"Sums of S1 of the total variation of the torque, sampled every {1e3 * SAMPLE:g} ms, {INDICES}. The "
         "share of the first second is the mean over the runs.",
         sample=f"{len(ours.indices):,} runs of the first scenario.",
         information=OURS,
-        assumptions="The ranges: four numbers of the model and the stated gains 10 % off, Q and R a factor of "
-        f"{SPAN:g}; phi stays at its value.",
+        assumptions="The ranges: 10 % for four numbers of the model and the stated gains, a factor of "
+        f"{SPAN:g} for Q and R; phi stays at its value.",
         answer=leader,
         variations=(
             wb.Variation(f"the TV from {SECOND:g} to {LATE:g} s", leading_group(middle), group_words(middle)),

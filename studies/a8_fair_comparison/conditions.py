@@ -115,7 +115,7 @@ HELD_OUT = (
     ),
     Scenario(
         "noise",
-        "a slower motion, three times the noise, positions in steps of 1 mrad",
+        "a slower motion, three times the noise, positions quantised to 1 mrad",
         SLOW,
         (0.0, 0.5),
         noise=3.0,
@@ -197,7 +197,7 @@ class Term:
 TERMS = (
     Term("RMSE", "rad", 0.5, "error over the whole run, with the start"),
     Term(LATE, "rad", 0.005, "error after the start: a quarter of a degree"),
-    Term("TV", "N m/s", 300.0, "chattering: about three times the value for the wanted motion itself"),
+    Term("TV", "N m/s", 300.0, "chattering: about three times the value for the desired motion itself"),
     Term("effort", "N m", 50.0, "torque: twice the torque against gravity"),
 )
 

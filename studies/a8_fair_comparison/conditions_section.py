@@ -10,7 +10,7 @@ from studies.a8_fair_comparison.entrants import ALL_INFORMATION, BOTH, ENTRANTS,
 
 
 def conditions_section() -> wb.Section:
-    """All that is the same for all laws, and what each is given."""
+    """All that is the same for all laws, and the measurements of each."""
     first = HELD_OUT[0]
     loop = PROPOSAL.loop(first)
     equation = loop.ode()
@@ -38,8 +38,9 @@ def conditions_section() -> wb.Section:
             objective(),
             wb.Paragraph(
                 (
-                    "The cost is the sum of the terms, the same for all laws. It is linear, so that no law gains by "
-                    "giving up motion for a still torque. The acceptable values are our choice; ",
+                    "The cost is the sum of the terms, the same for all laws. Each term is linear without an upper "
+                    "limit, so a law that gives up the motion for a quiet torque pays for its whole error. The "
+                    "acceptable values are our choice; ",
                     wb.document.CrossReference(f"changes_{BOTH.key}"),
                     " and ",
                     wb.document.CrossReference(f"changes_{READINGS.key}"),
@@ -64,8 +65,8 @@ def objective() -> wb.document.ReportTable:
         tuple((term.metric, term.acceptable, term.unit, term.why) for term in TERMS),
         (
             f"In 'jumps', and in 'ss' of the tuning, the square wave also jumps at {conditions.HORIZON:g} s, "
-            "when a run ends. The computer still answers this jump; TV counts the answer, and no other metric "
-            "does. In 'jumps' the answer is 8 % of TV and 3 % of the cost of AOSMC-RGS and of SMC.",
+            "when a run ends. The computer still responds to this jump. TV counts the response, and no other metric "
+            "does. In 'jumps' the response is 8 % of TV and 3 % of the cost of AOSMC-RGS and of SMC.",
         ),
     )
 
@@ -78,7 +79,8 @@ def information() -> wb.document.ReportTable:
     entrants |= {f"{one.name}, {one.information.name}": one for one in others}
     return wb.evidence.information_table(
         "information",
-        "The measurements and the model of each law behind both observers, and of two laws with other measurements.",
+        "The measurements and the model of each law behind both observers, and of two laws with other measurements. "
+        "'Luenberger' is observer (10).",
         {name: one.loop(HELD_OUT[0]).loop for name, one in entrants.items()},
         {name: len(one.tuned_numbers) for name, one in entrants.items()},
     )
@@ -91,20 +93,21 @@ def scenarios() -> wb.document.ReportTable:
     rows += [(one.name, "comparison", one.words) for one in HELD_OUT]
     return wb.document.ReportTable(
         "scenarios",
-        f"The scenarios. No law is tuned in a scenario of the comparison. But {quote_names(SEEN_SCENARIOS)} have the "
-        "motion of 'fs', and 'paper' its start, too; 'paper' differs from it by the masses and by what is drawn.",
+        f"The scenarios. No law is tuned in a scenario of the comparison. Some of them have the motion of 'fs': "
+        f"{quote_names(SEEN_SCENARIOS)}. 'paper' also has the start of 'fs', and differs from 'fs' in the masses and "
+        "in what is drawn.",
         (
             wb.document.TableColumn("name"),
             wb.document.TableColumn("used for"),
-            wb.document.TableColumn("wanted motion and what is unusual", width=24),
+            wb.document.TableColumn("desired motion and what is unusual", width=24),
         ),
         tuple(rows),
         (
-            f"Usual values, where a row names no other: the model's masses, {limit} N m of torque, a period of "
-            f"{1e3 * conditions.PERIOD:g} ms, friction of {viscous} N m s/rad and {coulomb} N m, the paper's "
-            f"disturbance, and normal noise of {conditions.NOISE_Q:g} rad and {conditions.NOISE_QD:g} rad/s, drawn "
-            "anew at each reading. 'A slower motion' has amplitudes of 0.6 and 0.8 rad at 1.5 and 2.2 rad/s, 'a faster "
-            "motion' "
-            f"0.9 and 0.6 rad at 3.5 and 5 rad/s. A run takes {conditions.HORIZON:g} s.",
+            "Where a row says nothing else, joints 1 and 2 have the model's masses, torque limits of "
+            f"{limit} N m, viscous friction of {viscous} N m s/rad, Coulomb friction of {coulomb} N m, and the paper's "
+            f"disturbance. The computer has a period of {1e3 * conditions.PERIOD:g} ms. Each reading has new normal "
+            f"noise with a standard deviation of {conditions.NOISE_Q:g} rad and {conditions.NOISE_QD:g} rad/s. 'A "
+            "slower motion' has amplitudes of 0.6 and 0.8 rad at 1.5 and 2.2 rad/s, 'a faster motion' 0.9 and 0.6 rad "
+            f"at 3.5 and 5 rad/s. A run takes {conditions.HORIZON:g} s.",
         ),
     )

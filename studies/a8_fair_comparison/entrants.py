@@ -190,15 +190,17 @@ READINGS = Information("readings", "raw readings", "positions and velocities as 
 FILTER = Information(
     "filter",
     "filtered velocity",
-    "positions as read, velocities through a filter of first order",
+    "positions as read, and velocities through a filter of first order",
     wb.arms.observers.VelocityFilter(2, 200.0),
     (one("observer.omega", 10.0, 1000.0, "rad/s", ends=(0.01, 10000.0), why=PASSES),),
 )
-OBSERVER = Information("observer", "observer (10)", "positions, and observer (10)", LUENBERGER, gains("observer"))
+OBSERVER = Information(
+    "observer", "observer (10)", "positions as read, and observer (10) for the state", LUENBERGER, gains("observer")
+)
 BOTH = Information(
     "both",
     "observer (10) and D_hat",
-    "positions, observer (10), and an observer of the momentum for D",
+    "positions as read, observer (10) for the state, and an observer of the momentum for D",
     wb.arms.observers.StateAndDisturbanceObserver(LUENBERGER, wb.arms.observers.MomentumObserver(ARM, CARD["l"])),
     ALL_GAINS,
 )

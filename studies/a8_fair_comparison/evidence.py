@@ -176,7 +176,7 @@ def with_other_numbers(results: wb.Results, key: str, runs: Mapping[str, Samples
             beside = {
                 name: {law: changed[name].get(law, one) for law, one in held.items()} for name, held in runs.items()
             }
-            found[f"{words} for {count} laws"] = standings(beside)
+            found[f"{words} of each of {count} laws"] = standings(beside)
         found[", ".join(filter(None, (words, f"{count} laws alone")))] = standings(changed)
     return found
 

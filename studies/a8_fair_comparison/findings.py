@@ -36,7 +36,11 @@ from studies.a8_fair_comparison.riccati_worth import CHATTERS, more_or_less, ric
 __all__ = ["answer", "divergence_words", "pooled_cost", "proposed_finding", "riccati", "winner"]
 
 NAMES = {READINGS.key: "raw_readings", BOTH.key: "own_observers"}
-PLACES = {READINGS.key: "with raw readings", BOTH.key: "behind both observers"}
+PLACES = {READINGS.key: "with raw readings", BOTH.key: "behind both observers (of state and disturbance)"}
+LOWEST = (
+    f"A law is lowest in a scenario if every interval of its difference to another law lies beyond {100 * MARGIN:g} % "
+    "plus the errors of the steps."
+)
 LIMITATIONS = "Other scenarios and ranges, a cost with other terms, and laws that are tuned for another cost."
 
 
@@ -51,12 +55,10 @@ def winner(evidence: Evidence, information: Information) -> wb.Finding:
         NAMES[information.key],
         f"{place[0].upper()}{place[1:]}, {first.answer} has the lowest {MEASURE} in most of the {SCENARIOS} "
         f"scenarios: {tally_words(first.counts or {}, SCENARIOS)}.",
-        f"A law is lowest in a scenario if its advantage over every other law exceeds {100 * MARGIN:g} %, the "
-        "interval of the difference and the error of the step; where no law is, the scenario is undecided. "
-        f"{other_searches(evidence, information)} By the geometric mean over all scenarios, {whole.best or 'no law'} "
-        f"is lowest: {leading_laws(whole)}.",
+        f"{LOWEST} If no law is lowest, the scenario is undecided. {other_searches(evidence, information)} By the "
+        f"geometric mean over all scenarios, {whole.best or 'no law'} is lowest: {leading_laws(whole)}.",
         statistic=f"{MEASURE.capitalize()} in each scenario, declared before the runs. The intervals of all pairs of "
-        f"laws in all scenarios hold at once with {100 * FAMILY:g} %.",
+        f"laws in all scenarios hold at once with a confidence of {100 * FAMILY:g} %.",
         sample=sample(evidence),
         information=f"Each of the {len(LAWS)} laws has {information.words}{models}.",
         assumptions=ASSUMPTIONS,
@@ -135,9 +137,9 @@ def pooled_cost(evidence: Evidence) -> wb.Finding:
         f"Without {scenario_words(name)}, the lowest are {leading_laws(first.without[name].by[PRIMARY.words])}. In "
         f"the arithmetic mean, {part}. The lowest arithmetic means are {leading_laws(total.whole.by[PRIMARY.words])}; "
         f"without '{name}' they are {leading_laws(rest, 5)}.",
-        statistic="For each draw, the geometric mean of the costs over the scenarios; of these the mean over the "
-        "draws. A ratio counts the same in every scenario. The geometric mean of the mean costs is another number, and "
-        "one of the variations.",
+        statistic="For each draw, the geometric mean of the costs over the scenarios is taken. The statistic is the "
+        "mean of these over the draws. A ratio counts the same in every scenario. The geometric mean of the mean costs "
+        "is another number, and one of the variations.",
         sample=sample(evidence),
         information=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
         assumptions=ASSUMPTIONS,
@@ -164,15 +166,14 @@ def proposed_finding(evidence: Evidence) -> wb.Finding:
     )
     return wb.Finding(
         "proposed_law",
-        f"Behind both observers, which are its own, {PROPOSED_LAW} has the lowest {MEASURE} in "
+        f"Behind both observers, which belong to its design, {PROPOSED_LAW} has the lowest {MEASURE} in "
         f"{places(first) or 'none'} of the {SCENARIOS} scenarios.",
         f"Laws with a significantly lower mean cost than {PROPOSED_LAW}, by the number of scenarios: {lower}. Laws "
-        f"with a significantly higher one: {higher}.",
-        statistic=f"Number of scenarios in which the {MEASURE} is below that of every other law, by more than "
-        f"{100 * MARGIN:g} %, the interval of the difference and the error of the step.",
+        f"with a significantly higher mean cost: {higher}.",
+        statistic=f"Number of scenarios in which {PROPOSED_LAW} has the lowest {MEASURE}. {LOWEST}",
         sample=sample(evidence),
         information=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
-        assumptions=f"{ASSUMPTIONS} The four repairs of the law in a1.",
+        assumptions=f"{ASSUMPTIONS} The law has the four repairs of report a1.",
         fits=FITS,
         answer=frequency(first),
         variations=tuple(
@@ -208,8 +209,8 @@ def divergence_words(evidence: Evidence) -> str:
     failed, total = sum(one.diverged_count for one in runs), sum(map(len, runs))
     if not failed:
         return (
-            f"In none of {total:,} runs does a state become infinite, or an angle exceed 1e12 rad. Runs with other "
-            "numbers, and of laws without a part, are not counted here. Not all of these runs track. "
+            f"No state becomes infinite, and no angle exceeds 1e12 rad, in any of {total:,} runs. Runs with other "
+            "numbers and runs of laws without a part are not counted here. Not all of these runs track. "
             f"{costly(evidence)}"
         )
     by_law, by_integrator = sum(one.by_law for one in causes), sum(one.by_integrator for one in causes)
@@ -220,8 +221,9 @@ def divergence_words(evidence: Evidence) -> str:
     return (
         f"{failed:,} of {total:,} runs diverge: {by_law} by the law, {by_integrator} by its integrator, and "
         f"{sum(one.undecided_runs for one in causes)} for a reason that is not settled. {where}. A run diverges if a "
-        "state is no longer finite, or an angle is beyond 1e12 rad. The integrator is the reason if the run lasts "
-        f"where the memories of law and observer move near their exact flow. {costly(evidence)}"
+        "state is no longer finite, or an angle exceeds 1e12 rad. The integrator is the reason if the run does not "
+        "diverge once the memories of law and observer are integrated almost exactly. "
+        f"{costly(evidence)}"
     )
 
 
@@ -235,9 +237,9 @@ def costly(evidence: Evidence) -> str:
         every[scenario] = [law for law, high_in_all in zip(one.samples.laws, always, strict=True) if high_in_all]
     where = "; ".join(f"{', '.join(laws)} in '{scenario}'" for scenario, laws in every.items() if laws)
     return (
-        f"A cost of more than {CHATTERS:g} is five times an acceptable one; {high.sum():,} runs have it, in "
+        f"A cost of {CHATTERS:g} is five times an acceptable one. {high.sum():,} runs cost more, in "
         f"{(high > 0).sum()} of the {high.size} combinations of law, measurements and scenario. Behind both observers "
-        f"these laws have it in every draw: {where or 'none'}."
+        f"these laws cost more in every draw: {where or 'none'}."
     )
 
 

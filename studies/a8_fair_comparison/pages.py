@@ -7,7 +7,7 @@ from dataclasses import replace
 import workbench as wb
 from studies.a8_fair_comparison import changes, findings, riccati_worth
 from studies.a8_fair_comparison.ablations import PARTS, RETUNED_ENTRANTS, RICCATI, STEADY
-from studies.a8_fair_comparison.conditions import HELD_OUT, PERIOD
+from studies.a8_fair_comparison.conditions import HELD_OUT, PERIOD, TERMS
 from studies.a8_fair_comparison.conditions_section import conditions_section
 from studies.a8_fair_comparison.entrants import (
     ALL_INFORMATION,
@@ -19,24 +19,23 @@ from studies.a8_fair_comparison.entrants import (
     READINGS,
     Information,
 )
-from studies.a8_fair_comparison.evidence import ACCEPTABLE, MARGIN, PRIMARY, Evidence, evidence
+from studies.a8_fair_comparison.evidence import ACCEPTABLE, PRIMARY, Evidence, evidence
 from studies.a8_fair_comparison.other_numbers import PLAIN, run_name
 from studies.a8_fair_comparison.tuning_section import trust, tuning
 from studies.paper.rest import REST, rest_section
 
 KNOBS = (
-    "Each law runs with its tuned numbers behind both observers, in scenario 'paper' without random draws but for the "
-    "noise. On the HTML page a reader can turn the numbers that are drawn in the comparison."
+    "Each law runs with its tuned numbers behind both observers, in scenario 'paper'. Only the noise is random. On the "
+    "HTML page a reader can turn the numbers that are drawn at random in the comparison."
 )
 ERRORS = (
-    "Tracking error e of both joints over time, one panel a law, all on the same axes. The grey area is the range of "
-    "all laws. The first second takes half of each panel: in it the laws differ. The errors of the later seconds are "
-    "thinner than a line; the tables below have them as late RMSE."
+    "Tracking error e of both joints over time, one panel for each law, all on the same axes. The grey area is the "
+    "range of all laws. The first second, in which the laws differ, takes half of each panel. The errors of the later "
+    "seconds are thinner than a line; the tables below have them as late RMSE."
 )
 START = 1.0  # s, in which the laws come to the wanted motion
 LEFT_OUT = {f"without scenario '{one.name}'" for one in HELD_OUT}  # changes with a table of their own
 ORDER = (BOTH, *(given for given in ALL_INFORMATION if given != BOTH))  # as the findings stand
-BRACKETS = wb.evidence.HALF.replace("in brackets", "In brackets:")
 
 
 def sections(results: wb.Results) -> wb.Page:
@@ -77,8 +76,8 @@ def sections(results: wb.Results) -> wb.Page:
 def rest(results: wb.Results) -> wb.Section:
     """The linear pictures of the proposed law in its computer, which the knobs move."""
     knobs = (
-        "This law was taken because the page judges each of its parts. On the HTML page the knobs of masses, lengths "
-        "and friction move these pictures together with the runs. Disturbance, phases and starts have no part in them."
+        f"{PROPOSED_LAW} is shown because the page judges each of its parts. On the HTML page the knobs of masses, "
+        "lengths and friction move these pictures together with the runs. Disturbance, phases and starts do not."
     )
     law = f"It has its tuned numbers, both observers, and a computer with a period of {1e3 * PERIOD:g} ms."
     return rest_section(results[REST, PROPOSED_LAW], results[HELD_OUT[0].name, PROPOSED_LAW], law, knobs)
@@ -91,7 +90,7 @@ def lead(evidence: Evidence) -> str:
     return (
         f"The network of {law} has a leak. Near e = 0 it acts as a low-pass filter of s beside the gain K / phi. With "
         f"raw readings, {law} is therefore the only law with a filter against the noise of the velocity. With filtered "
-        f"velocities all laws have one, and {law} has the lowest cost in {filtered} scenarios, not in {raw}."
+        f"velocities all laws have such a filter. {law} then has the lowest cost in {filtered} scenarios, not in {raw}."
     )
 
 
@@ -112,29 +111,29 @@ def without_note(figure: wb.document.Figure) -> wb.document.Figure:
 
 
 def changes_section(evidence: Evidence) -> wb.Section:
-    """The number of scenarios in which each law is best, by what was done otherwise."""
+    """The number of scenarios in which each law is best, by what was changed."""
     words = (
         "Each row of these tables changes one thing. The second column has the law with the lowest cost in more than "
-        "half of the scenarios, and the third the number of scenarios in which each law is lowest. To be lowest in a "
-        f"scenario, a law needs an advantage of more than {100 * MARGIN:g} %, the interval and the error of the step. "
-        "Where all scenarios are judged together, the second column has the law that is significantly lowest, and the "
-        f"third the lowest means. 'Success (<= {ACCEPTABLE:g})' is the share of draws with an acceptable cost. Other "
-        "weights were judged for raw readings and for both observers alone: the least and the most that a law can "
-        "measure."
+        "half of the scenarios. The third column has the number of scenarios in which each law is lowest. "
+        f"{findings.LOWEST} Where all scenarios are judged together, the second column has the law that is "
+        "significantly lowest, and the third the lowest means. "
+        f"'Success (<= {ACCEPTABLE:g})' is the share of draws with a cost of at most {ACCEPTABLE:g}: each of the "
+        f"{len(TERMS)} terms at its acceptable value. Other weights were judged only for raw readings and for both "
+        "observers: the least and the most that a law can measure."
     )
     care = (
         "Other searches and half of the budget were run for the three laws with the least cost in tuning, and for "
         "AOSMC-RGS. The second and the third best search of a law are the other two of its three searches. Each of "
-        "these changes has two rows. In the first row all laws are compared, the others as tuned, so that it shows the "
-        "search alone. In the second row these few laws are compared alone. There are then fewer pairs of laws, the "
-        "intervals are narrower, and more scenarios are decided."
+        "these changes has two rows. In the first row all laws are compared, the other laws as tuned: this row shows "
+        "the effect of the search. In the second row only these few laws are compared. There are then fewer pairs of "
+        "laws, the intervals are narrower, and more scenarios are decided."
     )
     tables = (table for given in ORDER for table in (changes_table(evidence, given), without_table(evidence, given)))
     return wb.Section("What changes the answer", (wb.Paragraph(words), wb.Paragraph(care), *tables))
 
 
 def changes_table(evidence: Evidence, information: Information) -> wb.document.ReportTable:
-    """One row a change of all scenarios: the law that is lowest in most of them, and the tally."""
+    """One row for each change of all scenarios: the law that is lowest in most of them, and the tally."""
     whole = {f"all scenarios together, {way}" for way in evidence.pooled_judgements[information.key]}
     rows = [changes.base(evidence, information.key), *changes.changes(evidence, information.key)]
     rows = [row for row in rows if (row.counts is not None or row.words in whole) and row.words not in LEFT_OUT]
@@ -184,8 +183,8 @@ def together(evidence: Evidence) -> wb.Section:
         "with the largest costs. The geometric mean, and the mean ratio to the best law of each scenario, do not "
         "depend on how large the costs of a scenario are. The last columns have the arithmetic mean without the "
         "scenario that dominates it for most laws, and the scenario with the largest part of a law's sum. The "
-        "geometric mean is taken over the scenarios in each draw, and then averaged over the draws. It is therefore "
-        "not the geometric mean of the mean costs in the figures above, which a few draws with chattering raise more. "
+        "geometric mean is taken over the scenarios in each draw, and then averaged over the draws. It is not the "
+        "geometric mean of the mean costs in the figures above: a few draws with chattering raise that mean more. "
         f"{rare(evidence)}"
     )
     tables = (together_table(evidence, given) for given in ORDER)
@@ -202,7 +201,7 @@ def rare(evidence: Evidence) -> str:
     above = int((values > ACCEPTABLE).sum())
     return (
         f"In '{name}' most laws behind both observers do not track, but chatter in a limit cycle. {law} costs more "
-        f"than {ACCEPTABLE:g} there in {above} of {len(values)} draws, and at most "
+        f"than {ACCEPTABLE:g} there in {above} of {len(values)} draws; its largest cost is "
         f"{changes.three_digits(values.max())}."
     )
 
@@ -226,7 +225,7 @@ def together_table(evidence: Evidence, information: Information) -> wb.document.
         wb.document.TableColumn("of the sum", "%", "right", digits=2),
     )
     whole = comparisons[0]
-    notes = (f"{wb.evidence.BOLD} {BRACKETS}; {whole.holds}.", whole.samples.footnote)
+    notes = (f"{wb.evidence.BOLD} {wb.evidence.HALF} In each column, {whole.holds}.", whole.samples.footnote)
     return wb.document.ReportTable(
         f"together_{information.key}",
         f"Cost over all scenarios. Every law has {information.words}.",
@@ -237,7 +236,7 @@ def together_table(evidence: Evidence, information: Information) -> wb.document.
 
 
 def parts_table(evidence: Evidence) -> wb.document.ReportTable:
-    """One row a part: the change of the pooled cost without it, with the numbers of the whole law and tuned again."""
+    """One row for each part: the change of the pooled cost without it, with the same numbers and tuned again."""
     again = evidence.parts.retuned_parts[changes.BASE]
     frozen, retuned = (one.whole.by[PRIMARY.words] for one in (evidence.parts.frozen_parts, again))
     name = riccati_worth.decisive(evidence.parts)
@@ -270,9 +269,9 @@ def parts_table(evidence: Evidence) -> wb.document.ReportTable:
         ),
         tuple(rows),
         (
-            "A positive change means that the part lowers the cost. Bold: significant among the draws, which says "
-            "nothing about searches: the second best search of the whole law changes its cost by "
-            f"{riccati_worth.digits(other, '+')} %. {BRACKETS}; {retuned.holds}.",
+            "A positive change means that the part lowers the cost. Bold: significant among the draws. Searches are "
+            "another source of chance: the second best search of the whole law changes its cost by "
+            f"{riccati_worth.digits(other, '+')} %. {wb.evidence.HALF} In each column, {retuned.holds}.",
             retuned.samples.footnote,
         ),
     )
@@ -282,13 +281,13 @@ def parts(evidence: Evidence) -> wb.Section:
     """The worth of each part of AOSMC-RGS, as tuned and tuned again."""
     words = (
         "The numbers of the whole law do not suit a law that has lost a part. Each law without a part is therefore "
-        "also tuned again, with the same budget for each of its numbers. The tuned P(0) is a pulse at the start: (34) "
-        "takes P within 0.05 to 0.1 s to a steady value that is more than a thousand times smaller, and the rise of K "
-        "is over after 10 ms. If P is kept at P(0), K grows without end, which says nothing about (34). The second "
-        "column therefore keeps P at its steady value, for K(0) and the posture in which a scenario starts. In a3, "
-        "P(0) is near the steady value, so that to keep it changes the error by a few percent only. Without the state "
-        "observer the law takes the noisy readings; without the disturbance estimate it is "
-        f"{PROPOSED_LAW} behind observer (10). The last table has the worth of (34) by other searches."
+        "also tuned again, with the same budget for each of its numbers. With the tuned P(0), P begins as a short "
+        "pulse: within 0.05 to 0.1 s, (34) takes it to a steady value that is more than a thousand times smaller, and "
+        "the rise of K is over after 10 ms. If P is kept at P(0), K grows without end, and the cost shows nothing "
+        "about (34). The second column therefore keeps P at its steady value, for K(0) and the posture in which a "
+        "scenario starts. In report a3, P(0) is near the steady value, and keeping it changes the error by only a few "
+        "percent. Without the state observer the law takes the noisy readings; without the disturbance estimate it is "
+        f"{PROPOSED_LAW} behind observer (10). The last tables have the worth of (34) by other searches."
     )
     by_term = wb.evidence.ablation_table(
         "parts_by_term",
@@ -296,5 +295,6 @@ def parts(evidence: Evidence) -> wb.Section:
         evidence.parts.by_term,
         PROPOSED_LAW,
     )
-    tables = (parts_table(evidence), by_term, riccati_worth.searches_table(evidence.parts))
+    worth = riccati_worth.searches_table(evidence.parts), *riccati_worth.costly_draws_table(evidence.parts)
+    tables = (parts_table(evidence), by_term, *worth)
     return wb.Section("What each part of AOSMC-RGS is worth", (wb.Paragraph(words), *tables))

@@ -24,7 +24,7 @@ from studies.a8_fair_comparison.entrants import BOTH, PROPOSED_LAW
 from studies.a8_fair_comparison.evidence import PRIMARY, Evidence, Parts
 from studies.a8_fair_comparison.other_numbers import AGAIN, PLAIN, run_name
 
-TIMES = 1000  # percent, from which on a change is told as a factor
+TIMES = 1000  # percent, from which on a change is printed as a factor
 CHATTERS = 20.0  # a cost five times as high as an acceptable one
 OPEN = "undecided"
 A3 = "better with (34)"  # the answer of a3 to the same question
@@ -58,7 +58,7 @@ def least_change(pooled_judgement: wb.evidence.PooledJudgement, law: str) -> tup
 
 
 def moves(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED_LAW) -> str:
-    """The change of the cost of AOSMC-RGS without a part, as a verb with its figure and its interval."""
+    """The change of the cost of AOSMC-RGS without a part, as a verb with its number and its interval."""
     value, low, high = change_of(one, without, whole)
     if value >= TIMES:
         return f"rises to {three_digits(1 + value / 100)} times its value"
@@ -69,7 +69,8 @@ def moves(one: wb.evidence.Comparison, without: str, whole: str = PROPOSED_LAW) 
 def digits(percent: float, sign: str = "") -> str:
     """A percentage with two digits, or with all before the point."""
     percent = round(percent, 9) + 0.0  # a rounding error is no decrease: neither 1e-14 nor minus zero
-    return f"{percent:{sign}#.2g}".rstrip(".") if 0 < abs(percent) < 99.5 else f"{percent:{sign}.0f}"
+    text = f"{percent:{sign}#.2g}".rstrip(".") if 0 < abs(percent) < 99.5 else f"{percent:{sign}.0f}"
+    return text.replace("-", "−")
 
 
 def spread(judgement: wb.evidence.LawJudgement, rival: str = RICCATI) -> tuple[float, float]:
@@ -96,7 +97,7 @@ def worth(parts: Parts) -> str:
 def pair_words(rival: str, whole: str, other: str) -> str:
     """The numbers of the whole law and of a law that is compared with it."""
     numbers = {"": "the best search", **{kind: words for kind, (words, _) in AGAIN.items()}}
-    law = "without (34)" if rival == RICCATI else f"plain {rival}"
+    law = "the law without (34)" if rival == RICCATI else f"plain {rival}"
     return f"{law} by {numbers[other]}, the whole law by {numbers[whole]}"
 
 
@@ -170,25 +171,53 @@ def ends(span: tuple[float, float]) -> str:
     return " to ".join(digits(end, "+") for end in span)
 
 
-def failures(parts: Parts) -> str:
-    """The draws with a high cost of the whole law and of that without (34), where a search has them in most draws."""
-    said = []
+def costly_draws(parts: Parts) -> dict[str, dict[str, list[int]]]:
+    """The draws with a high cost, by scenario, by law and for each search, where a search has them in most draws."""
+    found = {}
     for name, paired in parts.searches.members.items():
         high = {
             law: [int((paired.values[:, paired.place(run_name(law, kind))] > CHATTERS).sum()) for kind in SEARCHES]
             for law in (PROPOSED_LAW, RICCATI)
         }
         if 2 * max(max(counts) for counts in high.values()) > len(paired):
-            whole, less = (f"{', '.join(map(str, first))} and {last}" for *first, last in high.values())
-            where = (
-                f"'{name}'" if name == decisive(parts) else scenario_words(name)
-            )  # the headline has described that one
-            said.append(f"in {where}, {whole} of {len(paired)} with the whole law, and {less} without (34)")
-    if not said:
+            found[name] = high
+    return found
+
+
+def failures(parts: Parts) -> str:
+    """A sentence on the scenarios in which a search ends at a law with a high cost in most draws; empty without any."""
+    found = costly_draws(parts)
+    if not found:
         return ""
+    most = max(max(counts) for high in found.values() for counts in high.values())
+    # the headline has described the decisive scenario
+    names = (f"'{name}'" if name == decisive(parts) else scenario_words(name) for name in found)
+    draws = len(next(iter(parts.searches.members.values())))
     return (
-        f" Some searches end at a law that costs more than {CHATTERS:g} in most draws of a scenario. The numbers of "
-        f"such draws, by the best, the second and the third search, are: {'; '.join(said)}."
+        f" In {wb.document.join_names(names)}, some searches end at a law that costs more than {CHATTERS:g} in up to "
+        f"{most} of {draws} draws."
+    )
+
+
+def costly_draws_table(parts: Parts) -> tuple[wb.document.ReportTable, ...]:
+    """One row for each such scenario and law: the draws with a high cost, by the search; no table without any."""
+    found = costly_draws(parts)
+    if not found:
+        return ()
+    draws = len(next(iter(parts.searches.members.values())))
+    words = {PROPOSED_LAW: "the whole law", RICCATI: "the law without (34)"}
+    return (
+        wb.document.ReportTable(
+            "costly_draws",
+            f"The number of draws, of {draws}, with a cost of more than {CHATTERS:g}, by tuning search. "
+            "The table has the scenarios in which a search ends at such a cost in most draws.",
+            (
+                wb.document.TableColumn("scenario"),
+                wb.document.TableColumn("law"),
+                *(wb.document.TableColumn(f"{place} search", align="right") for place in ("best", "second", "third")),
+            ),
+            tuple((name, words[law], *counts) for name, high in found.items() for law, counts in high.items()),
+        ),
     )
 
 
@@ -204,15 +233,15 @@ def riccati(evidence: Evidence) -> wb.Finding:
         if answer == OPEN
         else ""
     )
-    elsewhere = f" Report a3 asks the same without noise; its answer is '{A3}'." if answer != A3 else ""
+    elsewhere = f" Report a3 has the same question without noise; its answer is '{A3}'." if answer != A3 else ""
     return wb.Finding(
         "riccati_gain",
         headline(parts),
         f"{by_best}Without tuning again, the cost {moves(frozen, STEADY)} if P is kept at its steady value, and "
-        f"{moves(frozen, RICCATI)} if P is kept at the tuned P(0), which is a pulse at the start. Plain {PLAIN} costs "
-        f"{more_or_less((plain, plain))}, and {more_or_less((rest, rest))} without '{name}'.{elsewhere}",
-        statistic=f"Change of the {BASE} of the cost over the {SCENARIOS} scenarios, with its interval. The answer is "
-        "that of the best searches if all pairs of searches of both laws have it, and 'undecided' otherwise.",
+        f"{moves(frozen, RICCATI)} if P is kept at the tuned P(0), with which P begins as a short pulse. Plain {PLAIN} "
+        f"costs {more_or_less((plain, plain))}, and {more_or_less((rest, rest))} without '{name}'.{elsewhere}",
+        statistic=f"Change of the {BASE} of the cost over the {SCENARIOS} scenarios, with its interval. The answer of "
+        "the best searches counts if all pairs of searches of both laws have it; otherwise the answer is 'undecided'.",
         sample=sample(evidence),
         information=f"Both laws have {BOTH.words}.",
         assumptions=f"{ASSUMPTIONS} P is steady for K(0) and the posture in which a scenario starts.",
@@ -226,7 +255,7 @@ def riccati(evidence: Evidence) -> wb.Finding:
 
 
 def searches_table(parts: Parts) -> wb.document.ReportTable:
-    """One row a pair of searches: the change of the cost without (34), and with scenarios left out."""
+    """One row for each pair of searches: the change of the cost without (34), and with scenarios left out."""
     pooled, name = parts.searches, decisive(parts)
     whole, rest = pooled.whole.by[PRIMARY.words], pooled.without[name].by[PRIMARY.words]
     others = [one.by[PRIMARY.words] for scenario, one in pooled.without.items() if scenario != name]

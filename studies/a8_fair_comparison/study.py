@@ -12,6 +12,7 @@ from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, E
 from studies.a8_fair_comparison.evidence import DRAW_SEED, OTHERS, PRIMARY, name_of, sweep, works
 from studies.a8_fair_comparison.other_numbers import AGAIN, run_again
 from studies.a8_fair_comparison.pages import sections
+from studies.paper.citation import introduction
 from studies.paper.rest import REST, UNTIL
 
 EVALUATIONS, SEEDS = 160, (1, 2, 3)  # for each number that is tuned, at most; one search each
@@ -100,14 +101,15 @@ study = wb.Study(
         "the measurements, the tuning search or its budget? What is each part of AOSMC-RGS worth?"
     ),
     method=(
+        f"{introduction(10, 24, 33, 34)} "
         "Twelve laws run on a computer with the same noisy readings, the same torque limit and the same wrong model. "
         "They are compared with four kinds of measurements: raw readings; a filtered velocity; observer (10) of the "
-        "state; and both observers, (10) and one of the disturbance. With each kind, every law is tuned for one cost "
-        "in two scenarios, by three searches with the same budget for each number. It is judged in ten other "
-        "scenarios over random draws of the arm, the disturbance and the start, the same for all laws. Only laws with "
-        "the same measurements are compared. The mean cost decides, as costs add up. An answer is marked 'depends' if "
-        "another statistic, search, budget, weight or choice of scenarios changes it. Intervals hold for all pairs of "
-        "laws in all scenarios at once."
+        "state; and both observers, (10) and an observer of the disturbance. With each kind, every law is tuned for "
+        "one cost in two scenarios, by three searches with the same budget for each number. Then it is judged in ten "
+        "other scenarios over random draws of the arm, the disturbance and the start, which are the same for all laws. "
+        "Only laws with the same measurements are compared. The mean cost decides, as costs add up over the runs. An "
+        "answer is marked 'depends' if another statistic, search, budget, weight or choice of scenarios changes it. "
+        "Intervals hold for all pairs of laws in all scenarios at once."
     ),
     tunings=tunings(),
     cases=cases,

@@ -15,8 +15,8 @@ from studies.a8_fair_comparison.entrants import ALL_INFORMATION, BOTH, ENTRANTS,
 from studies.a8_fair_comparison.evidence import CONFIDENCE, FAMILY, Evidence
 
 PARTS_WORDS = (
-    f"The law is {PROPOSED_LAW} without one of its parts; without the disturbance estimate it is {PROPOSED_LAW} behind "
-    "observer (10)."
+    f"Each law is {PROPOSED_LAW} without one of its parts. Without the disturbance estimate it is {PROPOSED_LAW} "
+    "behind observer (10)."
 )
 GROUPS: Mapping[str, tuple[str, Sequence[Entrant]]] = {  # laws that were tuned: a sentence, and the laws
     **{given.key: (f"Every law has {given.words}.", ENTRANTS[given.key]) for given in ALL_INFORMATION},
@@ -24,8 +24,8 @@ GROUPS: Mapping[str, tuple[str, Sequence[Entrant]]] = {  # laws that were tuned:
 }
 NOTE = (
     "This note is also for the tables of other measurements. The least cost is the mean over both training scenarios "
-    "and the training noises of all searches; in brackets is the error of its step. The next column has the least cost "
-    "of each search under its own noise."
+    "and the training noises of all searches; the number in brackets is its error by the step. The next column has the "
+    "least cost of each search under the noise of that search."
 )
 RANGES = (
     "A search begins within the range of the fourth column, on a logarithmic scale. It may go down to a thousandth of "
@@ -39,23 +39,23 @@ def trust(results: wb.Results, evidence: Evidence) -> wb.Section:
         (
             wb.Paragraph(findings.divergence_words(evidence)),
             wb.Paragraph(
-                f"Intervals cover the chance of the draws. All intervals of one scenario hold at once with "
-                f"{100 * CONFIDENCE:g} %, and therefore all intervals of a statistic in all {len(HELD_OUT)} scenarios "
-                f"with {100 * FAMILY:g} %. This is approximate: for a skewed sample of 160 draws, intervals of 99.5 % "
-                "covered the truth in 98.7 % of trials. The draws are the same in all scenarios, so that scenarios are "
-                "not independent trials."
+                "Intervals cover the chance of the draws. All intervals of one scenario hold at once with a confidence "
+                f"of {100 * CONFIDENCE:g} %, and therefore all intervals of a statistic in all {len(HELD_OUT)} "
+                f"scenarios with {100 * FAMILY:g} %. This is approximate: for a skewed sample of 160 draws, intervals "
+                "of 99.5 % covered the true value in 98.7 % of trials. The draws are the same in all scenarios, so "
+                "scenarios are not independent trials."
             ),
             wb.Paragraph(
                 "Intervals do not cover the chance of a search, which may end far from another search for the same "
-                "law. Nor do they cover the choice of objective, scenarios and ranges. One run in sixteen was repeated "
-                "with half the step; the error of the step is the largest among these. Over all scenarios together it "
-                "is the mean of the errors of these draws, where each run's error is divided by its own cost. The arm "
-                "is integrated by RK4 with one step in each period of the computer."
+                "law. They do not cover the choice of objective, scenarios and ranges either. One run in sixteen was "
+                "repeated with half the step; the error of the step is the largest error of the repeated runs. For all "
+                "scenarios together it is a mean over the repeated runs, in which each run's error is divided by the "
+                "cost of that run. The arm is integrated by RK4 with one step in each period of the computer."
             ),
             wb.Paragraph(
-                "The laws were tuned for two sets of masses. A tuning over random draws could make all of them more "
-                "robust, at many times the cost. The nodes of the network of RBF-ASMC and the rules of Fuzzy-ASMC were "
-                "not tuned: they are those of a1."
+                "The laws were tuned for two sets of masses. A tuning over random draws could make all laws more "
+                "robust, but takes many times as long. The nodes of the network of RBF-ASMC and the rules of "
+                "Fuzzy-ASMC were not tuned: they are those of a1."
             ),
             *tables_with_note(partial(tuned_numbers, results), RANGES),
         ),
@@ -78,8 +78,8 @@ def tuning(results: wb.Results) -> wb.Section:
     )
     front = wb.pictures.pareto_fronts(
         "front_chattering",
-        "Chattering against late error in the training scenarios, for each law behind both observers: the evaluations "
-        "that no other evaluation of the same law beats in both.",
+        "Chattering against late error in the training scenarios, for each law behind both observers. A front has the "
+        "evaluations that no other evaluation of the same law beats in both.",
         {name: one.measures(late_error, chattering) for name, one in shown.items()},
         "The runs are those of the figure above",
         "late RMSE [rad]",

@@ -40,8 +40,8 @@ def answer(evidence: Evidence) -> str:
     change = worst_change(evidence)[1]
     quiet = wb.document.join_names(quiet_laws(evidence, evidence.computer_scores(TV, REALISTIC)))
     return (
-        f"At {MS} without noise only {quiet} stay quiet; RMSE changes by at most {100 * change:.1f} %. In the first "
-        f"scenario, a period late, {PROPOSED_LAW} is quiet up to {in_ms(ends(late))} ms, or {in_ms(ends(near))} ms if "
+        f"At {MS} without noise only {quiet} stay quiet; the RMSE changes by at most {100 * change:.1f} %. With a "
+        f"torque one period late, {PROPOSED_LAW} is quiet up to {in_ms(ends(late))} ms, or {in_ms(ends(near))} ms if "
         "started on the reference."
     )
 
@@ -93,7 +93,7 @@ def chattering(evidence: Evidence) -> wb.Finding:
         if how != ComputerWay(REALISTIC)
     ]
     variations += [
-        wb.Variation(f"at most {factor:g} times", wb.document.join_names(quiet_laws(evidence, now, factor)))
+        wb.Variation(f"quiet at up to {factor:g} times", wb.document.join_names(quiet_laws(evidence, now, factor)))
         for factor in FACTORS
     ]
     variations += [
@@ -106,18 +106,18 @@ def chattering(evidence: Evidence) -> wb.Finding:
         f"variation of their torque "
         f"within {QUIET:g} times its value in continuous time; {loudest} has {two_digits(growth[loudest])} times that "
         "value.",
-        f"The sampled RMSE, (43), does not show it: it changes by at most {100 * change:.2f} ± {100 * error:.2f} % "
-        f"({law}, {scenario}, joint {joint + 1}).",
-        statistic="The total variation of the torque in the computer, divided by that in continuous time: the largest "
-        "ratio over joints and scenarios.",
-        sample=f"{len(SEVEN)} laws, two scenarios, one run each with exact readings and no delay. Variations with "
-        f"noise: the mean of {NOISY} runs.",
+        "The sampled RMSE, (43), does not show this: it changes by at most "
+        f"{100 * change:.2f} ± {100 * error:.2f} % ({law}, {scenario}, joint {joint + 1}).",
+        statistic="The ratio of the total variation of the torque in the computer to its value in continuous time, the "
+        "largest over joints and scenarios.",
+        sample=f"{len(SEVEN)} laws in two scenarios, one run each with exact readings and no delay. Variations with "
+        f"noise have the mean of {NOISY} runs.",
         information=INFORMATION,
         assumptions=f"{ASSUMPTIONS} The limit of {QUIET:g} times. Memories step by explicit Euler.",
         fits=FITS,
         answer=wb.document.join_names(quiet),
         variations=tuple(variations),
-        limitations="A wider boundary layer, or smaller gains, with which fewer laws chatter.",
+        limitations="A wider boundary layer or smaller gains, with which fewer laws chatter.",
     )
 
 
@@ -167,7 +167,7 @@ def lost_runs(evidence: Evidence) -> wb.Finding:
     )
     runs = len(SEVEN) * len(SCENARIOS) * len(PERIODS) * (1 + NOISY)
     variations = [
-        wb.Variation(f"judged by {WAYS[way]} alone", *judged_by(evidence, way)) for way in WAYS if way != "euler"
+        wb.Variation(f"judged only by {WAYS[way]}", *judged_by(evidence, way)) for way in WAYS if way != "euler"
     ]
     variations += [
         wb.Variation(f"{scenario}, {1e3 * period:g} ms", blame_words(*blame(evidence, cells=[(scenario, period)])))
@@ -176,25 +176,25 @@ def lost_runs(evidence: Evidence) -> wb.Finding:
     ]
     late = blame(evidence, delay=True)
     if sum(late):
-        variations.append(wb.Variation("torque a period late", blame_words(*late), loss_words(*late)))
+        variations.append(wb.Variation("torque one period late", blame_words(*late), loss_words(*late)))
     for above in LOST_ABOVE:
         by = blame(evidence, above)
-        words = f"lost: more than {above:g} times the RMSE of continuous time"
+        words = f"a run is lost if its RMSE is more than {above:g} times the value in continuous time"
         variations.append(wb.Variation(words, blame_words(*by), loss_words(*by)))
     return wb.Finding(
         "lost_runs",
         f"With explicit Euler {total} of {runs} runs diverge, all of {PROPOSED_LAW} at {apart()}. Of these {kept} stay "
-        f"finite if (34) alone takes a Cayley step, and {counts[0]} with {WAYS['fine']} a period."
+        f"finite if only (34) takes a Cayley step, and {counts[0]} with {WAYS['fine']} per period."
         if not others
         else f"With explicit Euler {total + others} of {runs} runs diverge, {total} of them of {PROPOSED_LAW}.",
-        f"Where finer steps keep a run finite, the integrator has lost it, otherwise the law. A finite run need not be "
-        f"accurate: at {1e3 * max(APART):g} ms {longest_rmse(evidence)}. In the searches, with exact readings and a "
-        f"torque a period late, these runs diverge: {late_losses(evidence)}.",
-        statistic=f"Counts of runs that diverge. RMSE: the largest over {len(PLACES)} joints and scenarios, exact "
-        "readings.",
+        "If finer steps keep a run finite, the integrator caused the divergence, otherwise the law. A finite run need "
+        f"not be accurate: at {1e3 * max(APART):g} ms {longest_rmse(evidence)}. In the searches, with exact readings "
+        f"and a torque one period late, these runs diverge: {late_losses(evidence)}.",
+        statistic=f"Counts of runs that diverge. The RMSE is the largest over {len(PLACES)} joints and scenarios, with "
+        "exact readings.",
         sample=f"{len(SEVEN)} laws, two scenarios, {len(PERIODS)} periods up to {1e3 * max(PERIODS):g} ms, no delay: "
         f"one run with exact readings and {NOISY} with noise. {PROPOSED_LAW} at {apart()}: four ways to step, each "
-        "without delay and a period late.",
+        "without delay and with a delay of one period.",
         information=f"{PROPOSED_LAW}: positions, the true disturbance and the exact model.",
         assumptions=ASSUMPTIONS,
         fits=FITS,
@@ -237,7 +237,7 @@ def longest_rmse(evidence: Evidence) -> str:
     finite = wb.document.join_names(f"{ratio:.2f} ({words})" for words, ratio in found.items() if np.isfinite(ratio))
     lost = [words for words, ratio in found.items() if np.isinf(ratio)]
     diverged = f"; the run by {wb.document.join_names(lost)} diverges" if lost else ""
-    return f"the ratio of the RMSE to that of continuous time is {finite}{diverged}"
+    return f"the ratio of the RMSE to its value in continuous time is {finite}{diverged}"
 
 
 def apart() -> str:
@@ -260,7 +260,7 @@ def published_order(evidence: Evidence) -> wb.Finding:
     ]
     for margin in MARGINS:
         one, other = printed_pairs(still, margin), printed_pairs(now, margin)
-        words = f"apart by more than {100 * margin:g} %"
+        words = f"a margin of {100 * margin:g} %"
         held = len(one["below"] & other["below"])
         variations.append(wb.Variation(words, f"{held}", f"{len(one['below'])} in continuous time"))
     total = sum(map(len, before.values()))
@@ -269,7 +269,7 @@ def published_order(evidence: Evidence) -> wb.Finding:
         f"Of the {total} pairs of laws in the published tables, {len(before['below'])} have the printed order in "
         f"continuous time; {kept} of these keep it at a period of {MS} with delay and noise.",
         f"In continuous time {len(before['above'])} pairs have the opposite order and {len(before['undecided'])} are "
-        f"too close to call; in the computer {len(after['above'])} and {len(after['undecided'])}.",
+        f"too close to call; in the computer these are {len(after['above'])} and {len(after['undecided'])} pairs.",
         statistic=f"The order of two laws by the sampled RMSE, (43), if they differ by more than {100 * MARGIN:g} % "
         "and by more than both errors.",
         sample=f"{total} pairs of six laws, both joints and scenarios; with noise the mean of {NOISY} runs.",
@@ -279,5 +279,5 @@ def published_order(evidence: Evidence) -> wb.Finding:
         fits=FITS,
         answer=f"{kept}",
         variations=tuple(variations),
-        limitations="Other numbers of the rivals (a6).",
+        limitations="Other numbers of the rivals, which report a6 varies.",
     )

@@ -20,10 +20,18 @@ CARD = wb.provenance.Card(
         ),
         wb.provenance.assumed_entry("delay", "one period", "", "the torque is computed while the one before acts"),
         wb.provenance.assumed_entry(
-            "steps of q", 2 * np.pi / 2**16, "rad", "an encoder of 16 bits on each joint", 1e-6, 1e-3
+            "steps of q",
+            2 * np.pi / 2**16,
+            "rad",
+            "an encoder of 16 bits on each joint",
+            1e-6,
+            1e-3,
+            "quantisation of q",
         ),
-        wb.provenance.assumed_entry("noise of q", 5e-5, "rad", "half a step of the encoder", 1e-6, 1e-3),
-        wb.provenance.assumed_entry("steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point", 0.0, 1e-2),
+        wb.provenance.assumed_entry("noise of q", 5e-5, "rad", "half of the quantisation", 1e-6, 1e-3),
+        wb.provenance.assumed_entry(
+            "steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point", 0.0, 1e-2, "quantisation of qd"
+        ),
         wb.provenance.assumed_entry(
             "noise of qd", 5e-3, "rad/s", "half of the boundary layer; a plain difference has more", 5e-4, 0.1
         ),

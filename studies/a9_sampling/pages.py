@@ -60,8 +60,8 @@ def over_periods(evidence: Evidence, metric: str, name: str) -> wb.document.Figu
         axes = f"{metric} [{unit}]", tuple(series), "sampling period [ms]"
         panels.append(wb.document.Panel(*axes, xscale="log", yscale="log", title=title))
     caption = (
-        f"{what} over the sampling period, with exact readings and no delay. The marks at the left edge are the values "
-        "in continuous time. A line ends where the run diverges."
+        f"{what} against the sampling period, with exact readings and no delay. The marks at the left edge are the "
+        "values in continuous time. A line ends where the run diverges."
     )
     return wb.document.Figure(name, caption, tuple(panels), columns=2)
 
@@ -88,18 +88,18 @@ def scores_table(metric: str, name: str, evidence: Evidence) -> wb.document.Repo
         *(wb.document.TableColumn(head, unit, "right") for head in heads),
     )
     return wb.document.ReportTable(
-        name, f"{metric} over the sampling period, and at {MS} with delay and noise.", columns, tuple(rows)
+        name, f"{metric} at several sampling periods, and at {MS} with delay and noise.", columns, tuple(rows)
     )
 
 
 def periods_section(evidence: Evidence) -> wb.Section:
     """Error and chattering over the period, and at one with delay and noise."""
     words = (
-        "Brackets give the error, from a run with half the substep of the plant; with noise they give twice the "
-        f"standard error of the mean of {NOISY} runs. Where an adaptive law chatters strongly, its run is chaotic and "
-        "this error is no bound. A "
-        "boundary layer that chatters makes the torque jump by up to 2 K each period. With a constant K, TV then falls "
-        "as 1/T, and the error that chattering leaves grows as T. An adaptive K grows with that error."
+        "Brackets have the error, from a run with half the substep of the plant; with noise they have twice the "
+        f"standard error of the mean of {NOISY} runs. If an adaptive law chatters strongly, its run is chaotic, and "
+        "this error is not a bound. If the boundary layer chatters, the torque jumps by up to 2 K in each period. With "
+        "a constant K, TV then falls as 1/T, and the error that chattering leaves grows as T. An adaptive K grows with "
+        "that error."
     )
     tables = scores_table(RMSE, "rmse_table", evidence), scores_table(TV, "tv_table", evidence)
     return wb.Section("Over the sampling period, with delay and noise", (wb.Paragraph(words), *tables))
@@ -110,16 +110,17 @@ def computer_section() -> wb.Section:
     words = (
         "Once in a period the computer reads q and qd, steps the memories of law and observer, and sets the torque, "
         "which it holds until the next instant. The plant moves by Runge-Kutta steps of at most 2.5 ms in between. All "
-        "memories step by explicit Euler. AOSMC-RGS runs in a second way, too: P takes a Cayley step of (34), its "
-        "observer a Cayley step of (10), and K a step of explicit Euler. Where no step is named, it is explicit Euler. "
-        "With a delay, the torque of one instant acts from the next instant on, and the observer counts on the torque "
-        "that acts. In a5 it counts on the commanded torque; the searches for the longest quiet period run that, too. "
+        "memories step by explicit Euler. AOSMC-RGS also runs in a second way: P takes a Cayley step of (34), the "
+        "observer a Cayley step of (10), and K a step of explicit Euler. Steps are by explicit Euler unless another is "
+        "named. With a delay, the torque of one instant acts from the next instant on, and the observer uses the "
+        "torque that acts. In report a5 the observer uses the commanded torque; the searches for the longest quiet "
+        "period have both. "
         "Laws, numbers, "
         "scenarios (FS and SS) and horizons are those of a1. AOSMC-RGS is the repaired law; its observer uses the true "
         "disturbance, which no instrument gives. The total variation (TV) counts each change of the torque, on a grid "
         "of 1 ms in continuous time. No torque is limited."
     )
-    table = CARD.table("assumed", "computer", "What is assumed of a realistic computer.")
+    table = CARD.table("assumed", "computer", "The assumed numbers of a realistic computer.")
     return wb.Section("The computer", (wb.Paragraph(words), table))
 
 
@@ -144,17 +145,16 @@ def apart_section(evidence: Evidence) -> wb.Section:
     words = (
         "The modes of (34) are about -2 |a|, where a is an eigenvalue of A = -M^-1 K, and they become faster as K "
         "grows. Explicit Euler multiplies a mode by 1 - 2 |a| T in each period, which is below -1 where T > 1 / |a|. "
-        "The Cayley step keeps P definite at every T. With 16 Runge-Kutta steps a period all memories are near the "
+        "The Cayley step keeps P definite at every T. With 16 Runge-Kutta steps per period all memories are near the "
         "exact solution of their equations; readings, reference and torque stay constant in the period. If these finer "
-        "steps keep a run finite, the integrator lost it. If every way loses the run, the law lost it."
+        "steps keep a run finite, the integrator caused the divergence. If the run diverges in every way, the law "
+        "caused it."
     )
     caption = (
         f"{PROPOSED_LAW} with four ways to step its memories and the same noise in each; values are without noise."
     )
     table = wb.document.ReportTable("integrators", caption, columns, tuple(rows))
-    return wb.Section(
-        "What the integrator loses and what the law loses", (wb.Paragraph(words), table, lost_table(evidence))
-    )
+    return wb.Section("Divergence by the integrator and by the law", (wb.Paragraph(words), table, lost_table(evidence)))
 
 
 def lost_table(evidence: Evidence) -> wb.document.ReportTable:
@@ -169,7 +169,8 @@ def lost_table(evidence: Evidence) -> wb.document.ReportTable:
         *(wb.document.TableColumn(f"{1e3 * T:g} ms", align="right") for T in PERIODS),
     )
     caption = (
-        f"Runs that diverge, of {runs} at each period: both scenarios, one run with exact readings, {NOISY} noisy."
+        f"Runs that diverge, of {runs} at each period: in both scenarios one run with exact readings and {NOISY} with "
+        "noise."
     )
     return wb.document.ReportTable("lost", caption, columns, tuple(rows))
 
@@ -188,14 +189,14 @@ def places_section(evidence: Evidence) -> wb.Section:
     kinds = (f"{kind}, {way}" for way in PAIR.values() for kind in ("as printed", "opposite", "too close"))
     pairs = wb.document.ReportTable(
         "printed_pairs",
-        "The 60 pairs of the two published tables, by the sampled RMSE, (43), here.",
+        "The 60 pairs of laws of the two published tables, by the sampled RMSE, (43), of the runs here.",
         (wb.document.TableColumn("run by"), *map(wb.document.TableColumn, kinds)),
         tuple(
             (name, *(len(p) for way in PAIR for p in printed_pairs(case[way]).values())) for name, case in cases.items()
         ),
         (
-            "Euler and Cayley: the steps of AOSMC-RGS. Too close: the difference is below 2 % or below both errors. A "
-            "run that diverged counts as larger than all others.",
+            "Euler and Cayley are the steps of AOSMC-RGS. Too close: the difference is below 2 % or below both errors. "
+            "A run that diverged counts as larger than all others.",
         ),
     )
     return wb.Section("The published order over the period", (pairs,))
@@ -208,24 +209,25 @@ def safe_section(evidence: Evidence) -> wb.Section:
     words = (
         f"A period is quiet if TV is at most {QUIET:g} times its value in continuous time, at both joints. The search "
         f"tries {len(PARTS)} periods from {1e3 * GRID / PARTS[0]:g} to {1e3 * GRID / PARTS[-1]:g} ms. It then tries "
-        "more between the last quiet period and the next one, until these are 12 % apart or no other part of 100 ms "
-        f"lies between them. Laws that are quiet again at a longer period: {', '.join(dict.fromkeys(again)) or 'none'}."
-        " Laws for which the error of the step could decide whether one of these two is quiet: "
-        f"{', '.join(dict.fromkeys(unsure)) or 'none'}. Readings are exact, and all memories step by explicit Euler. "
-        "A start on the reference has its position and speed, for the arm and for the observer. In SS the reference "
-        f"jumps every 2 s, so no start removes all errors from which K grows{gain_of_start(evidence)}."
+        "periods between the last quiet one and the next one, until these two are 12 % apart or no other fraction of "
+        f"100 ms lies between them. Laws that are quiet again at a longer period: "
+        f"{', '.join(dict.fromkeys(again)) or 'none'}. Laws for which the error of the step could decide whether one "
+        f"of the two periods is quiet: {', '.join(dict.fromkeys(unsure)) or 'none'}. Readings are exact, and all "
+        "memories step by explicit Euler. In a start on the reference, the arm and the observer have the position and "
+        "the speed of the reference. In SS the reference jumps every 2 s, so no start removes all errors from which K "
+        f"grows{gain_of_start(evidence)}."
     )
     rules = (
-        "Within the layer, at a period T, s of a mode is 1 - T ρ / φ times s at the instant before, where ρ is an "
-        "eigenvalue of ",
+        "Within the layer, at a period T, s of a mode is 1 - T ρ / φ times its value at the previous instant, where ρ "
+        "is an eigenvalue of ",
         MATRIX,
         ". So the mode grows if T is longer than ",
         RULE,
-        ", and with a torque a period late if T is longer than ",
+        ", and with a torque one period late if T is longer than ",
         HALF,
-        ". The table has the least of these along the run in continuous time. It also has the least ",
+        ". The table has the least of these periods along the run in continuous time. It also has the least ",
         BOUND,
-        ". This is only a bound, as its eigenvalue and its gain may belong to different directions.",
+        ". This is only a bound, as the eigenvalue and the gain in it may belong to different directions.",
     )
     return wb.Section("The longest quiet period", (wb.Paragraph(words), wb.Paragraph(rules), quiet_table(evidence)))
 
@@ -237,7 +239,7 @@ def gain_of_start(evidence: Evidence) -> str:
         for start in (ON_REFERENCE, PAPERS)
     )
     times = ends(near)[0] / ends(far)[0]
-    return f"; from a start on it {PROPOSED_LAW} is still quiet up to {times:.1f} times as long a period"
+    return f"; from a start on the reference {PROPOSED_LAW} is still quiet up to a period {times:.1f} times as long"
 
 
 def quiet_table(evidence: Evidence) -> wb.document.ReportTable:
@@ -249,7 +251,7 @@ def quiet_table(evidence: Evidence) -> wb.document.ReportTable:
         torque = (
             "at once"
             if not search.delay
-            else "late, the command known"
+            else "late, commanded torque used"
             if search.counts_on != ACTING_TORQUE
             else "late"
         )
@@ -262,9 +264,9 @@ def quiet_table(evidence: Evidence) -> wb.document.ReportTable:
         *(wb.document.TableColumn(name, "ms", digits=3) for name in ("bound", "rule")),
         wb.document.TableColumn("quiet up to, not at", "ms"),
     )
-    caption = "The longest quiet period of each law and the next period tried, beside the rule and the bound."
+    caption = "The longest quiet period of each law, the next period tried, the rule and the bound."
     notes = (
-        "Late: a period, and the observer counts on the torque that acts. The command known: the observer counts on "
-        "the commanded torque. A dash: no gain K.",
+        "Late: by one period, and the observer uses the torque that acts. Commanded torque used: the observer uses the "
+        "commanded torque. A dash: no gain K.",
     )
     return wb.document.ReportTable("quiet", caption, columns, tuple(rows), notes)

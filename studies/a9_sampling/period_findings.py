@@ -74,23 +74,23 @@ def longest_period(evidence: Evidence) -> wb.Finding:
     ]
     return wb.Finding(
         "longest_period",
-        f"In the first scenario, with a torque a period late, {PROPOSED_LAW} is quiet up to {in_ms(ends(late))} ms "
-        f"from the paper's start and up to {in_ms(ends(near))} ms from a start on the reference; b4 hands it over "
-        f"with a period of {1e3 * HANDED_OVER:g} ms.",
+        f"In the first scenario, with a torque one period late, {PROPOSED_LAW} is quiet up to {in_ms(ends(late))} ms "
+        f"from the paper's start and up to {in_ms(ends(near))} ms from a start on the reference. Report b4 exports the "
+        f"law with a period of {1e3 * HANDED_OVER:g} ms.",
         (
-            "What decides is ρ, the largest eigenvalue of ",
+            "The period depends on ρ, the largest eigenvalue of ",
             MATRIX,
-            ": it grows with the error at the start. The least ",
+            ", which grows with the error at the start. The least ",
             HALF,
             f" along the run in continuous time is {period(late.rule)} ms from the paper's start and "
-            f"{period(near.rule)} ms from the reference. The searches end between "
+            f"{period(near.rule)} ms from a start on the reference. The searches end between "
             f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(late))} ms, and between "
-            f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(near))} ms. If observer (10) counts on the commanded "
-            f"torque, the law is quiet up to {in_ms(ends(told))} and {in_ms(ends(told_near))} ms.",
+            f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(near))} ms. If observer (10) uses the commanded "
+            f"torque, the law is quiet up to {in_ms(ends(told))} ms and {in_ms(ends(told_near))} ms.",
         ),
-        statistic=f"The longest period tried up to which the total variation of the torque is at most {QUIET:g} times "
-        "its value in continuous time, at both joints.",
-        sample="One run a period, first scenario, exact readings.",
+        statistic="The longest tried period up to which the total variation of the torque is at most "
+        f"{QUIET:g} times its value in continuous time, at both joints.",
+        sample="One run for each period, in the first scenario with exact readings.",
         information=INFORMATION,
         assumptions=f"{ASSUMPTIONS} {COUNTS_ON} The limit of {QUIET:g} times; explicit Euler; a torque without limit.",
         fits=FITS,
@@ -156,8 +156,8 @@ def rule_variations(evidence: Evidence) -> Iterator[wb.Variation]:
         for delay in (False, True):
             for told in (ACTING_TORQUE, COMMANDED_TORQUE) if delay else (ACTING_TORQUE,):
                 if (start, delay) != (PAPERS, False):
-                    words = f"{STARTS[start]}, {'torque a period late' if delay else 'no delay'}"
-                    words += f", {PROPOSED_LAW} alone, whose observer counts on the command" * (
+                    words = f"{STARTS[start]}, {'torque one period late' if delay else 'no delay'}"
+                    words += f", only {PROPOSED_LAW}, whose observer uses the commanded torque" * (
                         told == COMMANDED_TORQUE
                     )
                     cases.append((words, ratios_of(evidence.searches_with(start=start, delay=delay, counts_on=told))))
@@ -174,7 +174,7 @@ def rule_of_thumb(evidence: Evidence) -> wb.Finding:
     still = evidence.searches_with(start=PAPERS, delay=False)
     ratios, bounds = ratios_of(still), ratios_of(still, by="bound")
     _, off = farthest(ratios)
-    others = f" In the others it is off by at most {100 * off:.2g} %." if off else ""
+    others = f" In the other loops it is off by at most {100 * off:.2g} %." if off else ""
     own = wb.document.join_names(
         f"{ratio_words(bounds[PROPOSED_LAW, one])} times the bound in {one}" for one in SCENARIOS
     )
@@ -184,7 +184,7 @@ def rule_of_thumb(evidence: Evidence) -> wb.Finding:
             "Without delay the rule ",
             RULE,
             f" lies between the last quiet period and the next one tried in {within(ratios)} of {len(ratios)} loops "
-            f"of laws with a gain K.{others} It is too long for {too_long(ratios)}.",
+            f"of laws with a gain K.{others} The rule is too long for {too_long(ratios)}.",
         ),
         (
             "The bound ",
@@ -194,14 +194,14 @@ def rule_of_thumb(evidence: Evidence) -> wb.Finding:
             f"{max(high for _, high in bounds.values()):.2g}.",
         ),
         statistic=(
-            "The last quiet period and the next one tried, divided by the rule, by law and scenario. ρ: the largest "
+            "The last quiet period and the next one tried, divided by the rule, by law and scenario. ρ is the largest "
             "eigenvalue of ",
             MATRIX,
-            " along the run in continuous time, while s is in the layer of width φ. With a torque a period late the "
+            " along the run in continuous time, while s is in the layer of width φ. With a torque one period late the "
             "rule is halved.",
         ),
-        sample=f"{len(ratios)} loops: {len({law for law, _ in ratios})} laws, two scenarios, the paper's start, one "
-        "run a period.",
+        sample=f"{len(ratios)} loops: {len({law for law, _ in ratios})} laws in two scenarios, from the paper's start, "
+        "one run for each period.",
         information=INFORMATION,
         assumptions=f"{ASSUMPTIONS} Quiet: at most {QUIET:g} times the total variation of continuous time.",
         fits=FITS,

@@ -8,9 +8,10 @@ from studies.a9_sampling import pages, trust
 from studies.a9_sampling.evidence import gather_evidence, plan, works
 from studies.a9_sampling.findings import answer, findings
 from studies.a9_sampling.loops import SEED, sweep
+from studies.paper.citation import introduction
 from studies.paper.comparison import PROPOSED_STEP, STEPS, STYLES
 from studies.paper.linearization import SEVEN, loop_of
-from studies.paper.quiet_periods import HORIZON, RMSE, SCENARIOS, TV, metrics
+from studies.paper.quiet_periods import HORIZON, QUIET, RMSE, SCENARIOS, TV, metrics
 
 
 def continuous(scenario: str, law: str) -> wb.Case:
@@ -44,14 +45,16 @@ study = wb.Study(
     title="The paper's laws as sampled-data loops",
     question=(
         "A computer runs the paper's six laws and super-twisting with a period of 0.1 to 10 ms. Which of them chatter, "
-        "and how long may the period be? Does a rule of thumb give that period? Which runs diverge, and is it the law "
-        "or the integrator of the computer that loses them? Does the published order survive?"
+        "and how long may the period be? Does a rule of thumb give this period? Which runs diverge, because of the law "
+        "or of the integrator in the computer? Does the published order hold?"
     ),
     method=(
-        "Both scenarios with the numbers of a1. Law and observer run in a computer that holds the torque for a period. "
-        "The plant moves by Runge-Kutta steps in between, with each step and with half of it. All memories step by "
-        "explicit Euler; those of AOSMC-RGS also by Cayley steps and by fine Runge-Kutta steps. A search on runs "
-        "gives the longest quiet period, from the paper's start and from a start on the reference."
+        f"{introduction(10, 34, 43)} Both scenarios, FS and SS, have the numbers of report a1. Law and observer run in "
+        "a computer that holds the torque for a period. In between, the plant moves by Runge-Kutta steps, with each "
+        "step and with half of it. All memories step by explicit Euler; those of AOSMC-RGS also by Cayley steps and by "
+        f"fine Runge-Kutta steps. A period is quiet if the total variation of the torque is at most {QUIET:g} times "
+        "its value in continuous time. Searches on runs give the longest quiet period, from the paper's start and from "
+        "a start on the reference."
     ),
     cases=tuple(continuous(scenario, law) for scenario in SCENARIOS for law in SEVEN),
     sweeps=tuple(sweep(*one) for one in plan()),

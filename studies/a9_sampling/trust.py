@@ -30,8 +30,8 @@ def steps_figure(curves: Sequence[Curve]) -> wb.document.Figure:
         axes = "TV of joint 1 [N m/s]", tuple(series), "step [ms]"
         panels.append(wb.document.Panel(*axes, xscale="log", yscale="log", title=law))
     caption = (
-        "Total variation of the first torque over the Runge-Kutta step, first scenario, 10 s. In continuous time it is "
-        "the step of the loop; with the computer it is the step of the plant within a period."
+        "Total variation of the first torque against the Runge-Kutta step, first scenario, 10 s. In continuous time "
+        "this is the step of the loop; with the computer it is the step of the plant within a period."
     )
     return wb.document.Figure("tv_steps", caption, tuple(panels), columns=2)
 
@@ -51,7 +51,7 @@ def steps_table(curves: Sequence[Curve]) -> wb.document.ReportTable:
     )
     notes = ("The larger ratio of the two joints, first scenario, 10 s. The period of the computer stays the same.",)
     return wb.document.ReportTable(
-        "steps", "How much the step of the simulation changes the total variation.", columns, tuple(rows), notes
+        "steps", "The change of the total variation with the step of the simulation.", columns, tuple(rows), notes
     )
 
 
@@ -67,16 +67,17 @@ def trust_section(evidence: Evidence, curves: Sequence[Curve]) -> wb.Section:
         "The largest error of the step, over all laws, joints and scenarios, with exact readings.",
         columns,
         tuple(rows),
-        ("Twice the change by half the substep, in parts of the value; of all runs that stay finite.",),
+        ("Twice the change by half the substep, relative to the value, for all runs that stay finite.",),
     )
     lost = np.array([one.is_lost for (_, _, computer), one in evidence.audits.items() if computer])
     words = (
-        "In continuous time RK4 runs at half of the steps of a1, and at a quarter for the error. Beyond the stability "
-        "limit of RK4 it is the step that chatters, and a relay in continuous time varies more at each shorter step. A "
-        "run that chatters depends on its roundings: at 5 and 10 ms one run of an adaptive law stands for many, and "
-        f"the noisy runs show how they differ. Of {len(lost)} loops with a computer {lost[:, 0].sum()} diverged with "
-        f"exact readings, and {lost[:, 1:].sum()} of {NOISY * len(lost)} runs with noise. A run that diverged is "
-        f"named, counts as larger than all others, and enters no mean. The seed of the noise is {SEED}."
+        "In continuous time RK4 runs at half of the steps of report a1, and at a quarter for the error. Beyond the "
+        "stability limit of RK4 the step itself causes chattering, and with a relay in continuous time the TV grows "
+        "with each shorter step. A run that chatters depends on rounding: at 5 and 10 ms one run of an adaptive law is "
+        f"one of many possible runs, and the runs with noise show how they differ. Of {len(lost)} loops with a "
+        f"computer {lost[:, 0].sum()} diverged with exact readings, and {lost[:, 1:].sum()} of {NOISY * len(lost)} "
+        "runs with noise. A run that diverged is named, counts as larger than all others, and is in no mean. The seed "
+        f"of the noise is {SEED}."
     )
     return wb.Section(
         "How far these numbers can be trusted", (wb.Paragraph(words), errors, steps_figure(curves), steps_table(curves))

@@ -17,7 +17,7 @@ from studies.paper.linearization import LEVEL
 
 STYLES = {law: i for i, law in enumerate(LAWS)}
 WHERE = "at rest at the level of SS"
-SAME = "ASMC and Fuzzy-ASMC lie on SMC, as all three have the same gain there."
+SAME = "The curves of ASMC and Fuzzy-ASMC coincide with that of SMC, as all three laws have the same gain here."
 SLOW = 150.0  # 1/s: poles beyond are left to a table
 SHOWN_CYCLE = 5e-3  # s
 SIX = {
@@ -58,7 +58,11 @@ def matrix_of(results: wb.Results, law: str, late: bool = False) -> wb.loop_pict
 def bode(results: wb.Results, joint: int, late: bool = False) -> wb.document.Figure:
     """The Bode plot of a joint with the other one closed."""
     curves = [curve_of(results, law, joint, late) for law in DRAWN_LAWS]
-    time = f"in a computer with a period of {1e3 * SHORT:g} ms, a period late" if late else "in continuous time"
+    time = (
+        f"in a computer with a period of {1e3 * SHORT:g} ms and a torque one period late"
+        if late
+        else "in continuous time"
+    )
     caption = f"Bode plot of the loop gain of joint {joint + 1}, the other joint closed, {WHERE}, {time}. {SAME}"
     return wb.loop_pictures.bode_figure(f"bode_{joint + 1}{'_late' * late}", caption, curves)
 
@@ -77,7 +81,7 @@ def several_channels(results: wb.Results) -> tuple[wb.document.Figure, ...]:
     caption = f"The singular values of the loop gain L at both torques, {WHERE}, in continuous time. {SAME}"
     found = [wb.loop_pictures.singular_value_figure("singular_values", caption, every)]
     caption = (
-        f"det(I + L) at both torques, {WHERE}, in continuous time. {SAME} The arm alone swings "
+        f"det(I + L) at both torques, {WHERE}, in continuous time. {SAME} Without a law the arm swings "
         "undamped: at its two natural frequencies L is infinite, and the curve jumps."
     )
     found.append(wb.loop_pictures.determinant_figure("determinant", caption, every, reach=3.0))
@@ -96,7 +100,7 @@ def poles(results: wb.Results) -> wb.document.Figure:
         sets.append(wb.loop_pictures.PoleZeroSet(law, held[np.abs(held) < SLOW], style=STYLES[law]))
     caption = (
         f"The poles of the closed loops nearer to zero than {SLOW:g} 1/s, {WHERE}, in continuous time. The laws with a "
-        "boundary layer have two faster ones, of which the table of margins over six poses has the fastest."
+        "boundary layer have two faster poles; the table of margins over six poses has the fastest."
     )
     return wb.loop_pictures.pole_zero_map("poles", caption, sets)
 
@@ -116,8 +120,8 @@ def gang_of_six(results: wb.Results) -> wb.document.Figure:
         )
     caption = (
         f"The gang of six, {WHERE}, in continuous time: the largest gain from one kind of signal to another over all "
-        "directions, in rad, rad/s, s and N m. Position, speed and acceleration of the reference each move by "
-        "themselves. AOSMC-RGS has noise on positions alone, as it reads no speed."
+        "directions, in rad, rad/s, s and N m. Position, speed and acceleration of the reference move independently. "
+        "AOSMC-RGS has noise only on positions, as it measures no speed."
     )
     return wb.document.Figure("gang_of_six", caption, tuple(panels), columns=2)
 
@@ -156,13 +160,15 @@ def limit_figure(results: wb.Results) -> wb.document.Figure:
                 "period predicted by the linear loop [ms]",
                 xscale="log",
                 yscale="log",
-                title=f"started {1e6 * size:.0f} µrad off rest" if size < 1e-3 else f"started {size:g} rad off rest",
+                title=f"started {1e6 * size:.0f} µrad from equilibrium"
+                if size < 1e-3
+                else f"started {size:g} rad from equilibrium",
             )
         )
     caption = (
-        "The longest sampling period at which runs come to rest, over the one at which the linear loop becomes "
+        "The longest sampling period at which runs come to rest, against the period at which the linear loop becomes "
         "unstable, for each law at three poses, with the torque one period late. A bar goes from the longest period at "
-        "which a run rests to the next one tried. The boundary layer ends 1.7 mrad off rest."
+        "which a run comes to rest to the next one tried. The boundary layer ends 1.7 mrad from equilibrium."
     )
     return wb.document.Figure("period_limits", caption, tuple(panels), columns=2)
 
@@ -176,13 +182,13 @@ def size_figure(results: wb.Results) -> wb.document.Figure:
         share = np.where(np.isfinite(own.runs), own.runs / own.prediction, np.nan)
         series.append(wb.document.Series(law, np.array(SIZES), share, STYLES[law]))
     caption = (
-        "The settling time of runs over that of the linear loop, by how far off rest both joints start, at the level "
-        "of SS. The vertical line, at 1.7 mrad, is the end of the boundary layer."
+        "The ratio of the settling time of runs to that of the linear loop, against the distance from equilibrium at "
+        "which both joints start, at the level of SS. The vertical line, at 1.7 mrad, is the end of the boundary layer."
     )
     panel = wb.document.Panel(
-        "settling time over the predicted one",
+        "settling time / predicted",
         tuple(series),
-        "start of both joints off rest [rad]",
+        "start of both joints from equilibrium [rad]",
         xscale="log",
         yscale="log",
         hlines=(1.0,),
@@ -198,8 +204,8 @@ def cycle_figures(results: wb.Results) -> tuple[wb.document.Figure, ...]:
     omega = np.geomspace(1.0, np.pi / SHOWN_CYCLE * (1 - 1e-9), 400)
     caption = (
         f"SMC on the folded arm, with a period of {1e3 * SHOWN_CYCLE:g} ms and the torque one period late: the linear "
-        "part W from the switched torque of joint 1 to its s, and the describing function of the boundary layer. They "
-        "meet where an oscillation is predicted."
+        "part W from the switched torque of joint 1 to s of joint 1, and the describing function of the boundary "
+        "layer. An oscillation is predicted where the two curves meet."
     )
     curve = wb.FrequencyCurve("W", omega, W.response(omega)[0], SHOWN_CYCLE, unit="rad/s per N m")
     layer = wb.chattering.BoundaryLayer(K, PHI)
@@ -218,7 +224,8 @@ def cycle_figures(results: wb.Results) -> tuple[wb.document.Figure, ...]:
         )
         panels.append(wb.document.Panel(label, series, "sampling period [ms]"))
     caption = (
-        "The oscillation of SMC in its boundary layer by the sampling period, by harmonic balance and in runs from "
-        f"{len(held[SHOWN_CYCLE].runs)} starts. At shorter periods than those shown balance and runs are at rest."
+        "The oscillation of SMC in its boundary layer against the sampling period, by harmonic balance and in runs "
+        f"from {len(held[SHOWN_CYCLE].runs)} starts. At shorter periods than those shown there is no oscillation, "
+        "neither by the balance nor in runs."
     )
     return first, wb.document.Figure("limit_cycles", caption, tuple(panels), columns=2)

@@ -18,15 +18,15 @@ from studies.paper.card import LAWS, PROPOSED_LAW
 from studies.paper.linearization import LEVEL
 
 INFORMATION = (
-    "AOSMC-RGS: positions alone. Other laws: exact positions and velocities. All laws but PID: the exact model."
+    "AOSMC-RGS: only positions. Other laws: exact positions and velocities. All laws but PID: the exact model."
 )
 ASSUMPTIONS = (
-    "The numbers of the laws as in a1; gains that adapt are held at K(0) in the linear loop; starts and poses."
+    "The numbers of the laws as in report a1; in the linear loop adaptive gains are constant at K(0); starts and poses."
 )
-FITS = "Q and R of AOSMC-RGS, to its printed RMSE (a1)."
+FITS = "Q and R of AOSMC-RGS, to its printed RMSE (report a1)."
 INSIDE = (0.97, 1.03)  # shares of the predicted period between which the limit of the runs lies if both agree
 WIDER = (0.8, 1.25)
-FAR = "a start 0.3 rad off rest"
+FAR = "a start 0.3 rad from equilibrium"
 HOLD = 1.5  # periods of delay that a computer adds whose torque comes a period late
 CLOSE = 0.1  # of the settling time
 
@@ -44,9 +44,9 @@ def answer(results: wb.Results) -> str:
     size = valid_size(results)
     laws = sorted(ratio, key=lambda law: -max(ratio[law]))
     return (
-        f"Linear loops predict within 3 % at which sampling period {small} loops near rest begin to chatter; delay "
-        f"margins overrate it up to {number(max(ratio[laws[0]]))} times. Linear settling times hold within "
-        f"{100 * CLOSE:g} % up to {number(1e3 * size)} mrad off rest."
+        f"Linear loops predict within 3 % the sampling period at which {small} loops near equilibrium begin to "
+        f"chatter; delay margins overestimate it up to {number(max(ratio[laws[0]]))} times. Linear settling times hold "
+        f"within {100 * CLOSE:g} % up to {number(1e3 * size)} mrad from equilibrium."
     )
 
 
@@ -73,12 +73,12 @@ def period_limit(results: wb.Results) -> wb.Finding:
     earlier = [one for one in RUNS if every[one].ends("large")[1] < 1]
     later = [one for one in RUNS if every[one].ends("large")[0] > 1]
     variations = [
-        wb.Variation(FAR, large, f"a shorter period in {len(earlier)}, a longer one in {len(later)}"),
+        wb.Variation(FAR, large, f"a shorter period in {len(earlier)} loops, a longer one in {len(later)}"),
         wb.Variation(
-            f"{FAR}, linear with the learned gain, the loops that learn one", learned_gain_count(every, "large")
+            f"{FAR}, linear loops with the learned gain, where one is learned", learned_gain_count(every, "large")
         ),
         *(
-            wb.Variation(f"{law} alone", agreement_count(every, [one for one in RUNS if one.law == law], "small"))
+            wb.Variation(f"only {law}", agreement_count(every, [one for one in RUNS if one.law == law], "small"))
             for law in LAWS
         ),
         wb.Variation(
@@ -89,16 +89,17 @@ def period_limit(results: wb.Results) -> wb.Finding:
     whole = small.split(" of ")
     return wb.Finding(
         name="longest_period",
-        statement=f"In {small} loops a run that starts 10 µrad off rest comes to rest up to {INSIDE[0]:g} times the "
-        f"sampling period at which the linear loop becomes unstable, and no longer at {INSIDE[1]:g} times. The same "
-        f"holds in {large} from {FAR}.",
-        evidence="From 0.3 rad the gains that adapt end at other values than K(0). Made linear with the gain that "
-        f"the run has learned, {learned_gain_count(every, 'large')} loops that learn one are stable at the longest "
-        "period at which it rests, and unstable at the next one tried.",
-        statistic="The longest period at which the torque comes to rest, over the period at which a pole of the linear "
-        "loop reaches the unit circle. At rest: a total variation below 10 N m/s after 6 s.",
-        sample=f"{len(LAWS)} laws at {len(RUN_POSES)} poses ({', '.join(RUN_POSES)}), one run each, the torque one "
-        "period late, readings exact.",
+        statement=f"In {small} loops a run that starts 10 µrad from equilibrium comes to rest up to {INSIDE[0]:g} "
+        f"times the sampling period at which the linear loop becomes unstable, but not at {INSIDE[1]:g} times. From "
+        f"{FAR} this holds in {large} loops.",
+        evidence="From 0.3 rad the adaptive gains end at other values than K(0). If linearised with the gain that the "
+        f"run has learned, {learned_gain_count(every, 'large')} loops that learn a gain are stable at the longest "
+        "period at which the run comes to rest, and unstable at the next period tried.",
+        statistic="The longest period at which the torque comes to rest, divided by the period at which a pole of the "
+        "linear loop reaches the unit circle. The torque is at rest if its total variation is below 10 N m/s after "
+        "6 s.",
+        sample=f"{len(LAWS)} laws at {len(RUN_POSES)} poses ({', '.join(RUN_POSES)}), one run each, with the torque "
+        "one period late and exact readings.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
         fits=FITS,
@@ -107,7 +108,7 @@ def period_limit(results: wb.Results) -> wb.Finding:
             wb.Variation(v.words, "all" if len(set(v.answer.split(" of "))) == 1 else v.answer, v.detail)
             for v in variations
         ),
-        limitations="noise in the readings, which keeps a loop near its limit from rest",
+        limitations="Noise in the readings, with which a loop near its limit does not come to rest.",
     )
 
 
@@ -127,31 +128,31 @@ def delay_rule(results: wb.Results) -> wb.Finding:
     others = {law: ratio[law] for law in LAWS if law != worst}
     variations = [
         wb.Variation(
-            f"the pose {pose}",
+            f"the pose '{pose}'",
             max(LAWS, key=lambda law: ratio[law][place]),
             f"{number(max(ratio[law][place] for law in LAWS))} times",
         )
         for place, pose in enumerate(RUN_POSES)
     ]
     second = max(others, key=lambda law: max(others[law]))
-    variations.append(wb.Variation(f"leaving out {worst}", second, f"{number(max(others[second]))} times"))
+    variations.append(wb.Variation(f"without {worst}", second, f"{number(max(others[second]))} times"))
     return wb.Finding(
         name="delay_margin_as_a_rule",
         statement=f"The delay margin of continuous time, divided by {HOLD:g}, is {span(ratio[worst])} times the "
         f"longest stable sampling period for {worst}, and {span(r for law in others for r in others[law])} times for "
         "the other laws.",
-        evidence="A torque that acts one period late, and is then held for one, is late by 1.5 periods. The margin "
-        f"of {PROPOSED_LAW} is that of a delay of which its observer does not know. A computer also samples the loop "
-        "between law and observer, which no margin at the torque sees.",
-        statistic="Delay margin of the worse joint over 1.5, divided by the period at which the linear loop becomes "
-        "unstable. Answer: the law with the largest quotient.",
+        evidence="A torque that acts one period late, and is then held for one period, is late by 1.5 periods. The "
+        f"margin of {PROPOSED_LAW} is for a delay that its observer does not know. A computer also samples the loop "
+        "between law and observer, which no margin at the torque shows.",
+        statistic="Delay margin of the worse joint, divided by 1.5 and by the period at which the linear loop becomes "
+        "unstable. The answer is the law with the largest quotient.",
         sample=f"{len(LAWS)} laws at {len(RUN_POSES)} poses.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
         fits=FITS,
         answer=worst,
         variations=tuple(variations),
-        limitations="a cut between the law and its observer, at which the delay margin would be short",
+        limitations="A cut between the law and its observer, at which the delay margin would be short.",
     )
 
 
@@ -176,26 +177,26 @@ def step_size(results: wb.Results) -> wb.Finding:
             wb.Variation(f"a tolerance of {100 * share:g} %", words(valid_size(results, share)))
             for share in (0.05, 0.2, 0.5)
         ),
-        *(wb.Variation(f"{law} alone", words(valid_size(results, laws=(law,)))) for law in LAWS),
+        *(wb.Variation(f"only {law}", words(valid_size(results, laws=(law,)))) for law in LAWS),
     ]
     return wb.Finding(
         name="size_of_linear_motion",
         statement=f"Settling takes as long as the linear loop predicts, within {100 * CLOSE:g} %, from starts up to "
-        f"{words(size)} off rest under all {len(LAYER_LAWS)} laws with a boundary layer, and up to "
+        f"{words(size)} from equilibrium under all {len(LAYER_LAWS)} laws with a boundary layer, and up to "
         f"{words(valid_size(results, laws=('PID',)))} under PID.",
-        evidence="The boundary layer of 0.01 rad/s ends 1.7 mrad off rest. From 0.3 rad the settling time over the "
-        f"predicted one is {largest[slow]:.2f} under {slow}, {largest[PROPOSED_LAW]:.2f} under {PROPOSED_LAW} and "
-        f"{largest['PID']:.2f} under PID.",
-        statistic="The largest start tried up to which the settling time of the slower joint, to 5 % of the start, is "
+        evidence="The boundary layer of 0.01 rad/s ends 1.7 mrad from equilibrium. From 0.3 rad the ratio of the "
+        f"settling time to the predicted one is {largest[slow]:.2f} under {slow}, {largest[PROPOSED_LAW]:.2f} under "
+        f"{PROPOSED_LAW} and {largest['PID']:.2f} under PID.",
+        statistic="The largest tried start up to which the settling time of the slower joint, to 5 % of the start, is "
         "within 10 % of the linear one; the least over laws and poses.",
-        sample=f"{len(LAWS)} laws at {len(SIZE_POSES)} poses, nine starts from 0.1 mrad to 1 rad, both joints off to "
+        sample=f"{len(LAWS)} laws at {len(SIZE_POSES)} poses, with nine starts from 0.1 mrad to 1 rad, both joints to "
         "the same side, in continuous time.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
         fits=FITS,
         answer=words(size),
         variations=tuple(variations),
-        limitations="starts with a velocity, or with the joints off to opposite sides",
+        limitations="Starts with a velocity, or with the joints to opposite sides.",
     )
 
 
@@ -227,14 +228,15 @@ def limit_cycle(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         name="limit_cycle_in_the_layer",
         statement=f"At {right} sampling periods harmonic balance is right on whether SMC "
-        f"oscillates in its boundary layer. Its frequency is off by {number(middle[0][0], 2)} % and its amplitude by "
-        f"{number(middle[0][1], 2)} % (medians), at worst by {number(worst[0], 2)} % and {number(worst[1], 2)} %.",
+        f"oscillates in its boundary layer. The predicted frequency is off by {number(middle[0][0], 2)} % and the "
+        f"amplitude by {number(middle[0][1], 2)} % (medians), at worst by {number(worst[0], 2)} % and "
+        f"{number(worst[1], 2)} %.",
         evidence="By the balance the narrowest layer without an oscillation is the one below which the linear loop is "
-        "unstable, so that the count tests the linear loop alone. The torque changes once a period, in steps that the "
+        "unstable, so the count tests only the linear loop. The torque changes once per period, in steps that the "
         "balance leaves out.",
         statistic="Rest or oscillation of s of joint 1 after 4 s; errors relative to the run.",
-        sample=f"SMC on the folded arm, where M is diagonal, {len(held)} periods from 0.5 to 10 ms, the torque one "
-        "period late, one start; three others as variations.",
+        sample=f"SMC on the folded arm, where M is diagonal, at {len(held)} periods from 0.5 to 10 ms, with the torque "
+        "one period late, from one start; three other starts are variations.",
         information="SMC: exact positions and velocities, and the exact model.",
         assumptions=ASSUMPTIONS,
         answer=verdict(counts[0]),
@@ -247,5 +249,5 @@ def limit_cycle(results: wb.Results) -> wb.Finding:
             for run in runs
             if run
         ),
-        limitations="poses where M couples both joints, and other laws",
+        limitations="Poses where M couples both joints, and other laws.",
     )

@@ -15,7 +15,7 @@ from studies.paper.linearization import HELD_STATES, LEVEL, POSES, holding_torqu
 CARD = wb.provenance.Card(
     (
         wb.provenance.assumed_entry(
-            "short period", 2.5e-4, "s", "the period at which b4 hands the law over", 1e-4, 5e-4
+            "short period", 2.5e-4, "s", "the period at which report b4 exports the law", 1e-4, 5e-4
         ),
         wb.provenance.assumed_entry(
             "long period", 1e-3, "s", "a usual rate of robot controllers, 1 kHz, as in a9", 5e-4, 4e-3

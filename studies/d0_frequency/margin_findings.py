@@ -38,32 +38,34 @@ def one_channel(results: wb.Results) -> wb.Finding:
     for place in ARM_POSES:
         some = {name: {place: poses[place]} for name, poses in held.items()}
         worst, _ = least(some)
-        variations.append(wb.Variation(f"the pose {place}", worst, f"{number(some[worst][place])}"))
+        variations.append(wb.Variation(f"the pose '{place}'", worst, f"{number(some[worst][place])}"))
     late = {one: rests(results)[AtPose(one, LEVEL)][LATE] for one in LAWS}
     parts = {one: found.alpha / found.single for one, found in late.items() if found.stable}
     worst = min(parts, key=lambda one: parts[one])
-    variations.append(wb.Variation(f"a period of {LATE}, a period late, {LEVEL}", worst, number(parts[worst])))
+    variations.append(
+        wb.Variation(f"a period of {LATE}, the torque one period late, {LEVEL}", worst, number(parts[worst]))
+    )
     others = {name: poses for name, poses in held.items() if name != law}
     worst, at = least(others)
-    variations.append(wb.Variation(f"leaving out {law}", worst, f"{number(others[worst][at])}, {at}"))
+    variations.append(wb.Variation(f"without {law}", worst, f"{number(others[worst][at])}, {at}"))
     return wb.Finding(
         name="one_joint_or_both",
         statement=f"{law} ({pose}) has a disk margin of {number(answer.single)} if the torque of one joint is changed, "
-        f"and of {number(answer.alpha)} if both are changed at once. That is {number(100 * held[law][pose], 2)} % of "
-        "it, the least share of all laws and poses.",
+        f"and of {number(answer.alpha)} if both are changed at once: {number(100 * held[law][pose], 2)} % of the "
+        "margin of one joint, the least share of all laws and poses.",
         evidence=drawn_words(results),
-        statistic="The disk margin of both torques at once over the smaller one of a single joint, the other closed. "
-        "Answer: the law with the least share.",
+        statistic="The disk margin of both torques at once, divided by the smaller margin of a single joint with the "
+        "other loop closed. The answer is the law with the least share.",
         sample=f"{len(LAWS)} laws at {len(ARM_POSES)} poses in continuous time; {COUNT} draws of three laws at "
         f"{len(DRAWN_POSES)} poses.",
-        information="AOSMC-RGS: positions alone. Other laws: exact positions and velocities. All laws but PID: the "
-        "exact model, in the draws one that is off.",
-        assumptions="The numbers of the laws as in a1, the adapting gains held at K(0); the ranges of the draws, as in "
+        information="AOSMC-RGS: only positions. Other laws: exact positions and velocities. All laws but PID: the "
+        "exact model, in the draws a wrong one.",
+        assumptions="The numbers of the laws as in report a1, adaptive gains at K(0); the ranges of the draws, as in "
         "a7.",
-        fits="Q and R of AOSMC-RGS, to its printed RMSE (a1).",
+        fits="Q and R of AOSMC-RGS, to its printed RMSE (report a1).",
         answer=law,
         variations=tuple(variations),
-        limitations="cuts at the readings, and draws of learned gains",
+        limitations="Cuts at the readings, and draws of learned gains.",
     )
 
 
@@ -79,6 +81,6 @@ def drawn_words(results: wb.Results) -> str:
     return (
         f"With the numbers of arm, model and law drawn at random, {unstable} of {rested} loops at rest are unstable. "
         f"The margin of both joints falls farthest for {worst.law} ({worst.pose}), from {number(every[worst].own)} to "
-        f"{number(float(np.nanmin(every[worst].alpha)))} in its worst draw. {without.law} ({without.pose}) has no rest "
-        f"within the layer in {lost[without]} of {COUNT} draws."
+        f"{number(float(np.nanmin(every[worst].alpha)))} in the worst draw. {without.law} ({without.pose}) has no "
+        f"equilibrium within the layer in {lost[without]} of {COUNT} draws."
     )

@@ -54,8 +54,8 @@ def sections(results: wb.Results) -> wb.Page:
             several_section(results),
             wb.Section("With numbers drawn at random", (*figures.envelopes(results), tables.draws_table(results))),
             wb.Section(
-                "What was chosen",
-                (CARD.table("assumed", "chosen", "Numbers that this study adds to those of a1."),),
+                "The chosen numbers",
+                (CARD.table("assumed", "chosen", "Numbers that this study adds to those of report a1."),),
             ),
         ),
     )
@@ -66,7 +66,7 @@ def period_section(results: wb.Results) -> wb.Section:
     about = (
         "The computer reads without noise, and its torque acts one period late. At the period at which a pole of the "
         "linear loop leaves the unit circle, a run that starts close to rest begins to chatter. The observer of "
-        "AOSMC-RGS is told the torque that acts."
+        "AOSMC-RGS gets the torque that acts."
     )
     blocks = (figures.limit_figure(results), wb.Paragraph(about), tables.limits_table(results))
     return wb.Section("The longest sampling period", blocks)
@@ -78,16 +78,16 @@ def size_section(results: wb.Results) -> wb.Section:
     caption = f"Position of joint 1 after a step of its reference by {STEP:g} rad, from the hanging arm at rest."
     step = wb.pictures.traces("step", caption, runs, "q", 0, "q1 [rad]", (wb.pictures.Window(0.0, UNTIL),), "q_ref")
     return wb.Section(
-        "How far off rest a motion starts", (figures.size_figure(results), tables.sizes_table(results), step)
+        "Settling time against the size of the start", (figures.size_figure(results), tables.sizes_table(results), step)
     )
 
 
 def frequency_section(results: wb.Results) -> wb.Section:
     """The loops of one joint over frequency."""
     about = (
-        "The loop gain L goes from the torque that moves a joint to minus the torque that its law commands. The other "
-        "joint stays closed, and gains that adapt are held at K(0). A margin of one joint does not hold for both: the "
-        "disk margin of both at once stands beside it."
+        "The loop gain L is taken from the torque that moves a joint to minus the torque that its law commands. The "
+        "loop of the other joint stays closed, and adaptive gains are constant at K(0). A margin of one joint does not "
+        "hold for both: the table also has the disk margin of both at once."
     )
     plots = (
         *(figures.bode(results, joint) for joint in (0, 1)),
@@ -102,7 +102,7 @@ def frequency_section(results: wb.Results) -> wb.Section:
 
 def turned_section(results: wb.Results) -> wb.Section:
     """The linear pictures of PID, which move with its gains and with the mass of link 2."""
-    return wb.Section("The loop of PID, to turn", wb.loop_gain_pictures(results[JUMP, "PID"], "pid", width=0.75))
+    return wb.Section("The loop of PID with knobs", wb.loop_gain_pictures(results[JUMP, "PID"], "pid", width=0.75))
 
 
 def several_section(results: wb.Results) -> wb.Section:

@@ -14,21 +14,22 @@ from studies.d0_frequency.period_limits import period_limit
 from studies.d0_frequency.rest_answers import curves, rest_answers
 from studies.d0_frequency.step_sizes import ITEMS as SIZES
 from studies.d0_frequency.step_sizes import settling
+from studies.paper.citation import introduction
 
 study = wb.Study(
     name="d0_frequency",
     title="Six laws for a robot arm over frequency: where linear answers hold, and where they mislead",
     question=(
-        "How do the loops of six control laws for an arm of two links look over frequency, in continuous time and in a "
-        "computer? And which of their linear answers hold for the nonlinear loop: the longest sampling period, the "
-        "settling time, the limit cycle?"
+        "How do the loops of six control laws for an arm of two links behave over frequency, in continuous time and in "
+        "a computer? Which linear answers hold for the nonlinear loop: the longest sampling period, the settling time, "
+        "the limit cycle?"
     ),
     method=(
-        "Each law holds the arm at rest at several poses. There its loop is made linear by exact Jacobians, in a "
-        "computer by those of one whole period, and cut at the torques. Gains that adapt are held at their first "
-        "value, K(0). Then the nonlinear loops run: in computers, with periods about the one at which the linear loop "
-        "becomes unstable, from a start 10 µrad off rest and from one 0.3 rad off; and in continuous time from nine "
-        "distances. FS and SS are the first and the second scenario of the paper."
+        f"{introduction(10, 24)} Each law holds the arm at rest at several poses. There the loop is linearised by "
+        "exact Jacobians, in a computer by those of one whole period, and cut at the torques. Adaptive gains are "
+        "constant at their first value, K(0). Then the nonlinear loops run. In computers they run with periods near "
+        "the one at which the linear loop becomes unstable, from starts 10 µrad and 0.3 rad from equilibrium. In "
+        "continuous time they run from nine distances. FS and SS are the first and the second scenario of the paper."
     ),
     cases=cases(),
     works=(

@@ -65,10 +65,10 @@ def margins_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("disk margin of both", "", "right", digits=3),
     )
     notes = (
-        "Margins of a joint: with the other joint closed. Least and largest gain: between these factors at the torque "
-        "the loop stays stable. Any: no factor, or no delay, makes it unstable. Without a period the "
-        "law acts in continuous time. With one the torque acts one period late; the margins are those that this "
-        "leaves. A delay at the torque is none between AOSMC-RGS and its observer.",
+        "The margins of a joint have the loop of the other joint closed. Least and largest gain: the loop stays stable "
+        "between these factors at the torque. Any: no factor, or no delay, makes the loop unstable. Without a period "
+        "the law acts in continuous time. With a period the torque acts one period late, and the margins are what this "
+        "delay leaves. A delay at the torque is not a delay between AOSMC-RGS and its observer.",
     )
     caption = "Stability margins at the torques, at rest at the level of SS."
     return wb.document.ReportTable("margins", caption, columns, tuple(rows), notes)
@@ -96,8 +96,8 @@ def ranges_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("slowest pole", "1/s"),
         wb.document.TableColumn("fastest pole", "1/s", "right"),
     )
-    notes = (f"Poses: {', '.join(ARM_POSES)}. Of the slowest and the fastest pole the real part is printed.",)
-    caption = "Margins and poles in continuous time over six poses: the least and the largest of each."
+    notes = (f"Poses: {', '.join(ARM_POSES)}. The table has the real parts of the slowest and the fastest pole.",)
+    caption = "Margins and poles in continuous time over six poses: the least and the largest value of each."
     return wb.document.ReportTable("ranges", caption, columns, tuple(rows), notes)
 
 
@@ -119,16 +119,17 @@ def limits_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("pose"),
         wb.document.TableColumn("delay margin / 1.5", "ms", "right"),
         wb.document.TableColumn("linear loop", "ms", "right", digits=3),
-        wb.document.TableColumn("run from 10 µrad: rests, chatters", "ms"),
-        wb.document.TableColumn("run from 0.3 rad: rests, chatters", "ms"),
-        wb.document.TableColumn("linear with the learned gain: right"),
+        wb.document.TableColumn("run from 10 µrad: at rest, chatters", "ms"),
+        wb.document.TableColumn("run from 0.3 rad: at rest, chatters", "ms"),
+        wb.document.TableColumn("linear loop with learned gain is right"),
     )
     notes = (
         "Delay margin / 1.5: the period at which a delay of one period, and half a period for the hold, use up the "
-        "delay margin of continuous time. Linear loop: the period at which one of its poles reaches the unit circle. "
-        "Runs: the longest period tried at which a run rests, and the next one.",
-        "Learned gain: whether the linear loop, with the gain that the run from 0.3 rad has learned, is stable at the "
-        "one period and unstable at the other. A dash: the law learns no gain, or one of the two was not tried.",
+        "delay margin of continuous time. Linear loop: the period at which a pole of this loop reaches the unit "
+        "circle. Runs: the longest tried period at which a run comes to rest, and the next one.",
+        "Learned gain: 'yes' if the linear loop, with the gain that the run from 0.3 rad has learned, is stable at the "
+        "first of these periods and unstable at the second. A dash: the law learns no gain, or one of the two periods "
+        "was not tried.",
     )
     caption = "The longest sampling period, predicted and in runs, with the torque one period late."
     return wb.document.ReportTable("period_limits_table", caption, columns, tuple(rows), notes)
@@ -137,7 +138,7 @@ def limits_table(results: wb.Results) -> wb.document.ReportTable:
 def bracket(ends: tuple[float, float], limit: float) -> str:
     """The ends of a bracket, given as shares of a limit in s, in ms."""
     low, high = (1e3 * end * limit for end in ends)
-    last = "no longer one tried" if np.isinf(high) else number(high)
+    last = "none longer tried" if np.isinf(high) else number(high)
     return f"{number(low)}, {last}" if low else f"none tried, {last}"
 
 
@@ -156,11 +157,12 @@ def sizes_table(results: wb.Results) -> wb.document.ReportTable:
         *(wb.document.TableColumn(f"{1e3 * size:,g} mrad", "s", "right", digits=3) for size in SIZES),
     )
     notes = (
-        "Settling time: until the slower joint stays within 5 % of the start. Linear: of the linear loop, the same for "
-        "all starts; both poses: the level of SS and the extended arm. All other columns: at the level of SS.",
+        "Settling time: the time after which the slower joint stays within 5 % of the start. Linear: for the linear "
+        "loop, which has the same settling time for all starts, at the level of SS and for the extended arm. All other "
+        "columns are at the level of SS.",
     )
     caption = (
-        "Settling times of the linear loop, and of runs that start with both joints off rest by 0.1 to 1,000 mrad."
+        "Settling times of the linear loop, and of runs in which both joints start 0.1 to 1,000 mrad from equilibrium."
     )
     return wb.document.ReportTable("settling", caption, columns, tuple(rows), notes)
 
@@ -187,9 +189,9 @@ def draws_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("draw with the least"),
     )
     notes = (
-        "Drawn: the numbers that a7 varies, over its ranges; those of the arm apart from those of the model that the "
-        "law believes. The margin of an unstable loop is 0. A draw without rest has no linear answer: to hold what the "
-        "model misses, s must leave the layer.",
+        "The draws vary the numbers that report a7 varies, over the same ranges; the arm and the law's model of it "
+        "vary separately. The margin of an unstable loop is 0. A draw without an equilibrium has no linear answer: to "
+        "hold the arm in spite of the error of the model, s would have to leave the layer.",
     )
     return wb.document.ReportTable(
         "draws",
@@ -224,8 +226,10 @@ def cycles_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("runs that oscillate"),
     )
     notes = (
-        "Amplitude: of s of joint 1. Narrowest layer: by the balance a narrower one oscillates. Four runs start with "
-        "different velocities; where they differ, the least and the largest are printed.",
+        "Amplitude: of s of joint 1. Narrowest layer: by the balance a narrower layer leads to an oscillation. Four "
+        "runs start with different velocities; if they differ, the table has the least and the largest value.",
     )
-    caption = "The oscillation of SMC on the folded arm, its torque one period late, in a boundary layer of 0.01 rad/s."
+    caption = (
+        "The oscillation of SMC on the folded arm, with the torque one period late, in a boundary layer of 0.01 rad/s."
+    )
     return wb.document.ReportTable("cycles", caption, columns, tuple(rows), notes)

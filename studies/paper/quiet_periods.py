@@ -103,11 +103,11 @@ class QuietPeriod:
 
 def conditions(search: QuietSearch) -> str:
     """Scenario, start and delay of a search, and what differs from the loop of a1, in words."""
-    parts = [search.scenario, STARTS[search.start], "torque a period late" if search.delay else "no delay"]
+    parts = [search.scenario, STARTS[search.start], "torque one period late" if search.delay else "no delay"]
     if search.observer != TRUTH:
         parts.append(OBSERVERS[search.observer])
     if search.counts_on == COMMANDED_TORQUE:
-        parts.append("the observer counts on the commanded torque")
+        parts.append("the observer uses the commanded torque")
     if search.limit is not None:
         parts.append(f"torque within {search.limit:g} N m")
     return ", ".join(parts)

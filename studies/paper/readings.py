@@ -127,7 +127,7 @@ OF_LAW = (
         "(3), with the entry C[1,2] without velocity",
         ("derived", "printed"),
         "derived",
-        "an arm obeys its energies, whatever a page prints",
+        "an arm obeys its energies, whatever the paper prints",
     ),
     _reading(
         "direction of (34)",

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import workbench as wb
-from studies.paper.card import CARD, PROPOSED_LAW
+from studies.paper.card import CARD, PROPOSED_LAW, SCENARIOS
 from studies.paper.linearization import still
 
 REST = "at rest"  # the scenario of this case: no table, count or ranking of a study has it
 POSE = tuple(map(float, CARD["FS: q(0)"]))  # both links stand upright or hang, so that no mass moves the rest
 UNTIL, STATE_INTERVAL = 0.1, 0.01  # s: nothing moves
 WHY = (
-    "The runs above track a moving reference, and a loop gain exists only about a state of rest. These pictures are "
-    f"therefore of {PROPOSED_LAW} as it holds the arm still where the paper's first scenario starts, without "
-    "disturbance."
+    "The runs above track a moving reference, and a loop gain exists only about an equilibrium. In these pictures "
+    f"{PROPOSED_LAW} therefore holds the arm at rest where the paper's first scenario starts, without disturbance."
 )
 ELSEWHERE = "Report d0 has the loop gains of six laws at several poses."
 
@@ -38,7 +37,9 @@ def growth(pushed_outcome: wb.study.Outcome) -> str:
     """The diagonal of K at the start and at the end of a run."""
     K = pushed_outcome.measurement.trajectories["controller.K"][0]
     first, last = (" and ".join(f"{entry:.3g}" for entry in k.diagonal()) for k in (K[0], K[-1]))
+    named = pushed_outcome.case.scenario
+    where = f"the {SCENARIOS[named]}" if named in SCENARIOS else f"scenario '{named}'"
     return (
-        f"Its gain K is held at K(0), which has {first} N m on its diagonal. At the end of the run in scenario "
-        f"'{pushed_outcome.case.scenario}' these are {last} N m."
+        f"The gain K is constant at K(0), with {first} N m on its diagonal. At the end of the run in {where} the "
+        f"diagonal has {last} N m."
     )

@@ -108,7 +108,7 @@ def names(choices: Iterable[Choice]) -> str:
 
 
 def table(name: str, caption: str, choices: Iterable[Choice] = CHOICES) -> wb.document.ReportTable:
-    """The choices as a report prints them, a row a choice."""
-    heads = ("left open", "where", "the paper states", "could be", "assumed here", "why")
+    """The choices as a report prints them, one row for each choice."""
+    heads = ("unstated choice", "where", "the paper states", "could be", "assumed here", "why")
     rows = tuple((c.name, c.where, c.states, c.options, c.assumption, c.why) for c in choices)
     return wb.document.ReportTable(name, caption, tuple(map(wb.document.TableColumn, heads)), rows)

@@ -170,7 +170,7 @@ def test_an_estimate_sees_the_truth_only_where_that_is_declared():
     assert not honest.observer.uses_truth
     assert honest.ode().notes == ()
     assert oracle.observer.uses_truth
-    assert any("the truth (d)" in note for note in oracle.ode().notes)
+    assert any("the true signal d" in note for note in oracle.ode().notes)
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ def test_a_state_that_no_instrument_reads_is_the_truth_and_a_run_says_so():
     loop = wb.ClosedLoop(CART, wb.FullState.of(CART), LAW)
     run = wb.simulate(wb.rk4(loop.ode(), 0.01), until=1.0)
     np.testing.assert_array_equal(run["xd_error"], np.zeros_like(run["xd"]))
-    assert "uses the truth (xd, phid)" in loop.ode().notes[0]
+    assert "uses the true signals xd and phid" in loop.ode().notes[0]
     np.testing.assert_array_equal(run["xd"][..., 0], run["plant.xd"])
 
 

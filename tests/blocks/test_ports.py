@@ -169,7 +169,7 @@ class Shift(AbstractPlant):
 
 def test_equations_in_continuous_time_say_that_the_period_of_a_law_does_not_count():
     loop = motor(controller=motor().controller.run_every(0.2))
-    assert loop.ode().notes == ("PI acts at every instant here: its period of 0.2 s is that of a computer",)
+    assert loop.ode().notes == ("PI acts at every instant here; its period of 0.2 s applies only in a computer",)
     assert loop.digital(0.1).notes == motor().ode().notes == ()
 
 

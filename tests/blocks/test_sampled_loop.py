@@ -203,7 +203,7 @@ def test_names_and_outputs_are_those_of_the_loop_in_continuous_time():
 def test_an_observer_that_uses_the_truth_is_told_of_in_a_sampled_loop_too():
     honest, oracle = loop(), loop(observer=StateAndDisturbanceObserver(ArmFullState(2), OracleFilter(2, 50.0)))
     assert honest.digital(1e-3).notes == ()
-    assert any("the truth (d)" in note for note in oracle.digital(1e-3).notes)
+    assert any("the true signal d" in note for note in oracle.digital(1e-3).notes)
 
 
 # What is refused

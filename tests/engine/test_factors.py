@@ -91,7 +91,7 @@ def test_a_table_says_what_each_factor_moves_how_far_and_by_whose_word():
     table = factor_table(drawn, "factors", "What is varied.")
     assert table.rows == (
         ("m", "plant.mass[0], plant.mass[1]", "uniform, 0.5 to 4", "kg", "derived"),
-        ("K", "controller.K", "share of its own value: log-uniform, 0.5 to 2", None, "assumed"),
+        ("K", "controller.K", "share of the value: log-uniform, 0.5 to 2", None, "assumed"),
         ("q", "plant.q[0]", "normal, mean 0.5, deviation 0.1, from 0 on", "rad", "assumed"),
         ("o", "controller.offset, controller.phi", "lognormal, median 0.1, sigma 0.2, up to 1", "rad, rad/s", "stated"),
     )

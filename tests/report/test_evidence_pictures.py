@@ -45,7 +45,7 @@ def test_several_outputs_share_rows_and_scale_and_a_refused_one_is_named_instead
     figure = sobol_bars("f", "", indices(outputs, names=("rmse", "tv", "effort")), NOTE)
     assert [panel.title for panel in figure.panels] == ["rmse", "effort"]
     assert len({(panel.ynames, panel.xlim) for panel in figure.panels}) == 1
-    assert "Not drawn is 'tv': 1 of 320 runs failed" in words(figure.caption)
+    assert "'tv' is not drawn: 1 of 320 runs failed" in words(figure.caption)
 
 
 @pytest.mark.parametrize(("outputs", "columns"), [(1, 1), (2, 2), (3, 3), (4, 2), (5, 3)])
@@ -68,7 +68,7 @@ def test_a_wide_interval_does_not_squeeze_the_bars():
 def test_a_bar_without_an_interval_is_said_to_have_none():
     found = indices(lambda u: u @ [1, -4, 2])
     without = replace(found, ST=replace(found.ST, half=np.array([[np.nan, 0.01, 0.01]])))
-    assert "Where a bar has no interval, it is not known." in words(sobol_bars("f", "", without, NOTE).caption)
+    assert "A bar without an interval has an unknown one." in words(sobol_bars("f", "", without, NOTE).caption)
     assert "arrow" not in words(sobol_bars("f", "", without, NOTE).caption)
 
 
@@ -119,7 +119,7 @@ def test_of_many_factors_seven_are_drawn_and_the_others_bounded():
     figure = indices_over_time("f", "", T, sobol(design, over_time(design.points())), NOTE)
     assert len([mark for mark in figure.panels[1].series if isinstance(mark, Series)]) == 7
     assert {mark.style for mark in figure.panels[1].series if isinstance(mark, Band)} == {0, 1, 2}
-    assert "Intervals are drawn of the three factors" in words(figure.caption)
+    assert "Intervals are drawn only for the three factors" in words(figure.caption)
     (said,) = re.findall(r"The ST of the 2 factors that are not drawn is at most ([\d.]+)\.", words(figure.caption))
     largest = sobol(design, over_time(design.points())).ST.value.max(axis=0)
     assert np.sort(largest)[1] <= float(said) <= 1.1 * np.sort(largest)[1]
@@ -190,7 +190,7 @@ def test_of_a_long_front_some_points_are_marked_its_ends_among_them():
     steps, marks = figure.panels[0].series
     assert (len(steps.x), len(marks.x)) == (100, 15)
     assert (marks.x[0], marks.x[-1]) == (1, 2)
-    assert "Of a front of more points 15 are marked." in words(figure.caption)
+    assert "At most 15 points of each front are marked." in words(figure.caption)
 
 
 def test_fronts_over_decades_have_logarithmic_axes():

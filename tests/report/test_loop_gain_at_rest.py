@@ -136,19 +136,19 @@ def test_the_sections_say_the_state_in_short_sentences(a1, a7, outcomes_of_a8):
     of_a1 = a1.rest(results)
     for section in (of_a8, of_a1, a7.rest(results)):
         text = section.blocks[0].text
-        assert "K(0), which has" in text
+        assert "The gain K is constant at K(0), with" in text
         assert "track a moving reference" in text
         assert [sentence for sentence in re.split(r"(?<=[.])\s", text) if len(sentence.split()) > LONGEST] == []
         assert [type(block).__name__ for block in section.blocks[2:]] == ["ReportTable", *(4 * ["Figure"])]
     last = results["FS", PROPOSED_LAW].measurement.trajectories["controller.K"][0, -1]
-    assert f"these are {last[0, 0]:.3g} and {last[1, 1]:.3g} N m" in of_a1.blocks[0].text
+    assert f"the diagonal has {last[0, 0]:.3g} and {last[1, 1]:.3g} N m" in of_a1.blocks[0].text
     assert of_a1.heading == f"The loop gain of {PROPOSED_LAW} at rest"
 
 
 def test_the_case_at_rest_is_no_run_beyond_the_limit_of_its_step(a1):
     (outcome,) = outcomes_of(rest_case(1e-2))  # a pole at -500 1/s decays with steps below 5.6 ms alone
     assert not outcome.measurement.limit.holds
-    assert "The step is beyond it in: no run." in a1.trust_section(Results((outcome,))).blocks[0].text
+    assert "The step is beyond the limit in: no run." in a1.trust_section(Results((outcome,))).blocks[0].text
 
 
 @pytest.mark.heavy

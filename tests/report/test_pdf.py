@@ -226,11 +226,11 @@ def test_the_variations_of_a_finding_are_a_table_behind_the_chapters_with_other_
     finding = Finding("best", "PID is best.", answer="PID", variations=ones)
     content = pdf(replace(document(), findings=(finding,)))
     lines = [" ".join(line.split()) for line in text_of(content, tmp_path).splitlines()]
-    place = lines.index("variation answer figures")
+    place = lines.index("variation answer details")
     assert lines[place + 1 : place + 5] == [
         "Variations that count scenarios",
         "the median in place of the mean SMC 1.2 against 1.4",
         "Variations that pool scenarios",
         "the sum over all scenarios PID",
     ]
-    assert "Bold: another answer than in the box." in lines
+    assert "Bold: an answer other than the one in the box." in lines

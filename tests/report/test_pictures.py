@@ -95,7 +95,7 @@ def test_many_long_names_become_numbers_by_falling_mu_star_with_a_key():
     effects = morris_effects(lambda u: u @ np.arange(1.0, 9), factors=names)
     figure = morris_plane("f", "", effects, NOTE)
     assert points_of(figure).names == tuple("87654321")
-    assert f"By falling mu_star: {names[7]} (1); {names[6]} (2)" in words(figure.caption)
+    assert f"In the order of falling mu_star: {names[7]} (1); {names[6]} (2)" in words(figure.caption)
     short = replace(effects, factors=tuple("abcdefgh"))
     assert points_of(morris_plane("f", "", short, NOTE)).names == tuple("abcdefgh")
 
@@ -105,7 +105,7 @@ def test_factors_that_crowd_next_to_zero_are_named_in_the_caption():
     effects = morris_effects(lambda u: u @ [0, 5, 1e-9, 3], factors=factors)
     figure = morris_plane("f", "", effects, NOTE)
     assert points_of(figure).names == ("", "b", "", "d")
-    assert "Next to 0 lie a, c." in words(figure.caption)
+    assert "Factors near 0: a, c." in words(figure.caption)
     apart = morris_plane("f", "", morris_effects(lambda u: u @ [2, 5, 1e-9, 3], factors=factors), NOTE)
     assert points_of(apart).names == factors
 
@@ -120,7 +120,7 @@ def test_two_factors_far_beyond_all_others_make_the_plane_logarithmic_and_said_s
     (panel,) = figure.panels
     assert (panel.xscale, panel.yscale) == ("log", "log")
     assert "Both axes are logarithmic" in words(figure.caption)
-    assert "Below 0.001 of the largest number lie g." in words(figure.caption)
+    assert "Factors below 0.001 of the largest number: g." in words(figure.caption)
     # those that are not the two outliers have room of their own: more than a tenth of the axis from its end
     x = np.asarray(points_of(figure).x)[2:6]
     share = np.log(x / panel.xlim[0]) / np.log(panel.xlim[1] / panel.xlim[0])

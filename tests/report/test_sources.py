@@ -203,6 +203,21 @@ def test_a_law_of_which_two_things_must_be_said_in_two_scenarios_is_named_with_e
     assert table.notes == (f"{dagger} (speed): a truth.", f"{dagger} (again): a truth; a long step.")
 
 
+def test_a_note_that_most_laws_share_is_said_of_all_rows_or_of_all_others(results):
+    ode = replace(results.outcomes[0].ode, notes=("a truth",))
+    one, two, three = (replace(results.outcomes[k], ode=ode) for k in (0, 1, 3))
+    other = replace(two, ode=replace(ode, notes=("a long step",)))
+
+    def notes(*outcomes, printed=False):
+        rows = (*((cell(o, "RMSE"),) for o in outcomes), *([("0.1",)] if printed else []))
+        return ReportTable("t", "T.", (TableColumn("RMSE"),), rows).notes
+
+    assert notes(one, two, three) == ("All rows: a truth.",)
+    assert notes(one, two, three, printed=True) == ("All rows with runs: a truth.",)
+    long = f"{other.label}: a long step."
+    assert notes(one, other, three) == (long, "All other rows: a truth.")
+
+
 def test_a_cell_in_place_of_a_number_says_why_and_moves_too():
     never = case("slow", 1.0)
     run = replace(never.run, metrics=(wb.settling_time(band=1e-9),))

@@ -123,4 +123,4 @@ def test_the_algebraic_solution_has_marks_where_its_line_lies_under_another():
         assert (marks.label, marks.style) == ("algebraic", lines["algebraic"].style)
         np.testing.assert_allclose(marks.y, np.interp(marks.x, t, np.exp(-t)), rtol=1e-12)
         assert np.diff(marks.x).max() < 0.3  # seen all along a window of 2.5 s
-    assert drawn.caption.endswith("within 1.2 % of each other.")
+    assert drawn.caption.endswith("the two differ by at most 1.2 %.")

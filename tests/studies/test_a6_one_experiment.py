@@ -55,7 +55,7 @@ def test_a_law_whose_four_cells_are_not_met_by_one_choice_reverses_the_finding_o
     met["ASMC", "both"] = replace(met["ASMC", "both"], miss=0.035)
     finding = findings.tables_finding(common_searches(0.0), met, one, one)
     assert [(each.words, each.detail) for each in finding.reversals] == [
-        ("all cells, same gains, horizons of its own for each law", "ASMC is the farthest, 3.5 %")
+        ("all cells, same gains, a separate horizon for each law", "ASMC is the farthest, 3.5 %")
     ]
 
 
@@ -65,7 +65,7 @@ def test_the_row_identifies_the_law_only_if_one_sign_alone_meets_it():
         return findings.row_finding(common_searches(), every)
 
     assert "does not identify the law" in finding(plus=0.002, minus=0.2, minus_two=0.001).statement
-    assert "the plus alone meets" in finding(plus=0.002).statement
+    assert "only the plus meets" in finding(plus=0.002).statement
     assert "No choice" in finding().statement
     assert not finding().is_decided
     words = [one.words for one in finding().variations]

@@ -27,10 +27,10 @@ def test_factors_left_at_their_values_are_held_against_the_rule():
 
 def test_factors_of_a_sum_act_in_no_pair():
     words = acting_pairs(usual().shares)
-    assert "does not lie wholly above 0.02 for any of them. It reaches beyond 0.02 for 0 of 1,092," in words
+    assert "does not lie wholly above 0.02 for any pair. It reaches beyond 0.02 for 0 of 1,092 pairs;" in words
     size = usual().shares.S2
     wide = replace(usual().shares, S2=Estimate(size.value, 0 * size.half + 0.03))
-    assert "for any of them. It reaches beyond 0.02 for 1,092 of 1,092," in acting_pairs(wide)
+    assert "for any pair. It reaches beyond 0.02 for 1,092 of 1,092 pairs;" in acting_pairs(wide)
     sure = replace(usual().shares, S2=Estimate(0 * size.value + 0.06, 0 * size.half + 0.03))
     assert "lies wholly above 0.02 for Lambda and Q (RMSE of joint 1)," in acting_pairs(sure)
 
@@ -42,23 +42,23 @@ def test_leaders_are_all_that_the_intervals_do_not_tell_apart():
 
 def said_of_gradients(near, one=None):
     verdict = gradient_finding({PROPOSED_LAW: one or usual()}, {PROPOSED_LAW: near})
-    return verdict, verdict.statement.replace(", the exact gradient at the numbers of the card foretells every", ":")
+    return verdict, verdict.statement.replace(", the exact gradient at the numbers of the card predicts every", ":")
 
 
 def test_gradients_foretell_indices_only_of_metrics_that_are_linear():
     whole = local({"Q": 5.0, "m1": 3.0})
     verdict, said = said_of_gradients(whole)
     assert said == "For 2 of 2 pairs of law and joint: first-order index of the RMSE within 0.1."
-    assert (verdict.answer, verdict.is_decided) == ("foretold", True)
+    assert (verdict.answer, verdict.is_decided) == ("predicted", True)
     assert f"{2 * len(SOME) - 4} of the {2 * len(SOME)} indices are below 0.1 themselves." in verdict.evidence
     assert "the slope of neighbouring runs in all derivatives." in verdict.evidence
     for near in (local({"Q": 3.0, "m1": 5.0}), local({"Q": np.nan})):
         said = said_of_gradients(near)[1]
         assert said.startswith("For 0 of 2 pairs")
-        assert said.endswith("It is farther off for AOSMC-RGS at both joints.")
+        assert said.endswith("For AOSMC-RGS at both joints it is farther off.")
     half = {"RMSE": whole.sensitivities.gradient["RMSE"] * np.array([[1.0], [np.nan]])}  # no gradient of joint 2
     second = replace(whole, sensitivities=replace(whole.sensitivities, gradient=half))
-    assert said_of_gradients(second)[1].endswith("It is farther off for AOSMC-RGS at joint 2.")
+    assert said_of_gradients(second)[1].endswith("For AOSMC-RGS at joint 2 it is farther off.")
     assert said_of_gradients(whole, widened(usual()))[0].kind == "open"
 
 
@@ -67,9 +67,9 @@ def test_a_gradient_that_is_no_slope_of_the_runs_is_near_by_luck_alone():
     steep = {"RMSE": 2 * whole.sensitivities.slope["RMSE"]}
     verdict, said = said_of_gradients(replace(whole, sensitivities=replace(whole.sensitivities, slope=steep)))
     assert said.startswith("For 0 of 2 pairs")
-    assert "It comes as near for AOSMC-RGS at both joints, but by luck" in said
+    assert "For AOSMC-RGS at both joints it is as near, but by luck" in said
     assert verdict.answer == "near by luck"
-    assert [one.answer for one in verdict.variations if "slopes of runs" in one.words] == ["foretold", "foretold"]
+    assert [one.answer for one in verdict.variations if "slopes of runs" in one.words] == ["predicted", "predicted"]
     assert f"in only 0 of {2 * len(SOME)} derivatives of AOSMC-RGS." in verdict.evidence
 
 

@@ -57,7 +57,7 @@ def test_the_deciding_gain_is_named_by_the_figures_and_not_by_the_page():
         assert "the screening's mu* in place of ST" not in [one.words for one in finding.reversals]
         either = (said, said.replace("Q or Lambda", "Lambda or Q"))  # by the last digits of two that are alike
         assert finding.statement.startswith(
-            tuple(f"The gain of AOSMC-RGS that decides most about its RMSE is {one}, as" for one in either)
+            tuple(f"The gain that decides most about the RMSE of AOSMC-RGS is {one}, if" for one in either)
         )
 
 
@@ -79,8 +79,8 @@ def test_the_gain_that_decides_with_equal_ranges_is_a_variation_of_its_own():
 def test_the_answer_has_the_parts_of_arm_and_gains_by_both_ranges():
     one = made({"RMSE": {"Q": 3.0, "m1": 4.0}}, equal={"RMSE": {"m1": 9.0}})
     line = findings.answer({PROPOSED_LAW: one})
-    assert "the arm's numbers cause 64 % and 64 % of" in line  # 16 of 25 squares
-    assert "Its gains cause 36 % and 36 %, or 0 % and 0 % if all" in line
+    assert "The arm causes 64 % and 64 % of" in line  # 16 of 25 squares
+    assert "the gains cause 36 % and 36 %, or 0 % and 0 % if all" in line
     assert len(line.split()) <= 40
 
 
@@ -92,12 +92,12 @@ def test_equal_ranges_are_those_of_what_is_stated():
 
 def test_gains_are_as_idle_as_the_upper_end_of_their_interval_says():
     # linear runs: the effect of l is a third of that of m1, that of the other gains a ninetieth
-    assert "is at most 1 % of that of the strongest factor" in findings.idle_gains(made({"RMSE": {"m1": 9.0}}))
+    assert "is at most 1 % of the effect of the strongest factor" in findings.idle_gains(made({"RMSE": {"m1": 9.0}}))
     third = made({"RMSE": {"m1": 9.0, "l": 3.0}})
-    assert "is at most 33 % of that of the strongest factor" in findings.idle_gains(third)
+    assert "is at most 33 % of the effect of the strongest factor" in findings.idle_gains(third)
     size = third.effects.mu_star
     vars(third)["effects"] = replace(third.effects, mu_star=Estimate(size.value, 0.5 * size.value))
-    assert "is at most 50 % of that of the strongest factor" in findings.idle_gains(third)
+    assert "is at most 50 % of the effect of the strongest factor" in findings.idle_gains(third)
 
 
 def test_the_late_error_belongs_to_the_model_only_as_long_as_gains_do_nothing():
@@ -121,7 +121,7 @@ def test_a_sentence_that_rests_on_a_wide_interval_stays_open():
     )
     for judge in judges:
         assert (judge(one).is_decided, judge(wide).kind) == (True, "open")
-    assert "With these runs their part is open." in judges[2](wide).statement
+    assert "With these runs included, the part of the gains is open." in judges[2](wide).statement
     assert "is open" not in judges[2](one).statement
     for law, opening in ((one, ""), (wide, "open: ")):
         cell = findings.leaders_table({PROPOSED_LAW: law}).rows[0][2]
@@ -133,8 +133,8 @@ def test_the_torque_varies_by_the_group_that_the_figures_say():
     model, gains = made({"TV": {"model l2": 9.0, "Q": 2.0}}), made({"TV": {"model l2": 2.0, "Q": 9.0}})
     for one in (model, gains):
         verdict = torque_variation(one)
-        leader = "the law's model of the arm" if one is model else "the law's gains"
-        assert f"over 5 s, the largest part is due to {leader}: 95 % and 95 % at joints" in verdict.statement  # 81 / 85
+        leader = "the law's model of the arm causes" if one is model else "the law's gains cause"
+        assert f"over 5 s, {leader} the largest part, 95 % and 95 % at joints" in verdict.statement  # 81 / 85
     assert torque_variation(model).answer == "the model"
     assert torque_variation(gains).answer == "the gains"
     assert "chattering" not in verdict.statement + verdict.name
@@ -149,13 +149,13 @@ def test_another_group_late_in_the_run_makes_the_answer_depend_on_the_time():
     assert torque_variation(made({"TV": alike, "late TV": alike})).kind == "found"
     mixed = torque_variation(made({"TV": {"model l2": 9.0}}, {"TV": {"Q": 9.0}}))
     assert mixed.kind == "open"
-    assert "no part is the largest at both joints" in mixed.statement
+    assert "no group causes the largest part at both joints" in mixed.statement
 
 
 def test_the_part_of_the_first_second_is_that_of_the_sums():
     # of every run the TV from the start to t grows as t, and so the sum up to t as its square
     assert first_second(usual().indices) == pytest.approx([1 / T**2] * 2, rel=1e-12)
-    assert "4 % and 4 % of the TV fall in the first second" in torque_variation(usual()).evidence
+    assert "4 % and 4 % of the TV occur in the first second" in torque_variation(usual()).evidence
 
 
 def test_the_indices_within_a_window_are_those_of_what_is_added_in_it():

@@ -19,7 +19,9 @@ def test_a_run_with_much_of_the_variance_of_the_late_error_is_named():
     def change(values, place):  # all about 0.1
         values[7, -1, place], values[8, -1, place] = 3.1, 1.1  # squares of 9 and 1 beside those of all others
 
-    said = "has 90 % of the variance at joint 2 (3.10 rad; the next largest is 1.10 rad); the heaviest 1 % of the runs"
+    said = (
+        "causes 90 % of the variance at joint 2 (3.10 rad; the next largest is 1.10 rad); the heaviest 1 % of the runs"
+    )
     sample = with_values(usual(), "indices", change).indices
     assert late_errors.heaviest(sample).startswith("Run 8 of ")
     assert said in late_errors.heaviest(sample)
@@ -59,10 +61,10 @@ def test_runs_stray_if_they_are_far_off_early_and_late_and_a_lost_one_is_among_t
     for errors, counts in ((stay, (2, 3, 2)), (back, (1, 1, 1))):
         verdict = stray_finding(one, (Later(errors),))
         assert " in 2 of " in verdict.statement
-        assert f", and in {counts[0]} of these between 18 and 20 s, too." in verdict.statement
+        assert f", and in {counts[0]} of these also between 18 and 20 s." in verdict.statement
         assert verdict.answer == "fewer than 1 %"
         for variation, count in zip(verdict.variations[:2], counts[1:], strict=True):
-            assert f", {count} of these from 18 to 20 s" in variation.detail
+            assert f", {count} of these also from 18 to 20 s" in variation.detail
 
 
 def test_a_law_that_arrives_late_is_told_from_one_that_strays():
@@ -79,7 +81,7 @@ def test_a_law_that_arrives_late_is_told_from_one_that_strays():
         every = sum(map(len, slow.samples))
         said = f"SMC exceeds 1 rad in {runs:,} of {every:,} runs from 3 to 5 s"
         assert said in verdict.evidence
-        assert f"and in {lasting:,} of these from 18 to 20 s, too" in verdict.evidence
+        assert f"and in {lasting:,} of these also from 18 to 20 s" in verdict.evidence
         assert "is 1.54 rad" in verdict.evidence
 
 
@@ -130,9 +132,7 @@ def test_the_gains_of_the_heaviest_run_alone_are_drawn_again():
             assert high - 0.05 * (high - low) < drawn.max() <= high
     errors = np.zeros((second_looks.REDRAW_COUNT, 2))
     errors[:3, 1], errors[3] = 1.5, np.nan
-    words = (
-        "model of run 8, and 400 random draws of its gains (Lambda, Q, R, L1, L2), 4 runs exceed 1 rad: the gains help"
-    )
+    words = "model of run 8, and 400 random draws of the gains (Lambda, Q, R, L1, L2), 4 runs exceed 1 rad: the"
     assert words in second_looks.redrawn_words(one, Later(errors))
     assert second_looks.redrawn_words(one, Later(0 * errors[:3])).endswith("0 runs exceed 1 rad.")
 

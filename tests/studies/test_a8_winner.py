@@ -133,7 +133,7 @@ def test_the_geometric_mean_of_the_mean_costs_is_that_of_the_levels_in_the_figur
 def test_the_laws_that_cost_more_and_less_than_the_proposed_one_are_both_counted():
     finding = findings.proposed_finding(evidence(costs(a=WINS, b=WINS, c=LOSES)))
     assert "lower mean cost than AOSMC-RGS, by the number of scenarios: SMC in 1." in finding.evidence
-    assert finding.evidence.endswith("significantly higher one: PID in 3; SMC in 2.")
+    assert finding.evidence.endswith("significantly higher mean cost: PID in 3; SMC in 2.")
 
 
 def test_the_scenario_on_which_a_sum_rests_is_named_with_its_part():

@@ -144,15 +144,15 @@ def test_a_run_counts_as_lost_by_its_error_too():
     found = findings.lost_runs(wild)
     assert found.answer == "no run is lost"
     answers = {one.words: one.answer for one in found.variations}
-    assert answers["lost: more than 2 times the RMSE of continuous time"] == "the integrator"
-    assert answers["lost: more than 5 times the RMSE of continuous time"] == "no run is lost"
+    assert answers["a run is lost if its RMSE is more than 2 times the value in continuous time"] == "the integrator"
+    assert answers["a run is lost if its RMSE is more than 5 times the value in continuous time"] == "no run is lost"
 
 
 def test_the_runs_lost_a_period_late_are_blamed_as_the_others():
     where = ("AOSMC-RGS", "FS", Computer(5e-3, True, "euler"))
     found = findings.lost_runs(evidence(lost, lambda *one: one == where))
     assert found.answer == "no run is lost"  # without a delay
-    (late,) = (one for one in found.variations if one.words == "torque a period late")
+    (late,) = (one for one in found.variations if one.words == "torque one period late")
     assert (late.answer, late.detail) == ("the integrator", "of 8 runs 8 by the integrator, 0 by the law")
 
 
@@ -160,7 +160,7 @@ def test_the_lost_runs_are_counted_and_named():
     euler = lost_by("euler")
     found = findings.lost_runs(euler)
     assert "With explicit Euler 8 of 784 runs diverge, all of AOSMC-RGS" in words(found)
-    assert "Of these 8 stay finite if (34) alone takes a Cayley step, and 8 with 16 Runge-Kutta steps" in words(found)
+    assert "Of these 8 stay finite if only (34) takes a Cayley step, and 8 with 16 Runge-Kutta steps" in words(found)
     assert "16 Runge-Kutta steps); the run by explicit Euler diverges." in found.evidence
     rows = {row[0]: row[1:] for row in pages.lost_table(euler).rows}
     assert rows["AOSMC-RGS, Euler"] == (0, 0, 0, 0, 0, 0, 8)

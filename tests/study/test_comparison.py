@@ -59,7 +59,7 @@ def test_a_ranking_counts_pairs_that_hold_and_pairs_that_are_turned_round():
     judged = ranking(published, LAWS)
     assert judged.reversed_pairs == (("slow", "fast"),)
     assert set(judged.kept_pairs) == {("slow", "lost"), ("fast", "lost")}
-    assert "printed below fast, and is above here" in judged.sentence("slow")
+    assert "slow has a smaller printed value than fast, and a larger one here" in judged.sentence("slow")
 
 
 def test_an_unknown_case_or_metric_is_answered_with_the_nearest():

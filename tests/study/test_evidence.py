@@ -166,7 +166,7 @@ def test_bold_follows_from_significance():
     apart = comparison_table("t", "c", (compare(pair_samples(LAWS | {"good": LAWS["good"] - 1}, metric="error")),))
     assert [isinstance(row[1], BoldCell) for row in apart.rows] == [True, False, False]
     assert any("200 draws; no run failed" in str(note) for note in apart.notes)
-    assert "Median over the draws; intervals hold all at once with 95 %." in apart.notes
+    assert "Median over the draws; all intervals hold at once with a confidence of 95 %." in apart.notes
 
 
 def test_tables_say_what_failed():

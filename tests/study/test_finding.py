@@ -49,23 +49,28 @@ def test_a_finding_depends_where_a_variation_has_another_answer_and_only_there()
 
 
 def test_the_third_line_says_what_changes_the_answer_and_of_how_many_variations():
-    assert BEST.change == ("The answer changes in 1 of 8 variations: to SMC by the median in place of the mean.")
+    assert BEST.change == (
+        "The answer, PID, changes in 1 of 8 variations: to SMC in “the median in place of the mean”."
+    )
     same = replace(BEST, variations=OTHERS)
-    assert same.change.startswith("The answer stays the same in each of 7 variations: without scenario 0;")
+    assert same.change.startswith("The answer, PID, stays the same in each of 7 variations: without scenario 0;")
     assert same.change.endswith("; 4 more.")
     assert replace(BEST, variations=(), answer="").change == "No variation was computed."
     assert (
         replace(BEST, variations=OTHERS[:1]).change
-        == "The answer stays the same in the one variation: without scenario 0."
+        == "The answer, PID, stays the same in the one variation: without scenario 0."
     )
-    assert replace(BEST, variations=(MEDIAN,)).change.startswith("The answer changes in the one variation: to SMC by")
+    assert replace(BEST, variations=(MEDIAN,)).change == (
+        "The answer, PID, changes in the one variation: to SMC in “the median in place of the mean”."
+    )
 
 
 def test_variations_that_answer_different_questions_are_counted_apart():
     counted = (replace(MEDIAN, question="that count scenarios"), replace(OTHERS[0], question="that count scenarios"))
     pooled = tuple(replace(one, question="that pool them") for one in OTHERS[1:])
     assert replace(BEST, variations=(*counted, *pooled)).change.startswith(
-        "The answer changes in 1 of 2 variations that count scenarios and in 0 of 6 variations that pool them: to SMC"
+        "The answer, PID, changes in 1 of 2 variations that count scenarios and in 0 of 6 variations that pool them: "
+        "to SMC"
     )
 
 
@@ -73,16 +78,16 @@ def test_answers_of_many_variations_are_counted_and_those_of_few_named():
     many = tuple(wb.Variation(f"choice {i}", "SMC") for i in range(30))
     some = replace(BEST, variations=(*many, *(wb.Variation(words, "no law") for words in ("another cost", "the sum"))))
     assert some.change == (
-        "The answer changes in all 32 variations: to SMC in 30; to 'no law' by another cost and by the sum."
+        "The answer, PID, changes in all 32 variations: to SMC in 30; to 'no law' in “another cost” and “the sum”."
     )
 
 
 def test_an_answer_that_all_changes_have_in_common_is_named_once():
     none = tuple(wb.Variation(f"joint {i}", "none") for i in range(6))
     one = replace(BEST, variations=(*none, *OTHERS[:2]))
-    assert one.change == "The answer changes in 6 of 8 variations, always to 'none'."
+    assert one.change == "The answer, PID, changes in 6 of 8 variations, always to 'none'."
     few = replace(BEST, variations=(*none[:2], *OTHERS[:2]))
-    assert few.change == "The answer changes in 2 of 4 variations: to 'none' by joint 0 and by joint 1."
+    assert few.change == "The answer, PID, changes in 2 of 4 variations: to 'none' in “joint 0” and “joint 1”."
 
 
 def test_no_variation_is_left_out_of_the_scope_however_many_there_are():

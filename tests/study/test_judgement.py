@@ -49,7 +49,7 @@ def test_a_winner_by_the_median_alone_is_refused_where_the_mean_reverses_it():
         assert found.by[asked.words].best == first
         assert (found.kind, found.best) == ("depends", None)
         assert found.reversals == ((first, second, asked.words, others[0].words),)
-        assert f"depends on what is asked: {asked.words} -> {first}; {others[0].words} -> {second}" == found.sentence
+        assert f"depends on the statistic: {first} by {asked.words}; {second} by {others[0].words}" == found.sentence
 
 
 def test_it_depends_where_two_statistics_that_were_not_asked_have_other_laws_best():
@@ -80,7 +80,7 @@ def test_success_is_said_and_shown_as_such():
     table = statistics_table("t", "c", found)
     tailed = table.rows[1][1]
     assert tailed.value == pytest.approx(100 * np.mean(TAILED <= 6.0))
-    assert (table.columns[1].header, table.columns[1].unit) == ("success (cost <= 6), asked", "%")
+    assert (table.columns[1].header, table.columns[1].unit) == ("success (cost <= 6), which decides", "%")
 
 
 def test_errors_of_the_step_that_may_cross_the_limit_leave_a_success_open():
@@ -93,14 +93,14 @@ def test_errors_of_the_step_that_may_cross_the_limit_leave_a_success_open():
 def test_a_table_of_statistics_has_a_column_each_and_says_where_they_disagree():
     table = statistics_table("t", "c", judged(DEPENDS), ("a note",))
     assert [column.header for column in table.columns[1:4]] == [
-        "mean cost, asked",
+        "mean cost, which decides",
         "median cost",
         "90 % quantile of cost",
     ]
     assert [isinstance(cell, BoldCell) for cell in table.rows[0][1:3]] == [True, False]
     assert [isinstance(cell, BoldCell) for cell in table.rows[1][1:3]] == [False, True]
-    assert str(table.notes[0]).startswith("Depends on what is asked: mean, 90 % quantile")
-    assert "By mean steady is below tailed, and by median significantly above." in table.notes
+    assert str(table.notes[0]).startswith("Depends on the statistic: steady by mean, 90 % quantile, mean of the worst")
+    assert "By mean steady is below tailed, but by median significantly above." in table.notes
     assert "a note" in table.notes
 
 

@@ -180,13 +180,13 @@ def test_short_searches_that_end_apart_are_said_to():
     found = tune(tuning(evaluations=4, population=4, seeds=(0, 1)))
     assert not any(found.has_settled)
     assert any("too short to tell" in said for said in found.warnings)
-    assert any("The bests of the 2 searches differ by" in said for said in found.warnings)
+    assert any("The best objectives of the 2 searches differ by" in said for said in found.warnings)
 
 
 def test_a_search_that_finds_nothing_is_said_beside_one_that_does():
     found = tune(bomb(0.9, 6.0, evaluations=16, population=4, seeds=(0, 2)))
     assert np.isinf(found.bests).tolist() == [False, True]
-    assert "The search of seed 2 found an admissible point in its last quarter only, or none." in found.warnings
+    assert "The search of seed 2 found an admissible point only in its last quarter, or none." in found.warnings
     assert not found.has_settled[1]
 
 
@@ -194,7 +194,7 @@ def test_a_coarse_step_is_said_beside_the_best():
     found = tune(tuning(trials=(Trial("step", Run(DoubleIntegrator(), METRICS, 20.0, h=1.0)),)))
     assert found.step_error > 0.01 * found.objective
     assert any("has an error of" in said and "by the step" in said for said in found.warnings)
-    assert "error of the best objective" in found.note
+    assert "the best objective has an error of" in found.note
 
 
 def test_a_step_beyond_the_stability_limit_of_the_best_is_said():
@@ -218,11 +218,12 @@ def test_within_the_stability_limit_nothing_is_said_of_it(found):
 
 def test_what_is_said_of_a_search_is_in_plain_numbers(found):
     assert found.note == (
-        "640 evaluations a search, 320 a number; 0 of 1,280 not admissible; seeds 0, 1; step 0.01 s, error of the "
-        "best objective less than 0.01 %"
+        "Each of the 2 searches used 640 evaluations, 320 for each tuned number; 0 of 1,280 were not admissible. "
+        "The seeds of the searches are 0 and 1. The step of the simulation is 0.01 s; the best objective has an error "
+        "of less than 0.01 % by the step."
     )
     off = replace(found, finals_at_half_step=1.275 * found.finals_at_half_step)
-    assert "The objective of the best has an error of 55 % by the step." in off.warnings
+    assert "The best objective has an error of 55 % by the step." in off.warnings
 
 
 def test_what_a_search_takes_is_known_before_it_begins():

@@ -117,7 +117,8 @@ def test_a_search_ends_once_it_has_settled_and_not_before_it_may():
     assert found.has_settled == (True, True)
     assert len(found.points) == sum(found.evaluations) == len(found.samples["step"])
     assert found.note.startswith(
-        f"{found.evaluations[0]} and {found.evaluations[1]} of at most 320 evaluations a search, 160 a number;"
+        f"The 2 searches used {found.evaluations[0]} and {found.evaluations[1]} of at most 320 evaluations, 160 for "
+        "each tuned number;"
     )
 
 
@@ -150,7 +151,7 @@ def test_the_winner_is_the_least_mean_over_the_noises_of_all_searches(noisy):
     row = list(noisy.finalists).index(noisy.place)
     assert noisy.objective == noisy.finals[row].mean() == noisy.finals.mean(axis=1).min()
     assert noisy.spread == abs(np.diff(noisy.finals[row])[0]) > 0
-    assert "over the noises of 2 searches" in noisy.note
+    assert "over the noises of the 2 searches, whose seeds are 1000 apart" in noisy.note
 
 
 def test_the_best_of_one_search_is_that_of_it_alone(noisy, alone):
@@ -181,7 +182,7 @@ def test_without_noise_the_best_points_are_run_again_once():
 
 def test_a_winner_that_depends_on_the_noise_is_said_to(noisy):
     said = replace(noisy, finals=noisy.finals * [1.0, 1.2]).warnings
-    assert any("The objective of the best varies by" in one and "with the training noise" in one for one in said)
+    assert any("The best objective varies by" in one and "with the training noise" in one for one in said)
 
 
 def test_a_budget_may_be_one_per_number_in_whole_populations():

@@ -117,9 +117,9 @@ def poles(rows: LinearRows, grid: bool = True) -> Picture:
     panel = root_panel(marks, np.concatenate([held, own]), period, grid)
     said = [f"The poles of {len(sound)} rows."]
     if len(shown) < len(sound):
-        said.append(f"Drawn are {len(shown)}, with the rows of the most extreme poles among them.")
+        said.append(f"{len(shown)} of them are drawn, the rows with the most extreme poles among these.")
     if rows.reasons:
-        said.append(f"Left out: {len(rows.reasons)} without an answer.")
+        said.append(f"Rows without an answer, which are left out: {len(rows.reasons)}.")
     said.append(f"The worst is {worst.name}.")
     return Picture(Figure("poles", " ".join([*said, *map(str, grid_remarks(period) if grid else [])]), (panel,)))
 

@@ -28,7 +28,7 @@ MEANINGS = {
     "depends": "measured; a variation in this study gives another answer",
     "open": "not settled by this study",
 }
-OF_A_RUN = "SHA-256 of equations, parameters, initial state, steps and horizon, its first digits"
+OF_A_RUN = "the first digits of the SHA-256 of equations, parameters, initial state, steps and horizon"
 
 
 @dataclass(frozen=True, eq=False)

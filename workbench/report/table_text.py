@@ -92,7 +92,7 @@ def _printed_value(value: Value, digits: int | None, numeric: bool) -> NumberTex
 def _by_ends(value: ValueWithError) -> str:
     """A value with the ends of its interval: '4.73 (4.11 to 6.06)'."""
     low, high = (f"{end:.3g}" if math.isfinite(end) else "no bound" for end in value.interval)
-    return f"{value.value:.3g} ({low} to {high})"
+    return f"{value.value:.3g} ({low} to {high})".replace("-", "−")
 
 
 def _read(typed: str) -> NumberText | None:
@@ -126,8 +126,12 @@ def length(cell: CellText) -> int:
 
 
 def measures(table: ReportTable) -> bool:
-    """True if a table holds measured values, whose brackets must be explained once."""
-    return any(isinstance(bare(cell), ValueWithError) for row in table.rows for cell in row)
+    """True if a table holds values with errors, whose brackets must be explained once.
+
+    The brackets of values with the ends of an interval have another meaning, which the notes of their table give.
+    """
+    values = (bare(cell) for row in table.rows for cell in row)
+    return any(isinstance(value, ValueWithError) and value.ends is None for value in values)
 
 
 def unit_of_column(column: TableColumn) -> str:

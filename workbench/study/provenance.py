@@ -136,7 +136,7 @@ class Card:
             TableColumn("quantity"),
             TableColumn("value", align="right"),
             TableColumn("unit"),
-            *((TableColumn("could lie in"),) if ranged else ()),
+            *((TableColumn("possible range"),) if ranged else ()),
             TableColumn({"stated": "where", "derived": "how", "assumed": "why"}[mark]),
         )
         rows = tuple(

@@ -103,11 +103,11 @@ class Outcome:
         """The notes below a table beside the law's name: truth used, methods of a computer, steps, tolerance."""
         limit, check, run = self.measurement.limit, self.measurement.check, self.case.run
         how = (
-            f"beyond the stability limit {limit.limit:.3g} s"
+            f"is beyond the stability limit of {limit.limit:.3g} s"
             if limit.checked_states
-            else "checked at no state of the run"
+            else "was checked at no state of the run"
         )
-        beyond = () if limit.holds else (f"step {limit.h:g} s {how}",)
+        beyond = () if limit.holds else (f"the step of {limit.h:g} s {how}",)
         by = self.measurement.choice.by if self.measurement.choice else ""
         steps = () if run.h else (f"steps of {self.measurement.h:.3g} s{by}, for a tolerance of {run.tolerance:g}",)
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.is_met)

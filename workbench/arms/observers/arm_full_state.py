@@ -99,6 +99,8 @@ class VelocityFilter(AbstractJointCounter, AbstractArmObserver):
     6
     """
 
+    noun: ClassVar[str] = "velocity filter"
+
     claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
 
     joints: int

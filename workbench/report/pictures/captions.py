@@ -122,7 +122,7 @@ def each(result: Result) -> list[Result]:
 
 def refusals(result: SobolIndices | MorrisEffects | Tornado) -> tuple[str, ...]:
     """A sentence for each output that is not drawn, with the reason."""
-    return tuple(f"Not drawn is '{name}': {why}." for name, why in result.refusals.items())
+    return tuple(f"'{name}' is not drawn: {why}." for name, why in result.refusals.items())
 
 
 def stretches(curve: Array) -> list[Integers]:

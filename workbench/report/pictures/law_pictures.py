@@ -28,7 +28,7 @@ TOGETHER = 3  # laws whose bands still can be told apart in one panel
 ACROSS = 3  # panels side by side, one a law
 BEYOND = 4.0  # times the least cost of all laws: the end of the scale of panels with a law each
 MAX_MARKS = 15  # points of a front, at most, so that marks do not cover one another
-SOME = f"Of a front of more points {MAX_MARKS} are marked."
+SOME = f"At most {MAX_MARKS} points of each front are marked."
 
 
 @check_arguments
@@ -108,7 +108,7 @@ def _scale(values: Array) -> tuple[Literal["linear", "log"], tuple[float, float]
 
 
 def _levels(levels: tuple[float, ...]) -> str:
-    band = f"Between the {100 * min(levels):g} % and the {100 * max(levels):g} % quantile of the runs"
+    band = f"The band lies between the {100 * min(levels):g} % and the {100 * max(levels):g} % quantile of the runs"
     middle = levels[_middle(levels)]
     line = "the median" if middle == 0.5 else f"the {100 * middle:g} % quantile"
     return f"{band}; the line is {line}." if len(levels) % 2 else f"{band}."

@@ -74,7 +74,7 @@ def morris_plane(
         for one, title in zip(single, titles, strict=True)
     ]
     panels, near, beyond = zip(*drawn, strict=True)
-    where = f"Below {FLOOR:g} of the largest number" if log else "Next to 0"
+    where = f"Factors below {FLOOR:g} of the largest number" if log else "Factors near 0"
     said = (*([LOGARITHMIC] * log), *_named_near(near, names, where), *([BEYOND] * any(beyond)))
     heads = [TableColumn(head, unit) for kind in ("mu*", "sigma", "mu") for head in (kind, f"{kind} (half-interval)")]
     rows = (row for one in single for row in _moments(one))
@@ -100,7 +100,7 @@ def _names(effects: MorrisEffects, labels: Labels) -> tuple[tuple[Label, ...], t
     numbers = {i: str(place + 1) for place, i in enumerate(order)}
     key = [(*(["; "] if place else []), *parts(names[i]), f" ({numbers[i]})") for place, i in enumerate(order)]
     return tuple(numbers[i] for i in range(len(names))), (
-        ("By falling ", MU_STAR, ": ", *(part for pair in key for part in pair)),
+        ("In the order of falling ", MU_STAR, ": ", *(part for pair in key for part in pair)),
     )
 
 
@@ -154,7 +154,7 @@ def _named_near(near: tuple[list[int], ...], names: tuple[Label, ...], where: st
     for letter, places in zip("abcdefghijklmnopqrstuvwxyz", near, strict=False):
         if places:
             listed = [part for k, i in enumerate(places) for part in (*([", "] if k else []), *parts(names[i]))]
-            said.append((where, f" in ({letter})" if len(near) > 1 else "", " lie ", *listed, "."))
+            said.append((where, f" in ({letter})" if len(near) > 1 else "", ": ", *listed, "."))
     return tuple(said)
 
 

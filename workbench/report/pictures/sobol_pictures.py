@@ -28,10 +28,10 @@ from workbench.study.document.source import Source
 from workbench.study.uncertainty.outputs import Estimate
 from workbench.study.uncertainty.sobol_indices import SobolIndices
 
-NO_INTERVAL_NOTE = "Where a bar has no interval, it is not known."
+NO_INTERVAL_NOTE = "A bar without an interval has an unknown one."
 BAR = 0.36  # of a row: the thickness of the bar of one index
 EDGE = "An interval that reaches the edge goes on beyond the axes."
-FEW_BANDS = "Intervals are drawn of the three factors with the largest ST alone, so that they can be told apart."
+FEW_BANDS = "Intervals are drawn only for the three factors with the largest ST, as more would cover one another."
 MAX_BANDS = 3  # curves with a band
 MOST = 7  # curves in a panel that an eye still tells apart
 S1, ST = "S1, alone", "ST, alone and together with others"

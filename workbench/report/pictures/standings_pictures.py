@@ -21,7 +21,7 @@ DIGITS = 3  # of a number in the panel that leads; one less in all others
 LEAST, MOST = 1e-3, 1e5  # beyond these a number has a power of ten
 POWERS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 HEADS = ("statistic", "scenario", "law", "level", "low", "high", "standing", "failed runs", "of")
-ORDER = "Laws stand in the order of their mean ranks."
+ORDER = "The laws are in the order of their mean ranks."
 ROUNDING = 1e-9  # by which probabilities may miss a sum of 1
 
 
@@ -191,10 +191,10 @@ def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]], 
     unit = f" in {one.samples.unit}" if one.samples.unit not in ("", "1") else ""
     return (
         f"Each tile has the {words} of {one.samples.metric}{unit} over {draws} draws; the intervals of a column hold "
-        f"at once with {100 * one.confidence:g} %. A tile is the darker, the larger its ratio to the best of its "
+        f"at once with a confidence of {100 * one.confidence:g} %. A darker tile has a larger ratio to the best of its "
         "column, on a logarithmic scale. Frame: the one law that is significantly better than all others. Black or "
-        "white corner: tied with the best, as no law is significantly better. Stripes: failed runs; a dash stands "
-        "where they leave no finite statistic."
+        "white corner: tied with the best, as no law is significantly better. Stripes: failed runs; a dash: they leave "
+        "no finite statistic."
     )
 
 

@@ -134,7 +134,7 @@ def _finite_rows(outcome: Outcome) -> int:
 
 TOGETHER = 3  # curves of laws that one panel can hold, as more lie on each other
 ACROSS = 3  # panels side by side, one a law
-ONE_RUN = "Bold: below all others in this one run of each law, which does not say which law is better."
+ONE_RUN = "Bold: smaller than all others in this one run of each law. One run does not show which law is better."
 
 
 def _styles(name: str, outcomes: Sequence[Outcome]) -> list[int]:
@@ -270,7 +270,7 @@ def loops_section(
         raise ValueError("`loops_section(outcomes=...)` needs at least one outcome; got none.")
     shown = [signal_source(outcomes[0], signal, place) for place in range(len(labels_of(outcomes[0], signal)))]
     figure = _loops_figure(outcomes, signal, shown, caption, cut)
-    title = "Metrics of {} of each law at its own numbers."
+    title = "Metrics of {}, for each law with its numbers from this study."
     tables = (
         side_by_side(f"loops_{one.place}", title.format(one.words), outcomes, signal=one.place, notes=(ONE_RUN,))
         for one in shown
@@ -284,7 +284,7 @@ def _loops_figure(
     """A panel for each number of a signal with a line a law; or, with many laws, a panel for each of these."""
     whole, styles = Window(0.0, float(max(outcome.t[-1] for outcome in outcomes))), _styles("loops", outcomes)
     span = None if cut is None else (whole.start, whole.end)
-    panels, caption = [], caption or f"{signal} of each law at its own numbers."
+    panels, caption = [], caption or f"{signal} of each law with its numbers from this study."
     if not (len(outcomes) > TOGETHER >= len(shown) and len({one.unit for one in shown}) == 1):
         for one in shown:
             lines = [curve(o, signal, one.place, whole, o.case.law, k) for o, k in zip(outcomes, styles, strict=True)]

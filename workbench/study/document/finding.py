@@ -11,6 +11,7 @@ from typing import Literal
 from workbench.core.validation.refusals import refusal
 from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.phrases_and_tables import Phrase, check_name, parts
+from workbench.study.document.words import join_names
 
 MAX_NAMES, MAX_ANSWERS = (
     3,
@@ -136,14 +137,15 @@ class Finding:
             return "No variation was computed."
         if not changes:
             each = f"each of {total} variations" if total > 1 else "the one variation"
-            return f"The answer stays the same in {each}: {_named(self.variations)}."
+            return f"The answer, {_quoted(self.answer)}, stays the same in {each}: {_named(self.variations)}."
         groups: dict[str, list[Variation]] = {}
         for one in changes:
             groups.setdefault(one.answer, []).append(one)
-        part = f"The answer changes in {self._counted if total > 1 else 'the one variation'}"
+        counted = self._counted if total > 1 else "the one variation"
+        part = f"The answer, {_quoted(self.answer)}, changes in {counted}"
         if len(groups) == 1 and len(changes) > MAX_NAMES:
             return f"{part}, always to {_quoted(changes[0].answer)}."
-        answers = [f"to {_quoted(answer)} {_by(ones)}" for answer, ones in groups.items()]
+        answers = [f"to {_quoted(answer)} in {_few(ones)}" for answer, ones in groups.items()]
         others = len(answers) - MAX_ANSWERS
         rest = f"; and to {others} other answer{'s' * (others > 1)}" if others > 0 else ""
         return f"{part}: {'; '.join(answers[:MAX_ANSWERS])}{rest}."
@@ -197,11 +199,11 @@ def _count_among(count: int, total: int) -> str:
     return f"all {total}" if count == total > 1 else f"{count} of {total}"
 
 
-def _by(variations: Sequence[Variation]) -> str:
-    """The variations that have one answer: a few by their words, more by their number."""
+def _few(variations: Sequence[Variation]) -> str:
+    """The variations that have one answer: a few by their words, in quotation marks, more by their number."""
     if len(variations) > MAX_NAMES:
-        return f"in {len(variations)}"
-    return " and ".join(f"by {one.words}" for one in variations)
+        return f"{len(variations)}"
+    return join_names(f"“{one.words}”" for one in variations)
 
 
 def _named(variations: Sequence[Variation]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -214,7 +215,8 @@ class ReportTable:
     def _remarks(self) -> tuple[str, ...]:
         """The notes of the results that its cells show, each once, with the laws that it concerns.
 
-        A law of which other things must be said in another scenario stands there with its scenario.
+        A law with other notes in another scenario is named with its scenario. If all laws have notes, those that most
+        of the laws share are last, for "all rows" or "all other rows".
         """
         sources = [source for row in self.rows for cell in row if (source := source_of(cell))]
         said = {(one.title or one.law, one.scenario): "; ".join(one.notes) for one in sources}
@@ -222,7 +224,13 @@ class ReportTable:
         for (law, scenario), words in said.items():
             alike = {other for (name, _), other in said.items() if name == law} == {words}
             laws.setdefault(words, {})[law if alike else f"{law} ({scenario})"] = None
-        return tuple(clean_text(f"{', '.join(names)}: {words}.") for words, names in laws.items() if words)
+        labels = {words: _listed(names) for words, names in laws.items() if words}
+        common, total = max(laws, key=lambda words: len(laws[words]), default=""), sum(map(len, laws.values()))
+        if "" not in laws and 2 < total < 2 * len(laws.get(common, ())):
+            del labels[common]
+            rows = "rows" if all(any(map(source_of, row)) for row in self.rows) else "rows with runs"
+            labels[common] = f"All other {rows}" if labels else f"All {rows}"
+        return tuple(clean_text(f"{label}: {words}.") for words, label in labels.items())
 
     def _check_number(self, column: TableColumn, value: Value, row: int) -> None:
         """Refuse NaN, and a whole number that no float holds."""
@@ -233,6 +241,12 @@ class ReportTable:
                 f"{describe(column.header)}, row {row}, which cannot be printed: use `DivergedCell(at)` for a run that "
                 "left all bounds, or None for a number that is not known."
             )
+
+
+def _listed(names: Iterable[str]) -> str:
+    """Names in a row, between semicolons where a name has a comma."""
+    held = list(names)
+    return ("; " if any(", " in name for name in held) else ", ").join(held)
 
 
 def bare(cell: Cell) -> Value:

@@ -15,7 +15,9 @@ from workbench.study.evidence.estimands import Success, unit_of_estimand, words_
 from workbench.study.evidence.judgement import LawJudgement
 from workbench.study.evidence.pairwise_comparison import Comparison
 
-HALF = "in brackets the half-width of its interval in units of the last digits, or its ends where it is wide"
+HALF = (
+    "In brackets is the half-width of the interval, in units of the last digits, or both ends if the interval is wide."
+)
 
 
 @check_arguments
@@ -37,7 +39,7 @@ def comparison_table(
     _check_laws("comparison_table", comparisons)
     several = len({one.estimand for one in comparisons}) > 1
     names = [words_of(one.estimand, one.samples.metric) if several else one.samples.metric for one in comparisons]
-    bold = f"{BOLD} A number is {_statistics(comparisons)}, {HALF}."
+    bold = f"{BOLD} A number is {_statistics(comparisons)}. {HALF}"
     return _levels(name, caption, comparisons, names, (bold, *_said(comparisons), *notes))
 
 
@@ -59,9 +61,9 @@ def statistics_table(
     paired, comparisons = judgement.samples, tuple(judgement.by.values())
     asked, *others = (words_of(one.estimand, paired.metric) for one in comparisons)
     verdict = f"{judgement.sentence[0].upper()}{judgement.sentence[1:]}."
-    how = f"{BOLD} Behind each number, {HALF}; of a column {comparisons[0].holds}."
+    how = f"{BOLD} {HALF} In each column, {comparisons[0].holds}."
     said = (verdict, *_reversed(judgement), how, *_runs(comparisons), *notes)
-    return _levels(name, caption, comparisons, [f"{asked}, asked", *others], said)
+    return _levels(name, caption, comparisons, [f"{asked}, which decides", *others], said)
 
 
 def _levels(
@@ -113,9 +115,9 @@ def ablation_table(
     columns = (TableColumn("law"), *heads, TableColumn("failed runs", align="right"))
     levels = ", ".join(f"{one.samples.metric} {_leveled(one, at)}" for one in comparisons)
     how = (
-        f"A number is the change of {_statistics(comparisons)} as a part is taken out, in percent of the whole law's; "
-        f"a positive one says that the part is useful; {HALF}. Bold: significant. Of "
-        f"{whole}: {levels}."
+        f"A number is the change of {_statistics(comparisons)} when a part is taken out, in percent of the value of "
+        f"the whole law. A positive number means that the part is useful. {HALF} Bold: significant. {whole} has: "
+        f"{levels}."
     )
     return ReportTable(name, caption, columns, tuple(rows), (how, *_said(comparisons), *notes))
 
@@ -170,7 +172,7 @@ def _reversed(judgement: LawJudgement) -> Iterator[str]:
     for words in judgement.by:
         pairs = [f"{a} is below {b}" for a, b, _, other in judgement.reversals if other == words]
         if pairs:
-            yield f"By {judgement.primary.words} {join_names(pairs)}, and by {words} significantly above."
+            yield f"By {judgement.primary.words} {join_names(pairs)}, but by {words} significantly above."
 
 
 @check_arguments

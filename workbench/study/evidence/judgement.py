@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from workbench.core.validation.signatures import check_arguments
+from workbench.study.document.words import join_names
 from workbench.study.evidence.estimands import Estimand, Success, unit_of_estimand, words_of
 from workbench.study.evidence.paired_samples import PairedSamples
 from workbench.study.evidence.pairwise_comparison import RESAMPLES, Comparison, compare
@@ -71,13 +72,15 @@ class LawJudgement:
         end = "highest" if isinstance(self.primary, Success) else "least"
         least = f"{end} {words_of(self.primary, self.samples.metric)}"
         if self.kind == "depends":
-            return f"depends on what is asked: {_grouped({words: _place(one) for words, one in self.by.items()})}"
+            return f"depends on the statistic: {_grouped({words: _place(one) for words, one in self.by.items()})}"
         if self.kind == "open":
             return f"{least}: {_place(self._first)}"
         best = self._first.best or ""
         same = [words for words, one in list(self.by.items())[1:] if one.best == best]
         others = {words: _place(one) for words, one in list(self.by.items())[1:] if one.best != best}
-        by_all = "best by every other statistic too" if not others else f"best by {', '.join(same)} too" if same else ""
+        by_all = (
+            "best by every other statistic too" if not others else f"best by {join_names(same)} too" if same else ""
+        )
         return "; ".join(filter(None, (f"{least}: {best}, {figures(self._first, best)}", by_all, _grouped(others))))
 
     @property
@@ -143,7 +146,7 @@ def _grouped(places: Mapping[str, str]) -> str:
     laws: dict[str, list[str]] = {}
     for words, law in places.items():
         laws.setdefault(law, []).append(words)
-    return "; ".join(f"{', '.join(words)} -> {law}" for law, words in laws.items())
+    return "; ".join(f"{law} by {join_names(words)}" for law, words in laws.items())
 
 
 @dataclass(frozen=True, eq=False)

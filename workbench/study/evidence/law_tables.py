@@ -17,15 +17,15 @@ from workbench.study.evidence.value_order import order
 from workbench.study.result_marks import cell, metric_source
 from workbench.study.study import Outcome
 
-HEADS = ("law", "class", "observer", "state", "model", "D", "memory")
+HEADS = ("law", "information", "observer", "state", "model", "D", "memory")
 NOTE = (
-    "The table follows from the equations of each loop. State: how positions and velocities reach the law, in one word "
-    "where both are alike. Read: used directly. Filtered: used only through a filter. Estimated: inferred from other "
-    "signals. Model: which of the matrices M, C and G of the believed arm act, in law / observer. D: "
-    "the disturbance. Memory: how many numbers are remembered, in law / observer. Laws in one class have the "
-    "same information, and only these are compared with each other."
+    "The table follows from the equations of each loop. Information: laws with the same letter have the same "
+    "information, and only these are compared with each other. State: how positions and velocities reach the law, one "
+    "word if both do so alike. Read: used directly. Filtered: used only through a filter. Estimated: inferred from "
+    "other signals. Model: the matrices M, C and G of the assumed arm that are used, in law / observer. D: the "
+    "disturbance. Memory: the count of numbers that are remembered, in law / observer."
 )
-OF_PLANTS = "Model f: the equations of the believed plant are used, in the observer."
+OF_PLANTS = "Model f: the equations of the assumed plant are used, in the observer."
 
 
 @check_arguments
@@ -156,7 +156,7 @@ class Ranking:
         pairs = len(self.kept_pairs) + len(self.reversed_pairs) + len(self.undecided_pairs)
         lost = [b for a, b in self.reversed_pairs if a == winner]
         against = (
-            f" {winner} is printed below {join_names(lost)}, and is above here."
+            f" {winner} has a smaller printed value than {join_names(lost)}, and a larger one here."
             if lost
             else f" All printed advantages of {winner} hold here or are too close to call."
         )

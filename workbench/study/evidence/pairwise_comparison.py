@@ -106,7 +106,7 @@ class Comparison:
         """The confidence of the intervals, and when a difference counts."""
         of = " of the draws" if isinstance(self.estimand, Success) else ""
         beyond = f", and a difference counts beyond {100 * self.margin:g} %{of}" if self.margin else ""
-        return f"intervals hold all at once with {100 * self.confidence:g} %{beyond}"
+        return f"all intervals hold at once with a confidence of {100 * self.confidence:g} %{beyond}"
 
 
 @check_arguments

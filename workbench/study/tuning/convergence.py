@@ -58,9 +58,9 @@ class SearchCourse:
         if np.isnan(late := self.late_gain):
             return f"The search of seed {self.seed} is too short to tell whether it has settled."
         if np.isinf(late):
-            return f"The search of seed {self.seed} found an admissible point in its last quarter only, or none."
+            return f"The search of seed {self.seed} found an admissible point only in its last quarter, or none."
         gained = f"The search of seed {self.seed} became better by {percent(late)} in its last quarter"
-        return "" if self.has_settled else f"{gained}, so it has not settled."
+        return "" if self.has_settled else f"{gained}: it has not settled."
 
 
 def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, int]:

@@ -14,6 +14,7 @@ from workbench.core.validation.refusals import Array, Integers, known_name, vect
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.factors import Space
 from workbench.engine.metrics.measurement import error_of
+from workbench.study.document.words import join_names
 from workbench.study.sample import Sample
 from workbench.study.tuning.convergence import SearchCourse, percent, share
 from workbench.study.tuning.tuning import NOISES, Tuning
@@ -195,20 +196,34 @@ class TuningResult:
     @property
     def note(self) -> str:
         """The note below a figure: evaluations, failures, seeds, step, step error, and training noise."""
-        tuning = self.tuning
-        seeds = ", ".join(map(str, tuning.seeds))
-        steps = ", ".join(f"{h:g} s" for h in dict.fromkeys(one.h for one in self.samples.values()))
-        used = " and ".join(f"{used:,}" for used in dict.fromkeys(self.evaluations))
-        most = "" if set(self.evaluations) == {tuning.evaluations} else f" of at most {tuning.evaluations:,}"
-        noises = self.finals_at_half_step.shape[1]
-        varies = f"by {percent(share(self.spread, self.objective))} over the noises of {noises} searches"
-        return (
-            f"{used}{most} evaluations a search, {tuning.evaluations_per_number:,.4g} a number; {self.failures:,} of "
-            f"{len(self.objectives):,} not admissible; {'seed' if len(tuning.seeds) == 1 else 'seeds'} {seeds}; step "
-            f"{steps}, error of the best objective {percent(share(self.step_error, self.objective))}"
-            + (f"; it varies {varies}, {NOISES} apart in seed" if noises > 1 else "")
-            + "".join(f"; '{name}' is at a physical limit: {why}" for name, why in self.at_physical.items())
-        )
+        tuning, error = self.tuning, percent(share(self.step_error, self.objective))
+        several, noises = len(tuning.seeds) > 1, self.finals_at_half_step.shape[1]
+        steps = join_names(f"{h:g} s" for h in dict.fromkeys(one.h for one in self.samples.values()))
+        said = [
+            f"{self._budget_words}, {tuning.evaluations_per_number:,.4g} for each tuned number; {self.failures:,} of "
+            f"{len(self.objectives):,} were not admissible.",
+            f"The {'seeds of the searches are' if several else 'seed of the search is'} "
+            f"{join_names(map(str, tuning.seeds))}.",
+            f"The step of the simulation is {steps}; the best objective has an error of {error} by the step.",
+        ]
+        if noises > 1:
+            said.append(
+                f"The best objective varies by {percent(share(self.spread, self.objective))} over the noises of the "
+                f"{noises} searches, whose seeds are {NOISES} apart."
+            )
+        said += [f"'{name}' is at a physical limit: {why}." for name, why in self.at_physical.items()]
+        return " ".join(said)
+
+    @property
+    def _budget_words(self) -> str:
+        """The evaluations of each search, and the most that it may use if not all were used."""
+        counts, most = self.evaluations, self.tuning.evaluations
+        of = "" if set(counts) == {most} else f" of at most {most:,}"
+        if len(counts) == 1:
+            return f"The search used {counts[0]:,}{of} evaluations"
+        if len(set(counts)) == 1:
+            return f"Each of the {len(counts)} searches used {counts[0]:,}{of} evaluations"
+        return f"The {len(counts)} searches used {join_names(f'{one:,}' for one in counts)}{of} evaluations"
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -216,7 +231,7 @@ class TuningResult:
         said = [f"The best '{name}' lies at the {self._ends[name]} end of its range." for name in self.at_edge]
         said += [sentence for one in self.searches if (sentence := one.doubt)]
         if (error := share(self.step_error, self.objective)) > STEP:
-            said.append(f"The objective of the best has an error of {percent(error)} by the step.")
+            said.append(f"The best objective has an error of {percent(error)} by the step.")
         for name, limit in self.stable_steps.items():
             h = self.samples[name].h
             if np.isnan(limit):
@@ -225,9 +240,9 @@ class TuningResult:
                 along = f"{limit:.3g} s along the best run in '{name}'"
                 said.append(f"The step of {h:g} s is beyond the stability limit {along}.")
         if SEEDS < (spread := share(float(np.ptp(self.bests)), self.objective)) < np.inf:
-            said.append(f"The bests of the {len(self.bests)} searches differ by {percent(spread)}.")
+            said.append(f"The best objectives of the {len(self.bests)} searches differ by {percent(spread)}.")
         if (spread := share(self.spread, self.objective)) > SEEDS:
-            said.append(f"The objective of the best varies by {percent(spread)} with the training noise.")
+            said.append(f"The best objective varies by {percent(spread)} with the training noise.")
         return tuple(said)
 
 

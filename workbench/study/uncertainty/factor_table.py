@@ -23,8 +23,8 @@ def factor_table(space: Space, name: str, caption: str) -> ReportTable:
     units = [superscript_powers(entry.unit) for entry in entries for _ in range(entry.size)]
     for factor, places in zip(space.factors, space.places, strict=True):
         words = factor.distribution.words()
-        spread = f"share of its own value: {words}" if factor.share else words
+        spread = f"share of the value: {words}" if factor.share else words
         unit = None if factor.share else ", ".join(dict.fromkeys(units[place] for place in places)) or None
         rows.append((factor.name, ", ".join(factor.paths), spread, unit, factor.origin))
-    columns = tuple(map(TableColumn, ("factor", "moves", "distribution", "unit", "origin")))
+    columns = tuple(map(TableColumn, ("factor", "numbers", "distribution", "unit", "origin")))
     return ReportTable(name, caption, columns, tuple(rows))
