@@ -1,4 +1,7 @@
-"""The sentences with which each page about the paper names it, its laws and its equations."""
+"""The sentences with which each page about the paper names it, its laws and its equations.
+
+Author, journal and pages: the page of the article, https://doi.org/10.54939/1859-1043.j.mst.107.2025.13-23.
+"""
 
 from __future__ import annotations
 
