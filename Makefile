@@ -20,7 +20,7 @@ export LOGS
 SKIPPED = $(if $(LOGS),,$(filter c1_%,$(ALL)))
 TIMED = b0_robots b2_sobol_cost# these measure time, and run alone
 CODE = workbench studies tests docs
-# One worker for each thread of the processor. Files run in the order of tests/conftest.py; xdist would begin with those that
+# One worker more than the threads of the processor (tests/conftest.py), up to four. Files run in the order of tests/conftest.py; xdist would begin with those that
 # hold the most tests.
 WORKERS = -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 RUN = .venv/bin/python

@@ -44,6 +44,11 @@ study = Study(
 """
 
 
+def pytest_xdist_auto_num_workers():
+    """One worker more than processors: some tests wait, for a browser, a signal or a cluster."""
+    return (os.cpu_count() or 1) + 1
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection():
     """Search for garbage only when all modules are loaded: what they make stays."""
