@@ -7,7 +7,7 @@ from studies.paper.laws import PRINTED_ARM, proposed_repaired, rival
 derived = wb.arms.Dynamics.of(wb.paper_arm(), "derived from the energies")
 
 printed = wb.arms.Dynamics.of(PRINTED_ARM, "as printed")
-entries = wb.arms.printed.compare(printed, derived)
+entries = wb.arms.paper_equations.compare(printed, derived)
 verdicts = {entry.label: entry.kind for entry in entries}
 
 wrong = next(entry for entry in entries if entry.kind == "differs")

@@ -32,7 +32,7 @@ def formula(expression: ca.SX) -> wb.notation.Formula:
     return wb.notation.formula_of(expression, DERIVED_DYNAMICS.names())
 
 
-def wrong_entry(entry: wb.arms.printed.EntryVerdict) -> tuple[wb.document.Verdict, wb.document.Equation]:
+def wrong_entry(entry: wb.arms.paper_equations.EntryVerdict) -> tuple[wb.document.Verdict, wb.document.Equation]:
     """The witness against an entry, and the right one."""
     statement = f"The paper's equation {EQUATION[entry.matrix]} is right in its entry {entry.label}."
     evidence = (
@@ -114,7 +114,7 @@ def entry_finding() -> wb.Finding:
     )
 
 
-def _place(entry: wb.arms.printed.EntryVerdict) -> str:
+def _place(entry: wb.arms.paper_equations.EntryVerdict) -> str:
     return f"{entry.label} of {EQUATION[entry.matrix]}"
 
 

@@ -7,7 +7,7 @@ DERIVED_DYNAMICS = wb.arms.Dynamics.of(wb.paper_arm(), "derived from the energie
 PRINTED_DYNAMICS = wb.arms.Dynamics.of(PrintedArm(), "as printed")
 REPAIRED_DYNAMICS = wb.arms.Dynamics.of(PrintedArm(coriolis="repaired"), "printed, with C[1,2] repaired")
 
-ENTRIES = wb.arms.printed.compare(PRINTED_DYNAMICS, DERIVED_DYNAMICS)
+ENTRIES = wb.arms.paper_equations.compare(PRINTED_DYNAMICS, DERIVED_DYNAMICS)
 WRONG = tuple(entry for entry in ENTRIES if entry.kind == "differs")
 SKEW = {arm.name: wb.arms.properties.skew(arm) for arm in (PRINTED_DYNAMICS, REPAIRED_DYNAMICS, DERIVED_DYNAMICS)}
 SYMMETRIC = {arm.name: wb.arms.properties.symmetric(arm) for arm in (PRINTED_DYNAMICS, DERIVED_DYNAMICS)}

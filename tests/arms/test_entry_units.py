@@ -8,9 +8,9 @@ import pytest
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.printed.arm_letters import fix_parameters
-from workbench.arms.printed.entry_units import read_unit, units_of
-from workbench.arms.printed.printed_equations import read_sheet
+from workbench.arms.paper_equations.arm_letters import fix_parameters
+from workbench.arms.paper_equations.entry_units import read_unit, units_of
+from workbench.arms.paper_equations.printed_equations import read_sheet
 from workbench.core import Entry, Layout
 from workbench.core.notation.reader import formula_of
 from workbench.core.units import ONE, read

@@ -7,10 +7,10 @@ import pytest
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import paper_arm, robot
-from workbench.arms.printed.arm_letters import fix_parameters
-from workbench.arms.printed.entry_comparison import compare_sheet
-from workbench.arms.printed.printed_equations import read_sheet
-from workbench.arms.printed.tokens import FormulaError
+from workbench.arms.paper_equations.arm_letters import fix_parameters
+from workbench.arms.paper_equations.entry_comparison import compare_sheet
+from workbench.arms.paper_equations.printed_equations import read_sheet
+from workbench.arms.paper_equations.tokens import FormulaError
 
 PAPER = Dynamics.of(paper_arm())
 RODS = Dynamics.of(robot("planar-2r"))

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.arms.printed.formula_values import CASADI, NUMPY, at_numbers, evaluate, normal_form
-from workbench.arms.printed.grammar import parse
-from workbench.arms.printed.tokens import Names, tokens_of_text
+from workbench.arms.paper_equations.formula_values import CASADI, NUMPY, at_numbers, evaluate, normal_form
+from workbench.arms.paper_equations.grammar import parse
+from workbench.arms.paper_equations.tokens import Names, tokens_of_text
 from workbench.core.notation import build
 from workbench.core.notation.formula import Formula, Number, name_of, symbol
 from workbench.core.notation.normal_form import NormalForm, NotInClass

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.arms.printed.formula_values import CASADI, NUMPY, evaluate, expanded_size
-from workbench.arms.printed.grammar import parse
-from workbench.arms.printed.tex import tokens_of_latex
-from workbench.arms.printed.tokens import FormulaError, Names, tokens_of_text
+from workbench.arms.paper_equations.formula_values import CASADI, NUMPY, evaluate, expanded_size
+from workbench.arms.paper_equations.grammar import parse
+from workbench.arms.paper_equations.tex import tokens_of_latex
+from workbench.arms.paper_equations.tokens import FormulaError, Names, tokens_of_text
 from workbench.core.notation import build, latex, text
 from workbench.core.notation.formula import Matrix, Number, symbol
 from workbench.core.notation.normal_form import NormalForm

@@ -10,8 +10,8 @@ from studies.paper.printed_arm import PrintedArm
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import PlanarArm, paper_arm, robot
 from workbench.arms.mechanics.planar_arm import PointMass
-from workbench.arms.printed.entry_comparison import compare, compare_sheet, entry_verdicts
-from workbench.arms.printed.printed_equations import read_sheet
+from workbench.arms.paper_equations.entry_comparison import compare, compare_sheet, entry_verdicts
+from workbench.arms.paper_equations.printed_equations import read_sheet
 
 DERIVED = Dynamics.of(paper_arm())
 PAPER = Dynamics.of(PrintedArm())

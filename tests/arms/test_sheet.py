@@ -10,11 +10,11 @@ from workbench.arms.code.arm_equations import as_latex
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.identity_proofs import candidates
 from workbench.arms.mechanics import paper_arm, robot, urdf
-from workbench.arms.printed.arm_letters import fix_parameters, symbols_of
-from workbench.arms.printed.entry_comparison import compare_sheet
-from workbench.arms.printed.formula_values import CASADI, evaluate
-from workbench.arms.printed.printed_equations import read_sheet
-from workbench.arms.printed.tokens import FormulaError
+from workbench.arms.paper_equations.arm_letters import fix_parameters, symbols_of
+from workbench.arms.paper_equations.entry_comparison import compare_sheet
+from workbench.arms.paper_equations.formula_values import CASADI, evaluate
+from workbench.arms.paper_equations.printed_equations import read_sheet
+from workbench.arms.paper_equations.tokens import FormulaError
 from workbench.core.notation import latex, text
 from workbench.core.notation.formula import Matrix, Relation, equations, symbol
 from workbench.core.notation.normal_form import NormalForm, to_formula

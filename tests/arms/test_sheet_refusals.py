@@ -5,11 +5,11 @@ import pytest
 from tests.support.cases import heavy_but
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import paper_arm
-from workbench.arms.printed.arm_letters import symbols_of
-from workbench.arms.printed.entry_comparison import compare_sheet
-from workbench.arms.printed.formula_values import normal_form
-from workbench.arms.printed.printed_equations import read_sheet
-from workbench.arms.printed.tokens import FormulaError
+from workbench.arms.paper_equations.arm_letters import symbols_of
+from workbench.arms.paper_equations.entry_comparison import compare_sheet
+from workbench.arms.paper_equations.formula_values import normal_form
+from workbench.arms.paper_equations.printed_equations import read_sheet
+from workbench.arms.paper_equations.tokens import FormulaError
 
 PAPER = Dynamics.of(paper_arm())
 

@@ -20,10 +20,10 @@ from workbench.arms.dynamics import Dynamics
 from workbench.arms.identity_proofs import judge_zero
 from workbench.arms.mechanics import Link, PlanarArm, lagrange
 from workbench.arms.mechanics.planar_arm import PointMass
-from workbench.arms.printed.entry_comparison import compare_sheet, entry_verdicts
-from workbench.arms.printed.entry_diagnosis import first_wrong
-from workbench.arms.printed.printed_equations import Sheet, read_sheet
-from workbench.arms.printed.statements import statements
+from workbench.arms.paper_equations.entry_comparison import compare_sheet, entry_verdicts
+from workbench.arms.paper_equations.entry_diagnosis import first_wrong
+from workbench.arms.paper_equations.printed_equations import Sheet, read_sheet
+from workbench.arms.paper_equations.statements import statements
 from workbench.core import Entry, Layout
 
 from .graders import Grader, Loaded

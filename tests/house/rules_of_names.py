@@ -1,4 +1,4 @@
-"""The laws of the house on the names of files, classes, functions and arguments: no bare participle, no name twice."""
+"""The laws of the house on the names of files, folders, classes, functions and arguments: no bare participle, no name twice."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def is_participle(name: str) -> bool:
 
 
 def bare_participles(held: Sources) -> list[str]:
-    """Public names of files, classes, functions, arguments and fields that are a participle and name no thing."""
+    """Public names of files, folders, classes, functions, arguments and fields that are a participle and name no thing."""
     return [
         f"{path}:{line}: {kind} `{name}` is a bare participle; take a verb, a noun, or an adjective before a noun."
         for path, text in held.items()
@@ -61,7 +61,8 @@ def classes_of_one_name(held: Sources) -> list[str]:
 
 
 def _public_names(path: str, text: str) -> Iterator[tuple[str, str, int]]:
-    yield "the file", path.rpartition("/")[2].removesuffix(".py"), 1
+    *folders, file = path.removesuffix(".py").split("/")
+    yield ("the folder", folders[-1], 1) if file == "__init__" else ("the file", file, 1)
     for _, node in statements({path: text}):
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
             yield "the class", node.name, node.lineno

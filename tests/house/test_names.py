@@ -33,6 +33,7 @@ def test_an_adjective_before_a_noun_and_the_nouns_of_the_field_are_free(name):
     ("path", "text", "words"),
     [
         ("workbench/core/kept.py", "", "the file `kept`"),
+        ("workbench/arms/printed/__init__.py", "", "the folder `printed`"),
         ("workbench/a.py", "class Sampled: ...", "the class `Sampled`"),
         ("workbench/a.py", "class A:\n    found: int", "a.py:2: the field `found`"),
         ("studies/a.py", "class A:\n    def settled(self): ...", "the function `settled`"),

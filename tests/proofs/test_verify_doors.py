@@ -10,7 +10,7 @@ from tests.support.equations import decay
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.identity_proofs import judge_zero
 from workbench.arms.mechanics import robot
-from workbench.arms.printed.arm_letters import fix_parameters
+from workbench.arms.paper_equations.arm_letters import fix_parameters
 from workbench.arms.properties import eigenvalues_along
 from workbench.cli.derive import FORMS, text_of
 from workbench.core import Claim

@@ -11,9 +11,9 @@ import casadi as ca
 
 from workbench.arms.code.arm_equations import as_text
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.printed.arm_letters import fix_parameters
-from workbench.arms.printed.entry_comparison import EntryVerdict, Sameness, compare_sheet
-from workbench.arms.printed.entry_diagnosis import (
+from workbench.arms.paper_equations.arm_letters import fix_parameters
+from workbench.arms.paper_equations.entry_comparison import EntryVerdict, Sameness, compare_sheet
+from workbench.arms.paper_equations.entry_diagnosis import (
     Diagnosis,
     diagnose,
     distinct_texts,
@@ -21,9 +21,9 @@ from workbench.arms.printed.entry_diagnosis import (
     is_in_full,
     of_factorisation,
 )
-from workbench.arms.printed.printed_equations import Sheet, read_sheet
-from workbench.arms.printed.statements import Language
-from workbench.arms.printed.tokens import MOST_CHARACTERS
+from workbench.arms.paper_equations.printed_equations import Sheet, read_sheet
+from workbench.arms.paper_equations.statements import Language
+from workbench.arms.paper_equations.tokens import MOST_CHARACTERS
 from workbench.core.notation import text
 from workbench.core.notation.reader import formula_of
 from workbench.core.validation.signatures import check_arguments

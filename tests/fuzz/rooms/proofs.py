@@ -12,11 +12,11 @@ import numpy as np
 from workbench.arms import identity_proofs, properties
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import robot
-from workbench.arms.printed import (
+from workbench.arms.paper_equations import (
     arm_letters,
     printed_equations,
 )
-from workbench.arms.printed import entry_comparison as printed  # fmt: skip
+from workbench.arms.paper_equations import entry_comparison as printed  # fmt: skip
 from workbench.cli import printed_comparison
 from workbench.core import Claim
 from workbench.core.claim import BlockClaim

@@ -6,7 +6,15 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from workbench.arms.printed.tokens import DEEPEST, FUNCTIONS, Token, checked_tokens, refusal, refuse_size, shorten
+from workbench.arms.paper_equations.tokens import (
+    DEEPEST,
+    FUNCTIONS,
+    Token,
+    checked_tokens,
+    refusal,
+    refuse_size,
+    shorten,
+)
 from workbench.core.notation.formula import ACCENTS, GREEK
 
 

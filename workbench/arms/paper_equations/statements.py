@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from workbench.arms.printed.tex import tokens_of_latex
-from workbench.arms.printed.tokens import Token, refusal, tokens_of_text
+from workbench.arms.paper_equations.tex import tokens_of_latex
+from workbench.arms.paper_equations.tokens import Token, refusal, tokens_of_text
 
 Language = Literal["text", "latex"]
 SEPARATORS = {",", ";"}

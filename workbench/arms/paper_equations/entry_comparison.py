@@ -10,10 +10,10 @@ import casadi as ca
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.identity_proofs import IdentityVerdict, Witness, fixed_parameters, judge_zero, proved_or_searched
-from workbench.arms.printed.arm_letters import symbols_of
-from workbench.arms.printed.formula_values import CASADI, at_numbers, evaluate, normal_form
-from workbench.arms.printed.printed_equations import Place, Sheet, is_place
-from workbench.arms.printed.tokens import PI
+from workbench.arms.paper_equations.arm_letters import symbols_of
+from workbench.arms.paper_equations.formula_values import CASADI, at_numbers, evaluate, normal_form
+from workbench.arms.paper_equations.printed_equations import Place, Sheet, is_place
+from workbench.arms.paper_equations.tokens import PI
 from workbench.core.notation.formula import letters, name_of
 from workbench.core.notation.normal_form import NormalForm
 from workbench.core.validation.notebook_display import show
@@ -64,7 +64,7 @@ def compare(printed_dynamics: Dynamics, derived_dynamics: Dynamics) -> tuple[Ent
     Examples
     --------
     >>> arm = wb.arms.Dynamics.of(wb.robot("planar-1r"), "planar-1r")
-    >>> [(entry.label, entry.kind) for entry in wb.arms.printed.compare(arm, arm)]
+    >>> [(entry.label, entry.kind) for entry in wb.arms.paper_equations.compare(arm, arm)]
     [('M[1,1]', 'same'), ('C[1,1]', 'same'), ('G[1]', 'same')]
     """
     theirs = _matrices_in_symbols_of(derived_dynamics, printed_dynamics)

@@ -10,10 +10,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.printed.formula_values import normal_form
-from workbench.arms.printed.grammar import parse
-from workbench.arms.printed.statements import Statement
-from workbench.arms.printed.tokens import Key, Names, key_of, refusal
+from workbench.arms.paper_equations.formula_values import normal_form
+from workbench.arms.paper_equations.grammar import parse
+from workbench.arms.paper_equations.statements import Statement
+from workbench.arms.paper_equations.tokens import Key, Names, key_of, refusal
 from workbench.core.layout import Entry, Layout
 from workbench.core.notation import build
 from workbench.core.notation.formula import Formula, Matrix, Product, Quotient, Sum, Symbol, letters, name_of, symbol

@@ -23,11 +23,11 @@ from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.printed.arm_letters import names_of, numbers_given, parameter_of, rate_of, unnamed_zeros
-from workbench.arms.printed.formula_values import check_depth, expanded_size
-from workbench.arms.printed.grammar import parse
-from workbench.arms.printed.statements import Language, Statement, statements
-from workbench.arms.printed.tokens import FormulaError, Key, Names, Token, key_of, refusal, spelled_symbol
+from workbench.arms.paper_equations.arm_letters import names_of, numbers_given, parameter_of, rate_of, unnamed_zeros
+from workbench.arms.paper_equations.formula_values import check_depth, expanded_size
+from workbench.arms.paper_equations.grammar import parse
+from workbench.arms.paper_equations.statements import Language, Statement, statements
+from workbench.arms.paper_equations.tokens import FormulaError, Key, Names, Token, key_of, refusal, spelled_symbol
 from workbench.core.notation.build import parts, substitute
 from workbench.core.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
 from workbench.core.validation.signatures import check_arguments

@@ -12,7 +12,7 @@ from typing import Generic, Literal, Protocol, Self, TypeVar
 import casadi as ca
 import numpy as np
 
-from workbench.arms.printed.tokens import PI, Token, refusal
+from workbench.arms.paper_equations.tokens import PI, Token, refusal
 from workbench.core.notation import trigonometric_sums as waves
 from workbench.core.notation.formula import (
     Call,

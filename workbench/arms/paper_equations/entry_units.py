@@ -8,9 +8,9 @@ from fractions import Fraction
 from functools import reduce
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.printed.arm_letters import symbols_of
-from workbench.arms.printed.printed_equations import Place
-from workbench.arms.printed.tokens import PI
+from workbench.arms.paper_equations.arm_letters import symbols_of
+from workbench.arms.paper_equations.printed_equations import Place
+from workbench.arms.paper_equations.tokens import PI
 from workbench.core.notation import text
 from workbench.core.notation.build import parts
 from workbench.core.notation.formula import (

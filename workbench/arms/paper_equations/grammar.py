@@ -14,8 +14,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 
-from workbench.arms.printed.formula_values import HIGHEST_POWER, check_depth
-from workbench.arms.printed.tokens import (
+from workbench.arms.paper_equations.formula_values import HIGHEST_POWER, check_depth
+from workbench.arms.paper_equations.tokens import (
     BRACKETS,
     DEEPEST,
     FUNCTIONS,

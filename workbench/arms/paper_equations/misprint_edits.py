@@ -16,9 +16,9 @@ import numpy as np
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.identity_proofs import Witness
-from workbench.arms.printed.arm_letters import symbols_of
-from workbench.arms.printed.formula_values import NUMPY, evaluate
-from workbench.arms.printed.printed_equations import Place
+from workbench.arms.paper_equations.arm_letters import symbols_of
+from workbench.arms.paper_equations.formula_values import NUMPY, evaluate
+from workbench.arms.paper_equations.printed_equations import Place
 from workbench.core.notation import build, text
 from workbench.core.notation.build import parts, substitute
 from workbench.core.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters

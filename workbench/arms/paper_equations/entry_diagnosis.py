@@ -11,10 +11,10 @@ import numpy as np
 
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.identity_proofs import Witness, candidates
-from workbench.arms.printed.entry_comparison import EntryVerdict
-from workbench.arms.printed.entry_units import units_of
-from workbench.arms.printed.misprint_edits import LONGEST, RANKS, Editor, Slip
-from workbench.arms.printed.printed_equations import Place, Sheet
+from workbench.arms.paper_equations.entry_comparison import EntryVerdict
+from workbench.arms.paper_equations.entry_units import units_of
+from workbench.arms.paper_equations.misprint_edits import LONGEST, RANKS, Editor, Slip
+from workbench.arms.paper_equations.printed_equations import Place, Sheet
 from workbench.arms.properties import skew
 from workbench.core.notation import text
 from workbench.core.notation.build import parts, rebuilt
