@@ -1,4 +1,4 @@
-"""The laws of the house on the names of files, folders, classes, functions and arguments: no bare participle, no name twice."""
+"""The laws of the house on names of files, folders, classes, functions, arguments: no bare participle, none twice."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def is_participle(name: str) -> bool:
 
 
 def bare_participles(held: Sources) -> list[str]:
-    """Public names of files, folders, classes, functions, arguments and fields that are a participle and name no thing."""
+    """Public names of files, folders, classes, functions, arguments and fields that are a participle."""
     return [
         f"{path}:{line}: {kind} `{name}` is a bare participle; take a verb, a noun, or an adjective before a noun."
         for path, text in held.items()
