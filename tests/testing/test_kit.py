@@ -200,11 +200,11 @@ def test_an_engine_whose_bits_depend_on_the_company_is_caught(monkeypatch):
 def test_a_machine_with_other_bits_is_caught(monkeypatch):
     wrong = CalledTarget("wrong", lambda y, r: (100.0 * (r - y), None))
     monkeypatch.setitem(law_tests.TARGETS, "numpy", wrong)
-    assert_caught(law(), "test_its_graph", "must have the bits of its loop on the target 'wrong'; at instant 0 'v' is")
+    assert_caught(law(), "test_its_graph", "must give the bits of its loop on the target 'wrong'; at instant 0 'v' is")
     text = form_checks.python_law
     monkeypatch.setattr(form_checks, "python_law", lambda *given: text(*given).replace("50.0", "50.00000000000001"))
-    assert_caught(law(), "test_its_module_of_python", "must have the bits of its loop in Python; .* from instant 0 on")
+    assert_caught(law(), "test_its_module_of_python", "must give the bits of its loop in Python; .* from instant 0 on")
     true = live_checks._in_node
     monkeypatch.setattr(live_checks, "_in_node", lambda *given: np.nextafter(true(*given), 1.0))
     if live_checks.shutil.which("node"):
-        assert_caught(law(), "test_its_live_page", "must have the bits of the portable arithmetic on its page")
+        assert_caught(law(), "test_its_live_page", "must give the bits of the portable arithmetic on its page")

@@ -138,8 +138,8 @@ def answers_with(change):
 
 
 WRONG = [
-    (target(answers=answers_with(np.negative)), "test_a_pid_law", "`wrong` must have the bits of the loop; at instant"),
-    (target(answers=answers_with(lambda u: np.nextafter(u, 0))), "test_a_law_of_all", "must have the bits of the loop"),
+    (target(answers=answers_with(np.negative)), "test_a_pid_law", "`wrong` must give the bits of the loop; at instant"),
+    (target(answers=answers_with(lambda u: np.nextafter(u, 0))), "test_a_law_of_all", "must give the bits of the loop"),
     (target(answers=answers_with(lambda u: u[:, 0])), "test_it_runs_a_recording", "must give commands of shape"),
     (target(figures=lambda self, *given: None), "test_it_tells_its_cost", "must give `TargetCost`; it gave None"),
     (target(programs=("cobol",)), "test_the_programs", "'cobol' is another one"),

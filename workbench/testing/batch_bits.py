@@ -78,4 +78,4 @@ def _demand_equal(name: str, whole: Array, other: Array, where: str) -> None:
     differ = differing_bits(whole, other)
     if differ.any():
         came = f"{int(differ.sum())} numbers of its runs differ {where}"
-        fail(name, "have the same bits in any company", came, OUT_OF_ITSELF)
+        fail(name, "give the same bits in any batch", came, OUT_OF_ITSELF)

@@ -56,7 +56,7 @@ def find_compiler() -> str:
 
 
 def demand_target(name: str, target: AbstractTarget, recording: Recording) -> None:
-    """Fail where a machine gives other commands, or leaves another memory, than the loop did."""
+    """Fail where a machine gives other commands, or leaves different states, than the loop did."""
     if lacks := missing_programs(target.programs):
         skip(lacks)
     with no_refusal(name, f"run on the target '{target.name}'", SPELL):
@@ -69,7 +69,7 @@ def demand_target(name: str, target: AbstractTarget, recording: Recording) -> No
     if difference := first_difference(answers, recording):
         fail(
             name,
-            f"have the bits of its loop on the target '{target.name}'",
+            f"give the bits of its loop on the target '{target.name}'",
             difference,
             "report it as a bug",
         )
@@ -85,7 +85,7 @@ def first_difference(answers: TargetAnswers, recording: Recording) -> str:
         label = recording.law.commands.labels[i]
         return f"at instant {k} '{label}' is {float(answers.u[k, i])!r} and not {float(recording.u[k, i])!r}"
     if answers.digests is not None and (answers.digests != recording.digests).any():
-        return f"instant {int(np.argmax(answers.digests != recording.digests))} leaves another memory"
+        return f"instant {int(np.argmax(answers.digests != recording.digests))} leaves different states"
     return ""
 
 
@@ -107,7 +107,7 @@ def demand_python(name: str, recording: Recording) -> None:
     )
     if other.any():
         came = f"its commands or its memory differ from instant {int(np.argwhere(other)[0][0])} on"
-        fail(name, "have the bits of its loop in Python", came, SPELL)
+        fail(name, "give the bits of its loop in Python", came, SPELL)
 
 
 def run_module(text: str, law: SampledLaw, recording: Recording) -> tuple[Array, Array]:

@@ -48,7 +48,7 @@ def demand_live_page(name: str, equation: Ode | SampledSystem, h: float) -> None
     nx = step.states.size
     if (after[:, :nx].view(np.uint64) != wanted.view(np.uint64)).any():
         k = int(np.argmax((after[:, :nx] != wanted).any(axis=1)))
-        fail(name, "have the bits of the portable arithmetic on its page", f"they differ from step {k} on", SPELL)
+        fail(name, "give the bits of the portable arithmetic on its page", f"they differ from step {k} on", SPELL)
 
 
 def demand_printed_page(name: str, equation: Ode | SampledSystem, h: float) -> None:

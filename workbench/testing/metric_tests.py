@@ -121,4 +121,4 @@ class MetricTests(ABC):
 
     def _demand_equal(self, one: Array, other: Array, where: str, remedy: str) -> None:
         if one.shape != other.shape or not np.array_equal(one, other, equal_nan=True):
-            fail(self._name(), "have the same bits in any company", f"its values differ {where}", remedy)
+            fail(self._name(), "give the same bits in any batch", f"its values differ {where}", remedy)

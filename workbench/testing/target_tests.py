@@ -81,7 +81,7 @@ class TargetTests(ABC):
             came = f"it gave commands of shape {np.shape(answers.u)}"
             fail(self._name(), f"give commands of shape {recording.u.shape}", came, "give a row for each period")
         if difference := first_difference(answers, recording):
-            fail(self._name(), "have the bits of the loop", difference, SAME)
+            fail(self._name(), "give the bits of the loop", difference, SAME)
         if not isinstance(figures, TargetCost):
             fail(self._name(), "give `TargetCost`", f"it gave {figures!r}", "return `TargetCost()` if it knows none")
 
