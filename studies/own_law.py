@@ -33,7 +33,7 @@ lead = control.tf([50, 600, 1000], [1, 20, 0], inputs="omega", outputs="v", name
 study = wb.Study(
     name="own_law",
     title="How should the motor be driven?",
-    question="What does a lead in the place of a plain PI buy, and what does it cost?",
+    question="What does a lead added to a PI buy, and what does it cost?",
     method="Both laws on one motor and one step. RK4 at 1 ms; each error comes from a second run at half the step.",
     cases=(case("PI", PI(30.0, 50.0)), case("lead", wb.LinearLaw(lead, error=True))),
     sections=lambda results: [wb.Section("Speed", (wb.side_by_side("speed", "Speed of the motor", results.outcomes),))],

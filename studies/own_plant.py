@@ -24,7 +24,7 @@ class Ball(wb.Plant):
 
 ball, rest, current = Ball(), [0.01, 0.0], [1.0]
 linear = wb.linearize(wb.open_loop(ball), t=0.0, x=rest, u=current, at_rest=True)
-design = wb.lqr(linear, Q=np.diag([1e6, 1e2]), R=[[1.0]])  # about the point of `linear`, and so is the law
+design = wb.lqr(linear, Q=np.diag([1e6, 1e2]), R=[[1.0]])  # for deviations from the point of `linear`
 loop = wb.ClosedLoop(ball, controller=wb.StateFeedback.of(ball, design))
 computer = loop.digital(2e-3, wb.Instruments.of(ball, noise={"z": 5e-5}, limit={"i": (0.0, 3.0)}), delay=True)
 runs = {

@@ -1,11 +1,11 @@
-"""A study of one's own: a tank of one's own, the computer that holds its level, and what decides how well."""
+"""A study of one's own: a tank, the computer that holds its level, and the number that decides how well it is held."""
 
 import workbench as wb
 
 
 @wb.block
 class Tank(wb.Plant):
-    """The level h above an outlet, of a tank that a pump fills at a voltage v: h' = k v - a sqrt(2 g h)."""
+    """A tank that a pump fills at the voltage v; h is the level above its outlet: h' = k v - a sqrt(2 g h)."""
 
     k: float = wb.parameter(default=1.2e-3, unit="m/(s V)", low=0)
     a: float = wb.parameter(default=2.5e-3, unit="1", low=0)
@@ -30,9 +30,9 @@ sweep = wb.Sweep("tank", run, (outlet, gain, noise), wb.SobolDesign(dimensions=3
 def sections(results):
     runs = results.sample("tank")
     indices = wb.sobol(runs.design, runs.score("RMSE").value, ["RMSE of the level"], factors=runs.factors)
-    return [wb.Section("Who decides", (wb.sobol_bars("indices", "Sobol indices", indices, runs.source("RMSE")),))]
+    return [wb.Section("What decides", (wb.sobol_bars("indices", "Sobol indices", indices, runs.source("RMSE")),))]
 
 
 title, question = "What decides how well a level is held?", "Outlet, gain or noise: which of them decides the error?"
-method = "Sobol indices over the whole ranges, with intervals, of the loop in a computer with noise, delay and limits."
+method = "The loop runs in a computer with noise, delay and limits. Sobol indices cover the whole ranges."
 study = wb.Study("own_study", title, question, method, sections, sweeps=(sweep,))
