@@ -68,7 +68,9 @@ class LawResults:
     def shares_of(self, outputs: Sequence[Output]) -> wb.uncertainty.SobolIndices:
         sample, (values, errors, names) = self.indices, _columns(self.indices, outputs)
         design = sample.design_of(wb.SobolDesign)
-        return wb.sobol(design, values, names, factors=sample.factors, groups=self.groups, control=True, errors=errors)
+        return wb.sobol(
+            design, values, names, factors=sample.factors, groups=self.groups, control_variate=True, errors=errors
+        )
 
     def shares_by(self, metric: str, change: Callable[[wb.Array], wb.Array]) -> wb.uncertainty.SobolIndices:
         """The indices of a metric at both joints, whose values (N,) are changed first."""
@@ -76,7 +78,7 @@ class LawResults:
         values = np.stack([change(sample.score(metric, joint).value) for joint in (0, 1)], axis=1)
         names = [output_name(metric, joint) for joint in (0, 1)]
         design = sample.design_of(wb.SobolDesign)
-        return wb.sobol(design, values, names, factors=sample.factors, groups=self.groups, control=True)
+        return wb.sobol(design, values, names, factors=sample.factors, groups=self.groups, control_variate=True)
 
     def shares_within(self, metric: str, begin: float, end: float) -> wb.uncertainty.SobolIndices:
         """The indices of a metric that is a mean over time, taken from `begin` to `end` s, at both joints."""
@@ -90,7 +92,7 @@ class LawResults:
         names = [output_name(metric, joint) for joint in (0, 1)]
         values = np.stack([inside(joint) for joint in (0, 1)], axis=1)
         design = sample.design_of(wb.SobolDesign)
-        return wb.sobol(design, values, names, factors=sample.factors, groups=self.groups, control=True)
+        return wb.sobol(design, values, names, factors=sample.factors, groups=self.groups, control_variate=True)
 
     @property
     def single(self) -> wb.study.Sample:

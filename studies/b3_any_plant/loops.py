@@ -186,4 +186,4 @@ def indices(setting: Setting, results: wb.Results) -> wb.uncertainty.SobolIndice
     sample = results.sample(sweep_name(setting, LQG))
     outputs = np.stack([errors(results, setting, law) for law in LAWS], axis=1)
     design = sample.design_of(wb.SobolDesign)
-    return wb.sobol(design, outputs, LAWS, factors=sample.factors, control=True)
+    return wb.sobol(design, outputs, LAWS, factors=sample.factors, control_variate=True)

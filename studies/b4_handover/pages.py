@@ -18,7 +18,7 @@ from studies.b4_handover.findings import (
 )
 from studies.b4_handover.loops import CARD, ERROR, NEAR_START, TRANSIENT_SHARE, TV, handover_loops
 from studies.b4_handover.machine_tables import machines_section
-from studies.b4_handover.machines import M4F, differing_laws, fit_of, machine_findings, percent_of
+from studies.b4_handover.machines import M4F, differing_laws, fit_of, machine_findings
 from studies.b4_handover.margins import BOTH, DRAWS, NEAR, Loss, margins, quiet_periods, scans
 from studies.b4_handover.missed_periods import clock_finding, shared_table
 from studies.paper.card import PROPOSED_LAW

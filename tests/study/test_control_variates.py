@@ -20,7 +20,7 @@ def test_the_intervals_of_all_pairs_hold_together(control):
     for seed in range(40):
         design = SobolDesign(12, 64, True, seed=seed)
         u = design.points()
-        found = sobol(design, u @ np.arange(1.0, 13.0) + np.exp(3 * u[:, 0]), ["y"], control=control)["y"]
+        found = sobol(design, u @ np.arange(1.0, 13.0) + np.exp(3 * u[:, 0]), ["y"], control_variate=control)["y"]
         assert found.S2 is not None
         assert found.remarks == ()
         held.append(bool((np.abs(found.S2.value) <= found.S2.half).all()))
@@ -31,7 +31,7 @@ def test_the_intervals_of_all_pairs_hold_together(control):
 def test_of_a_quadratic_function_a_control_variate_leaves_nothing_to_estimate():
     design = SobolDesign(3, 64, True)
     x, y, z = design.points().T - 0.5
-    found = sobol(design, 2 * x + 3 * y + 6 * y * z + 1.0 * x**2, ["y"], control=True)["y"]
+    found = sobol(design, 2 * x + 3 * y + 6 * y * z + 1.0 * x**2, ["y"], control_variate=True)["y"]
     # variances of the line, the parabola and the product: 1/12, 1/180 and 1/144
     alone, pair = np.array([4 / 12 + 1 / 180, 9 / 12, 0.0]), 36 / 144
     total = alone + [0, pair, pair]
@@ -48,7 +48,7 @@ def test_intervals_with_a_control_variate_hold_the_truth_as_often_as_they_say(se
     held = []
     for seed in range(60):
         design = SobolDesign(d, 512, second_order, seed)
-        found = sobol(design, over(design, function, *numbers), ["y"], control=True)["y"]
+        found = sobol(design, over(design, function, *numbers), ["y"], control_variate=True)["y"]
         for order in ("S1", "ST"):
             one, want = getattr(found, order), getattr(exact, order)
             held += list((np.abs(one.value - want) <= one.half)[want > 0.01])
@@ -61,7 +61,7 @@ def test_a_control_variate_narrows_the_intervals_of_what_is_nearly_quadratic(sec
     design = SobolDesign(12, 64, second_order)
     u = design.points()
     y = u @ np.arange(1.0, 13.0) + np.sin(2 * u[:, 0] * u[:, 1])
-    plain, found = sobol(design, y), sobol(design, y, control=True)
+    plain, found = sobol(design, y), sobol(design, y, control_variate=True)
     # the polynomial leaves less than a hundredth of the standard deviation
     assert found.ST.half.max() < 0.1 * plain.ST.half.max()
     assert found.S1.half.max() < 0.1 * plain.S1.half.max()
@@ -69,5 +69,5 @@ def test_a_control_variate_narrows_the_intervals_of_what_is_nearly_quadratic(sec
 
 def test_a_polynomial_with_more_coefficients_than_the_runs_can_bear_is_refused():
     design = SobolDesign(12, 8)
-    with pytest.raises(ValueError, match=r"at least 4 runs for each of the 91 coefficients of its polynomial; got 112"):
-        sobol(design, design.points()[:, 0], control=True)
+    with pytest.raises(ValueError, match=r"at least 4 runs for each of 91 coefficients of its polynomial; got 112"):
+        sobol(design, design.points()[:, 0], control_variate=True)

@@ -21,7 +21,7 @@ print("started", flush=True)
 
 def sections(results):
     sample = results.sample("indices")
-    found = wb.sobol(sample.design, sample.score("effort of omega").value, factors=sample.factors, control=True)
+    found = wb.sobol(sample.design, sample.score("effort of omega").value, factors=sample.factors, control_variate=True)
     return [wb.Section("Indices", (wb.Paragraph(str(found.S1.value)),))]
 
 study = wb.Study("drawn", "T", "Q?", "M.", sections, sweeps=(
@@ -34,11 +34,11 @@ study = wb.Study("drawn", "T", "Q?", "M.", sections, sweeps=(
 def test_the_least_base_is_what_the_control_variate_asks_for(dimensions, second_order):
     least = least_base(dimensions, second_order)
     design = SobolDesign(dimensions, least, second_order)
-    sobol(design, design.points().sum(axis=1), control=True)
+    sobol(design, design.points().sum(axis=1), control_variate=True)
     if least > 8:
         fewer = SobolDesign(dimensions, least // 2, second_order)
         with pytest.raises(ValueError, match="needs at least 4 runs for each"):
-            sobol(fewer, fewer.points().sum(axis=1), control=True)
+            sobol(fewer, fewer.points().sum(axis=1), control_variate=True)
 
 
 @pytest.mark.parametrize("estimand", [Mean(), Median(), Success(1.0), Quantile(0.9), Quantile(0.02), Tail(0.75)])

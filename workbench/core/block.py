@@ -181,9 +181,10 @@ def initial_states(block: DataclassInstance) -> Layout:
 def block(cls: type[T]) -> type[T]:
     """Class decorator for blocks (plants, laws, observers, references): it makes a frozen dataclass that checks fields.
 
-    The class declares its fields by `parameter`, `initial` and `option`, or with a type. An instance with a value of a
-    wrong type or shape, or with a number out of bounds, is refused by a ValueError. The help of the class lists its
-    fields with their units; a section `Parameters` of its docstring may explain them.
+    The class declares its fields by `parameter`, `initial` and `option`, or by a plain annotation, as `law:
+    Controller`. An instance with a value of a wrong type or shape, or with a number out of bounds, is refused by a
+    ValueError. The help of the class lists its fields with their units; a section `Parameters` of its docstring may
+    explain them.
 
     Examples
     --------

@@ -54,7 +54,7 @@ class SampledSystem:
     methods
         The method by which the memory of each block is stepped, as text.
     law_of
-        A function that makes the answer of `law`, or None.
+        The function that `law()` calls to build its result, or None.
     crossings
         The readings and references of the computer, such as 'y.q' and 'r.q', as symbols with their values.
     crossing_jump
@@ -231,17 +231,17 @@ class SampledSystem:
 
     @check_arguments
     def with_timing_faults(self) -> SampledSystem:
-        """The same loop with a computer that is late at its instants and that misses periods.
+        """The same loop with a computer that may start a period late, and may miss a period.
 
         The loop has two more parameters, both 0 by default. With `computer.jitter` in s, at most half of the period,
-        the instant k is at k period + d_k with d_k uniform in [0, `computer.jitter`] and d_0 = 0; law and reference
-        still use the time k period. With `computer.missed`, the probability that a period is missed, the commands and
+        the instant k is at k * period + d_k with d_k uniform in [0, `computer.jitter`] and d_0 = 0; law and reference
+        still use the time k * period. With `computer.missed`, the probability that a period is missed, the commands and
         the memory of the computer stay unchanged in a missed period. If both are 0, the results are bit for bit those
         of the loop without faults, in the portable arithmetic.
 
-        Times, integrals and samples of a run are nominal: row k is the state at k period + d_k, and each period counts
-        as one period for an integral and a coloured noise. Disturbances and references among the outputs are those of
-        the true time.
+        A row of a run has the nominal time k * period, and the state at k * period + d_k. Integrals and coloured noise
+        take each period as one period long. Disturbances and references among the outputs, as `q_ref`, are those of the
+        true time.
 
         Raises
         ------

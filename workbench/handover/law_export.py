@@ -150,8 +150,8 @@ def export(
     Raises
     ------
     ValueError
-        If the law has no such form (a law with limits is not linear), or a file is in the way that no export has
-        written, or that was edited since.
+        If the law has no such form (a law with limits is not linear), or a file is already there that no export
+        wrote, or that was edited since.
 
     Examples
     --------

@@ -71,8 +71,8 @@ class StateFeedback(AbstractController):
         plant
             The plant.
         K
-            The result of `lqr` or `place` for the linearised plant, or the gain K of that result; both have their
-            operating point. Or any other matrix (nu, nx), with x0 and u0; they may be left out if the plant has an
+            The result of `lqr` or `place` for the linearised plant, or its gain K, an array that also has the operating
+            point. Or any other matrix (nu, nx), with x0 and u0; they may be left out if the plant has an
             equilibrium at zero.
         x0, u0
             State (nx,) and input (nu,) of an operating point that replaces that of the design.

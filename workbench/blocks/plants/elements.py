@@ -200,7 +200,7 @@ class PadeDelay(AbstractElement):
     order
         The order n of numerator and denominator, from 1 to 50. Each component of the signal has n states.
     past
-        The constant value of v before t = 0. It is the output until the delay has passed.
+        The constant value of v before t = 0. An exact delay gives it until T; the approximation swings about it.
 
     Examples
     --------
@@ -216,7 +216,7 @@ class PadeDelay(AbstractElement):
         whole("PadeDelay(order=...)", self.order, most=MOST_ORDER)
 
     def memory(self, entry: Entry) -> Layout:
-        """The states of the delay, (n,) or (n, k). At equilibrium the first one is the signal and the others are 0."""
+        """The states of the delay, (n,) or (n, k), scaled: at equilibrium the first is the signal, the others are 0."""
         self._refuse_size(entry)
         first = np.eye(self.order)[0]
         past = broadcast(self.past, entry)

@@ -143,15 +143,15 @@ def _match_poles(target_poles: Complex, reached_poles: Complex) -> tuple[Complex
 
 @check_arguments
 def lead_lag(
-    plant: control.StateSpace, crossover: float, margin: float, boost: float = 1.0
+    plant: control.StateSpace, crossover: float, margin: float, lag_factor: float = 1.0
 ) -> control.TransferFunction:
-    """The compensator C for which |P C| is one at `crossover`, with a phase margin of `margin` at every crossover:
+    """The compensator C for which |P C| is one at `crossover`, and the phase margin is `margin` there:
 
-        C = k (s + wc/10) / (s + wc/(10 boost)) (s + wc sqrt(a)) / (s + wc/sqrt(a)),       a = (1 - sin f)/(1 + sin f),
+        C = k (s + wc/10) / (s + wc/(10 b)) (s + wc sqrt(a)) / (s + wc/sqrt(a)),       a = (1 - sin f)/(1 + sin f),
 
-    where f is the phase still missing at the crossover wc. The input of C is the error, reference minus output, and C
-    has the signal names of the plant: `LinearLaw(C, error=True)` runs it, and `c2d(C, period, "tustin")` samples it.
-    For a linearised plant, the command is relative to the operating point: u0 where the error is zero.
+    where b is `lag_factor` and f the phase still missing at the crossover wc. The input of C is the error, reference
+    minus output, and C has the signal names of the plant: `LinearLaw(C, error=True)` runs it, and `c2d(C, period,
+    "tustin")` samples it. For a linearised plant, the law adds the input u0 of its operating point to the output of C.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def lead_lag(
         A `StateSpace` or `TransferFunction` in continuous time with one input and one output.
     crossover, margin
         The crossover frequency wc in rad/s; the phase margin in degrees, between 0 and 90.
-    boost
+    lag_factor
         The factor by which the lag raises the gain at low frequencies; 1 for no lag.
 
     Raises
@@ -177,7 +177,7 @@ def lead_lag(
     Examples
     --------
     >>> motor = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
-    >>> lead = wb.lead_lag(motor, crossover=10.0, margin=60.0, boost=10.0)
+    >>> lead = wb.lead_lag(motor, crossover=10.0, margin=60.0, lag_factor=10.0)
     >>> np.sort(lead.poles().real).round(2)
     array([-11.67,  -0.1 ])
     """
@@ -188,7 +188,7 @@ def lead_lag(
     _refuse_odd_plant(plant)
     wc = finite("lead_lag(crossover=...)", crossover, " of rad/s", low=1e-12, high=1e12)
     degrees = finite("lead_lag(margin=...)", margin, " of degrees", low=0, high=90)
-    more = finite("lead_lag(boost=...)", boost, low=1, high=1e6)
+    more = finite("lead_lag(lag_factor=...)", lag_factor, low=1, high=1e6)
     lag = control.tf([1, wc / DECADE], [1, wc / DECADE / more]) if more > 1 else control.tf([1], [1])
     shape = lag * _lead(wc, degrees - 180 - np.degrees(np.angle(plant(1j * wc) * lag(1j * wc))))
     names = {"inputs": plant.output_labels, "outputs": plant.input_labels, "name": f"lead-lag of {plant.name}"}

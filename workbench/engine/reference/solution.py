@@ -63,9 +63,9 @@ def reference_run(
     """An accurate solution of x' = f(t, x, p) from time 0, to compare simulations with.
 
     The solution is smooth piece by piece. The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else
-    are switching functions. No step crosses a zero of one: the zero is located to rounding, and the solution continues
-    from there, across the surface or along it (Filippov; Utkin's equivalent control). It refuses twisting where
-    switchings accumulate, and a motion such as x' = -sqrt|x| sign x after it has come to rest.
+    are switching functions. No step crosses a zero of a switching function: the zero is located to rounding, and the
+    solution continues from there, across the surface or along it (Filippov; Utkin's equivalent control). Two motions
+    are refused: twisting whose switchings accumulate, and x' = -sqrt|x| sign x from the time on at which x is zero.
 
     Parameters
     ----------
@@ -74,10 +74,11 @@ def reference_run(
     times
         The times (N,) in s at which the solution is returned, increasing, from 0 on.
     rtol, atol
-        Relative and absolute tolerances of the run whose error is estimated; the returned run has a hundredth of them.
+        Relative and absolute tolerances of a first run. The returned run has tolerances a hundred times smaller, and
+        the difference of both runs is the error of the first.
     method
-        "explicit", "implicit" with the exact Jacobian, or "auto". "auto" turns to implicit once stability bounds the
-        steps and thousands of steps are left.
+        "explicit", "implicit" with the exact Jacobian, or "auto". "auto" turns to implicit if stability, not
+        accuracy, limits the steps and thousands more would be needed.
     max_steps
         The largest number of steps.
 

@@ -65,7 +65,7 @@ class Finding:
     information
         What each law is given: measurements, models and disturbances.
     assumptions
-        The unstated numbers, and the readings of the source, that were assumed.
+        What was assumed: numbers that the source does not state, and interpretations of its text.
     fits
         The numbers that were tuned or fitted.
     answer
@@ -80,8 +80,8 @@ class Finding:
     Raises
     ------
     ValueError
-        If `name` has other characters, a sentence contains "nan", two variations have the same words, or there are
-        variations but no answer.
+        If `name` has other characters, a sentence contains the number nan, two variations have the same words, or there
+        are variations but no answer.
 
     Examples
     --------
@@ -168,7 +168,7 @@ class Finding:
 
     @property
     def scope(self) -> tuple[tuple[str, Phrase], ...]:
-        """The statistic, the sample and all else on which the answer rests but the variations, each with its label."""
+        """The statistic, the sample and all else on which the answer rests, except the variations, with labels."""
         lines: tuple[tuple[str, Phrase], ...] = (
             ("Statistic", self.statistic),
             ("Sample", self.sample),

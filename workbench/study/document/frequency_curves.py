@@ -58,9 +58,9 @@ class FrequencyCurve:
     For a loop in a computer, `period` is its period in s; frequencies then end at Nyquist's, pi / period. `unit` is
     that of the values, '' for a loop gain. `margins` are the certified margins of a loop, and `corners` its poles,
     zeros and gain. For one of several channels, `multiloop_disk_margin` is that of all channels at once. `style` is as
-    in `Series`; None means the style of the curve's place in its picture. `source` is the loop and the channel of the
-    response: its pictures move on a live page, and their captions then have no numbers, since these would not follow.
-    `integrators` is the number of poles of L at zero, or at z = 1, if it is known.
+    in `Series`; if it is None, it follows from the position among the curves of the picture. `source` is the loop and
+    the channel of the response: its pictures move on a live page, and their captions then have no numbers, since these
+    would not follow. `integrators` is the number of poles of L at zero, or at z = 1, if it is known.
 
     Examples
     --------
@@ -101,7 +101,7 @@ class FrequencyCurve:
 
     @check_arguments
     def sources(self, up: str, across: str = "frequency", scale: float = 1.0) -> tuple[Source, Source] | None:
-        """The sources of a series of its values, by the names of the ordinate and of the abscissa."""
+        """The sources of the two columns of a `Series` of this curve, by the names of ordinate and abscissa."""
         if self.source is None:
             return None
         return self.source.with_name(across), self.source.with_name(up).times(scale)

@@ -38,10 +38,11 @@ def side_by_side(
     notes: Sequence[str] = (),
     margin: float = 0.0,
 ) -> ReportTable:
-    """A table with one row per law and one column per metric; a value is bold if it is below all others.
+    """A table with one row per law and one column per metric; a value that is surely below all others is bold.
 
-    `evidence.order` compares the values, with `margin`. `signal` is a label, or a number from 0. By default all metrics
-    are shown. If a case does not have a metric, the cell is empty.
+    It is so if the gap exceeds the sum of both errors, and `margin` times the smaller value (`evidence.order`).
+    `signal` is a label, or a number from 0. By default all metrics are shown. If a case does not have a metric, the
+    cell is empty.
 
     Raises
     ------

@@ -83,7 +83,7 @@ def sobol(
     errors: object = None,
     confidence: float = 0.95,
     groups: Mapping[str, Sequence[str]] | None = None,
-    control: bool = False,
+    control_variate: bool = False,
 ) -> SobolIndices:
     """Sobol indices of every output, with intervals from the scatter among the design's independent scrambles.
 
@@ -92,8 +92,8 @@ def sobol(
 
     The estimators are those of Saltelli et al. (2010), Computer Physics Communications 181, table 2 (b) and (f), and
     of second order those of Azzini, Mara and Rosati (2021), Environmental Modelling and Software 144. An interval is
-    the jackknife's over the scrambles (Efron and Stein 1981, Annals of Statistics 9), with Student's quantile, and for
-    pairs Bonferroni's. Outputs with failed runs or no variation are refused by name.
+    the jackknife's over the scrambles (Efron and Stein 1981, Annals of Statistics 9), with Student's quantile, which is
+    corrected for the number of pairs after Bonferroni. Outputs with failed runs or no variation are refused by name.
 
     Parameters
     ----------
@@ -102,8 +102,9 @@ def sobol(
     errors
         The errors of the outputs, of the same shape, NaN where unknown; a remark says where they blur the indices.
     groups
-        By name of a group, the factors over which S1 and ST are summed.
-    control
+        By name of a group, the factors over which S1 and ST are summed. A sum of ST counts interactions within the
+        group more than once.
+    control_variate
         True if the quadratic polynomial that fits the runs serves as control variate (Owen 2013, Monte Carlo theory,
         methods and examples, section 8.9): its indices are exact, and only what it leaves is estimated.
 
@@ -122,18 +123,18 @@ def sobol(
     """
     t = t_quantile("sobol", confidence, SCRAMBLES - 1)
     coefficients = terms(design.dimensions) + 1
-    if control and design.size < EACH * coefficients:
+    if control_variate and design.size < EACH * coefficients:
         raise ValueError(
-            f"`sobol(control=True)` needs at least {EACH} runs for each of the {coefficients} coefficients of its "
+            f"`sobol(control_variate=True)` needs at least {EACH} runs for each of {coefficients} coefficients of its "
             f"polynomial; got {design.size}: raise `base`, or do without."
         )
     held = outputs_of("sobol", design, outputs, names, factors, errors)
-    return _indices(design, held, t, dict(groups or {}), control, confidence)
+    return _indices(design, held, t, dict(groups or {}), control_variate, confidence)
 
 
 @check_arguments
 def least_base(dimensions: int, second_order: bool = False) -> int:
-    """The least `base` of a `SobolDesign` with enough runs for `sobol(control=True)`, a power of two.
+    """The least `base` of a `SobolDesign` with enough runs for `sobol(control_variate=True)`, a power of two.
 
     Examples
     --------
