@@ -96,7 +96,7 @@ def test_a_tuning_without_a_step_has_one_chosen_at_the_ends_of_its_ranges():
     asked = Trial("one", Run(motor_loop(), METRICS, UNTIL, tolerance=1e-4))
     found = tune(Tuning("s", (asked,), (GAIN,), lambda runs: runs["one"].score("RMSE of omega").value, 8, 8))
     assert found.step_error <= 1e-4 * found.objective
-    assert f"step {found.samples['one'].h:g} s" in found.note
+    assert f"step of the simulation is {found.samples['one'].h:g} s" in found.note
 
 
 @pytest.mark.heavy
@@ -159,9 +159,9 @@ WRONG = [
         "`measure(metrics=...)` must be a tuple of `AbstractMetric`; got the function `rmse` itself: call it at [0].",
     ),
     (
-        lambda: measure(motor_loop(), METRICS, until=1.0, h=0.1),
-        "`measure(equation=...)` must be an `Ode` or a `SampledSystem`; got a `ClosedLoop`: a loop becomes one by "
-        "its method",
+        lambda: measure(GAIN, METRICS, until=1.0, h=0.1),
+        "`measure(equation=...)` must be an `Ode`, a `SampledSystem`, or a loop, whose `ode(name)` gives its equations, "
+        "as a `ClosedLoop` does; got a `Factor`",
     ),
     (
         lambda: Case("S", "law", motor_loop()),

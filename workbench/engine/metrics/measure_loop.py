@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core import Ode, SampledSystem, rk4
-from workbench.core.equations import Loop, equations_of
-from workbench.core.validation.refusals import Array, multiple, positive, seconds
+from workbench.core.equations import LOOP, Loop, equations_of, is_loop
+from workbench.core.validation.refusals import Array, multiple, positive, refusal, seconds
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.batch import progress_of, rows_of, table_of
 from workbench.engine.job import Progress
@@ -71,7 +71,7 @@ def measure(
     >>> found.score("RMSE").value.round(3), found.score("effort", "v").value.round(1)
     (array([0.194]), array([22.6]))
     """
-    equation = equations_of(equation, "loop")
+    equation = _equations(equation)
     measured = MeasuredEquation.of(equation, metrics, seconds("measure(until=...)", until))
     p, x0 = _rows(equation, until, p, x0)
     tolerance = None if tolerance is None else positive("measure(tolerance=...)", tolerance)
@@ -85,6 +85,12 @@ def measure(
     run = MeasuredRun(measured, h, until, every or step.h, until, *how)
     found, trajectories = run.march(p, x0, runs, runs, tell)
     return run.measurement(found, p, runs, tolerance=tolerance, choice=choice, kept_runs=trajectories)
+
+
+def _equations(equation: Ode | SampledSystem | Loop) -> Ode | SampledSystem:
+    if not is_loop(equation):
+        raise refusal("measure(equation=...)", LOOP, equation)
+    return equations_of(equation, "loop")
 
 
 def _choice(
