@@ -160,8 +160,8 @@ WRONG = [
     ),
     (
         lambda: measure(GAIN, METRICS, until=1.0, h=0.1),
-        "`measure(equation=...)` must be an `Ode`, a `SampledSystem`, or a loop, whose `ode(name)` gives its equations, "
-        "as a `ClosedLoop` does; got a `Factor`",
+        "`measure(equation=...)` must be an `Ode`, a `SampledSystem`, or a loop, whose `ode(name)` gives its "
+        "equations, as a `ClosedLoop` does; got a `Factor`",
     ),
     (
         lambda: Case("S", "law", motor_loop()),
