@@ -43,10 +43,10 @@ def test_the_examples_of_all_docstrings_answer_as_they_show(held):
 
 
 def test_an_example_or_a_room_calls_every_public_name(held):
+    names = public_names()
     called = {target.function for target in held.targets} | {type(thing) for thing in held.things}
-    silent = {thing for thing in public_names().values() if not isinstance(thing, type) and not parameters_of(thing)}
-    made = {name for name, thing in public_names().items() if not inspect.isabstract(thing)}
-    left = {name for name in made if public_names()[name] not in called | silent}
+    called |= {thing for thing in names.values() if not isinstance(thing, type) and not parameters_of(thing)}
+    left = {name for name, thing in names.items() if not inspect.isabstract(thing) and thing not in called}
     left = {last for name in left if not (last := name.rpartition(".")[2]).startswith("Abstract")}
     assert left <= UNSHOWN, "write an example in the docstring"
 

@@ -1,7 +1,7 @@
 """Robot arms: from the description of an arm to M, C and G, and to its plant, laws and observers.
 
-No other package depends on arms, except `cli`, the studies and `workbench` itself. `printed` compares the equations of
-a paper with an arm. Read `mechanics` first, then `manipulator.py` and `laws`.
+No other package depends on arms, except `cli`, `testing`, the studies and `workbench` itself. `paper_equations` compares the
+equations of a paper with those of an arm. Read `mechanics` first, then `manipulator.py` and `laws`.
 
 Examples
 --------
@@ -12,7 +12,7 @@ Examples
 from workbench.core.lazy_names import lazy_names
 
 _FILES = {
-    "": "laws mechanics observer_gains observers printed properties",
+    "": "laws mechanics observer_gains observers paper_equations properties",
     "arm_contracts": "AbstractArmController AbstractArmObserver",
     "dynamics": "AbstractArm Dynamics solve_definite",
     "manipulator": "DirectDrive FirstOrderLag Friction Manipulator",

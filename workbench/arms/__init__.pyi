@@ -1,6 +1,6 @@
 """The room for editors and mypy: each of its names, and the file that it comes from."""
 
-from workbench.arms import laws, mechanics, observer_gains, observers, printed, properties
+from workbench.arms import laws, mechanics, observer_gains, observers, paper_equations, properties
 from workbench.arms.arm_contracts import AbstractArmController, AbstractArmObserver
 from workbench.arms.dynamics import AbstractArm, Dynamics, solve_definite
 from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Friction, Manipulator
@@ -19,8 +19,8 @@ __all__ = [
     "mechanics",
     "observer_gains",
     "observers",
+    "paper_equations",
     "peak_torque",
-    "printed",
     "properties",
     "solve_definite",
 ]
