@@ -1,7 +1,7 @@
 """Robot arms: from the description of an arm to M, C and G, and to its plant, laws and observers.
 
-No other package depends on arms, except `cli`, `testing`, the studies and `workbench` itself. `paper_equations` compares the
-equations of a paper with those of an arm. Read `mechanics` first, then `manipulator.py` and `laws`.
+No other package depends on arms, except `cli`, `testing`, the studies and `workbench` itself. `paper_equations`
+compares the equations of a paper with those of an arm. Read `mechanics` first, then `manipulator.py` and `laws`.
 
 Examples
 --------
