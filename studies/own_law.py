@@ -34,7 +34,7 @@ study = wb.Study(
     name="own_law",
     title="How should the motor be driven?",
     question="What does a lead added to a PI buy, and what does it cost?",
-    method="Both laws on one motor and one step. RK4 at 1 ms; each error comes from a second run at half the step.",
+    method="Both laws on one motor and one step. RK4 at 1 ms, and again at half of it for the numerical errors.",
     cases=(case("PI", PI(30.0, 50.0)), case("lead", wb.LinearLaw(lead, error=True))),
     sections=lambda results: [wb.Section("Speed", (wb.side_by_side("speed", "Speed of the motor", results.outcomes),))],
 )

@@ -62,7 +62,7 @@ def simulate(
     p, x0
         (B, np) and (B, nx), as `pack` of their layouts gives; one row serves all. More than 64 MB are not copied.
     until, every
-        Horizon and time between kept states, in s. Without `every` each step is kept, or 1000 times of an `Ode`.
+        Horizon and time between kept states, in s; by default each step of a `StepMap`, 1000 intervals of an `Ode`.
     tolerance
         The largest change of a state at half the step, over its largest value: by default 0.001, for a `StepMap` 0.01.
     seed, runs

@@ -34,14 +34,15 @@ class Work:
     """A function that a study computes for each of some items: a replay, a search, a fit, a scan.
 
     For a plain run of a loop with metrics use a `Case` or a `Sweep` instead. `results.work(name)` gives the answers in
-    the order of the items. Each answer is one record of the ledger and is never computed twice.
+    the order of the items. Each answer is one record of the ledger, computed once for each
+    version of its code.
 
     Attributes
     ----------
     function
-        A function at the top of a module, with one item as its argument. It is computed again if the code of the study
-        that it calls changes. It returns plain data: numbers, text, None, tuples, lists, dicts with text keys, arrays
-        of numbers, and frozen dataclasses of these, which its return annotation names.
+        A function at the top of a module, with one item as its argument. It is computed again if it changes, or any
+        code of the study that it calls. It returns plain data: numbers, text, None, tuples, lists, dicts with text
+        keys, arrays of numbers, and frozen dataclasses of these, which its return annotation names.
     over
         The items, all distinct: numbers, text, tuples, arrays, frozen dataclasses, loops.
     answer

@@ -22,7 +22,7 @@ class ArmStateFeedback(AbstractArmController):
 
     tau has one entry for each of the m motors; for an arm with passive joints m is less than n. With
     [Kp Kd] = R^-1 B' P of the equations linearised about an equilibrium, this is the LQR. `ArmStateFeedback.of` makes
-    it from the design. If every joint has a motor, a Kd that only drives the motion, and damps none, is refused.
+    it from the design. If every joint has a motor, a Kd that damps no motion, and only adds energy, is refused.
 
     Parameters
     ----------

@@ -21,8 +21,8 @@ class ExtendedStateObserver(AbstractObserver):
         d_hat'   = l_(n+1) (y - x_hat_1),              l_i = (n + 1 choose i) omega_o^i
 
     With these gains each pole of the error is -omega_o. For a constant d the error converges to zero; for |d'| <= D it
-    is bounded by D times a power of 1 / omega_o. A computer that holds y and u for a period h steps the observer
-    exactly, while h omega_o < 40.
+    is bounded by D times a power of 1 / omega_o. If a computer holds y and u for a period T, the step of the
+    observer is exact while T omega_o < 40.
 
     Parameters
     ----------

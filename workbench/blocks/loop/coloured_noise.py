@@ -183,7 +183,7 @@ class SecondOrderNoise(AbstractNoise):
         return self.sigma * w[0], self.sigma * self.natural_frequency * w[1]
 
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
-        """The states a period h [s] after z: exp(A h) z + L w with L L' = P - exp(A h) P exp(A h)'.
+        """The states one period h [s] later than z: exp(A h) z + L w with L L' = P - exp(A h) P exp(A h)'.
 
         P = diag(sigma^2, (omega_n sigma)^2) is the covariance of the stationary distribution.
         """

@@ -35,11 +35,11 @@ class LinearObserver(AbstractModelObserver):
     A, B and C are the exact Jacobians of f and h at the point; f_0 and h_0 are their values. For a linear plant the
     error obeys e' = (A - L C) e. With the gain of `wb.steady_kalman` it is the steady Kalman-Bucy filter.
 
-    A computer holds y and u for a period h and moves the estimate by
+    A computer holds y and u for a period T and moves the estimate by
 
-        x_hat+ = x_hat + h phi(h F) x_hat',        phi(M) = M^-1 (exp(M) - I),     F = A - L C at x_hat.
+        x_hat+ = x_hat + T phi(T F) x_hat',        phi(M) = M^-1 (exp(M) - I),     F = A - L C at x_hat.
 
-    For the linear model this is exact, while h |s| < 40 for each pole s of F. For the nonlinear model it is of second
+    For the linear model this is exact, while T |s| < 40 for each pole s of F. For the nonlinear model it is of second
     order.
 
     Parameters

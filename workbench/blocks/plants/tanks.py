@@ -116,7 +116,7 @@ class StirredTank(AbstractPlant):
         c_A' = (q / V) (c_Af - c_A) - k_0 exp(-E_R / T) c_A
         T'   = (q / V) (T_f - T) + (dH / (rho C_p)) k_0 exp(-E_R / T) c_A + (U_A / (V rho C_p)) (T_c - T)
 
-    The parameters are per minute, as in the book; time and the derivatives c_A' and T' are in seconds. At T_c = 300 K
+    These are the book's equations, per minute. The plant divides their rates by 60, as its time is in s. At T_c = 300 K
     there are three steady states. The nominal point, 0.5 mol/l at 350 K, is the middle one of them and a saddle.
 
     Parameters

@@ -44,12 +44,13 @@ def linear_loop(
 ) -> LinearLoop:
     """The loop linearised at the state where it rests, by exact Jacobians: loop gain, margins, poles and responses.
 
-    For a loop in a computer, the map over a period is that of the simulated step; several periods are lifted to one.
+    A loop in a computer is the exact map over a period, or that of the simulated step for `substeps`; maps of several
+    periods are lifted to one.
 
     Parameters
     ----------
     loop
-        A `ClosedLoop` or a `DigitalLoop`; or equations with inputs, which answer of="closed" alone.
+        A `ClosedLoop` or a `DigitalLoop`; or an `Ode` with inputs, which has responses of="closed" only.
     at
         Inputs or outputs of the plant at which the loop is cut, or single numbers (`tau[0]`); all inputs by default.
     values
@@ -59,7 +60,8 @@ def linear_loop(
     freeze
         States that are held constant, such as an adapting gain; they become parameters.
     delays
-        Delays in s by port, for a loop in continuous time; they are exact at every frequency. Loads act behind them.
+        Delays in s by port, for a loop in continuous time; they are exact at every frequency. A load enters behind
+        the delay.
     at_rest
         True if the loop must be at rest. With False it need not rest, and is frozen where it starts.
     side
@@ -72,7 +74,8 @@ def linear_loop(
     LookupError
         If `at` or `delays` names no port, `values` no parameter or state, or `freeze` no state.
     ValueError
-        If `loop` is not one of these, a value is out of bounds, a Jacobian has a corner, or periods have no multiple.
+        If `loop` is not one of these, a value is out of bounds, a Jacobian has a corner, or the periods have no
+        common multiple.
     DesignError
         If the loop does not rest: what moves is named.
 

@@ -59,8 +59,8 @@ class FrequencyCurve:
     that of the values, '' for a loop gain. `margins` are the certified margins of a loop, and `corners` its poles,
     zeros and gain. For one of several channels, `multiloop_disk_margin` is that of all channels at once. `style` is as
     in `Series`; if it is None, it follows from the position among the curves of the picture. `source` is the loop and
-    the channel of the response: its pictures move on a live page, and their captions then have no numbers, since these
-    would not follow. `integrators` is the number of poles of L at zero, or at z = 1, if it is known.
+    the channel of the response: on a live page its pictures follow the knobs, and their captions have no numbers, as
+    they do not change. `integrators` is the number of poles of L at zero, or at z = 1, if it is known.
 
     Examples
     --------
