@@ -44,8 +44,7 @@ def linear_loop(
 ) -> LinearLoop:
     """The loop linearised at the state where it rests, by exact Jacobians: loop gain, margins, poles and responses.
 
-    A loop in a computer is the exact map over a period, or that of the simulated step for `substeps`; maps of several
-    periods are lifted to one.
+    A loop in a computer is its map over a period, or over the common multiple of several periods.
 
     Parameters
     ----------
@@ -60,8 +59,7 @@ def linear_loop(
     freeze
         States that are held constant, such as an adapting gain; they become parameters.
     delays
-        Delays in s by port, for a loop in continuous time; they are exact at every frequency. A load enters behind
-        the delay.
+        Delays in s by port, for a loop in continuous time; they are exact. A load enters behind the delay.
     at_rest
         True if the loop must be at rest. With False it need not rest, and is frozen where it starts.
     side
@@ -74,8 +72,7 @@ def linear_loop(
     LookupError
         If `at` or `delays` names no port, `values` no parameter or state, or `freeze` no state.
     ValueError
-        If `loop` is not one of these, a value is out of bounds, a Jacobian has a corner, or the periods have no
-        common multiple.
+        If `loop` is not one of these, a value is out of bounds, a Jacobian has a corner, or periods lack a multiple.
     DesignError
         If the loop does not rest: what moves is named.
 
