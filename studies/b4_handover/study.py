@@ -10,6 +10,7 @@ from studies.b4_handover.margins import scan_works, sweeps
 from studies.b4_handover.missed_periods import shared_sweeps
 from studies.b4_handover.operations import operations_work
 from studies.b4_handover.pages import sections
+from studies.paper.citation import introduction
 
 study = wb.Study(
     name="b4_handover",
@@ -20,7 +21,7 @@ study = wb.Study(
         "precision and an imperfect clock raise the error?"
     ),
     method=(
-        "Each law is taken out of its loop together with its observer, limits and delay. All targets that are "
+        f"{introduction(rivals=False)} Each law is taken out of its loop together with its observer, limits and delay. All targets that are "
         "installed here replay the law on the same inputs, and the bits are compared with those of the portable "
         "arithmetic. The loops then run with coarser readings, jitter, missed periods, single precision, longer delays "
         "and longer periods. Each loop has two starts, a near one and a far one. For the laws of the paper's arm, the "
