@@ -21,11 +21,11 @@ study = wb.Study(
         "precision and an imperfect clock raise the error?"
     ),
     method=(
-        f"{introduction(rivals=False)} Each law is taken out of its loop together with its observer, limits and delay. All targets that are "
-        "installed here replay the law on the same inputs, and the bits are compared with those of the portable "
-        "arithmetic. The loops then run with coarser readings, jitter, missed periods, single precision, longer delays "
-        "and longer periods. Each loop has two starts, a near one and a far one. For the laws of the paper's arm, the "
-        "near start is on the reference and the far start is the paper's."
+        f"{introduction(rivals=False)} Each law is taken out of its loop together with its observer, limits and "
+        "delay. All targets that are installed here replay the law on the same inputs, and the bits are compared "
+        "with those of the portable arithmetic. The loops then run with coarser readings, jitter, missed periods, "
+        "single precision, longer delays and longer periods. Each loop has two starts, a near one and a far one. "
+        "For the laws of the paper's arm, the near start is on the reference and the far start is the paper's."
     ),
     sweeps=(*sweeps(), *shared_sweeps()),
     works=(*replay_works(), *scan_works(), operations_work()),
