@@ -18,8 +18,8 @@ def order_of_laws(results: wb.Results) -> wb.Finding:
         "order_of_laws",
         f"With the numbers assumed here for the rivals, {holds} of {total} printed pairs of laws keep their order; "
         f"{reversed_} are reversed and {close} are too close to call.",
-        "The paper states no number of a rival, so its order can neither be confirmed nor refuted by such runs. With K "
-        f"= {CARD['SMC: K'][0]:g} N m, SMC reaches its layer in the first scenario at {first:.2f} s; with "
+        "The paper states no parameter of a rival, so its order can neither be confirmed nor refuted by such runs. "
+        f"With K = {CARD['SMC: K'][0]:g} N m, SMC reaches its layer in the first scenario at {first:.2f} s; with "
         f"{max(six_laws.FIRM):g} N m at {last:.2f} s.",
         statistic="The share of pairs that keep their order by the sampled RMSE, (43), at a joint: fewer than half, "
         f"or half or more. A pair is too close to call within {100 * MARGIN:g} % or within both errors.",
@@ -33,7 +33,7 @@ def order_of_laws(results: wb.Results) -> wb.Finding:
         limitations=(
             f"The {len(omitted_choices(varied))} choices of ",
             wb.document.CrossReference("unstated"),
-            " other than K of SMC, which a6 varies.",
+            " without K of SMC; report a6 varies them.",
         ),
     )
 

@@ -19,8 +19,8 @@ REPAIRS = (
     "remains.",
     "(33): a plus, so that the gain grows with the error. The Q and R that were fitted with four repairs need the "
     "plus; a smaller Q does not.",
-    "Four slips are not repaired. Observer (10) leaves out D. (34) runs forward in time and does not minimise (32). A "
-    "of (31) lacks the factor 1/phi. The finite time (42) does not follow (report a2).",
+    "Four further slips are left as printed. Observer (10) leaves out D. (34) runs forward in time and does not "
+    "minimise (32). A of (31) lacks the factor 1/phi. The finite time (42) does not follow (report a2).",
 )
 SHORT = 10.0  # s, the horizon of runs that are lost before it
 LONG = 25.0  # s, the horizon of the law as printed with a small Q
@@ -171,7 +171,7 @@ def gain_table(
         wb.document.TableColumn("least eigenvalue of K", "N m", digits=3),
         *(wb.document.TableColumn(f"late error of q{j}", "rad", "right") for j in (1, 2)),
         wb.document.TableColumn("nearest horizon", "s", "right"),
-        wb.document.TableColumn("misses the row by", "%", "right"),
+        wb.document.TableColumn("larger miss", "%", "right"),
     )
     nearest_note = (
         "Nearest horizon: the horizon, from 5 s on, at which the sampled RMSE, (43), of both joints is nearest to "
@@ -205,7 +205,7 @@ def repair_section(results: wb.Results) -> wb.Section:
         "The law with four repairs, then with one slip of the paper put back or one more repair: first scenario, over "
         f"{FREE:g} s, Q = {CARD['Q'][0, 0]:g} I, R = {CARD['R'][0, 0]:g} I."
     )
-    pairs = f"The law with (3) and (28) repaired alone: first scenario, over {FREE:g} s, R = I."
+    pairs = f"The law with (3) and (28) repaired and nothing else: first scenario, over {FREE:g} s, R = I."
     single = (
         f"The law with one slip repaired, and as printed without observer (10): first scenario, over {LONG:g} s, "
         f"Q = {SMALL:g} I; R = I with a repair and {SMALL_R:g} I without (10)."

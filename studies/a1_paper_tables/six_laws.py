@@ -148,9 +148,10 @@ def scenario_section(results: wb.Results, scenario: str) -> wb.Section:
     title, key, runs = SCENARIOS[scenario], scenario.lower(), results.scenario(scenario)
     about = wb.Paragraph(
         "The paper has one metric, (43): a root mean square over samples, the initial error among them. The column "
-        "RMSE is the same mean, taken as an integral over time. The stated errors come from the step of the "
-        f"simulation; the assumed numbers matter far more. {BOLD} Where a torque leaves the frame of a figure, its "
-        "peak is in the tables. Super-twisting is a seventh law that the paper does not have; only the tables have it."
+        "RMSE is the same mean, taken as an integral over time. The error of a value, in brackets, comes from the "
+        f"step of the simulation only; the assumed numbers matter far more. {BOLD} Where a torque leaves the frame of "
+        "a figure, its peak is in the tables. Super-twisting is a seventh law that the paper does not have; only the "
+        "tables have it."
     )
     tables = []
     for j in (1, 2):

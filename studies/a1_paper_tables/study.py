@@ -107,9 +107,9 @@ def trust_section(results: wb.Results) -> wb.Section:
 def rest(results: wb.Results) -> wb.Section:
     """The linear pictures of the proposed law, which the knobs move."""
     knobs = (
-        "On the HTML page the knobs move these pictures together with the runs. The knob of K(0) reaches these gains. "
-        "Q, R, the reference and the disturbance have no part in the pictures; l, the rate of (24), moves only the "
-        "pole of (24)."
+        "On the HTML page the knobs move these pictures together with the runs. The knob of K(0) goes up to these "
+        "gains. Q, R, the motion of the reference and the disturbance have no part in the pictures; l, the rate of "
+        "(24), moves only the pole of (24)."
     )
     return rest_section(results[REST, PROPOSED_LAW], results["FS", PROPOSED_LAW], "It has the four repairs.", knobs)
 

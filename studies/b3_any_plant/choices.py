@@ -28,7 +28,7 @@ def starts_table() -> wb.document.ReportTable:
         wanted = ", ".join(f"{name} = {digits(y)}" for name, y in setting.operating_outputs.items())
         steps = (duration_words(setting.period / parts) for parts in (SUBSTEPS, COARSE))
         rows.append((setting.name, start, wanted, duration_words(setting.until), *steps))
-    heads = ("plant", "start", "reference", "horizon", "step of a run", "step over parameters")
+    heads = ("plant", "start", "reference", "horizon", "step of a run", "step with varied parameters")
     notes = (
         "The observer of LQG starts with the true outputs, and with all other states at the operating point. The "
         "integrals of PID start at zero; its derivative filters start at the first reading.",
@@ -95,7 +95,7 @@ def pid_table() -> wb.document.ReportTable:
     )
     heads = ("plant", "PID is", "gains", "numbers")
     return wb.document.ReportTable(
-        "pid", "The second law of each plant.", tuple(map(wb.document.TableColumn, heads)), rows, notes
+        "pid", "The PID law of each plant.", tuple(map(wb.document.TableColumn, heads)), rows, notes
     )
 
 

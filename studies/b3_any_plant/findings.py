@@ -34,7 +34,7 @@ def findings(results: wb.Results) -> tuple[wb.Finding, ...]:
 
 def information() -> str:
     """The information that each law has, with the origin of the gains of PID."""
-    return f"Both laws: the same outputs. LQG: the linear model with the plant's true numbers. PID: {ORIGIN}."
+    return f"Both laws: the same outputs. LQG: the linear model with the plant's nominal numbers. PID: {ORIGIN}."
 
 
 def rest_finding(results: wb.Results) -> wb.Finding:
@@ -198,6 +198,6 @@ def answer(results: wb.Results) -> str:
     less, _ = standing(next(iter(orders(results).values())))
     return (
         f"{rest.answer} loops settle in a computer. LQG's RMSE is smaller in {less} of {COUNT} settings; other "
-        f"statistics differ. Under PI, tank level h_1 takes {tanks.answer} times as long with a right half-plane zero, "
-        "which does not force this."
+        f"statistics differ. Under PI, tank level h_1 settles in {tanks.answer} times the time if there is a right "
+        "half-plane zero; the zero does not force this."
     )

@@ -75,7 +75,7 @@ def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple
     for i, (words, one) in enumerate(every.items()):
         whole = leader(one, larger=larger)
         if i:
-            made.append(wb.Variation(f"{words}", whole, count_words(one)))
+            made.append(wb.Variation(f"{words}", whole, count_words(one, larger=larger)))
         without = {name: {k: v for k, v in one.items() if k != name} for name in one}
         other = {name: leader(rest, larger=larger) for name, rest in without.items()}
         changed = {name: word for name, word in other.items() if word != whole}
@@ -86,13 +86,13 @@ def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple
             wb.Variation(
                 f"{words}, in settings where PID has other gains than LQG",
                 leader(some, larger=larger),
-                count_words(some),
+                count_words(some, larger=larger),
             )
         )
     return tuple(made)
 
 
-def count_words(one: Orders) -> str:
-    """Both counts in words."""
+def count_words(one: Orders, *, larger: bool = False) -> str:
+    """Both counts in words, of the law that is lower or, where `larger` is better, larger."""
     less, more = standing(one)
-    return f"LQG lower in {less} settings, PID in {more}"
+    return f"LQG larger in {more} settings, PID in {less}" if larger else f"LQG lower in {less} settings, PID in {more}"

@@ -27,8 +27,8 @@ def tank_finding(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         name="settling_of_the_tanks",
         statement=f"Under the published PI controllers, h_1 takes {slow[0] / easy[0]:.1f} times as long to settle at "
-        f"P+ as at P\N{MINUS SIGN}. The zero does not force this: a design by pole placement settles both levels in "
-        f"{max(witness.settling):.0f} s.",
+        f"P+ as at P\N{MINUS SIGN}. The right half-plane zero of P+ does not force this: a design by pole placement "
+        f"settles both levels in {max(witness.settling):.0f} s.",
         evidence=f"This design has no mode slower than {witness.decay:.2g} 1/s and needs {low:.1f} to {high:.1f} V. "
         f"Its disk margin is {witness.disk:.2f}; that of PI is {by[HARD, PID, 1.0].disk:.2f}. The "
         f"zero at {z:+.4f} 1/s bounds the bandwidth and fixes a weighted integral of the levels. The loop of LQG has a "

@@ -209,8 +209,9 @@ def loss_finding(results: wb.Results) -> wb.Finding:
         f"Single precision, {CLOCK} together raise the error of {worst} most: by {loss_words(by[worst].together)}, "
         f"from {amount(error, unit)} to {amount(grown, unit)}. They raise the error of the other loops by at most "
         f"{loss_words(others)}.",
-        f"The quantisation step of the readings is {amount(step, unit)}, {step / error:.2g} times that error. From the "
-        f"far start {f'{worst} chatters at its declared period, and ' * (worst in chattering)}the error is "
+        f"The quantisation step of the readings is {amount(step, unit)}, {step / error:.2g} times the "
+        f"{amount(error, unit)}. From the far start "
+        f"{f'{worst} chatters at its declared period, and ' * (worst in chattering)}the error is "
         f"{amount(error_of(results, worst, start=FAR_START)[0], unit)} and changes by {loss_words(far)}.",
         statistic=f"{ERROR.capitalize()}: the root mean square of the error from {100 * TRANSIENT_SHARE:.0f} % of the "
         "run on, at the worst joint. It is divided by that of the run from the same start in double precision with a "

@@ -16,13 +16,14 @@ STACK = 4096  # bytes, at most
 def machines_section(results: wb.Results) -> wb.Section:
     """The tables of the targets."""
     words = (
-        "Each law's C is compiled unchanged for each machine, with a small program that reads the recorded inputs and "
-        "writes commands, flags and a digest of the memory. Each machine starts with the initial memory, and continues "
-        "with the memory that it computes. The browser's engine runs the same graph as WebAssembly. Sines, cosines, "
-        "exponentials and powers are functions of our own in that C, on all targets. A Cortex-M4F has no double "
-        "precision in hardware; GCC's library computes it. 'With mended sums' means that our own routine replaces this "
-        "library where the exponents of a difference are 33 apart. 'With libgcc alone' means that it does not. Counts "
-        "belong to the compilers that are installed here. QEMU counts instructions, not cycles."
+        "Each law's C code is compiled unchanged for each machine, with a small program that reads the recorded "
+        "inputs and writes commands, flags and a digest of the memory. Each machine starts with the initial memory, "
+        "and continues with the memory that it computes. The browser's engine runs the law's graph of operations as "
+        "WebAssembly. Sines, cosines, exponentials and powers are functions of our own in that code, on all targets. "
+        "A Cortex-M4F has no double precision in hardware; GCC's library computes it. 'With mended sums' means that "
+        "our own routine replaces this library where the exponents of the two operands of a difference are 33 apart. "
+        "'With libgcc alone' means that it does not. Counts belong to the compilers that are installed here. QEMU "
+        "counts instructions, not cycles."
     )
     missing = [
         f"{name}: {r.reason}" for name, laws in by_target(results).items() if (r := next(iter(laws.values()))).reason

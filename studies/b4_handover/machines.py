@@ -89,6 +89,7 @@ def bits_finding(results: wb.Results) -> wb.Finding:
     equal = len(targets) - len(other)
     each = [result for of_law in by_law.values() for result in of_law]
     missing = sorted({without_compiler(one.target) for one in each} - set(targets))
+    not_run = f"Not run: {wb.document.join_names(missing)}." if missing else "Every target was run."
     bits = sum(one.bits for one in each if one.ran)
     unlike = "; ".join(
         f"on {name} {len(laws)} of {len(by_law)} laws {'differs' if len(laws) == 1 else 'differ'} "
@@ -110,14 +111,13 @@ def bits_finding(results: wb.Results) -> wb.Finding:
         "same_bits",
         f"All {len(by_law)} laws compute the same bits as the portable arithmetic on {equal} of {len(targets)} targets"
         f"{'; ' + unlike if unlike else ''}.",
-        f"{bits:,} bits of commands and memories were compared. Not run: {wb.document.join_names(missing)}. "
-        "Sines, cosines, exponentials and powers are "
-        "functions of our own in each law's C. On the Cortex-M4F, our own routine also computes a rare case of the "
-        "sum, which GCC's library rounds wrongly ('mended sums').",
+        f"{bits:,} bits of commands and memories were compared. {not_run} Sines, cosines, exponentials and powers "
+        "are functions of our own in each law's C code. On the Cortex-M4F, our own routine also computes a rare case "
+        "of the sum, which GCC's library rounds wrongly ('mended sums').",
         statistic="Bits of the commands, and of the memory after each period. If all commands agree, a replay equals "
         "the closed loop with that machine.",
         sample=f"{PERIODS:,} periods of each law on each target, from the near start.",
-        information="Each law's C in double precision, or its graph, with the same readings and references.",
+        information="Each law's C code in double precision, or its graph, with the same readings and references.",
         assumptions="The targets: those installed here. Our own functions for sine, cosine and others; our own sum "
         "on one target.",
         answer=differing_words(targets),

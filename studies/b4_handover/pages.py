@@ -235,7 +235,7 @@ def periods_section(results: wb.Results) -> wb.Section:
             "Near and far: the starts listed below ",
             wb.document.CrossReference(HANDED),
             ". Rule: the period above which the boundary layer is unstable, by the largest eigenvalue of M^-1 K along "
-            "the run in continuous time (a9). A dash: the law has no gain K.",
+            "the run in continuous time (a9). A dash: the law has no switching gain K.",
         ),
     )
     caption = "The longest period allowed from the near and from the far start."
@@ -277,10 +277,11 @@ def losses_table(results: wb.Results, start: str) -> wb.document.ReportTable:
         *(wb.document.TableColumn(head, "%", "right") for head in heads),
     )
     notes = (
-        f"Growth of the error from {100 * TRANSIENT_SHARE:.0f} % of the run on, at the worst joint: the mean over "
-        f"{DRAWS} starts, with twice its standard error. Readings: the growth from exact to quantised readings. The "
-        "other columns give the growth from double precision and a perfect clock, with quantised readings in both: by "
-        f"single precision; by {CLOCK}; by all three together. TV: the total variation of the commands.",
+        f"Growth of the settled error, which begins at {100 * TRANSIENT_SHARE:.0f} % of the run, at the worst joint: "
+        f"the mean over {DRAWS} starts, with twice its standard error. Readings: the growth from exact to quantised "
+        "readings. The other columns give the growth from double precision and a perfect clock, with quantised "
+        f"readings in both: by single precision; by {CLOCK}; by all three together. TV: the total variation of the "
+        "commands.",
     )
     name = "losses" if start == NEAR_START else f"losses_{start}"
     return wb.document.ReportTable(

@@ -46,7 +46,7 @@ OF_LAW = (
         "(33)",
         "a minus, with which K of (29) need not stay positive definite",
         ("minus", "plus"),
-        "plus with four repairs, minus as printed and with two repairs",
+        "plus with four repairs; minus in the law as printed and with (3) and (28) repaired",
         "with the plus K grows with the error",
     ),
     _reading(
@@ -54,7 +54,7 @@ OF_LAW = (
         "(28)",
         "qd_d and qdd_d, from which (30) does not follow",
         ("printed", "reference"),
-        "reference with four and with two repairs, printed as printed",
+        "reference with four repairs and with (3) and (28) repaired; printed in the law as printed",
         "(30) follows with qd_r = qd_d - Lambda e",
     ),
     _reading(
@@ -62,7 +62,7 @@ OF_LAW = (
         "(24)",
         "the integral of eta, which follows D; it must know D",
         ("none", "eta", "its integral"),
-        "eta with four repairs, its integral as printed and with two repairs",
+        "eta with four repairs; its integral in the law as printed and with (3) and (28) repaired",
         "D_hat follows D, as the text says",
     ),
     _reading(
@@ -70,7 +70,7 @@ OF_LAW = (
         "(3)",
         "an entry C[1,2] without velocity",
         ("right", "printed"),
-        "right with four and with two repairs, printed as printed",
+        "right with four repairs and with (3) and (28) repaired; printed in the law as printed",
         "Assumption 3 holds with it (a0)",
     ),
     _reading(

@@ -47,7 +47,7 @@ def _number(given: wb.provenance.CardEntry) -> Choice:
     law = head if head in LAWS else "" if colon or name == "sample time of (43)" else PROPOSED_LAW
     assumed = wb.provenance.value_text(given.value)
     if name in PRINTED_NAMES:
-        assumed += f" with four repairs, {wb.provenance.value_text(CARD[PRINTED_NAMES[name]])} as printed"
+        assumed += f" with four repairs, {wb.provenance.value_text(CARD[PRINTED_NAMES[name]])} in the law as printed"
     readings = tuple(wb.arms.laws.SHAPES) if name == "shape of (33)" else ()
     options = ", ".join(readings)
     if given.low is not None and given.high is not None:

@@ -30,7 +30,7 @@ def browser():
 @pytest.mark.heavy
 def test_margins_of_one_channel_stand_beside_the_disk_margin_of_all():
     table = margins_of(rival("FS", "PID"))
-    assert [column.header for column in table.columns] == ["linear answer", "unit", "tau[0]", "tau[1]", "all at once"]
+    assert [column.header for column in table.columns] == ["quantity", "unit", "tau[0]", "tau[1]", "all at once"]
     rows = {row[0]: row[2:] for row in table.rows}
     linear = wb.linear_loop(rival("FS", "PID"), at_rest=False)
     assert [cell.value for cell in rows["Ms"][:2]] == [one.margins.Ms.gain.value for one in linear.margins().values()]

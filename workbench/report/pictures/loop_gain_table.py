@@ -53,7 +53,7 @@ def margin_table(name: str, caption: Phrase, outcome: Outcome, gain: LoopGain) -
         cell = _cell(value, reason, linear_source(outcome, quantity, unit=unit))
         rows.append((quantity, superscript_powers(unit), *([""] * len(gain.channels) if several else []), cell))
     heads = [*gain.channels, "all at once"] if several else ["value"]
-    columns = TableColumn("linear answer"), TableColumn("unit"), *(TableColumn(head, align="right") for head in heads)
+    columns = TableColumn("quantity"), TableColumn("unit"), *(TableColumn(head, align="right") for head in heads)
     return ReportTable(name, caption, columns, tuple(rows), (SEVERAL,) if several else ())
 
 
