@@ -165,7 +165,8 @@ class _Writer:
     def finding(self, placed_block: PlacedBlock) -> Tree:
         one = placed_block.block
         assert isinstance(one, Finding)
-        cites = (("See also", ", ".join(cited.replace("/", ": ") for cited in one.cites)),) if one.cites else ()
+        others = "; ".join("report {}, finding {}".format(*cited.split("/")) for cited in one.cites)
+        cites = (("See also", others),) if one.cites else ()
         return {
             "anchor": placed_block.anchor,
             "word": one.kind,
