@@ -184,11 +184,11 @@ def mass_claim(results: wb.Results) -> wb.document.Verdict:
     return wb.document.Verdict(
         "holds",
         "No PID of x_2 whose derivative has a filter of first order makes the two masses asymptotically stable.",
-        "The characteristic polynomial begins with a, a N, b, b N, whatever the gains: N is the filter's bandwidth, "
-        "a = m_1 m_2, b = k (m_1 + m_2). Its second Hurwitz determinant, a N b \N{MINUS SIGN} a b N, is zero; "
-        "stability needs a positive one. The loop of a PD with a filter of second order is stable: its disk margin is "
-        f"{pd:.2f}, and that of LQG is {filtered:.2f}. With friction at both masses, or a reading of x_1, the loop of "
-        "a PD with a filter of first order is stable, too.",
+        "The first four coefficients of the characteristic polynomial are a, a N, b, b N, for all gains: N is the "
+        "filter's bandwidth, a = m_1 m_2, b = k (m_1 + m_2). Its second Hurwitz determinant, a N b \N{MINUS SIGN} a "
+        "b N, is zero; stability needs a positive one. The loop of a PD with a filter of second order is stable: its "
+        f"disk margin is {pd:.2f}, and that of LQG is {filtered:.2f}. With friction at both masses, or a reading of "
+        "x_1, the loop of a PD with a filter of first order is stable, too.",
     )
 
 

@@ -57,7 +57,7 @@ def live_blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Bloc
             wb.document.CrossReference(names[0]),
             " to ",
             wb.document.CrossReference(names[-1]),
-            f" are those of {loop}. On the HTML page they move with the knobs, which turn numbers of the plant.",
+            f" are those of {loop}. On the HTML page the knobs change numbers of the plant, and the figures follow.",
         )
     )
     return (head, *blocks)

@@ -116,10 +116,10 @@ def laws_table() -> wb.document.ReportTable:
         "gains of PID",
     )
     notes = (
-        "Read: a reading acts at its own instant. Estimated: the Kalman filter estimates the output. f: the "
-        "equations of the plant; LQG has them linearised, with the plant's nominal numbers. PID has no model inside. "
-        "Its gains are chosen by hand with the model known, or published, or those of LQG's regulator with filtered "
-        "derivatives for velocities.",
+        "Read: the law uses the reading at the instant at which it is taken. Estimated: the Kalman filter estimates "
+        "the output. f: the equations of the plant; LQG has them linearised, with the plant's nominal numbers. PID "
+        "has no model inside. Its gains are chosen by hand with the model known, or published, or those of LQG's "
+        "regulator with filtered derivatives for velocities.",
     )
     return wb.document.ReportTable(
         "laws", "The information of each law.", tuple(map(wb.document.TableColumn, heads)), tuple(rows), notes

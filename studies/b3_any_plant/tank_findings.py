@@ -97,9 +97,9 @@ def tanks_table(results: wb.Results) -> wb.document.ReportTable:
         (
             "Each run begins at the start of ",
             wb.document.CrossReference("starts"),
-            ", in continuous time without limits. A level is settled where it stays within 5 % of the initial distance "
-            f"of h_1 from its reference. States are kept every {EVERY:g} s. A settling time here is that of the first "
-            f"kept state inside the band; in ",
+            ", in continuous time without limits. A level is settled where it stays within 5 % of the initial "
+            f"distance of h_1 from its reference. States are stored every {EVERY:g} s. A settling time here is that "
+            "of the first stored state inside the band; in ",
             wb.document.CrossReference("summary"),
             f" it is that of the last step outside the band, {EVERY:g} s earlier.",
         ),
