@@ -268,7 +268,7 @@ def sections(results: wb.Results) -> wb.Page:
             wb.Section("Gains, arm or model", (groups_table(laws),)),
             varied_section(laws),
             trust_section(laws, dict(zip(sweeps.LAWS, results.work("stress"), strict=True))),
-            wb.pictures.loops_section("The laws with knobs", KNOB_WORDS, results.scenario(SCENARIO)),
+            wb.pictures.loops_section("One run of each law", KNOB_WORDS, results.scenario(SCENARIO)),
             rest(results),
         ),
     )

@@ -16,7 +16,7 @@ MEASURE = f"{PRIMARY.words} cost"
 NOBODY = "no law"
 BASE: wb.evidence.Way = "geometric mean"
 SUM: wb.evidence.Way = "arithmetic mean"
-FITS = "All numbers of the law and of its observers, by three searches with the same budget for each number."
+FITS = "All parameters of the law and of its observers, if it has any, by three searches with the same budget for each."
 ASSUMPTIONS = (
     "The terms of the cost and their acceptable values, the scenarios, the ranges of the draws, the torque limit and "
     "the computer."

@@ -196,7 +196,7 @@ class Term:
 
 TERMS = (
     Term("RMSE", "rad", 0.5, "error over the whole run, with the start"),
-    Term(LATE, "rad", 0.005, "error after the start: a quarter of a degree"),
+    Term(LATE, "rad", 0.005, "error after the start: 0.3 degrees"),
     Term("TV", "N m/s", 300.0, "chattering: about three times the value for the desired motion itself"),
     Term("effort", "N m", 50.0, "torque: twice the torque against gravity"),
 )

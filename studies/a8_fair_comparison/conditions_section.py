@@ -23,7 +23,7 @@ def conditions_section() -> wb.Section:
                 "friction that no model contains. PID is the only law without a model. AOSMC-RGS has the four repairs "
                 "of a1. Observer (24) needs the unknown disturbance D and cannot be built; an observer of the momentum "
                 "takes its place. Its estimate D_hat is added to the torque of every law behind it. Observer (10) "
-                "begins at the start of the arm, as a first reading without noise gives it."
+                "starts with the true initial positions of the arm, as if its first reading had no noise."
             ),
             wb.Paragraph(
                 "The computer integrates the memories of laws and observers by explicit Euler, except for the stiff "

@@ -64,7 +64,7 @@ def two(field: str, low: float, high: float, unit: str, at: tuple[str, str] = EA
 
 
 LAYER = "s stays within such a wide layer, where only the ratio of gain and phi counts"
-LAG = "with such a long lag the gain follows no rule, and with such a short one it follows at once"
+LAG = "with the longest lag the gain does not follow its rules, and with the shortest it follows them at once"
 ORDER = "the law asks for 1 < gamma < 2"
 GAIN = (1.0, 500.0)  # N m, of a switching torque
 STIFFNESS_RANGE, DAMPING_RANGE = (5.0, 2000.0), (0.5, 200.0)  # N m/rad, N m s/rad

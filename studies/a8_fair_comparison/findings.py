@@ -38,8 +38,8 @@ __all__ = ["answer", "divergence_words", "pooled_cost", "proposed_finding", "ric
 NAMES = {READINGS.key: "raw_readings", BOTH.key: "own_observers"}
 PLACES = {READINGS.key: "with raw readings", BOTH.key: "behind both observers (of state and disturbance)"}
 LOWEST = (
-    f"A law is lowest in a scenario if every interval of its difference to another law lies beyond {100 * MARGIN:g} % "
-    "plus the errors of the steps."
+    f"A law is lowest in a scenario if it costs less than each other law by more than {100 * MARGIN:g} % plus the "
+    "errors of both laws by the step, over the whole interval of the difference."
 )
 LIMITATIONS = "Other scenarios and ranges, a cost with other terms, and laws that are tuned for another cost."
 
@@ -138,8 +138,8 @@ def pooled_cost(evidence: Evidence) -> wb.Finding:
         f"the arithmetic mean, {part}. The lowest arithmetic means are {leading_laws(total.whole.by[PRIMARY.words])}; "
         f"without '{name}' they are {leading_laws(rest, 5)}.",
         statistic="For each draw, the geometric mean of the costs over the scenarios is taken. The statistic is the "
-        "mean of these over the draws. A ratio counts the same in every scenario. The geometric mean of the mean costs "
-        "is another number, and one of the variations.",
+        "mean of these over the draws. A given ratio of the costs of two laws counts the same in every scenario. The "
+        "geometric mean of the mean costs is another number, and one of the variations.",
         sample=sample(evidence),
         information=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
         assumptions=ASSUMPTIONS,
@@ -237,9 +237,9 @@ def costly(evidence: Evidence) -> str:
         every[scenario] = [law for law, high_in_all in zip(one.samples.laws, always, strict=True) if high_in_all]
     where = "; ".join(f"{', '.join(laws)} in '{scenario}'" for scenario, laws in every.items() if laws)
     return (
-        f"A cost of {CHATTERS:g} is five times an acceptable one. {high.sum():,} runs cost more, in "
+        f"A cost of {CHATTERS:g} is five times an acceptable one. {high.sum():,} runs cost more than {CHATTERS:g}, in "
         f"{(high > 0).sum()} of the {high.size} combinations of law, measurements and scenario. Behind both observers "
-        f"these laws cost more in every draw: {where or 'none'}."
+        f"these laws cost more than {CHATTERS:g} in every draw: {where or 'none'}."
     )
 
 

@@ -66,7 +66,7 @@ def sections(results: wb.Results) -> wb.Page:
             tuning(results),
             trust(results, held),
             wb.pictures.loops_section(
-                "The laws with knobs", KNOBS, results.scenario(HELD_OUT[0].name), caption=ERRORS, cut=START
+                "One run of each law", KNOBS, results.scenario(HELD_OUT[0].name), caption=ERRORS, cut=START
             ),
             rest(results),
         ),
@@ -88,9 +88,10 @@ def lead(evidence: Evidence) -> str:
     law = "RBF-ASMC"
     raw, filtered = (changes.count_wins(evidence.cost[given.key]).get(law, 0) for given in (READINGS, FILTER))
     return (
-        f"The network of {law} has a leak. Near e = 0 it acts as a low-pass filter of s beside the gain K / phi. With "
-        f"raw readings, {law} is therefore the only law with a filter against the noise of the velocity. With filtered "
-        f"velocities all laws have such a filter. {law} then has the lowest cost in {filtered} scenarios, not in {raw}."
+        f"The network of {law} has a leak. Near e = 0 it adds a low-pass-filtered feedback of s in parallel to the "
+        f"gain K / phi. With raw readings, {law} is therefore the only law with a filter against the noise of the "
+        f"velocity. With filtered velocities all laws have such a filter. {law} then has the lowest cost in "
+        f"{filtered} scenarios, not in {raw}."
     )
 
 
@@ -118,15 +119,15 @@ def changes_section(evidence: Evidence) -> wb.Section:
         f"{findings.LOWEST} Where all scenarios are judged together, the second column has the law that is "
         "significantly lowest, and the third the lowest means. "
         f"'Success (<= {ACCEPTABLE:g})' is the share of draws with a cost of at most {ACCEPTABLE:g}: each of the "
-        f"{len(TERMS)} terms at its acceptable value. Other weights were judged only for raw readings and for both "
-        "observers: the least and the most that a law can measure."
+        f"{len(TERMS)} terms at its acceptable value. Other weights were judged only with raw readings and behind both "
+        "observers, which give a law the least and the most information."
     )
     care = (
-        "Other searches and half of the budget were run for the three laws with the least cost in tuning, and for "
-        "AOSMC-RGS. The second and the third best search of a law are the other two of its three searches. Each of "
-        "these changes has two rows. In the first row all laws are compared, the other laws as tuned: this row shows "
-        "the effect of the search. In the second row only these few laws are compared. There are then fewer pairs of "
-        "laws, the intervals are narrower, and more scenarios are decided."
+        "The results of other searches, and of half of the budget, were judged for the three laws with the least cost "
+        "in tuning, and for AOSMC-RGS. The second and the third best search of a law are the other two of its three "
+        "searches. Each of these changes has two rows. In the first row all laws are compared, the other laws as "
+        "tuned: this row shows the effect of the search. In the second row only these few laws are compared. There "
+        "are then fewer pairs of laws, the intervals are narrower, and more scenarios are decided."
     )
     tables = (table for given in ORDER for table in (changes_table(evidence, given), without_table(evidence, given)))
     return wb.Section("What changes the answer", (wb.Paragraph(words), wb.Paragraph(care), *tables))
@@ -180,12 +181,12 @@ def best(judgement: wb.evidence.LawJudgement) -> str:
 def together(evidence: Evidence) -> wb.Section:
     words = (
         "The costs of ten scenarios become one number in three ways. The arithmetic mean depends most on the scenario "
-        "with the largest costs. The geometric mean, and the mean ratio to the best law of each scenario, do not "
-        "depend on how large the costs of a scenario are. The last columns have the arithmetic mean without the "
-        "scenario that dominates it for most laws, and the scenario with the largest part of a law's sum. The "
-        "geometric mean is taken over the scenarios in each draw, and then averaged over the draws. It is not the "
-        "geometric mean of the mean costs in the figures above: a few draws with chattering raise that mean more. "
-        f"{rare(evidence)}"
+        "with the largest costs. The order of the laws by the geometric mean, or by the mean ratio to the best law of "
+        "each scenario, stays the same if all costs of one scenario are multiplied by a factor. The last columns have "
+        "the arithmetic mean without the scenario that dominates it for most laws, and the scenario with the largest "
+        "part of a law's sum. The geometric mean is taken over the scenarios in each draw, and then averaged over the "
+        "draws. It is not the geometric mean of the mean costs in the figures above: a few draws with chattering "
+        f"raise the latter more. {rare(evidence)}"
     )
     tables = (together_table(evidence, given) for given in ORDER)
     return wb.Section("All scenarios together", (wb.Paragraph(words), *tables))
@@ -280,14 +281,15 @@ def parts_table(evidence: Evidence) -> wb.document.ReportTable:
 def parts(evidence: Evidence) -> wb.Section:
     """The worth of each part of AOSMC-RGS, as tuned and tuned again."""
     words = (
-        "The numbers of the whole law do not suit a law that has lost a part. Each law without a part is therefore "
-        "also tuned again, with the same budget for each of its numbers. With the tuned P(0), P begins as a short "
-        "pulse: within 0.05 to 0.1 s, (34) takes it to a steady value that is more than a thousand times smaller, and "
-        "the rise of K is over after 10 ms. If P is kept at P(0), K grows without end, and the cost shows nothing "
-        "about (34). The second column therefore keeps P at its steady value, for K(0) and the posture in which a "
-        "scenario starts. In report a3, P(0) is near the steady value, and keeping it changes the error by only a few "
-        "percent. Without the state observer the law takes the noisy readings; without the disturbance estimate it is "
-        f"{PROPOSED_LAW} behind observer (10). The last tables have the worth of (34) by other searches."
+        "The parameters that were tuned for the whole law do not suit a law that has lost a part. Each law without a "
+        "part is therefore also tuned again, with the same budget for each parameter. With the tuned P(0), P begins "
+        "as a short pulse: within 0.05 to 0.1 s, (34) takes it to a steady value that is more than a thousand times "
+        "smaller, and the rise of K is over after 10 ms. If P is kept at P(0), K grows without end, and the cost "
+        "shows nothing about (34). The second column therefore keeps P at the steady value of (34), computed with K = "
+        "K(0) and the posture in which a scenario starts. In report a3, P(0) is near the steady value, and keeping it "
+        "changes the error by only a few percent. Without the state observer the law takes the noisy readings; "
+        f"without the disturbance estimate it is {PROPOSED_LAW} behind observer (10). The last tables have the worth "
+        "of (34) by other searches."
     )
     by_term = wb.evidence.ablation_table(
         "parts_by_term",

@@ -151,8 +151,8 @@ def headline(parts: Parts) -> str:
     all_of_them, rest = (spread(judgement) for judgement in (parts.searches.whole, parts.searches.without[name]))
     return (
         f"The worth of the Riccati equation (34) is not decided. Tuned again with a constant P, {PROPOSED_LAW} costs "
-        f"{more_or_less(all_of_them)} over all scenarios together, depending on which searches of both laws are "
-        f"compared. Without scenario {scenario_words(name)}, it costs {more_or_less(rest)}."
+        f"{more_or_less(all_of_them)} over all scenarios together, depending on which of the three searches of "
+        f"each law are compared. Without scenario {scenario_words(name)}, it costs {more_or_less(rest)}."
     )
 
 
@@ -238,10 +238,10 @@ def riccati(evidence: Evidence) -> wb.Finding:
         "riccati_gain",
         headline(parts),
         f"{by_best}Without tuning again, the cost {moves(frozen, STEADY)} if P is kept at its steady value, and "
-        f"{moves(frozen, RICCATI)} if P is kept at the tuned P(0), with which P begins as a short pulse. Plain {PLAIN} "
-        f"costs {more_or_less((plain, plain))}, and {more_or_less((rest, rest))} without '{name}'.{elsewhere}",
-        statistic=f"Change of the {BASE} of the cost over the {SCENARIOS} scenarios, with its interval. The answer of "
-        "the best searches counts if all pairs of searches of both laws have it; otherwise the answer is 'undecided'.",
+        f"{moves(frozen, RICCATI)} if P is kept at the tuned P(0), near which (34) leaves P for 0.1 s at most. Plain "
+        f"{PLAIN} costs {more_or_less((plain, plain))}, and {more_or_less((rest, rest))} without '{name}'.{elsewhere}",
+        statistic=f"Change of the {BASE} of the cost over the {SCENARIOS} scenarios, with its interval. The answer is "
+        "that of the best searches, if every pair of searches of both laws gives it; otherwise it is 'undecided'.",
         sample=sample(evidence),
         information=f"Both laws have {BOTH.words}.",
         assumptions=f"{ASSUMPTIONS} P is steady for K(0) and the posture in which a scenario starts.",
@@ -277,7 +277,7 @@ def searches_table(parts: Parts) -> wb.document.ReportTable:
         tuple(rows),
         (
             f"A positive change means that the whole law costs less. The last column has the least and the greatest "
-            f"change as each scenario but '{name}' is left out. Bold: significant; {whole.holds}.",
+            f"change if one scenario other than '{name}' is left out. Bold: significant; {whole.holds}.",
             whole.samples.footnote,
         ),
     )

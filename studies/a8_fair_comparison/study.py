@@ -101,15 +101,14 @@ study = wb.Study(
         "the measurements, the tuning search or its budget? What is each part of AOSMC-RGS worth?"
     ),
     method=(
-        f"{introduction(10, 24, 33, 34)} "
-        "Twelve laws run on a computer with the same noisy readings, the same torque limit and the same wrong model. "
-        "They are compared with four kinds of measurements: raw readings; a filtered velocity; observer (10) of the "
-        "state; and both observers, (10) and an observer of the disturbance. With each kind, every law is tuned for "
-        "one cost in two scenarios, by three searches with the same budget for each number. Then it is judged in ten "
-        "other scenarios over random draws of the arm, the disturbance and the start, which are the same for all laws. "
-        "Only laws with the same measurements are compared. The mean cost decides, as costs add up over the runs. An "
-        "answer is marked 'depends' if another statistic, search, budget, weight or choice of scenarios changes it. "
-        "Intervals hold for all pairs of laws in all scenarios at once."
+        f"{introduction(10, 24, 33, 34)} Twelve laws run on a computer with the same noisy readings, the same torque "
+        "limit and the same wrong model. They are compared with four kinds of measurements: raw readings; a filtered "
+        "velocity; observer (10) of the state; and both observers, (10) and an observer of the disturbance. With each "
+        "kind, every law is tuned for one cost in two scenarios, by three searches with the same budget for each "
+        "parameter. Then it is judged in ten other scenarios over random draws of the arm, the disturbance and the "
+        "start, which are the same for all laws. Only laws with the same measurements are compared. The mean cost "
+        "decides, as costs add up over the runs. An answer is marked 'depends' if another statistic, search, budget, "
+        "weight or choice of scenarios changes it. Intervals hold for all pairs of laws in all scenarios at once."
     ),
     tunings=tunings(),
     cases=cases,

@@ -53,7 +53,10 @@ def test_what_34_is_worth_is_not_decided_if_another_search_has_another_answer():
     held = evidence(costs(a=WINS, b=WINS), retuned=retuned, **{f"{RICCATI}_other": 0.6})
     finding = findings.riccati(held)
     assert (finding.answer, finding.kind, finding.cites) == ("undecided", "open", ())
-    assert "costs 10 % less to 50 % more over all scenarios together, depending on which searches" in finding.statement
+    assert (
+        "costs 10 % less to 50 % more over all scenarios together, depending on which of the three searches"
+        in finding.statement
+    )
     by = {one.words: one.answer for one in finding.variations}
     assert by["the best search of each law, geometric mean"] == "better with (34)"
     assert by["the law without (34) by the second best search, the whole law by the best search"] == "worse with (34)"

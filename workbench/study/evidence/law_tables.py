@@ -20,7 +20,7 @@ from workbench.study.study import Outcome
 HEADS = ("law", "information", "observer", "state", "model", "D", "memory")
 NOTE = (
     "The table follows from the equations of each loop. Information: laws with the same letter have the same "
-    "information, and only these are compared with each other. State: how positions and velocities reach the law, one "
+    "measurements and use the same terms of a model. State: how positions and velocities reach the law, one "
     "word if both do so alike. Read: used directly. Filtered: used only through a filter. Estimated: inferred from "
     "other signals. Model: the matrices M, C and G of the assumed arm that are used, in law / observer. D: the "
     "disturbance. Memory: the count of numbers that are remembered, in law / observer."
