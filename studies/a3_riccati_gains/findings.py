@@ -78,7 +78,7 @@ def answer(evidence: Evidence) -> str:
     """The part of (34) in the law, in one line."""
     return (
         f"(34) sets how fast K learns. With P frozen at its mean, RMSE changes by {spread(evidence, MEAN)} and effort "
-        f"by {spread(evidence, MEAN, 'effort')}; at P(0), RMSE by {spread(evidence, AT_START)} and effort by "
+        f"by {spread(evidence, MEAN, 'effort')}; at P(0), by {spread(evidence, AT_START)} and "
         f"{spread(evidence, AT_START, 'effort')}."
     )
 

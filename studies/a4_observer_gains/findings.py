@@ -33,11 +33,11 @@ def answer(results: wb.Results) -> str:
     paper, chosen = (candidates(results)[name] for name in (PAPER, DOUBLE_POLE))
     ratios = sorted(late(results, s, PAPER) / late(results, s, DOUBLE_POLE) for s in (SCENARIOS[0], SCENARIOS[-1]))
     below = f"only below {100 * paper.share:.2g} % of the region's bounds" if paper.share else "nowhere"
-    errors = f"for first errors below {1e3 * (chosen.admitted_radius or 0.0):.2g} mrad"
+    errors = f"from errors below {1e3 * (chosen.admitted_radius or 0.0):.2g} mrad"
     upto = f"in the whole region, {errors}" if chosen.share == WHOLE else "nowhere"
     return (
-        f"The paper's gains provably converge {below}; {_gains(chosen)} do {upto}. With them, the late error is "
-        f"{ratios[0]:.2g} to {ratios[1]:.2g} times smaller, the noise {chosen.noise / paper.noise:.0f} times larger."
+        f"The paper's observer gains provably converge {below}; those found here, {upto}. Their late error is "
+        f"{ratios[0]:.2g} to {ratios[1]:.2g} times smaller, their noise {chosen.noise / paper.noise:.0f} times larger."
     )
 
 

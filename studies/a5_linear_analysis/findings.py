@@ -233,7 +233,7 @@ def answer(results: wb.Results) -> str:
     ours = {pose: every[PROPOSED_LAW][pose].alpha for pose in POSES}
     first, learned = every["SMC"][LEVEL].delay, every["ASMC"][late(LEVEL)].delay
     return (
-        f"At rest, SMC tolerates a delay of {first:.2f} ms, and ASMC with its learned gain {learned:.2g} ms. "
+        f"At rest, SMC tolerates a delay of {first:.2f} ms, ASMC with its learned gain {learned:.2g} ms. "
         f"{PROPOSED_LAW} tolerates {every[PROPOSED_LAW][LEVEL].delay:.0f} ms if its observer gets the torque before "
         f"the delay. Its disk margin is {ours[LEVEL]:.2f}, but {ours['upright']:.3f} in the upright pose."
     )

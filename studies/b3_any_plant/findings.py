@@ -198,6 +198,6 @@ def answer(results: wb.Results) -> str:
     less, _ = standing(next(iter(orders(results).values())))
     return (
         f"{rest.answer} loops settle in a computer. LQG's RMSE is smaller in {less} of {COUNT} settings; other "
-        f"statistics differ. Under PI, tank level h_1 settles in {tanks.answer} times the time if there is a right "
-        "half-plane zero; the zero does not force this."
+        f"statistics differ. Under PI, level h_1 settles in {tanks.answer} times the time with a right half-plane "
+        "zero, which does not force this."
     )

@@ -45,7 +45,7 @@ def answer(results: wb.Results) -> str:
     laws = sorted(ratio, key=lambda law: -max(ratio[law]))
     return (
         f"Linear loops predict within 3 % the sampling period at which {small} loops near equilibrium begin to "
-        f"chatter; delay margins overestimate it up to {number(max(ratio[laws[0]]))} times. Linear settling times hold "
+        f"chatter; delay margins overestimate it up to {number(max(ratio[laws[0]]))} times. Settling times hold "
         f"within {100 * CLOSE:g} % up to {number(1e3 * size)} mrad from equilibrium."
     )
 
