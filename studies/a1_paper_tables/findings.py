@@ -142,8 +142,7 @@ def two_repairs(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         "two_repairs",
         f"With (3) and (28) repaired and nothing else, the law tracks the first scenario in {len(kept)} of "
-        f"{len(runs)} runs, with late errors of at most {worst[0]:.3f} rad (joint 1) and {worst[1]:.3f} rad (joint "
-        "2).",
+        f"{len(runs)} runs, with late errors of at most {worst[0]:.3f} rad and {worst[1]:.3f} rad at joints 1 and 2.",
         f"(24) and the minus of (33) are as printed. K falls, and stops being positive definite only with {lost}. "
         f"{_single_words(single)}",
         statistic=TRACKING,
@@ -290,9 +289,9 @@ def answer_line(results: wb.Results) -> str:
     largest = max(four, two, nearest(results[row.OTHER_PAIR, "outer"]).miss)
     tracking = any(min(each) <= NEAR for each in grid.late_errors(results).values())
     return (
-        f"As printed, with observer (10), the law {'tracks in some runs' if tracking else 'does not track'}. Three "
-        "sets of repairs each meet the printed RMSE of the first scenario within "
-        f"{row.limit(largest)} %, so this row does not identify the law."
+        f"As printed, with observer (10), the law {'tracks in some runs' if tracking else 'does not track'}. Three sets "
+        f"of repairs each meet the printed RMSE of the first scenario within {row.limit(largest)} %, so this row does "
+        "not identify the law."
     )
 
 

@@ -90,8 +90,7 @@ def lead(evidence: Evidence) -> str:
     return (
         f"The network of {law} has a leak. Near e = 0 it adds a low-pass-filtered feedback of s in parallel to the "
         f"gain K / phi. With raw readings, {law} is therefore the only law with a filter against the noise of the "
-        f"velocity. With filtered velocities all laws have such a filter. {law} then has the lowest cost in "
-        f"{filtered} scenarios, not in {raw}."
+        f"velocity. With filtered velocities all laws have such a filter; {law} is then lowest in {filtered}, not {raw}."
     )
 
 
@@ -185,8 +184,7 @@ def together(evidence: Evidence) -> wb.Section:
         "each scenario, stays the same if all costs of one scenario are multiplied by a factor. The last columns have "
         "the arithmetic mean without the scenario that dominates it for most laws, and the scenario with the largest "
         "part of a law's sum. The geometric mean is taken over the scenarios in each draw, and then averaged over the "
-        "draws. It is not the geometric mean of the mean costs in the figures above: a few draws with chattering "
-        f"raise the latter more. {rare(evidence)}"
+        f"draws. Draws with chattering raise the geometric mean of the mean costs in the figures more. {rare(evidence)}"
     )
     tables = (together_table(evidence, given) for given in ORDER)
     return wb.Section("All scenarios together", (wb.Paragraph(words), *tables))

@@ -141,8 +141,8 @@ def margins_section(results: wb.Results) -> wb.Section:
         "the run from the same start without the effect."
     )
     blocks: tuple[wb.document.Block, ...] = (
-        wb.Paragraph(words),
         ladders(results),
+        wb.Paragraph(words),
         *tables,
         shared_table(results),
         delays,

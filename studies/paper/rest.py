@@ -11,7 +11,7 @@ POSE = tuple(map(float, CARD["FS: q(0)"]))  # both links stand upright or hang, 
 UNTIL, STATE_INTERVAL = 0.1, 0.01  # s: nothing moves
 WHY = (
     "The runs above track a moving reference, and a loop gain exists only about an equilibrium. In these pictures "
-    f"{PROPOSED_LAW} therefore holds the arm at rest at its initial position in the paper's first scenario: the "
+    f"{PROPOSED_LAW} therefore holds the arm at rest at its initial position in the paper's first scenario. The "
     "reference stays there, and there is no disturbance."
 )
 ELSEWHERE = "Report d0 has the loop gains of six laws at several poses."
