@@ -289,9 +289,9 @@ def answer_line(results: wb.Results) -> str:
     largest = max(four, two, nearest(results[row.OTHER_PAIR, "outer"]).miss)
     tracking = any(min(each) <= NEAR for each in grid.late_errors(results).values())
     return (
-        f"As printed, with observer (10), the law {'tracks in some runs' if tracking else 'does not track'}. Three sets "
-        f"of repairs each meet the printed RMSE of the first scenario within {row.limit(largest)} %, so this row does "
-        "not identify the law."
+        f"As printed, with observer (10), the law {'tracks in some runs' if tracking else 'does not track'}. Three "
+        f"sets of repairs each meet the printed RMSE of the first scenario within {row.limit(largest)} %, so this row "
+        "does not identify the law."
     )
 
 

@@ -90,7 +90,7 @@ def lead(evidence: Evidence) -> str:
     return (
         f"The network of {law} has a leak. Near e = 0 it adds a low-pass-filtered feedback of s in parallel to the "
         f"gain K / phi. With raw readings, {law} is therefore the only law with a filter against the noise of the "
-        f"velocity. With filtered velocities all laws have such a filter; {law} is then lowest in {filtered}, not {raw}."
+        f"velocity. With filtered velocities all laws have one; {law} is then lowest in {filtered}, not in {raw}."
     )
 
 

@@ -141,11 +141,11 @@ def margins_section(results: wb.Results) -> wb.Section:
         "the run from the same start without the effect."
     )
     blocks: tuple[wb.document.Block, ...] = (
-        ladders(results),
         wb.Paragraph(words),
         *tables,
         shared_table(results),
         delays,
+        ladders(results),
     )
     return wb.Section("The largest level of each effect that the laws tolerate", blocks)
 
