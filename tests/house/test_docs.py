@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -100,6 +101,18 @@ def test_each_argument_that_a_page_names_is_declared_somewhere():
             named = re.findall(r"(?<![\w.=<>!#-])([A-Za-z_]\w*)=(?!=)", code)
             wrong += [f"{page.name}: {name}=" for name in named if name not in declared]
     assert wrong == []
+
+
+def test_each_object_whose_docstring_a_page_shows_is_there():
+    shown = [
+        line.split("::")[1].strip()
+        for page in (ROOT / "docs").glob("*/*.md")
+        for line in page.read_text("utf-8").splitlines()
+        if re.match(r"\.\. auto(class|function)::", line)
+    ]
+    assert shown
+    missing = [name for name in shown if not hasattr(import_module(name.rpartition(".")[0]), name.rpartition(".")[2])]
+    assert missing == []
 
 
 def broken_links(site):

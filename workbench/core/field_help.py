@@ -59,7 +59,7 @@ def _entries(docstring: str | None) -> Iterator[tuple[str, str]]:
     start, end = _section(doc)
     names: list[str] = []
     lines: list[str] = []
-    for line in [*doc[start:end].removeprefix(HEAD).splitlines(), ""]:
+    for line in [*filter(None, doc[start:end].removeprefix(HEAD).splitlines()), ""]:
         if line.startswith(" "):
             lines.append(line.strip())
             continue
@@ -73,12 +73,12 @@ def _entry(alike: tuple[Field[object], ...], texts: tuple[str, ...]) -> str:
     default = " and ".join(filter(None, (", ".join(defaults[:-1]), *defaults[-1:])))
     default = f"default {default}" if default and default != OPTIONAL else default
     head = f"{', '.join(f.name for f in alike)} : {', '.join(filter(None, (_kind(f), default)))}"
-    choices = [f'"{name}": {meaning}.' for name, meaning in f.metadata.get("option", {}).items()]
+    choices = [f'- "{name}": {meaning}.' for name, meaning in f.metadata.get("option", {}).items()]
     own = texts[0].partition(choices[0])[0] if choices else texts[0]  # a base class has the choices in its text
-    lines = textwrap.wrap(own, WIDTH)
+    lines = [*textwrap.wrap(own, WIDTH), *([""] if choices else [])]  # a list of reStructuredText
     for choice in choices:
         lines += textwrap.wrap(choice, WIDTH, subsequent_indent="  ")
-    return "\n".join([head, *(f"    {line}" for line in lines)])
+    return "\n".join([head, *(f"    {line}".rstrip() for line in lines)])
 
 
 def _kind(f: Field[object]) -> str:
