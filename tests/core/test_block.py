@@ -136,3 +136,22 @@ def test_a_number_of_any_shape_is_one_or_a_vector_as_long_as_the_others():
 def test_a_unit_that_names_that_of_a_signal_follows_each_of_its_units(unit, rate):
     layout = lift(Limit(unit, -1.0, 2.0)).layout
     assert [entry.unit for entry in layout.entries] == [unit, rate, "s"]
+
+
+def test_the_help_of_a_block_names_three_axes_and_calls_no_factory_of_a_user():
+    def refuse():
+        raise AssertionError("called before an object is made")
+
+    @block
+    class Cube:
+        """A block of stiffnesses."""
+
+        T: object = parameter(unit="N/m", shape=("n", "n", "n"))
+        I: object = parameter(default=(1.0, 2.0), unit="kg", shape=("2",))
+        other: object = dataclasses.field(default_factory=refuse)
+
+    assert Cube.__doc__.splitlines()[-3:] == [
+        "T : array (n, n, n) [N/m]",
+        "I : vector (2,) [kg], default (1.0, 2.0)",
+        "other : object, optional",
+    ]

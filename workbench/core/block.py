@@ -226,9 +226,10 @@ def block(cls: type[T]) -> type[T]:
     cls._repr_html_ = vars(cls).get("_repr_html_", _repr_html_)  # type: ignore[attr-defined]
     show(cls)
     made = dataclass(frozen=True, eq=False)(cls)
-    for f, quantity in quantities(made) if is_dataclass(made) else ():
-        checked_unit(f"{cls.__name__}.{f.name} = parameter(unit=...)", PLACE.sub("x", quantity.unit))
-    made.__doc__ = with_parameters(made)  # type: ignore[arg-type]
+    if is_dataclass(made):  # which it is, and which mypy then knows
+        for f, quantity in quantities(made):
+            checked_unit(f"{cls.__name__}.{f.name} = parameter(unit=...)", PLACE.sub("x", quantity.unit))
+        made.__doc__ = with_parameters(made)
     return made
 
 

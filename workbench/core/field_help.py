@@ -88,7 +88,7 @@ def _kind(f: Field[object]) -> str:
     axes, bounds = quantity.shape, quantity.bounds
     shape = f" ({', '.join(axes)}{',' if len(axes) == 1 else ''})" if axes else ""
     either = {"*": "number or vector", "n": "number or vector (n,)"}  # one number may stand for all of a vector
-    kind = either.get("".join(axes), f"{SHAPES[len(axes)]}{shape}")
+    kind = either.get("".join(axes), f"{SHAPES.get(len(axes), 'array')}{shape}")
     start = "" if quantity.is_symbolic else "initial value of a state"
     definite = {"semi": "positive semidefinite", "positive": "positive definite"}.get(bounds.definite, "")
     matrix = definite or ("symmetric" if bounds.symmetric else "")
@@ -115,12 +115,13 @@ def _type(f: Field[object]) -> str:
 
 
 def _default(f: Field[object]) -> str:
-    if f.default is not MISSING:
-        value = f.default
-    elif f.default_factory is not MISSING:
+    value = f.default
+    if value is MISSING:
+        if f.default_factory is MISSING:
+            return ""
+        if "quantity" not in f.metadata:  # a factory of a user's own is not called before an object is made
+            return OPTIONAL
         value = f.default_factory()
-    else:
-        return ""
     plain = (bool, int, float, str, type(None))
     if isinstance(value, plain) or (isinstance(value, tuple) and all(isinstance(part, plain) for part in value)):
         return repr(value)
