@@ -108,8 +108,8 @@ def rest(results: wb.Results) -> wb.Section:
     """The linear pictures of the proposed law, which the knobs move."""
     knobs = (
         "On the HTML page the knobs move these pictures together with the runs. The knob of K(0) goes up to these "
-        "gains. Q, R, the motion of the reference and the disturbance have no part in the pictures; l, the rate of "
-        "(24), moves only the pole of (24)."
+        "gains. Q, R, the motion of the reference and the disturbance have no part in the pictures. The rate l of "
+        "(24) moves only the pole of (24)."
     )
     return rest_section(results[REST, PROPOSED_LAW], results["FS", PROPOSED_LAW], "It has the four repairs.", knobs)
 

@@ -220,7 +220,7 @@ def rest(results: wb.Results) -> wb.Section:
     """The linear pictures of the proposed law, which the factors of the sweeps move."""
     knobs = (
         "On the HTML page the knobs move these pictures together with the runs. P(0), Q, R and D have no part in the "
-        "pictures; l, the rate of (24), moves only the pole of (24)."
+        "pictures. The rate l of (24) moves only the pole of (24)."
     )
     return rest_section(
         results[REST, PROPOSED_LAW], results[SCENARIO, PROPOSED_LAW], "It has the four repairs of report a1.", knobs
