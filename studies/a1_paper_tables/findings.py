@@ -196,8 +196,8 @@ def row_of_fs(results: wb.Results) -> wb.Finding:
         f"{row.SHORTEST:g} s to {FREE:g} s, or to the end of the run.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=f"With four repairs: {assumptions(OURS, of_fit=True)}. With (3) and (28) repaired: Q, the shape of (33) "
-        "and the horizon, to the printed row. With (3) and (33) repaired: the same and R.",
+        fitted_numbers=f"With four repairs: {assumptions(OURS, of_fit=True)}. With (3) and (28) repaired: Q, the shape "
+        "of (33) and the horizon, to the printed row. With (3) and (33) repaired: the same and R.",
         answer=_met(least),
         variations=tuple(_other_rows(results)),
         limitations=names(omitted_choices((*VARIED_CHOICES, "D_hat in (10)"), OURS)),
@@ -270,7 +270,7 @@ def late_error(results: wb.Results) -> wb.Finding:
         sample=f"One run without noise for each repair, over up to {FREE:g} s.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=assumptions(OURS, of_fit=True),
+        fitted_numbers=assumptions(OURS, of_fit=True),
         answer=f"{errors[1]:.2f} rad",
         variations=tuple(wb.Variation(words, _late(run), _errors(run)) for words, run in runs.items()),
         limitations=f"Other gains L1, L2 of (10), which the paper states and a4 varies; "

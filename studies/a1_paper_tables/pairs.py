@@ -27,7 +27,7 @@ def order_of_laws(results: wb.Results) -> wb.Finding:
         information="Rivals: exact positions and velocities. AOSMC-RGS: positions and the true disturbance. All: the "
         "exact model, without torque limits.",
         assumptions=(f"The {len(CHOICES)} choices of ", wb.document.CrossReference("unstated"), "."),
-        fits=f"AOSMC-RGS alone, to its printed rows: {assumptions(CHOICES, of_fit=True)}. No rival.",
+        fitted_numbers=f"AOSMC-RGS alone, to its printed rows: {assumptions(CHOICES, of_fit=True)}. No rival.",
         answer=_share(holds, total),
         variations=tuple(_other_orders(results)),
         limitations=(

@@ -29,7 +29,7 @@ class SharedOptions(TypedDict):
 
     until: float
     seed: int
-    runs: Integers | None
+    noise_keys: Integers | None
     progress: Progress | None
     arithmetic: str | None
     engine: str | None
@@ -45,27 +45,30 @@ def simulate(
     every: float | None = None,
     tolerance: float | None = None,
     seed: int = 0,
-    runs: Integers | None = None,
+    noise_keys: Integers | None = None,
     progress: Progress | None = None,
     arithmetic: str | None = None,
     engine: str | None = None,
 ) -> Trajectories:
     """Run B copies of a loop from time 0 to `until`, each with its own parameters and initial state.
 
-    A run depends only on its rows of p and x0, its key in `runs`, seed, arithmetic and step, and not on the other runs.
+    A run depends only on its rows of p and x0, its key in `noise_keys`, seed, arithmetic and step, not on other runs.
     `Trajectories.warnings` says if the step is beyond its stability limit, or changes the result.
 
     Parameters
     ----------
     step
-        A `StepMap`, or a loop, an `Ode` or a `SampledSystem`, whose step is then chosen by pilot runs.
+        The system to simulate: a loop, an `Ode` or a `SampledSystem`, whose step size is chosen by pilot runs, or a
+        `StepMap`, which has one.
     p, x0
-        (B, np) and (B, nx), as `pack` of their layouts gives; one row serves all. More than 64 MB are not copied.
+        (B, np) and (B, nx), as `pack` of their layouts gives; one row serves all. Arrays above 64 MB are used in
+        place: do not change them afterwards.
     until, every
         Horizon and time between kept states, in s; by default each step of a `StepMap`, 1000 intervals of an `Ode`.
     tolerance
-        The largest change of a state at half the step, over its largest value: by default 0.001, for a `StepMap` 0.01.
-    seed, runs
+        The largest allowed change of a state when the step is halved, relative to the largest value of that state: by
+        default 0.001, for a `StepMap` 0.01.
+    seed, noise_keys
         The keys of the noise: a whole number, and one number (B,) for each run, by default 0, 1, 2, ...
     progress
         Called with the share of the work that is done, from 0 to 1.
@@ -88,7 +91,9 @@ def simulate(
     >>> wb.simulate(wb.rk4(motor, 1e-3), p, until=5.0)
     <3 runs of 'plant' at 5001 times to 5 s>
     """
-    how = SharedOptions(until=until, seed=seed, runs=runs, progress=progress, arithmetic=arithmetic, engine=engine)
+    how = SharedOptions(
+        until=until, seed=seed, noise_keys=noise_keys, progress=progress, arithmetic=arithmetic, engine=engine
+    )
     if tolerance is not None:
         tolerance = refusals.positive("simulate(tolerance=...)", tolerance)
     if isinstance(step, StepMap):

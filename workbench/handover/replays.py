@@ -99,8 +99,9 @@ def replay(
 ) -> Replay:
     """Run the law of a loop on several machines, with the inputs that it gets in the portable arithmetic.
 
-    Commands are compared bit by bit. Each machine continues from its own memory. As long as its commands are equal, the
-    loop around it is this loop.
+    Commands are compared bit by bit, and so is a digest of the states of the law after each period. Each target keeps
+    its own states of the law from period to period, and gets the recorded readings. As long as its commands are equal
+    to the recorded ones, these are the readings that it would get in closed loop.
 
     Parameters
     ----------
