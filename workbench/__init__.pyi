@@ -268,6 +268,7 @@ __all__ = [
     "lead_lag",
     "linear",
     "linear_loop",
+    "linear_loop_at_knobs",
     "linear_loops",
     "linearize",
     "live",
@@ -324,6 +325,5 @@ __all__ = [
     "total_variation",
     "tuning",
     "turn_knobs",
-    "linear_loop_at_knobs",
     "uncertainty",
 ]

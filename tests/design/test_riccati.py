@@ -287,4 +287,4 @@ def test_solvers_run_in_one_thread_and_leave_the_number_of_threads_as_it_was():
 def test_the_answer_says_how_far_it_can_be_trusted():
     text = str(care([[0, 1], [0, 0]], [[0], [1]], np.eye(2), 1).certificate)
     assert text.startswith("residual ")
-    assert "margin 0.866" in text
+    assert "decay rate 0.866" in text

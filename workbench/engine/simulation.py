@@ -58,16 +58,14 @@ def simulate(
     Parameters
     ----------
     step
-        The system to simulate: a loop, an `Ode` or a `SampledSystem`, whose step size is chosen by pilot runs, or a
-        `StepMap`, which has one.
+        The system: a loop, an `Ode` or a `SampledSystem`, whose step size pilot runs choose, or a `StepMap`.
     p, x0
-        (B, np) and (B, nx), as `pack` of their layouts gives; one row serves all. Arrays above 64 MB are used in
-        place: do not change them afterwards.
+        (B, np) and (B, nx), as `pack` of their layouts gives; one row serves all. Do not change arrays above 64 MB
+        later: they are not copied.
     until, every
         Horizon and time between kept states, in s; by default each step of a `StepMap`, 1000 intervals of an `Ode`.
     tolerance
-        The largest allowed change of a state when the step is halved, relative to the largest value of that state: by
-        default 0.001, for a `StepMap` 0.01.
+        The allowed change of a state when the step is halved, over its largest value: 0.001, or 0.01 for a `StepMap`.
     seed, noise_keys
         The keys of the noise: a whole number, and one number (B,) for each run, by default 0, 1, 2, ...
     progress
@@ -94,13 +92,17 @@ def simulate(
     how = SharedOptions(
         until=until, seed=seed, noise_keys=noise_keys, progress=progress, arithmetic=arithmetic, engine=engine
     )
-    if tolerance is not None:
-        tolerance = refusals.positive("simulate(tolerance=...)", tolerance)
+    tolerance = None if tolerance is None else refusals.positive("simulate(tolerance=...)", tolerance)
     if isinstance(step, StepMap):
         return replace(run_step(step, p, x0, every=every, **how), tolerance=tolerance or NAMED_TOLERANCE)
+    return _at_chosen_step(_equations(step), p, x0, every, tolerance or TOLERANCE, how)
+
+
+def _equations(step: Ode | SampledSystem | Loop) -> Ode | SampledSystem:
+    """The equations of a loop; what is neither a loop nor a step is refused."""
     if not is_loop(step):
         raise refusals.refusal("simulate(step=...)", f"a `StepMap`, {LOOP}", step)
-    return _at_chosen_step(equations_of(step, "loop"), p, x0, every, tolerance or TOLERANCE, how)
+    return equations_of(step, "loop")
 
 
 def _at_chosen_step(

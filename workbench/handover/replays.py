@@ -111,10 +111,8 @@ def replay(
         Names of `wb.handover.TARGETS`, or targets of your own; by default all but the one whose library has a fault.
     reference, truths
         As of `SampledSystem.law`: "input" or "built in", and names of signals that no instrument gives.
-    seed, precision
-        The seed of the noise; "double", or "single" for the law alone.
-    timeout
-        The time in s that one program of a target may take.
+    seed, precision, timeout
+        The seed of the noise; "double", or "single" for the law alone; the time in s for one program of a target.
     progress
         Called with the name of each target before it runs; one that cannot run reports it.
 

@@ -287,7 +287,7 @@ def _warnings(
         yield f"K is known to a relative error of about {of_gain:.1e} only"
     margin = solution.operator.margin
     if margin > 0 and (sure := solution.operator.sure_margin()) < (1 - UNSURE) * margin:
-        yield f"rounding moves the poles: of the margin {margin:.3g} only {sure:.3g} is sure"
+        yield f"rounding moves the poles: of the decay rate {margin:.3g} only {sure:.3g} is sure"
     if sensitivity.reach < 1 and sensitivity.reach > 0 and sensitivity.reach < EPS / WORTH_A_WARNING:
         yield f"relative changes of the data beyond about {sensitivity.reach:.1e} may leave no stabilising solution"
     if indefinite(equation.data.Q):
