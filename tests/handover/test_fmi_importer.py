@@ -173,7 +173,7 @@ def test_an_importer_computes_the_bits_of_the_simulation(tmp_path, monkeypatch):
 @needs_fmpy
 @needs_compiler
 @pytest.mark.parametrize(
-    ("first", "number_of_them"),
+    ("first", "number"),
     [pytest.param(2, 3, marks=pytest.mark.heavy), pytest.param(6, 2, marks=pytest.mark.release)],
 )
 def test_every_eighth_example_has_its_bits_in_an_importer(tmp_path, monkeypatch, first, number):

@@ -59,18 +59,8 @@ def test_a_plant_that_readme_shows_passes_the_tests_of_plants(name, tmp_path, mo
 @pytest.mark.heavy
 def test_pytest_collects_the_templates_as_they_stand(tmp_path):
     """Their tests pass above; here pytest finds them where they stand."""
-    line = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-q",
-        "--collect-only",
-        "-p",
-        "no:cacheprovider",
-        *map(str, TEMPLATES),
-        "-c",
-        "/dev/null",
-    ]
+    options = "-q", "--collect-only", "-p", "no:cacheprovider", "-c", "/dev/null"
+    line = [sys.executable, "-m", "pytest", *options, *map(str, TEMPLATES)]
     done = subprocess.run(
         line, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
     )
