@@ -185,7 +185,7 @@ def test_the_least_double_pole_of_a_pendulum_is_the_one_by_hand():
 
 
 @pytest.mark.parametrize(
-    "arm", [(PENDULUM, TURN), pytest.param((DYNAMICS, BOX), marks=pytest.mark.heavy)], ids=["1 joint", "2 joints"]
+    "arm", [(PENDULUM, TURN), pytest.param((DYNAMICS, BOX), marks=pytest.mark.release)], ids=["1 joint", "2 joints"]
 )
 def test_the_noise_of_the_gains_by_lmi_keeps_the_bound_of_their_p(arm):
     """trace L' P L bounds the square of the H2 norm to (rate q~, qd~) where the model adds nothing."""
