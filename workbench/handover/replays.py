@@ -99,9 +99,9 @@ def replay(
 ) -> Replay:
     """Run the law of a loop on several machines, with the inputs that it gets in the portable arithmetic.
 
-    Commands are compared bit by bit, and so is a digest of the states of the law after each period. Each target keeps
-    its own states of the law from period to period, and gets the recorded readings. As long as its commands are equal
-    to the recorded ones, these are the readings that it would get in closed loop.
+    Commands are compared bit by bit, and after each period a digest of the states of the law. Each target keeps its own
+    states of the law from period to period, and gets the recorded readings. As long as its commands are equal to the
+    recorded ones, these are the readings that it would get in closed loop.
 
     Parameters
     ----------
