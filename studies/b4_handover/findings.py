@@ -121,7 +121,8 @@ def longest_period(results: wb.Results) -> wb.Finding:
         f"reference but up to {in_ms(ends(far))} ms from the paper's start; its declared period is "
         f"{1e3 * HANDED_OVER:g} ms.",
         (
-            "The limit follows from ρ, the largest eigenvalue of ",
+            f"Quiet: the total variation of the commands is at most {QUIET:g} times that in continuous time. The limit "
+            "follows from ρ, the largest eigenvalue of ",
             MATRIX,
             ", which grows with the error at the start. The least ",
             HALF,
