@@ -1,4 +1,4 @@
-"""What the findings of a1 are given, and the choices that they vary and leave out."""
+"""The scope of the findings of a1: the information of the law, and the choices that are varied and left out."""
 
 from studies.paper.card import PROPOSED_LAW
 from studies.paper.unstated_choices import assumptions, choices_of, omitted_choices

@@ -252,10 +252,6 @@ class StateAndDisturbanceObserver(AbstractArmObserver):
         return self.state.uses_truth or self.disturbance.uses_truth
 
     @property
-    def truth_reader(self) -> str:
-        return "observer" if self.state.uses_truth else "disturbance observer"
-
-    @property
     def memory(self) -> Layout:
         return self.state.memory.with_prefix("state.") + self.disturbance.memory.with_prefix("disturbance.")
 

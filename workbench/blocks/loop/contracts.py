@@ -191,11 +191,6 @@ class AbstractObserver(AbstractMember):
         return False
 
     @property
-    def truth_reader(self) -> str:
-        """The part that reads these signals, as the notes of a loop name it."""
-        return "observer"
-
-    @property
     @abstractmethod
     def reads(self) -> Layout:
         """The outputs of the plant that the observer reads, and the truths if `uses_truth` is true."""
