@@ -35,7 +35,7 @@ def row_of_fs(results: wb.Results) -> wb.Finding:
     one = nearest(runs[shape, Q])
     return wb.Finding(
         "row_of_fs",
-        f"The printed RMSE of {PROPOSED_LAW} in the first scenario do not identify the law: they are met within "
+        f"The printed RMSE values of {PROPOSED_LAW} in the first scenario do not identify the law. They are met within "
         f"{row.limit(least)} % by repairs of (3) and (28), within {row.limit(other)} % by repairs of (3) and (33), and "
         f"within {row.limit(of_four)} % by all four repairs.",
         "The longer the run, the smaller the sampled RMSE, and the paper does not state the duration of its runs. This "
