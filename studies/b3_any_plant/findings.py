@@ -200,6 +200,6 @@ def answer(results: wb.Results) -> str:
     less, _ = standing(next(iter(orders(results).values())))
     return (
         f"{rest.answer} digital loops settle. LQG's RMSE is smaller in {less} of {COUNT} settings; other statistics "
-        f"differ. Under PI, the quadruple tank's h_1 settles in {tanks.answer} times the time with a right half-plane "
+        f"differ. Under PI, quadruple-tank level h_1 settles in {tanks.answer} times the time with a right half-plane "
         "zero; the zero does not force this."
     )
