@@ -76,7 +76,7 @@ def other_searches(evidence: Evidence, information: Information) -> str:
     """The tallies by the second and the third best search of the laws that run with other numbers, with their names."""
     again = evidence.changed_standings[information.key]
     found = [
-        f"by their {words.removeprefix('the ').split(' of each')[0]}, "
+        f"by their {words.removeprefix('the ').split(' of each')[0]}, the best laws are: "
         f"{tally_words(count_wins(standings), len(standings.judgements))}"
         for words, standings in again.items()
         if words.endswith("laws") and "search" in words

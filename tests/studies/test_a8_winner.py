@@ -208,4 +208,7 @@ def test_the_laws_that_run_as_another_search_tuned_them_are_named():
     again = {"three laws alone": standings(members), "the second best search of each of three laws": standings(members)}
     finding = findings.winner(evidence(members, again), BOTH)
     names = f"{PROPOSED_LAW}, SMC and PID"
-    assert f"If {names} run as tuned by their second best search, {PROPOSED_LAW} in 2." in finding.evidence
+    assert (
+        f"If {names} run as tuned by their second best search, the best laws are: {PROPOSED_LAW} in 2."
+        in finding.evidence
+    )
