@@ -1,7 +1,8 @@
 # make paper   the report on the paper, from a fresh clone, with the installation
 # make reports the reports of all studies: fifteen minutes for series a and b; each later study says its own time
 # make test    what must hold before a change is kept, in some five minutes
-# make test-all   the same with the heaviest tests
+# make test-all   the same with the heaviest tests, each with every third of its cases
+# make test-release   the same with all cases, and pages that are computed anew
 # make test-pythons   the tests on each Python of PYTHONS that is here, in environments of their own
 # make docs    the site with tutorial, how-tos, reference, theory and gallery, in docs/_site
 # make env     the environment of both, without running anything
@@ -26,7 +27,7 @@ WORKERS = -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 RUN = .venv/bin/python
 PIP = -m pip -qq --disable-pip-version-check install --no-compile --constraint constraints.txt
 
-.PHONY: paper reports test test-all test-pythons docs env check clean python
+.PHONY: paper reports test test-all test-release test-pythons docs env check clean python
 .DEFAULT_GOAL := paper
 
 paper: .venv/.runtime
@@ -49,8 +50,9 @@ test: .venv/.dev
 	$(RUN) -m pytest $(WORKERS) $(MARKED); tests=$$?; \
 	wait $$types && exit $$tests
 
-test-all: MARKED = -m ""
-test-all: test
+test-all: MARKED = -m "not release"
+test-release: MARKED = -m ""
+test-all test-release: test
 
 test-pythons:
 	@set -e; for python in $(PYTHONS); do \

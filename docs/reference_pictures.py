@@ -35,7 +35,7 @@ def pictures_of_systems() -> dict[str, Any]:
         "nichols": wb.nichols(4 * plant),
         "pole_zero_map": wb.pole_zero_map(loop),
         "root_locus": wb.root_locus(plant, np.linspace(0, 20, 401)),
-        "singular_values": wb.singular_values(two),
+        "singular_values_plot": wb.singular_values_plot(two),
         "step_response": wb.step_response(loop, until=30.0),
         "FrequencyCurve": wb.bode(wb.FrequencyCurve("a lag", omega, 1 / (1 + 1j * omega))),
         "GainBound": wb.bode(control.tf([1], [1, 1]), bounds=[bound]),

@@ -47,9 +47,9 @@ _ROOMS = {
     "study.document.gain_bounds": "GainBound",
     "study.evidence": "LoopLimits largest_setting",
     "study.specifications": "Specification",
-    "report.live.turned_knobs": "turn_knobs turn_knobs_linear",
+    "report.live.turned_knobs": "linear_loop_at_knobs turn_knobs",
     "report.loop_page": "live",
-    "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values step_response",
+    "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values_plot step_response",
     "report.object_plots": "plot",
     "report.pictures": "sobol_bars",
     "report.pictures.loop_gain_pictures": "loop_gain_pictures",
@@ -119,7 +119,7 @@ _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what 
     "pole_zero_plot pzmap": "wb.pole_zero_map",
     "rlocus root_locus_plot": "wb.root_locus",
     "sample_system": "wb.c2d",
-    "sigma singular_values_plot": "wb.singular_values",
+    "sigma": "wb.singular_values_plot",
     "ss tf zpk StateSpace TransferFunction": "control.ss or control.tf, and wb.LinearPlant or wb.LinearLaw in a loop",
     "step impulse": "wb.step_response(G) for a system, or wb.linear_loop(loop).plot(...) for a loop",
     "stepinfo": "wb.step_info",
@@ -134,8 +134,10 @@ _RENAMED = {  # what the face called otherwise before all names were plain
     "Sampled": "SampledSystem",
     "Together": "CombinedReference",
     "named": "robot",
+    "singular_values": "singular_values_plot",
+    "turn_knobs_linear": "linear_loop_at_knobs",
     "turned": "turn_knobs",
-    "turned_linear": "turn_knobs_linear",
+    "turned_linear": "linear_loop_at_knobs",
 }
 
 

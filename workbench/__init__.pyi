@@ -122,7 +122,7 @@ from workbench.handover.recording import record
 from workbench.handover.replays import replay
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
-from workbench.report.live.turned_knobs import turn_knobs, turn_knobs_linear
+from workbench.report.live.turned_knobs import linear_loop_at_knobs, turn_knobs
 from workbench.report.loop_page import live
 from workbench.report.loop_plots import (
     bode,
@@ -130,7 +130,7 @@ from workbench.report.loop_plots import (
     nyquist,
     pole_zero_map,
     root_locus,
-    singular_values,
+    singular_values_plot,
     step_response,
 )
 from workbench.report.object_plots import plot
@@ -268,6 +268,7 @@ __all__ = [
     "lead_lag",
     "linear",
     "linear_loop",
+    "linear_loop_at_knobs",
     "linear_loops",
     "linearize",
     "live",
@@ -312,7 +313,7 @@ __all__ = [
     "settling_time",
     "side_by_side",
     "simulate",
-    "singular_values",
+    "singular_values_plot",
     "sobol",
     "sobol_bars",
     "stability_margins",
@@ -324,6 +325,5 @@ __all__ = [
     "total_variation",
     "tuning",
     "turn_knobs",
-    "turn_knobs_linear",
     "uncertainty",
 ]

@@ -174,7 +174,7 @@ def late_error(results: wb.Results) -> wb.Finding:
         sample=f"One run without noise for each repair, over up to {FREE:g} s.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=assumptions(OURS, of_fit=True),
+        fitted_numbers=assumptions(OURS, of_fit=True),
         answer=f"{errors[1]:.2f} rad",
         variations=tuple(wb.Variation(words, _late(run), _errors(run)) for words, run in runs.items()),
         limitations=f"Other gains L1, L2 of (10), which the paper states and a4 varies; "

@@ -28,7 +28,7 @@ def order_of_laws(results: wb.Results) -> wb.Finding:
         "PID: "
         "the exact model. No torque limits.",
         assumptions=(f"The {len(CHOICES)} choices of ", wb.document.CrossReference("unstated"), "."),
-        fits=f"AOSMC-RGS alone, to its printed rows: {assumptions(CHOICES, of_fit=True)}. No rival.",
+        fitted_numbers=f"AOSMC-RGS alone, to its printed rows: {assumptions(CHOICES, of_fit=True)}. No rival.",
         answer=_share(holds, total),
         variations=tuple(_other_orders(results)),
         limitations=(

@@ -50,7 +50,8 @@ def row_of_fs(results: wb.Results) -> wb.Finding:
         f"{row.SHORTEST:g} s to {FREE:g} s, or to the end of the run.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=f"With four repairs: {assumptions(OURS, of_fit=True)}. With (3) and (28) repaired: Q, the shape of (33) "
+        fitted_numbers=f"With four repairs: {assumptions(OURS, of_fit=True)}. With (3) and (28) repaired: Q, the "
+        f"shape of (33) "
         "and the horizon, to the printed values. With (3) and (33) repaired: the same and R.",
         answer=_met(least),
         variations=tuple(_other_rows(results)),

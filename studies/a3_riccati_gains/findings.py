@@ -77,9 +77,9 @@ def spread(evidence: Evidence, law: str, metric: str = RMSE) -> str:
 def answer(evidence: Evidence) -> str:
     """The part of (34) in the law, in one line."""
     return (
-        f"(34) sets how fast K learns. With P frozen at its mean, RMSE changes by {spread(evidence, MEAN)} and effort "
-        f"by {spread(evidence, MEAN, 'effort')}; at P(0), by {spread(evidence, AT_START)} and "
-        f"{spread(evidence, AT_START, 'effort')}."
+        f"P sets K's learning rate. Frozen at its mean, it changes RMSE by {spread(evidence, MEAN)}, effort by "
+        f"{spread(evidence, MEAN, 'effort')}. Frozen at P(0), it changes RMSE by {spread(evidence, AT_START)}, effort "
+        f"by {spread(evidence, AT_START, 'effort')}."
     )
 
 
@@ -123,7 +123,7 @@ def riccati_gain(evidence: Evidence) -> wb.Finding:
         sample=RUNS,
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=size(moved),
         variations=variations,
         limitations="Noise, sampling and other values of P; report a8 has noise, and freezes P at two values.",
@@ -145,7 +145,7 @@ def adaptation(evidence: Evidence) -> wb.Finding:
         sample=RUNS,
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=size(moved, ADAPTATION),
         variations=(
             *(less(f"joint {j + 1}, {SCENARIOS[s]} alone", change(evidence, NONE, places=[(s, j)])) for s, j in PLACES),
@@ -197,7 +197,7 @@ def algebraic(evidence: Evidence) -> wb.Finding:
         sample=RUNS,
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=answer_for(largest(three)),
         variations=tuple(
             wb.Variation(words, answer_for(moved), f"{upper_percent(moved)} %") for words, moved in others.items()
@@ -227,7 +227,7 @@ def distance(evidence: Evidence) -> wb.Finding:
         sample=f"One run of each scenario until {WINDOW:g} s.",
         information="K and the estimate of q along the run.",
         assumptions=ASSUMPTIONS,
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=answer_for(max(largest for _, largest in ours)),
         variations=(
             *(
@@ -269,7 +269,7 @@ def cost(evidence: Evidence) -> wb.Finding:
         sample="A along one run of each scenario.",
         information="K and the estimate of q along the run.",
         assumptions=f"{ASSUMPTIONS} The input u, which the paper does not print.",
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=answer_for(max(ours)),
         variations=variations,
         limitations="Other horizons of J.",

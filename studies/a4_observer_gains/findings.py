@@ -32,12 +32,14 @@ def answer(results: wb.Results) -> str:
     """The promise of the paper's gains, and what better ones do, in one line."""
     paper, chosen = (candidates(results)[name] for name in (PAPER, DOUBLE_POLE))
     ratios = sorted(late(results, s, PAPER) / late(results, s, DOUBLE_POLE) for s in (SCENARIOS[0], SCENARIOS[-1]))
-    below = f"only below {100 * paper.share:.2g} % of the region's bounds" if paper.share else "nowhere"
+    limits = "the speed and torque limits"
+    within = f"within {100 * paper.share:.2g} % of {limits}" if paper.share else f"nowhere within {limits}"
     errors = f"from errors below {1e3 * (chosen.admitted_radius or 0.0):.2g} mrad"
-    upto = f"in the whole region, {errors}" if chosen.share == WHOLE else "nowhere"
+    upto = f"within 100 %, {errors}" if chosen.share == WHOLE else "nowhere"
     return (
-        f"The paper's observer gains provably converge {below}; those found here, {upto}. Their late error is "
-        f"{ratios[0]:.2g} to {ratios[1]:.2g} times smaller, their noise {chosen.noise / paper.noise:.0f} times larger."
+        f"The paper's observer provably converges {within}; with better gains, {upto}. These divide steady-state "
+        f"tracking errors by {ratios[0]:.2g} to {ratios[1]:.2g}, but multiply velocity noise by "
+        f"{chosen.noise / paper.noise:.0f}."
     )
 
 
@@ -203,7 +205,7 @@ def better_gains(results: wb.Results) -> wb.Finding:
         sample=f"All states of the region, by proof. {REGION} The arm keeps {100 * INNER:g} % of the speeds.",
         information=OBSERVER,
         assumptions="The region and the rate.",
-        fits="The double pole: the least one for which the decay is proved.",
+        fitted_numbers="The double pole: the least one for which the decay is proved.",
         answer=answer_for(DOUBLE_POLE),
         variations=tuple(
             wb.Variation(f"the gains '{name}'", answer_for(name), times_the_noise(name))
@@ -262,7 +264,7 @@ def late_error(results: wb.Results) -> wb.Finding:
         information="The law has D_hat, filtered from the true disturbance. The observer has positions; (10) leaves D "
         "out.",
         assumptions="Q, R, l and the square wave, as in report a1.",
-        fits="Q, R and l, to the printed RMSE of the first scenario, with the paper's gains.",
+        fitted_numbers="Q, R and l, to the printed RMSE of the first scenario, with the paper's gains.",
         answer=answer_for(Place(first))[0],
         variations=tuple(wb.Variation(words, *answer_for(case)) for words, case in cases.items()),
         limitations="Noise on the positions, which larger gains amplify more.",

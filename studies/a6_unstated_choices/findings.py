@@ -17,7 +17,7 @@ from studies.paper.unstated_choices import assumptions
 MET_WORD, MISSED_WORD = "met", "not met"
 ROW = f"the printed row of {PROPOSED_LAW} in the first scenario"
 BOTH_SIGNS = f"Both signs of (33) meet {ROW} within {100 * CLOSE:g} %: the row does not identify the law."
-SHORT_ROW = "Both signs of (33) meet its printed row in the first scenario, so the row does not identify the law."
+SHORT_ROW = "Both signs of (33) meet its printed row in the first scenario, so the row identifies no law."
 SHORT = 30.0  # s, the longest horizon of an earlier search
 FINE_RUNS = (
     "Runs are in continuous time with the boundary layer of the paper, with a step of "
@@ -66,7 +66,7 @@ def row_finding(results: wb.Results, every: Sequence[Row]) -> wb.Finding:
         f"{rows.AGAIN} nearest choices of each search are run again.",
         information="The law has the exact model, except for (3), and D(t) itself where D_hat needs it.",
         assumptions=f"{OWN_RANGES}. {FIXED_CHOICES}",
-        fits="Q, R, l, the horizon and the other readings, to the two printed numbers of the row.",
+        fitted_numbers="Q, R, l, the horizon and the other readings, to the two printed numbers of the row.",
         answer=MET_WORD if any(row.is_met for row in every) else MISSED_WORD,
         variations=tuple(row_variations(results, every)),
         limitations=LONGER,
@@ -131,7 +131,7 @@ def tables_finding(
         f"a2 = {experiments.BY_HAND[1]:g} rad, f = {experiments.FREQUENCY:g} Hz. Both amplitudes were then moved by "
         f"hand, by {moved}, to {experiments.AMPLITUDES[0]:g} and {experiments.AMPLITUDES[1]:g} rad. The horizon of "
         f"{experiments.HORIZON:g} s also comes from that search. {FIXED_CHOICES}",
-        fits=f"All others of the {len(NAMES)} unstated numbers, to the printed rows.",
+        fitted_numbers=f"All others of the {len(NAMES)} unstated numbers, to the printed rows.",
         answer=MET_WORD if settled else MISSED_WORD,
         variations=tuple(tables_variations(results, law_fits, first, second)),
         limitations=f"Other square waves; {LONGER}",

@@ -106,5 +106,7 @@ def sweeps(law: str) -> dict[str, wb.Sweep]:
             if isinstance(design, wb.SobolDesign)
             else None
         )
-        made[kind] = wb.Sweep(sweep_name(law, kind), run, moved, design, half_step_every=HALF_STEP_EVERY, least=least)
+        made[kind] = wb.Sweep(
+            sweep_name(law, kind), run, moved, design, half_step_every=HALF_STEP_EVERY, least_samples=least
+        )
     return made

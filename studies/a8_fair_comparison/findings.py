@@ -64,7 +64,7 @@ def winner(evidence: Evidence, information: Information) -> wb.Finding:
         sample=sample(evidence),
         information=f"Each of the {len(LAWS)} laws has {information.words}{models}.",
         assumptions=ASSUMPTIONS,
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=first.answer,
         variations=variations,
         limitations=LIMITATIONS,
@@ -152,7 +152,7 @@ def pooled_cost(evidence: Evidence) -> wb.Finding:
         sample=sample(evidence),
         information=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
         assumptions=ASSUMPTIONS,
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=first.answer,
         variations=tuple(pooled_variations(evidence)),
         limitations=LIMITATIONS,
@@ -183,7 +183,7 @@ def proposed_finding(evidence: Evidence) -> wb.Finding:
         sample=sample(evidence),
         information=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
         assumptions=f"{ASSUMPTIONS} The law has the four repairs of report a1.",
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=frequency(first),
         variations=tuple(
             wb.Variation(one.words, frequency(one), f"{places(one)} of {one.scenarios}") for one in others

@@ -247,7 +247,7 @@ def riccati(evidence: Evidence) -> wb.Finding:
         sample=sample(evidence),
         information=f"Both laws have {BOTH.words}.",
         assumptions=f"{ASSUMPTIONS} P is steady for K(0) and the posture in which a scenario starts.",
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=answer,
         variations=tuple(riccati_variations(parts)),
         limitations="Other shapes of (33), a larger budget, and more than three searches.",

@@ -40,9 +40,9 @@ def answer(evidence: Evidence) -> str:
     change = worst_change(evidence)[1]
     quiet = wb.document.join_names(quiet_laws(evidence, evidence.computer_scores(TV, REALISTIC)))
     return (
-        f"At {MS} without noise only {quiet} stay quiet; the RMSE changes by at most {100 * change:.1f} %. With a "
-        f"torque one period late, {PROPOSED_LAW} is quiet up to {in_ms(ends(late))} ms, or {in_ms(ends(near))} ms if "
-        "started on the reference."
+        f"At {MS} without noise, only {quiet} avoid chattering; RMSE differs at most {100 * change:.1f} % from "
+        f"continuous time. With one-period delay, {PROPOSED_LAW}'s longest period without chattering is "
+        f"{in_ms(ends(late))} ms, or {in_ms(ends(near))} ms if started on the reference."
     )
 
 
@@ -114,7 +114,7 @@ def chattering(evidence: Evidence) -> wb.Finding:
         f"noise have the mean of {NOISY} runs.",
         information=INFORMATION,
         assumptions=f"{ASSUMPTIONS} The limit of {QUIET:g} times. Memories step by explicit Euler.",
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=wb.document.join_names(quiet),
         variations=tuple(variations),
         limitations="A wider boundary layer or smaller gains, with which fewer laws chatter.",
@@ -197,7 +197,7 @@ def lost_runs(evidence: Evidence) -> wb.Finding:
         "without delay and with a delay of one period.",
         information=f"{PROPOSED_LAW}: positions, the true disturbance and the exact model.",
         assumptions=ASSUMPTIONS,
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=blame_words(*counts),
         variations=tuple(variations),
         limitations="Delay together with noise for the other laws; longer periods.",
@@ -276,7 +276,7 @@ def published_order(evidence: Evidence) -> wb.Finding:
         information=INFORMATION,
         assumptions=f"{ASSUMPTIONS} The margin of {100 * MARGIN:g} %; the numbers of all rivals, which the paper does "
         "not state.",
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=f"{kept}",
         variations=tuple(variations),
         limitations="Other numbers of the rivals, which report a6 varies.",

@@ -108,7 +108,7 @@ def march(one: CompiledSweep) -> None:
         again = runs % half_step_every(one) == 0
         for step, some in ((one.run.half, again), (one.run.step, runs >= 0)):
             start = one.run.start(x0[some])
-            wb.simulate(step, p[some], start, until=one.run.until, every=one.run.every, runs=runs[some])
+            wb.simulate(step, p[some], start, until=one.run.until, every=one.run.every, noise_keys=runs[some])
 
 
 def record(one: CompiledSweep) -> wb.study.Sample:

@@ -158,7 +158,12 @@ def sweeps() -> tuple[wb.Sweep, ...]:
             moved, least = factors(setting), wb.study.least_base(len(setting.spread))
             made.append(
                 wb.Sweep(
-                    sweep_name(setting, law), ends, moved, design(setting), half_step_every=HALF_STEP_EVERY, least=least
+                    sweep_name(setting, law),
+                    ends,
+                    moved,
+                    design(setting),
+                    half_step_every=HALF_STEP_EVERY,
+                    least_samples=least,
                 )
             )
     return tuple(made)

@@ -140,7 +140,7 @@ def longest_period(results: wb.Results) -> wb.Finding:
             "; both limits; the far starts of LQG and of the cart-pole. The observer of the momentum uses the torque "
             "that acts, which is a period late."
         ),
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=at_hand_over(far),
         variations=tuple(variations),
         limitations="Noise in the readings.",
@@ -220,7 +220,7 @@ def loss_finding(results: wb.Results) -> wb.Finding:
         sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of the near start, each with its own jitter.",
         information=INFORMATION,
         assumptions=assumptions(f"; the statistic; the starts; {CLOCK}."),
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=worst,
         variations=tuple(loss_variations(results)),
         limitations="Noise in the readings, longer periods, missed periods in bursts.",

@@ -187,7 +187,7 @@ def fit_finding(results: wb.Results, near: wb.handover.PeriodShare, far: wb.hand
         information="Double precision, which the Cortex-M4F has in software alone.",
         assumptions="The clocks, 168 and 480 MHz, and one cycle per instruction; waits for memory and divisions take "
         "more.",
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=unfit(results, M4F, FAR_START)[0],
         variations=tuple(variations),
         limitations="Cycles on a real board, and other work of the same processor.",

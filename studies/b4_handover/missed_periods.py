@@ -193,7 +193,7 @@ def clock_finding(results: wb.Results) -> wb.Finding:
         assumptions=assumptions(
             f"; the limit of {KEEPS_RATIO:g} times; the levels, {levels} %; periods missed independently."
         ),
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=frail,
         variations=clock_variations(results),
         limitations="Missed periods in bursts.",

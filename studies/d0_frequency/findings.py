@@ -102,7 +102,7 @@ def period_limit(results: wb.Results) -> wb.Finding:
         "one period late and exact readings.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=FITS,
+        fitted_numbers=FITS,
         answer="all" if whole[0] == whole[1] else small,
         variations=tuple(
             wb.Variation(v.words, "all" if len(set(v.answer.split(" of "))) == 1 else v.answer, v.detail)
@@ -149,7 +149,7 @@ def delay_rule(results: wb.Results) -> wb.Finding:
         sample=f"{len(LAWS)} laws at {len(RUN_POSES)} poses.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=worst,
         variations=tuple(variations),
         limitations="A cut between the law and its observer, at which the delay margin would be short.",
@@ -193,7 +193,7 @@ def step_size(results: wb.Results) -> wb.Finding:
         "the same side, in continuous time.",
         information=INFORMATION,
         assumptions=ASSUMPTIONS,
-        fits=FITS,
+        fitted_numbers=FITS,
         answer=words(size),
         variations=tuple(variations),
         limitations="Starts with a velocity, or with the joints to opposite sides.",

@@ -62,7 +62,7 @@ def one_channel(results: wb.Results) -> wb.Finding:
         "exact model, in the draws a wrong one.",
         assumptions="The numbers of the laws as in report a1, adaptive gains at K(0); the ranges of the draws, as in "
         "a7.",
-        fits="Q and R of AOSMC-RGS, to its printed RMSE (report a1).",
+        fitted_numbers="Q and R of AOSMC-RGS, to its printed RMSE (report a1).",
         answer=law,
         variations=tuple(variations),
         limitations="Cuts at the readings, and draws of learned gains.",

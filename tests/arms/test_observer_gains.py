@@ -195,10 +195,10 @@ def test_an_audit_says_what_is_proved_of_the_papers_gains(monkeypatch):
     monkeypatch.setattr(error_dynamics, "HALVINGS", 2)  # each asks a solver: the share is rougher
     found = audit(DYNAMICS, PAPER, BOX, 0.8, 0.1)
     assert found.certificate is not None
-    assert found.reach is not None
+    assert found.admitted_errors is not None
     assert found.share is not None
     assert 0.02 < found.share < 0.2
-    assert found.reach.position < 0.02  # rad: errors must be small indeed
+    assert found.admitted_errors.position < 0.02  # rad: errors must be small indeed
     assert found.frozen_poles.unstable > 0.1
 
 

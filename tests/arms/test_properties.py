@@ -157,7 +157,7 @@ def test_the_bounds_over_any_band_of_the_second_joint_are_those_of_the_closed_fo
     np.testing.assert_allclose(verdict.beyond, exact, rtol=1.001e-8)  # the tolerance
 
 
-@pytest.mark.parametrize("joints", [3, pytest.param(4, marks=pytest.mark.heavy)])
+@pytest.mark.parametrize("joints", [3, pytest.param(4, marks=pytest.mark.release)])
 def test_the_bounds_of_longer_arms_are_proved_to_six_digits(joints):
     verdict = positive_definite(Dynamics.of(robot(f"planar-{joints}r")))
     assert verdict.kind == "proved"

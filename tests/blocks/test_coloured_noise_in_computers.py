@@ -39,7 +39,7 @@ def test_the_noise_of_a_run_follows_from_its_seed_and_key_and_from_no_substep():
     one = wb.simulate(coarse, x0=starts, until=1.0, seed=7)["d_v"]
     np.testing.assert_array_equal(one, wb.simulate(fine, x0=starts, until=1.0, seed=7)["d_v"])
     np.testing.assert_array_equal(
-        one[2:], wb.simulate(coarse, until=1.0, seed=7, runs=np.array([2]), x0=starts[2:])["d_v"]
+        one[2:], wb.simulate(coarse, until=1.0, seed=7, noise_keys=np.array([2]), x0=starts[2:])["d_v"]
     )
     assert np.all(one[0] != one[1])
     assert np.all(one != wb.simulate(coarse, x0=starts, until=1.0, seed=8)["d_v"])

@@ -79,7 +79,7 @@ def test_the_covariance_of_an_oscillator_is_that_of_the_textbook():
     found = lyapunov([[0, 1], [-(w**2), -2 * z * w]], np.diag([0, q]))
     np.testing.assert_allclose(np.diag(found.X), [q / (4 * z * w**3), q / (4 * z * w)], rtol=1e-13)
     assert abs(found.X[0, 1]) < 1e-16 * found.X[1, 1]
-    np.testing.assert_allclose(found.certificate.margin, z * w, rtol=1e-12)
+    np.testing.assert_allclose(found.certificate.decay_rate, z * w, rtol=1e-12)
 
 
 def test_a_sum_of_powers_is_the_discrete_gramian():

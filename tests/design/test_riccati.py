@@ -42,7 +42,7 @@ def test_the_double_integrator_has_the_solution_of_the_textbook():
     found = care([[0, 1], [0, 0]], [[0], [1]], np.eye(2), 1)
     np.testing.assert_allclose(found.X, [[np.sqrt(3), 1], [1, np.sqrt(3)]], rtol=2 * EPS)
     np.testing.assert_allclose(found.K, [[1, np.sqrt(3)]], rtol=2 * EPS)
-    np.testing.assert_allclose(found.certificate.margin, np.sqrt(3) / 2, rtol=1e-12)
+    np.testing.assert_allclose(found.certificate.decay_rate, np.sqrt(3) / 2, rtol=1e-12)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8])
@@ -202,7 +202,7 @@ def test_a_margin_that_rounding_blurs_is_said_to_be_no_surer_than_it_is():
         margin = oracle.margin(A, B, K, E)
         told = [w for w in found.certificate.warnings if w.startswith("rounding moves the poles")]
         blurred += bool(told)
-        sure = float(told[0].split("only ")[1].split()[0]) if told else 0.99 * found.certificate.margin
+        sure = float(told[0].split("only ")[1].split()[0]) if told else 0.99 * found.certificate.decay_rate
         assert sure <= margin * (1 + 1e-2)
     assert blurred
     assert not care([[0, 1], [0, 0]], [[0], [1]], np.eye(2), 1).certificate.warnings
@@ -237,7 +237,7 @@ def test_the_poles_are_those_of_the_closed_loop():
         poles = np.linalg.eigvals(np.linalg.solve(E, A - B @ found.K))
         np.testing.assert_allclose(oracle.in_order(found.poles), oracle.in_order(poles), rtol=1e-10)
         margin = 1 - np.abs(poles).max() if solve is dare else -poles.real.max()
-        np.testing.assert_allclose(found.certificate.margin, margin, rtol=1e-9)
+        np.testing.assert_allclose(found.certificate.decay_rate, margin, rtol=1e-9)
 
 
 def test_an_indefinite_q_is_solved_with_a_warning():
@@ -287,4 +287,4 @@ def test_solvers_run_in_one_thread_and_leave_the_number_of_threads_as_it_was():
 def test_the_answer_says_how_far_it_can_be_trusted():
     text = str(care([[0, 1], [0, 0]], [[0], [1]], np.eye(2), 1).certificate)
     assert text.startswith("residual ")
-    assert "margin 0.866" in text
+    assert "decay rate 0.866" in text

@@ -63,6 +63,6 @@ def test_new_units_change_no_digit(solve):
         np.testing.assert_array_equal(second.K, first.K / u[:, None] * x)
         np.testing.assert_array_equal(second.poles, first.poles)
         assert second.certificate.residual == first.certificate.residual
-        assert second.certificate.margin == first.certificate.margin
+        assert second.certificate.decay_rate == first.certificate.decay_rate
         solved += 1
     assert solved >= 8

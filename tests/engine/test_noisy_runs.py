@@ -30,7 +30,7 @@ STEP = ROUGH.step(2)
 
 def test_a_noisy_run_is_the_recursion_with_the_numbers_of_its_keys():
     keys = np.array([5, 17])
-    runs = simulate(STEP, x0=np.tile(STEP.states.default, (2, 1)), until=0.2, seed=9, runs=keys)
+    runs = simulate(STEP, x0=np.tile(STEP.states.default, (2, 1)), until=0.2, seed=9, noise_keys=keys)
     w = normals(9, keys, np.arange(100), STEP.noises)
     for i in range(2):
         x = STEP.states.default
@@ -52,9 +52,9 @@ def test_a_noisy_run_keeps_its_bits_in_any_order_part_and_width():
     whole = simulate(STEP, x0=starts, until=0.2, every=0.1, seed=3).x
     order = np.random.default_rng(2).permutation(21)
     np.testing.assert_array_equal(
-        simulate(STEP, x0=starts[order], until=0.2, every=0.1, seed=3, runs=order).x, whole[order]
+        simulate(STEP, x0=starts[order], until=0.2, every=0.1, seed=3, noise_keys=order).x, whole[order]
     )
-    alone = simulate(STEP, x0=starts[13:14], until=0.2, every=0.1, seed=3, runs=np.array([13])).x
+    alone = simulate(STEP, x0=starts[13:14], until=0.2, every=0.1, seed=3, noise_keys=np.array([13])).x
     np.testing.assert_array_equal(alone[0], whole[13])
     pytest.importorskip("llvmlite", reason=WITHOUT)
     from workbench.engine.kernel import native
@@ -75,7 +75,7 @@ def test_equal_calls_of_many_lots_give_equal_bits_every_time():
 
 
 def test_keys_alone_make_as_many_runs():
-    runs = simulate(STEP, until=0.1, seed=3, runs=np.arange(7))
+    runs = simulate(STEP, until=0.1, seed=3, noise_keys=np.arange(7))
     assert len(runs) == 7
     assert len(np.unique(runs.x[:, -1, 0])) == 7
 
@@ -114,5 +114,5 @@ def test_a_seed_that_is_none_is_refused(seed):
 
 @pytest.mark.parametrize("runs", [[0], [0, -1], [0.5, 1.0], "ab", [], [[0], [1, 2]], [0, 10**400], [0, 2**63]])
 def test_keys_that_name_no_runs_are_refused(runs):
-    with pytest.raises(ValueError, match=r"`simulate\(runs=...\)` must be (2 )?whole numbers"):
-        simulate(STEP, x0=np.tile(STEP.states.default, (2, 1)), until=0.1, runs=runs)
+    with pytest.raises(ValueError, match=r"`simulate\(noise_keys=...\)` must be (2 )?whole numbers"):
+        simulate(STEP, x0=np.tile(STEP.states.default, (2, 1)), until=0.1, noise_keys=runs)

@@ -57,8 +57,10 @@ def test_what_has_no_state_is_refused_by_every_engine():
 @pytest.mark.parametrize("whole", [np.int8, np.uint64, np.array])
 @pytest.mark.parametrize("real", [np.float32, np.longdouble, np.array])
 def test_numbers_of_any_kind_run_as_pythons(whole, real):
-    plain = simulate(STEP, [[2.0]], [[0.5]], until=1.0, every=0.5, seed=3, runs=[4])
-    other = simulate(STEP, [[real(2)]], [[real(0.5)]], until=real(1), every=real(0.5), seed=whole(3), runs=[whole(4)])
+    plain = simulate(STEP, [[2.0]], [[0.5]], until=1.0, every=0.5, seed=3, noise_keys=[4])
+    other = simulate(
+        STEP, [[real(2)]], [[real(0.5)]], until=real(1), every=real(0.5), seed=whole(3), noise_keys=[whole(4)]
+    )
     np.testing.assert_array_equal(plain.x, other.x)
     assert type(other.job.seed) is int
     one = reference_run(ODE, times=[real(0.5)], rtol=real(2**-20), atol=real(2**-20), max_steps=whole(100))

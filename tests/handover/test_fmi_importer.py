@@ -172,13 +172,16 @@ def test_an_importer_computes_the_bits_of_the_simulation(tmp_path, monkeypatch):
 
 @needs_fmpy
 @needs_compiler
-@pytest.mark.heavy
-def test_every_fourth_example_has_its_bits_in_an_importer(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("first", "number"),
+    [pytest.param(2, 3, marks=pytest.mark.heavy), pytest.param(6, 2, marks=pytest.mark.release)],
+)
+def test_every_eighth_example_has_its_bits_in_an_importer(tmp_path, monkeypatch, first, number):
     """In 2.0 or 3.0 by turns, as the equations in C are the same in both; their descriptions are checked in both."""
     monkeypatch.setattr(fmus, "STEPS", STEPS)
     ran, described = [], []
-    for number, case in enumerate(examples(2, every=4)):
-        here, there = (VERSIONS[(number + other) % 2] for other in (0, 1))
+    for place, case in enumerate(examples(first, every=8)):
+        here, there = (VERSIONS[(place + other) % 2] for other in (0, 1))
         units = [fmu(case.what, here, case.name, h=case.h), fmu(case.what, there, case.name, h=case.h, compiler="")]
         ran.append(write(case, tmp_path / "ran", here, units[0]))
         assert equations_of(units[0]) == equations_of(units[1])
@@ -187,8 +190,8 @@ def test_every_fourth_example_has_its_bits_in_an_importer(tmp_path, monkeypatch)
         described[-1].mkdir(parents=True)
         units[1].write(described[-1] / f"{units[1].identifier}.fmu")
     told = cross_checked([*ran, *described], tmp_path)
-    assert told[: len(ran)] == [{"equal": True, "findings": [], "rows": STEPS + 1}] * 5
-    assert told[len(ran) :] == [{"findings": []}] * 5
+    assert told[: len(ran)] == [{"equal": True, "findings": [], "rows": STEPS + 1}] * number
+    assert told[len(ran) :] == [{"findings": []}] * number
 
 
 @needs_fmpy

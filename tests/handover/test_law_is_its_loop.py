@@ -51,7 +51,7 @@ for folder in sys.argv[1:]:
 """
 
 
-@pytest.mark.parametrize("numbers", [FIRST, pytest.param(OTHERS, marks=pytest.mark.heavy)])
+@pytest.mark.parametrize("numbers", [FIRST, pytest.param(OTHERS, marks=pytest.mark.release)])
 def test_random_laws_have_the_bits_of_their_loops_in_c_python_webassembly_and_numpy(numbers, tmp_path):
     ran, wrong = 0, {}
     for number in numbers:

@@ -84,7 +84,7 @@ def test_in_a_browser_it_moves_with_the_runs_of_the_scenario_that_is_shown(page,
             "livePage.answers.get(2).answer.value({quantity: 'phase margin', channel: 0, unit: 'degrees'})"
         )
         study = wb.Study("small", "T", "Q?", "M.", sections, cases=CASES, live=(KNOB,))
-        margins = wb.turn_knobs_linear(study, "at rest: PI", {"Kp": 500.0}).margins()["v"].margins
+        margins = wb.linear_loop_at_knobs(study, "at rest: PI", {"Kp": 500.0}).margins()["v"].margins
         assert found == pytest.approx(margins.phase_margin.value, rel=1e-9)
         assert live.value("document.querySelectorAll('.bench-results tbody tr, .bench tbody tr').length") == 1
         assert live.value("location.hash = '#scenario=at%20rest', 1") == 1

@@ -197,11 +197,11 @@ def test_python_gives_the_linear_loop_of_a_page_with_its_knobs_turned(pendulum):
     case = wb.Case("s", "l", wb.Run(pendulum.loop, (), until=0.01, h=1e-3))
     study = wb.Study("live", "T", "Q?", "M.", lambda results: [], cases=(case,), live=knobs)
     (answer,) = pendulum.answers(pendulum.turn(plant__a=4.5, plant__q=3.0, controller__k=1.5))
-    linear = wb.turn_knobs_linear(study, "s: l", {"push": 4.5, "start": 3.0, "damping": 3.0})
+    linear = wb.linear_loop_at_knobs(study, "s: l", {"push": 4.5, "start": 3.0, "damping": 3.0})
     assert_same(answer, linear)
     assert linear.x0[0] == pytest.approx(np.pi - np.arcsin(0.5), abs=1e-12)  # the rest that is nearer to that start
     with pytest.raises(ValueError, match="rests"):
-        wb.turn_knobs_linear(study, "s: l", {"push": 9.5})
+        wb.linear_loop_at_knobs(study, "s: l", {"push": 9.5})
 
 
 @pytest.mark.parametrize("period", [None, pytest.param(0.01, marks=pytest.mark.heavy)])
@@ -252,7 +252,7 @@ def test_a_page_in_a_browser_has_the_answer_before_the_run(tmp_path, browser):
         assert page.value("heard.map(([phase]) => phase)")[0] == "linear"
         Ms, poles = page.value("heard[0][1]")
         assert page.complaints == []
-    linear = wb.turn_knobs_linear(study, "s: l", {"Kp": 300.0})
+    linear = wb.linear_loop_at_knobs(study, "s: l", {"Kp": 300.0})
     assert close(Ms, linear.margins()["v"].margins.Ms.gain.value)
     np.testing.assert_allclose(poles, [pole.value.real for pole in linear.poles], rtol=1e-9)
 

@@ -51,7 +51,7 @@ def test_singular_values_are_those_of_the_matrix():
     largest = lines(two_channels().plot("singular_values").figure.panels[0])[0]
     found = np.linalg.svd(loop_gain(largest.x), compute_uv=False)[:, 0]
     np.testing.assert_allclose(10 ** (largest.y / 20), found, rtol=1e-8)
-    assert "disk margin" in wb.singular_values(two_channels()).caption
+    assert "disk margin" in wb.singular_values_plot(two_channels()).caption
 
 
 def test_relative_gains_are_those_of_the_plant_alone():

@@ -67,7 +67,7 @@ def outcomes_of_a8(cases_of_a8):
 
 @pytest.fixture(scope="module")
 def unturned(a1):
-    return wb.turn_knobs_linear(a1.study, NAME, {})
+    return wb.linear_loop_at_knobs(a1.study, NAME, {})
 
 
 def test_the_case_at_rest_has_a_scenario_of_its_own_on_each_page(a1, a7, cases_of_a8):
@@ -109,7 +109,7 @@ def test_a_knob_of_a1_moves_the_loop_gain(knob, a1, unturned):
     high = next(one.high for one in a1.LIVE if one.name == knob)
     omega = np.geomspace(0.1, 1000.0, 30)
     before = unturned.response(omega, "L").values
-    after = wb.turn_knobs_linear(a1.study, NAME, {knob: high}).response(omega, "L").values
+    after = wb.linear_loop_at_knobs(a1.study, NAME, {knob: high}).response(omega, "L").values
     assert np.abs(after - before).max() > 1e-3 * np.abs(before).max()
 
 
@@ -117,7 +117,7 @@ def test_the_knobs_that_the_page_says_have_no_part_leave_the_loop_gain(a1, untur
     """l is a pole of the observer of the disturbance, once for each joint, and Q and R move no pole."""
     omega = np.geomspace(0.1, 1000.0, 30)
     high = {one.name: one.high for one in a1.LIVE}
-    turned = wb.turn_knobs_linear(a1.study, NAME, {name: high[name] for name in NO_PART})
+    turned = wb.linear_loop_at_knobs(a1.study, NAME, {name: high[name] for name in NO_PART})
     np.testing.assert_array_equal(turned.response(omega, "L").values, unturned.response(omega, "L").values)
     own, others = (np.array([pole.value for pole in one.poles]) for one in (turned, unturned))
     gone = [pole for pole in others if np.abs(own - pole).min() > 1e-6 * (1 + abs(pole))]

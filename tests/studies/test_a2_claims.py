@@ -41,7 +41,7 @@ def remembered():
 
 @pytest.fixture(scope="module")
 def results(remembered):
-    """What the page is made of: half a minute of a core, for heavy tests alone.
+    """What the page is made of: half a minute of a core, for tests before a release alone.
 
     The laws of a1 are run once for the page and for the witnesses that compare them, and the pairs of weights once.
     """
@@ -125,7 +125,7 @@ def numbers(found):
     return [] if isinstance(found, str) else [float(found)]
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_the_printed_page_shows_each_line_of_the_ledger_with_its_witness_to_the_letter(rows, ledger):
     shown = {name: (verdict, witness) for name, verdict, _, witness in rows}
     assert len(rows) == len(shown) == len(ledger)
@@ -133,7 +133,7 @@ def test_the_printed_page_shows_each_line_of_the_ledger_with_its_witness_to_the_
     assert shown == wanted  # a page has no-break spaces before units, and none in a witness, which is code
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_each_printed_witness_shows_the_violation_that_its_row_states(rows, replayed):
     broken = [row for row in rows if row[1].startswith(WITNESS_KINDS)]
     assert len(broken) > 20
@@ -145,7 +145,7 @@ def test_each_printed_witness_shows_the_violation_that_its_row_states(rows, repl
             assert any(is_printed(number, stated) for number in numbers(replayed[name])), f"{name}: {replayed[name]}"
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_the_product_of_33_is_refused_as_its_row_says(rows):
     ((verdict, witness),) = ((verdict, witness) for name, verdict, _, witness in rows if name == ILL_POSED)
     assert verdict == "ill-posed"
@@ -153,7 +153,7 @@ def test_the_product_of_33_is_refused_as_its_row_says(rows):
         eval(witness, vars(replay))
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_what_holds_is_proved_and_what_the_paper_prints_wrong_is_refuted_with_a_witness(ledger):
     for name in ("(2)", "(4)", "Assumption 2", "Assumption 3, derived C", "Assumption 4"):
         assert ledger[name].ruling.kind == "proved"
@@ -162,27 +162,27 @@ def test_what_holds_is_proved_and_what_the_paper_prints_wrong_is_refuted_with_a_
         assert ledger[name].ruling.witness
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_no_claim_about_a_limit_is_proved_by_a_run(ledger):
     for line in ledger:
         if "rerun(" in line.ruling.witness:
             assert line.ruling.kind in ("refuted", "not refuted")
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 @pytest.mark.parametrize("name", ["(33), gain", "(34), cost", "(40)", "(41), along (10)", "(41), along (35)", "(42)"])
 def test_a_witness_prints_the_weights_it_rests_on(name, ledger):
     rests_on = f"{ledger[name].ruling.under} {ledger[name].ruling.evidence}"
     assert all(f"{letter} = " in rests_on for letter in ("Q", "R"))
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 @pytest.mark.parametrize("name", ["(33), gain", "(34), cost"])
 def test_what_fails_for_some_weights_alone_depends_on_them(name, ledger):
     assert ledger[name].ruling.verdict == "depends on Q and R, which the paper does not state"
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_no_claim_is_refuted_over_a_range_that_only_its_reader_chose(ledger):
     for line in ledger:
         if line.ruling.kind == "refuted":
@@ -195,26 +195,26 @@ def test_each_numbered_equation_is_judged_or_is_a_definition():
     assert {name for item in PRINTED_STATEMENTS for name in item.claims} >= set(QUANTIFIERS)
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_each_printed_equation_has_a_line_of_the_ledger_with_its_words(ledger):
     for item in PRINTED_STATEMENTS:
         assert decisive(ledger, item).quote == item.quote
         assert item.claims[0] not in group_ledgers(ledger)[OUR_LEDGER].names
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_31_is_an_identity_and_its_replacement_is_what_fails(ledger):
     assert ledger["(31)"].ruling.kind == "proved"
     assert ledger["(31), replacement"].ruling.kind == "refuted"
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_15_holds_under_its_condition_and_not_for_all_torques_at_once(ledger):
     assert ledger["(15)"].ruling.kind == "proved"
     assert ledger["(15), everywhere"].ruling.kind == "does not hold under"
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_every_finding_that_breaks_a_claim_keeps_the_hypotheses_it_names(ledger):
     with_margin = [line for line in ledger if line.ruling.kind in BREAKING_KINDS and line.ruling.kept_hypotheses]
     assert {"(24)", "(40)", "(41), along (35)", "(41), along (10)", "(42)"} <= {line.claim.name for line in with_margin}
@@ -226,7 +226,7 @@ def test_every_finding_that_breaks_a_claim_keeps_the_hypotheses_it_names(ledger)
                 )
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_a_claim_is_judged_as_published_and_under_the_numbers_of_a1(ledger):
     groups = group_ledgers(ledger)
     published = [line for line in groups[PAPER_LEDGER] if line.ruling.kind == "not checkable as published"]
@@ -252,7 +252,7 @@ def test_what_a2_says_of_a6_and_a3_is_what_their_tables_hold():
         assert 100 * (ratio - 1) == pytest.approx(said, abs=0.05)  # the digits that a2 prints
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_the_bounds_of_the_disturbance_are_those_of_its_sines(ledger):
     # by hand: each scenario has one sine of 3 and one of 4 rad/s, so the norm of the amplitudes is not exceeded
     evidence = ledger["Assumption 4"].ruling.evidence
@@ -261,7 +261,7 @@ def test_the_bounds_of_the_disturbance_are_those_of_its_sines(ledger):
     assert all(0.5 < bound <= np.hypot(0.5, 0.4) * (1 + 1e-6) for bound in bounds)
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_each_claim_is_counted_in_one_group(ledger):
     names = ledger.names
     lines = tuple(ClaimEntry(Claim(name, "said", "here"), Ruling("proved", "seen")) for name in names)
@@ -272,7 +272,7 @@ def test_each_claim_is_counted_in_one_group(ledger):
     assert {"(30), repaired", "Theorem 1, swinging arm"} <= set(groups[OUR_LEDGER].names)
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_a_comparison_is_replayed_with_the_numbers_of_a1(replayed):
     found = replayed["reduced overshoot, numbers of a1"]
     assert set(found) == {f"SS: {law}" for law in (*LAWS, "super-twisting")}  # after jumps, which FS has none of

@@ -25,7 +25,7 @@ def sections(results):
     return [wb.Section("Indices", (wb.Paragraph(str(found.S1.value)),))]
 
 study = wb.Study("drawn", "T", "Q?", "M.", sections, sweeps=(
-    wb.Sweep("indices", run, factors, SobolDesign(3, 64), least=least_base(3)),))
+    wb.Sweep("indices", run, factors, SobolDesign(3, 64), least_samples=least_base(3)),))
 """
 
 
@@ -67,11 +67,11 @@ def test_a_design_with_fewer_samples_than_its_tables_need_is_refused():
     run = wb.Run(wb.open_loop(wb.DCMotor()), (wb.effort("omega"),), until=0.1, h=0.01)
     factors = (wb.Factor("b", ("b",), wb.Uniform(0.1, 0.2)),)
     with pytest.raises(ValueError, match=r"Sweep\('few', design=...\)` needs at least 100 samples.*got 20"):
-        wb.Sweep("few", run, factors, MonteCarlo(1, 20), least=100)
+        wb.Sweep("few", run, factors, MonteCarlo(1, 20), least_samples=100)
 
 
 def test_a_study_whose_sweeps_follow_from_tunings_says_what_they_need(command, tmp_path):
-    lines = DRAWN.replace("sweeps=(", "least=32, sweeps=(")
+    lines = DRAWN.replace("sweeps=(", "least_samples=32, sweeps=(")
     (tmp_path / "drawn.py").write_text(lines, encoding="utf-8")
     done = command("run", "drawn.py", "--out", "out", "--samples", 16)
     assert done.exit_code == 2

@@ -140,8 +140,9 @@ class Manipulator(AbstractPlant):
 
         M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau,        tau = 0 at a joint without a motor.
 
-    The input is tau, one number for each motor; the outputs are q and qd. The disturbance is the truth d. Torques are
-    in N m for joints that turn; for joints that slide they are forces in N.
+    The input is tau, one number for each motor; the outputs are q and qd. The disturbance D is available as the signal
+    d, which no instrument measures (one of the `truths`). Torques are in N m for joints that turn; for joints that
+    slide they are forces in N.
 
     Parameters
     ----------

@@ -39,25 +39,25 @@ class DesignError(ValueError):
 @dataclass(frozen=True)
 @show
 class Certificate:
-    """The accuracy of a solution, and the margin of the loop that it gives.
+    """The accuracy of a solution, and the decay rate of the loop that it gives.
 
     `residual` is that of the equation over the size of its terms, `error` an estimate of the relative error of the
     solution for the data exactly as given, and `condition` a bound of its relative change over that of the data.
-    `margin` is the distance of the slowest pole from instability: -max Re in 1/s, or 1 - max |z|. So many steps of
-    Newton's method refined it `newton_steps` times.
+    `decay_rate` is the distance of the slowest pole from instability: -max Re in 1/s, or 1 - max |z|. `newton_steps` is
+    the number of Newton steps that refined the solution.
     """
 
     residual: float
     error: float
     condition: float
-    margin: float
+    decay_rate: float
     newton_steps: int = 0
     warnings: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         figures = (
             f"residual {self.residual:.1e}, error {self.error:.1e}, condition {self.condition:.1e}, "
-            f"margin {self.margin:.3g}, Newton steps {self.newton_steps}"
+            f"decay rate {self.decay_rate:.3g}, Newton steps {self.newton_steps}"
         )
         return "; ".join([figures, *self.warnings])
 

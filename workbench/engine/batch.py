@@ -30,7 +30,7 @@ def run_step(
     until: float,
     every: float | None = None,
     seed: int = 0,
-    runs: Integers | None = None,
+    noise_keys: Integers | None = None,
     progress: Progress | None = None,
     arithmetic: str | None = None,
     engine: str | None = None,
@@ -38,10 +38,10 @@ def run_step(
     """Run B copies of a step, as `simulate` says."""
     refuse_in_pages("simulate(...)")
     tell = progress_of("simulate", progress)
-    p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else max(1, runs.size))
+    p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if noise_keys is None else max(1, noise_keys.size))
     stride, kept = _row_spacing(step, p_rows, until, every)
     rounding = arithmetic_of(step, arithmetic, engine)
-    job = Job(step, p_rows, stride, *_keys(seed, runs, len(p_rows)), arithmetic=rounding)
+    job = Job(step, p_rows, stride, *_keys(seed, noise_keys, len(p_rows)), arithmetic=rounding)
     march = march_of(job, engine)
     x = np.empty((len(x_rows), kept + 1, step.states.size))
     x[:, 0] = x_rows
@@ -50,14 +50,14 @@ def run_step(
     return Trajectories(job, np.asarray(np.arange(kept + 1) * stride * step.h), x, divergence)
 
 
-def _keys(seed: int, runs: Integers | None, count: int) -> tuple[int, Integers]:
+def _keys(seed: int, noise_keys: Integers | None, count: int) -> tuple[int, Integers]:
     seed = refusals.seed("simulate(seed=...)", seed)
-    if runs is None:
+    if noise_keys is None:
         return seed, np.arange(count)
-    if runs.shape != (count,) or (runs < 0).any():
+    if noise_keys.shape != (count,) or (noise_keys < 0).any():
         must = f"{count} whole numbers from 0 on, one to name each run, below 2^63"
-        raise refusals.refusal("simulate(runs=...)", must, runs.tolist())
-    return seed, runs
+        raise refusals.refusal("simulate(noise_keys=...)", must, noise_keys.tolist())
+    return seed, noise_keys
 
 
 def table_of(call: str, layout: Layout, rows: Array | None) -> Array:

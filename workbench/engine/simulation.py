@@ -29,7 +29,7 @@ class SharedOptions(TypedDict):
 
     until: float
     seed: int
-    runs: Integers | None
+    noise_keys: Integers | None
     progress: Progress | None
     arithmetic: str | None
     engine: str | None
@@ -45,27 +45,28 @@ def simulate(
     every: float | None = None,
     tolerance: float | None = None,
     seed: int = 0,
-    runs: Integers | None = None,
+    noise_keys: Integers | None = None,
     progress: Progress | None = None,
     arithmetic: str | None = None,
     engine: str | None = None,
 ) -> Trajectories:
     """Run B copies of a loop from time 0 to `until`, each with its own parameters and initial state.
 
-    A run depends only on its rows of p and x0, its key in `runs`, seed, arithmetic and step, and not on the other runs.
+    A run depends only on its rows of p and x0, its key in `noise_keys`, seed, arithmetic and step, not on other runs.
     `Trajectories.warnings` says if the step is beyond its stability limit, or changes the result.
 
     Parameters
     ----------
     step
-        A `StepMap`, or a loop, an `Ode` or a `SampledSystem`, whose step is then chosen by pilot runs.
+        The system: a loop, an `Ode` or a `SampledSystem`, whose step size pilot runs choose, or a `StepMap`.
     p, x0
-        (B, np) and (B, nx), as `pack` of their layouts gives; one row serves all. More than 64 MB are not copied.
+        (B, np) and (B, nx), as `pack` of their layouts gives; one row serves all. Do not change arrays above 64 MB
+        later: they are not copied.
     until, every
         Horizon and time between kept states, in s; by default each step of a `StepMap`, 1000 intervals of an `Ode`.
     tolerance
-        The largest change of a state at half the step, over its largest value: by default 0.001, for a `StepMap` 0.01.
-    seed, runs
+        The allowed change of a state when the step is halved, over its largest value: 0.001, or 0.01 for a `StepMap`.
+    seed, noise_keys
         The keys of the noise: a whole number, and one number (B,) for each run, by default 0, 1, 2, ...
     progress
         Called with the share of the work that is done, from 0 to 1.
@@ -88,14 +89,20 @@ def simulate(
     >>> wb.simulate(wb.rk4(motor, 1e-3), p, until=5.0)
     <3 runs of 'plant' at 5001 times to 5 s>
     """
-    how = SharedOptions(until=until, seed=seed, runs=runs, progress=progress, arithmetic=arithmetic, engine=engine)
-    if tolerance is not None:
-        tolerance = refusals.positive("simulate(tolerance=...)", tolerance)
+    how = SharedOptions(
+        until=until, seed=seed, noise_keys=noise_keys, progress=progress, arithmetic=arithmetic, engine=engine
+    )
+    tolerance = None if tolerance is None else refusals.positive("simulate(tolerance=...)", tolerance)
     if isinstance(step, StepMap):
         return replace(run_step(step, p, x0, every=every, **how), tolerance=tolerance or NAMED_TOLERANCE)
+    return _at_chosen_step(_equations(step), p, x0, every, tolerance or TOLERANCE, how)
+
+
+def _equations(step: Ode | SampledSystem | Loop) -> Ode | SampledSystem:
+    """The equations of a loop; what is neither a loop nor a step is refused."""
     if not is_loop(step):
         raise refusals.refusal("simulate(step=...)", f"a `StepMap`, {LOOP}", step)
-    return _at_chosen_step(equations_of(step, "loop"), p, x0, every, tolerance or TOLERANCE, how)
+    return equations_of(step, "loop")
 
 
 def _at_chosen_step(

@@ -99,8 +99,9 @@ def replay(
 ) -> Replay:
     """Run the law of a loop on several machines, with the inputs that it gets in the portable arithmetic.
 
-    Commands are compared bit by bit. Each machine continues from its own memory. As long as its commands are equal, the
-    loop around it is this loop.
+    Commands are compared bit by bit, and after each period a digest of the states of the law. Each target keeps its own
+    states of the law from period to period, and gets the recorded readings. As long as its commands are equal to the
+    recorded ones, these are the readings that it would get in closed loop.
 
     Parameters
     ----------
@@ -110,10 +111,8 @@ def replay(
         Names of `wb.handover.TARGETS`, or targets of your own; by default all but the one whose library has a fault.
     reference, truths
         As of `SampledSystem.law`: "input" or "built in", and names of signals that no instrument gives.
-    seed, precision
-        The seed of the noise; "double", or "single" for the law alone.
-    timeout
-        The time in s that one program of a target may take.
+    seed, precision, timeout
+        The seed of the noise; "double", or "single" for the law alone; the time in s for one program of a target.
     progress
         Called with the name of each target before it runs; one that cannot run reports it.
 

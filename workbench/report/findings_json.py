@@ -28,7 +28,7 @@ def findings_json(document: Document) -> str:
             "sample": text(one.sample),
             "given": text(one.information),
             "chosen": text(one.assumptions),
-            "fitted": text(one.fits),
+            "fitted": text(one.fitted_numbers),
             "untried": text(one.limitations),
             "variations": [{"words": v.words, "answer": v.answer, "detail": v.detail} for v in one.variations],
             "cites": list(one.cites),

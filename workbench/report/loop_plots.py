@@ -58,7 +58,7 @@ def bode(
     Raises
     ------
     ValueError
-        If a system has several channels (take `singular_values`) or is not one of these, or the frequencies do not
+        If a system has several channels (take `singular_values_plot`) or is not one of these, or the frequencies do not
         rise.
 
     Examples
@@ -128,7 +128,9 @@ def nichols(systems: Systems, frequencies: Array | None = None, margins: bool = 
 
 
 @check_arguments
-def singular_values(systems: Systems, frequencies: Array | None = None, bounds: tuple[GainBound, ...] = ()) -> Picture:
+def singular_values_plot(
+    systems: Systems, frequencies: Array | None = None, bounds: tuple[GainBound, ...] = ()
+) -> Picture:
     """The singular values over frequency of a system with several channels, or of several systems by their names.
 
     For a `LinearLoop` they are those of the loop gain L at all channels, and the caption has the disk margin. `bounds`
@@ -143,10 +145,10 @@ def singular_values(systems: Systems, frequencies: Array | None = None, bounds: 
     --------
     >>> import control
     >>> plant = control.ss([[-1, 0], [0, -2]], np.eye(2), [[1, 1], [0, 1]], np.zeros((2, 2)))
-    >>> wb.singular_values(plant).figure.name
+    >>> wb.singular_values_plot(plant).figure.name
     'singular_values'
     """
-    held, remarks = matrices_of("singular_values", systems, frequencies)
+    held, remarks = matrices_of("singular_values_plot", systems, frequencies)
     return Picture(singular_value_figure("singular_values", " ".join(remarks), held, bounds))
 
 

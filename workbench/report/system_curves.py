@@ -36,7 +36,7 @@ def one_channel(call: str, system: System) -> System:
     if not system.issiso():
         raise ValueError(
             f"`{call}(systems)` draws one input and one output; this one has {system.ninputs} and {system.noutputs}: "
-            "take one channel, as `system[0, 0]`, or `singular_values`."
+            "take one channel, as `system[0, 0]`, or `singular_values_plot`."
         )
     return system
 

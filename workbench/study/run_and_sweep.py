@@ -111,9 +111,9 @@ class Sweep:
     runs_of_chunk
         The number of runs that are computed and stored together; by default as many as one processor computes in a
         second or two.
-    least
-        The least number of samples that its tables need, as `least_base` and `least_draws` give it. Fewer samples, by
-        `--samples` or by the design, are refused before anything is computed.
+    least_samples
+        The least number of samples that the tables of the study need, as `least_base` and `least_draws` give it. Fewer
+        samples, by `--samples` or by the design, are refused before anything is computed.
 
     Examples
     --------
@@ -130,7 +130,7 @@ class Sweep:
     common: bool = False
     half_step_every: int | None = HALF_STEP_EVERY
     runs_of_chunk: int | None = None
-    least: int | None = None
+    least_samples: int | None = None
 
     def __post_init__(self) -> None:
         check_name("Sweep", self.name)
@@ -145,14 +145,18 @@ class Sweep:
             )
         if self.factors and not self.run.metrics:
             raise ValueError(f"`Sweep({self.name!r}, run=...)` needs a run with at least one metric; got none.")
-        for name in ("half_step_every", "runs_of_chunk", "least"):
+        for name in ("half_step_every", "runs_of_chunk", "least_samples"):
             if (count := getattr(self, name)) is not None:
                 whole(f"Sweep({name}=...)", count)
         of = count_of(self)
-        if self.least is not None and of is not None and (count := getattr(self.design, of)) < self.least:
+        if (
+            self.least_samples is not None
+            and of is not None
+            and (count := getattr(self.design, of)) < self.least_samples
+        ):
             raise ValueError(
-                f"`Sweep({self.name!r}, design=...)` needs at least {self.least:,} samples, the `{of}` of its design, "
-                f"for the tables that follow; got {count:,}: take more, in the design or by `--samples`."
+                f"`Sweep({self.name!r}, design=...)` needs at least {self.least_samples:,} samples, the `{of}` of its "
+                f"design, for the tables that follow; got {count:,}: take more, in the design or by `--samples`."
             )
 
 

@@ -54,10 +54,10 @@ def check_options(study: Study, order: StudyOptions) -> None:
     for name in ("workers", "samples"):
         if (count := getattr(order, name)) is not None:
             whole(f"--{name}", count)
-    if order.samples is not None and study.least is not None and order.samples < study.least:
+    if order.samples is not None and study.least_samples is not None and order.samples < study.least_samples:
         raise ValueError(
-            f"`--samples` must be at least {study.least:,} for the study '{study.name}', as its tables need them; got "
-            f"{order.samples:,}."
+            f"`--samples` must be at least {study.least_samples:,} for the study '{study.name}', as its tables need "
+            f"them; got {order.samples:,}."
         )
     searched, works = bool(study.tunings), bool(study.works)
     options = (

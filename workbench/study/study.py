@@ -37,7 +37,7 @@ class Study:
         and the verdicts of the report.
     measures_time
         True if the report holds times, which differ from one run to the next.
-    least
+    least_samples
         The least number of samples that `--samples` may set, if sweeps that need it are made from tunings.
     seed
         The seed of whatever the study samples at random; None if it samples nothing.
@@ -74,14 +74,14 @@ class Study:
     tunings: tuple[Tuning, ...] = ()
     live: tuple[Knob, ...] | None = ()
     works: tuple[Work, ...] | Callable[[Results], tuple[Work, ...]] = ()
-    least: int | None = None
+    least_samples: int | None = None
 
     def __post_init__(self) -> None:
         check_name("Study", self.name)
         if self.seed is not None:
             seed("Study(seed=...)", self.seed)
-        if self.least is not None:
-            whole("Study(least=...)", self.least)
+        if self.least_samples is not None:
+            whole("Study(least_samples=...)", self.least_samples)
         for part in ("cases", "sweeps", "tunings"):
             if not callable(given := getattr(self, part)):
                 self._check_names(part, [one.name for one in given])

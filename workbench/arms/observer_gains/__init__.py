@@ -5,8 +5,8 @@ first, then `decay_certificate.py`; `audit` in `error_dynamics.py` gathers all t
 """
 
 from workbench.arms.observer_gains.decay_certificate import (
+    AdmittedErrors,
     RateCertificate,
-    Reach,
     by_lmi,
     certify,
     check,
@@ -38,7 +38,7 @@ __all__ = [
     "Mismatch",
     "Noise",
     "RateCertificate",
-    "Reach",
+    "AdmittedErrors",
     "Region",
     "frozen_poles_along",
     "audit",

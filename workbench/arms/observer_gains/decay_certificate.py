@@ -28,10 +28,11 @@ FINE, FARTHEST = 1.05, 1000.0
 
 @dataclass(frozen=True, eq=False)
 @show
-class Reach:
-    """The initial errors that are admitted: x~' P x~ <= level; with qd~ = 0 or q~ = 0 of these sizes, in rad and rad/s.
+class AdmittedErrors:
+    """The initial errors from which the estimate stays in the region: all with x~' P x~ <= `level`.
 
-    `peaking` bounds |qd~(t)| / |q~(0)| for qd~(0) = 0, in 1/s.
+    For qd~ = 0 these are all |q~| <= `position` (rad), and for q~ = 0 all |qd~| <= `velocity` (rad/s). `peaking` bounds
+    |qd~(t)| / |q~(0)| for qd~(0) = 0, in 1/s.
     """
 
     level: float
@@ -43,9 +44,9 @@ class Reach:
 @dataclass(frozen=True, eq=False)
 @show
 class RateCertificate:
-    """V = x~' P x~ falls at least as exp(-2 rate t), in 1/s, while arm and estimate stay in the region: proved.
+    """A proof that V = x~' P x~ falls at least as exp(-2 rate t) while arm and estimate stay in the region.
 
-    P is (2n, 2n) and symmetric; the proof took so many `boxes` of positions.
+    `rate` is in 1/s. P is (2n, 2n) and symmetric. `boxes` is the number of boxes of positions that the proof took.
     """
 
     gains: Gains
@@ -55,7 +56,7 @@ class RateCertificate:
     boxes: int
 
     @check_arguments
-    def reach(self, arm: Region) -> Reach:
+    def admitted_errors(self, arm: Region) -> AdmittedErrors:
         """The initial errors with which the estimate stays in the region while the arm stays in `arm`, inside it."""
         room = self._room(arm)
         inverse = np.linalg.inv(self.P)
@@ -63,26 +64,28 @@ class RateCertificate:
         level = float((room[bounded] ** 2 / np.diag(inverse)[bounded]).min())
         largest = [float(np.linalg.eigvalsh(part)[-1]) for part in (self.P[:n, :n], self.P[n:, n:], inverse[n:, n:])]
         position, velocity = (float(np.sqrt(level / value)) for value in largest[:2])
-        return Reach(level, position, velocity, float(np.sqrt(largest[0] * largest[2])))
+        return AdmittedErrors(level, position, velocity, float(np.sqrt(largest[0] * largest[2])))
 
     def _room(self, arm: Region) -> Array:
         """The room of the estimate in each state, (2n,)."""
         mine, whose = self.region, arm
         if whose.joints != mine.joints:
             raise ValueError(
-                f"`reach(arm)` must be for the {mine.joints} joints of the certificate; got {whose.joints}."
+                f"`admitted_errors(arm)` must be for the {mine.joints} joints of the certificate; got {whose.joints}."
             )
         room = np.full(2 * self.gains.joints, np.inf)
         room[self.gains.joints :] = mine.speed - whose.speed
         if mine.low is not None and mine.high is not None:
             if whose.low is None or whose.high is None:
-                raise ValueError("`reach(arm)` must lie in the certificate's region, which bounds the positions.")
+                raise ValueError(
+                    "`admitted_errors(arm)` must lie in the certificate's region, which bounds the positions."
+                )
             room[: self.gains.joints] = np.minimum(whose.low - mine.low, mine.high - whose.high)
         if (whose.torque > mine.torque).any() or not (room > 0).all():
             raise ValueError(
-                "`reach(arm)` must lie inside the certificate's region, with room for the estimate's error in every "
-                f"speed and bounded position; it leaves {room.tolist()} rad, rad/s, at torques {whose.torque.tolist()} "
-                "N m."
+                "`admitted_errors(arm)` must lie inside the certificate's region, with room for the estimate's error "
+                f"in every speed and bounded position; it leaves {room.tolist()} rad, rad/s, at torques "
+                f"{whose.torque.tolist()} N m."
             )
         return room
 

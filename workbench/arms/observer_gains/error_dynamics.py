@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from workbench.arms.dynamics import Dynamics
-from workbench.arms.observer_gains.decay_certificate import RateCertificate, Reach, check
+from workbench.arms.observer_gains.decay_certificate import AdmittedErrors, RateCertificate, check
 from workbench.arms.observer_gains.gains import Gains, Region
 from workbench.arms.observer_gains.inequality import bears_mismatch
 from workbench.arms.observer_gains.matrix_inequalities import lyapunov_matrix
@@ -201,8 +201,8 @@ class Audit:
     """The sampled poles and the proved decay of a set of gains in a region.
 
     The certificate proves a decay at the asked rate in the region with its speeds and torques times `share`: 1 where
-    the whole region is certified; None, with no certificate, where nothing was, and `why` says so. `reach` has the
-    initial errors that are admitted while the arm keeps the inner region, of the same share. Every Delta with |Delta|
+    the whole region is certified; None, with no certificate, where nothing was, and `why` says so. `admitted_errors`
+    are the initial errors admitted while the arm keeps the inner region, of the same share. Every Delta with |Delta|
     <= `tolerated_mismatch` |x~| is proved to let the error decay. `noise` and `peaking` hold for a model without terms.
     """
 
@@ -210,7 +210,7 @@ class Audit:
     frozen_poles: FrozenPoles
     certificate: RateCertificate | None
     share: float | None
-    reach: Reach | None
+    admitted_errors: AdmittedErrors | None
     tolerated_mismatch: float
     noise: Noise
     peaking: float
@@ -267,11 +267,11 @@ def audit(
         if known
         else _largest_certificate(mismatch, gains, region, rate)
     )
-    reach = None
+    admitted = None
     if certificate is not None:
-        reach = certificate.reach(replace(certificate.region, speed=inner * certificate.region.speed))
+        admitted = certificate.admitted_errors(replace(certificate.region, speed=inner * certificate.region.speed))
     tolerated, _ = tolerated_mismatch(gains)
-    return Audit(gains, seen, certificate, share, reach, tolerated, noise(gains), peaking(gains), why)
+    return Audit(gains, seen, certificate, share, admitted, tolerated, noise(gains), peaking(gains), why)
 
 
 def _largest_certificate(

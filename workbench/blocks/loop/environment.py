@@ -98,7 +98,7 @@ class AbstractInstruments(ABC):
 
 
 class AbstractDisturbance(ABC):
-    """Signals D(t) that act from outside (the D of the paper's equation (1), for torques)."""
+    """Signals D(t) that act on a plant from outside, such as disturbance torques."""
 
     @property
     @abstractmethod

@@ -17,7 +17,9 @@ from workbench.core.validation.signatures import check_arguments
 
 @check_arguments
 def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
-    """The plant alone as an `Ode`, without a loop. Its inputs are parameters and the declared inputs of the `Ode`.
+    """The plant alone as an `Ode`, without a loop.
+
+    The inputs u of the plant become entries of the parameter vector p, and `Ode.inputs` has their names.
 
     Parameters
     ----------

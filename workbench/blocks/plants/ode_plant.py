@@ -61,7 +61,7 @@ class OdePlant(AbstractPlant):
 
     Examples
     --------
-    >>> tank = wb.OdePlant.of(lambda t, x, u, m: [u[0] - m.sqrt(x[0])], states=("h:m",), inputs=("w:m/s",), x0=[1.0])
+    >>> tank = wb.OdePlant.of(lambda t, x, u: [u[0] - x[0] ** 0.5], states=("h:m",), inputs=("w:m/s",), x0=[1.0])
     >>> tank.inputs.names, tank.outputs.names
     (('w',), ('h',))
     """

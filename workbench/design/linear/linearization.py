@@ -51,14 +51,15 @@ def linearize(
 
     It is a `StateSpace` of python-control that carries its point: `x0`, `u0` and `y0`, and in `point` their names and
     units. Laws designed from it act about that point, too. For a `SampledSystem` the model is dx+ = A dx + B du over
-    one period from the instant t on: the jump, and the exact flow. The matrices are exact Jacobians.
+    one sampling period from t on: the update of the law at t, then the exact solution of the plant up to the next
+    instant. The matrices are exact Jacobians.
 
     Parameters
     ----------
     t, x
         Time in s, and the state (nx,), each number in its unit.
     p, u
-        The parameters (np,), and the inputs (nu,), which overwrite theirs in p.
+        The parameter vector (np,), and the inputs (nu,). The inputs are entries of p; a given u replaces these entries.
     at_rest
         True if the state must be an equilibrium; otherwise this is not checked.
     side

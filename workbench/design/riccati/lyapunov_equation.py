@@ -127,7 +127,7 @@ def _solve(call: str, A: Numbers, Q: Numbers, E: Numbers | None, discrete: bool)
         residual=point.relative,
         error=max(error, EPS / 2) if X.any() else 0.0,
         condition=condition,
-        margin=margin,
+        decay_rate=margin,
         newton_steps=found.steps,
         warnings=(*(() if margin > 0 else (UNSTABLE,)), *doubts(condition, error)),
     )

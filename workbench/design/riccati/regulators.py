@@ -154,7 +154,7 @@ def lqg(
         residual=norm(apart) / norm(loop),
         error=max(regulator.certificate.error, estimator.certificate.error),
         condition=max(regulator.certificate.condition, estimator.certificate.condition),
-        margin=float(margins.min()),
+        decay_rate=float(margins.min()),
         newton_steps=max(regulator.certificate.newton_steps, estimator.certificate.newton_steps),
         warnings=tuple(_warnings(system, controller, regulator, estimator)),
     )

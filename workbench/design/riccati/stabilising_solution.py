@@ -219,7 +219,7 @@ def stabilising_solution(call: str, data: Data, discrete: bool, words: dict[str,
             K = in_range(call, "K", units.gain(K), K)
             return Riccati(X, K, found.operator.poles, certificate)
         objections.append(against)
-        if certificate.margin > 0 and certificate.residual <= WORST_RESIDUAL and certificate.error <= WORST_ERROR:
+        if certificate.decay_rate > 0 and certificate.residual <= WORST_RESIDUAL and certificate.error <= WORST_ERROR:
             break  # every method would end at this X, trusted or not
     why = reason(equation.data, discrete, words) or (objections[0] if objections else "no method finds one")
     raise DesignError(f"`{call}`: there is no stabilising solution X that can be trusted: {why}.")
@@ -245,7 +245,7 @@ def _judge(equation: RiccatiEquation, solution: NewtonResult, units: BinaryUnits
         residual=point.relative,
         error=max(error, EPS / 2) if point.X.any() else 0.0,
         condition=known.condition,
-        margin=margin,
+        decay_rate=margin,
         newton_steps=solution.steps,
         warnings=tuple(_warnings(equation, solution, error, of_gain, known)),
     )
@@ -253,7 +253,7 @@ def _judge(equation: RiccatiEquation, solution: NewtonResult, units: BinaryUnits
 
 
 def _against(solution: NewtonResult, certificate: Certificate, sensitivity: Conditioning) -> str:
-    if not certificate.margin > 0:
+    if not certificate.decay_rate > 0:
         slowest = complex(solution.operator.poles[solution.operator.margins.argmin()])
         return f"the closed loop of the nearest solution has the pole {pole_text(slowest)}"
     if not certificate.residual <= WORST_RESIDUAL:
@@ -287,7 +287,7 @@ def _warnings(
         yield f"K is known to a relative error of about {of_gain:.1e} only"
     margin = solution.operator.margin
     if margin > 0 and (sure := solution.operator.sure_margin()) < (1 - UNSURE) * margin:
-        yield f"rounding moves the poles: of the margin {margin:.3g} only {sure:.3g} is sure"
+        yield f"rounding moves the poles: of the decay rate {margin:.3g} only {sure:.3g} is sure"
     if sensitivity.reach < 1 and sensitivity.reach > 0 and sensitivity.reach < EPS / WORTH_A_WARNING:
         yield f"relative changes of the data beyond about {sensitivity.reach:.1e} may leave no stabilising solution"
     if indefinite(equation.data.Q):

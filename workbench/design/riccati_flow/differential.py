@@ -91,7 +91,7 @@ def rde(
 def fpre(
     A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P0: Numbers, times: Numbers, *, rtol: float = 1e-10
 ) -> RiccatiFlow:
-    """The forward-propagating Riccati equation, (34) of the paper:
+    """The forward-propagating Riccati equation, as in (34) of Long (2025):
 
         P' = A'P + PA - P B R^-1 B' P + Q,       P(t_1) = P0.
 
@@ -101,7 +101,7 @@ def fpre(
     References
     ----------
     Weiss, Kolmanovsky and Bernstein (2012), Forward-integration Riccati-based output-feedback control of linear
-    time-varying systems, American Control Conference.
+    time-varying systems, American Control Conference. Long (2025), doi:10.54939/1859-1043.j.mst.107.2025.13-23.
     """
     return _solve_flow("fpre(A, B, Q, R, P0, times)", (A, B, Q, R), ("P0", P0), times, rtol, backward=False)
 
@@ -117,9 +117,9 @@ class StateDependent:
     certificates: tuple[Certificate, ...]
 
     @property
-    def margin(self) -> float:
-        """The least stability margin with the state frozen, in 1/s, which proves nothing for the moving state."""
-        return min(certificate.margin for certificate in self.certificates)
+    def decay_rate(self) -> float:
+        """The least decay rate with the state frozen, in 1/s, which proves nothing for the moving state."""
+        return min(certificate.decay_rate for certificate in self.certificates)
 
 
 @check_arguments

@@ -113,11 +113,11 @@ class MeasuredRun:
             rows, start = (part if whole else part[looked_at] for part in (p, x))
             own = keys if whole else keys[looked_at]
             every = self._look_spacing
-            fine = run(self.half, rows, start, runs=own, every=every, progress=lambda done: tell(share * done))
+            fine = run(self.half, rows, start, noise_keys=own, every=every, progress=lambda done: tell(share * done))
             halved, lost = self._totals(fine), fine.diverged_at
             states = fine.x[:, self._look_places, : self.half.flow.states.size]
         coarse = run(
-            self.step, p, x, runs=keys, every=self.every, progress=lambda done: tell(share + (1 - share) * done)
+            self.step, p, x, noise_keys=keys, every=self.every, progress=lambda done: tell(share + (1 - share) * done)
         )
         return Accumulation(self._totals(coarse), coarse.diverged_at, halved, lost, states), coarse
 

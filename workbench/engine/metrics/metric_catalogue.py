@@ -57,7 +57,7 @@ def _over_time(order: int, seconds: int) -> Callable[[str], str]:
 
 @check_arguments
 def rmse(signal: str | None = None, name: str | None = None) -> Integral:
-    """Root mean square error, sqrt(1/T integral of e^2 dt): the limit of (43) of the paper for dense samples.
+    """Root mean square error, sqrt(1/T integral of e^2 dt): the limit of `sampled_rmse` for dense samples.
 
     The error e is that of the output `signal`, or of each output that follows a reference. `name` replaces "RMSE".
 
@@ -73,7 +73,12 @@ def rmse(signal: str | None = None, name: str | None = None) -> Integral:
 
 @check_arguments
 def sampled_rmse(sample: float, signal: str | None = None, name: str | None = None) -> SampledRms:
-    """Root mean square of samples, sqrt(1/N sum of e(t_k)^2), (43) of the paper, every `sample` s from t = 0 on."""
+    """Root mean square of samples of the error, sqrt(1/N sum of e(t_k)^2), every `sample` s from t = 0 on.
+
+    References
+    ----------
+    Long (2025), equation (43), doi:10.54939/1859-1043.j.mst.107.2025.13-23.
+    """
     sample = seconds("sampled_rmse(sample=...)", sample)
     about = f"root mean square of {{}} over samples every {1000 * sample:g} ms"
     return SampledRms(name or _name_of("sampled RMSE", signal), "", about, SignalChoice("error", signal), sample)

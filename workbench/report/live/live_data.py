@@ -42,7 +42,7 @@ study = wb.load({script!r})
 found = wb.turn_knobs(study, {{case}}, {{values}}, seed={{seed}})
 """
 # and the line that gives the linear answer of the same case behind them
-PYTHON_LINEAR = "linear = wb.turn_knobs_linear(study, {case}, {values})\n"
+PYTHON_LINEAR = "linear = wb.linear_loop_at_knobs(study, {case}, {values})\n"
 
 
 @check_arguments

@@ -31,7 +31,7 @@ def turn_knobs(study: Study, case: str, values: Mapping[str, float], seed: int |
     LookupError
         If the study has no such case or knob, or the case has nothing that the knob turns.
     ValueError
-        If the cases follow from tunings, or a value leads beyond the bounds of a number.
+        If the cases follow from tunings, the case has no step `h`, or a value leads beyond the bounds of a number.
 
     Examples
     --------
@@ -43,7 +43,7 @@ def turn_knobs(study: Study, case: str, values: Mapping[str, float], seed: int |
     >>> wb.turn_knobs(study, "speed: PI", {"Kp": 50.0}).score("RMSE").value.round(3)
     array([0.151])
     """
-    run, equation, step, row = _at_knobs("turned", study, case, values)
+    run, equation, step, row = _at_knobs("turn_knobs", study, case, values)
     size = step.parameters.size
     return measure(
         equation,
@@ -59,19 +59,21 @@ def turn_knobs(study: Study, case: str, values: Mapping[str, float], seed: int |
 
 
 @check_arguments
-def turn_knobs_linear(study: Study, case: str, values: Mapping[str, float]) -> LinearLoop:
+def linear_loop_at_knobs(study: Study, case: str, values: Mapping[str, float]) -> LinearLoop:
     """The linear loop of a case, named 'scenario: law', with knobs of the study turned to `values`, by name.
 
-    The live page shows its Bode plot, poles and margins. The loop is linearised at rest; if it has no rest state, with
-    adapting gains held constant; or else frozen at its start. If a knob turns an initial state, the rest state is
-    sought from there.
+    The live page shows its Bode plot, poles and margins. The loop is linearised at its equilibrium. If it has none, its
+    adaptive gains are held constant, and it is linearised at the equilibrium that it then has. If there is none either,
+    it is linearised at its initial state. The loop before any knob is turned decides which of these it is. If a knob
+    turns an initial state, the search for the equilibrium starts there.
 
     Raises
     ------
     LookupError
         If the study has no such case or knob, or the case has nothing that the knob turns.
     ValueError
-        If the cases follow from tunings, a value leads beyond the bounds of a number, or the loop has no linear answer.
+        If the cases follow from tunings, the case has no step `h`, a value leads beyond the bounds of a number, or the
+        loop has no linear answer.
 
     Examples
     --------
@@ -80,10 +82,11 @@ def turn_knobs_linear(study: Study, case: str, values: Mapping[str, float]) -> L
     >>> case = wb.Case("speed", "PI", wb.Run(loop, (wb.rmse(),), until=5.0, h=1e-3))
     >>> knobs = (wb.Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True),)
     >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(case,), live=knobs)
-    >>> wb.turn_knobs_linear(study, "speed: PI", {"Kp": 100.0}).margins()["v"].margins.phase_margin.value.__round__(2)
+    >>> linear = wb.linear_loop_at_knobs(study, "speed: PI", {"Kp": 100.0})
+    >>> linear.margins()["v"].margins.phase_margin.value.__round__(2)
     38.67
     """
-    run, _, step, row = _at_knobs("turned_linear", study, case, values)
+    run, _, step, row = _at_knobs("linear_loop_at_knobs", study, case, values)
     return linear_at(run.loop, step, row)
 
 

@@ -66,7 +66,7 @@ class Finding:
         What each law is given: measurements, models and disturbances.
     assumptions
         What was assumed: numbers that the source does not state, and interpretations of its text.
-    fits
+    fitted_numbers
         The numbers that were tuned or fitted.
     answer
         The answer in a word or a number. The answers of the `variations` are compared with it.
@@ -98,7 +98,7 @@ class Finding:
     sample: Phrase = ""
     information: Phrase = ""
     assumptions: Phrase = "nothing"
-    fits: Phrase = "nothing"
+    fitted_numbers: Phrase = "nothing"
     answer: str = ""
     variations: tuple[Variation, ...] = ()
     limitations: Phrase = ""
@@ -174,7 +174,7 @@ class Finding:
             ("Sample", self.sample),
             ("Given", self.information),
             ("Chosen", self.assumptions),
-            ("Fitted", self.fits),
+            ("Fitted", self.fitted_numbers),
             ("Answer", self.answer),
             ("Not tried", self.limitations),
         )

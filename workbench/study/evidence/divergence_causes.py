@@ -80,7 +80,7 @@ def causes(
     until: float,
     substeps: int = 1,
     seed: int = 0,
-    runs: Integers | None = None,
+    noise_keys: Integers | None = None,
 ) -> Causes:
     """The causes of divergence: each lost run is run again in every way that a computer may step its memories.
 
@@ -93,7 +93,7 @@ def causes(
         (B, np) and (B, nx), the rows of the lost runs, or one row for all.
     substeps
         The steps of the plant in a period.
-    seed, runs
+    seed, noise_keys
         The keys of the noise that they had, as `simulate` takes them.
 
     Raises
@@ -114,7 +114,7 @@ def causes(
                 f"'{FINE}'."
             )
         step = sampled.step(substeps)
-        ended = simulate(step, p, x0, until=until, every=until, seed=seed, runs=runs)
+        ended = simulate(step, p, x0, until=until, every=until, seed=seed, noise_keys=noise_keys)
         lost[name] = np.isfinite(ended.diverged_at).astype(int)
     return Causes(lost)
 
@@ -153,7 +153,7 @@ def causes_in_sweep(sweep: Sweep, diverged_runs: Integers, ways: Mapping[str, Lo
     }
     substeps = equation.substeps(made.h)
     keys = np.zeros_like(diverged_runs) if sweep.common else diverged_runs
-    return causes(loops, p, x0, until=sweep.run.until, substeps=substeps, seed=sweep.run.seed, runs=keys)
+    return causes(loops, p, x0, until=sweep.run.until, substeps=substeps, seed=sweep.run.seed, noise_keys=keys)
 
 
 def _layouts(sampled: SampledSystem) -> tuple[Layout, Layout]:

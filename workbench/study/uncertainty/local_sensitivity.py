@@ -186,7 +186,7 @@ def _gradients(
     values = _values(step, metrics, p, x0, until)
     more, start = _along(step, places, p, x0)
     same = np.zeros(len(places), dtype=int)  # all runs are number 0, so that noise is the same in them
-    runs = simulate(more, p=p, x0=start, until=until, every=until, runs=same)
+    runs = simulate(more, p=p, x0=start, until=until, every=until, noise_keys=same)
     later = advance_states(runs.job, runs.x[:, -1], round(until / more.h), 1)  # a last look, as `final_values` takes it
     gradient = {}
     for metric in metrics:
@@ -267,7 +267,7 @@ def _slopes(
     table[np.arange(len(table)), np.repeat(places, 4)] += shifts.ravel()
     start = np.hstack([table[:, split:], np.tile(step.states.default[loop.states.size :], (len(table), 1))])
     same = np.zeros(len(table), dtype=int)  # all runs are number 0, so that noise is the same in them
-    runs = simulate(step, p=table[:, :split], x0=start, until=until, every=until, runs=same)
+    runs = simulate(step, p=table[:, :split], x0=start, until=until, every=until, noise_keys=same)
     spans = ends[:, 1] - ends[:, 0]
     order = np.where(ends.all(axis=1), 4.0, 2.0)  # how much less wrong half the width is, by the sides it goes to
     found = {}
