@@ -26,7 +26,7 @@ class PI(wb.Controller):
 def case(name, law):
     loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     metrics = wb.rmse(), wb.overshoot(), wb.settling_time(), wb.effort()
-    return wb.Case("speed", name, wb.Run(loop, metrics, until=5.0, h=1e-3))
+    return wb.Case("speed", name, wb.Run(loop, metrics, until=5.0, h=1e-3))  # scenario, law, run
 
 
 lead = control.tf([50, 600, 1000], [1, 20, 0], inputs="omega", outputs="v", name="lead")
@@ -36,5 +36,5 @@ study = wb.Study(
     question="What does a lead added to a PI buy, and what does it cost?",
     method="Both laws on one motor and one step. RK4 at 1 ms, and again at half of it for the numerical errors.",
     cases=(case("PI", PI(30.0, 50.0)), case("lead", wb.LinearLaw(lead, error=True))),
-    sections=lambda results: [wb.Section("Speed", (wb.side_by_side("speed", "Speed of the motor", results.outcomes),))],
+    sections=lambda results: [wb.Section("Speed", (wb.side_by_side("metrics", "Metrics of both laws", results.outcomes),))],
 )

@@ -77,9 +77,9 @@ def spread(evidence: Evidence, law: str, metric: str = RMSE) -> str:
 def answer(evidence: Evidence) -> str:
     """The part of (34) in the law, in one line."""
     return (
-        f"P sets K's learning rate. Frozen at its mean, it changes RMSE by {spread(evidence, MEAN)}, effort by "
-        f"{spread(evidence, MEAN, 'effort')}. Frozen at P(0), it changes RMSE by {spread(evidence, AT_START)}, effort "
-        f"by {spread(evidence, AT_START, 'effort')}."
+        f"P sets the adaptation rate of K. With P held at its mean, RMSE changes by {spread(evidence, MEAN)}, effort "
+        f"by {spread(evidence, MEAN, 'effort')}; at P(0), RMSE by {spread(evidence, AT_START)}, effort by "
+        f"{spread(evidence, AT_START, 'effort')}."
     )
 
 

@@ -32,14 +32,13 @@ def answer(results: wb.Results) -> str:
     """The promise of the paper's gains, and what better ones do, in one line."""
     paper, chosen = (candidates(results)[name] for name in (PAPER, DOUBLE_POLE))
     ratios = sorted(late(results, s, PAPER) / late(results, s, DOUBLE_POLE) for s in (SCENARIOS[0], SCENARIOS[-1]))
-    limits = "the speed and torque limits"
-    within = f"within {100 * paper.share:.2g} % of {limits}" if paper.share else f"nowhere within {limits}"
+    share = f"up to {100 * paper.share:.2g} %" if paper.share else "up to no share"
     errors = f"from errors below {1e3 * (chosen.admitted_radius or 0.0):.2g} mrad"
-    upto = f"within 100 %, {errors}" if chosen.share == WHOLE else "nowhere"
+    reached = f"100 %, {errors}" if chosen.share == WHOLE else "no share"
     return (
-        f"The paper's observer provably converges {within}; with better gains, {upto}. These divide steady-state "
-        f"tracking errors by {ratios[0]:.2g} to {ratios[1]:.2g}, but multiply velocity noise by "
-        f"{chosen.noise / paper.noise:.0f}."
+        f"The paper's observer provably converges for speeds and torques {share} of their limits. Better gains reach "
+        f"{reached}, divide steady-state tracking errors by {ratios[0]:.2g} to {ratios[1]:.2g}, and multiply velocity "
+        f"noise by {chosen.noise / paper.noise:.0f}."
     )
 
 

@@ -44,9 +44,9 @@ def answer(results: wb.Results) -> str:
     size = valid_size(results)
     laws = sorted(ratio, key=lambda law: -max(ratio[law]))
     return (
-        f"Linear loops predict within 3 % the sampling period at which {small} loops near equilibrium begin to "
-        f"chatter; delay margins overestimate it up to {number(max(ratio[laws[0]]))} times. Settling times hold "
-        f"within {100 * CLOSE:g} % up to {number(1e3 * size)} mrad from equilibrium."
+        f"In {small} loops near equilibrium, chattering begins within 3 % of the sampling period that linear models "
+        f"predict; delay margins overestimate this period up to {number(max(ratio[laws[0]]))}-fold. Settling times "
+        f"hold within {100 * CLOSE:g} % up to {number(1e3 * size)} mrad from equilibrium."
     )
 
 

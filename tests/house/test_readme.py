@@ -82,7 +82,7 @@ def test_the_laws_of_the_walk_stand_side_by_side(command, tmp_path):
     (tmp_path / "own_law.py").write_text(walk("own_law"), encoding="utf-8")
     done = command("run", "own_law.py")
     assert (done.exit_code, done.stderr) == (0, "")
-    table = (tmp_path / "reports" / "own_law" / "tables" / "speed.csv").read_text(encoding="utf-8")
+    table = (tmp_path / "reports" / "own_law" / "tables" / "metrics.csv").read_text(encoding="utf-8")
     assert [line.split(",")[0] for line in table.splitlines()] == ["law", "PI", "lead"]
     errors = [f"{float(line.split(',')[1]):.3f} rad/s" for line in table.splitlines()[1:]]
     tutorial = (ROOT / "docs" / "tutorial" / "own_law.md").read_text(encoding="utf-8")

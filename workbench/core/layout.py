@@ -71,8 +71,8 @@ class Entry:
 class Layout:
     """Named quantities (states, parameters or signals) and their places in a flat vector.
 
-    `wb.layout(...)` makes one. Matrices are stored column by column, as in CasADi. B is the number of rows, one for
-    each run. `a + b` is the layout of all quantities of a and b.
+    `wb.layout(...)` makes one. Matrices are stored column by column, as in CasADi. Packed values are an array (B,
+    size), one row for each of B runs. `a + b` is the layout of all quantities of a and b.
 
     Parameters
     ----------

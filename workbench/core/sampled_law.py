@@ -71,7 +71,7 @@ class SampledLaw:
     parameters
         Layout of p, with the values of the parameters.
     k, z, y, r, p
-        The symbols of the number of the instant, (1, 1), of memory, readings, references and parameters, (size, 1).
+        The symbols of the sample index k, (1, 1), and of memory, readings, references and parameters, (size, 1).
     command
         The expression of u in these symbols.
     update
@@ -85,9 +85,10 @@ class SampledLaw:
     notes
         Warnings for a reader of the code.
     crossings
-        Values that the loop computes before others, as symbols with their expressions, in this order.
+        Intermediate values that are computed first, in this order, and then used as plain numbers. So expressions
+        before and after them are never simplified together. Each has a symbol and an expression.
     crossing_result
-        The expression of [z+; u] in the symbols of the crossings. The default has no such symbols.
+        [z+; u] written with the symbols of `crossings`. By default it is written without them.
 
     Raises
     ------

@@ -36,8 +36,8 @@ class Run:
     metrics
         The metrics, such as `wb.rmse()`; each has one number per component of its signal.
     until, every
-        The horizon and the time between kept states, in s, multiples of `h`. Without `every` a case keeps each step,
-        and a sweep or a tuning the horizon alone.
+        The horizon and the time between stored states, in s, multiples of `h`. Without `every` a case stores each step,
+        and a sweep or a tuning stores the final state only.
     h
         The step of the values in s; for a sampled loop the substep. The error of a value is twice its change when the
         step is halved. Without `h`, pilot runs choose one.

@@ -75,6 +75,8 @@ class AbstractSignal(AbstractReference):
 class CombinedReference(AbstractReference):
     """Several references for different signals, combined into one reference.
 
+    `primary` are the names of all its signals that are not derivatives of another one.
+
     Parameters
     ----------
     parts

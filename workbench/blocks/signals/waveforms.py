@@ -168,7 +168,7 @@ class Chirp(AbstractSignal):
     duration: Scalar = parameter(unit="s", low=0, strict=True, symbol="T")
     phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta")
     sweep: str = option(
-        {"linear": "the frequency grows in proportion to time", "logarithmic": "each octave takes as long"},
+        {"linear": "the frequency changes at a constant rate", "logarithmic": "each octave takes the same time"},
         default="linear",
     )
 

@@ -34,7 +34,9 @@ def condition_number(G: Numbers | System) -> float:
 
 @check_arguments
 def relative_gains(G: Numbers | System) -> Complex:
-    """The relative gain array of a square matrix of gains, G o (G^-1)': rows and columns each add up to one.
+    """The relative gain array of a square matrix of gains: each entry of G times that of (G^-1)^T.
+
+    The transpose is the plain one. Rows and columns each add up to one.
 
     For a system, give its gain at one frequency, as `system(0)` or `system(1j * omega)`.
 

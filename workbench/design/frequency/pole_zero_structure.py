@@ -58,10 +58,10 @@ class PoleZeroStructure:
 
 @check_arguments
 def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
-    """The poles and zeros of a system, continuous or discrete, with their multiplicities, for the doubles as written.
+    """The poles and zeros of a system, continuous or discrete, with their multiplicities.
 
-    All ranks are exact, so that no tolerance decides what cancels: modes that cancel but for rounding are seen as a
-    pole and a zero near each other.
+    The matrices are taken as exact numbers, and all ranks are computed exactly, so that no tolerance decides what
+    cancels. A cancellation that rounding has spoilt appears as a pole and a zero near each other.
 
     Raises
     ------

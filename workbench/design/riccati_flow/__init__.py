@@ -1,4 +1,4 @@
-"""Riccati equations in time, backward and forward, and along states.
+"""Differential Riccati equations, backward and forward in time, and state-dependent Riccati equations (SDRE).
 
 This package takes matrices, and functions of time or state that give them; it knows no plant. Read `differential.py`
 first; it uses `moebius.py` if coefficients are constant, and `time_varying.py` if they are not.

@@ -243,7 +243,7 @@ def _limit(side: str, values: Numbers | None, none: float) -> Array:
 
 @check_arguments
 def total_variation(sample: float, signal: str | None = None, after: float = 0.0) -> TotalVariation:
-    """Total variation per second of `signal`, by default of each input of the plant, on a grid of `sample` s.
+    """Total variation divided by time, of `signal`, by default of each input of the plant, on a grid of `sample` s.
 
     With `after` it is taken from `after` s on, when the transient is over; its name is then 'late TV'.
 

@@ -64,8 +64,8 @@ def linear_loop_at_knobs(study: Study, case: str, values: Mapping[str, float]) -
 
     The live page shows its Bode plot, poles and margins. The loop is linearised at its equilibrium. If it has none, its
     adaptive gains are held constant, and it is linearised at the equilibrium that it then has. If there is none either,
-    it is linearised at its initial state. The loop before any knob is turned decides which of these it is. If a knob
-    turns an initial state, the search for the equilibrium starts there.
+    it is linearised at its initial state. Which of the three points is used is decided once, for the original numbers.
+    If a knob turns an initial state, the search for the equilibrium starts there.
 
     Raises
     ------

@@ -57,10 +57,11 @@ class FrequencyCurve:
 
     For a loop in a computer, `period` is its period in s; frequencies then end at Nyquist's, pi / period. `unit` is
     that of the values, '' for a loop gain. `margins` are the certified margins of a loop, and `corners` its poles,
-    zeros and gain. For one of several channels, `multiloop_disk_margin` is that of all channels at once. `style` is as
-    in `Series`; if it is None, it follows from the position among the curves of the picture. `source` is the loop and
-    the channel of the response: on a live page its pictures follow the knobs, and their captions have no numbers, as
-    they do not change. `integrators` is the number of poles of L at zero, or at z = 1, if it is known.
+    zeros and gain. If the loop has several channels, `multiloop_disk_margin` is the disk margin for simultaneous
+    changes in all of them. `style` is as in `Series`; if it is None, it follows from the position among the curves of
+    the picture. `source` is the loop and the channel of the response. With it, a live page draws the picture again when
+    a knob turns. The caption then has no numbers, as it is not written again. `integrators` is the number of poles of L
+    at zero, or at z = 1, if it is known.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """Tuning: the same search for every law that is compared, by one objective and with one budget.
 
-This package takes sweeps and samples, and knows no files; the function that computes its runs is passed in. Read
+This package neither reads nor writes files. The caller passes the function that computes the runs of a trial. Read
 `tuning` first, then `search`; `tuning_result` says what was found, and how far it can be trusted.
 
 Examples
