@@ -1,6 +1,6 @@
 """The findings of a1: the law as printed, its repairs, the printed row that they meet, and the order of the laws."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from studies.a1_paper_tables.repairs import (
     FREE,
     NEAR,
     ONE_CHANGE,
-    PAIRS,
     SHORT,
     SLIPS,
     SMALL,
@@ -22,27 +21,12 @@ from studies.a1_paper_tables.repairs import (
     late,
     tracks,
 )
-from studies.a1_paper_tables.row import CLOSE, FITTED_WEIGHTS, HALF_DIGIT, WITNESS, multiple, nearest
-from studies.paper.card import CARD, PROPOSED_LAW, PUBLISHED_COLUMNS
+from studies.a1_paper_tables.row import multiple, nearest
+from studies.a1_paper_tables.row_finding import excess, row_of_fs, two_repair_runs
+from studies.a1_paper_tables.scope import AS_PRINTED_INFORMATION, ASSUMPTIONS, INFORMATION, OURS, VARIED_CHOICES
+from studies.paper.card import CARD, PROPOSED_LAW
 from studies.paper.comparison import LATE
-from studies.paper.unstated_choices import assumptions, choices_of, names, omitted_choices
-
-INFORMATION = "Positions, the exact model and, by (24), the true disturbance."
-OURS = choices_of(PROPOSED_LAW, "FS")
-# The choices that the runs of this page vary, in this finding or in another one.
-VARIED_CHOICES = (
-    "sign of (33)",
-    "velocity in (28)",
-    "D_hat of (24)",
-    "C of (3)",
-    "shape of (33)",
-    "Q",
-    "R",
-    "horizon of FS",
-)
-ASSUMPTIONS = assumptions(omitted_choices(VARIED_CHOICES, OURS))
-LIMITATIONS = names(omitted_choices((*VARIED_CHOICES, "observer (10)", "D_hat in (10)"), OURS))
-FIT_OF_CARD = CARD["FS: horizon"]
+from studies.paper.unstated_choices import assumptions, names, omitted_choices
 
 
 def _tracking(flag: bool) -> str:
@@ -53,15 +37,6 @@ def _errors(run: wb.study.Outcome) -> str:
     if run.diverged_at is not None:
         return f"diverges at {run.diverged_at:.2f} s"
     return "late errors {:.2g} and {:.2g} rad".format(*late(run))
-
-
-def two_repair_runs(results: wb.Results) -> dict[tuple[str, float], wb.study.Outcome]:
-    """The runs with (3) and (28) repaired alone, by the shape of (33) and Q, each once and with the longest horizon."""
-    runs = {(run.case.law, Q): run for pair, Q in PAIRS.items() for run in results.scenario(pair)}
-    for run in results.scenario(WITNESS):
-        shape = run.case.law.partition(",")[0]
-        runs.setdefault((shape, FITTED_WEIGHTS[shape][0]), run)
-    return runs
 
 
 def as_printed(results: wb.Results) -> wb.Finding:
@@ -97,17 +72,21 @@ def as_printed(results: wb.Results) -> wb.Finding:
         "as_printed",
         f"As printed, with observer (10), the law does not track the first scenario at any of {total} choices of Q, R "
         f"and the shape of (33): the late error of its worse joint is {least:g} rad or more.",
-        f"With Q = R = I and the shape 'outer' of (33), K is no longer positive definite at {lost} s, and an error "
-        f"exceeds {repairs.FAR:g} rad at {left} s.",
+        (
+            f"With Q = R = I and the shape 'outer' of (33), K is no longer positive definite at {lost} s, and an error "
+            f"exceeds {repairs.FAR:g} rad at {left} s. The note of ",
+            wb.document.CrossReference("printed_runs"),
+            " explains the four shapes of (33).",
+        ),
         statistic=f"{TRACKING} A run that diverges does not track.",
         sample=f"One run of {grid.UNTIL:g} s without noise for each shape of (33) and each point of a grid: Q from "
         f"{grid.Q.low:g} I to {grid.Q.high:g} I, R from {grid.R.low:g} I to {grid.R.high:g} I. Further runs: with "
         f"Q = R = I over {SHORT:g} s, and with Q = {SMALL:g} I over {repairs.LONG:g} s.",
-        information=INFORMATION,
+        information=AS_PRINTED_INFORMATION,
         assumptions=ASSUMPTIONS,
         answer=_tracking(least <= NEAR),
         variations=tuple(variations),
-        limitations=LIMITATIONS,
+        limitations=names(omitted_choices((*VARIED_CHOICES, "observer (10)"), OURS)),
     )
 
 
@@ -142,7 +121,7 @@ def two_repairs(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         "two_repairs",
         f"With (3) and (28) repaired and nothing else, the law tracks the first scenario in {len(kept)} of "
-        f"{len(runs)} runs, with late errors of at most {worst[0]:.3f} rad and {worst[1]:.3f} rad at joints 1 and 2.",
+        f"{len(runs)} runs, with late errors of at most {_up(worst[0])} rad and {_up(worst[1])} rad at joints 1 and 2.",
         f"(24) and the minus of (33) are as printed. K falls, and stops being positive definite only with {lost}. "
         f"{_single_words(single)}",
         statistic=TRACKING,
@@ -156,8 +135,13 @@ def two_repairs(results: wb.Results) -> wb.Finding:
         assumptions=ASSUMPTIONS,
         answer=_tracking(len(kept) > len(runs) / 2),
         variations=tuple(variations),
-        limitations=LIMITATIONS,
+        limitations=names(omitted_choices(VARIED_CHOICES, OURS)),
     )
+
+
+def _up(error: float) -> str:
+    """An error rounded up to a thousandth of a rad, as a bound."""
+    return f"{np.ceil(1e3 * error - 1e-9) / 1e3:.3f}"
 
 
 def _single_words(single: Iterable[wb.study.Outcome]) -> str:
@@ -171,94 +155,14 @@ def _single_words(single: Iterable[wb.study.Outcome]) -> str:
     )
 
 
-def row_of_fs(results: wb.Results) -> wb.Finding:
-    """The printed row of the first scenario, which several repairs meet."""
-    runs = two_repair_runs(results)
-    misses = {key: nearest(run).miss for key, run in runs.items()}
-    (shape, Q), least = min(misses.items(), key=lambda item: item[1])
-    four = results["FS", PROPOSED_LAW]
-    of_four = max(abs(percent) for percent in excess(four)) / 100
-    other = nearest(results[row.OTHER_PAIR, "outer"]).miss
-    one = nearest(runs[shape, Q])
-    return wb.Finding(
-        "row_of_fs",
-        "The printed row of the first scenario does not identify the law: it is met within "
-        f"{row.limit(least)} % by repairs of (3) and (28), within {row.limit(other)} % by repairs of (3) and (33), and "
-        f"within {row.limit(of_four)} % by all four repairs.",
-        "The sampled RMSE falls with the unstated horizon. The fits are, "
-        f"for (3) and (28): shape '{shape}', Q = {multiple(Q)}, R = I, horizon {one.horizon:.2f} s; for (3) and (33): "
-        f"shape 'outer', Q = {row.OTHER_Q:g} I, R = {row.OTHER_R:g} I, horizon {row.OTHER_HORIZON:g} s; for four: "
-        f"shape '{CARD['reading of (33)']}', Q = {CARD['Q'][0, 0]:g} I, R = {CARD['R'][0, 0]:g} I, horizon "
-        f"{FIT_OF_CARD:g} s.",
-        statistic="The relative difference between the sampled RMSE, (43), and its printed value, the larger of both "
-        f"joints. The row is met if this is at most {100 * CLOSE:g} %.",
-        sample="One run without noise for each repair. The horizon is each sample of (43) from "
-        f"{row.SHORTEST:g} s to {FREE:g} s, or to the end of the run.",
-        information=INFORMATION,
-        assumptions=ASSUMPTIONS,
-        fitted_numbers=f"With four repairs: {assumptions(OURS, of_fit=True)}. With (3) and (28) repaired: Q, the shape "
-        "of (33) and the horizon, to the printed row. With (3) and (33) repaired: the same and R.",
-        answer=_met(least),
-        variations=tuple(_other_rows(results)),
-        limitations=names(omitted_choices((*VARIED_CHOICES, "D_hat in (10)"), OURS)),
-        cites=("a6_unstated_choices/row_of_fs",),
-    )
-
-
-def _met(miss: float, within: float = CLOSE) -> str:
-    return "met" if miss <= within else "not met"
-
-
-def _miss(miss: float) -> str:
-    return f"by {wb.document.percent(miss)}" if np.isfinite(miss) else "diverges"
-
-
-def _other_rows(results: wb.Results) -> Iterator[wb.Variation]:
-    """The row under other horizons, tolerances and repairs, over all runs of each."""
-    runs = two_repair_runs(results)
-    for longest in (30.0, 40.0):
-        miss = min(nearest(run, longest).miss for run in runs.values())
-        yield wb.Variation(f"two repairs with a horizon of at most {longest:g} s", _met(miss), _miss(miss))
-    miss = min(nearest(run, FIT_OF_CARD, FIT_OF_CARD).miss for run in runs.values())
-    yield wb.Variation(
-        f"two repairs with the horizon fitted with four repairs, {FIT_OF_CARD:g} s", _met(miss), _miss(miss)
-    )
-    least = min(nearest(run).miss for run in runs.values())
-    for within in (1e-3, HALF_DIGIT):
-        yield wb.Variation(f"two repairs with a tolerance of {100 * within:.2g} %", _met(least, within), _miss(least))
-    for part, label in ((0, "shape '{}'"), (1, "Q = {}")):
-        for value in dict.fromkeys(key[part] for key in runs):
-            miss = min(nearest(run).miss for key, run in runs.items() if key[part] == value)
-            words = label.format(value if part == 0 else multiple(float(value)))
-            yield wb.Variation(f"two repairs, only {words}, R = I", _met(miss), _miss(miss))
-    miss = nearest(results[row.OTHER_PAIR, "outer"]).miss
-    yield wb.Variation("two other repairs, of (3) and (33)", _met(miss), _miss(miss))
-    for slip, change in SLIPS.items():
-        miss = nearest(results[ONE_CHANGE, change]).miss
-        yield wb.Variation(
-            f"three repairs with {slip} as printed, Q and R as with four repairs", _met(miss), _miss(miss)
-        )
-    for words, change in (("four repairs", ALL_FOUR), ("four repairs, and D_hat given to (10)", WITH_ORACLE)):
-        miss = nearest(results[ONE_CHANGE, change]).miss
-        yield wb.Variation(words, _met(miss), _miss(miss))
-    printed = [run for name in (AS_PRINTED["FS"], SMALL_Q) for run in results.scenario(name)]
-    miss = min(nearest(run).miss for run in printed)
-    yield wb.Variation("no repair", _met(miss), _miss(miss))
-
-
-def excess(outcome: wb.study.Outcome) -> list[float]:
-    """Sampled RMSE of either joint above its printed value in the first scenario, in %."""
-    printed = [PUBLISHED_COLUMNS["FS", joint].values[PROPOSED_LAW] for joint in (1, 2)]
-    return [100 * (outcome.score("sampled RMSE", j).pair[0] / printed[j] - 1) for j in (0, 1)]
-
-
 def late_error(results: wb.Results) -> wb.Finding:
     """The error that a repaired law keeps, and the observer that causes it."""
     runs = {
         f"(3) and (28) repaired, shape '{shape}', Q = {multiple(Q)}": run
         for (shape, Q), run in two_repair_runs(results).items()
     }
-    runs |= {run.case.law: run for run in results.scenario(ONE_CHANGE) if run.case.law != ALL_FOUR}
+    others = (run for run in results.scenario(ONE_CHANGE) if run.case.law != ALL_FOUR)
+    runs |= {repairs.shown(run.case.law): run for run in others}
     errors, mended = late(results["FS", PROPOSED_LAW]), late(results[ONE_CHANGE, WITH_ORACLE])
     return wb.Finding(
         "late_error",
@@ -290,8 +194,8 @@ def answer_line(results: wb.Results) -> str:
     tracking = any(min(each) <= NEAR for each in grid.late_errors(results).values())
     return (
         f"As printed, with observer (10), the law {'tracks in some runs' if tracking else 'does not track'}. Three "
-        f"sets of repairs each meet the printed RMSE of the first scenario within {row.limit(largest)} %, so this row "
-        "does not identify the law."
+        f"sets of repairs each meet the printed RMSE of {PROPOSED_LAW} in the first scenario within "
+        f"{row.limit(largest)} %. These values therefore do not show which law was run."
     )
 
 

@@ -15,8 +15,8 @@ from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_pri
 REPAIRS = (
     "(3): the entry C[1,2] is derived in report a0. With it M' - 2C is skew-symmetric.",
     "(24): D_hat = eta, which follows D. The observer must know D, so it is an oracle, and is marked as one.",
-    "(28): the reference velocity qd_r = qd_d - Lambda e in place of qd_d. Without it the term Lambda e_2 of (30) "
-    "remains.",
+    "(28): the reference velocity, which is the desired velocity minus Lambda e, in place of the desired velocity. "
+    "Without it the term Lambda e_2 of (30) remains.",
     "(33): a plus, so that the gain grows with the error. The Q and R that were fitted with four repairs need the "
     "plus; a smaller Q does not.",
     "Four further slips are left as printed. Observer (10) leaves out D. (34) runs forward in time and does not "
@@ -44,10 +44,18 @@ SLIPS = {
     "(28)": "slip (28): qd_d and qdd_d in place of the reference velocity",
     "(33)": "slip (33): the minus sign",
 }
+SHOWN = {"qd_d and qdd_d": "the desired velocity and acceleration"}  # of the names of runs, in words
 ONE_REPAIR = f"one repair alone, Q = {SMALL:g} I"
 WITHOUT_OBSERVER = "first scenario as printed, observer (10) out of the loop"
 SMALL_R = 0.1  # N m/(rad s), the least R of the grid
 GAINS = tuple((wb.notation.symbol(f"K_{i}{j}"), "controller.K", 2 * (i - 1) + j - 1) for i in (1, 2) for j in (1, 2))
+
+
+def shown(name: str) -> str:
+    """The name of a run with words in place of its symbols."""
+    for symbols, words in SHOWN.items():
+        name = name.replace(symbols, words)
+    return name
 
 
 def changes() -> dict[str, wb.ClosedLoop]:
@@ -157,7 +165,7 @@ def gain_table(
     rows: list[tuple[wb.document.Cell, ...]] = []
     several = len({run.case.scenario for run in runs}) > 1
     for run in runs:
-        named = (run.label, run.case.scenario.replace(" as printed", "")) if several else (run.label,)
+        named = (run.label, run.case.scenario.replace(" as printed", "")) if several else (shown(run.label),)
         floor = float(np.nanmin(gain_floor(run))) if run.diverged_at is None else None
         one = nearest(run)
         of_row = run.case.scenario != AS_PRINTED["SS"] and np.isfinite(one.miss)
@@ -175,7 +183,7 @@ def gain_table(
     )
     nearest_note = (
         "Nearest horizon: the horizon, from 5 s on, at which the sampled RMSE, (43), of both joints is nearest to "
-        f"the printed row of {PROPOSED_LAW}. The last column has the larger of the two relative differences."
+        f"the printed values of {PROPOSED_LAW}. The last column has the larger of the two relative differences."
     )
     return wb.document.ReportTable(name, caption, columns, tuple(rows), (nearest_note, *notes))
 

@@ -1,4 +1,4 @@
-"""The printed row of the first scenario at any horizon: the runs that meet it, and a witness with two repairs."""
+"""The printed values of the first scenario at any horizon: the runs that meet them, and a witness with two repairs."""
 
 from dataclasses import dataclass
 
@@ -111,7 +111,19 @@ def witness_table(results: wb.Results, four: wb.study.Outcome) -> wb.document.Re
         wb.document.TableColumn("larger miss", "%", "right"),
     )
     caption = (
-        "The printed row of AOSMC-RGS in the first scenario, met by two pairs of repairs and by four repairs. Q and "
-        "the horizon were fitted for each row, R for the last two. An equation that is not named is as printed."
+        "The printed values of AOSMC-RGS in the first scenario, met by two pairs of repairs and by four repairs. Q and "
+        "the horizon were fitted for each run, and R too for the last two runs. An equation that is not named is as "
+        "printed."
     )
-    return wb.document.ReportTable("witness", caption, columns, tuple(rows), ("Q and R are multiples of I.",))
+    notes = (
+        "Q and R are multiples of I.",
+        (
+            "The horizon was fitted together with the other numbers of its line. With these numbers kept, the nearest "
+            "horizons of ",
+            wb.document.CrossReference("slips"),
+            " and ",
+            wb.document.CrossReference("two_repair_runs"),
+            " miss by less.",
+        ),
+    )
+    return wb.document.ReportTable("witness", caption, columns, tuple(rows), notes)

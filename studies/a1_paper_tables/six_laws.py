@@ -19,6 +19,10 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {  # the tables of a
     "cost": ("Torque", dict.fromkeys(SCENARIOS, COST)),
     "steps": ("After the jumps of the reference: motion", {"SS": ("overshoot", "settling time")}),
 }
+MEANINGS = {  # of the symbols in the notes of these tables
+    "rmse": ("e_hat = q_hat - q_d: the tracking error by the estimate of the observer.",),
+    "cost": ("qd: the joint velocity.",),
+}
 FIRST = {"FS": 3, "SS": 11}  # the number of each scenario's first figure in the paper
 TORQUE = {"FS": (-60.0, 60.0), "SS": (-150.0, 150.0)}  # N m, the part of a torque that is drawn
 EARLY = 3.0  # s, where the left panel ends
@@ -147,15 +151,18 @@ def scenario_section(results: wb.Results, scenario: str) -> wb.Section:
     """Figures and tables of one scenario."""
     title, key, runs = SCENARIOS[scenario], scenario.lower(), results.scenario(scenario)
     about = wb.Paragraph(
-        "The paper has one metric, (43): a root mean square over samples, the initial error among them. The column "
-        "RMSE is the same mean, taken as an integral over time. The error of a value, in brackets, comes from the "
+        "The paper has one metric, (43): a root mean square over samples, the initial error among them: the "
+        "sampled RMSE. The column 'RMSE' is the same mean, taken as an integral over time. The error of a value, in "
+        "brackets, comes from the "
         f"step of the simulation only; the assumed numbers matter far more. {BOLD} Where a torque leaves the frame of "
         "a figure, its peak is in the tables. Super-twisting is a seventh law that the paper does not have; only the "
         "tables have it."
     )
     tables = []
     for j in (1, 2):
-        caption = f"RMSE of joint {j} in the {title}, (43): as printed, from the runs here, and the difference."
+        caption = (
+            f"Sampled RMSE, (43), of joint {j} in the {title}: as printed, from the runs here, and the difference."
+        )
         tables.append(
             wb.evidence.against_published(
                 f"{key}_rmse_q{j}", caption, PUBLISHED_COLUMNS[scenario, j], six(results, scenario)
@@ -164,7 +171,8 @@ def scenario_section(results: wb.Results, scenario: str) -> wb.Section:
     for group, (words, metrics) in GROUPS.items():
         for j in (1, 2) if scenario in metrics else ():
             name, caption = f"{key}_all_{group}_q{j}", f"{words} of joint {j}, {title}."
-            tables.append(wb.side_by_side(name, caption, runs, metrics[scenario], j - 1, margin=MARGIN))
+            notes = MEANINGS.get(group, ())
+            tables.append(wb.side_by_side(name, caption, runs, metrics[scenario], j - 1, notes, MARGIN))
     drawn = figures(tuple(six(results, scenario).values()), results[scenario, PROPOSED_LAW], scenario)
     return wb.Section(f"The {title}", (about, *drawn, *tables))
 
@@ -172,7 +180,8 @@ def scenario_section(results: wb.Results, scenario: str) -> wb.Section:
 def order_section(results: wb.Results) -> wb.Section:
     """The published values beside ours, the printed order of the laws, and the part of the assumed gain of SMC."""
     about = wb.Paragraph(
-        "The printed tables put AOSMC-RGS first in each column. The runs here cannot test that order, as they rest on "
+        "The printed tables put AOSMC-RGS first at each joint in each scenario. The runs here cannot test that order, "
+        "as they rest on "
         "assumed numbers of the rivals. They show which pairs keep their order with these numbers."
     )
     return wb.Section(
@@ -181,7 +190,7 @@ def order_section(results: wb.Results) -> wb.Section:
 
 
 def _columns_table(results: wb.Results) -> wb.document.ReportTable:
-    """One row for each published column: its pairs, and the laws on the other side of the proposed one."""
+    """A row for each joint and scenario: the pairs of laws, and the laws on the other side of the proposed one."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for (scenario, _), column in PUBLISHED_COLUMNS.items():
         judged = wb.evidence.ranking(column, six(results, scenario), MARGIN)
@@ -196,13 +205,13 @@ def _columns_table(results: wb.Results) -> wb.document.ReportTable:
             )
         )
     columns = (
-        wb.document.TableColumn("printed column"),
+        wb.document.TableColumn("scenario and joint"),
         wb.document.TableColumn("keep their order", align="right"),
         wb.document.TableColumn("reversed", align="right"),
         wb.document.TableColumn("too close to call", align="right"),
         wb.document.TableColumn(f"larger RMSE than {PROPOSED_LAW} in print, smaller here"),
     )
-    caption = "The fifteen pairs of laws of each printed column, ordered by the sampled RMSE, (43), of the runs here."
+    caption = "The fifteen pairs of laws at each joint in each scenario, by the sampled RMSE, (43), of the runs here."
     return wb.document.ReportTable("pairs", caption, columns, tuple(rows))
 
 
@@ -217,7 +226,10 @@ def _gains_table(results: wb.Results) -> wb.document.ReportTable:
         rows.append((gain, *scores, *reached, *count_pairs(results, K)))
     columns = (
         wb.document.TableColumn("K of SMC [N m]"),
-        *(wb.document.TableColumn(f"RMSE of q{joint + 1}, {scenario}", "rad", "right") for scenario, joint in PLACES),
+        *(
+            wb.document.TableColumn(f"sampled RMSE of q{joint + 1}, {scenario}", "rad", "right")
+            for scenario, joint in PLACES
+        ),
         *(wb.document.TableColumn(f"layer reached, {scenario}", "s", "right") for scenario in SCENARIOS),
         *(wb.document.TableColumn(f"pairs {words}", align="right") for words in ("in order", "reversed", "too close")),
     )

@@ -74,9 +74,11 @@ def numbers_section() -> wb.Section:
     """The origin of each number."""
     about = (
         "FS and SS are the first and the second scenario. What the paper does not state is assumed by a rule. The "
-        "rivals share the surface, the layer and the first gain of the proposed law, and PID has the bandwidth of that "
-        "surface. Q, R, the horizons, the shape of (33) and the amplitudes of the square wave were chosen so that the "
-        "proposed law closely meets its printed numbers. Nothing was fitted for a rival."
+        "rivals share the surface, the layer and the initial gain K(0) of the proposed law, and PID has the bandwidth "
+        "of "
+        "that surface. Q, R, the horizon of the first scenario and the shape of (33) were fitted so that the proposed "
+        "law closely meets its printed numbers. The amplitudes of the square wave are round numbers near such a fit, "
+        "and the horizon of the second scenario is five levels of that wave. Nothing was fitted for a rival."
     )
     added = wb.provenance.Card(tuple(given for given in CARD if given.name.startswith("super-twisting: ")))
     tables = (
@@ -96,8 +98,10 @@ def trust_section(results: wb.Results) -> wb.Section:
     beyond = "; ".join(run.case.name for run in compared if not run.measurement.limit.holds)
     about = (
         "Each run uses RK4 at a step and at half of it. Values are those of the step; an error is twice the change "
-        "between both. The limit of stability is the longest step at which the fastest decaying mode of the exact "
-        "Jacobian still decays, at up to 400 states of a run. With a longer step the simulation itself chatters. The "
+        "between both. The stability limit of the step is the longest step at which RK4 is still stable for the "
+        "fastest "
+        "decaying mode of the exact Jacobian. It is evaluated at up to 400 points along each run. With a longer step "
+        "the simulation itself chatters. The "
         f"step is beyond the limit in: {beyond or 'no run'}. Where a law switches, the method is of first order, and "
         "its error is an estimate, not a bound."
     )
@@ -115,7 +119,7 @@ def rest(results: wb.Results) -> wb.Section:
 
 
 def row_section(results: wb.Results) -> wb.Section:
-    """The printed row of the proposed law, met with two repairs and with four."""
+    """The printed values of the proposed law, met with two repairs and with four."""
     about = (
         "The error at the start, pi at each joint, dominates the sampled RMSE, which is (43) of the paper. While a law "
         "tracks, the sampled RMSE therefore falls nearly as one over the square root of the horizon, and passes "
@@ -128,7 +132,7 @@ def row_section(results: wb.Results) -> wb.Section:
         "four repairs, fitted Q and R": results[ONE_CHANGE, repairs.ALL_FOUR],
     }
     table = row.witness_table(results, results["FS", PROPOSED_LAW])
-    return wb.Section("The printed row and the horizon", (row.row_figure(curves), wb.Paragraph(about), table))
+    return wb.Section("The printed values and the horizon", (row.row_figure(curves), wb.Paragraph(about), table))
 
 
 def page(results: wb.Results) -> wb.Page:

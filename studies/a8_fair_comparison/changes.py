@@ -16,7 +16,10 @@ MEASURE = f"{PRIMARY.words} cost"
 NOBODY = "no law"
 BASE: wb.evidence.Way = "geometric mean"
 SUM: wb.evidence.Way = "arithmetic mean"
-FITS = "All parameters of the law and of its observers, if it has any, by three searches with the same budget for each."
+FITS = (
+    "The parameters of the law and of its observers in the tables of the numbers as tuned, by three searches with the "
+    "same budget for each parameter. Not tuned: the nodes of the network of RBF-ASMC, and the rules of Fuzzy-ASMC."
+)
 ASSUMPTIONS = (
     "The terms of the cost and their acceptable values, the scenarios, the ranges of the draws, the torque limit and "
     "the computer."

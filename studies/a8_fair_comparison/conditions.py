@@ -93,7 +93,7 @@ TRAINING = (  # both ends of the masses that are drawn: a light arm answers a to
     Scenario("ss", "the paper's second scenario, masses 20 % above the model's", SECOND, CARD["SS: q(0)"], HEAVY),
 )
 HELD_OUT = (
-    Scenario("paper", "the paper's first scenario, with the right masses", FIRST, CARD["FS: q(0)"]),
+    Scenario("paper", "the paper's first scenario, masses drawn around the model's", FIRST, CARD["FS: q(0)"]),
     Scenario("fast", "a faster motion", FAST, (0.0, 0.0)),
     Scenario("payload", "a slower motion, a payload of 1 kg", SLOW, (0.0, 0.5), mass=(1.0, 2.0)),
     Scenario(

@@ -38,8 +38,9 @@ __all__ = ["answer", "divergence_words", "pooled_cost", "proposed_finding", "ric
 NAMES = {READINGS.key: "raw_readings", BOTH.key: "own_observers"}
 PLACES = {READINGS.key: "with raw readings", BOTH.key: "behind both observers (of state and disturbance)"}
 LOWEST = (
-    f"A law is lowest in a scenario if it costs less than each other law by more than {100 * MARGIN:g} % plus the "
-    "errors of both laws by the step, over the whole interval of the difference."
+    "A law counts as the best of a scenario if its mean cost is significantly lower than that of each other law: the "
+    f"whole confidence interval of the difference lies beyond {100 * MARGIN:g} % plus the integration errors of both "
+    "laws."
 )
 LIMITATIONS = "Other scenarios and ranges, a cost with other terms, and laws that are tuned for another cost."
 
@@ -53,10 +54,11 @@ def winner(evidence: Evidence, information: Information) -> wb.Finding:
     place = PLACES[information.key]
     return wb.Finding(
         NAMES[information.key],
-        f"{place[0].upper()}{place[1:]}, {first.answer} has the lowest {MEASURE} in most of the {SCENARIOS} "
+        f"{place[0].upper()}{place[1:]}, {first.answer} has the significantly lowest {MEASURE} in most of the "
+        f"{SCENARIOS} "
         f"scenarios: {tally_words(first.counts or {}, SCENARIOS)}.",
-        f"{LOWEST} If no law is lowest, the scenario is undecided. {other_searches(evidence, information)} By the "
-        f"geometric mean over all scenarios, {whole.best or 'no law'} is lowest: {leading_laws(whole)}.",
+        f"{LOWEST} If no law is best, the scenario is undecided. {other_searches(evidence, information)} By the "
+        f"geometric mean over all scenarios, {whole.best or 'no law'} is significantly lowest: {leading_laws(whole)}.",
         statistic=f"{MEASURE.capitalize()} in each scenario, declared before the runs. The intervals of all pairs of "
         f"laws in all scenarios hold at once with a confidence of {100 * FAMILY:g} %.",
         sample=sample(evidence),
@@ -71,13 +73,19 @@ def winner(evidence: Evidence, information: Information) -> wb.Finding:
 
 
 def other_searches(evidence: Evidence, information: Information) -> str:
-    """The tallies by the second and the third best search of the laws that run with other numbers."""
+    """The tallies by the second and the third best search of the laws that run with other numbers, with their names."""
+    again = evidence.changed_standings[information.key]
     found = [
-        f"with {words}, {tally_words(count_wins(standings), len(standings.judgements))}"
-        for words, standings in evidence.changed_standings[information.key].items()
+        f"by their {words.removeprefix('the ').split(' of each')[0]}, the best laws are: "
+        f"{tally_words(count_wins(standings), len(standings.judgements))}"
+        for words, standings in again.items()
         if words.endswith("laws") and "search" in words
     ]
-    return f"The counts change with the tuning search: {'; '.join(found)}." if found else ""
+    if not found:
+        return ""
+    some = next(one for words, one in again.items() if words.endswith("laws alone"))
+    names = wb.document.join_names(next(iter(some.judgements.values())).samples.laws)
+    return f"Each law was tuned by three searches. If {names} run as tuned {'; '.join(found)}."
 
 
 def pooled_variations(evidence: Evidence) -> list[wb.Variation]:
@@ -134,7 +142,8 @@ def pooled_cost(evidence: Evidence) -> wb.Finding:
             if one.best
             else f"the lowest geometric mean of the cost is {one.answer}: {leading_laws(one)}."
         ),
-        f"Without {scenario_words(name)}, the lowest are {leading_laws(first.without[name].by[PRIMARY.words])}. In "
+        f"Without {scenario_words(name)}, the lowest means are {leading_laws(first.without[name].by[PRIMARY.words])}. "
+        f"In "
         f"the arithmetic mean, {part}. The lowest arithmetic means are {leading_laws(total.whole.by[PRIMARY.words])}; "
         f"without '{name}' they are {leading_laws(rest, 5)}.",
         statistic="For each draw, the geometric mean of the costs over the scenarios is taken. The statistic is the "
@@ -166,11 +175,11 @@ def proposed_finding(evidence: Evidence) -> wb.Finding:
     )
     return wb.Finding(
         "proposed_law",
-        f"Behind both observers, which belong to its design, {PROPOSED_LAW} has the lowest {MEASURE} in "
-        f"{places(first) or 'none'} of the {SCENARIOS} scenarios.",
+        f"Behind both observers, which belong to its design, {PROPOSED_LAW} is significantly better than all others in "
+        f"{places(first) or 'none'} of the {SCENARIOS} scenarios.{least_and_tied(evidence)}",
         f"Laws with a significantly lower mean cost than {PROPOSED_LAW}, by the number of scenarios: {lower}. Laws "
         f"with a significantly higher mean cost: {higher}.",
-        statistic=f"Number of scenarios in which {PROPOSED_LAW} has the lowest {MEASURE}. {LOWEST}",
+        statistic=f"Number of scenarios in which {PROPOSED_LAW} has the significantly lowest {MEASURE}. {LOWEST}",
         sample=sample(evidence),
         information=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
         assumptions=f"{ASSUMPTIONS} The law has the four repairs of report a1.",
@@ -181,6 +190,17 @@ def proposed_finding(evidence: Evidence) -> wb.Finding:
         ),
         limitations=LIMITATIONS,
     )
+
+
+def least_and_tied(evidence: Evidence) -> str:
+    """A sentence on the scenarios in which AOSMC-RGS has the least mean without being best, and on the tied laws."""
+    ties = []
+    for scenario, judgement in evidence.cost[BOTH.key].judgements.items():
+        one = judgement.by[PRIMARY.words]
+        if leading_laws(one, 1).startswith(f"{PROPOSED_LAW} ") and one.best is None:
+            others = [law for law in one.leaders if law != PROPOSED_LAW]
+            ties.append(f"'{scenario}', where it is tied with {wb.document.join_names(others)}")
+    return f" Its mean is the lowest in {'; in '.join(ties)}." if ties else ""
 
 
 def balance(scenarios: Counter[str]) -> str:
@@ -247,7 +267,7 @@ def answer(evidence: Evidence) -> str:
     """The line under the title, of at most forty words."""
     readings, both = base(evidence, READINGS.key), base(evidence, BOTH.key)
     law, count = leader(readings)
-    found = f"{law} costs least in {count}" if count else f"{law} costs least in any"
+    found = f"{law} is significantly best in {count or 'any'}"
     span = spread(evidence.parts.searches.whole)
     search = ", depending on the search" if span[0] != span[1] else ""
     return (
@@ -269,9 +289,7 @@ def leads(change: Change, before: str) -> str:
     undecided = change.scenarios - sum((change.counts or {}).values())
     rest = f" ({undecided} undecided)" if undecided else ""
     if law == before:
-        return f"in {count}{rest}" + (
-            "" if law == PROPOSED_LAW else f", and {PROPOSED_LAW} in {places(change) or 'none'}"
-        )
+        return f"in {count}{rest}" + ("" if law == PROPOSED_LAW else f", {PROPOSED_LAW} in {places(change) or 'none'}")
     return f"{law} in {count}{rest}" + (
         "" if law == PROPOSED_LAW else f", {PROPOSED_LAW} in {places(change) or 'none'}"
     )

@@ -76,8 +76,8 @@ def sections(results: wb.Results) -> wb.Page:
 def rest(results: wb.Results) -> wb.Section:
     """The linear pictures of the proposed law in its computer, which the knobs move."""
     knobs = (
-        f"{PROPOSED_LAW} is shown because the page judges each of its parts. On the HTML page the knobs of masses, "
-        "lengths and friction move these pictures together with the runs. Disturbance, phases and starts do not."
+        f"{PROPOSED_LAW} is shown because section 4 removes each of its parts in turn. On the HTML page the knobs of "
+        "masses, lengths and friction move these pictures with the runs. Disturbance, phases and starts do not."
     )
     law = f"It has its tuned numbers, both observers, and a computer with a period of {1e3 * PERIOD:g} ms."
     return rest_section(results[REST, PROPOSED_LAW], results[HELD_OUT[0].name, PROPOSED_LAW], law, knobs)
@@ -90,7 +90,7 @@ def lead(evidence: Evidence) -> str:
     return (
         f"The network of {law} has a leak. Near e = 0 it adds a low-pass-filtered feedback of s in parallel to the "
         f"gain K / phi. With raw readings, {law} is therefore the only law with a filter against the noise of the "
-        f"velocity. With filtered velocities all laws have one; {law} is then lowest in {filtered}, not in {raw}."
+        f"velocity. With filtered velocities all laws have one; {law} is then best in {filtered}, not in {raw}."
     )
 
 
@@ -113,13 +113,13 @@ def without_note(figure: wb.document.Figure) -> wb.document.Figure:
 def changes_section(evidence: Evidence) -> wb.Section:
     """The number of scenarios in which each law is best, by what was changed."""
     words = (
-        "Each row of these tables changes one thing. The second column has the law with the lowest cost in more than "
-        "half of the scenarios. The third column has the number of scenarios in which each law is lowest. "
+        "Each row of these tables changes one thing. The second column has the law that is best in more than half of "
+        "the scenarios. The third column has the number of scenarios in which each law is best. "
         f"{findings.LOWEST} Where all scenarios are judged together, the second column has the law that is "
         "significantly lowest, and the third the lowest means. "
         f"'Success (<= {ACCEPTABLE:g})' is the share of draws with a cost of at most {ACCEPTABLE:g}: each of the "
-        f"{len(TERMS)} terms at its acceptable value. Other weights were judged only with raw readings and behind both "
-        "observers, which give a law the least and the most information."
+        f"{len(TERMS)} terms at its acceptable value. Other weights were judged only for two kinds of measurements: "
+        "raw readings (no filter, no estimate), and both observers (estimated state and disturbance)."
     )
     care = (
         "The results of other searches, and of half of the budget, were judged for the three laws with the least cost "
@@ -139,11 +139,11 @@ def changes_table(evidence: Evidence, information: Information) -> wb.document.R
     rows = [row for row in rows if (row.counts is not None or row.words in whole) and row.words not in LEFT_OUT]
     return wb.document.ReportTable(
         f"changes_{information.key}",
-        f"The law with the lowest cost in most scenarios, by what is changed. Every law has {information.words}.",
+        f"The law that is best in most scenarios, by what is changed. Every law has {information.words}.",
         (
             wb.document.TableColumn("what is changed", width=24),
-            wb.document.TableColumn("lowest in most", width=12),
-            wb.document.TableColumn("scenarios in which each law is lowest, or lowest means", width=24),
+            wb.document.TableColumn("best in most", width=12),
+            wb.document.TableColumn("scenarios in which each law is best, or lowest means", width=24),
         ),
         tuple((row.words, row.answer, row.detail) for row in rows),
     )
@@ -160,12 +160,12 @@ def without_table(evidence: Evidence, information: Information) -> wb.document.R
     ]
     return wb.document.ReportTable(
         f"without_{information.key}",
-        "The law with the lowest cost when one scenario is left out: in most of the others, and over all the others "
-        f"together by each mean. Every law has {information.words}.",
+        "The effect of leaving one scenario out. Columns 2 and 3: the best law of most of the others. Columns 4 to 6: "
+        f"the best law over all the others together, by three means. Every law has {information.words}.",
         (
             wb.document.TableColumn("scenario left out"),
-            wb.document.TableColumn("lowest in most"),
-            wb.document.TableColumn("scenarios in which each law is lowest", width=18),
+            wb.document.TableColumn("best in most"),
+            wb.document.TableColumn("scenarios in which each law is best", width=18),
             *(wb.document.TableColumn(way) for way in pools),
         ),
         tuple(rows),

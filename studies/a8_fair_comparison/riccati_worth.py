@@ -238,8 +238,10 @@ def riccati(evidence: Evidence) -> wb.Finding:
         "riccati_gain",
         headline(parts),
         f"{by_best}Without tuning again, the cost {moves(frozen, STEADY)} if P is kept at its steady value, and "
-        f"{moves(frozen, RICCATI)} if P is kept at the tuned P(0), near which (34) leaves P for 0.1 s at most. Plain "
-        f"{PLAIN} costs {more_or_less((plain, plain))}, and {more_or_less((rest, rest))} without '{name}'.{elsewhere}",
+        f"{moves(frozen, RICCATI)} if P is kept at the tuned P(0). In the whole law, P stays near P(0) for at most "
+        f"0.1 s. "
+        f"Plain {PLAIN} costs {more_or_less((plain, plain))}, and {more_or_less((rest, rest))} without "
+        f"'{name}'.{elsewhere}",
         statistic=f"Change of the {BASE} of the cost over the {SCENARIOS} scenarios, with its interval. The answer is "
         "that of the best searches, if every pair of searches of both laws gives it; otherwise it is 'undecided'.",
         sample=sample(evidence),

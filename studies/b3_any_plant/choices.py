@@ -47,12 +47,13 @@ def weights_table() -> wb.document.ReportTable:
         sizes += f"; {', '.join(setting.plant.inputs.names)} {digits(setting.inputs[0])}"
         noise = ", ".join(f"{name} {value:g}" for name, value in setting.noise.items())
         rows.append((setting.name, sizes, f"{setting.push:g}", noise, duration_words(setting.period)))
-    heads = ("plant", "sizes of states; inputs", "input noise w", "reading noise v", "period T")
+    heads = ("plant", "scales of states; inputs", "input noise w", "reading noise v", "period T")
     notes = (
-        "The regulator minimises the integral of the sum of (x / size)\N{SUPERSCRIPT TWO} and (u / "
-        "size)\N{SUPERSCRIPT TWO}; a state that is not named costs nothing. The filter is designed for white noise of "
+        "The regulator minimises the integral of the sum of (x / scale)\N{SUPERSCRIPT TWO} and (u / "
+        "scale)\N{SUPERSCRIPT TWO} (Bryson's rule); a state that is not named costs nothing. The filter is designed "
+        "for white noise of "
         "intensity w\N{SUPERSCRIPT TWO} T at each input, and of intensity v\N{SUPERSCRIPT TWO} T at each reading. "
-        "Sizes have the units of the states and inputs, w that of the input, and v those of the outputs.",
+        "Scales have the units of the states and inputs, w that of the input, and v those of the outputs.",
     )
     return wb.document.ReportTable(
         "weights", "The weights of LQG.", tuple(map(wb.document.TableColumn, heads)), tuple(rows), notes

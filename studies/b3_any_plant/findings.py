@@ -7,6 +7,7 @@ import numpy as np
 import workbench as wb
 from studies.b3_any_plant.loops import (
     COMPUTER,
+    DIGITAL,
     LAWS,
     LQG,
     LQR,
@@ -51,11 +52,11 @@ def rest_finding(results: wb.Results) -> wb.Finding:
     name, law = min(delays, key=delays.__getitem__)
     return wb.Finding(
         name="rest_in_a_computer",
-        statement=f"In a computer {settled[1]} of {len(pairs)} loops settle, with {min(growth.values()):.2f} to "
+        statement=f"W{DIGITAL[1:]}, {settled[1]} of {len(pairs)} loops settle, with {min(growth.values()):.2f} to "
         f"{max(growth.values()):.2f} times their RMSE in continuous time.",
-        evidence="The computer reads with noise, limits the commands and acts one period late. In continuous time, the "
-        f"readings are exact and nothing is limited. In {sum(one < 1 for one in growth.values())} of {len(pairs)} "
-        "loops the RMSE is smaller in the computer.",
+        evidence="The digital controller samples noisy readings, limits the commands and acts one period late. In "
+        "continuous time, the readings are exact and nothing is limited. In "
+        f"{sum(one < 1 for one in growth.values())} of {len(pairs)} loops the RMSE is smaller {DIGITAL}.",
         statistic="Settling: the error of one output stays within 5 % of the error at the start. RMSE: of that output "
         "over the whole run.",
         sample=f"{COUNT} settings of eight plants, two laws; for each loop one start and one sequence of noise.",
@@ -64,7 +65,7 @@ def rest_finding(results: wb.Results) -> wb.Finding:
         answer=f"{settled[1]} of {len(pairs)}",
         variations=(wb.Variation("in continuous time", f"{settled[0]} of {len(pairs)}"),),
         limitations="other starts, other noise, and longer periods; the least delay margin is "
-        f"{delays[name, law]:.1f} periods ({name}, {law}), of which the computer itself uses 1.5",
+        f"{delays[name, law]:.1f} periods ({name}, {law}), of which the digital controller itself uses 1.5",
     )
 
 
@@ -82,11 +83,11 @@ def error_finding(results: wb.Results) -> wb.Finding:
         statement=f"LQG has the smaller RMSE in {less} of {COUNT} settings and PID in {more}. This makes "
         "neither the better law, since other statistics give other counts.",
         evidence=f"In {len(own)} settings ({', '.join(own)}) both laws have the same gain and differ in their filters "
-        f"alone. In a computer, the total variation of PID's commands is {ratio[most]:.0f} times that of LQG's for the "
-        f"{most}; for the {least}, that of LQG's commands is {1 / ratio[least]:.0f} times that of PID's.",
+        f"alone. W{DIGITAL[1:]}, PID's commands have {ratio[most]:.0f} times the total variation of LQG's for the "
+        f"{most}; for the {least}, LQG's commands have {1 / ratio[least]:.0f} times the total variation of PID's.",
         statistic="The law with the smaller RMSE of one output over the run, counted over the settings. A difference "
         "within the errors of the step counts for neither.",
-        sample=f"{COUNT} settings, one start each, in continuous time; in a computer with one sequence of noise.",
+        sample=f"{COUNT} settings, one start each, in continuous time; {DIGITAL}, one sequence of noise.",
         information=information(),
         assumptions=LAST,
         answer=leader(every[first]),
@@ -161,8 +162,9 @@ def parameter_finding(results: wb.Results) -> wb.Finding:
     return wb.Finding(
         name="scatter_over_parameters",
         statement=f"If the plant's numbers differ from the nominal ones, the RMSE scatters more under LQG than under "
-        f"PID in {more} of {COUNT} settings; for the {worst} by {100 * spread[worst][0][first]:.0f} % under LQG and "
-        f"{100 * spread[worst][1][first]:.0f} % under PID.",
+        f"PID in {more} of {COUNT} settings. For the {worst}, its standard deviation is "
+        f"{100 * spread[worst][0][first]:.0f} "
+        f"% of its mean under LQG and {100 * spread[worst][1][first]:.0f} % under PID.",
         evidence=f"There, under LQG, the parameter with the largest total Sobol index is {deciding.factors[top]}"
         f"{OUTLET * (deciding.factors[top] == 'a_1')}: the index is {deciding.ST.value[top]:.2f} "
         f"({deciding.ST.low[top]:.2f} to {deciding.ST.high[top]:.2f}). LQG has no integral. A plant that needs another "
@@ -197,7 +199,7 @@ def answer(results: wb.Results) -> str:
     rest, _, tanks, *_ = findings(results)
     less, _ = standing(next(iter(orders(results).values())))
     return (
-        f"{rest.answer} loops settle in a computer. LQG's RMSE is smaller in {less} of {COUNT} settings; other "
-        f"statistics differ. Under PI, level h_1 settles in {tanks.answer} times the time with a right half-plane "
-        "zero, which does not force this."
+        f"{rest.answer} digital loops settle. LQG's RMSE is smaller in {less} of {COUNT} settings; other statistics "
+        f"differ. Under PI, quadruple-tank level h_1 settles in {tanks.answer} times the time with a right half-plane "
+        "zero; the zero does not force this."
     )

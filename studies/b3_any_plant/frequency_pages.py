@@ -6,7 +6,7 @@ import numpy as np
 
 import workbench as wb
 from studies.b3_any_plant.frequency import ITEMS, FrequencyAnswer, LinearAnswer, answers
-from studies.b3_any_plant.loops import COMPUTER, LQG, laws_of, sweep_name
+from studies.b3_any_plant.loops import COMPUTER, DIGITAL, LQG, laws_of, sweep_name
 from studies.b3_any_plant.settings import Setting
 
 UNSTABLE = wb.document.MissingCell("not stable")
@@ -47,7 +47,7 @@ def live_blocks(setting: Setting, results: wb.Results) -> tuple[wb.document.Bloc
     if law is None:
         return ()
     stem = sweep_name(setting, "").strip("_")
-    loop = f"the {setting.name} under {law}"
+    loop = f"the {setting.name} under {f'digital {LQG}' if COMPUTER in law else law}"
     blocks = wb.loop_gain_pictures(results[setting.name, law], f"turned_{stem}", width=0.75, loop=loop)
     names = [block.name for block in blocks if isinstance(block, wb.document.Figure)]
     if not names:
@@ -88,13 +88,13 @@ def frequency_table(results: wb.Results) -> wb.document.ReportTable:
         own = answers(results)[name, law]
         for place in ("continuous", "computer"):
             found: LinearAnswer | None = getattr(own, place)
-            plant = name if name != last else ""
+            plant, time = name if name != last else "", "digital" if place == "computer" else place
             last = name
             if found is None:
-                rows.append((plant, law, place, wb.document.MissingCell("no linear answer"), *(8 * (None,))))
+                rows.append((plant, law, time, wb.document.MissingCell("no linear answer"), *(8 * (None,))))
                 continue
             for k, margins in enumerate(found.margins):
-                head = (plant if not k else "", law if not k else "", place if not k else "", found.inputs[k])
+                head = (plant if not k else "", law if not k else "", time if not k else "", found.inputs[k])
                 common: tuple[wb.document.Cell, ...] = (
                     (found.alpha or UNSTABLE, pole_words(found)) if not k else ("", "")
                 )
@@ -104,8 +104,8 @@ def frequency_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("law"),
         wb.document.TableColumn("time"),
         wb.document.TableColumn("input"),
-        wb.document.TableColumn("least gain", align="right"),
-        wb.document.TableColumn("largest gain", align="right"),
+        wb.document.TableColumn("least gain factor", align="right"),
+        wb.document.TableColumn("largest gain factor", align="right"),
         wb.document.TableColumn("phase margin", "deg", "right"),
         wb.document.TableColumn("delay margin", "s", "right"),
         wb.document.TableColumn("Ms", "", "right", digits=3),
@@ -114,14 +114,15 @@ def frequency_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("slowest pole"),
     )
     notes = (
-        "At rest at the operating point. Each input is cut while the loop stays closed at the others. Computer: the "
-        "command acts one period late, and the margins are those that remain. Least and largest gain: the loop stays "
-        "stable for factors between these two at the input. No limit: no such change makes the loop unstable. Slowest "
-        "pole: in 1/s; in a computer, the absolute value of the pole in z.",
+        "At rest at the operating point. Each input is cut while the loop stays closed at the others. Digital: the "
+        "command acts one period late, and the margins are those that remain. Least and largest gain factor: the loop "
+        "stays stable for factors between these two at the input. No limit: no such change makes the loop unstable. "
+        "Slowest "
+        "pole: in 1/s; of a digital loop, the absolute value of the pole in z.",
     )
     return wb.document.ReportTable(
         "frequency",
-        "Margins and poles of the linear loops, in continuous time and in a computer.",
+        f"Margins and poles of the linear loops, in continuous time and {DIGITAL}.",
         columns,
         tuple(rows),
         notes,

@@ -14,7 +14,8 @@ LAWS = LQG, PID = ("LQG", "PID")
 LQR = "LQR"  # of all states: no loop here has that, and its margins are what an observer may cost
 PLACED = "placed"  # of the tanks at P+ alone: a gain and an observer with poles that were chosen
 REGULATOR, OBSERVER = (-0.05, -0.06, -0.07, -0.08), (-0.06, -0.08, -0.9, -1.2)  # 1/s, poles of `PLACED`
-COMPUTER = "in a computer"
+COMPUTER = "in a computer"  # in the names of runs
+DIGITAL = "with a digital controller"  # the same in the words of the page
 SEED, BASE, STATE_COUNT = 11, 256, 1200
 SUBSTEPS, COARSE = 8, 4  # of a period, of a case and of a sweep
 HALF_STEP_EVERY = 64  # one run of a sweep in so many is run again at half of the step

@@ -7,10 +7,11 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 import workbench as wb
-from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, PID, all_margins, errors
+from studies.b3_any_plant.loops import COMPUTER, DIGITAL, LAWS, LQG, PID, all_margins, errors
 from studies.b3_any_plant.settings import HAND, PUBLISHED, REGULATOR, SETTINGS, Setting
 
 Orders = Mapping[str, str]  # by setting: LQG 'below' or 'above' PID, or neither
+MARGINS = ("disk", "delay")  # of which the larger is better
 BY_ORIGIN = {origin: sum(s.pid.origin == origin for s in SETTINGS) for origin in (HAND, PUBLISHED, REGULATOR)}
 ORIGIN = (
     f"gains chosen by hand with the model known ({BY_ORIGIN[HAND]} settings), published ({BY_ORIGIN[PUBLISHED]}), or "
@@ -34,13 +35,14 @@ def orders(results: wb.Results) -> dict[str, Orders]:
     made: dict[str, Orders] = {}
     for name in ("RMSE", "settling time", "TV"):
         for where in ("", f" {COMPUTER}"):
-            words = f"{'total variation of the command' if name == 'TV' else name}{where or ' in continuous time'}"
+            time = DIGITAL if where else "in continuous time"
+            words = f"{'total variation of the command' if name == 'TV' else name} {time}"
             made[words] = {s.name: _order(results, s, where, name) for s in SETTINGS}
     made["mean RMSE over the parameters"] = {
         s.name: order_of(*(float(np.nanmean(one)) for one in both(results, s))) for s in SETTINGS
     }
     by = all_margins(results)
-    for words in ("disk", "delay"):
+    for words in MARGINS:
         made[f"{words} margin"] = {
             s.name: order_of(*(-getattr(by[s.name, law], words) for law in LAWS)) for s in SETTINGS
         }
@@ -75,24 +77,31 @@ def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple
     for i, (words, one) in enumerate(every.items()):
         whole = leader(one, larger=larger)
         if i:
-            made.append(wb.Variation(f"{words}", whole, count_words(one, larger=larger)))
+            made.append(wb.Variation(f"{words}", whole, count_words(words, one, larger=larger)))
         without = {name: {k: v for k, v in one.items() if k != name} for name in one}
         other = {name: leader(rest, larger=larger) for name, rest in without.items()}
         changed = {name: word for name, word in other.items() if word != whole}
         answer = next(iter(changed.values()), whole)
-        made.append(wb.Variation(f"{words}, leaving out one setting", answer, ", ".join(changed)))
+        detail = f"if one of these is left out: {', '.join(changed)}" if changed else ""
+        made.append(wb.Variation(f"{words}, leaving out one setting", answer, detail))
         some = {s.name: one[s.name] for s in SETTINGS if s.pid.origin != REGULATOR}
         made.append(
             wb.Variation(
                 f"{words}, in settings where PID has other gains than LQG",
                 leader(some, larger=larger),
-                count_words(some, larger=larger),
+                count_words(words, some, larger=larger),
             )
         )
     return tuple(made)
 
 
-def count_words(one: Orders, *, larger: bool = False) -> str:
-    """Both counts in words, of the law that is lower or, where `larger` is better, larger."""
+def count_words(name: str, one: Orders, *, larger: bool = False) -> str:
+    """Both counts in words: of the law whose statistic is larger, where that is asked for, or lower.
+
+    The order of a margin has the opposite sign, so that "below" is the better law; its words count the larger margin.
+    """
     less, more = standing(one)
-    return f"LQG larger in {more} settings, PID in {less}" if larger else f"LQG lower in {less} settings, PID in {more}"
+    is_margin = name in {f"{margin} margin" for margin in MARGINS}
+    ours, theirs = (more, less) if larger else (less, more)
+    word = "larger" if larger or is_margin else "lower"
+    return f"LQG {word} in {ours} setting{'s' * (ours != 1)}, PID in {theirs}"

@@ -11,7 +11,7 @@ import workbench as wb
 from studies.b3_any_plant.choices import choice_tables
 from studies.b3_any_plant.findings import answer, findings, mass_claim
 from studies.b3_any_plant.frequency_pages import frequency_blocks, frequency_table
-from studies.b3_any_plant.loops import COMPUTER, LAWS, all_margins, indices, laws_of, loop, sweep_name
+from studies.b3_any_plant.loops import COMPUTER, DIGITAL, LAWS, all_margins, indices, laws_of, loop, sweep_name
 from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from studies.b3_any_plant.tank_findings import tanks_table
 from studies.b3_any_plant.tanks import SIDES
@@ -80,17 +80,17 @@ def summary_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("disk margin", align="right", digits=3),
         wb.document.TableColumn("delay margin", "periods", "right", digits=2),
         wb.document.TableColumn("RMSE", align="right"),
-        wb.document.TableColumn("RMSE in a computer", align="right"),
+        wb.document.TableColumn("RMSE, digital", align="right"),
         wb.document.TableColumn("settling time", align="right"),
-        wb.document.TableColumn("settling time in a computer", align="right"),
+        wb.document.TableColumn("settling time, digital", align="right"),
     )
     notes = (
         "The line below a plant's name gives the output with the unit of its RMSE, then the unit of the settling "
         "time. RMSE: over the whole run. Settling time: until the error stays within 5 % of the error at the start. An "
-        "error in brackets is twice the change of the value when the step is halved. In a computer: one sequence of "
-        "noise.",
+        "error in brackets is twice the change of the value when the step is halved. Digital: with "
+        "a digital controller and one sequence of noise.",
         "Margins at the inputs of the plant: the disk margin of all inputs at once, and the delay margin of the worst "
-        "input, in periods of the computer; the computer itself uses 1.5 of them. No limit: the loop gain is always "
+        "input, in periods of the digital controller, which itself uses 1.5 of them. No limit: the loop gain is always "
         "below one.",
     )
     return wb.document.ReportTable("summary", "Two laws on each plant.", columns, tuple(rows), notes)
@@ -148,10 +148,14 @@ def computers_table(results: wb.Results) -> wb.document.ReportTable:
     )
     notes = (
         "Noise: the standard deviation of each reading. TV: the total variation of the first input per second, at the "
-        "instants of the computer, with one sequence of noise.",
+        "sampling instants, with one sequence of noise.",
     )
     return wb.document.ReportTable(
-        "computers", "The computer of each plant, and the total variation of its commands.", columns, tuple(rows), notes
+        "computers",
+        "The digital controller of each plant, and the total variation of its commands.",
+        columns,
+        tuple(rows),
+        notes,
     )
 
 
@@ -218,7 +222,7 @@ def picture(setting: Setting, results: wb.Results) -> wb.document.Figure:
             if name in outputs:
                 wanted = np.full(2, setting.operating_outputs[name])
                 series.append(wb.document.Series("reference", np.array([0.0, scale * end]), wanted, "reference"))
-            label, title = f"{name} [{unit}]" if unit else name, where.strip() or "in continuous time"
+            label, title = f"{name} [{unit}]" if unit else name, DIGITAL if where else "in continuous time"
             panels.append(wb.document.Panel(label, tuple(series), f"time [{second}]", (0.0, scale * end), title=title))
     cut = f" The runs last {scale * setting.until:,g} {second}; the figure ends after {scale * end:,g} {second}."
     caption = (

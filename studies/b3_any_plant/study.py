@@ -14,16 +14,18 @@ study = wb.Study(
     name="b3_any_plant",
     title="Any plant, one loop: eight plants under LQG and PID",
     question=(
-        "Does the same workflow lead from the equations of any plant to a loop that runs in a computer? And how do LQG "
-        "and PID compare on eight plants that are not robot arms, with the same readings?"
+        "Does the same workflow lead from the equations of any plant to a loop with a digital controller? And how do "
+        "LQG and PID compare on eight plants that are not robot arms, with the same readings?"
     ),
     method=(
         "Each nonlinear plant is linearised at its operating point by exact Jacobians. The four tanks have two "
-        "operating points, P\N{MINUS SIGN} and P+, so that there are 9 settings. LQG is a certified regulator behind a "
-        "Kalman filter. PID reads the same outputs; where one PID controller is not enough, it is a cascade or a "
-        "mixture of several. For its margins, each loop is cut at the inputs of the plant. Each loop runs from a start "
-        "off the operating point: in continuous time, and in a computer with noise, limits and a delay of one period. "
-        "Sobol indices show which parameter of the plant causes the scatter of the error if law and filter keep the "
+        "operating points, P\N{MINUS SIGN} and P+, so that there are 9 settings. LQG is an LQR with a Kalman filter; "
+        "the solutions of both Riccati equations are checked numerically. PID reads the same outputs; where one PID "
+        "controller is not enough, it is a cascade or a mixture of several. For its margins, each loop is cut at the "
+        "inputs of the plant. Each loop runs from a start "
+        "off the operating point: in continuous time, and with a digital controller. The digital controller has noisy "
+        "readings, limits and a delay of one period; the names of its runs end with 'in a computer'. Sobol indices "
+        "show which parameter of the plant causes the scatter of the error if law and filter keep the "
         "nominal numbers."
     ),
     cases=cases(),

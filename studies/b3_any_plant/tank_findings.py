@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from studies.b3_any_plant.loops import COMPUTER, LQG, OBSERVER, PID, PLACED, REGULATOR, all_margins
+from studies.b3_any_plant.loops import COMPUTER, DIGITAL, LQG, OBSERVER, PID, PLACED, REGULATOR, all_margins
 from studies.b3_any_plant.settings import HARD, digits
 from studies.b3_any_plant.tanks import EVERY, SIDES, TANKS, Levels, least_swing, predicted_integral, tank, zero_of
 
@@ -26,9 +26,10 @@ def tank_finding(results: wb.Results) -> wb.Finding:
     low, high = witness.voltages
     return wb.Finding(
         name="settling_of_the_tanks",
-        statement=f"Under the published PI controllers, h_1 takes {slow[0] / easy[0]:.1f} times as long to settle at "
-        f"P+ as at P\N{MINUS SIGN}. The right half-plane zero of P+ does not force this: a design by pole placement "
-        f"settles both levels in {max(witness.settling):.0f} s.",
+        statement="Quadruple tank under the published PI controllers: h_1 takes "
+        f"{slow[0] / easy[0]:.1f} times as long to settle at the operating point P+ as at P\N{MINUS SIGN}. The right "
+        "half-plane zero of P+ does not force this: a design by pole placement settles both levels in "
+        f"{max(witness.settling):.0f} s.",
         evidence=f"This design has no mode slower than {witness.decay:.2g} 1/s and needs {low:.1f} to {high:.1f} V. "
         f"Its disk margin is {witness.disk:.2f}; that of PI is {by[HARD, PID, 1.0].disk:.2f}. The "
         f"zero at {z:+.4f} 1/s bounds the bandwidth and fixes a weighted integral of the levels. The loop of LQG has a "
@@ -54,7 +55,7 @@ def ratios(results: wb.Results) -> tuple[wb.Variation, ...]:
         pairs = [by[name, law, 1.0].settling for name in SIDES]
         times = {"h_1": [pair[0] for pair in pairs], "both levels": [max(pair) for pair in pairs]}
         ends = [results[name, f"{law} {COMPUTER}"].score("settling time of h_1").pair[0] for name in SIDES]
-        times[f"h_1 {COMPUTER}"] = ends
+        times[f"h_1 {DIGITAL}"] = ends
         for words, pair in times.items():
             if law != PID or words != "h_1":
                 made.append(ratio(f"settling of {words}{under}", pair))

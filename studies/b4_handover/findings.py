@@ -56,6 +56,7 @@ INFORMATION = (
 HANDED = "handed"  # the table of what is handed over
 FITS = "AOSMC-RGS: Q and R to the paper's printed RMSE (a1). The other laws: nothing."
 CLOCK = f"jitter of {100 * JITTER:g} % of the period and {100 * MISSED_SHARE:g} % missed periods"
+QUIET_MEANING = f"Quiet: the total variation of the commands is at most {QUIET:g} times that in continuous time."
 START_WORDS = {NEAR_START: "near start", FAR_START: "far start"}
 PATHS = {NEAR_START: ON_REFERENCE, FAR_START: PAPERS}  # the starts of the paper's laws, as a9 calls them
 PARTS = {"single": "single precision alone", "jitter": "jitter alone", "missed_periods": "missed periods alone"}
@@ -121,7 +122,7 @@ def longest_period(results: wb.Results) -> wb.Finding:
         f"reference but up to {in_ms(ends(far))} ms from the paper's start; its declared period is "
         f"{1e3 * HANDED_OVER:g} ms.",
         (
-            "The limit follows from ρ, the largest eigenvalue of ",
+            f"{QUIET_MEANING} The limit follows from ρ, the largest eigenvalue of ",
             MATRIX,
             ", which grows with the error at the start. The least ",
             HALF,

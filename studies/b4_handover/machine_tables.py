@@ -18,11 +18,13 @@ def machines_section(results: wb.Results) -> wb.Section:
     words = (
         "Each law's C code is compiled unchanged for each machine, with a small program that reads the recorded "
         "inputs and writes commands, flags and a digest of the memory. Each machine starts with the initial memory, "
-        "and continues with the memory that it computes. The browser's engine runs the law's graph of operations as "
-        "WebAssembly. Sines, cosines, exponentials and powers are functions of our own in that code, on all targets. "
-        "A Cortex-M4F has no double precision in hardware; GCC's library computes it. 'With mended sums' means that "
-        "our own routine replaces this library where the exponents of the two operands of a difference are 33 apart. "
-        "'With libgcc alone' means that it does not. Counts belong to the compilers that are installed here. QEMU "
+        "and continues with the memory that it computes. The browser's engine runs the law's graph of operations, "
+        "compiled to WebAssembly. Sines, cosines, exponentials and powers are functions of our own in that code, on "
+        "all targets. "
+        "A Cortex-M4F has no double precision in hardware; GCC's library, libgcc, computes it, and rounds some "
+        "differences wrongly. 'With mended sums' means that our own routine replaces this library where the exponents "
+        "of the two operands of a difference are 33 apart. 'With libgcc alone' means that it does not. Counts belong "
+        "to the compilers that are installed here. QEMU "
         "counts instructions, not cycles."
     )
     missing = [
@@ -56,14 +58,14 @@ def bits_table(results: wb.Results) -> wb.document.ReportTable:
     columns = (
         wb.document.TableColumn("target"),
         *(wb.document.TableColumn(head, align="right") for head in heads),
-        wb.document.TableColumn("first difference"),
+        wb.document.TableColumn("first mismatch"),
     )
     notes = (
         f"All {len(handover_loops())} laws together. A flag is raised where a number is not finite. 64-bit ARM and "
         "the Cortex processors run under QEMU, compiled by gcc -O2. V8 is Chrome's engine; it runs in Node. An FMU "
         "shows no memory, so that only its commands are compared.",
     )
-    caption = "Bits of commands and memories on each target, compared with the portable arithmetic."
+    caption = "Bits of commands and memories on each target, compared with the reference implementation."
     return wb.document.ReportTable("bits", caption, columns, tuple(rows), notes)
 
 

@@ -77,12 +77,17 @@ def differing_laws(results: wb.Results, work: str = "replays", laws: tuple[str, 
 
 
 def differing_words(targets: Mapping[str, Sequence[str]]) -> str:
-    """The targets on which a bit differs."""
-    return wb.document.join_names(name for name, laws in targets.items() if laws)
+    """The targets on which a bit differs, in a sentence."""
+    return with_verb([name for name, laws in targets.items() if laws], "differs", "differ", "no target differs")
+
+
+def with_verb(names: Sequence[str], one: str, several: str, nobody: str) -> str:
+    """Some names with their verb, or the words for none of them."""
+    return f"{wb.document.join_names(names)} {several if len(names) > 1 else one}" if names else nobody
 
 
 def bits_finding(results: wb.Results) -> wb.Finding:
-    """The targets on which each law computes the bits of the portable arithmetic."""
+    """The targets on which each law computes the bits of the reference implementation, the portable arithmetic."""
     by_law = replays(results)
     targets = differing_laws(results)
     other = {name: laws for name, laws in targets.items() if laws}
@@ -92,7 +97,7 @@ def bits_finding(results: wb.Results) -> wb.Finding:
     not_run = f"Not run: {wb.document.join_names(missing)}." if missing else "Every target was run."
     bits = sum(one.bits for one in each if one.ran)
     unlike = "; ".join(
-        f"on {name} {len(laws)} of {len(by_law)} laws {'differs' if len(laws) == 1 else 'differ'} "
+        f"on the {name}, {len(laws)} of {len(by_law)} laws {'differs' if len(laws) == 1 else 'differ'} "
         f"({wb.document.join_names(laws)})"
         for name, laws in other.items()
     )
@@ -104,16 +109,19 @@ def bits_finding(results: wb.Results) -> wb.Finding:
     variations.append(
         wb.Variation(
             "single operations in place of laws",
-            wb.document.join_names(without_compiler(name) for name, bad in alone.items() if bad),
+            differing_words({without_compiler(name): ["operations"] * bool(bad) for name, bad in alone.items()}),
         )
     )
     return wb.Finding(
         "same_bits",
-        f"All {len(by_law)} laws compute the same bits as the portable arithmetic on {equal} of {len(targets)} targets"
+        f"All {len(by_law)} laws compute the same bits as the reference implementation (IEEE 754) on {equal} of "
+        f"{len(targets)} targets"
         f"{'; ' + unlike if unlike else ''}.",
         f"{bits:,} bits of commands and memories were compared. {not_run} Sines, cosines, exponentials and powers "
-        "are functions of our own in each law's C code. On the Cortex-M4F, our own routine also computes a rare case "
-        "of the sum, which GCC's library rounds wrongly ('mended sums').",
+        "are functions of our own in each law's C code. GCC's software double-precision library rounds some "
+        "differences "
+        "wrongly. In the target 'with mended sums', a routine of our own replaces it for these; in 'with libgcc alone' "
+        "it does not.",
         statistic="Bits of the commands, and of the memory after each period. If all commands agree, a replay equals "
         "the closed loop with that machine.",
         sample=f"{PERIODS:,} periods of each law on each target, from the near start.",
@@ -128,11 +136,16 @@ def bits_finding(results: wb.Results) -> wb.Finding:
 
 
 def unfit(results: wb.Results, key: str, start: str, precision: str = "double", cycles: float = 1.0) -> tuple[str, str]:
-    """The laws that do not fit a microcontroller at a number of cycles per instruction, and the largest share."""
+    """The laws that do not fit a microcontroller at a number of cycles per instruction, with the largest share."""
     fitted = {one.name: fit for one in handover_loops() if (fit := fit_of(results, one, key, start, precision))}
     most = max(fitted, key=lambda name: fitted[name].share)
     return (
-        wb.document.join_names(name for name, fit in fitted.items() if cycles * fit.share > 1),
+        with_verb(
+            [name for name, fit in fitted.items() if cycles * fit.share > 1],
+            "does not fit",
+            "do not fit",
+            "all laws fit",
+        ),
         f"{most} {wb.document.percent(cycles * fitted[most].share)}",
     )
 
@@ -165,10 +178,11 @@ def fit_finding(results: wb.Results, near: wb.handover.PeriodShare, far: wb.hand
         f"In double precision {PROPOSED_LAW} takes {1e3 * far.count / far.clock:.2g} ms per period on a Cortex-M4F: "
         f"{percent_of(near)} of the longest period allowed from a start on the reference, and {percent_of(far)} from "
         f"the paper's start.{other}",
-        f"The longest periods allowed are {1e3 * near.period:.2g} and {1e3 * far.period:.2g} ms. Laws that do not fit "
-        f"from the far start in double precision: {misfits}. {stack_words(results)}",
+        f"The longest periods allowed are {1e3 * near.period:.2g} and {1e3 * far.period:.2g} ms. In double precision "
+        f"from the far start, {misfits}. {stack_words(results)}",
         statistic="Mean count of instructions per period under QEMU, at one instruction per cycle and "
-        f"{wb.handover.CLOCKS[M4F] / 1e6:g} MHz, divided by the longest period allowed (the finding longest_period).",
+        f"{wb.handover.CLOCKS[M4F] / 1e6:g} MHz, divided by the longest period allowed (the third finding). A law fits "
+        "if this is below 100 %.",
         sample="Six laws, compiled by gcc -O2; the processors Cortex-M4F and Cortex-M7; two starts.",
         information="Double precision, which the Cortex-M4F has in software alone.",
         assumptions="The clocks, 168 and 480 MHz, and one cycle per instruction; waits for memory and divisions take "

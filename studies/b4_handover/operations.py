@@ -56,22 +56,28 @@ def operations_by_target(results: wb.Results) -> dict[str, int]:
     return {one.target: one.differing_bits for one in results.work("operations") if one.ran}
 
 
+def first_words(first: str) -> str:
+    """The first mismatch of a target: its pair of operands, and the operation by its noun."""
+    return first.replace("period", "pair", 1).replace("'difference'", "'subtraction'")
+
+
 def operations_table(results: wb.Results) -> wb.document.ReportTable:
     """The targets whose operations are not rounded as IEEE 754 requires."""
     rows = [
-        (one.target.split(",")[0], one.bits, one.differing_bits, one.first.replace("period", "pair", 1) or "none")
+        (one.target.split(",")[0], one.bits, one.differing_bits, first_words(one.first) or "none")
         for one in results.work("operations")
         if one.ran
     ]
     columns = (
         wb.document.TableColumn("target"),
         *(wb.document.TableColumn(head, align="right") for head in ("bits compared", "bits that differ")),
-        wb.document.TableColumn("first difference"),
+        wb.document.TableColumn("first mismatch"),
     )
     notes = (
-        f"The operations are {wb.document.join_names(NAMES)}, of {PAIRS:,} pairs of operands that are up to {FARTHEST} "
+        f"The operations are sum, subtraction, product, reciprocal and root, of {PAIRS:,} pairs of operands that are "
+        f"up to {FARTHEST} "
         "binary digits apart. In half of the pairs, one operand is a power of two. A law computes the bits of the "
-        "portable arithmetic only where each operation is rounded to the nearest number.",
+        "reference implementation only where each operation is rounded to the nearest number.",
     )
     caption = "Single operations in double precision on each target, compared with IEEE 754."
     return wb.document.ReportTable("operations", caption, columns, tuple(rows), notes)

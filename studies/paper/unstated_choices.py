@@ -33,7 +33,7 @@ FACTORS = {  # the names of a6 that are not the last part of the card's name
     "SMC: K": ("K of joint 1", "K of joint 2"),
     "PID: poles": ("poles of joint 1", "poles of joint 2"),
 }
-FITTED_NAMES = ("SS: a1, a2", "SS: horizon")  # beside those whose source on the card is the fit
+FITTED_NAMES = ("SS: a1, a2",)  # beside those whose source on the card is the fit
 PRINTED_NAMES = {"Q": "Q as printed", "R": "R as printed"}  # a second number on the card for the law as printed
 
 
@@ -99,7 +99,16 @@ def omitted_choices(factors: Iterable[str], choices: Iterable[Choice] = CHOICES)
 
 def assumptions(choices: Iterable[Choice], of_fit: bool = False) -> str:
     """Choices with what a1 assumes, of those that it fitted or of the others: 'sat of (29): clipped at 1; ...'."""
-    return "; ".join(str(choice) for choice in choices if choice.is_fitted == of_fit) or "nothing"
+    words = _fitted_words if of_fit else str
+    return "; ".join(words(choice) for choice in choices if choice.is_fitted == of_fit) or "nothing"
+
+
+def _fitted_words(choice: Choice) -> str:
+    """A fitted choice with the number that was fitted, without the one that is assumed for the law as printed."""
+    if choice.name not in PRINTED_NAMES:
+        return str(choice)
+    (given,) = (one for one in CARD if one.name == choice.name)
+    return f"{choice.name}: {wb.provenance.value_text(given.value)} {given.unit}"
 
 
 def names(choices: Iterable[Choice]) -> str:

@@ -52,7 +52,7 @@ TIED, FAILS = {PROPOSED_LAW: 1.0, "SMC": 1.001, "PID": 3.0}, {PROPOSED_LAW: None
 def test_who_is_best_follows_from_the_figures(figures, answer):
     finding = findings.winner(evidence(costs(**figures)), READINGS)
     assert finding.answer == answer
-    assert f"{answer} has the lowest mean cost" in finding.statement
+    assert f"{answer} has the significantly lowest mean cost" in finding.statement
 
 
 def test_a_law_that_leads_by_every_count_is_found_and_not_said_to_depend():
@@ -165,13 +165,17 @@ def test_the_scenarios_with_a_motion_of_the_tuning_are_also_left_out():
     [
         (
             {"a": WINS, "b": WINS, "c": LOSES},
-            f"{PROPOSED_LAW} costs least in 2 of 3 scenarios; behind both observers, in 2.",
+            f"{PROPOSED_LAW} is significantly best in 2 of 3 scenarios; behind both observers, in 2.",
         ),
         (
             {"a": LOSES, "b": TIED},
-            "SMC costs least in 1 of 2 scenarios; behind both observers, in 1 (1 undecided), and AOSMC-RGS in none.",
+            "SMC is significantly best in 1 of 2 scenarios; behind both observers, in 1 (1 undecided), AOSMC-RGS in "
+            "none.",
         ),
-        ({"a": TIED, "b": TIED}, "no law costs least in any of 2 scenarios; behind both observers, no law in any."),
+        (
+            {"a": TIED, "b": TIED},
+            "no law is significantly best in any of 2 scenarios; behind both observers, no law in any.",
+        ),
     ],
 )
 def test_the_line_under_the_title_is_short_and_of_the_same_figures(figures, words):
@@ -187,4 +191,24 @@ def test_the_line_under_the_title_is_short_and_of_the_same_figures(figures, word
 def test_another_law_behind_both_observers_is_named():
     held = evidence(costs(a=WINS, b=WINS))
     other = replace(held, cost={**held.cost, READINGS.key: LOST})
-    assert "SMC costs least in 3 of 3 scenarios; behind both observers, AOSMC-RGS in 2." in findings.answer(other)
+    assert "SMC is significantly best in 3 of 3 scenarios; behind both observers, AOSMC-RGS in 2." in findings.answer(
+        other
+    )
+
+
+def test_a_scenario_with_the_least_mean_and_no_best_law_is_named_with_the_tied_laws():
+    finding = findings.proposed_finding(evidence(costs(a=WINS, b=TIED)))
+    assert "significantly better than all others in 1 of" in finding.statement
+    assert finding.statement.endswith("Its mean is the lowest in 'b', where it is tied with SMC.")
+    assert "Its mean is the lowest" not in findings.proposed_finding(evidence(costs(a=WINS, b=LOSES))).statement
+
+
+def test_the_laws_that_run_as_another_search_tuned_them_are_named():
+    members = costs(a=WINS, b=WINS)
+    again = {"three laws alone": standings(members), "the second best search of each of three laws": standings(members)}
+    finding = findings.winner(evidence(members, again), BOTH)
+    names = f"{PROPOSED_LAW}, SMC and PID"
+    assert (
+        f"If {names} run as tuned by their second best search, the best laws are: {PROPOSED_LAW} in 2."
+        in finding.evidence
+    )

@@ -165,10 +165,20 @@ def test_the_laws_are_counted_by_every_statistic_and_without_each_setting():
     assert (orders.standing(one), orders.leader(one), orders.leader(one, larger=True)) == ((5, 4), LQG, PID)
     first, second, third, *rest = orders.variations_of({"a": one, "b": one})
     assert (first.words, first.answer) == ("a, leaving out one setting", "neither")
+    assert first.detail.startswith("if one of these is left out: ")
     assert first.detail.count(",") == 4  # each of the five that LQG leads
     assert third.words == "b"
     assert len(rest) == 2
     assert (second.answer, second.detail) == (LQG, "LQG lower in 4 settings, PID in 2")
+
+
+def test_a_margin_is_counted_by_the_law_with_the_larger_one():
+    margin = {"DC motor": -1.6, "cart-pole": -0.6, "buck converter": -0.8}  # of LQG; that of PID is one
+    disk = {name: orders.order_of(value, -1.0) for name, value in margin.items()}
+    assert orders.leader(disk) == PID
+    assert orders.count_words("disk margin", disk) == "LQG larger in 1 setting, PID in 2"
+    assert orders.count_words("RMSE", disk) == "LQG lower in 1 setting, PID in 2"
+    assert orders.count_words("scatter", disk, larger=True) == "LQG larger in 2 settings, PID in 1"
 
 
 def test_tables_of_choices_hold_what_the_runs_use():

@@ -33,10 +33,14 @@ def replayed(**changes):
 @pytest.mark.parametrize(
     ("changes", "answer", "words"),
     [
-        ({}, "none", "on 2 of 2 targets."),
-        ({"differing_bits": 3, "first": "period 4"}, "Cortex-M4F with mended sums", "on 1 of 2 targets; on Cortex-M4F"),
-        ({"memories": 1, "first": "period 4"}, "Cortex-M4F with mended sums", "1 of 6 laws differs (PID)"),
-        ({"reason": "install it"}, "none", "on 2 of 2 targets."),
+        ({}, "no target differs", "on 2 of 2 targets."),
+        (
+            {"differing_bits": 3, "first": "period 4"},
+            "Cortex-M4F with mended sums differs",
+            "on 1 of 2 targets; on the Cortex-M4F",
+        ),
+        ({"memories": 1, "first": "period 4"}, "Cortex-M4F with mended sums differs", "1 of 6 laws differs (PID)"),
+        ({"reason": "install it"}, "no target differs", "on 2 of 2 targets."),
     ],
 )
 def test_the_targets_with_other_bits_are_counted_and_named(changes, answer, words):
@@ -45,8 +49,8 @@ def test_the_targets_with_other_bits_are_counted_and_named(changes, answer, word
     assert words in found.statement
     variations = {one.words: one.answer for one in found.variations}
     assert variations["PID alone"] == answer
-    assert variations["SMC alone"] == "none"
-    assert variations["single operations in place of laws"] == "Cortex-M4F with mended sums"
+    assert variations["SMC alone"] == "no target differs"
+    assert variations["single operations in place of laws"] == "Cortex-M4F with mended sums differs"
 
 
 def test_every_target_is_replayed_also_the_library_with_a_fault(monkeypatch):
@@ -81,7 +85,9 @@ def test_operands_reach_the_roundings_that_are_hard():
 
 
 def test_operations_that_round_otherwise_are_listed():
-    good, bad = TargetResult("one", bits=5), TargetResult("two", bits=5, differing_bits=7, first="period 3")
+    first = "period 3, 'difference': 1 instead of 2"
+    good, bad = TargetResult("one", bits=5), TargetResult("two", bits=5, differing_bits=7, first=first)
     results = Results(works={"operations": (good, bad)})
     assert operations.operations_by_target(results) == {"one": 0, "two": 7}
-    assert operations.operations_table(results).rows == (("one", 5, 0, "none"), ("two", 5, 7, "pair 3"))
+    other = "pair 3, 'subtraction': 1 instead of 2"
+    assert operations.operations_table(results).rows == (("one", 5, 0, "none"), ("two", 5, 7, other))

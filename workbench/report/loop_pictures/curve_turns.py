@@ -80,8 +80,8 @@ def curve_turns(
         return CurveTurns(None, reason=f"{where}, the curve is neither near zero nor constant")
     order = max(0, -low_slope(omega, curve))
     if not _begins(omega, curve, point, order) or (integrators is not None and order != max(0, integrators)):
-        where = f"at the lowest frequency, {number(omega[0])} rad/s"
-        return CurveTurns(None, reason=f"{where}, L is neither constant nor as steep as its poles at zero make it")
+        where = f"at the lowest frequency, {number(omega[0])} rad/s, L has not reached its low-frequency asymptote"
+        return CurveTurns(None, reason=f"{where}, whose slope its poles at zero give")
     first, last = float(np.angle(away[0])), float(np.angle(away[-1]))
     start = _nearest(2 * first, -order * math.pi)
     total = 2 * float(steps.sum()) + start + _nearest(-2 * last, 0.0)

@@ -192,9 +192,9 @@ def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]], 
     return (
         f"Each tile has the {words} of {one.samples.metric}{unit} over {draws} draws; the intervals of a column hold "
         f"at once with a confidence of {100 * one.confidence:g} %. A darker tile has a larger ratio to the best of its "
-        "column, on a logarithmic scale. Frame: the one law that is significantly better than all others. Black or "
-        "white corner: tied with the best, as no law is significantly better. Stripes: failed runs; a dash: they leave "
-        "no finite statistic."
+        "column, on a logarithmic scale. Frame: the one law that is significantly better than all others. Corner "
+        "mark, black or white: tied with the best, as no law is significantly better. Stripes: failed runs; a dash: "
+        "they leave no finite statistic."
     )
 
 

@@ -278,8 +278,8 @@ def computer_table(name: str, caption: str, margins: Sequence[tuple[str, Compute
         TableColumn("loop"),
         TableColumn("effect"),
         TableColumn("declared", align="right"),
-        TableColumn("growth", "%", "right", digits=2),
-        *(TableColumn(f"at most {most:g} times") for most in (KEEPS_RATIO, STANDS_RATIO)),
+        TableColumn("mean growth", "%", "right", digits=2),
+        *(TableColumn(f"error within {most:g} times up to") for most in (KEEPS_RATIO, STANDS_RATIO)),
     )
     said = {loop: "; ".join(dict.fromkeys(note for one in own.sources for note in one.notes)) for loop, own in margins}
     notes = tuple(f"{loop}: {note}." for loop, note in said.items() if note)

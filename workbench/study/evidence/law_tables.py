@@ -17,10 +17,11 @@ from workbench.study.evidence.value_order import order
 from workbench.study.result_marks import cell, metric_source
 from workbench.study.study import Outcome
 
-HEADS = ("law", "information", "observer", "state", "model", "D", "memory")
+HEADS = ("law", "group", "observer", "state", "model", "D", "memory")
 NOTE = (
-    "The table follows from the equations of each loop. Information: laws with the same letter have the same "
-    "measurements and use the same terms of a model. State: how positions and velocities reach the law, one "
+    "The table follows from the equations of each loop. Group: laws with the same letter have the same "
+    "measurements, and the same model terms in law and observer taken together. State: how positions and velocities "
+    "reach the law, one "
     "word if both do so alike. Read: used directly. Filtered: used only through a filter. Estimated: inferred from "
     "other signals. Model: the matrices M, C and G of the assumed arm that are used, in law / observer. D: the "
     "disturbance. Memory: the count of numbers that are remembered, in law / observer."

@@ -208,8 +208,8 @@ class TuningResult:
         ]
         if noises > 1:
             said.append(
-                f"The best objective varies by {percent(share(self.spread, self.objective))} over the noises of the "
-                f"{noises} searches, whose seeds are {NOISES} apart."
+                f"Each search has a noise of its own, with seeds {NOISES} apart. Under the {noises} noises the best "
+                f"objective varies by {percent(share(self.spread, self.objective))}."
             )
         said += [f"'{name}' is at a physical limit: {why}." for name, why in self.at_physical.items()]
         return " ".join(said)
