@@ -36,7 +36,5 @@ study = wb.Study(
     question="What does a lead added to a PI buy, and what does it cost?",
     method="Both laws on one motor and one step. RK4 at 1 ms, and again at half of it for the numerical errors.",
     cases=(case("PI", PI(30.0, 50.0)), case("lead", wb.LinearLaw(lead, error=True))),
-    sections=lambda results: [
-        wb.Section("Speed", (wb.side_by_side("metrics", "Metrics of both laws", results.outcomes),))
-    ],
+    sections=lambda results: [wb.Section("Speed", (wb.side_by_side("metrics", "Both laws", results.outcomes),))],
 )

@@ -3,14 +3,19 @@
 import json
 from pathlib import Path
 
+import casadi as ca
 import pytest
 
+import workbench as wb
 from studies.a8_fair_comparison import changes, findings
 from studies.a8_fair_comparison.ablations import RICCATI
+from studies.a8_fair_comparison.conditions import TERMS
+from studies.a8_fair_comparison.conditions_section import MEANINGS
 from studies.a8_fair_comparison.entrants import PROPOSED_LAW
 from studies.a8_fair_comparison.evidence import Parts, judge_means
 from studies.a8_fair_comparison.other_numbers import PLAIN
 from studies.a8_fair_comparison.riccati_worth import A3, costly_draws_table, failures, more_or_less
+from studies.paper.card import CARD
 from tests.support.given_costs import PART, WINS, costs, evidence, searched
 from workbench.study.evidence import leave_one_out
 
@@ -105,3 +110,11 @@ def test_a_change_that_rests_on_one_scenario_is_also_given_without_it():
     assert finding.statement.endswith("and changes by +0 % without 'a'.")
     assert finding.reversals
     assert findings.answer(held).endswith(f"Retuned without its Riccati equation, {PROPOSED_LAW} costs 124 % more.")
+
+
+def test_the_acceptable_effort_is_twice_the_torque_that_holds_a_level_of_the_second_scenario():
+    q = ca.SX(CARD["SS: a1, a2"])
+    held = float(ca.norm_2(ca.evalf(wb.paper_arm().gravity_vector(q))))
+    assert f"{held:.0f} N m" in MEANINGS["effort"]
+    (acceptable,) = [term.acceptable for term in TERMS if term.metric == "effort"]
+    assert acceptable == pytest.approx(2 * held, rel=0.01)  # it is a round number
