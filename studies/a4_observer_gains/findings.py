@@ -33,7 +33,7 @@ def answer(results: wb.Results) -> str:
     paper, chosen = (candidates(results)[name] for name in (PAPER, DOUBLE_POLE))
     ratios = sorted(late(results, s, PAPER) / late(results, s, DOUBLE_POLE) for s in (SCENARIOS[0], SCENARIOS[-1]))
     share = f"up to {100 * paper.share:.2g} %" if paper.share else "up to no share"
-    errors = f"from errors below {1e3 * (chosen.admitted_radius or 0.0):.2g} mrad"
+    errors = f"from starts within {1e3 * (chosen.admitted_radius or 0.0):.2g} mrad"
     reached = f"100 %, {errors}" if chosen.share == WHOLE else "no share"
     return (
         f"The paper's observer provably converges for speeds and torques {share} of their limits. Better gains reach "

@@ -17,7 +17,7 @@ from studies.paper.unstated_choices import assumptions
 MET_WORD, MISSED_WORD = "met", "not met"
 ROW = f"the printed row of {PROPOSED_LAW} in the first scenario"
 BOTH_SIGNS = f"Both signs of (33) meet {ROW} within {100 * CLOSE:g} %: the row does not identify the law."
-SHORT_ROW = "Both signs of (33) reproduce its printed RMSE of the first scenario, so this cannot identify the law."
+SHORT_ROW = "Both signs of (33) reproduce its printed RMSE of the first scenario, so it identifies no law."
 SHORT = 30.0  # s, the longest horizon of an earlier search
 FINE_RUNS = (
     "Runs are in continuous time with the boundary layer of the paper, with a step of "

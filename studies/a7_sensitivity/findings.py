@@ -31,9 +31,9 @@ def answer(laws: Mapping[str, LawResults]) -> str:
         return " and ".join(percent(float(one.value)) for one in parts)
 
     return (
-        f"The arm causes {both(ours.shares, 'arm')} of the variance of the RMSE of {PROPOSED_LAW} at joints 1 and 2; "
-        f"the gains cause {both(ours.shares, 'gains')}, or {both(ours.equal_shares, 'gains')} if all numbers vary "
-        "equally."
+        f"The arm causes {both(ours.shares, 'arm')} of the RMSE variance of {PROPOSED_LAW} at joints 1 and 2; the "
+        f"gains cause {both(ours.shares, 'gains')}, or {both(ours.equal_shares, 'gains')} if all vary by equal "
+        "percentages."
     )
 
 

@@ -52,7 +52,7 @@ class SampledSystem:
     jump
         The expression of g for the first m states, (m, 1), in k, `flow.x`, `flow.p` and w. Other states do not jump.
     methods
-        The method by which the memory of each block is stepped, as text.
+        The integration method of the states of each block in the computer, as text.
     law_of
         The function that `law()` calls to build its result, or None.
     crossings

@@ -42,8 +42,8 @@ class Run:
         The step of the values in s; for a sampled loop the substep. The error of a value is twice its change when the
         step is halved. Without `h`, pilot runs choose one.
     tolerance
-        The largest error of a value, relative to the value. A case with an `h` must meet it, if it is given. Without
-        `h` the default is 0.001.
+        The largest error of a value, relative to the value. If both `h` and `tolerance` are given, a larger error is a
+        warning of the result. Without `h` the default tolerance is 0.001.
     seed
         The seed of the noise.
 

@@ -151,8 +151,8 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
         to t_(k+1)    x_hat' = f(t, x_hat, u),                       P' = A P + P A' + Q
 
     A and H are the exact Jacobians of f and h at x_hat. The filter runs in a computer, which holds u for a period; each
-    of the `substeps` is one Runge-Kutta step. The law gets x_hat+ at t_k.
-    The state `observer.pivot` is the smallest pivot of P and of H P H' + R so far, as a fraction of the variance. If it
+    of the `substeps` is one Runge-Kutta step. The law gets x_hat+ at t_k. The state `observer.pivot` is the smallest
+    pivot so far of the Cholesky factors of P and of H P H' + R, each divided by the diagonal entry of its matrix. If it
     is negative by more than rounding (1e-12), P is no covariance any more, and later estimates cannot be trusted. At an
     instant at which H P H' + R is not positive definite, nothing is corrected.
 
@@ -179,7 +179,7 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
     model: AbstractPlant
     Q: Matrix = parameter(unit=ANY, symmetric=True, definite="semi", shape=("nx", "nx"), symbol="Q")
     R: Matrix = parameter(unit=ANY, symmetric=True, definite="positive", shape=("ny", "ny"), symbol="R")
-    P: Matrix = initial(unit=ANY, shape=("k", "k"))
+    P: Matrix = initial(unit=ANY, shape=("nx", "nx"))
     period: float
     outputs: tuple[str, ...] = ()
     every: Mapping[str, int] = field(default_factory=dict)
@@ -252,7 +252,7 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
     model: AbstractPlant
     Q: Matrix = parameter(unit=ANY, symmetric=True, definite="semi", shape=("nx", "nx"), symbol="Q")
     R: Matrix = parameter(unit=ANY, symmetric=True, definite="positive", shape=("ny", "ny"), symbol="R")
-    P: Matrix = initial(unit=ANY, shape=("k", "k"))
+    P: Matrix = initial(unit=ANY, shape=("nx", "nx"))
     period: float
     outputs: tuple[str, ...] = ()
     every: Mapping[str, int] = field(default_factory=dict)

@@ -126,10 +126,12 @@ class PlanarQuadrotor(AbstractPlant):
         Distance of each propeller from the centre of mass.
     g
         Gravitational acceleration.
-    x, y, xd, yd
-        Horizontal position (x) or height (y), or its derivative (xd, yd).
+    x, y
+        Horizontal position, height.
+    xd, yd
+        Their velocities.
     theta, thetad
-        Angle of the body (theta), or its derivative (thetad).
+        Angle of the body, its angular velocity.
 
     References
     ----------

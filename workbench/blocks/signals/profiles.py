@@ -30,7 +30,7 @@ class Trapezoid(AbstractSignal):
     time
         The instant at which the motion begins.
     start
-        The value before `time`. It is no time.
+        The value of the signal before the instant `time`.
 
     References
     ----------

@@ -47,7 +47,7 @@ class Step(AbstractSignal):
     time
         The instant of the step.
     start
-        The value before `time`. It is no time.
+        The value of the signal before the instant `time`.
 
     Examples
     --------
@@ -79,7 +79,7 @@ class Ramp(AbstractSignal):
     time
         The instant at which the ramp begins.
     start
-        The value up to `time`. It is no time.
+        The value of the signal up to the instant `time`.
 
     Examples
     --------

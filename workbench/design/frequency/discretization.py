@@ -56,8 +56,8 @@ def c2d(
     ValueError
         If an argument is not as above, or a transfer function is improper.
     DesignError
-        If the method has no answer. `tustin` maps a pole at s = 2 / h to infinity, and `prewarped` a pole at the
-        prewarped place. `matched` needs states that the output shows, and no pole at a multiple of the sampling
+        If the method has no answer. `tustin` maps a pole at s = 2 / h to infinity, and `prewarped` a pole at
+        s = w / tan(w h / 2). `matched` needs an observable system without a pole at a multiple of the sampling
         frequency.
 
     References

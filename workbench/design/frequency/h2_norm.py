@@ -34,9 +34,9 @@ class MeanGain:
 def h2_norm(system: control.StateSpace) -> MeanGain:
     """The H2 norm of a system, continuous or discrete.
 
-    The integral of |G|^2 over frequency is computed exactly, in whole numbers. Let d be the characteristic polynomial
-    and c(s) = sum N(s) N(-s). The solution u of d(s) u(-s) + d(-s) u(s) = c(s) has the highest coefficient u_(n-1),
-    which is d_n times the square of the norm.
+    The integral of |G|^2 over frequency is computed in exact rational arithmetic. Let G = N / d, with the
+    characteristic polynomial d, and let c(s) be the sum of N_ij(s) N_ij(-s) over all entries. The solution u of d(s)
+    u(-s) + d(-s) u(s) = c(s) has the highest coefficient u_(n-1), which is d_n times the square of the norm.
 
     Raises
     ------

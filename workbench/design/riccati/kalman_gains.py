@@ -67,8 +67,8 @@ def steady_kalman(
     """The steady gain K of the Kalman filter of x' = f + w, y = h + v, linearised exactly at (x, p, u), t = 0.
 
     Without a `period`, in s, the filter is x_hat' = f + K (y - h), for readings at all times. With a period it is
-    x_hat+ = x_hat + K (y_k - h) at each reading, and x_hat' = f in between; X is then P before a reading. `poles` are
-    those of the error.
+    x_hat+ = x_hat + K (y_k - h) at each reading, and x_hat' = f in between; `X` of the answer is the covariance
+    of the error; with a period, just before a reading. `poles` are those of the error.
 
     Parameters
     ----------

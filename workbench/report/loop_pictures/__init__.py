@@ -1,4 +1,4 @@
-"""Pictures of linear systems and loops: over frequency, in the planes of gains and of poles, and over time.
+"""Pictures of linear systems and loops: Bode, Nyquist and Nichols plots, pole maps, root loci and step responses.
 
 This package makes figures of plain data: frequencies, complex responses, periods, certified margins, poles. It knows no
 robot, law or loop. Read `frequency_curves` first, then `bode_pictures`.

@@ -26,7 +26,9 @@ else:
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class GainBound:
-    """A bound on a gain: factors `gains` (k,) at `frequencies` (k,) in rad/s; its `forbidden_side` is shaded.
+    """A bound on the gain in a Bode plot: absolute `gains` (k,) at `frequencies` (k,) in rad/s.
+
+    The `forbidden_side` of the bound is shaded.
 
     Between the frequencies the bound is a straight line in logarithmic axes.
 
