@@ -1,7 +1,7 @@
 # make paper   the report on the paper, from a fresh clone, with the installation
 # make reports the reports of all studies: fifteen minutes for series a and b; each later study says its own time
 # make test    what must hold before a change is kept, in some five minutes
-# make test-all   the same with the heaviest tests, each with every third of its cases
+# make test-all   the same with the heaviest tests, each with every fourth of its cases
 # make test-release   the same with all cases, and pages that are computed anew
 # make test-pythons   the tests on each Python of PYTHONS that is here, in environments of their own
 # make docs    the site with tutorial, how-tos, reference, theory and gallery, in docs/_site

@@ -31,8 +31,8 @@ if MEMORY.is_dir() and os.access(MEMORY, os.W_OK | os.X_OK) and shutil.disk_usag
 hypothesis.settings.register_profile("house", derandomize=True, deadline=None, max_examples=50)
 hypothesis.settings.load_profile("house")
 
-# Of the cases of a heavy test `make test-all` runs every third, as it must end within a quarter of an hour.
-EVERY = 3
+# Of the cases of a heavy test `make test-all` runs every fourth, as it must end within a quarter of an hour.
+EVERY = 4
 
 STUDY = """
 from workbench.study.document.document import Paragraph, Section
@@ -72,7 +72,7 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(tryfirst=True)  # before the marks choose what is run
 def pytest_collection_modifyitems(items):
-    """Mark two of three cases of each heavy test for a release, and begin with the files that have most of the rest.
+    """Mark three of four cases of each heavy test for a release, and begin with the files that have most of the rest.
 
     A worker that got a heavy file last would work on when the others are done.
     """
@@ -84,7 +84,7 @@ def pytest_collection_modifyitems(items):
 
 
 def cases_of_a_release(heavy):
-    """Two of three cases of each test that has three or more; which third stays differs between tests."""
+    """Three of four cases of each test that has four or more; which quarter stays differs between tests."""
     cases = defaultdict(list)
     for item in heavy:
         cases[item.nodeid.partition("[")[0]].append(item)

@@ -51,7 +51,7 @@ SMALL_R = 0.1  # N m/(rad s), the least R of the grid
 GAINS = tuple((wb.notation.symbol(f"K_{i}{j}"), "controller.K", 2 * (i - 1) + j - 1) for i in (1, 2) for j in (1, 2))
 
 
-def shown(name: str) -> str:
+def display_name(name: str) -> str:
     """The name of a run with words in place of its symbols."""
     for symbols, words in SHOWN.items():
         name = name.replace(symbols, words)
@@ -165,7 +165,7 @@ def gain_table(
     rows: list[tuple[wb.document.Cell, ...]] = []
     several = len({run.case.scenario for run in runs}) > 1
     for run in runs:
-        named = (run.label, run.case.scenario.replace(" as printed", "")) if several else (shown(run.label),)
+        named = (run.label, run.case.scenario.replace(" as printed", "")) if several else (display_name(run.label),)
         floor = float(np.nanmin(gain_floor(run))) if run.diverged_at is None else None
         one = nearest(run)
         of_row = run.case.scenario != AS_PRINTED["SS"] and np.isfinite(one.miss)

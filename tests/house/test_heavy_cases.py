@@ -1,4 +1,4 @@
-"""Of a heavy test with many cases `make test-all` runs every third, and another third from test to test."""
+"""Of a heavy test with many cases `make test-all` runs every fourth, and another quarter for each test."""
 
 from types import SimpleNamespace
 
@@ -23,8 +23,8 @@ def test_a_test_with_few_cases_keeps_all_of_them():
     assert cases_of_a_release([SimpleNamespace(nodeid="tests/a.py::test_without_cases")]) == []
 
 
-def test_each_test_keeps_every_third_case():
-    tests = [f"tests/a.py::Kit::test_{number}" for number in range(12)]
+def test_each_test_keeps_every_fourth_case():
+    tests = [f"tests/a.py::Kit::test_{number}" for number in range(24)]
     assert {len(left(test, EVERY)) for test in tests} == {1}
     assert {len(left(test)) for test in tests} == {MANY // EVERY, MANY // EVERY + 1}
     all_items = [item for test in tests for item in items(test, MANY)]
@@ -33,5 +33,5 @@ def test_each_test_keeps_every_third_case():
 
 
 def test_each_case_of_a_family_is_run_by_some_test():
-    run = {case.partition("[")[2] for number in range(12) for case in left(f"tests/a.py::Kit::test_{number}")}
+    run = {case.partition("[")[2] for number in range(24) for case in left(f"tests/a.py::Kit::test_{number}")}
     assert len(run) == MANY

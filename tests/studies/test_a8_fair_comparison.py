@@ -153,7 +153,7 @@ def costed(errors):
     )
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_the_same_draws_reach_a_law_whatever_it_is_made_of(loops, equation):
     points = RNG.uniform(size=(3, 11))
     starts = []

@@ -39,8 +39,9 @@ def test_an_error_in_the_equations_would_be_seen():
     assert measurements.by_energies(heavier, Dynamics.of(planar(2), symbolic=False)) > 1e-4
 
 
-@pytest.mark.heavy
-@pytest.mark.parametrize("method", ["kane", "lagrange"])
+@pytest.mark.parametrize(
+    "method", [pytest.param("kane", marks=pytest.mark.release), pytest.param("lagrange", marks=pytest.mark.heavy)]
+)
 def test_sympy_derives_the_same_chain(method):
     pytest.importorskip("sympy")
     from studies.b0_robots import sympy_chain as chain

@@ -118,7 +118,7 @@ def test_the_cart_pole_under_lqg_runs_as_scipy_integrates_it():
     assert score.value.item() == pytest.approx(np.sqrt(np.trapezoid(other.sol(t)[0] ** 2, t) / 5.0), rel=1e-4)
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_no_pid_with_a_plain_filter_makes_the_two_masses_stable():
     rng = np.random.default_rng(3)
     for _ in range(100):

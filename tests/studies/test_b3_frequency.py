@@ -67,7 +67,7 @@ def test_a_loop_without_a_linear_answer_says_why():
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=[pytest.mark.heavy] * (name == "cart-pole")) for name in frequency_pages.LIVE_LOOPS],
+    [pytest.param(name, marks=[pytest.mark.release] * (name == "cart-pole")) for name in frequency_pages.LIVE_LOOPS],
 )
 def test_the_pictures_that_a_reader_turns_have_the_margins_of_the_table(name):
     law = frequency_pages.LIVE_LOOPS[name]
