@@ -84,7 +84,7 @@ def pytest_collection_modifyitems(items):
 
 
 def cases_of_a_release(heavy):
-    """Three of four cases of each test that has four or more; which quarter stays differs between tests."""
+    """The cases that `make test-all` leaves out: it runs every fourth case of a test from one of the first four on."""
     cases = defaultdict(list)
     for item in heavy:
         cases[item.nodeid.partition("[")[0]].append(item)
@@ -92,7 +92,7 @@ def cases_of_a_release(heavy):
         item
         for test, found in cases.items()
         for number, item in enumerate(found)
-        if len(found) >= EVERY and (number + zlib.crc32(test.encode())) % EVERY
+        if (number - zlib.crc32(test.encode()) % min(EVERY, len(found))) % EVERY
     ]
 
 

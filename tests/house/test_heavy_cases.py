@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 from tests.conftest import EVERY, cases_of_a_release
 
-FEW, MANY = EVERY - 1, 7
+MANY = 7
 
 
 def items(test, cases):
@@ -18,8 +18,9 @@ def left(test, cases=MANY):
     return {item.nodeid for item in found} - {item.nodeid for item in cases_of_a_release(found)}
 
 
-def test_a_test_with_few_cases_keeps_all_of_them():
-    assert len(left("tests/a.py::test_few", FEW)) == FEW
+def test_each_test_keeps_a_case():
+    for cases in range(1, EVERY):
+        assert {len(left(f"tests/a.py::test_{number}", cases)) for number in range(12)} == {1}
     assert cases_of_a_release([SimpleNamespace(nodeid="tests/a.py::test_without_cases")]) == []
 
 
