@@ -162,7 +162,7 @@ def late_error(results: wb.Results) -> wb.Finding:
         for (shape, Q), run in two_repair_runs(results).items()
     }
     others = (run for run in results.scenario(ONE_CHANGE) if run.case.law != ALL_FOUR)
-    runs |= {repairs.shown(run.case.law): run for run in others}
+    runs |= {repairs.display_name(run.case.law): run for run in others}
     errors, mended = late(results["FS", PROPOSED_LAW]), late(results[ONE_CHANGE, WITH_ORACLE])
     return wb.Finding(
         "late_error",

@@ -38,7 +38,7 @@ class AbstractKalmanFilter(AbstractModelObserver):
     R
         Covariance of the noise v_k of the readings.
     P
-        Covariance (nx, nx) of the initial estimate, before the first reading.
+        Covariance of the initial estimate, with a row for each of the nx states, before the first reading.
     period
         Period of the computer in s. It must be given.
     every
@@ -179,7 +179,7 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
     model: AbstractPlant
     Q: Matrix = parameter(unit=ANY, symmetric=True, definite="semi", shape=("nx", "nx"), symbol="Q")
     R: Matrix = parameter(unit=ANY, symmetric=True, definite="positive", shape=("ny", "ny"), symbol="R")
-    P: Matrix = initial(unit=ANY, shape=("nx", "nx"))
+    P: Matrix = initial(unit=ANY, shape=("n", "n"))
     period: float
     outputs: tuple[str, ...] = ()
     every: Mapping[str, int] = field(default_factory=dict)
@@ -252,7 +252,7 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
     model: AbstractPlant
     Q: Matrix = parameter(unit=ANY, symmetric=True, definite="semi", shape=("nx", "nx"), symbol="Q")
     R: Matrix = parameter(unit=ANY, symmetric=True, definite="positive", shape=("ny", "ny"), symbol="R")
-    P: Matrix = initial(unit=ANY, shape=("nx", "nx"))
+    P: Matrix = initial(unit=ANY, shape=("n", "n"))
     period: float
     outputs: tuple[str, ...] = ()
     every: Mapping[str, int] = field(default_factory=dict)
