@@ -71,7 +71,7 @@ def first_finding(every: Cells, limited_cells: Cells, again: Mapping[Cell, Rerun
     return wb.Finding(
         name="first",
         statement=f"{PROPOSED_LAW} has the smallest RMSE in {ends(list(shares.values()))} of draws of unstated "
-        "numbers, depending on the paper's column and prior.",
+        "numbers, depending on prior and the paper's column.",
         evidence=f"In the paper {PROPOSED_LAW} is first in all four columns. Half of the draws have the minus of (33); "
         f"with the plus alone the share is {ends(_first_with_plus(every))}. "
         f"The largest share is {share_words(shares[top])}, under the {cell_words(top)}. {step_words(again)}",

@@ -222,13 +222,18 @@ def notes(loop: Blocks, *, continuous: bool = False) -> tuple[str, ...]:
     """The remarks that a reader of the loop's equations needs, in continuous time also of the periods of its blocks."""
     true = truths(loop).names
     signals = f"{'signal' if len(true) == 1 else 'signals'} {' and '.join(true)}"
-    of_disturbance = true == ("d",) and getattr(getattr(loop.observer, "disturbance", None), "uses_truth", False)
-    reader = "disturbance observer" if of_disturbance else "observer"
+    reader = _reader_of_truth(loop.observer)
     oracle = (f"the {reader} uses the true {signals}, which no instrument gives",) if loop.observer.uses_truth else ()
     blocks: tuple[AbstractMember, ...] = (loop.observer, loop.controller)
     held = [(type(block).__name__, block.period) for block in blocks if continuous and block.period is not None]
     says = "{} acts at every instant here; its period of {:g} s applies only in a computer"
     return (*oracle, *(says.format(*each) for each in held))
+
+
+def _reader_of_truth(observer: AbstractObserver) -> str:
+    """The observer, or the one of its parts that uses a truth, named by its field."""
+    parts = [name for name, part in vars(observer).items() if getattr(part, "uses_truth", False)]
+    return f"{parts[0]} observer" if len(parts) == 1 else "observer"
 
 
 def horizon(block: DataclassInstance) -> float:

@@ -57,9 +57,9 @@ class StepInfo:
 def step_info(system: control.TransferFunction | control.StateSpace) -> StepInfo:
     """Rise time, settling time, overshoot, peak and final value of the step response of a stable system.
 
-    The system has one input and one output, and is continuous or discrete. Polynomials enclose
-    the response on intervals of time, and their roots give its crossings and extrema. After the last interval its modes
-    are bounded. So no peak is missed, as it could be on a grid of time.
+    The system has one input and one output, and is continuous or discrete. Polynomials enclose the response on
+    intervals of time, and their roots give its crossings and extrema. After the last interval its modes are bounded. So
+    no peak is missed, as it could be on a grid of time.
 
     Raises
     ------
