@@ -25,8 +25,7 @@ def order_of_laws(results: wb.Results) -> wb.Finding:
         f"or half or more. A pair is too close to call within {100 * MARGIN:g} % or within both errors.",
         sample="One run without noise for each law and scenario; fifteen pairs for each scenario and joint.",
         information="Rivals: exact positions and velocities. AOSMC-RGS: positions and the true disturbance. All but "
-        "PID: "
-        "the exact model. No torque limits.",
+        "PID: the exact model. No torque limits.",
         assumptions=(f"The {len(CHOICES)} choices of ", wb.document.CrossReference("unstated"), "."),
         fitted_numbers=f"AOSMC-RGS alone, to its printed rows: {assumptions(CHOICES, of_fit=True)}. No rival.",
         answer=_share(holds, total),

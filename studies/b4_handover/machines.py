@@ -119,9 +119,8 @@ def bits_finding(results: wb.Results) -> wb.Finding:
         f"{'; ' + unlike if unlike else ''}.",
         f"{bits:,} bits of commands and memories were compared. {not_run} Sines, cosines, exponentials and powers "
         "are functions of our own in each law's C code. GCC's software double-precision library rounds some "
-        "differences "
-        "wrongly. In the target 'with mended sums', a routine of our own replaces it for these; in 'with libgcc alone' "
-        "it does not.",
+        "differences wrongly. In the target 'with mended sums', a routine of our own replaces it for these; in 'with "
+        "libgcc alone' it does not.",
         statistic="Bits of the commands, and of the memory after each period. If all commands agree, a replay equals "
         "the closed loop with that machine.",
         sample=f"{PERIODS:,} periods of each law on each target, from the near start.",

@@ -156,8 +156,7 @@ def far_off(results: wb.Results, start: str) -> tuple[str, ...]:
         share = sample.factor_values[run, sample.factors.index(EFFECT)]
         made.append(
             f"{one.name}: the error of {errors[at]:.2g} {unit} is that of a run with {100 * share:.3g} % missed "
-            f"periods, "
-            f"whose {ERROR} is {score.value[run]:.3g} {unit}. The error of every other run is at most "
+            f"periods, whose {ERROR} is {score.value[run]:.3g} {unit}. The error of every other run is at most "
             f"{two_digits_up(float(np.nanmax(np.delete(errors, at)))):g} {unit}."
         )
     return tuple(made)

@@ -75,9 +75,8 @@ def operations_table(results: wb.Results) -> wb.document.ReportTable:
     )
     notes = (
         f"The operations are sum, subtraction, product, reciprocal and root, of {PAIRS:,} pairs of operands that are "
-        f"up to {FARTHEST} "
-        "binary digits apart. In half of the pairs, one operand is a power of two. A law computes the bits of the "
-        "reference implementation only where each operation is rounded to the nearest number.",
+        f"up to {FARTHEST} binary digits apart. In half of the pairs, one operand is a power of two. A law computes "
+        "the bits of the reference implementation only where each operation is rounded to the nearest number.",
     )
     caption = "Single operations in double precision on each target, compared with IEEE 754."
     return wb.document.ReportTable("operations", caption, columns, tuple(rows), notes)

@@ -238,8 +238,7 @@ def periods_section(results: wb.Results) -> wb.Section:
             "Near and far: the starts listed below ",
             wb.document.CrossReference(HANDED),
             ". Limit by the eigenvalue: the period above which the boundary layer is unstable, by the largest "
-            "eigenvalue of M^-1 K along "
-            "the run in continuous time (a9). A dash: the law has no switching gain.",
+            "eigenvalue of M^-1 K along the run in continuous time (a9). A dash: the law has no switching gain.",
         ),
     )
     caption = "The longest period allowed from the near and from the far start."
@@ -282,12 +281,10 @@ def losses_table(results: wb.Results, start: str) -> wb.document.ReportTable:
     )
     notes = (
         f"Growth of the settled error, which is the error after {100 * TRANSIENT_SHARE:.0f} % of the run, at the "
-        f"worst joint: "
-        f"the mean over {DRAWS} starts, with twice its standard error. Readings: the growth from exact to quantised "
-        "readings. The other columns give the growth from double precision and a perfect clock, with quantised "
-        f"readings in both: by single precision; by {CLOCK}; by all three, which are single precision, jitter and "
-        f"missed "
-        "periods. TV: the total variation of the commands.",
+        f"worst joint: the mean over {DRAWS} starts, with twice its standard error. Readings: the growth from exact "
+        "to quantised readings. The other columns give the growth from double precision and a perfect clock, with "
+        f"quantised readings in both: by single precision; by {CLOCK}; by all three, which are single precision, "
+        "jitter and missed periods. TV: the total variation of the commands.",
     )
     name = "losses" if start == NEAR_START else f"losses_{start}"
     return wb.document.ReportTable(

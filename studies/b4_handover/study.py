@@ -22,12 +22,11 @@ study = wb.Study(
     ),
     method=(
         f"{introduction(rivals=False)} Each law is taken out of its loop together with its observer, limits and "
-        "delay. All targets that are installed here replay the law on the same inputs, and the bits are compared "
-        "with those of the reference implementation: IEEE 754 double precision, each operation rounded to nearest, "
-        "and functions of our own for sine, cosine and others. The loops then run with coarser readings, jitter, "
-        "missed periods, "
-        "single precision, longer delays and longer periods. Each loop has two starts, a near one and a far one. "
-        "For the laws of the paper's arm, the near start is on the reference and the far start is the paper's."
+        "delay. All targets that are installed here replay the law on the same inputs, and the bits are compared with "
+        "those of the reference implementation: IEEE 754 double precision, each operation rounded to nearest, and "
+        "functions of our own for sine, cosine and others. The loops then run with coarser readings, jitter, missed "
+        "periods, single precision, longer delays and longer periods. Each loop has two starts, a near one and a far "
+        "one. For the laws of the paper's arm, the near start is on the reference and the far start is the paper's."
     ),
     sweeps=(*sweeps(), *shared_sweeps()),
     works=(*replay_works(), *scan_works(), operations_work()),

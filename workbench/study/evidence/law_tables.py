@@ -19,11 +19,10 @@ from workbench.study.study import Outcome
 
 HEADS = ("law", "group", "observer", "state", "model", "D", "memory")
 NOTE = (
-    "The table follows from the equations of each loop. Group: laws with the same letter have the same "
-    "measurements, and the same model terms in law and observer taken together. State: how positions and velocities "
-    "reach the law, one "
-    "word if both do so alike. Read: used directly. Filtered: used only through a filter. Estimated: inferred from "
-    "other signals. Model: the matrices M, C and G of the assumed arm that are used, in law / observer. D: the "
+    "The table follows from the equations of each loop. Group: laws with the same letter have the same measurements, "
+    "and the same model terms in law and observer taken together. State: how positions and velocities reach the law, "
+    "one word if both do so alike. Read: used directly. Filtered: used only through a filter. Estimated: inferred "
+    "from other signals. Model: the matrices M, C and G of the assumed arm that are used, in law / observer. D: the "
     "disturbance. Memory: the count of numbers that are remembered, in law / observer."
 )
 OF_PLANTS = "Model f: the equations of the assumed plant are used, in the observer."
