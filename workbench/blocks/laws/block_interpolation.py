@@ -76,7 +76,9 @@ def _value(values: list[object], weights: Sequence[ca.SX] | Sequence[float], is_
     first = values[0]
     if is_number and first is not None:
         numbers = cast(list[ca.SX], values)  # in the twin of a block; else arrays, which have the same arithmetic
-        return reduce(add, (number * weight for weight, number in zip(weights, numbers, strict=True)))
+        return reduce(
+            add, (number * weight for weight, number in zip(cast(Sequence[ca.SX], weights), numbers, strict=True))
+        )
     if is_block(first):
         return interpolated_block(values, weights)
     if isinstance(first, tuple) and any(map(is_block, first)):
