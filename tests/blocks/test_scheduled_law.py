@@ -91,7 +91,7 @@ def test_each_number_of_each_law_is_a_parameter_of_the_loop():
     [
         ({"laws": laws()[:1], "points": [1.0]}, "a law for each of two or more points; got 1"),
         ({"points": [0.0, 1.0]}, "one number for each of the laws"),
-        ({"points": [0.0, 1.0, 1.0, 2.0]}, "must be finite and increase"),
+        ({"points": [0.0, 1.0, 1.0, 2.0]}, "must increase"),
         ({"signal": wb.layout(theta="rad", omega="rad/s")}, "a layout of one number, as `layout.*; it has 2"),
         ({"signal": wb.layout(omega="m/s")}, r"takes 'omega' in \[m/s\], where its laws take it in \[rad/s\]"),
         ({"laws": (*laws()[:3], PID(SPEED, VOLTAGE, Kp=1.0, anti_windup="none"))}, "laws.3. differ in `anti_windup`"),
@@ -103,3 +103,13 @@ def test_each_number_of_each_law_is_a_parameter_of_the_loop():
 def test_what_is_no_schedule_is_refused_by_name(change, sentence):
     with pytest.raises((ValueError, LookupError), match=sentence):
         ScheduledLaw(**({"laws": laws(), "signal": SPEED, "points": POINTS} | change))
+
+
+class TestOneThatIsScheduledOverAnEstimate(wb.testing.LawTests):
+    def law(self):
+        return ScheduledLaw(laws(N=1.0, low=-9.0, high=9.0), SPEED, POINTS)
+
+
+class TestOneThatIsScheduledOverAReference(wb.testing.LawTests):
+    def law(self):
+        return ScheduledLaw(laws(N=1.0), SPEED, POINTS, source="reference", interpolation="linear")

@@ -36,11 +36,11 @@ def test_the_equation_rests_at_each_point_of_a_family(family):
 def test_the_middle_of_the_reactor_is_unstable_and_the_scheduled_loop_is_stable_between_all_points(family):
     assert [model.poles().real.max() > 0 for model in family.models] == [False, False, True, True]
     law = scheduled(family)
-    check = wb.scheduling.check_schedule(law, loop_with(law), between=2)
+    check = wb.scheduling.check_schedule(law, loop_with(law), between=1)
     assert check.stable
-    assert (len(check.values), check.reasons) == (10, {})
+    assert (len(check.values), check.reasons) == (7, {})
     # the slopes jump at both ends, where the loop is linearised a millionth of 15 K inside
-    np.testing.assert_allclose(check.values[::3], POINTS, rtol=0, atol=2e-5)
+    np.testing.assert_allclose(check.values[::2], POINTS, rtol=0, atol=2e-5)
 
 
 def test_the_slope_of_the_schedule_is_a_part_of_the_linear_loop_and_not_of_the_held_one(family):
@@ -108,6 +108,7 @@ def test_with_the_linear_rule_the_loop_is_linearised_on_both_sides_of_each_point
     assert abs(check.frozen_decay_rates[1] - check.frozen_decay_rates[2]) < 1e-6
 
 
+@pytest.mark.heavy
 def test_a_scheduled_law_in_a_computer_is_checked_by_the_map_of_its_period(family):
     law = scheduled(family)
     loop_at = loop_with(law)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from functools import reduce
+from itertools import pairwise
 from operator import add
 from typing import TypeVar, cast
 
@@ -13,51 +14,41 @@ import numpy as np
 
 from workbench.core import Layout
 from workbench.core.block import Number, is_block
-from workbench.core.validation.refusals import Array
 
 T = TypeVar("T")
 
 
-def interpolation_weights(points: Array, at: Number, cubic: bool) -> list[ca.SX]:
-    """The weights, one for each of m points, with which the values at the points are summed to give the value `at`.
+def interpolation_weights(points: ca.SX, at: Number, cubic: bool) -> list[ca.SX]:
+    """The weights, one for each of the points (m, 1), with which the values there are summed to give the value `at`.
 
     They are linear between the points, or cubic with a continuous derivative, and constant beyond the ends. The sum of
     the weights is one, and at a point all weights but its own are zero. For the cubic rule, the slope at a point is
     that of the parabola through it and its neighbours, at an end that of the line to the next point.
     """
-    count = len(points)
-    slopes = _slopes(points)
-    weights = [ca.SX(float(j == 0)) for j in range(count)]
-    for i, width in enumerate(np.diff(points)):
-        s = ca.fmin(ca.fmax((at - points[i]) / width, 0.0), 1.0)
+    places = ca.vertsplit(points)
+    widths = [after - before for before, after in pairwise(places)]
+    weights = [ca.SX(float(j == 0)) for j in range(len(places))]
+    for i, width in enumerate(widths):
+        s = ca.fmin(ca.fmax((at - places[i]) / width, 0.0), 1.0)
         rise = s * s * (3.0 - 2.0 * s) if cubic else s
         weights[i] -= rise
         weights[i + 1] += rise
         if cubic:  # the two Hermite polynomials of the slopes, which are zero at both ends of the interval
-            start, end = width * s * (1.0 - s) * (1.0 - s), -width * s * s * (1.0 - s)
-            for j in range(count):
-                if slopes[i, j] or slopes[i + 1, j]:
-                    weights[j] += slopes[i, j] * start + slopes[i + 1, j] * end
+            for j, share in _slope(widths, i).items():
+                weights[j] += share * width * s * (1.0 - s) * (1.0 - s)
+            for j, share in _slope(widths, i + 1).items():
+                weights[j] -= share * width * s * s * (1.0 - s)
     return weights
 
 
-def _slopes(points: Array) -> Array:
-    """The matrix (m, m) that gives the slopes at the points from the values there."""
-    count, widths = len(points), np.diff(points)
-    slopes = np.zeros((count, count))
-    for i in range(count):
-        for place, share in ((i - 1, _share(widths, i, 0)), (i, _share(widths, i, 1))):
-            if share:
-                slopes[i, place] -= share / widths[place]
-                slopes[i, place + 1] += share / widths[place]
-    return slopes
-
-
-def _share(widths: Array, i: int, side: int) -> float:
-    """The share of the slope of the interval on one side of point i in the slope at the point."""
+def _slope(widths: list[ca.SX], i: int) -> dict[int, ca.SX]:
+    """The factors of the values at the points in the slope at point i, by the places of the points."""
     if i in (0, len(widths)):
-        return float(side == (i == 0))
-    return float(widths[i - side] / (widths[i - 1] + widths[i]))
+        first = min(i, len(widths) - 1)
+        return {first: -1.0 / widths[first], first + 1: 1.0 / widths[first]}
+    left, right = widths[i - 1], widths[i]
+    before, after = right / (left * (left + right)), left / (right * (left + right))
+    return {i - 1: -before, i: before - after, i + 1: after}
 
 
 def interpolated_block(blocks: Sequence[T], weights: Sequence[ca.SX] | Sequence[float]) -> T:

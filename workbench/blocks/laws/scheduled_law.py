@@ -8,8 +8,8 @@ import numpy as np
 
 from workbench.blocks.laws.block_interpolation import differences, interpolated_block, interpolation_weights
 from workbench.blocks.loop.contracts import AbstractController, Follows, Parts, Reads, is_recursion
-from workbench.core import Layout, Signals, block, option
-from workbench.core.block import Number
+from workbench.core import Layout, Signals, block, option, parameter
+from workbench.core.block import Number, Vector
 from workbench.core.port import misfits
 from workbench.core.validation.refusals import Array, finite, one_of, vector
 
@@ -61,7 +61,7 @@ class ScheduledLaw(AbstractController):
 
     laws: tuple[AbstractController, ...]
     signal: Layout
-    points: Array
+    points: Vector = parameter(unit="{unit_of_signal}", shape=("m",))
     source: str = option(
         {
             "estimate": "the law reads the signal",
@@ -78,15 +78,13 @@ class ScheduledLaw(AbstractController):
     )
 
     def __post_init__(self) -> None:
-        points = np.array(vector("ScheduledLaw(points=...)", self.points, len(self.laws), "laws"))
-        points.flags.writeable = False
-        object.__setattr__(self, "points", points)
+        vector("ScheduledLaw(points=...)", self.points, len(self.laws), "laws")
         if len(self.laws) < 2:
             raise ValueError(
                 f"`ScheduledLaw(laws=...)` must have a law for each of two or more points; got {len(self.laws)}."
             )
-        if not (np.isfinite(points).all() and (np.diff(points) > 0).all()):
-            raise ValueError(f"`ScheduledLaw(points=...)` must be finite and increase; got {points}.")
+        if not (np.diff(self.points) > 0).all():
+            raise ValueError(f"`ScheduledLaw(points=...)` must increase; got {self.points}.")
         if self.signal.size != 1:
             raise ValueError(
                 f"`ScheduledLaw(signal=...)` must be a layout of one number, as `layout(T='K')`; it has "
@@ -109,6 +107,11 @@ class ScheduledLaw(AbstractController):
         common = Layout(tuple(entry for entry in self.signal.entries if entry.name in port))
         for clause in misfits(common, port):
             raise ValueError(f"`ScheduledLaw(signal=...)` takes {clause.format(gives='its laws take')}.")
+
+    @property
+    def unit_of_signal(self) -> str:
+        """The unit of the scheduling signal."""
+        return self.signal.entries[0].unit if self.signal.size else ""
 
     @property
     def reads(self) -> Layout:
@@ -146,7 +149,9 @@ class ScheduledLaw(AbstractController):
 
     def at(self, value: float) -> AbstractController:
         """The law with the numbers that hold while the scheduling signal has a value, as a law of its own."""
-        weights = interpolation_weights(self.points, ca.SX(finite("ScheduledLaw.at(value=...)", value)), self._cubic)
+        weights = interpolation_weights(
+            ca.SX(self.points), ca.SX(finite("ScheduledLaw.at(value=...)", value)), self._cubic
+        )
         return self._timed(interpolated_block(self.laws, [float(weight) for weight in weights]))
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
@@ -192,5 +197,5 @@ class ScheduledLaw(AbstractController):
     def _now(self, est: Reads, ref: Follows) -> tuple[AbstractController, Signals, Signals]:
         """The law with the numbers of this instant, and the signals that it reads and follows."""
         value = (est if self.source == "estimate" else ref)[self.signal.names[0]]
-        law = interpolated_block(self.laws, interpolation_weights(self.points, value, self._cubic))
+        law = interpolated_block(self.laws, interpolation_weights(ca.SX(self.points), value, self._cubic))
         return self._timed(law), est.only(law.reads), ref.only(law.follows)
