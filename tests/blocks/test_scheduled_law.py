@@ -103,13 +103,3 @@ def test_each_number_of_each_law_is_a_parameter_of_the_loop():
 def test_what_is_no_schedule_is_refused_by_name(change, sentence):
     with pytest.raises((ValueError, LookupError), match=sentence):
         ScheduledLaw(**({"laws": laws(), "signal": SPEED, "points": POINTS} | change))
-
-
-class TestOneThatIsScheduledOverAnEstimate(wb.testing.LawTests):
-    def law(self):
-        return ScheduledLaw(laws(N=1.0, low=-9.0, high=9.0), SPEED, POINTS)
-
-
-class TestOneThatIsScheduledOverAReference(wb.testing.LawTests):
-    def law(self):
-        return ScheduledLaw(laws(N=1.0), SPEED, POINTS, source="reference", interpolation="linear")

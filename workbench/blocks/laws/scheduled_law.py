@@ -145,7 +145,7 @@ class ScheduledLaw(AbstractController):
     @property
     def corners(self) -> Array:
         """The values of the signal at which the slope of the numbers jumps: both ends, or all points if linear."""
-        return self.points[[0, -1]] if self._cubic else self.points
+        return np.array(self.points[[0, -1]] if self._cubic else self.points)
 
     def at(self, value: float) -> AbstractController:
         """The law with the numbers that hold while the scheduling signal has a value, as a law of its own."""
