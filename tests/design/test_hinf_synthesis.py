@@ -55,9 +55,13 @@ def passes_by_scipy(plant, gamma):
             X = linalg.solve_continuous_are(part.A, B, part.C1.T @ part.C1, R, s=part.C1.T @ D1)
         except linalg.LinAlgError:
             return False
-        closed = part.A - B @ np.linalg.solve(R, B.T @ X + D1.T @ part.C1)
-        # SciPy takes eigenvalues on the axis, which rounding moves to either side
-        if np.linalg.eigvals(closed).real.max() >= -1e-6 or linalg.eigvalsh(X)[0] < -1e-6 * max(np.abs(X).max(), 1e-6):
+        # of eigenvalues on the axis, which rounding moves to either side, SciPy returns what solves no equation
+        gain = np.linalg.solve(R, B.T @ X + D1.T @ part.C1)
+        residual = part.A.T @ X + X @ part.A - (X @ B + part.C1.T @ D1) @ gain + part.C1.T @ part.C1
+        if np.abs(residual).max() > 1e-6 * max(np.abs(X).max(), 1) ** 2:
+            return False
+        closed = part.A - B @ gain
+        if np.linalg.eigvals(closed).real.max() >= 0 or linalg.eigvalsh(X)[0] < -1e-6 * max(np.abs(X).max(), 1e-6):
             return False
         solutions.append(X)
     return np.abs(np.linalg.eigvals(solutions[0] @ solutions[1])).max() < gamma**2
