@@ -40,6 +40,7 @@ _ROOMS = {
     "design.linear_loop": "linear_loop",
     "design.riccati": "lqg lqr steady_kalman",
     "design.step_response": "step_info",
+    "design.synthesis": "coprime_margin h2_controller hinf_controller least_sensitivity mixed_sensitivity",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph Results Run Section SobolDesign Study Sweep Uniform "
     "Variation Work side_by_side sobol",
     "study.citation": "cite",
@@ -89,6 +90,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "riccati_flow": "design.riccati_flow",
     "scheduling": "design.scheduling",
     "study": "study",
+    "synthesis": "design.synthesis",
     "testing": "testing",
     "tuning": "study.tuning",
     "uncertainty": "study.uncertainty",

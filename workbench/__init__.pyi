@@ -96,6 +96,7 @@ from workbench.design import linearize
 from workbench.design import riccati as riccati
 from workbench.design import riccati_flow as riccati_flow
 from workbench.design import scheduling as scheduling
+from workbench.design import synthesis as synthesis
 from workbench.design.frequency import (
     bandwidth,
     c2d,
@@ -110,6 +111,13 @@ from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.linear_loop import linear_loop
 from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.design.step_response import step_info
+from workbench.design.synthesis import (
+    coprime_margin,
+    h2_controller,
+    hinf_controller,
+    least_sensitivity,
+    mixed_sensitivity,
+)
 from workbench.engine import metrics as metrics
 from workbench.engine import simulate
 from workbench.engine.distributions import LogUniform, Uniform
@@ -253,6 +261,7 @@ __all__ = [
     "chattering",
     "cite",
     "condition_number",
+    "coprime_margin",
     "core",
     "document",
     "effort",
@@ -261,13 +270,16 @@ __all__ = [
     "export",
     "fmu",
     "frequency",
+    "h2_controller",
     "h2_norm",
     "handover",
+    "hinf_controller",
     "hinf_norm",
     "initial",
     "largest_setting",
     "layout",
     "lead_lag",
+    "least_sensitivity",
     "linear",
     "linear_loop",
     "linear_loop_at_knobs",
@@ -282,6 +294,7 @@ __all__ = [
     "lqr",
     "measure",
     "metrics",
+    "mixed_sensitivity",
     "nichols",
     "notation",
     "nyquist",
@@ -324,6 +337,7 @@ __all__ = [
     "step_info",
     "step_response",
     "study",
+    "synthesis",
     "testing",
     "total_variation",
     "tuning",
