@@ -1,0 +1,31 @@
+"""Benchmarks of designs: PID laws for a batch of processes, robust problems, and linear laws for the paper's arm."""
+
+from __future__ import annotations
+
+import workbench as wb
+from studies.a8_fair_comparison.evidence import OTHERS, PRIMARY
+from studies.d1_benchmarks import arm_section
+from studies.d1_benchmarks.arm_designs import TUNED
+from studies.d1_benchmarks.arm_runs import SEED, sweeps
+
+
+def sections(results: wb.Results) -> wb.Page:
+    """The whole page."""
+    return wb.Page(
+        answer="An answer.",
+        findings=(arm_section.finding(results),),
+        sections=(arm_section.section(results),),
+    )
+
+
+study = wb.Study(
+    name="d1_benchmarks",
+    title="Designs from specifications: a batch of processes, robust benchmarks, and the paper's arm",
+    question="Q?",
+    method="M.",
+    sweeps=sweeps,
+    least_samples=wb.evidence.least_draws((PRIMARY, *OTHERS)),
+    works=(wb.Work("arm_designs", arm_section.arm_designs, tuple(TUNED), seconds=8.0),),
+    sections=sections,
+    seed=SEED,
+)
