@@ -272,6 +272,7 @@ GROUPS = (
             "frequency": "Margins, norms and responses with bounds.",
             "riccati": "CARE, DARE, Lyapunov equations, filters.",
             "riccati_flow": "Riccati equations in time.",
+            "pid_design": "PID laws from limits of the peaks, rules and models of a step.",
             "chattering": "Harmonic balance and cycles of relays.",
             "proofs": "Intervals, bounds over boxes, claims and witnesses.",
             "study": "Cases, sweeps, works and their results.",

@@ -82,6 +82,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "metrics": "engine.metrics",
     "notation": "core.notation",
     "pictures": "report.pictures",
+    "pid_design": "design.pid_design",
     "plants": "blocks.plants",
     "proofs": "proofs",
     "provenance": "study.provenance",

@@ -93,6 +93,7 @@ from workbench.design import frequency as frequency
 from workbench.design import linear as linear
 from workbench.design import linear_loop as linear_loops
 from workbench.design import linearize
+from workbench.design import pid_design as pid_design
 from workbench.design import riccati as riccati
 from workbench.design import riccati_flow as riccati_flow
 from workbench.design.frequency import (
@@ -290,6 +291,7 @@ __all__ = [
     "parameter",
     "peak_error",
     "pictures",
+    "pid_design",
     "place",
     "plants",
     "plot",
