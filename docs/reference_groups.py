@@ -194,6 +194,7 @@ GROUPS = (
             "lqr": "The optimal gain of state feedback.",
             "lqg": "An optimal regulator with a Kalman filter.",
             "place": "The gain that puts the poles where you want them.",
+            "tune_pid": "The PI or PID law with the largest integral gain under limits of S and T.",
             "lead_lag": "A compensator with the wanted crossover and margin.",
             "steady_kalman": "The steady gain of a Kalman filter for a plant.",
         },

@@ -38,6 +38,7 @@ _ROOMS = {
     "stability_margins",
     "design.linear": "equilibria lead_lag place",
     "design.linear_loop": "linear_loop",
+    "design.pid_design": "tune_pid",
     "design.riccati": "lqg lqr steady_kalman",
     "design.step_response": "step_info",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph Results Run Section SobolDesign Study Sweep Uniform "
@@ -117,6 +118,7 @@ _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what 
     "norm": "wb.h2_norm or wb.hinf_norm",
     "nyquist_plot nyquistplot": "wb.nyquist",
     "pade": "wb.PadeDelay",
+    "pidtune": "wb.tune_pid",
     "pole_zero_plot pzmap": "wb.pole_zero_map",
     "rlocus root_locus_plot": "wb.root_locus",
     "sample_system": "wb.c2d",

@@ -108,6 +108,7 @@ from workbench.design.frequency import (
 )
 from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.linear_loop import linear_loop
+from workbench.design.pid_design import tune_pid
 from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.design.step_response import step_info
 from workbench.engine import metrics as metrics
@@ -326,6 +327,7 @@ __all__ = [
     "testing",
     "total_variation",
     "tuning",
+    "tune_pid",
     "turn_knobs",
     "uncertainty",
 ]

@@ -12,5 +12,7 @@ True
 
 from workbench.design.pid_design.pi_optimum import pi_optimum
 from workbench.design.pid_design.pid_designs import PeakContact, PidDesign
+from workbench.design.pid_design.pid_optimum import pid_optimum
+from workbench.design.pid_design.tune_pid import tune_pid
 
-__all__ = ["PeakContact", "PidDesign", "pi_optimum"]
+__all__ = ["PeakContact", "PidDesign", "pi_optimum", "pid_optimum", "tune_pid"]

@@ -22,6 +22,11 @@ class DerivativeAction:
         """The gain at infinity."""
         return self.kd * self.N if self.kd else 0.0
 
+    @property
+    def corner(self) -> float:
+        """The frequency of its filter in rad/s, 0 for none."""
+        return self.N if self.kd else 0.0
+
     def response(self, omega: Array) -> Complex:
         """Its values at some frequencies."""
         s = 1j * omega

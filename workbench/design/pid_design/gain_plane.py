@@ -49,11 +49,10 @@ class GainPlane:
         d = np.interp(at, self.omega, self.d.real) + 1j * np.interp(at, self.omega, self.d.imag)
         square = least**2 - (k[:, np.newaxis] + d.real) ** 2
         half = np.sqrt(np.maximum(square, 0))
-        ends = (
+        return (
             np.where(square > 0, omega * (d.imag - half), np.inf),
             np.where(square > 0, omega * (d.imag + half), -np.inf),
         )
-        return ends
 
     def _forbidden_by(self, K: Array, middle: Array, square: Array) -> tuple[Array, Array]:
         inside = square > 0

@@ -85,8 +85,7 @@ def nodes(plane: GainPlane) -> Array:
     logs = np.arange(np.log(step / (ratio - 1)), np.log(2 * most), np.log(ratio))
     upper = np.exp(logs)
     inner = np.arange(0, upper[0], step)
-    k = np.concatenate([-upper[::-1], -inner[:0:-1], inner, upper])
-    return np.asarray(k - float(plane.d.real[-1]) if plane.d.any() else k)
+    return np.concatenate([-upper[::-1], -inner[:0:-1], inner, upper])
 
 
 def search(plane: GainPlane, k: Array, least: float = 0.0) -> list[tuple[float, float, float]]:

@@ -74,7 +74,7 @@ class IntegralGain:
 
     def plane(self, fineness: float = 1.0, reach: float = 1.0) -> GainPlane:
         """The forbidden sets at frequencies that suit the process."""
-        omega = self.process.frequencies(fineness, reach)
+        omega = self.process.frequencies(fineness, reach, self.derivative.corner)
         inverse, action = self.process.inverse(omega), self.derivative.response(omega)
         return GainPlane(self.process, omega, inverse, action, self.Ms, self.Mt)
 
@@ -115,7 +115,7 @@ class IntegralGain:
         """How far beyond the last frequency the loop gain is still large enough to reach a limit, as a factor."""
         limits = [1 - 1 / self.Ms, self.Mt / (1 + self.Mt) if math.isfinite(self.Mt) else 1.0]
         last = float(plane.omega[-1])
-        omega = self.process.later_frequencies(last)
+        omega = self.process.later_frequencies(last, self.derivative.corner)
         if not omega.size or self.process.gain_limit:
             return 1.0
         law = abs(gains.k) + gains.ki / omega + np.abs(self.derivative.response(omega))

@@ -69,7 +69,8 @@ def pi_optimum(
         sign, gains = best_sign(process, Ms, Mt)
         if gains is None:
             refuse_infeasible(call, process, Ms, Mt)
-        return _certified(call, plant, process, sign, gains, Ms, Mt)
+        upright = process if sign > 0 else process.flipped()
+        return certified(call, plant, IntegralGain(upright, Ms, Mt), sign, gains)
 
 
 def checked_limits(call: str, Ms: float, Mt: float) -> tuple[float, float]:
@@ -115,19 +116,17 @@ def best_sign(process: Process, Ms: float, Mt: float) -> tuple[int, GainOptimum 
     return max(found, key=lambda pair: -1.0 if pair[1] is None else pair[1].ki)
 
 
-def _certified(
-    call: str, plant: control.LTI, process: Process, sign: int, gains: GainOptimum, Ms: float, Mt: float
-) -> PidDesign:
+def certified(call: str, plant: control.LTI, problem: IntegralGain, sign: int, gains: GainOptimum) -> PidDesign:
     """The design of an optimum, backed off where rounding has taken the loop beyond a limit."""
-    for inner in _backed_off(process if sign > 0 else process.flipped(), gains, Ms, Mt):
-        k, ki = sign * inner.k, sign * inner.ki
-        certificate = certificate_of(plant, process.delay, law_of_error(k, ki, 0.0, None, plant))
+    Ms, Mt, action, delay = problem.Ms, problem.Mt, problem.derivative, problem.process.delay
+    N = action.N if math.isfinite(action.N) else None
+    for inner in _backed_off(problem, gains):
+        k, ki, kd = (sign * gain for gain in (inner.k, inner.ki, action.kd))
+        certificate = certificate_of(plant, delay, law_of_error(k, ki, kd, N, plant))
         if certificate.stable and excess_of(certificate, Ms, Mt) <= 0:
             contacts = tuple(PeakContact("ST"[c.kind], c.omega) for c in inner.contacts)
             return PidDesign(
-                "largest ki",
-                *(k, ki, 0.0, None, 1.0, 1.0, Ms, Mt),
-                *(certificate, gains.bound, contacts, plant, process.delay),
+                "largest ki", k, ki, kd, N, 1.0, 0.0, Ms, Mt, certificate, gains.bound, contacts, plant, delay
             )
     raise DesignError(
         f"`{call}`: the optimum k = {sign * gains.k:.6g}, ki = {sign * gains.ki:.6g} is not confirmed by the margins "
@@ -135,12 +134,13 @@ def _certified(
     )
 
 
-def _backed_off(process: Process, gains: GainOptimum, Ms: float, Mt: float) -> Iterator[GainOptimum]:
+def _backed_off(problem: IntegralGain, gains: GainOptimum) -> Iterator[GainOptimum]:
     """The optimum; the same with a ki that is a little lower; and optima for limits that are a little tighter."""
     yield gains
     yield replace(gains, ki=gains.ki * (1 - BACK_OFF))
     for share in (BACK_OFF, 1e-6):
-        inner = IntegralGain(process, 1 + (Ms - 1) * (1 - share), 1 + (Mt - 1) * (1 - share)).solve()
+        Ms, Mt = (1 + (limit - 1) * (1 - share) for limit in (problem.Ms, problem.Mt))
+        inner = replace(problem, Ms=Ms, Mt=Mt).solve()
         if inner is not None:
             yield inner
 

@@ -102,6 +102,19 @@ class PidDesign:
         """
         return _controller(self)
 
+    @property
+    def law_arguments(self) -> dict[str, object]:
+        """The arguments of `wb.PID`; for a linearised plant with its layouts and its operating point."""
+        from workbench.design.linear.pointed_systems import point_of
+
+        gains = {"Kp": self.k, "Ki": self.ki, "Kd": None if self.N is None else self.kd, "N": self.N}
+        weights: dict[str, object] = {"b": self.b, "c": self.c}
+        point = point_of(self.plant)
+        if point is None:
+            return gains | weights
+        u0 = point.u0 + self.k * (1 - self.b) * point.y0  # so that v is u0 at rest, with b below 1 too
+        return gains | weights | {"reads": point.outputs, "drives": point.inputs, "u0": u0, "y0": point.y0}
+
     def with_weights(self, b: float, c: float) -> PidDesign:
         """The same design with other weights of the reference."""
         return replace(self, b=b, c=c)

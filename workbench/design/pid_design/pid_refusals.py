@@ -36,6 +36,11 @@ def refuse_infeasible(
     call: str, process: Process, Ms: float, Mt: float, derivative: DerivativeAction = NO_ACTION
 ) -> NoReturn:
     """Say which part of a specification no law meets, and the least that is feasible."""
+    if Mt == 1 and process.den[-1] == 0:
+        raise DesignError(
+            f"`{call}`: Mt = 1 is infeasible for a plant with an integrator, as |T| of a loop with two integrators has "
+            "a peak above 1; the least Mt is only approached as ki goes to 0. Ask for an Mt above 1."
+        )
     law = "PID with this derivative" if derivative.kd else "PI"
     sides = [process if s > 0 else process.flipped() for s in (1, -1)]
     sides = [p for p in sides if p.num[-1] * p.den[0] > 0 or not (p.relative_degree or p.delay)]

@@ -100,14 +100,17 @@ class Process:
         num, den = ([p, np.polyder(p), np.polyder(p, 2)] for p in (self.num, self.den))
         return [p.tolist() for p in num], [p.tolist() for p in den]
 
-    def frequencies(self, fineness: float = 1.0, reach: float = 1.0) -> Array:
-        """Frequencies between which the process changes little; `reach` times as far up as is usual."""
+    def frequencies(self, fineness: float = 1.0, reach: float = 1.0, corner: float = 0.0) -> Array:
+        """Frequencies between which the process changes little; `reach` times as far up as is usual.
+
+        `corner` is the frequency of a filter of the law, 0 for none.
+        """
         zeros, poles = self.roots
         roots = np.concatenate([zeros, poles])
         sizes = [size for size in np.abs(roots) if size > 1e-12 * max(np.abs(roots).max(initial=0), 1e-300)]
         late = [1 / self.delay] if self.delay else []
         slowest = min([*sizes, *late], default=1.0)
-        fastest = HIGHEST * max(sizes, default=slowest)
+        fastest = HIGHEST * max(max(sizes, default=slowest), corner)
         fastest = TURNS * late[0] if late else fastest
         ends = np.log(LOWEST * slowest), np.log(fastest * reach)
         places = np.linspace(*ends, int(20 * (ends[1] - ends[0])) + 2)
@@ -127,10 +130,10 @@ class Process:
         near = {size: self.inverse(size * (1 + np.array([-5, 5]) * DAMPING)) for size in sizes}
         return [(size, float(np.abs(inverse).max())) for size, inverse in near.items()]
 
-    def later_frequencies(self, last: float) -> Array:
+    def later_frequencies(self, last: float, corner: float = 0.0) -> Array:
         """Frequencies beyond the last one, up to where the process only falls, with its resonances."""
         roots = np.concatenate(self.roots)
-        end = HIGHEST * float(np.abs(roots).max(initial=0))
+        end = HIGHEST * max(float(np.abs(roots).max(initial=0)), corner)
         if end <= last:
             return np.zeros(0)
         grid = np.geomspace(last, end, int(30 * np.log(end / last)) + 2)
