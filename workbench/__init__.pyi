@@ -93,6 +93,7 @@ from workbench.design import frequency as frequency
 from workbench.design import linear as linear
 from workbench.design import linear_loop as linear_loops
 from workbench.design import linearize
+from workbench.design import pid_design as pid_design
 from workbench.design import riccati as riccati
 from workbench.design import riccati_flow as riccati_flow
 from workbench.design import scheduling as scheduling
@@ -109,6 +110,7 @@ from workbench.design.frequency import (
 )
 from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.linear_loop import linear_loop
+from workbench.design.pid_design import tune_pid
 from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.design.step_response import step_info
 from workbench.design.synthesis import (
@@ -305,6 +307,7 @@ __all__ = [
     "parameter",
     "peak_error",
     "pictures",
+    "pid_design",
     "place",
     "plants",
     "plot",
@@ -341,6 +344,7 @@ __all__ = [
     "testing",
     "total_variation",
     "tuning",
+    "tune_pid",
     "turn_knobs",
     "uncertainty",
 ]

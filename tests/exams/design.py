@@ -23,6 +23,7 @@ ELSEWHERE = {
     "sampled": "design_sampled",
     "synthesis": "design_synthesis",
 }
+ELSEWHERE = {"norms": "design_norms", "zeros": "design_norms", "sampled": "design_sampled", "pid": "design_pid"}
 KINDS = ("margins", "norms", "zeros", "sampled", "synthesis", "mu", "pid", "reduction")
 FILES = ("visible.json", "held.json")
 

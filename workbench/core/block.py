@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from types import FunctionType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol, TypeVar, dataclass_transform
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol, TypeVar, dataclass_transform, get_args
 
 import casadi as ca
 import numpy as np
@@ -269,7 +269,7 @@ def _check_fields(owner: DataclassInstance) -> None:
 def _check_quantities(owner: DataclassInstance) -> None:
     sizes = _sizes(owner)
     for f, quantity in quantities(owner):
-        if f.default is None and getattr(owner, f.name) is None:
+        if getattr(owner, f.name) is None and (f.default is None or type(None) in get_args(f.type)):
             continue
         call = f"{type(owner).__name__}({f.name}=...)"
         value = fit_shape(call, numbers(call, getattr(owner, f.name)), quantity.shape, sizes)

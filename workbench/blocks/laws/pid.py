@@ -9,6 +9,7 @@ from workbench.core import Entry, Layout, Signals, block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
 from workbench.core.port import one_entry
 from workbench.core.units import gain
+from workbench.core.validation.refusals import refusal
 
 
 @block
@@ -29,6 +30,8 @@ class PID(AbstractController):
 
         f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup)
 
+    With `Kd=None` it is a PI law: it has no filter, and so no state f and no hidden pole at -N.
+
     Parameters
     ----------
     reads
@@ -40,9 +43,10 @@ class PID(AbstractController):
     Ki
         Integral gain, in the unit of u over that of y, per second.
     Kd
-        Derivative gain, in the unit of u over that of y, times second.
+        Derivative gain, in the unit of u over that of y, times second; None for a law without a derivative. With 0 the
+        law has the state of its filter all the same.
     N
-        Bandwidth of the filter of the derivative.
+        Bandwidth of the filter of the derivative. Only a law without a derivative may have None.
     b
         Weight of the reference in the proportional action.
     c
@@ -63,7 +67,7 @@ class PID(AbstractController):
     ------
     ValueError
         If `reads` or `drives` has no signal, or they have different numbers of components; a lower limit is not below
-        the upper; or back-calculation is asked for without limits or without Tt.
+        the upper; back-calculation is asked for without limits or without Tt; or a derivative has no filter.
 
     References
     ----------
@@ -87,8 +91,8 @@ class PID(AbstractController):
     drives: Layout = Layout()
     Kp: Vector = parameter(default=0.0, unit="{unit_of_Kp}", shape=("n",), symbol="K_p")
     Ki: Vector = parameter(default=0.0, unit="{unit_of_Ki}", shape=("n",), symbol="K_i")
-    Kd: Vector = parameter(default=0.0, unit="{unit_of_Kd}", shape=("n",), symbol="K_d")
-    N: Vector = parameter(default=100.0, unit="1/s", low=0, strict=True, shape=("n",), symbol="N")
+    Kd: Vector | None = parameter(default=0.0, unit="{unit_of_Kd}", shape=("n",), symbol="K_d")
+    N: Vector | None = parameter(default=100.0, unit="1/s", low=0, strict=True, shape=("n",), symbol="N")
     b: Vector = parameter(default=1.0, unit="", shape=("n",), symbol="b")
     c: Vector = parameter(default=1.0, unit="", shape=("n",), symbol="c")
     low: Vector | None = parameter(default=None, unit="{unit_of_u}", shape=("n",), symbol="u_min")
@@ -115,6 +119,8 @@ class PID(AbstractController):
                 f"reads {self.reads.size} ({', '.join(map(repr, self.reads.names))}) and drives {self.drives.size} "
                 f"({', '.join(map(repr, self.drives.names))})."
             )
+        if self.Kd is not None and self.N is None:
+            raise ValueError("`PID(N=...)` must be a number, as no law differentiates without a filter; got None.")
         if self.low is not None and self.high is not None and np.any(self.low >= self.high):
             raise ValueError(f"`PID(low=..., high=...)` must leave room between them; got {self.low} and {self.high}.")
         if self.anti_windup == "back-calculation" and (self.Tt is None or (self.low is None and self.high is None)):
@@ -122,6 +128,44 @@ class PID(AbstractController):
                 "`PID(anti_windup='back-calculation')` needs limits and the time Tt in which the integral follows "
                 f"them; got low = {self.low}, high = {self.high} and Tt = {self.Tt}."
             )
+
+    @staticmethod
+    def of(
+        design: object,
+        reads: Layout | None = None,
+        drives: Layout | None = None,
+        low: object = None,
+        high: object = None,
+        anti_windup: str = "clamping",
+        Tt: float | None = None,
+    ) -> "PID":
+        """The law of a `PidDesign`, about the operating point of its plant.
+
+        Parameters
+        ----------
+        design
+            The result of `tune_pid` or of a function of `pid_design`.
+        reads, drives
+            The layouts of y and u. The default is those of the linearised plant.
+        low, high, anti_windup, Tt
+            As for `PID`.
+
+        Raises
+        ------
+        ValueError
+            If `design` is no such result, or its plant has no operating point and a layout is left out.
+        """
+        gains = getattr(design, "law_arguments", None)
+        if not isinstance(gains, dict):
+            raise refusal("PID.of(design)", "the result of `tune_pid` or of a function of `pid_design`", design)
+        layouts = {"reads": reads or gains.get("reads"), "drives": drives or gains.get("drives")}
+        if None in layouts.values():
+            raise ValueError(
+                "`PID.of(design)` needs `reads` and `drives`, as a plant that was not linearised has no layouts: give "
+                "them as `layout(y='m')`, or design for the result of `linearize`."
+            )
+        limits = {"low": low, "high": high, "anti_windup": anti_windup, "Tt": Tt}
+        return PID(**(gains | layouts | limits))
 
     @property
     def dof(self) -> int:
@@ -160,8 +204,10 @@ class PID(AbstractController):
     @property
     def memory(self) -> Layout:
         zero = np.zeros(self.dof)
-        filtered = Entry("filter", zero, self.unit_of_y, symbol="f")
-        return Layout((Entry("integral", zero, self.unit_of_u, symbol="I"), filtered))
+        integral = Entry("integral", zero, self.unit_of_u, symbol="I")
+        if self.Kd is None:
+            return Layout((integral,))
+        return Layout((integral, Entry("filter", zero, self.unit_of_y, symbol="f")))
 
     @property
     def recursion(self) -> bool:
@@ -172,19 +218,22 @@ class PID(AbstractController):
         return Signals(self.drives.view(self._limit(self._unlimited_command(z, est, ref))))
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        return {
-            "integral": self._growth(z, est, ref),
-            "filter": self.N * (self._weighted_error(est, ref) - z["filter"]),
-        }
+        growth = self._growth(z, est, ref)
+        if self.Kd is None or self.N is None:
+            return {"integral": growth}
+        return {"integral": growth, "filter": self.N * (self._weighted_error(est, ref) - z["filter"])}
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The memory after one `period` of the computer."""
         return self.advance(t, z, est, ref, self._period)
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
+        integral = z["integral"] + period * self._growth(z, est, ref)
+        if self.Kd is None or self.N is None:
+            return {"integral": integral}
         share = self.N * period / (1 + self.N * period)
         return {
-            "integral": z["integral"] + period * self._growth(z, est, ref),
+            "integral": integral,
             "filter": z["filter"] + share * (self._weighted_error(est, ref) - z["filter"]),
         }
 
@@ -194,7 +243,9 @@ class PID(AbstractController):
 
     def without(self) -> Mapping[str, AbstractController]:
         integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
-        derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}
+        derivative = (
+            {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd is not None and self.Kd.any() else {}
+        )
         return integral | derivative
 
     @property
@@ -214,6 +265,9 @@ class PID(AbstractController):
     def _unlimited_command(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The command v before its limits."""
         y, r = self._signals(est, ref)
+        if self.Kd is None or self.N is None:
+            pi: ca.SX = self.u0 + self.Kp * (self.b * r - y) + z["integral"]
+            return pi
         behind = (self._weighted_error(est, ref) - z["filter"]) / (
             1 + self.N * self._period
         )  # w - f, the f of this instant

@@ -1,0 +1,201 @@
+"""The PID law with the largest integral gain under limits of the peaks of S and T, for a filter of the derivative."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from workbench.core.validation.refusals import positive
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import DesignError, one_thread
+from workbench.design.pid_design.derivative_action import DerivativeAction
+from workbench.design.pid_design.integral_gain import GainOptimum, IntegralGain
+from workbench.design.pid_design.noise_gain import largest_noise_gain
+from workbench.design.pid_design.pi_optimum import certified, checked_limits, checked_process
+from workbench.design.pid_design.pid_designs import PidDesign
+from workbench.design.pid_design.pid_refusals import refuse_endless_gain, refuse_infeasible, refuse_zero_at_rest
+from workbench.design.pid_design.process import Process
+
+if TYPE_CHECKING:
+    import control
+
+RATIO = 1.6  # between the derivative gains of the first search
+FIRST, LAST = 0.02, 20.0  # the first and the last derivative gain, over 1/|G| over the frequency of a PI law's limit
+GOLDEN = (math.sqrt(5) - 1) / 2
+ACCURACY = 1e-4  # of the derivative gain
+FILTERS, NOISE_ACCURACY = 25, 3e-3  # filters that are tried for a noise gain, and how closely it is met
+MISSES = 3  # derivative gains in a row without a larger ki that end the first search
+
+
+@check_arguments
+def pid_optimum(
+    plant: control.TransferFunction | control.StateSpace,
+    Ms: float = 1.4,
+    Mt: float = math.inf,
+    delay: float = 0.0,
+    N: float | None = None,
+    noise_gain: float | None = None,
+) -> PidDesign:
+    """The PID law k + ki/s + kd s/(1 + s/N) with the largest |ki|, so with the least |IE|; kd has the sign of ki.
+
+    For each kd the largest ki is found as by `pi_optimum`, globally; kd is searched over a grid and refined. The loop
+    keeps max |S| <= Ms and max |T| <= Mt, which its `certificate` proves.
+
+    Parameters
+    ----------
+    plant, Ms, Mt, delay
+        As for `pi_optimum`.
+    N
+        The bandwidth of the filter of the derivative in rad/s.
+    noise_gain
+        In place of N, the limit of the gain from noise of the measurement to u over all frequencies; N is the largest
+        that keeps it. One of both must be given: without a filter, ki is unbounded for many plants.
+
+    Raises
+    ------
+    ValueError
+        If `plant` is not such a system, or a number is out of its range.
+    DesignError
+        If no PID law stabilises the plant or meets the limits, or if ki has no largest value.
+
+    References
+    ----------
+    Panagopoulos, Astrom, Hagglund (2002), Design of PID controllers based on constrained optimisation, IEE Proc. 149.
+
+    Examples
+    --------
+    >>> import control
+    >>> design = wb.pid_design.pid_optimum(control.tf([1], [1, 3, 3, 1]), Ms=1.4, N=20.0)
+    >>> design.form, design.ki > 2 * wb.pid_design.pi_optimum(design.plant, Ms=1.4).ki
+    ('PID', True)
+    """
+    call = "pid_optimum(plant, ...)"
+    Ms, Mt = checked_limits("pid_optimum", Ms, Mt)
+    if (N is None) == (noise_gain is None):
+        raise ValueError(
+            "`pid_optimum(N=..., noise_gain=...)` needs one of both: without a filter the largest ki is unbounded for "
+            "many plants. Take an N of 5 to 20 times the crossover frequency, or the noise that u may carry."
+        )
+    process = checked_process("pid_optimum", plant, delay)
+    refuse_zero_at_rest(call, process)
+    refuse_endless_gain(call, process, Ms, Mt)
+    with one_thread():
+        sign = 1 if process.num[-1] * process.den[0] > 0 else -1
+        upright = process if sign > 0 else process.flipped()
+        if noise_gain is None:
+            best = best_derivative(upright, Ms, Mt, positive("pid_optimum(N=...)", N, " of rad/s"))
+        else:
+            best = filter_for_noise(call, upright, Ms, Mt, positive("pid_optimum(noise_gain=...)", noise_gain))
+        if best is None:
+            refuse_infeasible(call, process, Ms, Mt)
+        return certified(call, plant, IntegralGain(upright, Ms, Mt, best[0]), sign, best[1])
+
+
+def best_derivative(
+    process: Process, Ms: float, Mt: float, N: float, near: float | None = None
+) -> tuple[DerivativeAction, GainOptimum] | None:
+    """The derivative action with the largest ki, and that optimum; None if no gains meet the limits.
+
+    With `near`, the derivative gain is looked for within a factor 4 of it alone.
+    """
+    optima: dict[float, GainOptimum | None] = {}
+
+    def largest(kd: float, least: float = 0.0) -> float:
+        if kd not in optima:
+            optima[kd] = IntegralGain(process, Ms, Mt, DerivativeAction(kd, N)).solve(least)
+        optimum = optima[kd]
+        return -math.inf if optimum is None else optimum.ki
+
+    if near is None:
+        largest(0.0)
+        grid = _first_grid(process, largest, optima[0.0])
+        at = max(range(len(grid)), key=lambda i: largest(grid[i]))
+        low, high = grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)]
+    else:
+        low, high = near / 4, 4 * near
+    if all(optimum is None for optimum in optima.values()) and near is None:
+        return None
+    _refine(largest, low, high)
+    kd = max(optima, key=largest)
+    best = optima[kd]
+    return None if best is None else (DerivativeAction(kd, N), best)
+
+
+def filter_for_noise(
+    call: str, process: Process, Ms: float, Mt: float, limit: float
+) -> tuple[DerivativeAction, GainOptimum] | None:
+    """The optimum with the largest filter bandwidth whose noise gain is below a limit."""
+    first = IntegralGain(process, Ms, Mt).solve()
+    if first is None or not first.contacts:
+        raise DesignError(
+            f"`{call}`: a filter for a noise gain is looked for about the frequency at which a PI law meets the "
+            "limits, and none meets them here. Give N."
+        )
+    least = largest_noise_gain(process, np.array([first.k, first.ki]), np.array([1.0, 0.0]))
+    if not limit > least:
+        raise DesignError(
+            f"`{call}`: noise_gain = {limit:g} leaves no room for a derivative, as the PI law of these limits has "
+            f"{least:.4g}. Ask for more, or for less robust limits."
+        )
+    return _search_filter(process, Ms, Mt, limit, 10 * first.contacts[0].omega)
+
+
+def _search_filter(
+    process: Process, Ms: float, Mt: float, limit: float, N: float
+) -> tuple[DerivativeAction, GainOptimum] | None:
+    """Bisection of the logarithm of N, by secants, from the first N."""
+    kept: tuple[DerivativeAction, GainOptimum] | None = None
+    low, high, near = 0.0, math.inf, None
+    for _ in range(FILTERS):
+        best = best_derivative(process, Ms, Mt, N, near)
+        if best is None:
+            return kept
+        action, gains = best
+        near = action.kd or near
+        num = np.array([gains.k + action.limit, gains.k * N + gains.ki, gains.ki * N])
+        excess = largest_noise_gain(process, num, np.array([1.0, N, 0.0])) / limit
+        if excess <= 1:
+            kept, low = best, N
+            if excess > 1 - NOISE_ACCURACY:
+                break
+        else:
+            high = N
+        guess = N / excess
+        if not low * 1.0001 < guess < high * 0.9999:
+            guess = math.sqrt(low * high) if low and high < math.inf else N * (0.25 if excess > 1 else 4.0)
+        N = guess * (1 - 0.3 * NOISE_ACCURACY)
+    return kept
+
+
+def _first_grid(process: Process, largest: Callable[..., float], start: GainOptimum | None) -> list[float]:
+    """Derivative gains from 0 up, about 1/|G| over the frequency at which a PI law meets its limit, if there is one."""
+    omega = process.frequencies()[1:]
+    sizes = np.abs(process.inverse(omega)) / omega
+    low, high = float(sizes.min()), float(sizes.max())
+    if start is not None and start.contacts:
+        middle = float(np.interp(start.contacts[0].omega, omega, sizes))
+        low, high = FIRST * middle, LAST * middle
+    grid, best, misses = [0.0], largest(0.0), 0
+    for kd in np.geomspace(low, high, 2 + int(np.log(high / low) / np.log(RATIO))).tolist():
+        top = largest(kd, max(best, 0.0))
+        grid.append(kd)
+        misses = 0 if top > best else misses + 1
+        best = max(best, top)
+        if misses >= MISSES and best > 0 and kd > 0.5 * high / LAST:
+            break
+    return grid
+
+
+def _refine(largest: Callable[..., float], low: float, high: float) -> None:
+    """Golden section for the derivative gain between two of them."""
+    inner = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]
+    while high - low > ACCURACY * high:
+        if largest(inner[0]) >= largest(inner[1]):
+            high = inner[1]
+            inner = [high - GOLDEN * (high - low), inner[0]]
+        else:
+            low = inner[0]
+            inner = [inner[1], low + GOLDEN * (high - low)]

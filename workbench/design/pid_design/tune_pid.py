@@ -1,0 +1,104 @@
+"""The front door of PID design: one call from a plant and limits to gains, filter and weights."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from workbench.core.validation.refusals import finite, one_of
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import DesignError
+from workbench.design.pid_design.pi_optimum import pi_optimum
+from workbench.design.pid_design.pid_designs import PidDesign
+from workbench.design.pid_design.pid_optimum import pid_optimum
+from workbench.design.pid_design.reference_weight import weight_for_peak
+
+if TYPE_CHECKING:
+    import control
+
+FILTER = 10.0  # N over the frequency at which the PI law meets its limit
+
+
+@check_arguments
+def tune_pid(
+    system: control.TransferFunction | control.StateSpace,
+    *,
+    delay: float = 0.0,
+    Ms: float = 1.6,
+    Mt: float | None = None,
+    form: str = "PI",
+    N: float | None = None,
+    noise_gain: float | None = None,
+    reference_peak: float = 1.05,
+) -> PidDesign:
+    """The PI or PID law with the largest integral gain for which max |S| <= Ms and max |T| <= Mt, with its weights.
+
+    The largest integral gain gives the least integral of the error after a step of load. `wb.PID.of(design)` is the
+    law, `design.controller` the same as a python-control system, and `design.certificate` has the margins of the loop
+    with their bounds.
+
+    Parameters
+    ----------
+    system
+        The plant, a `TransferFunction` or `StateSpace` in continuous time with one input and one output, as that of
+        `linearize`.
+    delay
+        The delay of the plant in s.
+    Ms, Mt
+        The limits of the peaks of S and T, infinite for none. Mt is by default the same as Ms.
+    form
+        "PI" or "PID".
+    N, noise_gain
+        For a PID law, the bandwidth of the filter of the derivative in rad/s, or the limit of the gain from noise of
+        the measurement to u, for which N is chosen. By default N is 10 times the frequency at which the PI law meets
+        its limit.
+    reference_peak
+        The limit of the peak from the reference to the output, at least 1, for which the weight b of the reference is
+        chosen between 0 and 1. The weight c is 0.
+
+    Raises
+    ------
+    ValueError
+        If `system` is not such a system, or an argument is out of its range.
+    DesignError
+        If no such law stabilises the plant or meets the limits, or if ki has no largest value; the message has the
+        least limit that is feasible.
+
+    References
+    ----------
+    Astrom and Hagglund (2006), Advanced PID Control, chapters 5 and 6.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> design = wb.tune_pid(wb.linearize(wb.open_loop(motor), 0.0, [0.0, 0.0]), delay=0.02, Ms=1.6)
+    >>> loop = wb.ClosedLoop(motor, controller=wb.PID.of(design), reference=wb.Step("omega", "rad/s", 1.0))
+    >>> loop.controller.memory.names, design.certificate.Ms.gain.value <= 1.6
+    (('integral',), True)
+    """
+    one_of("tune_pid(form=...)", form, ("PI", "PID"))
+    peak = finite("tune_pid(reference_peak=...)", reference_peak, low=1)
+    T_limit = Ms if Mt is None else Mt
+    if form == "PI":
+        if N is not None or noise_gain is not None:
+            raise ValueError("`tune_pid(N=..., noise_gain=...)` are those of a derivative; take `form='PID'` for one.")
+        design = pi_optimum(system, Ms, T_limit, delay)
+    else:
+        if N is None and noise_gain is None:
+            N = _usual_filter(system, Ms, T_limit, delay)
+        design = pid_optimum(system, Ms, T_limit, delay, N, noise_gain)
+    return design.with_weights(weight_for_peak(design, peak), 0.0)
+
+
+def _usual_filter(system: control.LTI, Ms: float, Mt: float, delay: float) -> float:
+    """The bandwidth of a filter that costs little phase at the frequency where a PI law meets the limits."""
+    try:
+        contacts = pi_optimum(system, Ms, Mt, delay).contacts
+    except DesignError:
+        contacts = ()
+    if not contacts or not math.isfinite(contacts[0].frequency):
+        raise DesignError(
+            "`tune_pid(N=...)` is chosen from the PI law of the same limits, and no PI law meets them. Give N, some 10 "
+            "times the crossover frequency."
+        )
+    return FILTER * contacts[0].frequency
