@@ -13,7 +13,7 @@ from workbench.arms.mechanics.urdf import read_urdf as read_urdf
 from workbench.arms.observers import ArmFullState, ExtendedStateObserver
 from workbench.blocks import loop as loop
 from workbench.blocks import plants as plants
-from workbench.blocks.laws import PID, Cascade, LinearLaw, StateFeedback
+from workbench.blocks.laws import PID, Cascade, LimitedLaw, LinearLaw, StateFeedback
 from workbench.blocks.loop import AbstractController as Controller
 from workbench.blocks.loop import AbstractObserver as Observer
 from workbench.blocks.loop import AbstractPlant as Plant
@@ -115,6 +115,7 @@ from workbench.design.synthesis import (
     h2_controller,
     hinf_controller,
     least_sensitivity,
+    lqg_integral,
     mixed_sensitivity,
 )
 from workbench.engine import metrics as metrics
@@ -197,6 +198,7 @@ __all__ = [
     "Instruments",
     "Knob",
     "Layout",
+    "LimitedLaw",
     "LinearLaw",
     "LinearObserver",
     "LinearPlant",
@@ -289,6 +291,7 @@ __all__ = [
     "loop_gain_pictures",
     "loop_pictures",
     "lqg",
+    "lqg_integral",
     "lqr",
     "measure",
     "metrics",

@@ -100,7 +100,7 @@ def judge_gamma(p: PlantParts, gamma: float, bound: float) -> GameVerdict:
         bases.append(basis)
     rho = spectral_radius(*bases) / gamma**2
     if not rho < 1:
-        text = f"the spectral radius of X Y is {rho:.9g} gamma^2, and must be below gamma^2"
+        text = f"the spectral radius of X Y is {rho:.12g} gamma^2, and must be below gamma^2"
         return GameVerdict(COUPLING, text, rho)
     return GameVerdict("", "", rho)
 
