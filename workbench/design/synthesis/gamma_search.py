@@ -17,6 +17,7 @@ NOTHING = 1e-10  # of the plant's own size: a smaller gamma counts as zero
 MOST_LEVELS = 150
 NARROW = 1e-13  # the relative width at which the search ends
 GAP = 1e-10  # the least relative distance of either side from the optimum
+AT_BOUND = 1e-8  # relative: an optimum that is nearer to the bound of D11, where R is singular, counts as the bound
 COPIES, DIGITS = 2, 2.0  # plants with other last digits, and the change in roundings
 SAFETY = 4.0  # times the spread of their optima: the distance of either side
 ABOVE = 1.001, 1.1, 2.0, 10.0, 100.0  # times the optimum: levels at which all conditions must hold
@@ -48,7 +49,7 @@ def least_gamma(call: str, p: PlantParts) -> LeastGamma:
     if root <= NOTHING * size:
         return LeastGamma(0.0, 0.0, root, GameVerdict(""))
     if root <= game.bound:
-        return LeastGamma(root, root * (1 - 8 * EPS), root * (1 + GAP), game.judge(root))
+        return LeastGamma(root, root * (1 - 8 * EPS), root * (1 + AT_BOUND), game.judge(root))
     random = np.random.default_rng(SEED)
     others = [Game.of(_changed(p, random)) for _ in range(COPIES)]
     roots = [root, *(_root(call, other, size) for other in others)]
@@ -63,7 +64,7 @@ def _root(call: str, game: Game, size: float) -> float:
     if high <= NOTHING * size:
         return high
     if low <= game.bound:
-        near = max(game.bound * (1 + GAP), NOTHING * size)
+        near = max(game.bound * (1 + AT_BOUND), NOTHING * size)
         if game.judge(near).holds:
             return game.bound
         low = near
@@ -109,7 +110,7 @@ def _bracket(call: str, game: Game, size: float) -> tuple[float, float]:
         )
     while low <= bound and high > NOTHING * size:
         level = max(high / FACTOR, (bound + high) / 2 if bound > 0 else 0.0)
-        if level <= bound * (1 + GAP):
+        if level <= bound * (1 + AT_BOUND):
             break
         if not game.judge(level).holds:
             low = level
