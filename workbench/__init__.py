@@ -17,6 +17,7 @@ _ROOMS = {
     "core": "Layout Ode SampledSystem SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
     "core.validation.refusals": "Array",
     "blocks.laws": "Cascade LinearLaw PID ScheduledLaw StateFeedback",
+    "blocks.laws": "Cascade LimitedLaw LinearLaw PID StateFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
     "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",
@@ -41,7 +42,7 @@ _ROOMS = {
     "design.pid_design": "tune_pid",
     "design.riccati": "lqg lqr steady_kalman",
     "design.step_response": "step_info",
-    "design.synthesis": "coprime_margin h2_controller hinf_controller least_sensitivity mixed_sensitivity",
+    "design.synthesis": "coprime_margin h2_controller hinf_controller least_sensitivity lqg_integral mixed_sensitivity",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph Results Run Section SobolDesign Study Sweep Uniform "
     "Variation Work side_by_side sobol",
     "study.citation": "cite",

@@ -14,6 +14,7 @@ from workbench.arms.observers import ArmFullState, ExtendedStateObserver
 from workbench.blocks import loop as loop
 from workbench.blocks import plants as plants
 from workbench.blocks.laws import PID, Cascade, LinearLaw, ScheduledLaw, StateFeedback
+from workbench.blocks.laws import PID, Cascade, LimitedLaw, LinearLaw, StateFeedback
 from workbench.blocks.loop import AbstractController as Controller
 from workbench.blocks.loop import AbstractObserver as Observer
 from workbench.blocks.loop import AbstractPlant as Plant
@@ -118,6 +119,7 @@ from workbench.design.synthesis import (
     h2_controller,
     hinf_controller,
     least_sensitivity,
+    lqg_integral,
     mixed_sensitivity,
 )
 from workbench.engine import metrics as metrics
@@ -200,6 +202,7 @@ __all__ = [
     "Instruments",
     "Knob",
     "Layout",
+    "LimitedLaw",
     "LinearLaw",
     "LinearObserver",
     "LinearPlant",
@@ -293,6 +296,7 @@ __all__ = [
     "loop_gain_pictures",
     "loop_pictures",
     "lqg",
+    "lqg_integral",
     "lqr",
     "measure",
     "metrics",
@@ -343,8 +347,8 @@ __all__ = [
     "synthesis",
     "testing",
     "total_variation",
-    "tuning",
     "tune_pid",
+    "tuning",
     "turn_knobs",
     "uncertainty",
 ]

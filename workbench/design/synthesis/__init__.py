@@ -1,4 +1,4 @@
-"""Controllers from a generalized plant: H-infinity, H2, mixed sensitivity, coprime factors, least peaks.
+"""Controllers from a generalized plant or a model: H-infinity, H2, coprime factors, least peaks, integral action.
 
 This package takes matrices and systems of python-control; it knows no plant of the workbench. Read
 `generalized_plant.py` first, then `hinf_controller.py`. Each controller is measured again by the exact norms of
@@ -14,11 +14,13 @@ from workbench.design.synthesis.coprime_margin import CoprimeMargin, coprime_mar
 from workbench.design.synthesis.generalized_plant import GeneralizedPlant
 from workbench.design.synthesis.h2_controller import H2Controller, h2_controller
 from workbench.design.synthesis.hinf_controller import HinfController, hinf_controller
+from workbench.design.synthesis.integral_action import IntegralRegulator, LqgIntegral, lqg_integral, lqi
 from workbench.design.synthesis.least_sensitivity import (
     LeastPeak,
     least_complementary_sensitivity,
     least_sensitivity,
 )
+from workbench.design.synthesis.loop_recovery import LoopRecovery, loop_transfer_recovery
 from workbench.design.synthesis.mixed_sensitivity import mixed_sensitivity
 
 __all__ = [
@@ -26,11 +28,17 @@ __all__ = [
     "GeneralizedPlant",
     "H2Controller",
     "HinfController",
+    "IntegralRegulator",
     "LeastPeak",
+    "LoopRecovery",
+    "LqgIntegral",
     "coprime_margin",
     "h2_controller",
     "hinf_controller",
     "least_complementary_sensitivity",
     "least_sensitivity",
+    "loop_transfer_recovery",
+    "lqg_integral",
+    "lqi",
     "mixed_sensitivity",
 ]

@@ -10,7 +10,7 @@ from scipy import linalg
 from workbench.core.validation.refusals import Array
 from workbench.design.matrices import DesignError
 from workbench.design.riccati.stabilising_solution import stabilising_solution
-from workbench.design.synthesis.game_conditions import game_data, stable_basis
+from workbench.design.synthesis.game_conditions import StableBasis, game_data, regulator_units
 from workbench.design.synthesis.generalized_plant import PlantParts
 from workbench.design.synthesis.normal_plant import Controller
 
@@ -30,11 +30,10 @@ def solve_game(call: str, p: PlantParts, gamma: float) -> GameSolution:
         found = stabilising_solution(call, data, discrete=False)
         return GameSolution(found.X, np.asarray(found.K))
     except DesignError as refused:
-        basis = stable_basis(data)
+        basis = StableBasis.of(data, regulator_units(p))
         if basis is None:
             raise refused
-    X = np.linalg.solve(basis[0].T, basis[1].T).T
-    X = (X + X.T) / 2
+    X = basis.solution()
     return GameSolution(X, np.asarray(np.linalg.solve(data.R, data.B.T @ X + data.S.T)))
 
 

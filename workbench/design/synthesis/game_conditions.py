@@ -19,10 +19,13 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.validation.refusals import Array
+from workbench.design.matrices import Complex
 from workbench.design.riccati.algebraic_equation import Data, hamiltonian
+from workbench.design.riccati.conditioning import BinaryUnits, Exponents, good_units
 from workbench.design.synthesis.generalized_plant import PlantParts
 
-ISOTROPY = 1e-7  # of a basis: if eigenvalues lie on the axis, no choice of them makes X1'X2 symmetric
+OFF_AXIS = 0.5  # of its distance from the axis: most that an eigenvalue may lie from the mirror image of another
+ISOTROPY = 1e-3  # of a basis: with it X1'X2 is symmetric
 NEGATIVE = 1e-7  # a phase below this, with its sign turned, is that of a negative eigenvalue
 DIRECT = "the direct term D11"
 CONTROL, FILTER, COUPLING = "X", "Y", "rho(XY)"
@@ -58,56 +61,104 @@ def game_data(p: PlantParts, gamma: float) -> Data:
     return Data(p.A, np.hstack([p.B1, p.B2]), p.C1.T @ p.C1, R, p.C1.T @ D1, None)
 
 
-def stable_basis(d: Data) -> tuple[Array, Array] | None:
-    """An orthonormal basis (X1, X2) of the stable subspace, or None if eigenvalues lie on the imaginary axis."""
-    H = hamiltonian(d)
-    if not np.isfinite(H).all():
-        return None
-    try:
-        _, U, stable = linalg.schur(H, sort="lhp")
-    except linalg.LinAlgError:  # eigenvalues so near to the axis that putting them in order moves them across
-        return None
-    n = d.n
-    if stable != n:
-        return None
-    X1, X2 = U[:n, :n], U[n:, :n]
-    across = X1.T @ X2
-    return (X1, X2) if float(np.abs(across - across.T).max()) <= ISOTROPY else None
+def regulator_units(p: PlantParts) -> Exponents:
+    """The exponents of units of the states in which the equation of X has entries alike, by that without w."""
+    data = Data(p.A, p.B2, p.C1.T @ p.C1, p.D12.T @ p.D12, p.C1.T @ p.D12, None)
+    return good_units(data).states
 
 
-def phases(basis: tuple[Array, Array]) -> Array:
-    """The angles theta (n,) with X = tan(theta), between -pi/2 and pi/2."""
-    U = basis[0] + 1j * basis[1]
-    values = linalg.eigvals(U @ U.T)
-    return np.asarray(np.angle(values) / 2)
+@dataclass(frozen=True)
+class StableBasis:
+    """An orthonormal basis [X1; X2] (2 n, n) of a stable subspace, of states x = 2^units z: there X2 X1^-1 solves."""
+
+    X1: Array
+    X2: Array
+    units: Exponents
+
+    @staticmethod
+    def of(data: Data, units: Exponents) -> StableBasis | None:
+        """The basis for an equation, or None if its Hamiltonian matrix has eigenvalues on the imaginary axis."""
+        H = hamiltonian(BinaryUnits(units, np.zeros(len(data.R), dtype=int)).into(data))
+        if not np.isfinite(H).all():
+            return None
+        try:
+            T, U, stable = linalg.schur(H, sort="lhp")
+        except linalg.LinAlgError:  # eigenvalues so near to the axis that putting them in order moves them across
+            return None
+        n = data.n
+        if stable != n or not _is_off_axis(np.asarray(linalg.eigvals(T), dtype=complex)):
+            return None
+        basis = StableBasis(U[:n, :n], U[n:, :n], units)
+        across = basis.X1.T @ basis.X2
+        return basis if float(np.abs(across - across.T).max()) <= ISOTROPY else None
+
+    def phases(self) -> Array:
+        """The angles theta (n,), from -pi/2 to pi/2, with the eigenvalues tan(theta) of X in these units."""
+        U = self.X1 + 1j * self.X2
+        return np.asarray(np.angle(linalg.eigvals(U @ U.T)) / 2)
+
+    def solution(self) -> Array:
+        """X in the units of the caller."""
+        X = np.linalg.solve(self.X1.T, self.X2.T)
+        factor = np.exp2(-self.units.astype(float))
+        return np.asarray((X + X.T) / 2 * factor * factor[:, None])
 
 
-def judge_gamma(p: PlantParts, gamma: float, bound: float) -> GameVerdict:
-    """The first condition that fails for a gamma, of a plant in normal form with this `direct_bound`."""
-    if not gamma > bound:
-        return GameVerdict(DIRECT, f"{DIRECT} needs a gamma above {bound:.9g}, at infinite frequency")
-    bases = []
-    for name, part in ((CONTROL, p), (FILTER, p.dual())):
-        basis = stable_basis(game_data(part, gamma))
-        which = "control" if name == CONTROL else "filter"
-        if basis is None:
-            text = f"the Riccati equation of {name} ({which}) has no stabilising solution: its Hamiltonian matrix has "
-            return GameVerdict(name, text + "eigenvalues on the imaginary axis")
-        lowest = float(phases(basis).min())
-        if lowest < -NEGATIVE:
-            text = f"the stabilising solution {name} ({which}) is not positive semidefinite: it has the eigenvalue "
-            return GameVerdict(name, f"{text}{np.tan(lowest):.3g}")
-        bases.append(basis)
-    rho = spectral_radius(*bases) / gamma**2
-    if not rho < 1:
-        text = f"the spectral radius of X Y is {rho:.9g} gamma^2, and must be below gamma^2"
-        return GameVerdict(COUPLING, text, rho)
-    return GameVerdict("", "", rho)
+@dataclass(frozen=True)
+class Game:
+    """A plant in normal form and its dual, with the units of both equations and the `direct_bound`."""
+
+    plant: PlantParts
+    dual: PlantParts
+    units: tuple[Exponents, Exponents]
+    bound: float
+
+    @staticmethod
+    def of(plant: PlantParts) -> Game:
+        """The game of a plant in normal form."""
+        dual = plant.dual()
+        return Game(plant, dual, (regulator_units(plant), regulator_units(dual)), direct_bound(plant))
+
+    def judge(self, gamma: float) -> GameVerdict:
+        """The first condition that fails for a gamma."""
+        if not gamma > self.bound:
+            return GameVerdict(DIRECT, f"{DIRECT} needs a gamma above {self.bound:.9g}, at infinite frequency")
+        bases = []
+        for name, which, part, units in (
+            (CONTROL, "control", self.plant, self.units[0]),
+            (FILTER, "filter", self.dual, self.units[1]),
+        ):
+            basis = StableBasis.of(game_data(part, gamma), units)
+            if basis is None:
+                text = f"the Riccati equation of {name} ({which}) has no stabilising solution: its Hamiltonian matrix "
+                return GameVerdict(name, text + "has eigenvalues on the imaginary axis")
+            if float(basis.phases().min()) < -NEGATIVE:
+                return GameVerdict(name, f"the stabilising solution {name} ({which}) is not positive semidefinite")
+            bases.append(basis)
+        rho = spectral_radius(*bases) / gamma**2
+        if not rho < 1:
+            text = f"the spectral radius of X Y is {rho:.12g} gamma^2, and must be below gamma^2"
+            return GameVerdict(COUPLING, text, rho)
+        return GameVerdict("", "", rho)
 
 
-def spectral_radius(x: tuple[Array, Array], y: tuple[Array, Array]) -> float:
+def _is_off_axis(values: Complex) -> bool:
+    """True if eigenvalues of a Hamiltonian matrix come in pairs about the imaginary axis, and not on it one by one.
+
+    Rounding moves two eigenvalues on the axis to either side, but not towards each other.
+    """
+    left, right = values[values.real < 0], values[values.real >= 0]
+    apart = np.abs(left[:, None] + right.conj()[None, :]).min(axis=1)
+    return bool((apart <= -OFF_AXIS * left.real).all())
+
+
+def spectral_radius(x: StableBasis, y: StableBasis) -> float:
     """The largest eigenvalue of X Y, from the pencil Y2'X2 - lambda Y1'X1."""
-    alpha, beta = linalg.eigvals(y[1].T @ x[1], y[0].T @ x[0], homogeneous_eigvals=True)
+    units = x.units + y.units
+    middle = int(np.round(np.mean(units)))
+    factor = np.exp2((units - middle).astype(float))
+    left, right = y.X2.T @ (x.X2 / factor[:, None]), y.X1.T @ (x.X1 * factor[:, None])
+    alpha, beta = linalg.eigvals(left, right, homogeneous_eigvals=True)
     with np.errstate(all="ignore"):
-        ratios = np.abs(alpha) / np.abs(beta)
+        ratios = np.abs(alpha) / np.abs(beta) * np.exp2(-2.0 * middle)
     return float(np.max(ratios[~np.isnan(ratios)], initial=0.0))

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array
 from workbench.design.matrices import EPS, DesignError
-from workbench.design.synthesis.game_conditions import GameVerdict, direct_bound, judge_gamma
+from workbench.design.synthesis.game_conditions import Game, GameVerdict
 from workbench.design.synthesis.generalized_plant import PlantParts
 
 FACTOR = 4.0  # from one level to the next, before both sides are known
@@ -17,8 +17,10 @@ NOTHING = 1e-10  # of the plant's own size: a smaller gamma counts as zero
 MOST_LEVELS = 150
 NARROW = 1e-13  # the relative width at which the search ends
 GAP = 1e-10  # the least relative distance of either side from the optimum
+AT_BOUND = 1e-8  # relative: an optimum that is nearer to the bound of D11, where R is singular, counts as the bound
 COPIES, DIGITS = 2, 2.0  # plants with other last digits, and the change in roundings
 SAFETY = 4.0  # times the spread of their optima: the distance of either side
+ABOVE = 1.001, 1.1, 2.0, 10.0, 100.0  # times the optimum: levels at which all conditions must hold
 SEED = 35  # of these changes
 
 
@@ -42,32 +44,39 @@ class LeastGamma:
 
 def least_gamma(call: str, p: PlantParts) -> LeastGamma:
     """The infimum of the levels at which all conditions hold, and what rounding of the data does to it."""
-    bound, size = direct_bound(p), _size(p)
-    root = _root(call, p, bound, size)
+    game, size = Game.of(p), _size(p)
+    root = _root(call, game, size)
     if root <= NOTHING * size:
         return LeastGamma(0.0, 0.0, root, GameVerdict(""))
-    if root <= bound:
-        return LeastGamma(bound, bound * (1 - 8 * EPS), bound * (1 + GAP), judge_gamma(p, bound, bound))
+    if root <= game.bound:
+        return LeastGamma(root, root * (1 - 8 * EPS), root * (1 + AT_BOUND), game.judge(root))
     random = np.random.default_rng(SEED)
-    others = [_changed(p, random) for _ in range(COPIES)]
-    roots = [root, *(_root(call, other, direct_bound(other), size) for other in others)]
+    others = [Game.of(_changed(p, random)) for _ in range(COPIES)]
+    roots = [root, *(_root(call, other, size) for other in others)]
     gap = GAP * root + SAFETY * (max(roots) - min(roots))
-    low, high = max(min(roots) - gap, bound), max(roots) + gap
-    value = float(np.median(roots))
-    return LeastGamma(value, low, high, judge_gamma(p, low, bound))
+    low, high = max(min(roots) - gap, game.bound), max(roots) + gap
+    return LeastGamma(float(np.median(roots)), low, high, game.judge(low))
 
 
-def _root(call: str, p: PlantParts, bound: float, size: float) -> float:
+def _root(call: str, game: Game, size: float) -> float:
     """The level, nearly, from which on all conditions hold; no more than the bound if that decides."""
-    low, high = _bracket(call, p, bound, size)
+    low, high = _bracket(call, game, size)
     if high <= NOTHING * size:
         return high
-    if low <= bound:
-        near = max(bound * (1 + GAP), NOTHING * size)
-        if judge_gamma(p, near, bound).holds:
-            return bound
+    if low <= game.bound:
+        near = max(game.bound * (1 + AT_BOUND), NOTHING * size)
+        if game.judge(near).holds:
+            return game.bound
         low = near
-    return _narrow(p, bound, low, high)
+    root = _narrow(game, low, high)
+    for factor in ABOVE:
+        verdict = game.judge(root * factor)
+        if not verdict.holds:
+            raise DesignError(
+                f"`{call}`: rounding decides the conditions, as they hold at gamma = {root:.6g} and fail at "
+                f"{root * factor:.6g}: {verdict.text}. Balance the plant or choose other units."
+            )
+    return root
 
 
 def _changed(p: PlantParts, random: np.random.Generator) -> PlantParts:
@@ -86,11 +95,12 @@ def _size(p: PlantParts) -> float:
     return float(np.linalg.norm(p.D11) + np.linalg.norm(p.C1) * np.linalg.norm(p.B1) / rate) or 1.0
 
 
-def _bracket(call: str, p: PlantParts, bound: float, size: float) -> tuple[float, float]:
+def _bracket(call: str, game: Game, size: float) -> tuple[float, float]:
     """A level that fails, or the bound, and one that holds, no more than a factor apart unless the bound is below."""
+    bound = game.bound
     high, low = max(2 * bound, size), bound
     for _ in range(MOST_FACTORS):
-        if judge_gamma(p, high, bound).holds:
+        if game.judge(high).holds:
             break
         low, high = high, high * FACTOR
     else:
@@ -100,23 +110,23 @@ def _bracket(call: str, p: PlantParts, bound: float, size: float) -> tuple[float
         )
     while low <= bound and high > NOTHING * size:
         level = max(high / FACTOR, (bound + high) / 2 if bound > 0 else 0.0)
-        if level <= bound * (1 + GAP):
+        if level <= bound * (1 + AT_BOUND):
             break
-        if not judge_gamma(p, level, bound).holds:
+        if not game.judge(level).holds:
             low = level
             break
         high = level
     return low, high
 
 
-def _narrow(p: PlantParts, bound: float, low: float, high: float) -> float:
+def _narrow(game: Game, low: float, high: float) -> float:
     """The least level that holds: both sides come together by halves, and by the secant of the spectral radius."""
     known: list[tuple[float, float]] = []
     for count in range(MOST_LEVELS):
         if high - low <= NARROW * high:
             break
         level = _level(known, low, high, count)
-        verdict = judge_gamma(p, level, bound)
+        verdict = game.judge(level)
         if verdict.coupling > 0:  # it is known, and its inverse is nearly straight
             known = [*known[-1:], (level, 1 / verdict.coupling)]
         low, high = (low, level) if verdict.holds else (level, high)
