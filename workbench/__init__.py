@@ -16,8 +16,7 @@ __version__ = "0.1.0"
 _ROOMS = {
     "core": "Layout Ode SampledSystem SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
     "core.validation.refusals": "Array",
-    "blocks.laws": "Cascade LinearLaw PID ScheduledLaw StateFeedback",
-    "blocks.laws": "Cascade LimitedLaw LinearLaw PID StateFeedback",
+    "blocks.laws": "Cascade LimitedLaw LinearLaw PID ScheduledLaw StateFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
     "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",

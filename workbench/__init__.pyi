@@ -13,8 +13,7 @@ from workbench.arms.mechanics.urdf import read_urdf as read_urdf
 from workbench.arms.observers import ArmFullState, ExtendedStateObserver
 from workbench.blocks import loop as loop
 from workbench.blocks import plants as plants
-from workbench.blocks.laws import PID, Cascade, LinearLaw, ScheduledLaw, StateFeedback
-from workbench.blocks.laws import PID, Cascade, LimitedLaw, LinearLaw, StateFeedback
+from workbench.blocks.laws import PID, Cascade, LimitedLaw, LinearLaw, ScheduledLaw, StateFeedback
 from workbench.blocks.loop import AbstractController as Controller
 from workbench.blocks.loop import AbstractObserver as Observer
 from workbench.blocks.loop import AbstractPlant as Plant

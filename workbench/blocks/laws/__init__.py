@@ -1,5 +1,4 @@
-"""Control laws for any plant, one a file: PID, cascade, state feedback and gain scheduling.
-"""Control laws for any plant, one a file: PID, cascade, state feedback, and a linear law with limits.
+"""Control laws for any plant, one a file: PID, cascade, state feedback, gain scheduling, a linear law with limits.
 
 A law reads estimates and references, and gives commands; it does not know the plant, the observer or the simulator.
 Its ports declare the signals that it reads, follows and drives. Read `state_feedback.py` first, then `pid.py`.
