@@ -9,7 +9,7 @@ from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, Scenario, m
 from studies.a8_fair_comparison.evidence import cost_of, judge_laws, judge_means, weighted_cost
 from studies.d1_benchmarks.arm_designs import DESIGNS, TUNED, law_loop, matched
 
-DRAWS, SEED = 80, 35
+DRAWS, SEED = 160, 35
 KEYS = {law: law.lower().replace("-", "_") for law in TUNED}
 DESIGN_KEYS = {design: design.split()[0].lower().replace("-", "_") for design in DESIGNS}
 

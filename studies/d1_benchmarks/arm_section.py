@@ -43,6 +43,25 @@ def arm_designs(law: str) -> ArmDesigns:
     return ArmDesigns(law_crossovers(law), found, tuple(one.weights for one in made))
 
 
+@dataclass(frozen=True)
+class ArmEvidence:
+    """The judgements of each law beside its linear laws, by the cost and by the cost with other weights."""
+
+    cost: Mapping[str, wb.evidence.Standings]
+    weighted: Mapping[str, Mapping[str, wb.evidence.Standings]]
+
+    @staticmethod
+    def of(results: wb.Results) -> ArmEvidence:
+        """The judgements of all runs, made once."""
+        return ArmEvidence(
+            {law: standings(results, law) for law in TUNED},
+            {
+                words: {law: weighted_standings(results, law, weights) for law in TUNED}
+                for words, weights in WEIGHTS.items()
+            },
+        )
+
+
 def tally(held: wb.evidence.Standings, law: str, design: str, words: str = PRIMARY.words) -> dict[str, int]:
     """The scenarios in which a law costs significantly less or more than a linear design, and the undecided ones."""
     orders = [one.by[words].order(law, design) for one in held.judgements.values()]
@@ -72,9 +91,9 @@ def ratios(held: wb.evidence.Standings, law: str, design: str) -> wb.Array:
     return np.array(found)
 
 
-def finding(results: wb.Results) -> wb.Finding:
+def finding(evidence: ArmEvidence) -> wb.Finding:
     """The worth of the six laws beside linear laws with their crossovers."""
-    every = {law: standings(results, law) for law in TUNED}
+    every = evidence.cost
     base = verdict(every, REGULATED)
     variations = [
         wb.Variation(f"{INTEGRATING}, which uses no model", verdict(every, INTEGRATING), tallies(every, INTEGRATING)),
@@ -88,10 +107,7 @@ def finding(results: wb.Results) -> wb.Finding:
         ),
         *(
             wb.Variation(f"weights: {words}", verdict(other, REGULATED), tallies(other, REGULATED))
-            for words, other in (
-                (words, {law: weighted_standings(results, law, weights) for law in TUNED})
-                for words, weights in WEIGHTS.items()
-            )
+            for words, other in evidence.weighted.items()
         ),
         *(
             wb.Variation(f"only {law}", verdict({law: held}, REGULATED), tallies({law: held}, REGULATED))
@@ -137,7 +153,7 @@ def without(held: wb.evidence.Standings, left: str) -> wb.evidence.Standings:
     return wb.evidence.Standings({name: one for name, one in held.judgements.items() if name != left})
 
 
-def section(results: wb.Results) -> wb.Section:
+def section(results: wb.Results, evidence: ArmEvidence) -> wb.Section:
     """The arm under six laws and under linear laws of the same crossovers."""
     about = (
         "How much of the performance of the six laws is due to their form, and how much to their bandwidth? Each law "
@@ -145,7 +161,7 @@ def section(results: wb.Results) -> wb.Section:
         "torque that the model needs for the wanted motion, and an LQR with integrals of the position errors, which "
         "needs no model. All run in the same computer with the same noise and limits."
     )
-    blocks = (wb.Paragraph(about), ratio_figure(results), crossover_table(results), tally_table(results))
+    blocks = (wb.Paragraph(about), ratio_figure(evidence), crossover_table(results), tally_table(evidence))
     return wb.Section("The paper's arm under linear laws", blocks)
 
 
@@ -171,11 +187,11 @@ def crossover_table(results: wb.Results) -> wb.document.ReportTable:
     )
 
 
-def tally_table(results: wb.Results) -> wb.document.ReportTable:
+def tally_table(evidence: ArmEvidence) -> wb.document.ReportTable:
     """The scenarios in which each law costs less or more than its linear laws."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law in TUNED:
-        held = standings(results, law)
+        held = evidence.cost[law]
         for design in DESIGNS:
             found, share = tally(held, law, design), ratios(held, law, design)
             ends = (_finite(np.min(share)), _finite(np.max(share)))
@@ -198,13 +214,13 @@ def _finite(value: float) -> float | wb.document.MissingCell:
     return float(value) if np.isfinite(value) else wb.document.MissingCell("diverged")
 
 
-def ratio_figure(results: wb.Results) -> wb.document.Figure:
+def ratio_figure(evidence: ArmEvidence) -> wb.document.Figure:
     """The costs of the linear laws over those of the laws."""
     panels = []
     for design in DESIGNS:
         marks: list[wb.document.Mark] = []
         for i, law in enumerate(TUNED):
-            share = ratios(standings(results, law), law, design)
+            share = ratios(evidence.cost[law], law, design)
             marks.append(wb.document.Points(law, np.full(len(share), i + 1.0), share, style=i))
         panels.append(
             wb.document.Panel(

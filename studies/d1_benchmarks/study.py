@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import workbench as wb
 from studies.a8_fair_comparison.evidence import OTHERS, PRIMARY
-from studies.d1_benchmarks import arm_section
+from studies.d1_benchmarks import arm_section, batch_section
 from studies.d1_benchmarks.arm_designs import TUNED
 from studies.d1_benchmarks.arm_runs import SEED, sweeps
+from studies.d1_benchmarks.batch import batch
+from studies.d1_benchmarks.batch_designs import designs
 
 
 def sections(results: wb.Results) -> wb.Page:
     """The whole page."""
+    evidence = arm_section.ArmEvidence.of(results)
     return wb.Page(
         answer="An answer.",
-        findings=(arm_section.finding(results),),
-        sections=(arm_section.section(results),),
+        findings=(batch_section.finding(results), arm_section.finding(evidence)),
+        sections=(batch_section.section(results), arm_section.section(results, evidence)),
     )
 
 
@@ -25,7 +28,10 @@ study = wb.Study(
     method="M.",
     sweeps=sweeps,
     least_samples=wb.evidence.least_draws((PRIMARY, *OTHERS)),
-    works=(wb.Work("arm_designs", arm_section.arm_designs, tuple(TUNED), seconds=8.0),),
+    works=(
+        wb.Work("batch", designs, batch(), seconds=1.0),
+        wb.Work("arm_designs", arm_section.arm_designs, tuple(TUNED), seconds=8.0),
+    ),
     sections=sections,
     seed=SEED,
 )

@@ -1,0 +1,73 @@
+"""PI and PID laws for each process of the batch: the optimum under a limit, and two rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+import workbench as wb
+from studies.d1_benchmarks.batch import Process
+
+LIMIT = 1.4  # of Ms and Mt, at which the rule AMIGO aims
+SHARPEST = 10.0  # rad/s times the horizon of a model's step response
+STEP_COUNT = 20_000
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A law for a process: its gains, the certified peaks with their bounds, and IAE after a step of load.
+
+    `refused` says why there is no law, '' if there is one.
+    """
+
+    k: float = np.nan
+    ki: float = np.nan
+    kd: float = 0.0
+    N: float = np.inf
+    Ms: float = np.nan
+    Mt: float = np.nan
+    Ms_width: float = np.nan
+    IAE: float = np.nan
+    refused: str = ""
+
+
+@dataclass(frozen=True)
+class ProcessDesigns:
+    """The laws for a process, and the time constants of the model on which the rules act."""
+
+    lag: float
+    late: float
+    PI: Tuned
+    PID: Tuned
+    simc: Tuned
+    amigo: Tuned
+
+
+def designs(process: Process) -> ProcessDesigns:
+    """The optimum PI and PID laws of a process, and PI laws by the rules SIMC and AMIGO."""
+    plant, late = process.system, process.delay
+    model = wb.pid_design.half_rule_model(plant, late)
+    return ProcessDesigns(
+        model.T,
+        model.L,
+        tuned(lambda: wb.tune_pid(plant, delay=late, Ms=LIMIT)),
+        tuned(lambda: wb.tune_pid(plant, delay=late, Ms=LIMIT, form="PID")),
+        tuned(lambda: wb.pid_design.simc(plant, model, delay=late)),
+        tuned(lambda: wb.pid_design.amigo(plant, model, delay=late)),
+    )
+
+
+def tuned(design: Callable[[], wb.pid_design.PidDesign]) -> Tuned:
+    """The numbers of a design, or the reason why there is none."""
+    try:
+        found = design()
+    except wb.linear.DesignError as refused:
+        return Tuned(refused=str(refused))
+    held = found.certificate.margins
+    if held is None:
+        return Tuned(found.k, found.ki, found.kd, found.N or np.inf, refused="the loop is unstable")
+    S, T = held.Ms.gain, held.Mt.gain
+    width = (S.high - S.low) / S.value
+    return Tuned(found.k, found.ki, found.kd, found.N or np.inf, S.value, T.value, width, found.IAE)
