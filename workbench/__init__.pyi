@@ -326,8 +326,8 @@ __all__ = [
     "study",
     "testing",
     "total_variation",
-    "tuning",
     "tune_pid",
+    "tuning",
     "turn_knobs",
     "uncertainty",
 ]
