@@ -10,9 +10,28 @@ Examples
 True
 """
 
+from workbench.design.pid_design.loop_filters import NotchDesign, PrefilterDesign, notch, prefilter
 from workbench.design.pid_design.pi_optimum import pi_optimum
 from workbench.design.pid_design.pid_designs import PeakContact, PidDesign
 from workbench.design.pid_design.pid_optimum import pid_optimum
+from workbench.design.pid_design.pid_rules import amigo, lambda_tuning, simc
+from workbench.design.pid_design.step_model import StepModel, half_rule_model, step_model
 from workbench.design.pid_design.tune_pid import tune_pid
 
-__all__ = ["PeakContact", "PidDesign", "pi_optimum", "pid_optimum", "tune_pid"]
+__all__ = [
+    "NotchDesign",
+    "PeakContact",
+    "PidDesign",
+    "PrefilterDesign",
+    "StepModel",
+    "amigo",
+    "half_rule_model",
+    "lambda_tuning",
+    "notch",
+    "pi_optimum",
+    "pid_optimum",
+    "prefilter",
+    "simc",
+    "step_model",
+    "tune_pid",
+]

@@ -42,7 +42,7 @@ class _Columns:
             self.k[places], self.low[places], self.high[places], [self.stable[i] for i in places], self.top[places]
         )
 
-    def joined(self, other: _Columns) -> _Columns:
+    def join(self, other: _Columns) -> _Columns:
         return _Columns(
             np.concatenate([self.k, other.k]),
             np.concatenate([self.low, other.low]),
@@ -113,7 +113,7 @@ def search(plane: GainPlane, k: Array, least: float = 0.0) -> list[tuple[float, 
         places = np.sort(places[np.argsort(-bound[places])[:MOST]])
         middle = _Columns.of(plane, (left.k[places] + right.k[places]) / 2)
         best = max(best, float(middle.top.max()))
-        left, right = left.part(places).joined(middle), middle.joined(right.part(places))
+        left, right = left.part(places).join(middle), middle.join(right.part(places))
     return _groups([row for row in done if row[3] >= KEPT * best]) if best > 0 else []
 
 

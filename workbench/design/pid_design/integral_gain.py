@@ -112,7 +112,7 @@ class IntegralGain:
         return (best if best is None else replace(best, bound=max(top, best.ki))), top
 
     def _farthest(self, plane: GainPlane, gains: GainOptimum) -> float:
-        """How far beyond the last frequency the loop gain is still large enough to reach a limit, as a factor."""
+        """The last frequency at which the loop gain is large enough to reach a limit, over that of the plane."""
         limits = [1 - 1 / self.Ms, self.Mt / (1 + self.Mt) if math.isfinite(self.Mt) else 1.0]
         last = float(plane.omega[-1])
         omega = self.process.later_frequencies(last, self.derivative.corner)

@@ -69,8 +69,8 @@ def pi_optimum(
         sign, gains = best_sign(process, Ms, Mt)
         if gains is None:
             refuse_infeasible(call, process, Ms, Mt)
-        upright = process if sign > 0 else process.flipped()
-        return certified(call, plant, IntegralGain(upright, Ms, Mt), sign, gains)
+        upright = process if sign > 0 else process.mirror()
+        return confirm_optimum(call, plant, IntegralGain(upright, Ms, Mt), sign, gains)
 
 
 def checked_limits(call: str, Ms: float, Mt: float) -> tuple[float, float]:
@@ -112,11 +112,11 @@ def best_sign(process: Process, Ms: float, Mt: float) -> tuple[int, GainOptimum 
     """The sign of ki with the larger optimum, and the optimum for a process with that sign taken into its gain."""
     sign = 1 if process.num[-1] * process.den[0] > 0 else -1
     signs = (sign,) if process.relative_degree or process.delay else (sign, -sign)
-    found = [(s, IntegralGain(process if s > 0 else process.flipped(), Ms, Mt).solve()) for s in signs]
+    found = [(s, IntegralGain(process if s > 0 else process.mirror(), Ms, Mt).solve()) for s in signs]
     return max(found, key=lambda pair: -1.0 if pair[1] is None else pair[1].ki)
 
 
-def certified(call: str, plant: control.LTI, problem: IntegralGain, sign: int, gains: GainOptimum) -> PidDesign:
+def confirm_optimum(call: str, plant: control.LTI, problem: IntegralGain, sign: int, gains: GainOptimum) -> PidDesign:
     """The design of an optimum, backed off where rounding has taken the loop beyond a limit."""
     Ms, Mt, action, delay = problem.Ms, problem.Mt, problem.derivative, problem.process.delay
     N = action.N if math.isfinite(action.N) else None

@@ -14,7 +14,7 @@ from workbench.design.matrices import DesignError, one_thread
 from workbench.design.pid_design.derivative_action import DerivativeAction
 from workbench.design.pid_design.integral_gain import GainOptimum, IntegralGain
 from workbench.design.pid_design.noise_gain import largest_noise_gain
-from workbench.design.pid_design.pi_optimum import certified, checked_limits, checked_process
+from workbench.design.pid_design.pi_optimum import checked_limits, checked_process, confirm_optimum
 from workbench.design.pid_design.pid_designs import PidDesign
 from workbench.design.pid_design.pid_refusals import refuse_endless_gain, refuse_infeasible, refuse_zero_at_rest
 from workbench.design.pid_design.process import Process
@@ -74,24 +74,28 @@ def pid_optimum(
     """
     call = "pid_optimum(plant, ...)"
     Ms, Mt = checked_limits("pid_optimum", Ms, Mt)
-    if (N is None) == (noise_gain is None):
-        raise ValueError(
-            "`pid_optimum(N=..., noise_gain=...)` needs one of both: without a filter the largest ki is unbounded for "
-            "many plants. Take an N of 5 to 20 times the crossover frequency, or the noise that u may carry."
-        )
+    _refuse_no_filter(N, noise_gain)
     process = checked_process("pid_optimum", plant, delay)
     refuse_zero_at_rest(call, process)
     refuse_endless_gain(call, process, Ms, Mt)
+    sign = 1 if process.num[-1] * process.den[0] > 0 else -1
+    upright = process if sign > 0 else process.mirror()
     with one_thread():
-        sign = 1 if process.num[-1] * process.den[0] > 0 else -1
-        upright = process if sign > 0 else process.flipped()
         if noise_gain is None:
             best = best_derivative(upright, Ms, Mt, positive("pid_optimum(N=...)", N, " of rad/s"))
         else:
             best = filter_for_noise(call, upright, Ms, Mt, positive("pid_optimum(noise_gain=...)", noise_gain))
         if best is None:
             refuse_infeasible(call, process, Ms, Mt)
-        return certified(call, plant, IntegralGain(upright, Ms, Mt, best[0]), sign, best[1])
+        return confirm_optimum(call, plant, IntegralGain(upright, Ms, Mt, best[0]), sign, best[1])
+
+
+def _refuse_no_filter(N: float | None, noise_gain: float | None) -> None:
+    if (N is None) == (noise_gain is None):
+        raise ValueError(
+            "`pid_optimum(N=..., noise_gain=...)` needs one of both: without a filter the largest ki is unbounded for "
+            "many plants. Take an N of 5 to 20 times the crossover frequency, or the noise that u may carry."
+        )
 
 
 def best_derivative(

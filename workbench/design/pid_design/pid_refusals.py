@@ -42,7 +42,7 @@ def refuse_infeasible(
             "a peak above 1; the least Mt is only approached as ki goes to 0. Ask for an Mt above 1."
         )
     law = "PID with this derivative" if derivative.kd else "PI"
-    sides = [process if s > 0 else process.flipped() for s in (1, -1)]
+    sides = [process if s > 0 else process.mirror() for s in (1, -1)]
     sides = [p for p in sides if p.num[-1] * p.den[0] > 0 or not (p.relative_degree or p.delay)]
     if not any(IntegralGain(p, math.inf, math.inf, derivative).stabilisable() for p in sides):
         raise DesignError(

@@ -75,7 +75,7 @@ class Process:
         """The process at infinity, without its delay."""
         return float(self.num[0] / self.den[0]) if self.relative_degree == 0 else 0.0
 
-    def flipped(self) -> Process:
+    def mirror(self) -> Process:
         """The same process with the other sign of its gain."""
         return Process(-self.num, self.den, self.delay)
 

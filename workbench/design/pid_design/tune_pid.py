@@ -31,42 +31,31 @@ def tune_pid(
     noise_gain: float | None = None,
     reference_peak: float = 1.05,
 ) -> PidDesign:
-    """The PI or PID law with the largest integral gain for which max |S| <= Ms and max |T| <= Mt, with its weights.
+    """The PI or PID law with the largest |ki| for which max |S| <= Ms and max |T| <= Mt, with its weights.
 
-    The largest integral gain gives the least integral of the error after a step of load. `wb.PID.of(design)` is the
-    law, `design.controller` the same as a python-control system, and `design.certificate` has the margins of the loop
-    with their bounds.
+    `wb.PID.of(design)` is the law, and `design.certificate` has the margins of the loop with their bounds.
 
     Parameters
     ----------
     system
-        The plant, a `TransferFunction` or `StateSpace` in continuous time with one input and one output, as that of
-        `linearize`.
+        The plant, a `TransferFunction` or `StateSpace` in continuous time with one channel, as that of `linearize`.
     delay
-        The delay of the plant in s.
+        Its delay in s.
     Ms, Mt
-        The limits of the peaks of S and T, infinite for none. Mt is by default the same as Ms.
+        The limits, infinite for none. Mt is by default the same as Ms.
     form
         "PI" or "PID".
     N, noise_gain
-        For a PID law, the bandwidth of the filter of the derivative in rad/s, or the limit of the gain from noise of
-        the measurement to u, for which N is chosen. By default N is 10 times the frequency at which the PI law meets
-        its limit.
+        As for `pid_optimum`; by default N is 10 times the frequency at which the PI law meets its limit.
     reference_peak
-        The limit of the peak from the reference to the output, at least 1, for which the weight b of the reference is
-        chosen between 0 and 1. The weight c is 0.
+        The limit of the peak from the reference to the output, at least 1, for which b in [0, 1] is chosen; c is 0.
 
     Raises
     ------
     ValueError
         If `system` is not such a system, or an argument is out of its range.
     DesignError
-        If no such law stabilises the plant or meets the limits, or if ki has no largest value; the message has the
-        least limit that is feasible.
-
-    References
-    ----------
-    Astrom and Hagglund (2006), Advanced PID Control, chapters 5 and 6.
+        As for `pi_optimum` and `pid_optimum`.
 
     Examples
     --------
@@ -79,13 +68,13 @@ def tune_pid(
     one_of("tune_pid(form=...)", form, ("PI", "PID"))
     peak = finite("tune_pid(reference_peak=...)", reference_peak, low=1)
     T_limit = Ms if Mt is None else Mt
+    if form == "PI" and (N is not None or noise_gain is not None):
+        raise ValueError("`tune_pid(N=..., noise_gain=...)` are those of a derivative; take `form='PID'` for one.")
+    if form == "PID" and N is None and noise_gain is None:
+        N = _usual_filter(system, Ms, T_limit, delay)
     if form == "PI":
-        if N is not None or noise_gain is not None:
-            raise ValueError("`tune_pid(N=..., noise_gain=...)` are those of a derivative; take `form='PID'` for one.")
         design = pi_optimum(system, Ms, T_limit, delay)
     else:
-        if N is None and noise_gain is None:
-            N = _usual_filter(system, Ms, T_limit, delay)
         design = pid_optimum(system, Ms, T_limit, delay, N, noise_gain)
     return design.with_weights(weight_for_peak(design, peak), 0.0)
 
