@@ -11,7 +11,7 @@ from studies.d1_benchmarks.arm_designs import DESIGNS, TUNED, law_loop, matched
 
 DRAWS, SEED = 160, 35
 KEYS = {law: law.lower().replace("-", "_") for law in TUNED}
-DESIGN_KEYS = {design: design.split()[0].lower().replace("-", "_") for design in DESIGNS}
+DESIGN_KEYS = {design: design.split()[-1].lower() for design in DESIGNS}
 
 
 def sweep_name(scenario: Scenario, law: str, design: str = "") -> str:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import control
 import numpy as np
 
 import workbench as wb
 from studies.d1_benchmarks.batch import Process
 
 LIMIT = 1.4  # of Ms and Mt, at which the rule AMIGO aims
-SHARPEST = 10.0  # rad/s times the horizon of a model's step response
+SETTLED = 40.0  # s, after which the step responses of P9 have settled
 STEP_COUNT = 20_000
+COMPLEX = 0.1  # of the size of the poles: a smaller imaginary part is that of a multiple real pole, by rounding
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class ProcessDesigns:
 def designs(process: Process) -> ProcessDesigns:
     """The optimum PI and PID laws of a process, and PI laws by the rules SIMC and AMIGO."""
     plant, late = process.system, process.delay
-    model = wb.pid_design.half_rule_model(plant, late)
+    model = model_of(process)
     return ProcessDesigns(
         model.T,
         model.L,
@@ -57,6 +59,15 @@ def designs(process: Process) -> ProcessDesigns:
         tuned(lambda: wb.pid_design.simc(plant, model, delay=late)),
         tuned(lambda: wb.pid_design.amigo(plant, model, delay=late)),
     )
+
+
+def model_of(process: Process) -> wb.pid_design.StepModel:
+    """The model with one lag and a delay: by the half rule, or of the step response where poles are complex."""
+    plant = process.system
+    if np.iscomplexobj(roots := np.roots(process.den)) and np.abs(roots.imag).max() > COMPLEX * np.abs(roots).max():
+        t, y = control.step_response(plant, np.linspace(0.0, SETTLED, STEP_COUNT))
+        return wb.pid_design.step_model(t, y)
+    return wb.pid_design.half_rule_model(plant, process.delay)
 
 
 def tuned(design: Callable[[], wb.pid_design.PidDesign]) -> Tuned:
