@@ -72,7 +72,7 @@ def tallies(every: Mapping[str, wb.evidence.Standings], design: str, words: str 
     """The sum of the tallies of all laws in words."""
     sums = [tally(held, law, design, words) for law, held in every.items()]
     low, high, open_ = (sum(one[key] for one in sums) for key in (LOWER, HIGHER, OPEN))
-    return f"{low} below, {high} above, {open_} undecided"
+    return f"less in {low}, more in {high}, and neither in {open_}"
 
 
 def verdict(every: Mapping[str, wb.evidence.Standings], design: str, words: str = PRIMARY.words) -> str:
@@ -125,9 +125,9 @@ def finding(evidence: ArmEvidence) -> wb.Finding:
     pairs = len(TUNED) * len(HELD_OUT)
     return wb.Finding(
         name="linear_laws_for_the_arm",
-        statement=f"Beside an LQR with the torque of the model and the same crossovers, the six laws of the paper "
-        f"have a mean cost that is {tallies(every, REGULATED)}, in {pairs} pairs of a law and a scenario. Beside an "
-        f"LQR with integrals, which uses no model, it is {tallies(every, INTEGRATING)}.",
+        statement=f"Beside an LQR with the same crossovers and the torque of the model, the six laws of the paper cost "
+        f"{tallies(every, REGULATED)}, of {pairs} pairs of a law and a scenario. Beside an LQR with integrals, which "
+        f"uses no model, they cost {tallies(every, INTEGRATING)}.",
         evidence="Each linear law has the crossovers of one of the six, joint by joint, so that it is neither faster "
         "nor slower near rest. The numbers of the six laws were tuned for this cost, in two other scenarios. Those of "
         "the linear laws follow from the crossovers alone.",
