@@ -270,6 +270,7 @@ GROUPS = (
             "linear": "Poles, controllability, balanced and broken loops.",
             "linear_loops": "The classes of linear answers.",
             "frequency": "Margins, norms and responses with bounds.",
+            "reduction": "Models of lower order, with bounds of the error.",
             "riccati": "CARE, DARE, Lyapunov equations, filters.",
             "riccati_flow": "Riccati equations in time.",
             "chattering": "Harmonic balance and cycles of relays.",

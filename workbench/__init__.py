@@ -85,6 +85,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "plants": "blocks.plants",
     "proofs": "proofs",
     "provenance": "study.provenance",
+    "reduction": "design.reduction",
     "riccati": "design.riccati",
     "riccati_flow": "design.riccati_flow",
     "study": "study",
@@ -96,6 +97,7 @@ __all__ = [*_HOMES, *_SPACES]
 _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what does it here
     "acker": "wb.place",
     "allmargin margin": "wb.stability_margins(G) for a system, or wb.linear_loop(loop).margins() for a loop",
+    "balred balreal modred hsvd": "wb.reduction.balanced_truncation, singular_perturbation or hankel_values",
     "bode_plot bodeplot bodemag": "wb.bode",
     "care riccati_equation": "wb.riccati.care",
     "ctrb obsv": "wb.linear.controllability and wb.linear.observability",
@@ -105,6 +107,7 @@ _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what 
     "dlqr": "wb.lqr(..., discrete=True)",
     "dlyap": "wb.riccati.discrete_lyapunov",
     "dlqe kalman lqe": "wb.steady_kalman for a loop, or wb.riccati.lqe for matrices",
+    "hankelmr hankel_singular_values": "wb.reduction.hankel_norm_reduction or wb.reduction.hankel_values",
     "feedback interconnect connect": "wb.ClosedLoop",
     "find_operating_point findop trim": "wb.equilibria",
     "freqresp evalfr": "wb.linear_loop(loop).response",

@@ -93,6 +93,7 @@ from workbench.design import frequency as frequency
 from workbench.design import linear as linear
 from workbench.design import linear_loop as linear_loops
 from workbench.design import linearize
+from workbench.design import reduction as reduction
 from workbench.design import riccati as riccati
 from workbench.design import riccati_flow as riccati_flow
 from workbench.design.frequency import (
@@ -299,6 +300,7 @@ __all__ = [
     "provenance",
     "read_urdf",
     "record",
+    "reduction",
     "reference_run",
     "regressor",
     "relative_gains",

@@ -17,7 +17,12 @@ Solve = Callable[[dict[str, Any]], dict[str, Any]]
 Part = Callable[[Loaded], tuple[bool | None, str]]
 
 # The kinds that have a solver in a file of their own, by the name of that file.
-ELSEWHERE = {"norms": "design_norms", "zeros": "design_norms", "sampled": "design_sampled"}
+ELSEWHERE = {
+    "norms": "design_norms",
+    "zeros": "design_norms",
+    "sampled": "design_sampled",
+    "reduction": "design_reduction",
+}
 KINDS = ("margins", "norms", "zeros", "sampled", "synthesis", "mu", "pid", "reduction")
 FILES = ("visible.json", "held.json")
 
