@@ -273,6 +273,7 @@ GROUPS = (
             "reduction": "Models of lower order, with bounds of the error.",
             "riccati": "CARE, DARE, Lyapunov equations, filters.",
             "riccati_flow": "Riccati equations in time.",
+            "structured_uncertainty": "Structured singular values, with bounds.",
             "chattering": "Harmonic balance and cycles of relays.",
             "proofs": "Intervals, bounds over boxes, claims and witnesses.",
             "study": "Cases, sweeps, works and their results.",

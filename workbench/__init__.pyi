@@ -96,6 +96,7 @@ from workbench.design import linearize
 from workbench.design import reduction as reduction
 from workbench.design import riccati as riccati
 from workbench.design import riccati_flow as riccati_flow
+from workbench.design import structured_uncertainty as structured_uncertainty
 from workbench.design.frequency import (
     bandwidth,
     c2d,
@@ -322,6 +323,7 @@ __all__ = [
     "steady_kalman",
     "step_info",
     "step_response",
+    "structured_uncertainty",
     "study",
     "testing",
     "total_variation",

@@ -18,10 +18,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
-from workbench.design.frequency.exact_systems import not_stable
-from workbench.design.frequency.half_planes import is_hurwitz
-from workbench.design.frequency.integer_polynomials import bilinear, stretch
-from workbench.design.frequency.rational_matrices import integer_characteristic_polynomial, whole
+from workbench.design.frequency.exact_systems import is_stable, not_stable
 from workbench.design.frequency.rational_systems import RationalSystem
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import DesignError, one_thread
@@ -124,9 +121,7 @@ def balanced_realization(call: str, system: System) -> BalancedRealization:
 
 
 def _refuse_unstable(call: str, A: Array, discrete: bool) -> None:
-    numbers, rate = whole(A)
-    p = stretch(integer_characteristic_polynomial(numbers), rate)
-    if not is_hurwitz(bilinear(p) if discrete else p):
+    if not is_stable(A, discrete):
         raise DesignError(
             f"`{call}(system)` needs Gramians, and {not_stable(A, discrete)}; stabilise it first, or reduce its stable "
             "part alone."

@@ -13,10 +13,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.design.control_system import System
 from workbench.design.frequency import CertifiedPeak, CertifiedValue, hinf_norm
-from workbench.design.frequency.exact_systems import MOST_STATES
-from workbench.design.frequency.half_planes import is_hurwitz
-from workbench.design.frequency.integer_polynomials import bilinear, stretch
-from workbench.design.frequency.rational_matrices import integer_characteristic_polynomial, whole
+from workbench.design.frequency.exact_systems import MOST_STATES, is_stable
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Complex, DesignError
 from workbench.design.reduction.balanced_realization import BalancedRealization, HankelValues, balanced_realization
@@ -107,7 +104,7 @@ def _model(
 ) -> ReducedModel:
     matrices, bound = reduce(realization, order)
     A = matrices[0]
-    if not _stable(A, realization.discrete):
+    if not is_stable(A, realization.discrete):
         raise DesignError(
             f"`{call}(system, order={order})`: the reduced model is not stable in doubles, as a mode decays too "
             "slowly; take another order."
@@ -116,12 +113,6 @@ def _model(
     rounding = ROUNDING * float(realization.values.max(initial=0.0))
     error = _error(system, matrices, bound, rounding)
     return ReducedModel(_space(system, matrices), method, realization.hankel, error, bound, poles)
-
-
-def _stable(A: Array, discrete: bool) -> bool:
-    numbers, rate = whole(A)
-    p = stretch(integer_characteristic_polynomial(numbers), rate)
-    return is_hurwitz(bilinear(p) if discrete else p)
 
 
 def _space(system: System, matrices: Matrices) -> System:
