@@ -98,6 +98,8 @@ from workbench.design import riccati as riccati
 from workbench.design import riccati_flow as riccati_flow
 from workbench.design import scheduling as scheduling
 from workbench.design import synthesis as synthesis
+from workbench.design import reduction as reduction
+from workbench.design import structured_uncertainty as structured_uncertainty
 from workbench.design.frequency import (
     bandwidth,
     c2d,
@@ -320,6 +322,7 @@ __all__ = [
     "provenance",
     "read_urdf",
     "record",
+    "reduction",
     "reference_run",
     "regressor",
     "relative_gains",
@@ -342,6 +345,7 @@ __all__ = [
     "steady_kalman",
     "step_info",
     "step_response",
+    "structured_uncertainty",
     "study",
     "synthesis",
     "testing",

@@ -24,6 +24,7 @@ ELSEWHERE = {
     "synthesis": "design_synthesis",
 }
 ELSEWHERE = {"norms": "design_norms", "zeros": "design_norms", "sampled": "design_sampled", "pid": "design_pid"}
+    "reduction": "design_reduction",
 KINDS = ("margins", "norms", "zeros", "sampled", "synthesis", "mu", "pid", "reduction")
 FILES = ("visible.json", "held.json")
 

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.core.validation.refusals import Array
+from workbench.design.frequency.half_planes import is_hurwitz
+from workbench.design.frequency.integer_polynomials import bilinear, stretch
+from workbench.design.frequency.rational_matrices import integer_characteristic_polynomial, whole
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import DesignError, pole_text
 
@@ -37,6 +40,13 @@ def refuse_many_channels(call: str, ny: int, nu: int) -> None:
             f"`{call}(system)` expands every minor of the transfer matrix, at most {MOST_MINORS} of them; {ny} outputs "
             f"by {nu} inputs have {minors}. Take fewer channels at a time."
         )
+
+
+def is_stable(A: Array, discrete: bool) -> bool:
+    """True if each eigenvalue of A lies inside the region of stability: decided exactly."""
+    numbers, rate = whole(A)
+    p = stretch(integer_characteristic_polynomial(numbers), rate)
+    return is_hurwitz(bilinear(p) if discrete else p)
 
 
 def not_stable(A: Array, discrete: bool) -> str:
