@@ -1,0 +1,2 @@
+import workbench as wb
+study = wb.Study("mine", "T", "Q?", "M.", sections=lambda results: [])
