@@ -157,6 +157,16 @@ def test_a_plant_of_bad_matrices_is_refused(change, words):
         wb.synthesis.GeneralizedPlant(**{**GOOD, **change})
 
 
+def test_a_sampled_plant_is_refused_with_its_own_modes_and_frequencies():
+    unmoved = {**GOOD, "A": [[0.5, 0.0], [0.0, 1.2]], "B2": [[1.0], [0.0]], "dt": 0.1}
+    with pytest.raises(DesignError, match=r"not stabilisable.*mode 1\.2 of A"):
+        wb.hinf_controller(wb.synthesis.GeneralizedPlant(**unmoved))
+    turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])  # 3 rad/s at this period
+    free = {**GOOD, **OSCILLATOR, "A": turn, "C1": np.zeros((2, 2)), "dt": 0.1}
+    with pytest.raises(DesignError, match=r"w = 3 rad/s.*unit circle"):
+        wb.h2_controller(wb.synthesis.GeneralizedPlant(**free))
+
+
 def test_a_direct_path_from_the_control_to_the_measurement_changes_no_gamma():
     p = random_plant(5, n=3)
     bare = wb.synthesis.GeneralizedPlant(p.A, p.B1, p.B2, p.C1, p.C2, p.D11, p.D12, p.D21, 0 * p.D22)
