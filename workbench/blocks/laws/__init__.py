@@ -1,4 +1,4 @@
-"""Control laws for any plant, one a file: PID, cascade, state feedback, and a linear law with limits.
+"""Control laws for any plant, one a file: PID, cascade, state feedback, gain scheduling, and linear laws with limits.
 
 A law reads estimates and references, and gives commands; it does not know the plant, the observer or the simulator.
 Its ports declare the signals that it reads, follows and drives. Read `state_feedback.py` first, then `pid.py`.
@@ -7,6 +7,7 @@ Its ports declare the signals that it reads, follows and drives. Read `state_fee
 from workbench.blocks.laws.cascade import Cascade
 from workbench.blocks.laws.limited_law import LimitedLaw
 from workbench.blocks.laws.pid import PID
+from workbench.blocks.laws.scheduled_law import ScheduledLaw
 from workbench.blocks.laws.state_feedback import StateFeedback
 from workbench.blocks.loop.linear_blocks import LinearLaw
 
@@ -14,6 +15,7 @@ __all__ = [
     "Cascade",
     "LimitedLaw",
     "PID",
+    "ScheduledLaw",
     "StateFeedback",
     "LinearLaw",
 ]
