@@ -91,6 +91,35 @@ def test_both_sides_of_gamma_hold_by_another_solver_and_by_the_loop_itself(seed)
     assert peak <= answer.norm.gain.high * (1 + 1e-6)  # the controller has a mode 1e6 times faster than the rest
 
 
+def bound_at_each_frequency(plant):
+    """The largest norm, over frequency, that no feedback can reduce: Parrott's theorem at each frequency by itself."""
+    p = plant.parts
+    n, nw, _, nz, _ = plant.sizes
+    whole = control.ss(
+        p.A, np.hstack([p.B1, p.B2]), np.vstack([p.C1, p.C2]), np.block([[p.D11, p.D12], [p.D21, p.D22]])
+    )  # fmt: skip
+
+    def bound(omega):
+        M = whole(1j * omega)
+        rows, columns = linalg.null_space(M[:nz, nw:].conj().T), linalg.null_space(M[nz:, :nw])
+        parts = rows.conj().T @ M[:nz, :nw], M[:nz, :nw] @ columns
+        return max((np.linalg.norm(part, 2) for part in parts if part.size), default=0.0)
+
+    grid = np.concatenate([[0.0], np.logspace(-3, 3, 600)])
+    best = max(range(len(grid)), key=lambda k: bound(grid[k]))
+    near = np.linspace(grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)], 200)
+    return max(bound(omega) for omega in near)
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7, 8, 9, 11])
+def test_the_optimum_is_no_less_than_the_bound_of_any_one_frequency(seed):
+    plant = random_plant(seed, n=4)
+    answer, bound = wb.hinf_controller(plant), bound_at_each_frequency(plant)
+    assert bound <= answer.gamma.value * (1 + 1e-10)
+    if "Riccati" in answer.limit:  # eigenvalues meet on the axis, at the frequency of the bound
+        assert answer.gamma.value == pytest.approx(bound, rel=1e-8)  # of the grid
+
+
 def test_a_sampled_plant_has_the_gamma_of_its_loop_around_the_circle():
     plant = random_plant(3, n=3, dt=0.5)
     answer = wb.hinf_controller(plant)
