@@ -91,6 +91,35 @@ def test_both_sides_of_gamma_hold_by_another_solver_and_by_the_loop_itself(seed)
     assert peak <= answer.norm.gain.high * (1 + 1e-6)  # the controller has a mode 1e6 times faster than the rest
 
 
+def bound_at_each_frequency(plant):
+    """The largest norm, over frequency, that no feedback can reduce: Parrott's theorem at each frequency by itself."""
+    p = plant.parts
+    n, nw, _, nz, _ = plant.sizes
+    whole = control.ss(
+        p.A, np.hstack([p.B1, p.B2]), np.vstack([p.C1, p.C2]), np.block([[p.D11, p.D12], [p.D21, p.D22]])
+    )  # fmt: skip
+
+    def bound(omega):
+        M = whole(1j * omega)
+        rows, columns = linalg.null_space(M[:nz, nw:].conj().T), linalg.null_space(M[nz:, :nw])
+        parts = rows.conj().T @ M[:nz, :nw], M[:nz, :nw] @ columns
+        return max((np.linalg.norm(part, 2) for part in parts if part.size), default=0.0)
+
+    grid = np.concatenate([[0.0], np.logspace(-3, 3, 600)])
+    best = max(range(len(grid)), key=lambda k: bound(grid[k]))
+    near = np.linspace(grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)], 200)
+    return max(bound(omega) for omega in near)
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7, 8, 9, 11])
+def test_the_optimum_is_no_less_than_the_bound_of_any_one_frequency(seed):
+    plant = random_plant(seed, n=4)
+    answer, bound = wb.hinf_controller(plant), bound_at_each_frequency(plant)
+    assert bound <= answer.gamma.value * (1 + 1e-10)
+    if "Riccati" in answer.limit:  # eigenvalues meet on the axis, at the frequency of the bound
+        assert answer.gamma.value == pytest.approx(bound, rel=1e-8)  # of the grid
+
+
 def test_a_sampled_plant_has_the_gamma_of_its_loop_around_the_circle():
     plant = random_plant(3, n=3, dt=0.5)
     answer = wb.hinf_controller(plant)
@@ -155,6 +184,16 @@ def test_each_condition_is_refused_by_its_name(design, change, words):
 def test_a_plant_of_bad_matrices_is_refused(change, words):
     with pytest.raises(ValueError, match=words):
         wb.synthesis.GeneralizedPlant(**{**GOOD, **change})
+
+
+def test_a_sampled_plant_is_refused_with_its_own_modes_and_frequencies():
+    unmoved = {**GOOD, "A": [[0.5, 0.0], [0.0, 1.2]], "B2": [[1.0], [0.0]], "dt": 0.1}
+    with pytest.raises(DesignError, match=r"not stabilisable.*mode 1\.2 of A"):
+        wb.hinf_controller(wb.synthesis.GeneralizedPlant(**unmoved))
+    turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])  # 3 rad/s at this period
+    free = {**GOOD, **OSCILLATOR, "A": turn, "C1": np.zeros((2, 2)), "dt": 0.1}
+    with pytest.raises(DesignError, match=r"w = 3 rad/s.*unit circle"):
+        wb.h2_controller(wb.synthesis.GeneralizedPlant(**free))
 
 
 def test_a_direct_path_from_the_control_to_the_measurement_changes_no_gamma():

@@ -1,4 +1,5 @@
 """Control laws for any plant, one a file: PID, cascade, state feedback, gain scheduling, a linear law with limits.
+"""Control laws for any plant, one a file: PID, cascade, state feedback, gain scheduling, and linear laws with limits.
 
 A law reads estimates and references, and gives commands; it does not know the plant, the observer or the simulator.
 Its ports declare the signals that it reads, follows and drives. Read `state_feedback.py` first, then `pid.py`.

@@ -14,7 +14,7 @@ from workbench.design.control_system import System
 from workbench.design.frequency.certified_values import CertifiedValue, widen
 from workbench.design.frequency.hinf_norm import hinf_norm
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import Certificate, Complex, DesignError, one_thread, pole_text
+from workbench.design.matrices import Certificate, Complex, DesignError, one_thread
 from workbench.design.riccati.algebraic_equation import Data
 from workbench.design.riccati.stabilising_solution import Riccati, stabilising_solution
 from workbench.design.synthesis.controller_systems import controller_system, loop_poles
@@ -23,7 +23,7 @@ from workbench.design.synthesis.generalized_plant import (
     sampled_matrices,
 )
 from workbench.design.synthesis.normal_plant import Controller
-from workbench.design.synthesis.plant_conditions import hidden_modes
+from workbench.design.synthesis.plant_conditions import hidden_modes, mode_text
 
 if TYPE_CHECKING:
     import control
@@ -91,7 +91,7 @@ def coprime_margin(system: control.StateSpace, fraction: float = FRACTION) -> Co
     with one_thread():
         parts = plant.parts if plant.dt is None else plant.parts.bilinear(CALL)
         A, B, C, D = parts.A, parts.B2, parts.C2, parts.D22
-        _check_modes(A, B, C)
+        _check_modes(A, B, C, plant.dt)
         x, z = _equations(A, B, C, D)
         b_opt = _margin(x.X, z.X)
         matrices = _controller(A, B, C, D, x.X, z.X, 1 / (share * b_opt))
@@ -133,15 +133,15 @@ def four_block_plant(system: System) -> GeneralizedPlant:
     )
 
 
-def _check_modes(A: Array, B: Array, C: Array) -> None:
+def _check_modes(A: Array, B: Array, C: Array, period: float | None) -> None:
     for pair, verb, other, moves in (
         ("(A, B)", "stabilisable", (A, B), "no input moves"),
         ("(C, A)", "detectable", (A.T, C.T), "no output shows"),
     ):
         for mode in hidden_modes(*other):
             raise DesignError(
-                f"`{CALL}`: the pair {pair} is not {verb}: {moves} the mode {pole_text(mode.value)} of A (relative "
-                f"distance {mode.margin:.1e}), so no controller stabilises the system and its margin is zero."
+                f"`{CALL}`: the pair {pair} is not {verb}: {moves} the mode {mode_text(mode.value, period)} of A "
+                f"(relative distance {mode.margin:.1e}), so no controller stabilises the system and its margin is zero."
             )
 
 

@@ -25,6 +25,7 @@ NEAR_SINGULAR = 1e-12  # relative: I + D D22, or I + A, with a smaller singular 
 
 @dataclass(frozen=True, eq=False)
 @show
+@check_arguments
 class GeneralizedPlant:
     """x' = A x + B1 w + B2 u, z = C1 x + D11 w + D12 u, y = C2 x + D21 w + D22 u; a `dt` makes it x+ of a sampled one.
 

@@ -70,7 +70,7 @@ def h2_controller(plant: GeneralizedPlant) -> H2Controller:
     p = plant.parts
     discrete = plant.dt is not None
     with one_thread():
-        check_conditions(CALL, p.bilinear(CALL) if discrete else p)
+        check_conditions(CALL, p.bilinear(CALL) if discrete else p, plant.dt)
         if not discrete and p.D11.any():
             raise DesignError(
                 f"`{CALL}`: D11 must be zero in continuous time, or white noise passes straight to the errors with "

@@ -88,7 +88,7 @@ def hinf_controller(plant: GeneralizedPlant, gamma: float | None = None) -> Hinf
     level = None if gamma is None else positive("hinf_controller(gamma=...)", gamma)
     with one_thread(), np.errstate(all="ignore"):
         parts = plant.parts if plant.dt is None else plant.parts.bilinear(CALL)
-        check_conditions(CALL, parts)
+        check_conditions(CALL, parts, plant.dt)
         normal = NormalPlant.of(parts)
         least = least_gamma(CALL, normal.parts)
         _check_level(normal, least, level)

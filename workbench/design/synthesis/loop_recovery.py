@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import Array, positive
+from workbench.core.validation.refusals import Array, describe, positive
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.frequency.certified_values import CertifiedPeak
@@ -87,7 +87,7 @@ def loop_transfer_recovery(
     True
     """
     if at not in ("input", "output"):
-        raise ValueError(f'`{CALL}`: at must be "input" or "output"; got {at!r}.')
+        raise ValueError(f'`{CALL}`: at must be "input" or "output"; got {describe(at)}.')
     A, B, C, D = state_space(CALL, system)
     if system.dt:
         raise ValueError(f"`{CALL}`: the system must be continuous; '{system.name}' has the period {system.dt}.")

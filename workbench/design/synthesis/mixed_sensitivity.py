@@ -134,9 +134,9 @@ def _weight(name: str, weight: System | float, channels: int, period: float | No
     if isinstance(weight, float | int):
         value = finite(f"mixed_sensitivity({name}=...)", weight)
         return np.zeros((0, 0)), np.zeros((0, channels)), np.zeros((channels, 0)), value * np.eye(channels)
+    W = _proper(weight, name)
     if (float(weight.dt) if weight.dt else None) != period:
         raise ValueError(f"`{CALL}`: {name} must have the period of the plant, {period}; it has {weight.dt}.")
-    W = _proper(weight, name)
     if W[3].shape == (1, 1) and channels > 1:
         one = np.eye(channels)
         A, B, C, D = (np.asarray(np.kron(one, part), dtype=float) for part in W)

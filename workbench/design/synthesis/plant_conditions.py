@@ -10,6 +10,7 @@ Zhou, Doyle, Glover (1996), Robust and Optimal Control, sections 16.1 and 17.1, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -25,45 +26,60 @@ RANK = 1e-13  # the relative size of a singular value that counts as zero
 UNSURE = 16.0  # roundings of A by which an eigenvalue may lie on the other side
 
 
-def check_conditions(call: str, plant: PlantParts) -> None:
-    """Refuse a plant that breaks one of the conditions (A1) to (A4), in that order."""
-    for failure in _failures(plant):
+def check_conditions(call: str, plant: PlantParts, period: float | None = None) -> None:
+    """Refuse a plant that breaks one of the conditions (A1) to (A4), in that order.
+
+    A sampled plant comes as its bilinear transform, and its modes and frequencies are named as those of z.
+    """
+    for failure in _failures(plant, period):
         raise DesignError(f"`{call}`: {failure}")
 
 
-def _failures(p: PlantParts) -> Iterator[str]:
+def _failures(p: PlantParts, period: float | None) -> Iterator[str]:
     for mode in hidden_modes(p.A, p.B2):
         yield (
-            f"the pair (A, B2) is not stabilisable: no control moves the mode {pole_text(mode.value)} of A (relative "
-            f"distance {mode.margin:.1e}). Give it an actuator, or leave it out of the plant and its weights."
+            f"the pair (A, B2) is not stabilisable: no control moves the mode {mode_text(mode.value, period)} of A "
+            f"(relative distance {mode.margin:.1e}). Give it an actuator, or leave it out of the plant and its weights."
         )
     for mode in hidden_modes(p.A.T, p.C2.T):
         yield (
-            f"the pair (C2, A) is not detectable: no measurement shows the mode {pole_text(mode.value)} of A (relative "
-            f"distance {mode.margin:.1e}). Give it a sensor, or leave it out of the plant and its weights."
+            f"the pair (C2, A) is not detectable: no measurement shows the mode {mode_text(mode.value, period)} of A "
+            f"(relative distance {mode.margin:.1e}). Give it a sensor, or leave it out of the plant and its weights."
         )
+    where = "" if period is None else " at z = -1"
     if not full_columns(p.D12):
         yield (
-            f"D12 must have full column rank {p.D12.shape[1]}, or some control is not penalised; its singular values "
-            f"are {_values(p.D12)}. Add a weight of each control to the errors."
+            f"D12{where} must have full column rank {p.D12.shape[1]}, or some control is not penalised; its singular "
+            f"values are {_values(p.D12)}. Add a weight of each control to the errors."
         )
     if not full_columns(p.D21.T):
         yield (
-            f"D21 must have full row rank {len(p.D21)}, or some measurement has no noise; its singular values are "
-            f"{_values(p.D21)}. Add noise of each measurement to the disturbances."
+            f"D21{where} must have full row rank {len(p.D21)}, or some measurement has no noise; its singular values "
+            f"are {_values(p.D21)}. Add noise of each measurement to the disturbances."
         )
+    shift, limit = ("jw", "imaginary axis") if period is None else ("exp(jwT)", "unit circle")
     for omega in axis_zeros(p):
         yield (
-            f"[A - jw I, B2; C1, D12] loses column rank at w = {omega:.6g} rad/s: the path P12 from the controls to "
-            "the errors has a zero on the imaginary axis. Give this mode a weight in the errors, or shift it off the "
-            "axis."
+            f"[A - {shift} I, B2; C1, D12] loses column rank at w = {_frequency(omega, period):.6g} rad/s: the path "
+            f"P12 from the controls to the errors has a zero on the {limit}. Give this mode a weight in the errors, or "
+            "shift it."
         )
     for omega in axis_zeros(p.dual()):
         yield (
-            f"[A - jw I, B1; C2, D21] loses row rank at w = {omega:.6g} rad/s: the path P21 from the disturbances to "
-            "the measurements has a zero on the imaginary axis. Let a disturbance drive this mode, or shift it off "
-            "the axis."
+            f"[A - {shift} I, B1; C2, D21] loses row rank at w = {_frequency(omega, period):.6g} rad/s: the path P21 "
+            f"from the disturbances to the measurements has a zero on the {limit}. Let a disturbance drive this mode, "
+            "or shift it."
         )
+
+
+def mode_text(value: complex, period: float | None) -> str:
+    """A mode of the plant as it came."""
+    return pole_text(value if period is None else (1 + value) / (1 - value))
+
+
+def _frequency(omega: float, period: float | None) -> float:
+    """A frequency of the plant as it came, in rad/s."""
+    return omega if period is None else 2 / period * math.atan(omega)
 
 
 def full_columns(D: Array) -> bool:
