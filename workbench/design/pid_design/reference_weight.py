@@ -26,10 +26,10 @@ class ReferenceResponse:
     def of(process: Process, k: float, ki: float, kd: float, N: float | None) -> ReferenceResponse:
         """The response of a process with a PID law, with weights of one."""
         omega = process.frequencies(FINE)[1:]
-        s: Complex = 1j * omega
-        rate: Complex = DerivativeAction(kd, N if N is not None else np.inf).response(omega)
-        closed: Complex = 1 / (process.inverse(omega) + k + ki / s + rate)
-        return ReferenceResponse(ki / s * closed, k * closed, rate * closed)
+        s = 1j * omega
+        rate = DerivativeAction(kd, N if N is not None else np.inf).response(omega)
+        closed = 1 / (process.inverse(omega) + k + ki / s + rate)
+        return ReferenceResponse(np.asarray(ki / s * closed), np.asarray(k * closed), np.asarray(rate * closed))
 
     def peak(self, b: float, c: float) -> float:
         """The largest |y/r| for two weights."""
