@@ -46,8 +46,7 @@ def pid_optimum(
 ) -> PidDesign:
     """The PID law k + ki/s + kd s/(1 + s/N) with the largest |ki|, so with the least |IE|; kd has the sign of ki.
 
-    For each kd the largest ki is found as by `pi_optimum`, globally; kd is searched over a grid and refined. The loop
-    keeps max |S| <= Ms and max |T| <= Mt, which its `certificate` proves.
+    For each kd the largest ki is found as by `pi_optimum`, globally; kd is searched over a grid and refined.
 
     Parameters
     ----------
