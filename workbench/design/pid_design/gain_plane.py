@@ -72,7 +72,7 @@ class GainPlane:
         with np.errstate(divide="ignore", invalid="ignore"):
             sum_ = square * b + np.copysign(root, b)
             first, second = rest / sum_, sum_ / lead if lead > 0 else np.copysign(np.inf, sum_)
-        low, high = np.where(b > 0, first, second), np.where(b > 0, second, first)
+        low, high = np.minimum(first, second), np.maximum(first, second)
         none = (turn <= 0) | ((lead == 0) & (b == 0))
         low, high = (np.where(none, end, self.omega * (x + self.d.imag)) for end, x in ((np.inf, low), (-np.inf, high)))
         return low, high

@@ -147,7 +147,7 @@ def _backed_off(equations: ContactEquations, k: float, ki: float) -> tuple[float
     """The first ki below the one of a search that meets the limits and stabilises, in steps; None for none."""
     for share in np.geomspace(1e-6, 0.3, 20).tolist():
         lower = ki * (1 - share)
-        if worst_contact(equations, k, lower)[0] >= 0 and is_stable(equations.plane, k, lower):
+        if 0 <= worst_contact(equations, k, lower)[0] < np.inf and is_stable(equations.plane, k, lower):
             return k, lower
     return None
 

@@ -13,7 +13,12 @@ from workbench.design.frequency.margin_records import StabilityMargins
 from workbench.design.matrices import DesignError, one_thread
 from workbench.design.pid_design.integral_gain import GainOptimum, IntegralGain
 from workbench.design.pid_design.pid_designs import PeakContact, PidDesign, certificate_of, law_of_error
-from workbench.design.pid_design.pid_refusals import refuse_endless_gain, refuse_infeasible, refuse_zero_at_rest
+from workbench.design.pid_design.pid_refusals import (
+    refuse_endless_gain,
+    refuse_infeasible,
+    refuse_two_integrators,
+    refuse_zero_at_rest,
+)
 from workbench.design.pid_design.process import Process
 
 if TYPE_CHECKING:
@@ -64,6 +69,7 @@ def pi_optimum(
     Ms, Mt = checked_limits("pi_optimum", Ms, Mt)
     process = checked_process("pi_optimum", plant, delay)
     refuse_zero_at_rest(call, process)
+    refuse_two_integrators(call, process, Mt)
     refuse_endless_gain(call, process, Ms, Mt)
     with one_thread():
         sign, gains = best_sign(process, Ms, Mt)

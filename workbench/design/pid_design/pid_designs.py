@@ -15,6 +15,8 @@ from workbench.design.frequency.margin_records import StabilityMargins
 from workbench.design.frequency.stability_margins import stability_margins
 from workbench.design.pid_design.load_response import integral_absolute_error
 from workbench.design.pid_design.noise_gain import noise_gain
+from workbench.design.pid_design.process import Process
+from workbench.design.pid_design.reference_weight import ReferenceResponse
 
 if TYPE_CHECKING:
     import control
@@ -88,6 +90,17 @@ class PidDesign:
     def noise_gain(self) -> float:
         """The largest gain from noise of the measurement to u, over frequency."""
         return noise_gain(self.plant, self.delay, self.loop_filter)
+
+    @property
+    def reference_response(self) -> ReferenceResponse:
+        """The response from the reference to the output, by the parts of the law."""
+        process = Process.of("tune_pid", self.plant, self.delay)
+        return ReferenceResponse.of(process, self.k, self.ki, self.kd, self.N)
+
+    @property
+    def reference_peak(self) -> float:
+        """The peak of |y/r| with the weights b and c."""
+        return self.reference_response.peak(self.b, self.c)
 
     @property
     def loop_filter(self) -> control.TransferFunction:

@@ -16,7 +16,12 @@ from workbench.design.pid_design.integral_gain import GainOptimum, IntegralGain
 from workbench.design.pid_design.noise_gain import largest_noise_gain
 from workbench.design.pid_design.pi_optimum import checked_limits, checked_process, confirm_optimum
 from workbench.design.pid_design.pid_designs import PidDesign
-from workbench.design.pid_design.pid_refusals import refuse_endless_gain, refuse_infeasible, refuse_zero_at_rest
+from workbench.design.pid_design.pid_refusals import (
+    refuse_endless_gain,
+    refuse_infeasible,
+    refuse_two_integrators,
+    refuse_zero_at_rest,
+)
 from workbench.design.pid_design.process import Process
 
 if TYPE_CHECKING:
@@ -25,7 +30,7 @@ if TYPE_CHECKING:
 RATIO = 1.6  # between the derivative gains of the first search
 FIRST, LAST = 0.02, 20.0  # the first and the last derivative gain, over 1/|G| over the frequency of a PI law's limit
 GOLDEN = (math.sqrt(5) - 1) / 2
-ACCURACY = 1e-4  # of the derivative gain
+ACCURACY, COARSE = 1e-4, 3e-3  # of the derivative gain, and while a filter is looked for
 FILTERS, NOISE_ACCURACY = 25, 3e-3  # filters that are tried for a noise gain, and how closely it is met
 MISSES = 3  # derivative gains in a row without a larger ki that end the first search
 
@@ -41,8 +46,7 @@ def pid_optimum(
 ) -> PidDesign:
     """The PID law k + ki/s + kd s/(1 + s/N) with the largest |ki|, so with the least |IE|; kd has the sign of ki.
 
-    For each kd the largest ki is found as by `pi_optimum`, globally; kd is searched over a grid and refined. The loop
-    keeps max |S| <= Ms and max |T| <= Mt, which its `certificate` proves.
+    For each kd the largest ki is found as by `pi_optimum`, globally; kd is searched over a grid and refined.
 
     Parameters
     ----------
@@ -77,6 +81,7 @@ def pid_optimum(
     _refuse_no_filter(N, noise_gain)
     process = checked_process("pid_optimum", plant, delay)
     refuse_zero_at_rest(call, process)
+    refuse_two_integrators(call, process, Mt)
     refuse_endless_gain(call, process, Ms, Mt)
     sign = 1 if process.num[-1] * process.den[0] > 0 else -1
     upright = process if sign > 0 else process.mirror()
@@ -103,7 +108,7 @@ def best_derivative(
 ) -> tuple[DerivativeAction, GainOptimum] | None:
     """The derivative action with the largest ki, and that optimum; None if no gains meet the limits.
 
-    With `near`, the derivative gain is looked for within a factor 4 of it alone.
+    With `near`, the derivative gain is looked for within a factor 2 of it alone.
     """
     optima: dict[float, GainOptimum | None] = {}
 
@@ -119,10 +124,10 @@ def best_derivative(
         at = max(range(len(grid)), key=lambda i: largest(grid[i]))
         low, high = grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)]
     else:
-        low, high = near / 4, 4 * near
+        low, high = near / 2, 2 * near
     if all(optimum is None for optimum in optima.values()) and near is None:
         return None
-    _refine(largest, low, high)
+    _refine(largest, low, high, ACCURACY if near is None else COARSE)
     kd = max(optima, key=largest)
     best = optima[kd]
     return None if best is None else (DerivativeAction(kd, N), best)
@@ -193,10 +198,10 @@ def _first_grid(process: Process, largest: Callable[..., float], start: GainOpti
     return grid
 
 
-def _refine(largest: Callable[..., float], low: float, high: float) -> None:
+def _refine(largest: Callable[..., float], low: float, high: float, accuracy: float) -> None:
     """Golden section for the derivative gain between two of them."""
     inner = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)]
-    while high - low > ACCURACY * high:
+    while high - low > accuracy * high:
         if largest(inner[0]) >= largest(inner[1]):
             high = inner[1]
             inner = [high - GOLDEN * (high - low), inner[0]]

@@ -20,6 +20,15 @@ def refuse_zero_at_rest(call: str, process: Process) -> None:
         )
 
 
+def refuse_two_integrators(call: str, process: Process, Mt: float) -> None:
+    """Refuse a plant with an integrator where |T| shall have no peak."""
+    if Mt == 1 and process.den[-1] == 0:
+        raise DesignError(
+            f"`{call}`: Mt = 1 is infeasible for a plant with an integrator, as |T| of a loop with two integrators has "
+            "a peak above 1; the least Mt is only approached as ki goes to 0. Ask for an Mt above 1."
+        )
+
+
 def refuse_endless_gain(call: str, process: Process, Ms: float, Mt: float) -> None:
     """Refuse a process for which ki has no largest value: high gain without delay that keeps every margin."""
     zeros, _ = process.roots
@@ -36,11 +45,6 @@ def refuse_infeasible(
     call: str, process: Process, Ms: float, Mt: float, derivative: DerivativeAction = NO_ACTION
 ) -> NoReturn:
     """Say which part of a specification no law meets, and the least that is feasible."""
-    if Mt == 1 and process.den[-1] == 0:
-        raise DesignError(
-            f"`{call}`: Mt = 1 is infeasible for a plant with an integrator, as |T| of a loop with two integrators has "
-            "a peak above 1; the least Mt is only approached as ki goes to 0. Ask for an Mt above 1."
-        )
     law = "PID with this derivative" if derivative.kd else "PI"
     sides = [process if s > 0 else process.mirror() for s in (1, -1)]
     sides = [p for p in sides if p.num[-1] * p.den[0] > 0 or not (p.relative_degree or p.delay)]

@@ -2,48 +2,45 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from workbench.core.validation.refusals import Array
 from workbench.design.matrices import Complex
-from workbench.design.pid_design.pid_designs import PidDesign
+from workbench.design.pid_design.derivative_action import DerivativeAction
 from workbench.design.pid_design.process import Process
 
 FINE = 4.0  # times the frequencies of a search
 HALVINGS = 40
 
 
-def weight_for_peak(design: PidDesign, peak: float) -> float:
-    """The largest b from 0 to 1 with which |y/r| has at most a peak, with c = 0; 0 if none has."""
-    omega, fixed, weighted = _parts(design)
-    del omega
-    low, high = 0.0, 1.0
-    if _peak(fixed, weighted, 1.0) <= peak:
-        return 1.0
-    for _ in range(HALVINGS):  # the peak is a convex function of b, and 1 is beyond
-        middle = (low + high) / 2
-        low, high = (middle, high) if _peak(fixed, weighted, middle) <= peak else (low, middle)
-    return low
+@dataclass(frozen=True, eq=False)
+class ReferenceResponse:
+    """y/r of a loop at the frequencies of a search, by the integral, the proportional and the derivative action."""
 
+    integral: Complex
+    proportional: Complex
+    derivative: Complex
 
-def reference_peak(design: PidDesign) -> float:
-    """The peak of |y/r| for the weights of a design, at the frequencies of a search."""
-    omega, fixed, weighted = _parts(design)
-    if design.N is not None:
+    @staticmethod
+    def of(process: Process, k: float, ki: float, kd: float, N: float | None) -> ReferenceResponse:
+        """The response of a process with a PID law, with weights of one."""
+        omega = process.frequencies(FINE)[1:]
         s = 1j * omega
-        fixed = fixed + weighted / design.k * design.c * design.kd * s / (1 + s / design.N) if design.k else fixed
-    return max(1.0, _peak(fixed, weighted, design.b))
+        rate = DerivativeAction(kd, N if N is not None else np.inf).response(omega)
+        closed = 1 / (process.inverse(omega) + k + ki / s + rate)
+        return ReferenceResponse(np.asarray(ki / s * closed), np.asarray(k * closed), np.asarray(rate * closed))
 
+    def peak(self, b: float, c: float) -> float:
+        """The largest |y/r| for two weights."""
+        return max(1.0, float(np.abs(self.integral + b * self.proportional + c * self.derivative).max()))
 
-def _parts(design: PidDesign) -> tuple[Array, Complex, Complex]:
-    """The frequencies, and y/r by the integral and by the proportional action with b = 1."""
-    process = Process.of("tune_pid", design.plant, design.delay)
-    omega = process.frequencies(FINE)[1:]
-    s = 1j * omega
-    law = design.loop_filter
-    closed = 1 / (process.inverse(omega) + np.polyval(law.num[0][0], s) / np.polyval(law.den[0][0], s))
-    return omega, design.ki / s * closed, design.k * closed
-
-
-def _peak(fixed: Complex, weighted: Complex, b: float) -> float:
-    return float(np.abs(fixed + b * weighted).max())
+    def weight_for(self, peak: float) -> float:
+        """The largest b from 0 to 1 with which |y/r| has at most a peak, with c = 0; 0 if none has."""
+        low, high = 0.0, 1.0
+        if self.peak(1.0, 0.0) <= peak:
+            return 1.0
+        for _ in range(HALVINGS):  # the peak is a convex function of b, and 1 is beyond
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.peak(middle, 0.0) <= peak else (low, middle)
+        return low

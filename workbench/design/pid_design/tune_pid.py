@@ -11,7 +11,6 @@ from workbench.design.matrices import DesignError
 from workbench.design.pid_design.pi_optimum import pi_optimum
 from workbench.design.pid_design.pid_designs import PidDesign
 from workbench.design.pid_design.pid_optimum import pid_optimum
-from workbench.design.pid_design.reference_weight import weight_for_peak
 
 if TYPE_CHECKING:
     import control
@@ -76,7 +75,7 @@ def tune_pid(
         design = pi_optimum(system, Ms, T_limit, delay)
     else:
         design = pid_optimum(system, Ms, T_limit, delay, N, noise_gain)
-    return design.with_weights(weight_for_peak(design, peak), 0.0)
+    return design.with_weights(design.reference_response.weight_for(peak), 0.0)
 
 
 def _usual_filter(system: control.LTI, Ms: float, Mt: float, delay: float) -> float:
