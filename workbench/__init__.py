@@ -87,6 +87,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "provenance": "study.provenance",
     "riccati": "design.riccati",
     "riccati_flow": "design.riccati_flow",
+    "structured_tuning": "design.structured_tuning",
     "study": "study",
     "testing": "testing",
     "tuning": "study.tuning",

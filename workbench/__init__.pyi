@@ -95,6 +95,7 @@ from workbench.design import linear_loop as linear_loops
 from workbench.design import linearize
 from workbench.design import riccati as riccati
 from workbench.design import riccati_flow as riccati_flow
+from workbench.design import structured_tuning as structured_tuning
 from workbench.design.frequency import (
     bandwidth,
     c2d,
@@ -320,6 +321,7 @@ __all__ = [
     "steady_kalman",
     "step_info",
     "step_response",
+    "structured_tuning",
     "study",
     "testing",
     "total_variation",
