@@ -46,6 +46,7 @@ _ROOMS = {
     "study.document.frequency_curves": "FrequencyCurve",
     "study.document.gain_bounds": "GainBound",
     "study.evidence": "LoopLimits largest_setting",
+    "study.loop_tuning": "tune",
     "study.specifications": "Specification",
     "report.live.turned_knobs": "linear_loop_at_knobs turn_knobs",
     "report.loop_page": "live",
@@ -124,6 +125,7 @@ _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what 
     "ss tf zpk StateSpace TransferFunction": "control.ss or control.tf, and wb.LinearPlant or wb.LinearLaw in a loop",
     "step impulse": "wb.step_response(G) for a system, or wb.linear_loop(loop).plot(...) for a loop",
     "stepinfo": "wb.step_info",
+    "systune looptune hinfstruct": "wb.tune for a loop, or wb.structured_tuning.structured_controller for a plant",
     "tzero zero zeros": "wb.pole_zero_structure",
 }
 _RENAMED = {  # what the face called otherwise before all names were plain

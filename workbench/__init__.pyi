@@ -150,6 +150,7 @@ from workbench.study.document.gain_bounds import GainBound
 from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.knob import Knob
+from workbench.study.loop_tuning import tune
 from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.specifications import Specification
 from workbench.study.study import Case, Results, Study
@@ -325,6 +326,7 @@ __all__ = [
     "study",
     "testing",
     "total_variation",
+    "tune",
     "tuning",
     "turn_knobs",
     "uncertainty",

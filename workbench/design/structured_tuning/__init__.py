@@ -11,6 +11,7 @@ Examples
 
 from workbench.design.structured_tuning.controller_structure import ControllerStructure
 from workbench.design.structured_tuning.design_goals import DesignGoal, GoalValue
+from workbench.design.structured_tuning.loop_goals import LoopGoal
 from workbench.design.structured_tuning.multistart import StartResult
 from workbench.design.structured_tuning.parametric_systems import ParametricSystem
 from workbench.design.structured_tuning.structured_answer import StructuredDesign
@@ -20,6 +21,7 @@ __all__ = [
     "ControllerStructure",
     "DesignGoal",
     "GoalValue",
+    "LoopGoal",
     "ParametricSystem",
     "StartResult",
     "StructuredDesign",

@@ -26,6 +26,7 @@ from workbench.design.structured_tuning.system_jets import SystemJet
 
 Figure = Literal["hinf", "h2", "decay", "damping"]
 WORDS = {"hinf": "H-infinity norm", "h2": "H2 norm", "decay": "slowest decay", "damping": "least damping"}
+ROOM = 1e-6  # relative, by which a limit is kept in the search, so that it is kept for certain in the end
 ROUNDING = 1e-12  # relative, of a singular value in doubles
 
 
@@ -100,7 +101,8 @@ class DesignGoal:
 
     def pieces(self, jet: SystemJet, width: float) -> list[FigurePiece]:
         """The pieces of log(figure / reference) of a stable loop; not above zero where a limit is kept."""
-        reference = self.scale if self.limit is None else self.limit
+        room = 1 - ROOM if self.grows else 1 + ROOM
+        reference = self.scale if self.limit is None else self.limit / room
         if self.figure == "hinf":
             return [logarithm(one, reference) for one in gain_pieces(self.part(jet), width)]
         if self.figure == "h2":

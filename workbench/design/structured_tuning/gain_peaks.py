@@ -15,6 +15,7 @@ from workbench.design.structured_tuning.system_jets import SystemJet
 GAP = 1e-9  # relative, of a peak and the level above it
 NEAR_AXIS = 1e-6  # of an eigenvalue that is looked at, its real part over its size
 ROUNDS = 30
+SECANT, FARTHEST = 1e-6, 1e-3  # relative, of the points of a secant, and of the change by it
 CLOSE = 0.02  # relative, of singular values between which pieces are made
 ROOT = math.sqrt(2.0)
 FINE = 9  # points in each bracket of a peak
@@ -28,9 +29,9 @@ def gain_pieces(jet: SystemJet, width: float) -> list[FigurePiece]:
     peak, place = axis.peak()
     if not np.isfinite(peak) or peak == 0:
         return [FigurePiece(peak if peak == peak else math.inf, np.zeros(len(jet.slopes)), 0.0)]
-    places = [place, *axis.local_peaks(peak, width)]
     if not width:
         return list(_at_frequency(jet, axis.frequency(place), math.inf))
+    places = [place, *axis.local_peaks(peak, width)]
     found: list[FigurePiece] = []
     slow = 1e-3 * float(np.abs(np.linalg.eigvals(axis.A)).min(initial=np.inf))
     every = np.array(sorted(set(places)))
@@ -113,7 +114,26 @@ class _Axis:
             if not gains.max() > best * (1 + GAP):
                 break
             best, place = float(gains.max()), float(v[gains.argmax()])
-        return best, place
+        return self._stationary(best, place)
+
+    def _stationary(self, best: float, place: float) -> tuple[float, float]:
+        """The peak where the slope of the gain is zero, by a secant, as a level knows a place to half the digits."""
+        if not 0 < place < math.inf:
+            return best, place
+        ahead = place * (1 + SECANT)
+        here, there = self._slope(place), self._slope(ahead)
+        new = place - here * (ahead - place) / (there - here) if there != here else place
+        if not abs(new - place) <= FARTHEST * place:
+            return best, place
+        gain = self.gain(new)
+        return (gain, float(new)) if gain >= best * (1 - GAP) else (best, place)
+
+    def _slope(self, v: float) -> float:
+        """The derivative of the largest singular value by v."""
+        R = np.linalg.inv(1j * v * np.eye(len(self.A)) - self.A)
+        X, Y = R @ self.B, self.C @ R
+        U, _, V = np.linalg.svd(self.C @ X + self.D)
+        return float((U[:, 0].conj() @ (-1j * (Y @ X)) @ V[0].conj()).real)
 
     def meetings(self, level: float) -> Array:
         """The points of the axis at which a singular value may be at the level, rising."""

@@ -26,26 +26,26 @@ ROUNDS, AT_REST = 20, 1e-10  # Newton steps towards the rest, and the relative l
 class LoopJet:
     """A loop at a point: closed, and cut at all drives, with the names of its signals and the places of the cut."""
 
-    closed: SystemJet
+    closed_loop: SystemJet
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
-    opened: SystemJet | None
+    cut_loop: SystemJet | None
     channels: tuple[int, ...]
     drives: int
 
     def part(self, inputs: Sequence[str], outputs: Sequence[str]) -> SystemJet:
         """The closed loop from some of its inputs to some of its outputs, by name."""
-        return self.closed.part(
+        return self.closed_loop.part(
             [i for i, name in enumerate(self.outputs) if _named(name, outputs)],
             [j for j, name in enumerate(self.inputs) if _named(name, inputs)],
         )
 
     def loop_gain(self, channels: Sequence[int] | None = None) -> SystemJet:
         """L at some channels of the cut, all by default, while the loop is closed at the other drives."""
-        assert self.opened is not None
+        assert self.cut_loop is not None
         own = self.channels if channels is None else [self.channels[k] for k in channels]
         rest = [i for i in range(self.drives) if i not in own]
-        every = self.opened.part(range(self.drives), range(self.drives)).closed_at(rest)
+        every = self.cut_loop.part(range(self.drives), range(self.drives)).closed_at(rest)
         return every.part(own, range(len(own))).negative()
 
 
@@ -102,7 +102,7 @@ class LoopJets:
 
     @cached_property
     def _directions(self) -> Array:
-        """How the parameters (np, d) follow the numbers."""
+        """The derivatives (np, d) of the parameters by the numbers."""
         directions = np.zeros((self.linear.p0.size, len(self.places)))
         for k, (places, factors) in enumerate(zip(self.places, self.factors, strict=True)):
             directions[list(places), k] = factors

@@ -20,6 +20,7 @@ Model = Callable[[Array], SystemJet]
 WIDTH, NARROW = 0.3, 0.1  # shares below the largest peak, in which pieces count: of a search, and of its polish
 STABILISE, DESCEND, LONG, POLISH = 200, 400, 2000, 300  # iterations
 PROMISING, POLISHED = 3, 2  # of the starts
+FEW, FEW_BOUNDED = 5, 12  # numbers, without bounds and with them, for which the bundle alone is the shorter way
 STABLE = 1e-3  # of the size of the poles, by which a start should be stable
 AT_LEAST = 1e-8  # of the size of the poles, by which it must
 KEPT = 1e-7  # by which the logarithm of a limit may be passed in doubles
@@ -75,6 +76,12 @@ class SearchProblem:
             return None
         return made if all(one.finite for one in made) else None
 
+    @property
+    def is_small(self) -> bool:
+        """True for few numbers."""
+        bounded = bool(np.isfinite(self.low).all() and np.isfinite(self.high).all())
+        return len(self.low) <= (FEW_BOUNDED if bounded else FEW)
+
     def growth(self, x: Array) -> PieceValues:
         """The growth of the poles, over their size, of all models."""
         jets = self.jets(x)
@@ -119,7 +126,9 @@ def search(problem: SearchProblem, starts: Sequence[Array]) -> StructuredSearch:
             results.append(StartResult(number, True, v.objective, v.violation, abscissa, spent + end.evaluations))
         if not ends:
             return StructuredSearch(starts[0], PieceValues(exists=False), math.inf, tuple(results), math.inf)
-        ends = sorted((_quick(problem, end.x, LONG) for end in sorted(ends, key=_order)[:PROMISING]), key=_order)
+        ends.sort(key=_order)
+        if not problem.is_small:
+            ends = sorted((_quick(problem, end.x, LONG) for end in ends[:PROMISING]), key=_order)
         best = min((_polish(problem, end) for end in ends[:POLISHED]), key=_order)
         near = stationarity(best.values, best.x, problem.low, problem.high, PENALTY)
     violation = best.values.violation
@@ -152,6 +161,8 @@ def _from_start(problem: SearchProblem, start: Array) -> tuple[Descent | None, f
             return None, calm.values.objective, spent
     jets = problem.jets(start)
     abscissa = max(abscissa_of(jet) for jet in jets) if jets else math.inf
+    if problem.is_small:
+        return _down(problem, start, WIDTH, DESCEND, PENALTY), abscissa, spent
     return _quick(problem, start, DESCEND), abscissa, spent
 
 

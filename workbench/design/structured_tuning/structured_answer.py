@@ -14,7 +14,7 @@ from workbench.design.control_system import System
 from workbench.design.matrices import Complex, DesignError
 from workbench.design.structured_tuning.design_goals import DesignGoal, GoalValue
 from workbench.design.structured_tuning.figure_pieces import FigurePiece
-from workbench.design.structured_tuning.multistart import KEPT, StartResult, StructuredSearch
+from workbench.design.structured_tuning.multistart import StartResult, StructuredSearch
 from workbench.design.structured_tuning.nonsmooth_search import PieceValues
 from workbench.design.structured_tuning.system_jets import SystemJet
 
@@ -116,7 +116,7 @@ def structured_answer(
         systems.append(control.ss(jet.A, jet.B, jet.C, jet.D, jet.period or 0, remove_useless_states=False))
     values = tuple(max((goal.value_of(system) for system in systems), key=lambda one: one.excess) for goal in goals)
     poles = tuple(np.asarray(np.linalg.eigvals(system.A), dtype=complex) for system in systems)
-    broken = [one for one in values if one.holds is False and one.excess > 2 * KEPT]
+    broken = [one for one in values if one.holds is False]
     if broken:
         raise DesignError(
             f"`structured_controller(...)`: the certified {broken[0].goal.words} fails at {broken[0].value.value:.6g}, "

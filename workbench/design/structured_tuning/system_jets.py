@@ -16,12 +16,14 @@ class SystemJet:
     """The matrix M = [A B; C D] (n + ny, n + nu) of a system, and its derivatives (d, n + ny, n + nu).
 
     `n` is the number of states; the `period` of a sampled system is in s, and None in continuous time.
+    `origin` is what the system was taken from, for those who take more from it.
     """
 
     M: Array
     slopes: Array
     n: int
     period: float | None = None
+    origin: object = None
 
     @property
     def A(self) -> Array:
