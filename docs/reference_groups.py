@@ -196,6 +196,7 @@ GROUPS = (
             "place": "The gain that puts the poles where you want them.",
             "lead_lag": "A compensator with the wanted crossover and margin.",
             "steady_kalman": "The steady gain of a Kalman filter for a plant.",
+            "tune": "The knobs of any loop, tuned for a specification and goals.",
         },
     ),
     Group(
@@ -270,6 +271,8 @@ GROUPS = (
             "linear": "Poles, controllability, balanced and broken loops.",
             "linear_loops": "The classes of linear answers.",
             "frequency": "Margins, norms and responses with bounds.",
+            "structured_tuning": "Controllers of given structure, and goals of a tuning.",
+            "loop_tuning": "Loops that were tuned, and goals of runs.",
             "riccati": "CARE, DARE, Lyapunov equations, filters.",
             "riccati_flow": "Riccati equations in time.",
             "chattering": "Harmonic balance and cycles of relays.",

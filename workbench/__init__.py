@@ -80,6 +80,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "linear_loops": "design.linear_loop",
     "loop": "blocks.loop",
     "loop_pictures": "report.loop_pictures",
+    "loop_tuning": "study.loop_tuning",
     "metrics": "engine.metrics",
     "notation": "core.notation",
     "pictures": "report.pictures",

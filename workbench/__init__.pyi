@@ -139,6 +139,7 @@ from workbench.report.pictures import sobol_bars
 from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
 from workbench.study import document as document
 from workbench.study import evidence as evidence
+from workbench.study import loop_tuning as loop_tuning
 from workbench.study import provenance as provenance
 from workbench.study import tuning as tuning
 from workbench.study import uncertainty as uncertainty
@@ -278,6 +279,7 @@ __all__ = [
     "loop",
     "loop_gain_pictures",
     "loop_pictures",
+    "loop_tuning",
     "lqg",
     "lqr",
     "measure",

@@ -24,6 +24,7 @@ FEW, FEW_BOUNDED = 5, 12  # numbers, without bounds and with them, for which the
 STABLE = 1e-3  # of the size of the poles, by which a start should be stable
 AT_LEAST = 1e-8  # of the size of the poles, by which it must
 KEPT = 1e-7  # by which the logarithm of a limit may be passed in doubles
+NEARLY_KEPT = 1e-4  # by which that of a start may be, before it is polished
 PENALTY, STRONGEST = 10.0, 1e5
 
 
@@ -41,6 +42,12 @@ class StartResult:
     violation: float
     abscissa: float
     evaluations: int
+
+
+def spread_of(starts: Sequence[StartResult]) -> float:
+    """The range of the soft goals over the starts that keep all limits, as a logarithm; NaN if none does."""
+    ends = [one.objective for one in starts if one.stable and one.violation <= NEARLY_KEPT]
+    return max(ends) - min(ends) if ends else math.nan
 
 
 @dataclass(frozen=True, eq=False)

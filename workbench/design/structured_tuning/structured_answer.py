@@ -14,7 +14,7 @@ from workbench.design.control_system import System
 from workbench.design.matrices import Complex, DesignError
 from workbench.design.structured_tuning.design_goals import DesignGoal, GoalValue
 from workbench.design.structured_tuning.figure_pieces import FigurePiece
-from workbench.design.structured_tuning.multistart import StartResult, StructuredSearch
+from workbench.design.structured_tuning.multistart import StartResult, StructuredSearch, spread_of
 from workbench.design.structured_tuning.nonsmooth_search import PieceValues
 from workbench.design.structured_tuning.system_jets import SystemJet
 
@@ -51,9 +51,8 @@ class StructuredDesign:
 
     @property
     def spread(self) -> float:
-        """The range of the soft goals over all stable starts, as a logarithm."""
-        ends = [one.objective for one in self.starts if one.stable]
-        return max(ends) - min(ends)
+        """The range of the soft goals over the starts that keep all limits, as a logarithm; NaN if none does."""
+        return spread_of(self.starts)
 
 
 def goal_pieces(goals: Sequence[DesignGoal], jets: Sequence[SystemJet], width: float) -> PieceValues:

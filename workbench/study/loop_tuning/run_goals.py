@@ -40,7 +40,7 @@ class RunGoal:
 
     Examples
     --------
-    >>> wb.study.loop_tuning.RunGoal(wb.rmse(), until=5.0, h=1e-3).words
+    >>> wb.loop_tuning.RunGoal(wb.rmse(), until=5.0, h=1e-3).words
     'RMSE as small as possible'
     """
 

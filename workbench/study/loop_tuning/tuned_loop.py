@@ -12,6 +12,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.design.frequency import CertifiedValue
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.structured_tuning import StartResult
+from workbench.design.structured_tuning.multistart import spread_of
 from workbench.study.document.phrases_and_tables import Cell, ReportTable, TableColumn
 from workbench.study.specifications import SpecificationVerdicts
 
@@ -69,9 +70,8 @@ class TunedLoop:
 
     @property
     def spread(self) -> float:
-        """The range of the soft goals over all stable starts, as a logarithm."""
-        ends = [one.objective for one in self.starts if one.stable]
-        return max(ends) - min(ends)
+        """The range of the soft goals over the starts that keep all limits, as a logarithm; NaN if none does."""
+        return spread_of(self.starts)
 
     def table(self, name: str = "tuning", caption: str = "") -> ReportTable:
         """The goals as a table, a block of a section of a report."""
