@@ -210,3 +210,10 @@ def test_a_controller_of_full_order_is_no_better_than_the_bound_of_theory():
     answer = structured_controller(plant, 1, 1, ControllerStructure(1), starts=3, full_order_gamma=high)
     assert high * (1 - 1e-9) <= answer.gamma <= high * (1 + 2e-2)
     assert answer.full_order_gamma == high
+
+
+def test_no_number_is_larger_than_its_bound():
+    plant, ny, nu = published_plant("HE1")
+    answer = structured_controller(plant, ny, nu, starts=1, largest=20.0)
+    assert np.abs(answer.numbers).max() <= 20.0
+    assert answer.gamma <= 0.16

@@ -24,6 +24,7 @@ FEW, FEW_BOUNDED = 5, 12  # numbers, without bounds and with them, for which the
 STABLE = 1e-3  # of the size of the poles, by which a start should be stable
 AT_LEAST = 1e-8  # of the size of the poles, by which it must
 KEPT = 1e-7  # by which the logarithm of a limit may be passed in doubles
+NARROW_RANGE = 10.0  # of a number, over which starts are spread evenly
 NEARLY_KEPT = 1e-4  # by which that of a start may be, before it is polished
 PENALTY, STRONGEST = 10.0, 1e5
 
@@ -219,12 +220,12 @@ def _size(jet: SystemJet) -> float:
 
 
 def random_starts(first: Array, count: int, seed: int, low: Array, high: Array) -> list[Array]:
-    """The first start, and random ones whose sizes go through three decades; between bounds they are spread evenly."""
+    """The first start, and random ones of sizes in three decades; between near bounds they are spread evenly."""
     generator, made = np.random.default_rng(seed), [first]
     bounded = np.isfinite(low) & np.isfinite(high)
     span, floor = np.where(bounded, high, 1.0) - np.where(bounded, low, 0.0), np.where(bounded, low, 0.0)
     for k in range(1, count):
         wide = first + 10.0 ** ((k % 3) - 0.5) * generator.standard_normal(len(first))
         even = floor + span * generator.random(len(first))
-        made.append(np.where(bounded, even, wide))
+        made.append(np.where(bounded & (span <= NARROW_RANGE), even, np.clip(wide, low, high)))
     return made

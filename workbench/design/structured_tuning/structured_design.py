@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
@@ -43,6 +44,7 @@ def structured_controller(
     starts: int = 6,
     seed: int = 0,
     initial: Numbers | None = None,
+    largest: float = math.inf,
     full_order_gamma: float | None = None,
 ) -> StructuredDesign:
     """The controller u = K y of given structure whose closed loop meets some goals best, by a nonsmooth local search.
@@ -57,9 +59,9 @@ def structured_controller(
         The order and the fixed numbers of K; by default a static gain.
     goals
         Limits, and soft goals of which the largest over its scale is made small; by default the H-infinity norm.
-    starts, seed, initial
-        The number of starts; the seed of those behind the first; and the free numbers (d,) of the first one, row by
-        row of [D C; B A], by default no gain.
+    starts, seed, initial, largest
+        The number of starts; the seed of those behind the first; the free numbers (d,) of the first one, row by row of
+        [D C; B A], by default no gain; and the largest size of a free number.
     full_order_gamma
         The norm that a controller of full order reaches, for the answer.
 
@@ -87,7 +89,7 @@ def structured_controller(
     loops = _loops(plants, measurements, controls, structure)
     pattern, free = structure.pattern(measurements, controls)
     first = structure.first(pattern, measurements, controls, initial)
-    found = _searched("structured_controller", loops, goals, _everywhere(free), first, starts, seed)
+    found = _searched("structured_controller", loops, goals, _bounds(free, largest), first, starts, seed)
     controller = _controller(plants[0], loops[0].controller(found.x), measurements, controls)
     return structured_answer(found, loops, goals, controller, full_order_gamma)
 
@@ -161,8 +163,10 @@ def _searched(
     return found
 
 
-def _everywhere(d: int) -> tuple[Array, Array]:
-    return np.full(d, -np.inf), np.full(d, np.inf)
+def _bounds(d: int, largest: float) -> tuple[Array, Array]:
+    if not largest > 0:
+        raise refusal("structured_controller(largest=...)", "above 0", largest)
+    return np.full(d, -largest), np.full(d, largest)
 
 
 def _loops(plants: Sequence[object], ny: int, nu: int, structure: ControllerStructure) -> list[LoopByController]:
