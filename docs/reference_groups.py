@@ -205,6 +205,7 @@ GROUPS = (
             "h2_controller": "The controller with the least H2 norm.",
             "coprime_margin": "The largest margin of coprime factors, and its controller.",
             "least_sensitivity": "The least peak of W S that any controller reaches.",
+            "tune": "The knobs of any loop, tuned for a specification and goals.",
         },
     ),
     Group(
@@ -280,6 +281,8 @@ GROUPS = (
             "linear_loops": "The classes of linear answers.",
             "frequency": "Margins, norms and responses with bounds.",
             "reduction": "Models of lower order, with bounds of the error.",
+            "structured_tuning": "Controllers of given structure, and goals of a tuning.",
+            "loop_tuning": "Loops that were tuned, and goals of runs.",
             "riccati": "CARE, DARE, Lyapunov equations, filters.",
             "riccati_flow": "Riccati equations in time.",
             "scheduling": "Models over a family of operating points, and the check of a scheduled law.",

@@ -48,6 +48,7 @@ _ROOMS = {
     "study.document.frequency_curves": "FrequencyCurve",
     "study.document.gain_bounds": "GainBound",
     "study.evidence": "LoopLimits largest_setting",
+    "study.loop_tuning": "tune",
     "study.specifications": "Specification",
     "report.live.turned_knobs": "linear_loop_at_knobs turn_knobs",
     "report.loop_page": "live",
@@ -81,6 +82,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "linear_loops": "design.linear_loop",
     "loop": "blocks.loop",
     "loop_pictures": "report.loop_pictures",
+    "loop_tuning": "study.loop_tuning",
     "metrics": "engine.metrics",
     "notation": "core.notation",
     "pictures": "report.pictures",
@@ -93,6 +95,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "riccati_flow": "design.riccati_flow",
     "scheduling": "design.scheduling",
     "structured_uncertainty": "design.structured_uncertainty",
+    "structured_tuning": "design.structured_tuning",
     "study": "study",
     "synthesis": "design.synthesis",
     "testing": "testing",
@@ -135,6 +138,7 @@ _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what 
     "ss tf zpk StateSpace TransferFunction": "control.ss or control.tf, and wb.LinearPlant or wb.LinearLaw in a loop",
     "step impulse": "wb.step_response(G) for a system, or wb.linear_loop(loop).plot(...) for a loop",
     "stepinfo": "wb.step_info",
+    "systune looptune hinfstruct": "wb.tune for a loop, or wb.structured_tuning.structured_controller for a plant",
     "tzero zero zeros": "wb.pole_zero_structure",
 }
 _RENAMED = {  # what the face called otherwise before all names were plain

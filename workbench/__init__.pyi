@@ -100,6 +100,7 @@ from workbench.design import scheduling as scheduling
 from workbench.design import synthesis as synthesis
 from workbench.design import reduction as reduction
 from workbench.design import structured_uncertainty as structured_uncertainty
+from workbench.design import structured_tuning as structured_tuning
 from workbench.design.frequency import (
     bandwidth,
     c2d,
@@ -152,6 +153,7 @@ from workbench.report.pictures import sobol_bars
 from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
 from workbench.study import document as document
 from workbench.study import evidence as evidence
+from workbench.study import loop_tuning as loop_tuning
 from workbench.study import provenance as provenance
 from workbench.study import tuning as tuning
 from workbench.study import uncertainty as uncertainty
@@ -163,6 +165,7 @@ from workbench.study.document.gain_bounds import GainBound
 from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.knob import Knob
+from workbench.study.loop_tuning import tune
 from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.specifications import Specification
 from workbench.study.study import Case, Results, Study
@@ -296,6 +299,7 @@ __all__ = [
     "loop",
     "loop_gain_pictures",
     "loop_pictures",
+    "loop_tuning",
     "lqg",
     "lqg_integral",
     "lqr",
@@ -345,11 +349,13 @@ __all__ = [
     "steady_kalman",
     "step_info",
     "step_response",
+    "structured_tuning",
     "structured_uncertainty",
     "study",
     "synthesis",
     "testing",
     "total_variation",
+    "tune",
     "tune_pid",
     "tuning",
     "turn_knobs",

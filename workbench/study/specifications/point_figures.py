@@ -58,10 +58,10 @@ def _peak(systems: LoopSystems, kind: str) -> LoopFigure:
         (own,) = _margins(systems)
         peak: CertifiedPeak = own.Ms if kind == "S" else own.Mt
         return LoopFigure(peak.gain, _place(peak.frequency), is_proved=_proved(systems))
-    return _largest_gain(systems.system(kind), "of all channels ")
+    return largest_gain_figure(systems.system(kind), "of all channels ")
 
 
-def _largest_gain(system: System, of: str) -> LoopFigure:
+def largest_gain_figure(system: System, of: str) -> LoopFigure:
     """The H-infinity norm; by eigenvalues in doubles where exact arithmetic does not enclose it."""
     try:
         peak = hinf_norm(system)
@@ -103,7 +103,7 @@ def _disk_margin(systems: LoopSystems) -> LoopFigure:
 
 
 def _noise_gain(systems: LoopSystems) -> LoopFigure:
-    return _largest_gain(systems.noise, "")
+    return largest_gain_figure(systems.noise, "")
 
 
 def _bandwidth(systems: LoopSystems) -> LoopFigure:
