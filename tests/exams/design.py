@@ -18,13 +18,9 @@ Part = Callable[[Loaded], tuple[bool | None, str]]
 
 # The kinds that have a solver in a file of their own, by the name of that file.
 ELSEWHERE = {
-    "norms": "design_norms",
-    "zeros": "design_norms",
-    "sampled": "design_sampled",
-    "synthesis": "design_synthesis",
+    **dict.fromkeys(("norms", "zeros"), "design_norms"),
+    **{kind: f"design_{kind}" for kind in ("sampled", "synthesis", "mu", "pid", "reduction")},
 }
-ELSEWHERE = {"norms": "design_norms", "zeros": "design_norms", "sampled": "design_sampled", "pid": "design_pid"}
-    "reduction": "design_reduction",
 KINDS = ("margins", "norms", "zeros", "sampled", "synthesis", "mu", "pid", "reduction")
 FILES = ("visible.json", "held.json")
 

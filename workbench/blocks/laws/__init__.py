@@ -1,4 +1,3 @@
-"""Control laws for any plant, one a file: PID, cascade, state feedback, gain scheduling, a linear law with limits.
 """Control laws for any plant, one a file: PID, cascade, state feedback, gain scheduling, and linear laws with limits.
 
 A law reads estimates and references, and gives commands; it does not know the plant, the observer or the simulator.
