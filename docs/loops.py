@@ -3,7 +3,7 @@
 from functools import cache
 from typing import Any, NamedTuple
 
-from studies.a8_fair_comparison.entrants import LAWS, PROPOSED_LAW
+from studies.paper.entrants import LAWS, PROPOSED_LAW
 from studies.b3_any_plant.loops import loop
 from studies.b3_any_plant.settings import SETTINGS
 from studies.paper.laws import REFERENCES, plant, proposed_repaired

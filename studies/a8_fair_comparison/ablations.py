@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 import workbench as wb
-from studies.a8_fair_comparison.conditions import HELD_OUT, Scenario
-from studies.a8_fair_comparison.entrants import (
+from studies.paper.entrants import (
     AOSMC,
     BOTH,
     ENTRANTS,
@@ -21,6 +20,7 @@ from studies.a8_fair_comparison.entrants import (
     Law,
 )
 from studies.paper.laws import mass_matrices, own_law
+from studies.paper.scenarios import HELD_OUT, Scenario
 
 RICCATI = "Riccati equation"
 PARTS = tuple(PROPOSAL.loop(HELD_OUT[0]).ablations())

@@ -6,9 +6,10 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import workbench as wb
-from studies.a8_fair_comparison.conditions import HELD_OUT, TRAINING
-from studies.a8_fair_comparison.entrants import BOTH
-from studies.a8_fair_comparison.evidence import OTHERS, PRIMARY, Evidence
+from studies.a8_fair_comparison.evidence import Evidence
+from studies.paper.costs import OTHERS, PRIMARY
+from studies.paper.entrants import BOTH
+from studies.paper.scenarios import HELD_OUT, TRAINING
 
 SCENARIOS = len(HELD_OUT)
 SEEN_SCENARIOS = tuple(one.name for one in HELD_OUT if any(one.reference is other.reference for other in TRAINING))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import workbench as wb
 from studies.a8_fair_comparison import conditions
 from studies.a8_fair_comparison.changes import SEEN_SCENARIOS, quote_names
-from studies.a8_fair_comparison.conditions import HELD_OUT, TERMS
-from studies.a8_fair_comparison.entrants import ALL_INFORMATION, BOTH, ENTRANTS, PROPOSAL, READINGS
+from studies.paper.entrants import ALL_INFORMATION, BOTH, ENTRANTS, PROPOSAL, READINGS
+from studies.paper.scenarios import HELD_OUT, TERMS
 
 # More than the card of the cost says; its own words are part of the objective of finished searches.
 MEANINGS = {

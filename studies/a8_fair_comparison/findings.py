@@ -29,9 +29,10 @@ from studies.a8_fair_comparison.changes import (
     scenario_words,
     tally_words,
 )
-from studies.a8_fair_comparison.entrants import ALL_INFORMATION, BOTH, FILTER, LAWS, PROPOSED_LAW, READINGS, Information
-from studies.a8_fair_comparison.evidence import DRAWS, FAMILY, MARGIN, PRIMARY, Evidence, by_mean_costs, together
+from studies.a8_fair_comparison.evidence import DRAWS, Evidence, by_mean_costs, together
 from studies.a8_fair_comparison.riccati_worth import CHATTERS, more_or_less, riccati, spread
+from studies.paper.costs import FAMILY, MARGIN, PRIMARY
+from studies.paper.entrants import ALL_INFORMATION, BOTH, FILTER, LAWS, PROPOSED_LAW, READINGS, Information
 
 __all__ = ["answer", "divergence_words", "pooled_cost", "proposed_finding", "riccati", "winner"]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 import workbench as wb
 from studies.a8_fair_comparison.ablations import RETUNED_ENTRANTS, RICCATI
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, PROPOSED_LAW, Entrant
+from studies.paper.entrants import BOTH, ENTRANTS, PROPOSED_LAW, Entrant
 
 CONTENDERS = 3  # laws of least training cost, and AOSMC-RGS
 NUMBERS = {3: "three", 4: "four"}  # how many laws contend, in words

@@ -7,9 +7,12 @@ from dataclasses import replace
 import workbench as wb
 from studies.a8_fair_comparison import changes, findings, riccati_worth
 from studies.a8_fair_comparison.ablations import PARTS, RETUNED_ENTRANTS, RICCATI, STEADY
-from studies.a8_fair_comparison.conditions import HELD_OUT, PERIOD, TERMS
 from studies.a8_fair_comparison.conditions_section import conditions_section
-from studies.a8_fair_comparison.entrants import (
+from studies.a8_fair_comparison.evidence import Evidence, evidence
+from studies.a8_fair_comparison.other_numbers import PLAIN, run_name
+from studies.a8_fair_comparison.tuning_section import trust, tuning
+from studies.paper.costs import ACCEPTABLE, PRIMARY
+from studies.paper.entrants import (
     ALL_INFORMATION,
     BOTH,
     ENTRANTS,
@@ -19,10 +22,8 @@ from studies.a8_fair_comparison.entrants import (
     READINGS,
     Information,
 )
-from studies.a8_fair_comparison.evidence import ACCEPTABLE, PRIMARY, Evidence, evidence
-from studies.a8_fair_comparison.other_numbers import PLAIN, run_name
-from studies.a8_fair_comparison.tuning_section import trust, tuning
 from studies.paper.rest import REST, rest_section
+from studies.paper.scenarios import HELD_OUT, PERIOD, TERMS
 
 KNOBS = (
     "Each law runs with its tuned numbers behind both observers, in scenario 'paper'. Only the noise is random. On the "

@@ -20,9 +20,10 @@ from studies.a8_fair_comparison.changes import (
     scenario_words,
     three_digits,
 )
-from studies.a8_fair_comparison.entrants import BOTH, PROPOSED_LAW
-from studies.a8_fair_comparison.evidence import PRIMARY, Evidence, Parts
+from studies.a8_fair_comparison.evidence import Evidence, Parts
 from studies.a8_fair_comparison.other_numbers import AGAIN, PLAIN, run_name
+from studies.paper.costs import PRIMARY
+from studies.paper.entrants import BOTH, PROPOSED_LAW
 
 TIMES = 1000  # percent, from which on a change is printed as a factor
 CHATTERS = 20.0  # a cost five times as high as an acceptable one

@@ -7,13 +7,14 @@ from collections.abc import Mapping
 
 import workbench as wb
 from studies.a8_fair_comparison.ablations import NEW, as_tuned
-from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
-from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
-from studies.a8_fair_comparison.evidence import DRAW_SEED, OTHERS, PRIMARY, name_of, sweep, works
+from studies.a8_fair_comparison.evidence import DRAW_SEED, name_of, sweep, works
 from studies.a8_fair_comparison.other_numbers import AGAIN, run_again
 from studies.a8_fair_comparison.pages import sections
 from studies.paper.citation import introduction
+from studies.paper.costs import OTHERS, PRIMARY
+from studies.paper.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
 from studies.paper.rest import REST, UNTIL
+from studies.paper.scenarios import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
 
 EVALUATIONS, SEEDS = 160, (1, 2, 3)  # for each number that is tuned, at most; one search each
 LEAST_SEARCH_SHARE = 0.4  # of its evaluations, from which on a search that has settled ends

@@ -10,9 +10,10 @@ import numpy as np
 import workbench as wb
 from studies.a8_fair_comparison import findings
 from studies.a8_fair_comparison.ablations import NEW
-from studies.a8_fair_comparison.conditions import HELD_OUT, LATE, both
-from studies.a8_fair_comparison.entrants import ALL_INFORMATION, BOTH, ENTRANTS, PROPOSED_LAW, Entrant
-from studies.a8_fair_comparison.evidence import CONFIDENCE, FAMILY, Evidence
+from studies.a8_fair_comparison.evidence import Evidence
+from studies.paper.costs import CONFIDENCE, FAMILY
+from studies.paper.entrants import ALL_INFORMATION, BOTH, ENTRANTS, PROPOSED_LAW, Entrant
+from studies.paper.scenarios import HELD_OUT, LATE, both
 
 PARTS_WORDS = (
     f"Each law is {PROPOSED_LAW} without one of its parts. Without the disturbance estimate it is {PROPOSED_LAW} "

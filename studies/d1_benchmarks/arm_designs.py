@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
-import control
 import numpy as np
 
 import workbench as wb
-from studies.a8_fair_comparison.conditions import HELD_OUT, Scenario
-from studies.a8_fair_comparison.entrants import ENTRANTS, READINGS, Entrant
+from studies.d1_benchmarks.linear_systems import error_law
+from studies.paper.entrants import ENTRANTS, READINGS, Entrant
 from studies.paper.laws import ARM
+from studies.paper.scenarios import HELD_OUT, Scenario
 
 # The numbers of the six laws as report a8 tuned them for raw readings (its table `numbers_readings`), in the order of
 # the numbers of its entrants. A test compares them with that table.
@@ -67,13 +67,23 @@ def law_crossovers(law: str) -> Crossovers:
     return crossovers(law_loop(law, HELD_OUT[0].at_rest))
 
 
+@dataclass(frozen=True)
+class ArmModel:
+    """The arm near rest, x' = A x + B (tau - u0), with the positions and the velocities as its states."""
+
+    A: wb.Array
+    B: wb.Array
+    u0: wb.Array
+
+
 @lru_cache
-def arm_at_rest() -> control.StateSpace:
+def arm_at_rest() -> ArmModel:
     """The arm of the model at rest in that pose, from its torques to its positions and velocities."""
     start = np.array(HELD_OUT[0].start)
     plant = wb.open_loop(wb.Manipulator(ARM, q=start))
     point = wb.linear.operating_point(plant, {"q": start, "qd": np.zeros(2)})
-    return wb.linearize(plant, 0.0, point.x, u=point.u, at_rest=True)
+    linear = wb.linearize(plant, 0.0, point.x, u=point.u, at_rest=True)
+    return ArmModel(linear.A, linear.B, point.u)
 
 
 @dataclass(frozen=True)
@@ -105,7 +115,8 @@ def matched(kind: str, law: str) -> LinearDesign:
 
 def regulated_law(design: LinearDesign) -> wb.Controller:
     """The LQR for unit weights of the positions and the weights of the torques, beside the torque of the model."""
-    K = wb.lqr(arm_at_rest(), Q=np.diag([1.0, 1.0, 0.0, 0.0]), R=np.diag(design.weights)).K
+    model = arm_at_rest()
+    K = wb.lqr(model.A, model.B, Q=np.diag([1.0, 1.0, 0.0, 0.0]), R=np.diag(design.weights)).K
     return wb.ArmStateFeedback(ARM, K[:, :2], K[:, 2:])
 
 
@@ -117,6 +128,7 @@ def integrating_law(design: LinearDesign) -> wb.Controller:
     A = np.block([[model.A, np.zeros((4, 2))], [of_positions, np.zeros((2, 2))]])
     B = np.vstack([model.B, np.zeros((2, 2))])
     K = wb.lqr(A, B, Q=weights, R=np.diag(design.weights)).K
-    names = {"inputs": ["q[0]", "q[1]", "qd[0]", "qd[1]"], "outputs": ["tau[0]", "tau[1]"]}
-    law = control.ss(np.zeros((2, 2)), of_positions, K[:, 4:], K[:, :4], **names)
-    return wb.LinearLaw(law, error=True, u0=model.point.u0)
+    law = error_law(
+        np.zeros((2, 2)), of_positions, K[:, 4:], K[:, :4], ["q[0]", "q[1]", "qd[0]", "qd[1]"], ["tau[0]", "tau[1]"]
+    )
+    return replace(law, u0=model.u0)

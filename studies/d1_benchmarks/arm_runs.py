@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import workbench as wb
-from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, Scenario, metrics, uncertain
-from studies.a8_fair_comparison.evidence import cost_of, judge_laws, judge_means, weighted_cost
 from studies.d1_benchmarks.arm_designs import DESIGNS, TUNED, law_loop, matched
+from studies.paper.costs import cost_of, judge_laws, judge_means, weighted_cost
+from studies.paper.scenarios import HELD_OUT, HORIZON, Scenario, metrics, uncertain
 
 DRAWS, SEED = 160, 35
 KEYS = {law: law.lower().replace("-", "_") for law in TUNED}

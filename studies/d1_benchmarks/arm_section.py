@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 import workbench as wb
-from studies.a8_fair_comparison.conditions import HELD_OUT
-from studies.a8_fair_comparison.evidence import FAMILY, OTHERS, PRIMARY, WEIGHTS
 from studies.d1_benchmarks.arm_designs import (
     DESIGNS,
     INTEGRATING,
@@ -22,6 +20,8 @@ from studies.d1_benchmarks.arm_designs import (
     matched,
 )
 from studies.d1_benchmarks.arm_runs import DRAWS, standings, weighted_standings
+from studies.paper.costs import FAMILY, OTHERS, PRIMARY, WEIGHTS
+from studies.paper.scenarios import HELD_OUT
 
 LOWER, HIGHER, OPEN = "the law is lower", "the linear law is lower", "undecided"
 COST = "mean cost"
@@ -91,11 +91,10 @@ def ratios(held: wb.evidence.Standings, law: str, design: str) -> wb.Array:
     return np.array(found)
 
 
-def finding(evidence: ArmEvidence) -> wb.Finding:
-    """The worth of the six laws beside linear laws with their crossovers."""
+def changed_answers(evidence: ArmEvidence) -> tuple[wb.Variation, ...]:
+    """The answers by the other design, statistics and weights, for one law alone and without each scenario."""
     every = evidence.cost
-    base = verdict(every, REGULATED)
-    variations = [
+    return (
         wb.Variation(f"{INTEGRATING}, which uses no model", verdict(every, INTEGRATING), tallies(every, INTEGRATING)),
         *(
             wb.Variation(
@@ -121,7 +120,14 @@ def finding(evidence: ArmEvidence) -> wb.Finding:
             )
             for left in (scenario.name for scenario in HELD_OUT)
         ),
-    ]
+    )
+
+
+def finding(evidence: ArmEvidence) -> wb.Finding:
+    """The worth of the six laws beside linear laws with their crossovers."""
+    every = evidence.cost
+    base = verdict(every, REGULATED)
+    variations = changed_answers(evidence)
     pairs = len(TUNED) * len(HELD_OUT)
     return wb.Finding(
         name="linear_laws_for_the_arm",
@@ -143,7 +149,7 @@ def finding(evidence: ArmEvidence) -> wb.Finding:
         fitted_numbers="The numbers of the six laws, as report a8 tuned them for raw readings; the two weights of each "
         "linear law, to the crossovers.",
         answer=base,
-        variations=tuple(variations),
+        variations=variations,
         limitations="Other measurements, such as those of observers, and linear laws that are tuned for the cost.",
     )
 

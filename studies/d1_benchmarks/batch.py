@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import reduce
 
-import control
 import numpy as np
 
 LAGS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.3, 1.5, 2.0, 4.0, 6.0, 8.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
@@ -38,11 +37,6 @@ class Process:
     def name(self) -> str:
         """The family and its parameters."""
         return f"{self.family}, {self.label}"
-
-    @property
-    def system(self) -> control.TransferFunction:
-        """The process without its delay."""
-        return control.tf(list(self.num), list(self.den))
 
 
 def batch() -> tuple[Process, ...]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import control
 import numpy as np
 
 import workbench as wb
 from studies.d1_benchmarks.batch import Process
+from studies.d1_benchmarks.linear_systems import step_response, transfer_function
 
 LIMIT = 1.4  # of Ms and Mt, at which the rule AMIGO aims
 SETTLED = 40.0  # s, after which the step responses of P9 have settled
@@ -49,7 +49,7 @@ class ProcessDesigns:
 
 def designs(process: Process) -> ProcessDesigns:
     """The optimum PI and PID laws of a process, and PI laws by the rules SIMC and AMIGO."""
-    plant, late = process.system, process.delay
+    plant, late = transfer_function(process.num, process.den), process.delay
     model = model_of(process)
     return ProcessDesigns(
         model.T,
@@ -63,10 +63,9 @@ def designs(process: Process) -> ProcessDesigns:
 
 def model_of(process: Process) -> wb.pid_design.StepModel:
     """The model with one lag and a delay: by the half rule, or of the step response where poles are complex."""
-    plant = process.system
+    plant = transfer_function(process.num, process.den)
     if np.iscomplexobj(roots := np.roots(process.den)) and np.abs(roots.imag).max() > COMPLEX * np.abs(roots).max():
-        t, y = control.step_response(plant, np.linspace(0.0, SETTLED, STEP_COUNT))
-        return wb.pid_design.step_model(t, y)
+        return wb.pid_design.step_model(*step_response(plant, SETTLED, STEP_COUNT))
     return wb.pid_design.half_rule_model(plant, process.delay)
 
 

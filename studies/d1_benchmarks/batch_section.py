@@ -87,7 +87,7 @@ def points(rows: Sequence[Row], value: dict[str, list[float]]) -> tuple[wb.docum
 
 
 def gain_figure(rows: Sequence[Row]) -> wb.document.Figure:
-    """What the derivative and the rules change of the integral of the error."""
+    """The integral gains of the PID law and of the rules over that of the PI law."""
     panels = []
     for key in ("PID", "simc", "amigo"):
         value: dict[str, list[float]] = {family: [] for family in FAMILIES}
@@ -189,10 +189,8 @@ def finding(results: wb.Results) -> wb.Finding:
     absolute = quotient(rows, "PI", "PID", "IAE")
     below = sum(share < 1 for share in gain)
     variations = [
-        wb.Variation(
-            f"only {family}", _more(quotient([r for r in rows if r.process.family == family], "PID", "PI", "ki"))
-        )
-        for family in FAMILIES
+        wb.Variation(f"only {family}", *_more(quotient(own, "PID", "PI", "ki")))
+        for family, own in ((f, [row for row in rows if row.process.family == f]) for f in FAMILIES)
     ]
     variations.append(wb.Variation("by IAE in the place of the integral gain", *_more(absolute)))
     return wb.Finding(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import workbench as wb
-from studies.a8_fair_comparison.evidence import OTHERS, PRIMARY
 from studies.d1_benchmarks import arm_section, batch_section
 from studies.d1_benchmarks.arm_designs import TUNED
 from studies.d1_benchmarks.arm_runs import SEED, sweeps
 from studies.d1_benchmarks.batch import batch
 from studies.d1_benchmarks.batch_designs import designs
+from studies.paper.costs import OTHERS, PRIMARY
 
 
 def sections(results: wb.Results) -> wb.Page:

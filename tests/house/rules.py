@@ -34,7 +34,12 @@ DOORS = {
 }
 
 # The bench measures python-control as its users call it, and not what the door makes of it; so does a reader's own law.
-BESIDE_THE_DOOR = {("control", "studies/performance/peers.py"), ("control", "studies/own_law.py")}
+# And d1 makes the systems that its designs are given, as a user of `wb.tune_pid` does.
+BESIDE_THE_DOOR = {
+    ("control", "studies/performance/peers.py"),
+    ("control", "studies/own_law.py"),
+    ("control", "studies/d1_benchmarks/linear_systems.py"),
+}
 
 # A study has the workbench by its face alone; but these measure the time of its inner parts, each by itself.
 INNER_PARTS = {"studies/performance/inner_parts.py", "studies/b2_sobol_cost/inner_parts.py"}
@@ -43,6 +48,7 @@ BESIDE_STUDIES = {"studies", "workbench", "numpy", "casadi", "scipy"}
 # Peers against which a study holds the workbench; those of `studies/performance` are many.
 PEERS = {
     "studies/own_law.py": {"control"},
+    "studies/d1_benchmarks/linear_systems.py": {"control"},
     "studies/b0_robots/sympy_chain.py": {"sympy"},
     "studies/b0_robots/mujoco_arm.py": {"mujoco"},
 }

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from studies.a8_fair_comparison.conditions import HELD_OUT, uncertain
 from studies.d0_frequency.loops import AtPose, linear
 from studies.paper.card import PROPOSED_LAW, SCENARIOS
 from studies.paper.rest import POSE, REST, rest_case
+from studies.paper.scenarios import HELD_OUT, uncertain
 from workbench.core import SampledSystem
 from workbench.report.live.linear_data import baseline_of
 from workbench.study.case_runs import run
@@ -48,7 +48,7 @@ def a8():
 @pytest.fixture(scope="module")
 def cases_of_a8(a8):
     """The cases of a8 with numbers amid the ranges of its searches."""
-    from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS
+    from studies.paper.entrants import BOTH, ENTRANTS
 
     middle = {
         one.key: SimpleNamespace(
@@ -154,7 +154,7 @@ def test_the_case_at_rest_is_no_run_beyond_the_limit_of_its_step(a1):
 @pytest.mark.heavy
 def test_the_factors_of_a8_are_knobs_of_the_case_at_rest_and_of_the_others(outcomes_of_a8):
     """They stand at one number in all: the arm is therefore held where the scenario starts, and nothing is zero."""
-    from studies.a8_fair_comparison.entrants import PROPOSAL
+    from studies.paper.entrants import PROPOSAL
 
     factors = uncertain(HELD_OUT[0], PROPOSAL.loop(HELD_OUT[0]))
     runs = [one.measurement.trajectories for one in outcomes_of_a8]

@@ -7,17 +7,12 @@ import numpy as np
 import pytest
 
 from studies.a8_fair_comparison.ablations import PARTS, RETUNED_ENTRANTS, RICCATI, steady_gain
-from studies.a8_fair_comparison.conditions import (
-    HELD_OUT,
-    TERMS,
-    TRAINING,
-    cost,
-    first_estimates,
-    metrics,
-    objective,
-    uncertain,
-)
-from studies.a8_fair_comparison.entrants import (
+from studies.a8_fair_comparison.evidence import DRAW_SEED, LostRuns, cause_of
+from studies.a8_fair_comparison.other_numbers import half_budget, second_search, third_search
+from studies.a8_fair_comparison.study import study
+from studies.paper.card import CARD
+from studies.paper.costs import cost_of
+from studies.paper.entrants import (
     ALL,
     ALL_INFORMATION,
     BOTH,
@@ -27,10 +22,16 @@ from studies.a8_fair_comparison.entrants import (
     PROPOSED_LAW,
     READINGS,
 )
-from studies.a8_fair_comparison.evidence import DRAW_SEED, LostRuns, cause_of, cost_of
-from studies.a8_fair_comparison.other_numbers import half_budget, second_search, third_search
-from studies.a8_fair_comparison.study import study
-from studies.paper.card import CARD
+from studies.paper.scenarios import (
+    HELD_OUT,
+    TERMS,
+    TRAINING,
+    cost,
+    first_estimates,
+    metrics,
+    objective,
+    uncertain,
+)
 from tests.support.given_costs import RNG
 from tests.support.samples import made_sample
 from tests.support.tunings import tuning

@@ -9,13 +9,14 @@ import pytest
 import workbench as wb
 from studies.a8_fair_comparison import changes, findings
 from studies.a8_fair_comparison.ablations import RICCATI
-from studies.a8_fair_comparison.conditions import TERMS
 from studies.a8_fair_comparison.conditions_section import MEANINGS
-from studies.a8_fair_comparison.entrants import PROPOSED_LAW
-from studies.a8_fair_comparison.evidence import Parts, judge_means
+from studies.a8_fair_comparison.evidence import Parts
 from studies.a8_fair_comparison.other_numbers import PLAIN
 from studies.a8_fair_comparison.riccati_worth import A3, costly_draws_table, failures, more_or_less
 from studies.paper.card import CARD
+from studies.paper.costs import judge_means
+from studies.paper.entrants import PROPOSED_LAW
+from studies.paper.scenarios import TERMS
 from tests.support.given_costs import PART, WINS, costs, evidence, searched
 from workbench.study.evidence import leave_one_out
 

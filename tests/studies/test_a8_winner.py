@@ -8,9 +8,10 @@ import pytest
 from studies.a8_fair_comparison import changes, findings
 from studies.a8_fair_comparison.ablations import RICCATI
 from studies.a8_fair_comparison.changes import NOBODY
-from studies.a8_fair_comparison.conditions import HELD_OUT
-from studies.a8_fair_comparison.entrants import BOTH, PROPOSED_LAW, READINGS
-from studies.a8_fair_comparison.evidence import FAMILY, OTHERS, PRIMARY, by_mean_costs, judge_laws, judge_means
+from studies.a8_fair_comparison.evidence import by_mean_costs
+from studies.paper.costs import FAMILY, OTHERS, PRIMARY, judge_laws, judge_means
+from studies.paper.entrants import BOTH, PROPOSED_LAW, READINGS
+from studies.paper.scenarios import HELD_OUT
 from tests.support.given_costs import LONG, LOSES, WINS, costs, evidence, standings
 from workbench.study.evidence import compare, pair_samples
 from workbench.study.evidence.pooling import WAYS

@@ -3,9 +3,10 @@
 import numpy as np
 
 from studies.a8_fair_comparison.ablations import RICCATI, STEADY
-from studies.a8_fair_comparison.entrants import ALL_INFORMATION, PROPOSED_LAW
-from studies.a8_fair_comparison.evidence import Evidence, Parts, judge_laws, judge_means
+from studies.a8_fair_comparison.evidence import Evidence, Parts
 from studies.a8_fair_comparison.other_numbers import AGAIN, PLAIN, run_name
+from studies.paper.costs import judge_laws, judge_means
+from studies.paper.entrants import ALL_INFORMATION, PROPOSED_LAW
 from workbench.study.evidence import Standings, leave_one_out, pair_samples
 from workbench.study.evidence.pooling import WAYS
 

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 import workbench as wb
-from studies.a8_fair_comparison.conditions import Scenario, first_estimates
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, arm_law
+from studies.paper.scenarios import Scenario, first_estimates
 
 PROPOSED_LAW = "AOSMC-RGS"
 FARTHER = 1e3  # times a range: as far as a search may go beyond where it begins
