@@ -23,7 +23,7 @@ from workbench.design.structured_uncertainty.scaling_search import Scalings
 
 
 @dataclass(frozen=True, eq=False)
-class FrequencyMatrix:
+class PerturbedSystem:
     """The matrix M(omega) of a stable continuous system, square."""
 
     A: Array
@@ -43,7 +43,7 @@ class FrequencyMatrix:
         return np.asarray(-1j * self.C @ resolvent @ resolvent @ self.B)
 
 
-def clear_band(system: FrequencyMatrix, beta: float, scalings: Scalings, omega: float) -> tuple[float, float] | None:
+def clear_band(system: PerturbedSystem, beta: float, scalings: Scalings, omega: float) -> tuple[float, float] | None:
     """The band about a frequency in which the scalings prove the bound beta, or None if they do not at it.
 
     An infinite upper end is included, as is a lower end of zero.
@@ -79,7 +79,7 @@ def _holds(M: Complex, beta: float, scalings: Scalings) -> bool:
     return True
 
 
-def _crossings(system: FrequencyMatrix, beta: float, scalings: Scalings) -> list[tuple[float, float]] | None:
+def _crossings(system: PerturbedSystem, beta: float, scalings: Scalings) -> list[tuple[float, float]] | None:
     """Intervals that hold each frequency at which W is singular, or None if rounding hides them."""
     C, D0 = system.C, system.D
     D, jG = scalings.D, 1j * scalings.G
@@ -111,7 +111,7 @@ def _crossings(system: FrequencyMatrix, beta: float, scalings: Scalings) -> list
     ]
 
 
-def _hamiltonian(system: FrequencyMatrix, D: Complex, S: Complex, R: Complex) -> tuple[Complex, Array]:
+def _hamiltonian(system: PerturbedSystem, D: Complex, S: Complex, R: Complex) -> tuple[Complex, Array]:
     """The matrix with an eigenvalue j omega where W(omega) is singular, and a bound of its rounding, entry by entry."""
     A, B, C = system.A, system.B, system.C
     over, across = np.linalg.solve(R, B.T), np.linalg.solve(R, S.conj().T)

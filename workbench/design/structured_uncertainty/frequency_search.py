@@ -12,10 +12,10 @@ from scipy import optimize
 
 from workbench.core.validation.refusals import Array
 from workbench.design.matrices import Complex
-from workbench.design.structured_uncertainty.frequency_bands import FrequencyMatrix
+from workbench.design.structured_uncertainty.frequency_bands import PerturbedSystem
 from workbench.design.structured_uncertainty.perturbation_search import (
     Directions,
-    Peak,
+    EigenvaluePeak,
     complex_peak,
     eigenvalue,
     start_points,
@@ -38,7 +38,7 @@ class FrequencyPeak:
 
 
 def frequency_peaks(
-    system: FrequencyMatrix, places: tuple[Places, ...], scalings: Scalings, omega: float, seed: int
+    system: PerturbedSystem, places: tuple[Places, ...], scalings: Scalings, omega: float, seed: int
 ) -> FrequencyPeak | None:
     """The best local maximum over perturbations and frequencies from some starts at one positive frequency."""
     directions, rng = Directions(places, len(system.D)), np.random.default_rng(seed)
@@ -49,7 +49,7 @@ def frequency_peaks(
     for p in islice(start_points(M, directions, scalings, rng), STARTS if mixed else COMPLEX_STARTS):
         if mixed:
             *_, values = eigenvalue(M, directions.Q(p), None)
-            starts = [Peak(complex(value), p) for value in sorted(values, key=lambda v: -v.real)[:2]]
+            starts = [EigenvaluePeak(complex(value), p) for value in sorted(values, key=lambda v: -v.real)[:2]]
         else:
             starts = [complex_peak(M, directions, p)]
         for start in starts:
@@ -60,14 +60,14 @@ def frequency_peaks(
     return best
 
 
-def _relative_width(system: FrequencyMatrix, omega: float) -> float:
+def _relative_width(system: PerturbedSystem, omega: float) -> float:
     """The relative width of the resonance of the nearest pole, at most one: the unit of a frequency's logarithm."""
     poles = np.linalg.eigvals(system.A)
     nearest = poles[np.abs(1j * omega - poles).argmin()]
     return float(np.clip(np.abs(1j * omega - nearest) / omega, 1e-12, 1.0))
 
 
-def _slopes(system: FrequencyMatrix, directions: Directions, q: Array, near: complex) -> tuple[complex, Complex]:
+def _slopes(system: PerturbedSystem, directions: Directions, q: Array, near: complex) -> tuple[complex, Complex]:
     """An eigenvalue of M Q and its derivatives by the parameters of Q and the logarithm of the frequency."""
     p, omega = q[:-1], float(np.exp(q[-1]))
     M, Q = system.at(omega), directions.Q(p)
@@ -76,7 +76,9 @@ def _slopes(system: FrequencyMatrix, directions: Directions, q: Array, near: com
     return value, np.append(directions.slopes(p, M.conj().T @ y, x), by_frequency)
 
 
-def _peak(system: FrequencyMatrix, directions: Directions, start: Peak, omega: float, unit: float) -> Peak | None:
+def _peak(
+    system: PerturbedSystem, directions: Directions, start: EigenvaluePeak, omega: float, unit: float
+) -> EigenvaluePeak | None:
     """A local maximum of a real eigenvalue; values count in units of the first, and frequencies in units of a width."""
     size = max(abs(start.value), 1e-300)
     units = np.append(np.ones(len(start.p)), unit)
@@ -100,10 +102,12 @@ def _peak(system: FrequencyMatrix, directions: Directions, start: Peak, omega: f
         options={"ftol": 1e-13, "maxiter": 80},
     )
     value, r = of(found.x)[0] * size, np.asarray(found.x)
-    return Peak(value, center + units * r) if value.real > 0 and abs(value.imag) <= 1e-6 * abs(value) else None
+    return (
+        EigenvaluePeak(value, center + units * r) if value.real > 0 and abs(value.imag) <= 1e-6 * abs(value) else None
+    )
 
 
-def _proved(system: FrequencyMatrix, directions: Directions, peak: Peak) -> FrequencyPeak | None:
+def _proved(system: PerturbedSystem, directions: Directions, peak: EigenvaluePeak) -> FrequencyPeak | None:
     """The peak with a bound that an exact frequency and perturbation beside it attain, by a change of sign."""
     q = peak.p
     value, slopes = _slopes(system, directions, q, peak.value)

@@ -30,7 +30,7 @@ SEED = 20261129
 
 
 @dataclass(frozen=True)
-class Peak:
+class EigenvaluePeak:
     """An eigenvalue of M Q at parameters p of Q."""
 
     value: complex
@@ -110,7 +110,7 @@ class Directions:
                 p[part] = rng.uniform(-np.pi, np.pi)
         return p
 
-    def aligned(self, u: Complex, v: Complex) -> Array:
+    def align(self, u: Complex, v: Complex) -> Array:
         """Parameters of a Q that turns each part of u towards that of v."""
         p = np.zeros(sum(self.counts()))
         for place, part in self.parts(p):
@@ -143,11 +143,13 @@ def eigenvalue(M: Complex, Q: Complex, near: complex | None) -> tuple[complex, C
     return complex(values[k]), y, vectors[:, k], np.asarray(values, dtype=complex)
 
 
-def perturbation_peaks(M: Complex, places: tuple[Places, ...], scalings: Scalings, upper: float) -> list[Peak]:
+def perturbation_peaks(
+    M: Complex, places: tuple[Places, ...], scalings: Scalings, upper: float
+) -> list[EigenvaluePeak]:
     """Local maxima, the largest first; the search ends where one reaches the upper bound."""
     directions, rng = Directions(places, len(M)), np.random.default_rng(SEED)
     mixed = any(place.real for place in places)
-    peaks: list[Peak] = []
+    peaks: list[EigenvaluePeak] = []
     for p in start_points(M, directions, scalings, rng):
         peaks += _mixed_peaks(M, directions, p) if mixed else [complex_peak(M, directions, p)]
         if peaks and max(peak.value.real for peak in peaks) >= upper * (1 - CLOSE):
@@ -161,7 +163,7 @@ def start_points(M: Complex, directions: Directions, scalings: Scalings, rng: np
     root = (vectors * np.sqrt(np.maximum(values, 1e-300))) @ vectors.conj().T
     left, _, right = np.linalg.svd(root @ np.linalg.solve(root.T, M.T).T)
     # M v = sigma u, and Q u = v makes v an eigenvector of M Q in scaled states
-    yield directions.aligned(left[:, 0], right[0].conj())
+    yield directions.align(left[:, 0], right[0].conj())
     real = [part.start for place, part in directions.parts(np.zeros(0)) if place.real]
     if real and len(real) <= MOST_SIGNS:
         for signs in product((1.0, -1.0), repeat=len(real)):
@@ -172,7 +174,7 @@ def start_points(M: Complex, directions: Directions, scalings: Scalings, rng: np
         yield directions.random(rng)
 
 
-def complex_peak(M: Complex, directions: Directions, p: Array) -> Peak:
+def complex_peak(M: Complex, directions: Directions, p: Array) -> EigenvaluePeak:
     """A local maximum of the spectral radius; a turn of all blocks by one angle makes the eigenvalue positive."""
 
     def negative(p: Array) -> tuple[float, Array]:
@@ -184,7 +186,7 @@ def complex_peak(M: Complex, directions: Directions, p: Array) -> Peak:
     return _turned(M, directions, np.asarray(found.x))
 
 
-def _turned(M: Complex, directions: Directions, p: Array) -> Peak:
+def _turned(M: Complex, directions: Directions, p: Array) -> EigenvaluePeak:
     value, *_ = eigenvalue(M, directions.Q(p), None)
     turn, p = np.angle(value), p.copy()
     for place, part in directions.parts(p):
@@ -194,17 +196,17 @@ def _turned(M: Complex, directions: Directions, p: Array) -> Peak:
             p[part] = np.concatenate([u.real, u.imag, v.real, v.imag])
         else:
             p[part] -= turn
-    return Peak(complex(abs(value)), p)
+    return EigenvaluePeak(complex(abs(value)), p)
 
 
-def _mixed_peaks(M: Complex, directions: Directions, p: Array) -> list[Peak]:
+def _mixed_peaks(M: Complex, directions: Directions, p: Array) -> list[EigenvaluePeak]:
     """Local maxima of the real eigenvalues, from the eigenvalues at a start that lie most to the right."""
     *_, values = eigenvalue(M, directions.Q(p), None)
     starts = sorted({complex(v) for v in values if v.real > 0 or v.imag}, key=lambda v: -v.real)[:2]
     return [peak for near in starts if (peak := _mixed_peak(M, directions, p, near)) is not None]
 
 
-def _mixed_peak(M: Complex, directions: Directions, p: Array, near: complex) -> Peak | None:
+def _mixed_peak(M: Complex, directions: Directions, p: Array, near: complex) -> EigenvaluePeak | None:
     last: list[tuple[Array, complex, Complex]] = [(p + np.nan, near, np.zeros(0, dtype=complex))]
 
     def of(p: Array) -> tuple[complex, Complex]:
@@ -231,4 +233,4 @@ def _mixed_peak(M: Complex, directions: Directions, p: Array, near: complex) -> 
     value = of(p)[0]
     if not value.real > 0 or abs(value.imag) > 1e-6 * abs(value):
         return None
-    return Peak(value, p)
+    return EigenvaluePeak(value, p)

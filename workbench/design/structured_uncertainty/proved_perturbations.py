@@ -18,7 +18,7 @@ from workbench.design.frequency.integer_polynomials import mirror
 from workbench.design.frequency.positive_roots import positive_roots
 from workbench.design.frequency.rational_matrices import integer_characteristic_polynomial, whole
 from workbench.design.matrices import EPS, Complex
-from workbench.design.structured_uncertainty.perturbation_search import Directions, Peak, eigenvalue
+from workbench.design.structured_uncertainty.perturbation_search import Directions, EigenvaluePeak, eigenvalue
 from workbench.design.structured_uncertainty.uncertainty_blocks import Places
 
 SHIFTS = tuple(
@@ -35,7 +35,9 @@ class ProvedPerturbation:
     Delta: Complex
 
 
-def proved_perturbation(M: Complex, places: tuple[Places, ...], peaks: list[Peak]) -> ProvedPerturbation | None:
+def proved_perturbation(
+    M: Complex, places: tuple[Places, ...], peaks: list[EigenvaluePeak]
+) -> ProvedPerturbation | None:
     """The best perturbation of some peaks for which an exact one is proved to be near, or None."""
     directions = Directions(places, len(M))
     best: ProvedPerturbation | None = None
@@ -48,7 +50,7 @@ def proved_perturbation(M: Complex, places: tuple[Places, ...], peaks: list[Peak
     return best
 
 
-def _lower(M: Complex, directions: Directions, peak: Peak) -> float:
+def _lower(M: Complex, directions: Directions, peak: EigenvaluePeak) -> float:
     Q = directions.Q(peak.p)
     value, y, x, values = eigenvalue(M, Q, peak.value)
     error = eigenvalue_error(M, Q, value)

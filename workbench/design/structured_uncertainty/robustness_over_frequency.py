@@ -16,7 +16,7 @@ from workbench.design.control_system import System
 from workbench.design.frequency.exact_systems import is_stable, not_stable
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Complex, DesignError, one_thread
-from workbench.design.structured_uncertainty.frequency_bands import FrequencyMatrix, clear_band
+from workbench.design.structured_uncertainty.frequency_bands import PerturbedSystem, clear_band
 from workbench.design.structured_uncertainty.frequency_search import FrequencyPeak, frequency_peaks
 from workbench.design.structured_uncertainty.irreducible_parts import whole_of
 from workbench.design.structured_uncertainty.scaling_search import best_scalings
@@ -119,7 +119,7 @@ def robustness_over_frequency(system: System, blocks: Sequence[UncertaintyBlock]
         step = 1.0 if system.dt is True else float(system.dt)
         A, B, C, D = _bilinear(A, B, C, D)
     places = places_of(blocks)
-    matrix = FrequencyMatrix(*_padded(A, B, C, D, blocks))
+    matrix = PerturbedSystem(*_padded(A, B, C, D, blocks))
     return _answer(call, matrix, places, blocks, step)
 
 
@@ -149,7 +149,7 @@ def _padded(
 @one_thread()
 def _answer(
     call: str,
-    matrix: FrequencyMatrix,
+    matrix: PerturbedSystem,
     places: tuple[Places, ...],
     blocks: Sequence[UncertaintyBlock],
     step: float | None,
@@ -171,7 +171,7 @@ def _answer(
     return StructuredPeak(min(peak.lower, upper), upper, omega, unpad(peak.Delta, blocks), bands)
 
 
-def _frequencies(matrix: FrequencyMatrix) -> list[float]:
+def _frequencies(matrix: PerturbedSystem) -> list[float]:
     """Positive frequencies near to which a peak is likely."""
     poles = np.linalg.eigvals(matrix.A) if len(matrix.A) else np.zeros(0)
     sizes = np.unique(np.concatenate([np.abs(poles), np.abs(poles.imag)]))
@@ -188,7 +188,7 @@ def _frequencies(matrix: FrequencyMatrix) -> list[float]:
     return kept
 
 
-def _largest_lower(matrix: FrequencyMatrix, places: tuple[Places, ...], count: int) -> FrequencyPeak | None:
+def _largest_lower(matrix: PerturbedSystem, places: tuple[Places, ...], count: int) -> FrequencyPeak | None:
     """The best perturbation at zero, at infinity, or found from starts at the frequencies of the largest bounds."""
     best: FrequencyPeak | None = None
     for omega in (0.0, math.inf):
@@ -209,7 +209,7 @@ def _largest_lower(matrix: FrequencyMatrix, places: tuple[Places, ...], count: i
 
 
 def _cover(
-    call: str, matrix: FrequencyMatrix, places: tuple[Places, ...], lower: float
+    call: str, matrix: PerturbedSystem, places: tuple[Places, ...], lower: float
 ) -> tuple[tuple[ScaledBand, ...], float, float | None]:
     """Bands over all frequencies, the bound that their scalings prove, and the frequency that last raised it."""
     scale = float(np.median(_frequencies(matrix)))
@@ -249,7 +249,7 @@ def _cover(
 
 
 def _band_at(
-    matrix: FrequencyMatrix, places: tuple[Places, ...], beta: float, omega: float
+    matrix: PerturbedSystem, places: tuple[Places, ...], beta: float, omega: float
 ) -> tuple[ScaledBand | None, float]:
     """The band about a frequency by scalings whose G is as small as it may be, and the square of the bound there."""
     M, square, mixed = matrix.at(omega), math.inf, any(place.real for place in places)
@@ -271,7 +271,7 @@ def _place(omega: float, scale: float) -> float:
 
 
 def _largest_square(
-    matrix: FrequencyMatrix, places: tuple[Places, ...], low: float, high: float, scale: float, middle: float
+    matrix: PerturbedSystem, places: tuple[Places, ...], low: float, high: float, scale: float, middle: float
 ) -> tuple[float, float]:
     """The largest square of the bound that a golden-section search between two places finds, and the place."""
 
