@@ -94,7 +94,7 @@ def test_both_sides_of_gamma_hold_by_another_solver_and_by_the_loop_itself(seed)
 def bound_at_each_frequency(plant):
     """The largest norm, over frequency, that no feedback can reduce: Parrott's theorem at each frequency by itself."""
     p = plant.parts
-    n, nw, _, nz, _ = plant.sizes
+    _, nw, _, nz, _ = plant.sizes
     whole = control.ss(
         p.A, np.hstack([p.B1, p.B2]), np.vstack([p.C1, p.C2]), np.block([[p.D11, p.D12], [p.D21, p.D22]])
     )  # fmt: skip
