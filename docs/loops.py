@@ -3,9 +3,9 @@
 from functools import cache
 from typing import Any, NamedTuple
 
-from studies.paper.entrants import LAWS, PROPOSED_LAW
 from studies.b3_any_plant.loops import loop
 from studies.b3_any_plant.settings import SETTINGS
+from studies.paper.entrants import LAWS, PROPOSED_LAW
 from studies.paper.laws import REFERENCES, plant, proposed_repaired
 from workbench.arms.observers import ArmFullState
 from workbench.blocks.loop import ClosedLoop

@@ -94,13 +94,13 @@ from workbench.design import linear as linear
 from workbench.design import linear_loop as linear_loops
 from workbench.design import linearize
 from workbench.design import pid_design as pid_design
+from workbench.design import reduction as reduction
 from workbench.design import riccati as riccati
 from workbench.design import riccati_flow as riccati_flow
 from workbench.design import scheduling as scheduling
-from workbench.design import synthesis as synthesis
-from workbench.design import reduction as reduction
-from workbench.design import structured_uncertainty as structured_uncertainty
 from workbench.design import structured_tuning as structured_tuning
+from workbench.design import structured_uncertainty as structured_uncertainty
+from workbench.design import synthesis as synthesis
 from workbench.design.frequency import (
     bandwidth,
     c2d,

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import workbench as wb
-from studies.a8_fair_comparison import conditions
 from studies.a8_fair_comparison.changes import SEEN_SCENARIOS, quote_names
+from studies.paper import scenarios
 from studies.paper.entrants import ALL_INFORMATION, BOTH, ENTRANTS, PROPOSAL, READINGS
 from studies.paper.scenarios import HELD_OUT, TERMS
 
@@ -20,7 +20,7 @@ def conditions_section() -> wb.Section:
     first = HELD_OUT[0]
     loop = PROPOSAL.loop(first)
     equation = loop.ode()
-    drawn = wb.uncertainty.Space(conditions.uncertain(first, loop), equation.parameters, equation.states)
+    drawn = wb.uncertainty.Space(scenarios.uncertain(first, loop), equation.parameters, equation.states)
     return wb.Section(
         "What is the same for all laws",
         (
@@ -70,7 +70,7 @@ def objective() -> wb.document.ReportTable:
         ),
         tuple((term.metric, term.acceptable, term.unit, MEANINGS.get(term.metric, term.why)) for term in TERMS),
         (
-            f"In 'jumps', and in 'ss' of the tuning, the square wave also jumps at {conditions.HORIZON:g} s, "
+            f"In 'jumps', and in 'ss' of the tuning, the square wave also jumps at {scenarios.HORIZON:g} s, "
             "the final sample of a run. The command of this sample already contains the response to the jump, which "
             "enters TV but no other metric. In 'jumps' the response is 8 % of TV and 3 % of the cost of AOSMC-RGS and "
             "of SMC.",
@@ -95,8 +95,8 @@ def information() -> wb.document.ReportTable:
 
 def scenarios() -> wb.document.ReportTable:
     usual = HELD_OUT[0]
-    limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (conditions.LIMIT, usual.viscous, usual.coulomb))
-    rows = [(one.name, "tuning", one.words) for one in conditions.TRAINING]
+    limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (scenarios.LIMIT, usual.viscous, usual.coulomb))
+    rows = [(one.name, "tuning", one.words) for one in scenarios.TRAINING]
     rows += [(one.name, "comparison", one.words) for one in HELD_OUT]
     return wb.document.ReportTable(
         "scenarios",
@@ -113,9 +113,9 @@ def scenarios() -> wb.document.ReportTable:
             f"Where a row says nothing else, joints 1 and 2 have torque limits of {limit} N m. The numbers are drawn "
             f"around the model's masses, viscous friction of {viscous} N m s/rad, Coulomb friction of {coulomb} N m "
             "and the paper's disturbance. The computer has a period of "
-            f"{1e3 * conditions.PERIOD:g} ms. Each reading has new normal "
-            f"noise with a standard deviation of {conditions.NOISE_Q:g} rad and {conditions.NOISE_QD:g} rad/s. 'A "
+            f"{1e3 * scenarios.PERIOD:g} ms. Each reading has new normal "
+            f"noise with a standard deviation of {scenarios.NOISE_Q:g} rad and {scenarios.NOISE_QD:g} rad/s. 'A "
             "slower motion' has amplitudes of 0.6 and 0.8 rad at 1.5 and 2.2 rad/s, 'a faster motion' 0.9 and 0.6 rad "
-            f"at 3.5 and 5 rad/s. A run takes {conditions.HORIZON:g} s.",
+            f"at 3.5 and 5 rad/s. A run takes {scenarios.HORIZON:g} s.",
         ),
     )

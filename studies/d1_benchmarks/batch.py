@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 
@@ -72,5 +71,7 @@ def _rest(L: float) -> list[list[float]]:
 
 
 def _process(family: str, label: str, num: list[float], factors: list[list[float]], delay: float = 0.0) -> Process:
-    den = reduce(np.polymul, factors, np.ones(1))
+    den = np.ones(1)
+    for factor in factors:
+        den = np.polymul(den, factor)
     return Process(family, label, tuple(num), tuple(den.tolist()), delay)
