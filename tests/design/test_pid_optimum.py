@@ -146,12 +146,14 @@ def test_a_derivative_gives_the_integral_gain_of_an_exhaustive_search():
     assert design.certificate.Mt.gain.value <= 1.4
 
 
+@pytest.mark.heavy
 def test_a_derivative_stabilises_the_double_integrator():
     design = wb.tune_pid(control.tf([1.0], [1.0, 0.0, 0.0]), form="PID", N=20.0, Ms=1.6)
     assert design.certificate.stable
     assert design.certificate.Ms.gain.value <= 1.6
 
 
+@pytest.mark.heavy
 def test_a_filter_is_chosen_for_a_noise_gain():
     design = pid_optimum(control.tf([1.0], [2.0, 1.0]), 1.6, 1.6, 1.0, noise_gain=8.0)
     omega = np.geomspace(1e-3, 1e4, 200000)

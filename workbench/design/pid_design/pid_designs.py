@@ -10,6 +10,7 @@ import numpy as np
 from workbench.core.layout import Entry, Layout
 from workbench.core.point import OperatingPoint
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import finite
 from workbench.design.control_system import System
 from workbench.design.frequency.margin_records import StabilityMargins
 from workbench.design.frequency.stability_margins import stability_margins
@@ -130,6 +131,7 @@ class PidDesign:
 
     def with_weights(self, b: float, c: float) -> PidDesign:
         """The same design with other weights of the reference."""
+        b, c = finite("PidDesign.with_weights(b=...)", b), finite("PidDesign.with_weights(c=...)", c)
         return replace(self, b=b, c=c)
 
 
