@@ -37,7 +37,7 @@ def conditions_section() -> wb.Section:
                 "of the network are integrated exactly."
             ),
             information(),
-            scenarios(),
+            scenario_table(),
             wb.uncertainty.factor_table(
                 drawn, "drawn", "The numbers that are drawn in each run of a scenario, shown for the first scenario."
             ),
@@ -93,7 +93,7 @@ def information() -> wb.document.ReportTable:
     )
 
 
-def scenarios() -> wb.document.ReportTable:
+def scenario_table() -> wb.document.ReportTable:
     usual = HELD_OUT[0]
     limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (scenarios.LIMIT, usual.viscous, usual.coulomb))
     rows = [(one.name, "tuning", one.words) for one in scenarios.TRAINING]

@@ -12,16 +12,8 @@ from studies.a8_fair_comparison.evidence import Evidence, evidence
 from studies.a8_fair_comparison.other_numbers import PLAIN, run_name
 from studies.a8_fair_comparison.tuning_section import trust, tuning
 from studies.paper.costs import ACCEPTABLE, PRIMARY
-from studies.paper.entrants import (
-    ALL_INFORMATION,
-    BOTH,
-    ENTRANTS,
-    FILTER,
-    OBSERVER,
-    PROPOSED_LAW,
-    READINGS,
-    Information,
-)
+from studies.paper.entrants import ALL_INFORMATION, BOTH, ENTRANTS, FILTER, OBSERVER, READINGS, Information
+from studies.paper.entrants import PROPOSED_LAW as PROPOSED
 from studies.paper.rest import REST, rest_section
 from studies.paper.scenarios import HELD_OUT, PERIOD, TERMS
 
@@ -77,11 +69,11 @@ def sections(results: wb.Results) -> wb.Page:
 def rest(results: wb.Results) -> wb.Section:
     """The linear pictures of the proposed law in its computer, which the knobs move."""
     knobs = (
-        f"{PROPOSED_LAW} is shown because section 4 removes each of its parts in turn. On the HTML page the knobs of "
+        f"{PROPOSED} is shown because section 4 removes each of its parts in turn. On the HTML page the knobs of "
         "masses, lengths and friction move these pictures with the runs. Disturbance, phases and starts do not."
     )
     law = f"It has its tuned numbers, both observers, and a computer with a period of {1e3 * PERIOD:g} ms."
-    return rest_section(results[REST, PROPOSED_LAW], results[HELD_OUT[0].name, PROPOSED_LAW], law, knobs)
+    return rest_section(results[REST, PROPOSED], results[HELD_OUT[0].name, PROPOSED], law, knobs)
 
 
 def lead(evidence: Evidence) -> str:
@@ -242,23 +234,23 @@ def parts_table(evidence: Evidence) -> wb.document.ReportTable:
     name = riccati_worth.decisive(evidence.parts)
     rest = again.without[name].by[PRIMARY.words]
     searches = evidence.parts.searches.whole.by[PRIMARY.words]
-    other, *_ = riccati_worth.change_of(searches, run_name(PROPOSED_LAW, "_other"))
+    other, *_ = riccati_worth.change_of(searches, run_name(PROPOSED, "_other"))
     rows: list[tuple[wb.document.Cell, ...]] = [
         (
             f"without {part}",
-            wb.evidence.change_without(frozen, part, PROPOSED_LAW),
-            wb.evidence.change_without(frozen, STEADY, PROPOSED_LAW) if part == RICCATI else None,
-            wb.evidence.change_without(retuned, part, PROPOSED_LAW),
-            wb.evidence.change_without(rest, part, PROPOSED_LAW),
+            wb.evidence.change_without(frozen, part, PROPOSED),
+            wb.evidence.change_without(frozen, STEADY, PROPOSED) if part == RICCATI else None,
+            wb.evidence.change_without(retuned, part, PROPOSED),
+            wb.evidence.change_without(rest, part, PROPOSED),
             len(RETUNED_ENTRANTS[part].tuned_numbers),
         )
         for part in PARTS
     ]
-    plain = (wb.evidence.change_without(one, PLAIN, PROPOSED_LAW) for one in (retuned, rest))
+    plain = (wb.evidence.change_without(one, PLAIN, PROPOSED) for one in (retuned, rest))
     rows.append((f"plain {PLAIN}", None, None, *plain, len(ENTRANTS[BOTH.key][1].tuned_numbers)))
     return wb.document.ReportTable(
         "parts",
-        f"Change of the geometric mean of the cost over all scenarios when {PROPOSED_LAW} loses one of its parts.",
+        f"Change of the geometric mean of the cost over all scenarios when {PROPOSED} loses one of its parts.",
         (
             wb.document.TableColumn("law"),
             wb.document.TableColumn("not tuned again", "%", "right"),
@@ -287,14 +279,14 @@ def parts(evidence: Evidence) -> wb.Section:
         "shows nothing about (34). The second column therefore keeps P at the steady value of (34), computed with K = "
         "K(0) and the posture in which a scenario starts. In report a3, P(0) is near the steady value, and keeping it "
         "changes the error by only a few percent. Without the state observer the law takes the noisy readings; "
-        f"without the disturbance estimate it is {PROPOSED_LAW} behind observer (10). The last tables have the worth "
+        f"without the disturbance estimate it is {PROPOSED} behind observer (10). The last tables have the worth "
         "of (34) by other searches."
     )
     by_term = wb.evidence.ablation_table(
         "parts_by_term",
         "Change of the cost and of each of its terms when a part is taken out and the law is tuned again.",
         evidence.parts.by_term,
-        PROPOSED_LAW,
+        PROPOSED,
     )
     worth = riccati_worth.searches_table(evidence.parts), *riccati_worth.costly_draws_table(evidence.parts)
     tables = (parts_table(evidence), by_term, *worth)

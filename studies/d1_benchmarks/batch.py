@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import workbench as wb
+
 LAGS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.3, 1.5, 2.0, 4.0, 6.0, 8.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 DELAYS = (0.01, 0.02, 0.05, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)  # of P6 and P7; the lag is what is left to one
 FORMULAS = {
@@ -71,7 +73,7 @@ def _rest(L: float) -> list[list[float]]:
 
 
 def _process(family: str, label: str, num: list[float], factors: list[list[float]], delay: float = 0.0) -> Process:
-    den = np.ones(1)
+    den: wb.Array = np.ones(1)
     for factor in factors:
-        den = np.polymul(den, factor)
+        den = np.convolve(den, factor)
     return Process(family, label, tuple(num), tuple(den.tolist()), delay)
