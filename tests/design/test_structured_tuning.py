@@ -26,7 +26,8 @@ from workbench.design.structured_tuning.gain_peaks import gain_pieces
 from workbench.design.structured_tuning.quadratic_program import solve_quadratic_program
 from workbench.design.structured_tuning.system_jets import SystemJet
 
-PUBLISHED = json.loads((Path(__file__).parent / "data" / "structured_benchmarks.json").read_text())["problems"]
+DATA = Path(__file__).parents[2] / "studies" / "d1_benchmarks" / "structured_benchmarks.json"
+PUBLISHED = json.loads(DATA.read_text())["problems"]
 HINF = DesignGoal("hinf")
 
 

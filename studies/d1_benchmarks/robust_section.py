@@ -1,0 +1,124 @@
+"""The section on published problems of robust and structured design."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import workbench as wb
+from studies.d1_benchmarks.robust_problems import COMPLEIB, PUBLISHED, STARTS, Bounds, Problem, StaticDesign
+
+ENOUGH = 6  # digits in which both bounds are printed as one number if they agree
+
+
+def agrees(problem: Problem, found: Bounds) -> bool:
+    """True if a number between the bounds is the printed figure when it is rounded to its digits."""
+    half = 0.5 * 10.0**-problem.digits
+    return found.low - half <= problem.published <= found.high + half
+
+
+def reached(name: str, found: StaticDesign) -> bool:
+    """True if the bound of a norm, in the printed digits, is no more than the best published figure."""
+    target = float(COMPLEIB[name]["target"])
+    digits = len(str(COMPLEIB[name]["target"]).partition(".")[2])
+    return round(found.gamma.high, digits) <= target
+
+
+def section(results: wb.Results) -> wb.Section:
+    """Both tables with what they say."""
+    about = (
+        "Each figure below is computed between two bounds and stands beside the figure that is printed for it. The "
+        "loops of the satellite look perfect one by one, and bear a change of a tenth in both gains at once. The "
+        "column has good nominal performance and bears the uncertainty of its inputs, but not both at once."
+    )
+    static = (
+        "Five problems of COMPleib ask for a static controller of outputs. They were chosen, with their figures, "
+        f"before any was tuned here. The search is local and runs from {STARTS} starts. The last column has the least "
+        "norm of a controller of full order, below which no controller comes."
+    )
+    blocks = (wb.Paragraph(about), robust_table(results), wb.Paragraph(static), static_table(results))
+    return wb.Section("Published problems of robust design", blocks)
+
+
+def robust_table(results: wb.Results) -> wb.document.ReportTable:
+    """The figures of robust design beside the printed ones."""
+    rows: list[tuple[wb.document.Cell, ...]] = []
+    for problem, found in zip(PUBLISHED, results.work("robust"), strict=True):
+        printed = f"{problem.published:.{problem.digits}f}".replace("-", "\N{MINUS SIGN}")
+        verdict = "yes" if agrees(problem, found) else "no"
+        rows.append((problem.name, problem.figure, printed, found.low, found.high, verdict, problem.source))
+    columns = (
+        wb.document.TableColumn("problem"),
+        wb.document.TableColumn("figure"),
+        wb.document.TableColumn("in print", align="right"),
+        wb.document.TableColumn("lower bound", "", "right", digits=ENOUGH),
+        wb.document.TableColumn("upper bound", "", "right", digits=ENOUGH),
+        wb.document.TableColumn("agrees"),
+        wb.document.TableColumn("source"),
+    )
+    notes = (
+        "Agrees: a number between the bounds is the printed figure when it is rounded to its digits. The zeros of the "
+        "tanks follow from levels that are printed in two or three digits.",
+    )
+    return wb.document.ReportTable(
+        "robust_problems", "Published figures of robust design.", columns, tuple(rows), notes
+    )
+
+
+def static_table(results: wb.Results) -> wb.document.ReportTable:
+    """The static controllers beside the published ones."""
+    rows: list[tuple[wb.document.Cell, ...]] = []
+    for name, found in zip(COMPLEIB, results.work("static"), strict=True):
+        problem = COMPLEIB[name]
+        figures = ", ".join(f"{value:g} ({who})" for who, value in problem["figures"].items())
+        ends = [end for end in found.starts if np.isfinite(end)]
+        best = sum(end <= min(ends) * 1.001 for end in ends)
+        full: wb.document.Cell = found.full if np.isfinite(found.full) else wb.document.MissingCell("refused")
+        verdict = "yes" if reached(name, found) else "no"
+        rows.append(
+            (name, problem["about"], figures, found.gamma.high, verdict, f"{best} of {len(found.starts)}", full)
+        )
+    columns = (
+        wb.document.TableColumn("problem"),
+        wb.document.TableColumn("plant"),
+        wb.document.TableColumn("in print"),
+        wb.document.TableColumn("norm here", "", "right", digits=ENOUGH),
+        wb.document.TableColumn("no worse"),
+        wb.document.TableColumn("starts that end there"),
+        wb.document.TableColumn("full order", "", "right", digits=ENOUGH),
+    )
+    notes = (
+        "The norm is its upper bound. Starts that end there: within 0.1 % of the best one. HIFOO and hinfstruct are "
+        "programs for this kind of problem. For AC15 and HE4 the figures were read in a published program; those of "
+        "AC8, HE1 and REA2 are quoted from memory of the papers that the file of the problems names.",
+    )
+    return wb.document.ReportTable(
+        "static_controllers", "H-infinity norms under static controllers.", columns, tuple(rows), notes
+    )
+
+
+def finding(results: wb.Results) -> wb.Finding:
+    """The published figures that are met."""
+    robust = list(zip(PUBLISHED, results.work("robust"), strict=True))
+    static = list(zip(COMPLEIB, results.work("static"), strict=True))
+    met, good = sum(agrees(*pair) for pair in robust), sum(reached(*pair) for pair in static)
+    variations = [
+        wb.Variation(
+            "only figures of robust design", "all" if met == len(robust) else "some", f"{met} of {len(robust)}"
+        ),
+        wb.Variation("only static controllers", "all" if good == len(static) else "some", f"{good} of {len(static)}"),
+    ]
+    return wb.Finding(
+        name="published_figures",
+        statement=f"Of {len(robust)} printed figures of robust design, {met} are met in all printed "
+        f"digits. Of {len(static)} published norms under static controllers, {good} are reached or undercut.",
+        evidence="The figures of robust design are norms, structured singular values, zeros and a least norm. Each has "
+        "a lower and an upper bound here.",
+        statistic="A figure is met if a number between the bounds rounds to it; a norm is reached if its upper bound, in the printed "
+        "digits, is no more than the best published one.",
+        sample=f"{len(robust)} figures of four problems, and {len(static)} problems of COMPleib, chosen before tuning.",
+        information="All numbers of each plant are printed in its source.",
+        assumptions=f"{STARTS} starts of each search; the source of each figure, as the tables name it.",
+        answer="all" if met + good == len(robust) + len(static) else "some",
+        variations=tuple(variations),
+        limitations="Figures that are printed with more digits than their data support.",
+    )
