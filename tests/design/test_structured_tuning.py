@@ -67,10 +67,10 @@ def test_a_small_published_problem_reaches_the_published_figure():
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("name", ["AC8", "AC15", "HE4", "REA2"])
-def test_large_published_problems_reach_the_published_figure(name):
+@pytest.mark.parametrize(("name", "starts"), [("AC8", 2), ("AC15", 6), ("HE4", 1), ("REA2", 6)])
+def test_large_published_problems_reach_the_published_figure(name, starts):
     target = PUBLISHED[name]["target"]
-    assert as_printed(design(name, 6).gamma, target) <= target
+    assert as_printed(design(name, starts).gamma, target) <= target
 
 
 def h2_pieces(jet):
@@ -174,7 +174,7 @@ def test_one_gain_serves_the_worst_of_several_plants():
 def test_a_limit_is_kept_and_named_as_active():
     goals = (HINF, DesignGoal("decay", limit=3.0))
     answer = structured_controller(first_order(-1.0), 1, 1, goals=goals, starts=2)
-    assert answer.controller.D[0, 0] == pytest.approx(-2.0, abs=1e-6)  # k = 2 is the least that decays as fast
+    assert answer.controller.D[0, 0] == pytest.approx(-2.0, abs=1e-5)  # k = 2 is the least that decays as fast
     assert answer.active_goals == ("H-infinity norm as small as possible", "slowest decay >= 3")
 
 

@@ -18,7 +18,7 @@ from workbench.design.structured_tuning.system_jets import SystemJet
 
 Model = Callable[[Array], SystemJet]
 WIDTH, NARROW = 0.3, 0.1  # shares below the largest peak, in which pieces count: of a search, and of its polish
-STABILISE, DESCEND, LONG, POLISH = 200, 400, 2000, 300  # iterations
+STABILISE, DESCEND, LONG, POLISH = 200, 400, 3000, 600  # iterations
 ATTEMPTS = 3  # to make a start stable
 PROMISING, POLISHED = 3, 2  # of the starts
 FEW, FEW_BOUNDED = 5, 12  # numbers, without bounds and with them, for which the bundle alone is the shorter way
