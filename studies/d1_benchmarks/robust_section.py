@@ -113,8 +113,8 @@ def finding(results: wb.Results) -> wb.Finding:
         f"digits. Of {len(static)} published norms under static controllers, {good} are reached or undercut.",
         evidence="The figures of robust design are norms, structured singular values, zeros and a least norm. Each has "
         "a lower and an upper bound here.",
-        statistic="A figure is met if a number between the bounds rounds to it; a norm is reached if its upper bound, in the printed "
-        "digits, is no more than the best published one.",
+        statistic="A figure is met if a number between the bounds rounds to it; a norm is reached if its upper bound, in the "
+        "printed digits, is no more than the best published one.",
         sample=f"{len(robust)} figures of four problems, and {len(static)} problems of COMPleib, chosen before tuning.",
         information="All numbers of each plant are printed in its source.",
         assumptions=f"{STARTS} starts of each search; the source of each figure, as the tables name it.",

@@ -18,7 +18,8 @@ from workbench.design.structured_tuning.system_jets import SystemJet
 
 Model = Callable[[Array], SystemJet]
 WIDTH, NARROW = 0.3, 0.1  # shares below the largest peak, in which pieces count: of a search, and of its polish
-STABILISE, DESCEND, LONG, POLISH = 200, 400, 2000, 300  # iterations
+STABILISE, DESCEND, LONG, POLISH = 200, 400, 3000, 600  # iterations
+ATTEMPTS = 3  # to make a start stable
 PROMISING, POLISHED = 3, 2  # of the starts
 FEW, FEW_BOUNDED = 5, 12  # numbers, without bounds and with them, for which the bundle alone is the shorter way
 STABLE = 1e-3  # of the size of the poles, by which a start should be stable
@@ -148,30 +149,45 @@ def _order(end: Descent) -> tuple[float, float]:
 
 
 def _from_start(problem: SearchProblem, start: Array) -> tuple[Descent | None, float, int]:
-    start, spent = np.clip(start, problem.low, problem.high), 0
-    radius = 0.3 * (1 + float(np.abs(start).max(initial=0.0)))
-    if not problem.values(start, WIDTH).exists:
-        jets = problem.jets(start)
-        if jets is None:
-            return None, math.inf, 1
-        size = max(_size(jet) for jet in jets)
-        calm = descend(
-            problem.growth,
-            start,
-            problem.low,
-            problem.high,
-            iterations=STABILISE,
-            radius=radius,
-            enough=lambda values: values.objective < -STABLE * size,
-        )
-        start, spent = calm.x, calm.evaluations
-        if not problem.values(start, WIDTH).exists:
-            return None, calm.values.objective, spent
+    """The end of the descent from a start, or None, the growth of the slowest pole, and the points tried before."""
+    start, least, spent = np.clip(start, problem.low, problem.high), math.inf, 0
+    for attempt in range(ATTEMPTS):  # a start where poles meet has no gradient, but points nearby have one
+        calm, tried = _stabilised(problem, _shaken(problem, start, attempt))
+        spent += tried
+        jets = problem.jets(calm)
+        least = min(least, max(abscissa_of(jet) for jet in jets) if jets else math.inf)
+        if problem.values(calm, WIDTH).exists:
+            if problem.is_small:
+                return _down(problem, calm, WIDTH, DESCEND, PENALTY), least, spent
+            return _quick(problem, calm, DESCEND), least, spent
+    return None, least, spent
+
+
+def _shaken(problem: SearchProblem, start: Array, attempt: int) -> Array:
+    """The start at the first attempt, and points farther and farther from it at the others."""
+    if not attempt:
+        return start
+    size = np.where(np.isfinite(problem.high - problem.low), np.minimum(problem.high - problem.low, 1.0), 1.0)
+    shift = np.random.default_rng(attempt).standard_normal(len(start))
+    return np.clip(start + 0.1 * 3.0**attempt * size * shift, problem.low, problem.high)
+
+
+def _stabilised(problem: SearchProblem, start: Array) -> tuple[Array, int]:
+    """A point at which the growth of the slowest pole is small, from a start, and the points tried."""
     jets = problem.jets(start)
-    abscissa = max(abscissa_of(jet) for jet in jets) if jets else math.inf
-    if problem.is_small:
-        return _down(problem, start, WIDTH, DESCEND, PENALTY), abscissa, spent
-    return _quick(problem, start, DESCEND), abscissa, spent
+    if jets is None or problem.values(start, WIDTH).exists:
+        return start, 1
+    size = max(_size(jet) for jet in jets)
+    calm = descend(
+        problem.growth,
+        start,
+        problem.low,
+        problem.high,
+        iterations=STABILISE,
+        radius=0.3 * (1 + float(np.abs(start).max(initial=0.0))),
+        enough=lambda values: values.objective < -STABLE * size,
+    )
+    return calm.x, calm.evaluations
 
 
 def _quick(problem: SearchProblem, x: Array, iterations: int) -> Descent:
@@ -197,6 +213,9 @@ def _polish(problem: SearchProblem, end: Descent) -> Descent:
     """The end of a search refined; where a limit is broken the penalty grows, and at last the limits count alone."""
     penalty = PENALTY
     best = _down(problem, end.x, NARROW, POLISH, penalty)
+    if not problem.is_small:
+        again = _quick(problem, best.x, LONG)
+        best = min(best, again, _down(problem, again.x, NARROW, POLISH, penalty), key=_order)
     while best.values.violation > KEPT and penalty < STRONGEST:
         penalty *= 30
         best = min(best, _down(problem, best.x, NARROW, POLISH, penalty), key=_order)
