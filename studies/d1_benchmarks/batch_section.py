@@ -9,7 +9,7 @@ import numpy as np
 
 import workbench as wb
 from studies.d1_benchmarks.batch import COUNT_IN_PRINT, FORMULAS, Process, batch
-from studies.d1_benchmarks.batch_designs import LIMIT, ProcessDesigns, Tuned
+from studies.d1_benchmarks.batch_designs import LIMIT, ProcessDesigns, TunedLaw
 
 FAMILIES = {family: i for i, family in enumerate(FORMULAS)}
 LAWS = ("PI", "PID", "simc", "amigo")
@@ -23,17 +23,17 @@ class Row:
     """A process with its laws."""
 
     process: Process
-    found: ProcessDesigns
+    designs: ProcessDesigns
 
-    def law(self, key: str) -> Tuned:
+    def law(self, key: str) -> TunedLaw:
         """One of the laws by its key."""
-        one: Tuned = getattr(self.found, key)
+        one: TunedLaw = getattr(self.designs, key)
         return one
 
     @property
     def late_share(self) -> float:
         """The normalised dead time of the model on which the rules act, L / (L + T)."""
-        late, lag = self.found.late, self.found.lag
+        late, lag = self.designs.late, self.designs.lag
         return late / (late + lag) if np.isfinite(lag) else 0.0
 
 
@@ -42,7 +42,7 @@ def rows_of(results: wb.Results) -> list[Row]:
     return [Row(process, found) for process, found in zip(batch(), results.work("batch"), strict=True)]
 
 
-def peak(one: Tuned) -> float:
+def peak(one: TunedLaw) -> float:
     """The larger of the certified peaks."""
     return max(one.Ms, one.Mt)
 

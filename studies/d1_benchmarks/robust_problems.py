@@ -157,7 +157,7 @@ class Problem:
     key: str
     name: str
     figure: str
-    published: float
+    printed_figure: float
     digits: int
     source: str
 
