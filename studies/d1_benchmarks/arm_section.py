@@ -24,7 +24,6 @@ from studies.paper.costs import FAMILY, OTHERS, PRIMARY, WEIGHTS
 from studies.paper.scenarios import HELD_OUT
 
 LOWER, HIGHER, OPEN = "the law is lower", "the linear law is lower", "undecided"
-COST = "mean cost"
 
 
 @dataclass(frozen=True)
@@ -68,17 +67,22 @@ def tally(verdicts: wb.evidence.Standings, law: str, design: str, words: str = P
     return {LOWER: orders.count("below"), HIGHER: orders.count("above"), OPEN: orders.count("undecided")}
 
 
+def counts(every: Mapping[str, wb.evidence.Standings], design: str, words: str = PRIMARY.words) -> tuple[int, int, int]:
+    """The pairs of a law and a scenario in which the law costs less, more, and neither."""
+    sums = [tally(verdicts, law, design, words) for law, verdicts in every.items()]
+    low, high, neither = (sum(one[key] for one in sums) for key in (LOWER, HIGHER, OPEN))
+    return low, high, neither
+
+
 def tallies(every: Mapping[str, wb.evidence.Standings], design: str, words: str = PRIMARY.words) -> str:
     """The sum of the tallies of all laws in words."""
-    sums = [tally(verdicts, law, design, words) for law, verdicts in every.items()]
-    low, high, open_ = (sum(one[key] for one in sums) for key in (LOWER, HIGHER, OPEN))
-    return f"less in {low}, more in {high}, and neither in {open_}"
+    low, high, neither = counts(every, design, words)
+    return f"less in {low}, more in {high}, and neither in {neither}"
 
 
 def verdict(every: Mapping[str, wb.evidence.Standings], design: str, words: str = PRIMARY.words) -> str:
     """The side that has the lower cost in more of the pairs of a law and a scenario."""
-    sums = [tally(verdicts, law, design, words) for law, verdicts in every.items()]
-    low, high = (sum(one[key] for one in sums) for key in (LOWER, HIGHER))
+    low, high, _ = counts(every, design, words)
     return "the six laws" if low > high else "the linear laws" if high > low else "neither"
 
 

@@ -96,6 +96,13 @@ def static_table(results: wb.Results) -> wb.document.ReportTable:
     )
 
 
+def count_met(results: wb.Results) -> tuple[int, int]:
+    """The published figures that are met or undercut, and all of them."""
+    robust = [agrees(*pair) for pair in zip(PUBLISHED, results.work("robust"), strict=True)]
+    static = [reaches_target(*pair) for pair in zip(COMPLEIB, results.work("static"), strict=True)]
+    return sum(robust) + sum(static), len(robust) + len(static)
+
+
 def finding(results: wb.Results) -> wb.Finding:
     """The published figures that are met."""
     robust = list(zip(PUBLISHED, results.work("robust"), strict=True))
