@@ -40,8 +40,8 @@ _ROOMS = {
     "design.linear_loop": "linear_loop",
     "design.riccati": "lqg lqr steady_kalman",
     "design.step_response": "step_info",
-    "study": "Case Factor Finding Knob LogUniform Page Paragraph Results Run Section SobolDesign Study Sweep Uniform "
-    "Variation Work side_by_side sobol",
+    "study": "Case Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "
+    "SobolDesign Study Sweep Uniform Variation Work side_by_side sobol",
     "study.citation": "cite",
     "study.document.frequency_curves": "FrequencyCurve",
     "study.document.gain_bounds": "GainBound",
