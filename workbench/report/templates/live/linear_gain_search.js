@@ -6,6 +6,7 @@
 const FIRST_SLACK = 0.1, LAST_SLACK = 5e-4; // between neighbouring numbers of k, as a share
 const LOCAL_SLACK = 0.015; // from which on neighbours have one largest ki, if one of them meets the limits
 const NEARLY = 1e-5; // of k
+const WIDEST = 0.3, LOOKS = 4; // of k about a start that is forbidden, and places there on each side
 const INNER = 1e-4; // of the largest k: smaller ones are as good as zero
 const GOLDEN = (3 - Math.sqrt(5)) / 2;
 const MOST_NODES = 2000, MOST_MOVES = 12;
@@ -90,6 +91,12 @@ function refinedGains(plane, bounds, count, { k }, share, near) {
   const [low, high] = bounds.range, size = Math.max(Math.abs(k), INNER * Math.max(Math.abs(low), Math.abs(high)));
   const f = (one) => plane.top(one, bounds.at(one), count.asks);
   let best = { at: k, value: f(k) };
+  for (let wide = share; best.value === -Infinity && wide < WIDEST; wide *= 2) { // frequencies that are new may forbid the start
+    for (let i = -LOOKS; i <= LOOKS; i++) {
+      const at = Math.min(high, Math.max(low, k + (i / LOOKS) * wide * size)), value = f(at);
+      if (value > best.value) best = { at, value };
+    }
+  }
   for (let round = 0; round < MOST_MOVES; round++) {
     const width = share * size, a = Math.max(low, best.at - width), b = Math.min(high, best.at + width);
     for (const end of [a, b]) {

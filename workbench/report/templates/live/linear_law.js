@@ -79,7 +79,7 @@ class LawOfKnobs {
     const add = (before, after, depth) => {
       const far = Math.hypot(after.gr - before.gr, after.gi - before.gi) > TURN * Math.hypot(after.gr, after.gi);
       const bends = Math.hypot(after.er - before.er, after.ei - before.ei) > TURN * (Math.hypot(after.er, after.ei) + Math.hypot(after.gr, after.gi));
-      if ((far || bends) && depth < DEEPEST && (this.matters(before) || this.matters(after)) && rows.length < MOST_ROWS) {
+      if ((far || bends) && depth < DEEPEST && before.isLaw && after.isLaw && (this.matters(before) || this.matters(after)) && rows.length < MOST_ROWS) {
         const middle = this.row(Math.sqrt(before.omega * after.omega));
         if (middle) {
           add(before, middle, depth + 1);
@@ -97,8 +97,9 @@ class LawOfKnobs {
     }
     const last = rows.findLastIndex((row) => this.matters(row));
     this.rows = rows.slice(0, last + 3);
-    const wrong = rows.filter(({ isLaw }) => !isLaw).length; // a few of a PID are, by rounding
-    if (!rows.length || wrong > rows.length / 4) this.reason = "structure";
+    const middle = rows.length && Math.sqrt(rows[0].omega * rows.at(-1).omega), upper = rows.filter(({ omega }) => omega >= middle);
+    const wrong = upper.filter(({ isLaw }) => !isLaw).length; // few of a PID, by rounding
+    if (!rows.length || wrong > upper.length / 10) this.reason = "structure";
   }
 
   // Insert frequencies.

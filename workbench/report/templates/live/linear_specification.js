@@ -7,11 +7,13 @@ const ROUNDS = 14; // of gains and the frequencies at which they come too near t
 const TOUCHES = 1e-6; // of a limit: how far the gains may be beyond it
 const NEAR_LIMIT = 1.1; // of a limit: peaks that are looked at
 const BESIDE = [-0.012, -0.004, 0, 0.004, 0.012]; // of the logarithm of a frequency: what is looked at about a peak
-const HONEST = 2e-4; // of a limit: how far the margins of the loop itself may be beyond it
+const INSIDE = 2e-6; // of a limit: by how much the search stays within it, so that the margins of the loop do
 const AROUND_START = 0.02; // of k: the first look about gains
 const DERIVATIVES = 6; // numbers kd from which the search may begin
 const FINELY = 1e-7; // of k
-const CLIMBS = 60, GROWS = 1e-6; // steps of three gains, and the share by which ki grows at least
+const SLIGHTLY = 1e-5, SECTIONED = 0.02; // of k, and of the range of kd about its best number
+const NEXT_TO_ZERO = 0.01; // of the range of kd
+const CLIMBS = 30, GROWS = 1e-4; // steps of three gains, and the share by which ki grows at least
 const AT_END = 1e-6; // of the range of a knob
 
 // The ranges of (k, ki) in the plane, for gains with a sign.
@@ -83,7 +85,8 @@ class Specification {
     const [low, high] = this.derivativeRange;
     let best = { ...start }, share = AROUND_START;
     for (let round = 0; round < ROUNDS; round++) {
-      if (low < high) best = this.climbed(best);
+      if (low < high && !round) best = this.climbed(best);
+      if (low < high) best = this.refined(best, share);
       else best = { kd: best.kd, ...refinedGains(this.plane(best.kd), this.bounds, this.count, best, share, FINELY) };
       if (!(best.ki > 0)) return null;
       const { worst, omegas } = this.touched(best);
@@ -94,16 +97,38 @@ class Specification {
     return best;
   }
 
+  // The gains about some with the largest ki, with kd within a share of itself, or beyond it while ki grows there.
+  refined(start, share) {
+    const { bounds, count } = this, [low, high] = this.derivativeRange, width = share * Math.abs(start.kd) || share * NEXT_TO_ZERO * (high - low);
+    let { k } = start;
+    const f = (kd) => {
+      const found = refinedGains(this.plane(kd), bounds, count, { k }, share, SLIGHTLY);
+      if (found.ki > 0) k = found.k;
+      return found.ki;
+    };
+    let best = { at: start.kd, value: f(start.kd) };
+    for (let round = 0; round < MOST_MOVES; round++) {
+      const a = Math.max(low, best.at - width), b = Math.min(high, best.at + width);
+      for (const end of [a, b]) {
+        const value = f(end);
+        if (value > best.value) best = { at: end, value };
+      }
+      if (a < best.at && best.at < b) best = largestBetween(f, a, best.at, b, width * SECTIONED, best.value);
+      if ([a, b].every((end) => best.at !== end || end === low || end === high)) break;
+    }
+    return { kd: best.at, ...refinedGains(this.plane(best.at), bounds, count, { k }, share, FINELY) };
+  }
+
   // Better gains from some on, all three at once: discs are replaced by half planes that touch them, which leaves a linear program,
-  // until ki grows no more (Hast, Astrom, Bernhardsson and Boyd 2013, European Control Conference, 968-973).
+  // until ki grows no more (Hast, Astrom, Bernhardsson and Boyd 2013, European Control Conference).
   climbed(start) {
     let best = start;
     for (let round = 0; round < CLIMBS; round++) {
       const next = this.linearStep(best);
       if (!next) break;
-      const grows = next.ki > best.ki * (1 + GROWS);
+      const grown = next.ki / best.ki - 1;
       best = next;
-      if (!grows) break;
+      if (!(grown > GROWS)) break;
     }
     return best;
   }
@@ -180,12 +205,12 @@ function specifiedGains(answers, { p, x, channel, gains: [k, ki, kd], Ms, Mt }) 
   if (law.reason) return { reason: law.reason };
   const signs = ki.low >= 0 ? [1] : ki.high <= 0 ? [-1] : ki.value < 0 ? [-1, 1] : [1, -1];
   for (const sign of signs) {
-    const specification = new Specification(law, { Ms, Mt }, sign);
+    const specification = new Specification(law, { Ms: Ms * (1 - INSIDE), Mt: Mt * (1 - INSIDE) }, sign);
     let found = specification.best();
     for (let round = 0; found && round < 2; round++) {
       const centred = specification.centred(found), values = specification.gains(centred), inputs = law.inputsAt(values);
       const { margins, stable, rests } = answers.answer(inputs.p, inputs.x), own = rests ? margins[channel] : {};
-      if (stable && own.Ms <= Ms * (1 + HONEST) && !(own.Mt > Mt * (1 + HONEST))) {
+      if (stable && own.Ms <= Ms && !(own.Mt > Mt)) {
         return { reason: "", values: kd ? values : values.slice(0, 2), Ms: own.Ms, Mt: own.Mt, milliseconds: performance.now() - began };
       }
       law.insert([own.omegaMs, own.omegaMt].filter((omega) => omega > 0));

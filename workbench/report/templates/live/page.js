@@ -115,6 +115,7 @@ class LivePage {
       const pool = this.crew();
       for (const place of this.asked(this.state)) await pool.prepare(place);
       this.handles.open();
+      for (const one of this.specifications) await one.warm();
     } catch (error) {
       this.fail(error);
     }

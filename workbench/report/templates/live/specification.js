@@ -53,6 +53,13 @@ class SpecificationControl {
     this.told.replaceChildren(...texts);
   }
 
+  // Ask once without a turn, so that a browser has compiled what answers.
+  async warm() {
+    const { page, loop, channel, target: { Ms, Mt } } = this, { inputs, all } = askedOf(page, loop, []);
+    const gains = this.knobs.slice(0, 2).map((place) => all.find((one) => one.place === place));
+    if (!gains.includes(undefined)) await page.crew().ask(loop, { kind: "specification", ...inputs, channel, gains, Ms, Mt });
+  }
+
   // Ask the worker for the gains, and turn the knobs there.
   async seek(aim) {
     const { page, loop, channel } = this, { Ms, Mt, count } = aim.target, { inputs, all, isStill } = askedOf(page, loop, []);
