@@ -101,14 +101,14 @@ class PidSpecification:
         return {"name": self.name, **limits}
 
 
-Turned = Knob | PidSpecification
+Control = Knob | PidSpecification
 
 
-def knobs_among(turned: Sequence[Turned] | None) -> tuple[Knob, ...]:
+def knobs_among(controls: Sequence[Control] | None) -> tuple[Knob, ...]:
     """The knobs of a page among all that a reader turns."""
-    return tuple(one for one in turned or () if isinstance(one, Knob))
+    return tuple(one for one in controls or () if isinstance(one, Knob))
 
 
-def specifications_among(turned: Sequence[Turned] | None) -> tuple[PidSpecification, ...]:
+def specifications_among(controls: Sequence[Control] | None) -> tuple[PidSpecification, ...]:
     """The specifications of a page among all that a reader turns."""
-    return tuple(one for one in turned or () if isinstance(one, PidSpecification))
+    return tuple(one for one in controls or () if isinstance(one, PidSpecification))

@@ -78,14 +78,14 @@ def loop_study(
         f"One run over {until:g} s at h = {h:g} s; values at the step, errors from half of it.",
         _sections,
         cases=(case,),
-        live=_turned(loop, knobs, MeasuredEquation.of(equation, taken).step(h)),
+        live=_controls(loop, knobs, MeasuredEquation.of(equation, taken).step(h)),
     )
 
 
-def _turned(
+def _controls(
     loop: Loop | Ode | SampledSystem, given: Sequence[Knob | PidSpecification], step: StepMap
 ) -> tuple[Knob | PidSpecification, ...]:
-    """What a reader turns: what is given, and else the numbers of the loop, with the specification of its PID."""
+    """All that a reader turns: what is given, and else the numbers of the loop, with the specification of its PID."""
     if given:
         return (*given, *(() if knobs_among(given) else knobs_of(step)))
     knobs, one = knobs_of(step), PidSpecification("specification")
