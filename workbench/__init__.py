@@ -16,7 +16,7 @@ __version__ = "0.1.0"
 _ROOMS = {
     "core": "Layout Ode SampledSystem SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
     "core.validation.refusals": "Array",
-    "blocks.laws": "Cascade LinearLaw PID StateFeedback",
+    "blocks.laws": "Cascade LinearLaw PID ScheduledLaw StateFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
     "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",
@@ -87,6 +87,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "provenance": "study.provenance",
     "riccati": "design.riccati",
     "riccati_flow": "design.riccati_flow",
+    "scheduling": "design.scheduling",
     "study": "study",
     "testing": "testing",
     "tuning": "study.tuning",

@@ -13,7 +13,7 @@ from workbench.arms.mechanics.urdf import read_urdf as read_urdf
 from workbench.arms.observers import ArmFullState, ExtendedStateObserver
 from workbench.blocks import loop as loop
 from workbench.blocks import plants as plants
-from workbench.blocks.laws import PID, Cascade, LinearLaw, StateFeedback
+from workbench.blocks.laws import PID, Cascade, LinearLaw, ScheduledLaw, StateFeedback
 from workbench.blocks.loop import AbstractController as Controller
 from workbench.blocks.loop import AbstractObserver as Observer
 from workbench.blocks.loop import AbstractPlant as Plant
@@ -95,6 +95,7 @@ from workbench.design import linear_loop as linear_loops
 from workbench.design import linearize
 from workbench.design import riccati as riccati
 from workbench.design import riccati_flow as riccati_flow
+from workbench.design import scheduling as scheduling
 from workbench.design.frequency import (
     bandwidth,
     c2d,
@@ -219,6 +220,7 @@ __all__ = [
     "SampledLaw",
     "SampledSystem",
     "Saturation",
+    "ScheduledLaw",
     "SecondOrderNoise",
     "Section",
     "Signals",
@@ -312,6 +314,7 @@ __all__ = [
     "robot",
     "root_locus",
     "runge_kutta_step",
+    "scheduling",
     "settling_time",
     "side_by_side",
     "simulate",

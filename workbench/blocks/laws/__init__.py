@@ -1,4 +1,4 @@
-"""Control laws for any plant, one a file: PID, cascade and state feedback.
+"""Control laws for any plant, one a file: PID, cascade, state feedback and gain scheduling.
 
 A law reads estimates and references, and gives commands; it does not know the plant, the observer or the simulator.
 Its ports declare the signals that it reads, follows and drives. Read `state_feedback.py` first, then `pid.py`.
@@ -6,12 +6,14 @@ Its ports declare the signals that it reads, follows and drives. Read `state_fee
 
 from workbench.blocks.laws.cascade import Cascade
 from workbench.blocks.laws.pid import PID
+from workbench.blocks.laws.scheduled_law import ScheduledLaw
 from workbench.blocks.laws.state_feedback import StateFeedback
 from workbench.blocks.loop.linear_blocks import LinearLaw
 
 __all__ = [
     "Cascade",
     "PID",
+    "ScheduledLaw",
     "StateFeedback",
     "LinearLaw",
 ]
