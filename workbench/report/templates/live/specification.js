@@ -83,7 +83,7 @@ class SpecificationControl {
     const gains = places.map((place, i) => `${knobs[place].name} = ${number(place, i)}`);
     const ends = places.filter((place, i) => [knobs[place].low, knobs[place].high].some((end) => Math.abs(values[i] - end) <= 1e-6 * Math.abs(end)));
     const more = ends.length ? ` ${listed(ends.map((place) => knobs[place].name))} ${ends.length > 1 ? "stand" : "stands"} at the end of a range.` : "";
-    this.say(`${listed(gains)}. The loop has Ms = ${evenNumber(Ms)} and Mt = ${evenNumber(Mt)}.${more}`);
+    this.say(`${listed(gains)}. The loop has Ms\u00a0=\u00a0${evenNumber(Ms)} and Mt\u00a0=\u00a0${evenNumber(Mt)}.${more}`);
   }
 
   // One sentence on why the knobs stay where they are.
