@@ -150,6 +150,25 @@ def test_in_a_computer_the_gains_are_those_of_its_periods():
     assert ki == pytest.approx(largest_ki(omega, parts, limits, (k, ki, 0.0), stable, (0.1, 0.005)), rel=KI_WITHIN)
 
 
+@pytest.mark.heavy
+def test_of_a_law_of_two_signals_one_component_follows_with_the_other_loop_closed():
+    lags = np.array([[-1.0, 1, 0, 0], [0, -1, 0.5, 0], [0, 0, -1, 1], [0.3, 0, 0, -0.7]])
+    system = control.ss(lags, np.eye(4)[:, [1, 3]], np.eye(4)[[0, 2]], 0, inputs=["v1", "v2"], outputs=["y1", "y2"])
+    plant = wb.LinearPlant(system)
+    law = wb.PID(plant.outputs, plant.inputs, Kp=[0.3, 0.2], Ki=[0.1, 0.1])
+    references = wb.CombinedReference(tuple(wb.Constant(name, "1", 1.0) for name in ("y1", "y2")))
+    data = LoopData.of(wb.ClosedLoop(plant, controller=law, reference=references))
+    question = asked(data, {"Kp": (0.01, 5.0), "Ki": (0.01, 5.0)}, 1.5) | {"channel": 1}
+    for gain in question["gains"]:
+        gain["p"] = [gain["p"][0] + 1]
+    (found,) = data.replies(question)
+    k, ki = found["values"]
+    linear = data.python(controller__Kp=[0.3, k], controller__Ki=[0.1, ki])
+    assert linear.stable
+    assert linear.margins()["v2"].margins.Ms.gain.value == pytest.approx(1.5, rel=PEAK_WITHIN)
+    assert ki > 0.1
+
+
 def test_a_gain_stops_at_the_end_of_its_range():
     data = LoopData.of(loop_of("four lags"))
     turns = [

@@ -6,7 +6,7 @@
 const ROUNDS = 14; // of gains and the frequencies at which they come too near to a limit
 const TOUCHES = 1e-6; // of a limit: how far the gains may be beyond it
 const NEAR_LIMIT = 1.1; // of a limit: peaks that are looked at
-const BESIDE = [-0.012, -0.004, 0, 0.004, 0.012]; // of the logarithm of a frequency: what is looked at about a peak
+const BESIDE = [-0.3, -0.1, 0, 0.1, 0.3]; // of the distance of two frequencies: what is looked at about a peak
 const INSIDE = 2e-6; // of a limit: by how much the search stays within it, so that the margins of the loop do
 const AROUND_START = 0.02; // of k: the first look about gains
 const DERIVATIVES = 6; // numbers kd from which the search may begin
@@ -174,7 +174,8 @@ class Specification {
         };
         const { at, value } = largestBetween(f, ...[i - 1, i, i + 1].map((j) => Math.log(rows[j].omega)), 1e-7, -shares[i]);
         worst = Math.min(worst, -value);
-        omegas.push(...BESIDE.map((share) => Math.exp(at + share)));
+        const width = Math.log(rows[i + 1].omega / rows[i - 1].omega) / 2;
+        omegas.push(...BESIDE.map((share) => Math.exp(at + share * width)));
       }
     }
     return { worst, omegas };
@@ -204,9 +205,11 @@ function specifiedGains(answers, { p, x, channel, gains: [k, ki, kd], Ms, Mt }) 
   const began = performance.now(), law = new LawOfKnobs(answers, { p, x, channel }, { k, ki, kd: kd ?? null }, { Ms, Mt });
   if (law.reason) return { reason: law.reason };
   const signs = ki.low >= 0 ? [1] : ki.high <= 0 ? [-1] : ki.value < 0 ? [-1, 1] : [1, -1];
+  let isFound = false;
   for (const sign of signs) {
     const specification = new Specification(law, { Ms: Ms * (1 - INSIDE), Mt: Mt * (1 - INSIDE) }, sign);
     let found = specification.best();
+    isFound ||= Boolean(found);
     for (let round = 0; found && round < 2; round++) {
       const centred = specification.centred(found), values = specification.gains(centred), inputs = law.inputsAt(values);
       const { margins, stable, rests } = answers.answer(inputs.p, inputs.x), own = rests ? margins[channel] : {};
@@ -216,7 +219,6 @@ function specifiedGains(answers, { p, x, channel, gains: [k, ki, kd], Ms, Mt }) 
       law.insert([own.omegaMs, own.omegaMt].filter((omega) => omega > 0));
       found = stable ? specification.settled(found) : null;
     }
-    if (found) return { reason: "unproved" };
   }
-  return { reason: "none" };
+  return { reason: isFound ? "unproved" : "none" };
 }
