@@ -57,7 +57,9 @@ def robust_table(results: wb.Results) -> wb.document.ReportTable:
     )
     notes = (
         "Agrees: a number between the bounds is the printed figure when it is rounded to its digits. The zeros of the "
-        "tanks follow from levels that are printed in two or three digits.",
+        "tanks follow from levels that are printed in two or three digits. [1] Skogestad and Postlethwaite (2005), "
+        "Multivariable Feedback Control, with the section; [2] Johansson (2000), The quadruple-tank process, table II; "
+        "[3] Benner, Byers, Mehrmann and Xu (2007), Linear Algebra Appl. 425.",
     )
     return wb.document.ReportTable(
         "robust_problems", "Published figures of robust design.", columns, tuple(rows), notes
