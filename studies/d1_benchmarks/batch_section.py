@@ -153,9 +153,10 @@ def family_table(rows: Sequence[Row]) -> wb.document.ReportTable:
         wb.document.TableColumn("AMIGO above", align="right"),
     )
     notes = (
-        "PID, SIMC and AMIGO: the median over the family of the integral gain over that of the optimum PI law. Above: the "
-        f"processes with which the rule exceeds a peak of {LIMIT:g}. The filter of each PID law is ten times as fast as the frequency "
-        "at which the PI law meets the limit. SIMC has its usual time constant, the delay of the model.",
+        "PID, SIMC and AMIGO: the median over the family of the integral gain over that of the optimum PI law. Above: "
+        f"the processes with which the rule exceeds a peak of {LIMIT:g}. The filter of each PID law is ten times as "
+        "fast as the frequency at which the PI law meets the limit. SIMC has its usual time constant, the delay of the "
+        "model.",
     )
     caption = f"The integral gains of four laws by family, and the rules whose loops exceed a peak of {LIMIT:g}."
     return wb.document.ReportTable("batch_families", caption, columns, tuple(lines), notes)
