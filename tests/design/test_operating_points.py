@@ -121,6 +121,22 @@ def test_a_lqg_controller_as_it_stands_holds_the_converter_at_its_point(period):
     assert run["d"][0, -1, 0] == pytest.approx(2 / 3, rel=1e-6)
 
 
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_controller_of_given_structure_holds_the_converter_at_its_point(order):
+    G, none = BUCKBOOST, np.zeros((2, 1))
+    plant = wb.synthesis.GeneralizedPlant(
+        G.A, 10 * np.eye(2), G.B, [[0, 1], [0, 0]], G.C, np.zeros((2, 2)), [[0], [300.0]], np.zeros((2, 2)), none,
+        measurements=tuple(G.output_labels), controls=tuple(G.input_labels), point=G.point,
+    )  # fmt: skip
+    structure = wb.structured_tuning.ControllerStructure(order)
+    goals = (wb.structured_tuning.DesignGoal("h2"),)
+    answer = wb.structured_tuning.structured_controller(plant, structure=structure, goals=goals, starts=1)
+    loop = wb.ClosedLoop(CONVERTER, controller=answer.controller)
+    run = wb.simulate(wb.rk4(loop.ode(), 1e-5), until=0.2)
+    assert run["v"][0, -1, 0] == pytest.approx(24.0, rel=1e-6)
+    assert run["d"][0, -1, 0] == pytest.approx(2 / 3, rel=1e-6)
+
+
 def test_a_controller_about_the_point_rests_from_the_start_beside_a_plant_that_does():
     plant = BuckBoost(i=BUCKBOOST.x0[0], v=BUCKBOOST.x0[1])
     ode = wb.ClosedLoop(plant, controller=wb.lqg(BUCKBOOST, Q, R, Qn, Rn).controller).ode()

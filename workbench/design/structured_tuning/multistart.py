@@ -23,7 +23,7 @@ ATTEMPTS = 3  # to make a start stable
 PROMISING, POLISHED = 3, 2  # of the starts
 FEW, FEW_BOUNDED = 5, 12  # numbers, without bounds and with them, for which the bundle alone is the shorter way
 STABLE = 1e-3  # of the size of the poles, by which a start should be stable
-AT_LEAST = 1e-8  # of the size of the poles, by which it must
+AT_LEAST, AT_LEAST_SAMPLED = 1e-11, 1e-8  # of the size of the poles, by which it must; and |z| below one
 KEPT = 1e-7  # by which the logarithm of a limit may be passed in doubles
 NARROW_RANGE = 10.0  # of a number, over which starts are spread evenly
 NEARLY_KEPT = 1e-4  # by which that of a start may be, before it is polished
@@ -231,7 +231,7 @@ def _is_stable(jet: SystemJet) -> bool:
     poles = np.linalg.eigvals(jet.A) if jet.n else np.zeros(0)
     if jet.period is None:
         return bool((poles.real < -AT_LEAST * np.abs(poles).max(initial=0.0)).all())
-    return bool((np.abs(poles) < 1 - AT_LEAST).all())
+    return bool((np.abs(poles) < 1 - AT_LEAST_SAMPLED).all())
 
 
 def _size(jet: SystemJet) -> float:

@@ -24,6 +24,7 @@ MOST_EXTRA = 40  # pieces of other points
 SLIGHT = 1e-8  # a multiplier that counts for nothing
 CURVED = 0.5  # by how much a piece of another point is lowered, per squared distance
 ACTIVE = 1e-5  # below the largest value, at which a piece counts as active
+AT_BOUND = 1e-7  # of a range, up to which a number is at its bound
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,6 +220,7 @@ def stationarity(
     soft = [one for one in values.soft if one.value >= values.objective - width]
     hard = [one for one in values.hard if one.value >= max(0.0, values.violation) - width]
     level = [replace(one, value=0.0) for one in soft], [replace(one, value=0.0) for one in hard]
-    near, far = np.where(x <= low + 1e-12, 0.0, -1e6), np.where(x >= high - 1e-12, 0.0, 1e6)
+    edge = np.where(np.isfinite(high - low), AT_BOUND * (high - low), 0.0)
+    near, far = np.where(x <= low + edge, 0.0, -1e6), np.where(x >= high - edge, 0.0, 1e6)
     step = bundle_step(*level, penalty, np.eye(d), near, far)
     return float(np.linalg.norm(step.step))

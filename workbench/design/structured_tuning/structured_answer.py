@@ -30,7 +30,8 @@ class StructuredDesign:
     worst value of each goal over all plants. The `active_goals` stop the search where it is. `stationarity` is the norm
     of the smallest convex combination of the active gradients of log(figure), zero at a local optimum. `starts` are the
     ends of the search from each start, and `poles` those of each closed loop. `full_order_gamma` is the H-infinity norm
-    that a controller of full order reaches, where it was given.
+    that a controller of full order reaches, the largest over the plants; `full_order_note` says why there is none, or
+    what had to be added to the plant.
     """
 
     numbers: Array
@@ -42,6 +43,15 @@ class StructuredDesign:
     starts: tuple[StartResult, ...]
     poles: tuple[Complex, ...]
     full_order_gamma: float | None = None
+    full_order_note: str = ""
+
+    @property
+    def full_order_ratio(self) -> float:
+        """The H-infinity norm over what a controller of full order reaches; NaN where that is not known.
+
+        It may be a little below one, where noise or a weight was added for the full order.
+        """
+        return self.gamma / self.full_order_gamma if self.full_order_gamma else math.nan
 
     @property
     def gamma(self) -> float:
@@ -104,7 +114,7 @@ def structured_answer(
     loops: Sequence[Callable[[Array], SystemJet]],
     goals: Sequence[DesignGoal],
     controller: System | None,
-    full_order_gamma: float | None,
+    full_order: tuple[float | None, str],
 ) -> StructuredDesign:
     """The answer at the end of a search, whose figures and poles are those of the closed loops, computed anew."""
     import control
@@ -131,5 +141,5 @@ def structured_answer(
         result.stationarity,
         result.starts,
         poles,
-        full_order_gamma,
+        *full_order,
     )

@@ -15,6 +15,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.structured_tuning.controller_structure import ControllerStructure, LoopByController, free_numbers
 from workbench.design.structured_tuning.design_goals import DesignGoal
+from workbench.design.structured_tuning.full_order import full_order_norm
 from workbench.design.structured_tuning.multistart import KEPT, SearchProblem, StructuredSearch, random_starts, search
 from workbench.design.structured_tuning.parametric_systems import ParametricSystem
 from workbench.design.structured_tuning.structured_answer import (
@@ -25,6 +26,8 @@ from workbench.design.structured_tuning.structured_answer import (
     unstable_structure,
 )
 from workbench.design.structured_tuning.system_jets import SystemJet
+from workbench.design.synthesis import GeneralizedPlant
+from workbench.design.synthesis.controller_systems import controller_system
 
 if TYPE_CHECKING:
     import control
@@ -35,9 +38,9 @@ MOST_STARTS = 1000
 
 @check_arguments
 def structured_controller(
-    plant: control.StateSpace | tuple[control.StateSpace, ...],
-    measurements: int,
-    controls: int,
+    plant: control.StateSpace | GeneralizedPlant | tuple[control.StateSpace | GeneralizedPlant, ...],
+    measurements: int | None = None,
+    controls: int | None = None,
     structure: ControllerStructure | None = None,
     goals: tuple[DesignGoal, ...] = (DesignGoal("hinf"),),
     *,
@@ -45,16 +48,17 @@ def structured_controller(
     seed: int = 0,
     initial: Numbers | None = None,
     largest: float = math.inf,
-    full_order_gamma: float | None = None,
+    full_order: bool = True,
 ) -> StructuredDesign:
     """The controller u = K y of given structure whose closed loop meets some goals best, by a nonsmooth local search.
 
     Parameters
     ----------
     plant
-        A `StateSpace` from (w, u) to (z, y), or several, which one controller serves; the goals are for all of them.
+        A `GeneralizedPlant` or a `StateSpace` from (w, u) to (z, y), or several, which one controller serves; the goals
+        are for all of them. With an operating point the controller keeps that of the first plant.
     measurements, controls
-        The number of the last outputs y, and of the last inputs u.
+        The numbers of the last outputs y and of the last inputs u of a `StateSpace`.
     structure
         The order and the fixed numbers of K; by default a static gain.
     goals
@@ -62,8 +66,8 @@ def structured_controller(
     starts, seed, initial, largest
         The number of starts; the seed of those behind the first; the free numbers (d,) of the first one, row by row of
         [D C; B A], by default no gain; and the largest size of a free number.
-    full_order_gamma
-        The norm that a controller of full order reaches, for the answer.
+    full_order
+        False to leave out the norm that a controller of full order reaches, which takes up to seconds.
 
     Raises
     ------
@@ -85,13 +89,13 @@ def structured_controller(
     True
     """
     plants = several(f"{CALL[:-1]}, plant=...)", plant if isinstance(plant, tuple) else (plant,), object, 1)
-    structure = structure or ControllerStructure()
-    loops = _loops(plants, measurements, controls, structure)
-    pattern, free = structure.pattern(measurements, controls)
-    first = structure.first(pattern, measurements, controls, initial)
+    general, structure = [_general(one, measurements, controls) for one in plants], structure or ControllerStructure()
+    nu, ny = general[0].sizes[2], general[0].sizes[4]
+    pattern, free = structure.pattern(ny, nu)
+    loops, first = _loops(general, pattern), structure.first(pattern, ny, nu, initial)
     found = _searched("structured_controller", loops, goals, _bounds(free, largest), first, starts, seed)
-    controller = _controller(plants[0], loops[0].controller(found.x), measurements, controls)
-    return structured_answer(found, loops, goals, controller, full_order_gamma)
+    full = full_order_norm(general, goals) if full_order else (None, "it was not asked for")
+    return structured_answer(found, loops, goals, _controller(general[0], loops[0].controller(found.x)), full)
 
 
 @check_arguments
@@ -139,7 +143,8 @@ def tune_systems(
         raise ValueError(f"`tune_systems(low=..., high=...)` must be {d} finite numbers each, low < high.")
     first = (ends[0] + ends[1]) / 2 if initial is None else free_numbers("tune_systems(initial=...)", initial, d)
     found = _searched("tune_systems", [one.jet for one in loops], goals, (ends[0], ends[1]), first, starts, seed)
-    return structured_answer(found, [one.jet for one in loops], goals, None, full_order_gamma)
+    full = (full_order_gamma, "" if full_order_gamma else "it was not given")
+    return structured_answer(found, [one.jet for one in loops], goals, None, full)
 
 
 def _searched(
@@ -169,45 +174,45 @@ def _bounds(d: int, largest: float) -> tuple[Array, Array]:
     return np.full(d, -largest), np.full(d, largest)
 
 
-def _loops(plants: Sequence[object], ny: int, nu: int, structure: ControllerStructure) -> list[LoopByController]:
-    matrices = [_matrices(one, ny, nu) for one in plants]
-    pattern, _ = structure.pattern(ny, nu)
-    periods = {_period(one) for one in plants}
-    if len(periods) > 1:
-        raise ValueError("`structured_controller(plant=...)` must have plants of one period; these have several.")
-    return [LoopByController.of(one, ny, nu, pattern, *periods) for one in matrices]
+def _loops(plants: Sequence[GeneralizedPlant], pattern: Array) -> list[LoopByController]:
+    _, _, nu, _, ny = plants[0].sizes
+    if any((one.dt, one.sizes[2], one.sizes[4]) != (plants[0].dt, nu, ny) for one in plants):
+        raise ValueError(
+            "`structured_controller(plant=...)` must have plants of one period, and of as many measurements and "
+            "controls; these have several."
+        )
+    made = []
+    for p in (one.parts for one in plants):
+        direct = np.block([[p.D11, p.D12], [p.D21, p.D22]])
+        matrices = p.A, np.hstack([p.B1, p.B2]), np.vstack([p.C1, p.C2]), direct
+        made.append(LoopByController.of(matrices, ny, nu, pattern, plants[0].dt))
+    return made
 
 
-def _matrices(plant: object, measurements: int, controls: int) -> tuple[Array, Array, Array, Array]:
+def _general(plant: object, measurements: int | None, controls: int | None) -> GeneralizedPlant:
+    """The plant, with its last outputs measured and its last inputs controls if it is a `StateSpace`."""
     import control
 
+    if isinstance(plant, GeneralizedPlant):
+        given = {"measurements": (measurements, plant.sizes[4]), "controls": (controls, plant.sizes[2])}
+        for name, (count, own) in given.items():
+            if count not in (None, own):
+                raise refusal(f"structured_controller({name}=...)", f"the {own} of the plant, or left out", count)
+        return plant
     if not isinstance(plant, control.StateSpace) or plant.dt is True:
-        must = "a `StateSpace` of python-control, and its `dt` a number"
+        must = "a `GeneralizedPlant`, or a `StateSpace` of python-control, and its `dt` a number"
         raise refusal("structured_controller(plant=...)", must, plant)
-    A, B, C, D = (np.array(M, dtype=float) for M in (plant.A, plant.B, plant.C, plant.D))
-    if not all(np.isfinite(M).all() for M in (A, B, C, D)):
+    if not all(np.isfinite(M).all() for M in (plant.A, plant.B, plant.C, plant.D)):
         raise ValueError(f"`structured_controller(plant=...)` must have finite numbers; '{plant.name}' has not.")
-    for name, count, most in (("measurements", measurements, len(D)), ("controls", controls, D.shape[1])):
-        whole(f"structured_controller({name}=...)", count, 1, most - 1, " of the last signals, and w and z need one")
-    return A, B, C, D
+    sizes = []
+    for name, count, most in (("measurements", measurements, plant.noutputs), ("controls", controls, plant.ninputs)):
+        of = " of the last signals, and w and z need one"
+        sizes.append(whole(f"structured_controller({name}=...)", count, 1, most - 1, of))
+    return GeneralizedPlant.of(plant, *sizes)
 
 
-def _period(plant: object) -> float | None:
-    period = getattr(plant, "dt", None)
-    return float(period) if period not in (0, None) else None
-
-
-def _controller(plant: System, K: Array, ny: int, nu: int) -> System:
-    import control
-
-    return control.ss(
-        K[nu:, ny:],
-        K[nu:, :ny],
-        K[:nu, ny:],
-        K[:nu, :ny],
-        plant.dt,
-        name=f"controller of {plant.name}",
-        inputs=list(plant.output_labels[-ny:]),
-        outputs=list(plant.input_labels[-nu:]),
-        remove_useless_states=False,
-    )
+def _controller(plant: GeneralizedPlant, K: Array) -> System:
+    """The controller [D C; B A] with the names of the plant's signals, about the point of the plant."""
+    _, _, nu, _, ny = plant.sizes
+    matrices = K[nu:, ny:], K[nu:, :ny], K[:nu, ny:], K[:nu, :ny]
+    return controller_system(plant, matrices, "structured controller")

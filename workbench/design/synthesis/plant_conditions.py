@@ -17,7 +17,7 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.validation.refusals import Array
-from workbench.design.linear.linear_modes import HautusMode, hautus_mode
+from workbench.design.linear.linear_modes import HautusMode, hautus_mode, mode_at
 from workbench.design.matrices import EPS, DesignError, pole_text
 from workbench.design.synthesis.generalized_plant import PlantParts
 
@@ -110,6 +110,8 @@ def _hidden(A: Array, B: Array, is_doubtful: Callable[[complex, float], bool]) -
         if not is_doubtful(value, unsure):
             continue
         mode = hautus_mode(A, B, value, scale, [""] * len(A))
+        if not is_doubtful(mode.value, unsure):  # the descent went to a hidden mode of another place
+            mode = mode_at(A, B, value, scale, [""] * len(A))
         if mode.margin <= HIDDEN:
             yield mode
 
