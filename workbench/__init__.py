@@ -128,6 +128,7 @@ _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what 
     "lqi": "wb.synthesis.lqi, or wb.lqg_integral",
     "ltrsyn": "wb.synthesis.loop_transfer_recovery",
     "lyap": "wb.riccati.lyapunov",
+    "dksyn musyn": "wb.structured_uncertainty.dk_iteration",
     "mussv ab13md": "wb.structured_uncertainty.structured_singular_value",
     "ncfsyn ncfmargin": "wb.coprime_margin",
     "nichols_plot nicholsplot": "wb.nichols",
