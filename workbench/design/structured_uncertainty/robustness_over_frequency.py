@@ -39,6 +39,7 @@ LARGEST_G = (1e1, 1e3, 1e6)  # beside D and the matrix, tried one after the othe
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class ScaledBand:
     """The frequencies from `low` to `high`, in rad/s, in which the scalings D and G prove the upper bound."""
 
