@@ -9,6 +9,7 @@ import numpy as np
 
 import workbench as wb
 from studies.performance.measurements import Effort, Row, cpu_seconds
+from studies.performance.peers import control_plant
 
 PEAK = 1.4  # the limit of |S| and of |T|
 BAR = 20.0  # ms of CPU for a process
@@ -53,9 +54,7 @@ def grid_search(num: list[float], den: list[float], delay: float) -> float:
 
 def pid_rows(effort: Effort) -> tuple[Row, ...]:
     """The row of the time of a process, with the certificate, and beside it that of a grid search."""
-    import control
-
-    plants = [(control.tf(num, den), delay) for num, den, delay in processes()]
+    plants = [(control_plant(num, den), delay) for num, den, delay in processes()]
     for plant, delay in plants:
         wb.pid_design.pi_optimum(plant, PEAK, PEAK, delay)
     with wb.study.one_core():
