@@ -55,7 +55,7 @@ def designs(process: Process) -> ProcessDesigns:
         model.T,
         model.L,
         tuned_law(lambda: wb.tune_pid(plant, delay=late, Ms=LIMIT)),
-        tuned_law(lambda: wb.tune_pid(plant, delay=late, Ms=LIMIT, form="PID")),
+        tuned_law(lambda: wb.tune_pid(plant, delay=late, Ms=LIMIT, form="PID", criterion="IE")),
         tuned_law(lambda: wb.pid_design.simc(plant, model, delay=late)),
         tuned_law(lambda: wb.pid_design.amigo(plant, model, delay=late)),
     )
