@@ -16,8 +16,8 @@ CHANGE = 1e-9  # relative: the change of a gain by rounding that is accepted
 def in_balanced_states(system: Matrices, omega: Array) -> Matrices | None:
     """The same system in balanced states, or None if rounding changes a gain at some frequency by more than 1e-9."""
     A, B, C, D = system
-    controlled = _root(linalg.solve_continuous_lyapunov(A, -B @ B.T))
-    observed = _root(linalg.solve_continuous_lyapunov(A.T, -C.T @ C))
+    controlled = _root(np.asarray(linalg.solve_continuous_lyapunov(A, -B @ B.T), dtype=float))
+    observed = _root(np.asarray(linalg.solve_continuous_lyapunov(A.T, -C.T @ C), dtype=float))
     U, values, Vt = linalg.svd(observed.T @ controlled)
     if not values[-1] > 0:
         return None

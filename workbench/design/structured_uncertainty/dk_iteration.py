@@ -1,9 +1,9 @@
-"""Controllers for a small structured singular value: synthesis and scalings in turn, and a peak with proved bounds."""
+"""Controllers for a small structured singular value: synthesis and scalings in turn, then a proved peak."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
-from workbench.design.matrices import Complex, DesignError, one_thread
+from workbench.design.matrices import EPS, Complex, DesignError, one_thread
 from workbench.design.structured_uncertainty.balanced_states import in_balanced_states
 from workbench.design.structured_uncertainty.magnitude_fit import MagnitudeFit
 from workbench.design.structured_uncertainty.robustness_over_frequency import StructuredPeak, robustness_over_frequency
@@ -57,8 +57,9 @@ class DkIteration:
     """The controller with the smallest peak of mu in all rounds, from y to u, with the feedback sign inside.
 
     `peak` encloses the supremum of mu over frequency by `robustness_over_frequency`, for the blocks as they were given,
-    with a width of 0.5 %. The closed loop is taken to balanced states for it, in doubles, if this changes no gain on the
-    grid by more than 1e-9. `orders` are those of the scalings of each block but the last. `poles` are those of the loop.
+    with a width of 0.5 %. The closed loop is taken to balanced states for it, in doubles, if this changes no gain on
+    the grid by more than 1e-9. `orders` are those of the scalings of each block but the last. `poles` are those of the
+    closed loop.
     """
 
     controller: System
@@ -117,7 +118,7 @@ def dk_iteration(
     """
     _refuse(plant, blocks, order, rounds)
     with one_thread(), np.errstate(all="ignore"):
-        parts = plant.parts if plant.dt is None else plant.parts.bilinear(CALL)
+        parts = plant.parts if plant.dt is None else _without_rounding(plant.parts.bilinear(CALL))
         omega = _grid(parts) if frequencies is None else _given(frequencies)
         history, matrices = _rounds(parts, single_blocks(blocks), order, rounds, omega)
         sampled = matrices if plant.dt is None else sampled_matrices(*matrices)
@@ -183,6 +184,15 @@ def _proved_peak(
 def _entry(gamma: float, sampled: SampledScalings, fits: list[MagnitudeFit]) -> DkRound:
     frequency = float(sampled.omega[sampled.bounds.argmax()])
     return DkRound(gamma, sampled.peak, frequency, max((fit.misfit for fit in fits), default=0.0))
+
+
+def _without_rounding(p: PlantParts) -> PlantParts:
+    """The plant with direct terms of the size of roundings set to zero, as they would join modes that are apart."""
+    names = ("D11", "D12", "D21", "D22")
+    size = max(float(np.abs(getattr(p, name)).max()) for name in names)
+    return replace(
+        p, **{name: np.where(np.abs(getattr(p, name)) > 16 * EPS * size, getattr(p, name), 0.0) for name in names}
+    )
 
 
 def _grid(parts: PlantParts) -> Array:

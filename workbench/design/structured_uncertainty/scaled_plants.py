@@ -47,13 +47,13 @@ class SampledScalings:
         """The largest bound."""
         return float(self.bounds.max())
 
-    def fits(self, order: int, used: Array, step: float) -> list[MagnitudeFit]:
+    def fits(self, order: int, start: Array, step: float) -> list[MagnitudeFit]:
         """A function of an order for each block but the last, nearest where the bound is near to its peak.
 
-        With a step above one, the logarithm goes on beyond the new d, away from the one that was used.
+        With a step above one, the logarithm goes on beyond the new d, away from the one at the start, which the plant had.
         """
         weights = np.maximum((self.bounds / self.peak) ** 4, LEAST_WEIGHT)
-        return [fit_magnitude(self.omega, d, weights, order) for d in used * (self.d / used) ** step]
+        return [fit_magnitude(self.omega, d, weights, order) for d in start * (self.d / start) ** step]
 
 
 def sampled_scalings(matrices: Matrices, blocks: Sequence[UncertaintyBlock], omega: Array) -> SampledScalings:
