@@ -50,7 +50,7 @@ class SampledScalings:
     def fits(self, order: int, start: Array, step: float) -> list[MagnitudeFit]:
         """A function of an order for each block but the last, nearest where the bound is near to its peak.
 
-        With a step above one, the logarithm goes on beyond the new d, away from the one at the start, which the plant had.
+        With a step above one, the logarithm goes on beyond the new d, away from the one at the start.
         """
         weights = np.maximum((self.bounds / self.peak) ** 4, LEAST_WEIGHT)
         return [fit_magnitude(self.omega, d, weights, order) for d in start * (self.d / start) ** step]
