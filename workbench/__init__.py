@@ -42,8 +42,8 @@ _ROOMS = {
     "design.riccati": "lqg lqr steady_kalman",
     "design.step_response": "step_info",
     "design.synthesis": "coprime_margin h2_controller hinf_controller least_sensitivity lqg_integral mixed_sensitivity",
-    "study": "Case Factor Finding Knob LogUniform Page Paragraph Results Run Section SobolDesign Study Sweep Uniform "
-    "Variation Work side_by_side sobol",
+    "study": "Case Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "
+    "SobolDesign Study Sweep Uniform Variation Work side_by_side sobol",
     "study.citation": "cite",
     "study.document.frequency_curves": "FrequencyCurve",
     "study.document.gain_bounds": "GainBound",
@@ -128,6 +128,7 @@ _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what 
     "lqi": "wb.synthesis.lqi, or wb.lqg_integral",
     "ltrsyn": "wb.synthesis.loop_transfer_recovery",
     "lyap": "wb.riccati.lyapunov",
+    "dksyn musyn": "wb.structured_uncertainty.dk_iteration",
     "mussv ab13md": "wb.structured_uncertainty.structured_singular_value",
     "ncfsyn ncfmargin": "wb.coprime_margin",
     "nichols_plot nicholsplot": "wb.nichols",

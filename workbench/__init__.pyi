@@ -166,6 +166,7 @@ from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.knob import Knob
 from workbench.study.loop_tuning import tune
+from workbench.study.pid_specification import PidSpecification
 from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.specifications import Specification
 from workbench.study.study import Case, Results, Study
@@ -220,6 +221,7 @@ __all__ = [
     "PadeDelay",
     "Page",
     "Paragraph",
+    "PidSpecification",
     "PlanarQuadrotor",
     "Plant",
     "PulseTrain",

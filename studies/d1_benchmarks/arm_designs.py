@@ -100,7 +100,7 @@ class LinearDesign:
 
 
 @lru_cache
-def matched(kind: str, law: str) -> LinearDesign:
+def matching_design(kind: str, law: str) -> LinearDesign:
     """The linear design of a kind that has the crossovers of a law."""
     wanted, still = np.array(law_crossovers(law).omega), HELD_OUT[0].at_rest
     weights, found = 1e-4 * np.ones(2), wanted
@@ -110,7 +110,9 @@ def matched(kind: str, law: str) -> LinearDesign:
         if np.abs(found / wanted - 1).max() < WITHIN:
             return design
         weights = weights * (wanted / found) ** POWER
-    raise wb.linear.DesignError(f"`matched({kind!r}, {law!r})` did not reach {wanted} rad/s; it stands at {found}.")
+    raise wb.linear.DesignError(
+        f"`matching_design({kind!r}, {law!r})` did not reach {wanted} rad/s; it stands at {found}."
+    )
 
 
 def regulated_law(design: LinearDesign) -> wb.Controller:

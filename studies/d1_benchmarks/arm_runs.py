@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import workbench as wb
-from studies.d1_benchmarks.arm_designs import DESIGNS, TUNED, law_loop, matched
+from studies.d1_benchmarks.arm_designs import DESIGNS, TUNED, law_loop, matching_design
 from studies.paper.costs import cost_of, judge_laws, judge_means, weighted_cost
 from studies.paper.scenarios import HELD_OUT, HORIZON, Scenario, metrics, uncertain
 
@@ -25,7 +25,7 @@ def sweeps(_: Mapping[str, wb.tuning.TuningResult] | None = None) -> tuple[wb.Sw
     for scenario in HELD_OUT:
         loops = {sweep_name(scenario, law): law_loop(law, scenario) for law in TUNED}
         loops |= {
-            sweep_name(scenario, law, design): matched(design, law).loop(scenario)
+            sweep_name(scenario, law, design): matching_design(design, law).loop(scenario)
             for law in TUNED
             for design in DESIGNS
         }

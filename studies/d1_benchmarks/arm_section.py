@@ -17,14 +17,13 @@ from studies.d1_benchmarks.arm_designs import (
     Crossovers,
     crossovers,
     law_crossovers,
-    matched,
+    matching_design,
 )
 from studies.d1_benchmarks.arm_runs import DRAWS, standings, weighted_standings
 from studies.paper.costs import FAMILY, OTHERS, PRIMARY, WEIGHTS
 from studies.paper.scenarios import HELD_OUT
 
 LOWER, HIGHER, OPEN = "the law is lower", "the linear law is lower", "undecided"
-COST = "mean cost"
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class ArmDesigns:
 
 def arm_designs(law: str) -> ArmDesigns:
     """The crossovers of a law and of its linear designs."""
-    made = [matched(design, law) for design in DESIGNS]
+    made = [matching_design(design, law) for design in DESIGNS]
     found = tuple(crossovers(one.loop(HELD_OUT[0].at_rest)) for one in made)
     return ArmDesigns(law_crossovers(law), found, tuple(one.weights for one in made))
 
@@ -48,7 +47,7 @@ class ArmEvidence:
     """The judgements of each law beside its linear laws, by the cost and by the cost with other weights."""
 
     cost: Mapping[str, wb.evidence.Standings]
-    weighted: Mapping[str, Mapping[str, wb.evidence.Standings]]
+    cost_by_weights: Mapping[str, Mapping[str, wb.evidence.Standings]]
 
     @staticmethod
     def of(results: wb.Results) -> ArmEvidence:
@@ -62,30 +61,35 @@ class ArmEvidence:
         )
 
 
-def tally(held: wb.evidence.Standings, law: str, design: str, words: str = PRIMARY.words) -> dict[str, int]:
+def tally(verdicts: wb.evidence.Standings, law: str, design: str, words: str = PRIMARY.words) -> dict[str, int]:
     """The scenarios in which a law costs significantly less or more than a linear design, and the undecided ones."""
-    orders = [one.by[words].order(law, design) for one in held.judgements.values()]
+    orders = [one.by[words].order(law, design) for one in verdicts.judgements.values()]
     return {LOWER: orders.count("below"), HIGHER: orders.count("above"), OPEN: orders.count("undecided")}
+
+
+def counts(every: Mapping[str, wb.evidence.Standings], design: str, words: str = PRIMARY.words) -> tuple[int, int, int]:
+    """The pairs of a law and a scenario in which the law costs less, more, and neither."""
+    sums = [tally(verdicts, law, design, words) for law, verdicts in every.items()]
+    low, high, neither = (sum(one[key] for one in sums) for key in (LOWER, HIGHER, OPEN))
+    return low, high, neither
 
 
 def tallies(every: Mapping[str, wb.evidence.Standings], design: str, words: str = PRIMARY.words) -> str:
     """The sum of the tallies of all laws in words."""
-    sums = [tally(held, law, design, words) for law, held in every.items()]
-    low, high, open_ = (sum(one[key] for one in sums) for key in (LOWER, HIGHER, OPEN))
-    return f"less in {low}, more in {high}, and neither in {open_}"
+    low, high, neither = counts(every, design, words)
+    return f"less in {low}, more in {high}, and neither in {neither}"
 
 
 def verdict(every: Mapping[str, wb.evidence.Standings], design: str, words: str = PRIMARY.words) -> str:
     """The side that has the lower cost in more of the pairs of a law and a scenario."""
-    sums = [tally(held, law, design, words) for law, held in every.items()]
-    low, high = (sum(one[key] for one in sums) for key in (LOWER, HIGHER))
+    low, high, _ = counts(every, design, words)
     return "the six laws" if low > high else "the linear laws" if high > low else "neither"
 
 
-def ratios(held: wb.evidence.Standings, law: str, design: str) -> wb.Array:
+def ratios(verdicts: wb.evidence.Standings, law: str, design: str) -> wb.Array:
     """The mean cost of a linear design over that of the law in each scenario; infinite if one of its runs failed."""
     found = []
-    for one in held.judgements.values():
+    for one in verdicts.judgements.values():
         level = dict(zip(one.samples.laws, one.by[PRIMARY.words].level.value, strict=True))
         found.append(level[design] / level[law])
     return np.array(found)
@@ -106,17 +110,17 @@ def changed_answers(evidence: ArmEvidence) -> tuple[wb.Variation, ...]:
         ),
         *(
             wb.Variation(f"weights: {words}", verdict(other, REGULATED), tallies(other, REGULATED))
-            for words, other in evidence.weighted.items()
+            for words, other in evidence.cost_by_weights.items()
         ),
         *(
-            wb.Variation(f"only {law}", verdict({law: held}, REGULATED), tallies({law: held}, REGULATED))
-            for law, held in every.items()
+            wb.Variation(f"only {law}", verdict({law: verdicts}, REGULATED), tallies({law: verdicts}, REGULATED))
+            for law, verdicts in every.items()
         ),
         *(
             wb.Variation(
                 f"without scenario '{left}'",
-                verdict({law: without(held, left) for law, held in every.items()}, REGULATED),
-                tallies({law: without(held, left) for law, held in every.items()}, REGULATED),
+                verdict({law: without(verdicts, left) for law, verdicts in every.items()}, REGULATED),
+                tallies({law: without(verdicts, left) for law, verdicts in every.items()}, REGULATED),
             )
             for left in (scenario.name for scenario in HELD_OUT)
         ),
@@ -154,9 +158,9 @@ def finding(evidence: ArmEvidence) -> wb.Finding:
     )
 
 
-def without(held: wb.evidence.Standings, left: str) -> wb.evidence.Standings:
+def without(verdicts: wb.evidence.Standings, left: str) -> wb.evidence.Standings:
     """The standings without one scenario."""
-    return wb.evidence.Standings({name: one for name, one in held.judgements.items() if name != left})
+    return wb.evidence.Standings({name: one for name, one in verdicts.judgements.items() if name != left})
 
 
 def section(results: wb.Results, evidence: ArmEvidence) -> wb.Section:
@@ -172,7 +176,7 @@ def section(results: wb.Results, evidence: ArmEvidence) -> wb.Section:
 
 
 def crossover_table(results: wb.Results) -> wb.document.ReportTable:
-    """The crossovers that are matched, and the peaks of the sensitivity."""
+    """The crossovers that are matching_design, and the peaks of the sensitivity."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law, found in zip(TUNED, results.work("arm_designs"), strict=True):
         for name, one in ((law, found.law), *zip(DESIGNS, found.designs, strict=True)):
@@ -186,7 +190,7 @@ def crossover_table(results: wb.Results) -> wb.document.ReportTable:
     )
     notes = (
         "Each torque is cut while the loop of the other is closed, at rest in the pose in which the paper's first "
-        "scenario starts, in the computer of 1 ms. Gains that adapt are held at their first values.",
+        "scenario starts, in the computer of 1 ms. Gains that adapt are verdicts at their first values.",
     )
     return wb.document.ReportTable(
         "arm_crossovers", "The crossovers of each law and of its linear laws.", columns, tuple(rows), notes
@@ -197,9 +201,9 @@ def tally_table(evidence: ArmEvidence) -> wb.document.ReportTable:
     """The scenarios in which each law costs less or more than its linear laws."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law in TUNED:
-        held = evidence.cost[law]
+        verdicts = evidence.cost[law]
         for design in DESIGNS:
-            found, share = tally(held, law, design), ratios(held, law, design)
+            found, share = tally(verdicts, law, design), ratios(verdicts, law, design)
             ends = (_finite(np.min(share)), _finite(np.max(share)))
             rows.append((law if design == DESIGNS[0] else "", design, *found.values(), *ends))
     columns = (

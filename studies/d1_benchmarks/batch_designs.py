@@ -18,10 +18,10 @@ COMPLEX = 0.1  # of the size of the poles: a smaller imaginary part is that of a
 
 
 @dataclass(frozen=True)
-class Tuned:
+class TunedLaw:
     """A law for a process: its gains, the certified peaks with their bounds, and IAE after a step of load.
 
-    `refused` says why there is no law, '' if there is one.
+    `reason` says why there is no law, '' if there is one.
     """
 
     k: float = np.nan
@@ -32,7 +32,7 @@ class Tuned:
     Mt: float = np.nan
     Ms_width: float = np.nan
     IAE: float = np.nan
-    refused: str = ""
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,10 @@ class ProcessDesigns:
 
     lag: float
     late: float
-    PI: Tuned
-    PID: Tuned
-    simc: Tuned
-    amigo: Tuned
+    PI: TunedLaw
+    PID: TunedLaw
+    simc: TunedLaw
+    amigo: TunedLaw
 
 
 def designs(process: Process) -> ProcessDesigns:
@@ -54,10 +54,10 @@ def designs(process: Process) -> ProcessDesigns:
     return ProcessDesigns(
         model.T,
         model.L,
-        tuned(lambda: wb.tune_pid(plant, delay=late, Ms=LIMIT)),
-        tuned(lambda: wb.tune_pid(plant, delay=late, Ms=LIMIT, form="PID")),
-        tuned(lambda: wb.pid_design.simc(plant, model, delay=late)),
-        tuned(lambda: wb.pid_design.amigo(plant, model, delay=late)),
+        tuned_law(lambda: wb.tune_pid(plant, delay=late, Ms=LIMIT)),
+        tuned_law(lambda: wb.tune_pid(plant, delay=late, Ms=LIMIT, form="PID", criterion="IE")),
+        tuned_law(lambda: wb.pid_design.simc(plant, model, delay=late)),
+        tuned_law(lambda: wb.pid_design.amigo(plant, model, delay=late)),
     )
 
 
@@ -69,15 +69,15 @@ def model_of(process: Process) -> wb.pid_design.StepModel:
     return wb.pid_design.half_rule_model(plant, process.delay)
 
 
-def tuned(design: Callable[[], wb.pid_design.PidDesign]) -> Tuned:
+def tuned_law(design: Callable[[], wb.pid_design.PidDesign]) -> TunedLaw:
     """The numbers of a design, or the reason why there is none."""
     try:
         found = design()
-    except wb.linear.DesignError as refused:
-        return Tuned(refused=str(refused))
+    except wb.linear.DesignError as error:
+        return TunedLaw(reason=str(error))
     held = found.certificate.margins
     if held is None:
-        return Tuned(found.k, found.ki, found.kd, found.N or np.inf, refused="the loop is unstable")
+        return TunedLaw(found.k, found.ki, found.kd, found.N or np.inf, reason="the loop is unstable")
     S, T = held.Ms.gain, held.Mt.gain
     width = (S.high - S.low) / S.value
-    return Tuned(found.k, found.ki, found.kd, found.N or np.inf, S.value, T.value, width, found.IAE)
+    return TunedLaw(found.k, found.ki, found.kd, found.N or np.inf, S.value, T.value, width, found.IAE)

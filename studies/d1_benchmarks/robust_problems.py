@@ -157,21 +157,20 @@ class Problem:
     key: str
     name: str
     figure: str
-    published: float
+    printed_figure: float
     digits: int
     source: str
 
 
-BOOK = "Skogestad and Postlethwaite (2005), section"
-JOHANSSON = "Johansson (2000), table II"
+BOOK, JOHANSSON, BENNER = "[1]", "[2]", "[3]"  # as the note of the table names them
 PUBLISHED = (
-    Problem("satellite loop", "spinning satellite", "Ms of each channel", 1.0, 2, f"{BOOK} 3.7.1"),
-    Problem("satellite norm", "spinning satellite", "norm of T", 10.05, 2, f"{BOOK} 3.7.1"),
-    Problem("satellite mu", "spinning satellite", "mu of both gains", 10.05, 2, f"{BOOK} 3.7.1"),
-    Problem("column performance", "distillation column", "norm of w_P S", 0.5, 2, f"{BOOK} 8.11.3"),
-    Problem("column stability", "distillation column", "mu, robust stability", 0.53, 2, f"{BOOK} 8.11.3"),
-    Problem("column both", "distillation column", "mu, robust performance", 5.8, 1, f"{BOOK} 8.11.3"),
-    Problem("benner", "example 6.1 with a = 1", "least norm", 7.853923684, 9, "Benner et al. (2007)"),
+    Problem("satellite loop", "spinning satellite", "Ms of each channel", 1.0, 2, f"{BOOK}, 3.7.1"),
+    Problem("satellite norm", "spinning satellite", "norm of T", 10.05, 2, f"{BOOK}, 3.7.1"),
+    Problem("satellite mu", "spinning satellite", "mu of both gains", 10.05, 2, f"{BOOK}, 3.7.1"),
+    Problem("column performance", "distillation column", "norm of w_P S", 0.5, 2, f"{BOOK}, 8.11.3"),
+    Problem("column stability", "distillation column", "mu, robust stability", 0.53, 2, f"{BOOK}, 8.11.3"),
+    Problem("column both", "distillation column", "mu, robust performance", 5.8, 1, f"{BOOK}, 8.11.3"),
+    Problem("benner", "example 6.1 with a = 1", "least norm", 7.853923684, 9, BENNER),
     Problem("tank minimum phase", "quadruple tank, P-", "slower zero [1/s]", -0.018, 3, JOHANSSON),
     Problem("tank nonminimum phase", "quadruple tank, P+", "slower zero [1/s]", 0.013, 3, JOHANSSON),
 )

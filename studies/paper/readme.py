@@ -22,6 +22,7 @@ REPORTS = (
     "a9_sampling",
     "b4_handover",
     "d0_frequency",
+    "d1_benchmarks",
 )
 FIRST, LAST = "<!-- answers of the reports -->\n", "<!-- end of the answers -->\n"
 WIDTH = 118

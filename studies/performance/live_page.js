@@ -53,3 +53,28 @@ async function prepared(place) {
   };
   return true;
 }
+
+// The ms from each of some turns of the limit Ms of a specification, or of its law, to the moment when all pictures of the loop with
+// the new gains are drawn exactly.
+async function specified(low, high, turns, count) {
+  const [one] = livePage.specifications, spans = [];
+  one.target.count = count;
+  for (let i = 0; i < turns; i++) {
+    const before = livePage.state.values.join(), drawn = new Promise((done) => {
+      livePage.draw = function () {
+        Object.getPrototypeOf(livePage).draw.call(livePage);
+        if (!isDrawn() || !one.met) return;
+        delete livePage.draw;
+        done(livePage.drawn);
+      };
+    });
+    const began = performance.now();
+    one.met = null;
+    one.limits[0].turn(low + (high - low) * ((0.11 + 0.618034 * i) % 1));
+    spans.push((await drawn) - began);
+    if (livePage.state.values.join() === before) throw new Error("no knob has moved");
+    while (livePage.flight?.fine.size) await rest(5);
+    await rest(30);
+  }
+  return spans;
+}

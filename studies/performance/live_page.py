@@ -1,8 +1,12 @@
-"""The speed of live pages in headless Chromium: from a turned knob to the new pictures, and of the kernel alone."""
+"""The speed of live pages in headless Chromium: from a turned knob to the new pictures, and of the kernel alone.
+
+`python -m studies.performance.live_page` measures a turned specification alone.
+"""
 
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -25,6 +29,7 @@ from studies.performance.measurements import Effort, Row
 EVERY = 0.01  # s, between two points of a curve
 LINEAR = "AOSMC-RGS with its linear answers"
 TURNS = {"one loop of W": 60, "the seven laws of a1": 30, LINEAR: 60}  # of a knob, each to another place
+SPECIFIED = {"a turned specification, PI": 2, "a turned specification, PID": 3}  # and the gains that follow it
 SCRIPT = Path(__file__).with_name("live_page.js")
 
 
@@ -58,6 +63,31 @@ def live_rows(effort: Effort) -> tuple[Row, ...]:
         Row(name, bar, value, unit, at_most=True, note=note)
         for (name, bar, unit), value, note in zip(_bars(names), found, notes, strict=True)
     )
+
+
+def specification_rows(turns: int = 50) -> tuple[Row, ...]:
+    """The rows of a turned specification of a motor in Chromium: the median, and the worst of some turns."""
+    if program() is None:
+        return tuple(Row(name, 200.0, unit="ms", at_most=True, note="no Chromium here") for name in SPECIFIED)
+    rows: list[Row] = []
+    with open_bench(page_with_specification(), "Kp") as page:
+        for name, count in SPECIFIED.items():
+            page.value(f"specified(1.3, 2.0, 3, {count})")
+            spans = page.value(f"specified(1.3, 2.0, {turns}, {count})")
+            said = f"of {turns} turns, until all pictures of the loop with its new gains are drawn"
+            rows.append(Row(name, 200.0, median(spans), "ms", at_most=True, note=f"median {said}"))
+            rows.append(Row(f"{name}, worst", 200.0, max(spans), "ms", at_most=True, note=f"worst {said}"))
+    return tuple(rows)
+
+
+def page_with_specification() -> str:
+    """The bench of a motor under a PID with its linear pictures, whose gains follow limits of S and T."""
+    motor = wb.DCMotor()
+    law = wb.PID(motor.outputs, motor.inputs, Kp=2.0, Ki=5.0, Kd=0.02, low=-24.0, high=24.0)
+    closed = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
+    gains = (("Kp", 0.1, 500.0), ("Ki", 0.1, 5000.0), ("Kd", 1e-3, 5.0))
+    knobs = [wb.Knob(name, f"controller.{name}", low, high, log=True) for name, low, high in gains]
+    return wb.live(closed, until=2.0, knobs=(*knobs, wb.PidSpecification("robustness"))).text
 
 
 def _bars(names: tuple[str, str, str]) -> tuple[tuple[str, float, str], ...]:
@@ -164,3 +194,9 @@ def kernels(page: Page, effort: Effort) -> tuple[float, float]:
     page.value("prepared(0)")
     times = [(float(page.value("marched()")), alone()) for _ in range(20 + 4 * effort.repetitions)][10:]
     return median(mine for mine, _ in times), median(theirs for _, theirs in times)
+
+
+if __name__ == "__main__":
+    for row in specification_rows():
+        value = "not measured" if row.value is None else f"{row.value:.0f} {row.unit}"
+        sys.stdout.write(f"{row.name}: {value}, {row.note}\n")

@@ -60,6 +60,13 @@ def python_control(horizon: float) -> Runner:
     return lambda rows: np.array([run(p) for p in rows])
 
 
+def control_plant(num: Sequence[float], den: Sequence[float]) -> Any:
+    """The transfer function num/den of python-control."""
+    import control
+
+    return control.tf(list(num), list(den))
+
+
 def control_responses(systems: Sequence[Any], frequencies: wb.Array) -> Any:
     """The answers (N, m, ny, nu) of python-control to one system after the other, at frequencies in rad/s."""
     import control

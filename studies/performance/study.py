@@ -16,9 +16,10 @@ from studies.performance.live_page import live_rows
 from studies.performance.measurements import AT_ERROR, Effort, Row, table_rows
 from studies.performance.other_machine import WHERE, count, machines
 from studies.performance.peers import IN_MATRICES, PEERS
+from studies.performance.pid_rate import pid_rows
 
 EFFORT = Effort()
-rows = cache(lambda: (*table_rows(EFFORT), *frequency_rows(EFFORT), *live_rows(EFFORT)))
+rows = cache(lambda: (*table_rows(EFFORT), *frequency_rows(EFFORT), *pid_rows(EFFORT), *live_rows(EFFORT)))
 
 
 def sections(results: wb.Results) -> wb.Page:

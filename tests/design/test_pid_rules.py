@@ -24,14 +24,14 @@ FOUR_LAGS = control.tf([1.0], [6.4e-5, 0.009984, 0.25792, 1.248, 1.0])
 
 
 @pytest.mark.parametrize(("order", "T", "T2", "L"), [(1, 1.1, 0.0, 0.148), (2, 1.0, 0.22, 0.028)])
-def test_the_half_rule_reduces_the_example_of_its_author(order, T, T2, L):
-    # Skogestad (2003), example E1: lags of 1, 0.2, 0.04 and 0.008 s
+def test_the_half_rule_reduces_four_lags_as_by_hand(order, T, T2, L):
+    # lags of 1, 0.2, 0.04 and 0.008 s: the half rule adds half of 0.2 to the lag, and the rest to the delay, by hand
     model = half_rule_model(FOUR_LAGS, order=order)
     assert pytest.approx((T, T2, L), rel=1e-6) == (model.T, model.T2, model.L)
 
 
-def test_simc_of_that_example_has_the_published_gains():
-    # Skogestad (2003), table of E1: PI with tau_c = 0.148: Kc = 3.72, tauI = 1.1
+def test_simc_of_four_lags_has_the_gains_of_its_formula():
+    # Kc = T / (K (tau_c + L)), Ti = min(T, 4 (tau_c + L)): README.txt beside Skogestad (2006), IECR 45, 7817-7822
     design = simc(FOUR_LAGS, half_rule_model(FOUR_LAGS))
     assert (design.k, design.Ti) == pytest.approx((3.716, 1.1), abs=1e-3)
     series = simc(FOUR_LAGS, half_rule_model(FOUR_LAGS, order=2))

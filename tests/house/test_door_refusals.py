@@ -57,4 +57,4 @@ def test_few_arguments_take_any_object_and_judge_it_themselves():
     arguments = [argument for held in DOORS.values() for argument in held]
     judged_within = [argument for argument in arguments if refusal(argument, Mute()) is None]
     assert len(arguments) > ARGUMENTS
-    assert len(judged_within) < 0.07 * len(arguments)
+    assert len(judged_within) < 0.085 * len(arguments)  # some forty doors of designs take a system of python-control

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.exams import design
 from tests.exams.__main__ import main
 from tests.exams.sitter import sit
 from tests.support.small_exams import ROOT
@@ -135,7 +136,10 @@ def grade_designs(solve, cases):
 
 
 @pytest.mark.parametrize(("gain", "says"), [("4", "1 of 1 right"), ("5", "MISSED, 0 of 1 right, 1 wrong; one: wrong")])
-def test_an_exam_of_designs_has_a_part_for_each_kind_and_one_without_a_solver_is_not_sat(tmp_path, gain, says):
+def test_an_exam_of_designs_has_a_part_for_each_kind_and_one_without_a_solver_is_not_sat(
+    tmp_path, monkeypatch, gain, says
+):
+    monkeypatch.delitem(design.ELSEWHERE, "mu")
     (tmp_path / "figures").mkdir()
     (tmp_path / "figures" / "grade.py").write_text(DESIGNS, encoding="utf-8")
     given = '"id": "one", "kind": "margins", "num": [0.5], "den": [1, -1], "dt": 1.0, "delay": 0.0'

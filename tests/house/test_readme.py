@@ -28,7 +28,7 @@ def test_the_readme_shows_each_file_of_the_walk_as_it_stands(name):
 
 def test_the_readme_has_the_order_of_a_reader():
     heads = re.findall(r"^## (.*)$", README, re.M)
-    walk = ["A plant of your own", "A law of your own", "Gains with certificates", "Thousands of loops"]
+    walk = ["A plant of your own", "A law of your own", "Gains with certificates", "Designs from specifications"]
     assert heads[:6] == ["Install", "A first loop", *walk]
     assert heads[-2:] == ["What it found about one paper", "Licence"]
     assert README.index("pip install") < README.index("    make paper\n    make test\n")

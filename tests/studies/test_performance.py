@@ -15,7 +15,7 @@ from tests.support.browsers import needs_chromium
 pytest.importorskip("llvmlite", reason="the study of speed is that of the compiled march")
 
 from studies.paper.workload import rows_of, run
-from studies.performance import frequency_rate, live_page, measurements, study
+from studies.performance import frequency_rate, live_page, measurements, pid_rate, study
 from studies.performance.arithmetic import CHAINS, UNROLL_COUNT, flops, peak_sum
 from studies.performance.figures import speed_figure
 from studies.performance.measurements import Effort, Row
@@ -207,6 +207,17 @@ def test_frequency_answers_are_timed_beside_python_control_and_their_error_is_to
     assert "8 samples at 200 frequencies" in rate.note
     assert 0 < error.value < 1e-14
     assert error.at_most
+
+
+def test_an_optimal_pi_law_is_timed_beside_a_grid_search(monkeypatch):
+    two = pid_rate.processes()[:2]
+    monkeypatch.setattr(pid_rate, "processes", lambda: two)
+    monkeypatch.setattr(pid_rate, "GRID", 40)
+    (row,) = pid_rate.pid_rows(TINY)
+    assert row.value > 0
+    assert "2 processes of the batch" in row.note
+    assert "times as long" in row.note
+    assert " -" not in row.note  # no gain of the grid is larger than the optimum
 
 
 @needs_chromium

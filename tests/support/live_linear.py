@@ -28,6 +28,17 @@ return JSON.parse(JSON.stringify(found, plain));
 """
 
 
+REPLIES = (
+    SCRIPT.replace("answers.answer(numbers(p), numbers(x))", "replyTo(answers, question(p, x, rest))")
+    .replace("{ p, x }", "{ p, x, ...rest }")
+    .replace(
+        "const found",
+        "const question = (p, x, { Mt, ...rest }) => ({ ...rest, p: numbers(p), x: numbers(x), Mt: Mt ?? Infinity });\n"
+        "const found",
+    )
+)
+
+
 @dataclass(frozen=True, eq=False)
 class LoopData:
     """A loop of a page: its data `linear`, its packed modules, and the step whose numbers the page turns."""
@@ -56,11 +67,24 @@ class LoopData:
 
     def answers(self, *turns: dict[str, list[str]]) -> list[Any]:
         """What the worker answers to each turn."""
-        text = "\n".join((TEMPLATES / f"{name}.js").read_text("utf-8") for name in WORKER)
-        given = {"linear": self.linear, "modules": self.modules, "turns": turns}
-        return list(
-            answered(f"const {{ LinearAnswers }} = (() => {{ {text}; return {{ LinearAnswers }}; }})();{SCRIPT}", given)
+        return self._answered(SCRIPT, turns)
+
+    def replies(self, *questions: dict[str, Any]) -> list[Any]:
+        """What the worker replies to each question, which has the numbers of a turn."""
+        return self._answered(REPLIES, questions)
+
+    def _answered(self, script: str, turns: Any) -> list[Any]:
+        text, names = (
+            "\n".join((TEMPLATES / f"{name}.js").read_text("utf-8") for name in WORKER),
+            "LinearAnswers, replyTo",
         )
+        given = {"linear": self.linear, "modules": self.modules, "turns": turns}
+        return list(answered(f"const {{ {names} }} = (() => {{ {text}; return {{ {names} }}; }})();{script}", given))
+
+    def knob(self, path: str, low: float, high: float, value: float) -> dict[str, Any]:
+        """A knob of one parameter, as the worker reads it."""
+        place = self.step.parameters.slice(path).start
+        return {"p": [place], "x": [], "low": low, "high": high, "log": False, "share": False, "value": value}
 
     def python(self, **values: Any) -> Any:
         """The linear loop at the same numbers, as Python has it."""

@@ -21,7 +21,7 @@ from workbench.report.live_page import WORKER
 TEMPLATES = Path(__file__).parents[2] / "workbench" / "report" / "templates"
 SCRIPTS = (
     *("address", "knobs", "answers", "holds", "pictures", "figures", "tables", "animation", "pool", "motion"),
-    *("handles", "crossover_handle", "pole_handles", "page"),
+    *("handles", "crossover_handle", "pole_handles", "specification", "page"),
 )
 SHOWN = 3  # outputs at most
 POLICY = (

@@ -19,12 +19,13 @@ from workbench.report.live.page_data import LiveData
 # in the order in which they need each other
 SCRIPTS = (
     *("curves", "rulers", "marks", "planes", "figures", "tables", "animation", "address", "knobs", "answers", "holds"),
-    *("pictures", "pool", "motion", "handles", "crossover_handle", "pole_handles", "page"),
+    *("pictures", "pool", "motion", "handles", "crossover_handle", "pole_handles", "specification", "page"),
 )
 WORKER = (
     *("linear_matrices", "linear_eigenvalues", "linear_roots", "linear_response", "linear_model", "linear_rest"),
     *("linear_corners", "linear_poles", "linear_margins", "linear_disk", "linear_answer"),
-    *("linear_seek", "linear_place", "linear_descent", "worker"),
+    *("linear_seek", "linear_place", "linear_descent", "linear_gain_plane", "linear_gain_search"),
+    *("linear_program", "linear_law", "linear_specification", "worker"),
 )
 PAINTS = {"color", "fill", "ink"}  # the colours of a series in a plate
 STYLES = ("live", "figures", "tables", "animation")

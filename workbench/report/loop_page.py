@@ -19,6 +19,7 @@ from workbench.report.live.loop_study import loop_study
 from workbench.study import case_runs, writeup
 from workbench.study.knob import Knob
 from workbench.study.ledger.durability import write_durably
+from workbench.study.pid_specification import PidSpecification
 
 HEIGHT = 900  # pixels of the frame in a notebook
 COMMAND = "workbench.live(...)"
@@ -63,7 +64,7 @@ def live(
     until: float,
     h: float = 1e-3,
     metrics: Sequence[AbstractMetric] = (),
-    knobs: Sequence[Knob] = (),
+    knobs: Sequence[Knob | PidSpecification] = (),
     title: str = "",
 ) -> LoopPage:
     """An HTML page of a loop with knobs, whose reader changes numbers and sees the responses at once.
@@ -77,7 +78,8 @@ def live(
     metrics
         The metrics to show; by default those of tracking errors and inputs.
     knobs
-        The numbers that can be turned; by default all numbers of the loop that move what the page shows.
+        The numbers that can be turned; by default all numbers of the loop that move what the page shows. A
+        `PidSpecification` may stand among them, and a loop whose law is a `PID` of one signal has one by default.
     title
         The title of the page.
 

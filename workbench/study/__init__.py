@@ -22,6 +22,7 @@ _FILES = {
     "Verdict",
     "evidence.law_tables": "side_by_side",
     "knob": "Knob",
+    "pid_specification": "PidSpecification",
     "result_marks": "bars cell points",
     "single_core": "one_core",
     "sample": "Sample",

@@ -17,6 +17,7 @@ from workbench.study.document.document import (
 )
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.knob import Knob
+from workbench.study.pid_specification import PidSpecification
 from workbench.study.result_marks import bars, cell, points
 from workbench.study.run_and_sweep import Run, Sweep
 from workbench.study.sample import Sample
@@ -63,6 +64,7 @@ __all__ = [
     "Page",
     "Panel",
     "Paragraph",
+    "PidSpecification",
     "ReportTable",
     "Results",
     "Run",

@@ -11,6 +11,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.study.document.document import Page, Section
 from workbench.study.document.phrases_and_tables import check_name
 from workbench.study.knob import Knob
+from workbench.study.pid_specification import PidSpecification
 from workbench.study.run_and_sweep import Sweep
 from workbench.study.study_results import Case as Case
 from workbench.study.study_results import Outcome as Outcome
@@ -72,7 +73,7 @@ class Study:
     seed: int | None = None
     sweeps: tuple[Sweep, ...] | Callable[[Mapping[str, UserValue]], tuple[Sweep, ...]] = ()
     tunings: tuple[Tuning, ...] = ()
-    live: tuple[Knob, ...] | None = ()
+    live: tuple[Knob | PidSpecification, ...] | None = ()
     works: tuple[Work, ...] | Callable[[Results], tuple[Work, ...]] = ()
     least_samples: int | None = None
 

@@ -106,7 +106,7 @@ def _crossover(piece: FrequencyInterval, k: int) -> Crossover:
     target = (2 * k + 1) * math.pi
 
     def excess(omega: float) -> float:
-        return piece.at(omega).phi - target
+        return piece.phase(omega) - target
 
     omega = float(brentq(excess, piece.start, piece.end, xtol=1e-300, rtol=4 * 2.3e-16, maxiter=500))
     point = piece.at(omega)

@@ -143,10 +143,11 @@ def _safe_start(late: LateLoop) -> float:
     """
     B, P, Q, delay = late.loop.B, late.loop.P, late.loop.Q, late.loop.delay
     size = max(map(len, (B, P, Q))) + TERMS
-    series = [Fraction(b) for b in B] + [Fraction(0)] * (size - len(B))
+    over, under = delay.numerator, delay.denominator
+    whole = math.factorial(2 * TERMS) * under ** (2 * TERMS)  # times this, every coefficient is a whole number
+    series = [b * whole for b in B] + [0] * (size - len(B))
     for k in range(TERMS):
-        even = Fraction(2 * (-1) ** k, math.factorial(2 * k)) * delay ** (2 * k)
-        odd = even * delay / (2 * k + 1)
+        even, odd = (2 * (-1) ** k * (whole // (math.factorial(n) * under**n)) * over**n for n in (2 * k, 2 * k + 1))
         for i, p in enumerate(P):
             series[i + k] += even * p
         for i, q in enumerate(Q):
@@ -155,6 +156,15 @@ def _safe_start(late: LateLoop) -> float:
     if series[first] < 0:
         return 0.0
     x = Fraction(1) / (1 + delay**2)
-    while sum(abs(c) * x**i for i, c in enumerate(series[first + 1 :], 1)) > series[first] / 2:
+    rest = [abs(c) for c in series[first + 1 :]]
+    while 2 * _scaled_sum(rest, x) > series[first] * x.denominator ** len(rest):
         x /= 4
     return square_root(x)
+
+
+def _scaled_sum(coefficients: list[int], x: Fraction) -> int:
+    """The sum of c1 x + c2 x^2 + ..., times the denominator of x to the power of their number."""
+    total, power = 0, 1
+    for c in reversed(coefficients):
+        total, power = (total + c * power) * x.numerator, power * x.denominator
+    return total

@@ -15,7 +15,7 @@ from functools import cache, cached_property
 from itertools import pairwise
 
 from workbench.design.frequency.axis_loop import AxisLoop
-from workbench.design.frequency.certified_values import angle, root_of_quotient, square_root
+from workbench.design.frequency.certified_values import angle, root_of_quotient
 from workbench.design.frequency.integer_polynomials import add, derivative, multiply, scale
 from workbench.design.frequency.polynomial_ratios import Ratio, lowest_terms, slope_numerator
 from workbench.design.frequency.positive_roots import positive_roots, ratio
@@ -41,6 +41,7 @@ class FrequencyInterval:
     start: float
     end: float
     at: Callable[[float], LoopGainPoint]
+    phase: Callable[[float], float]  # the phi of `at` alone, inside of the interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,13 @@ class LateLoop:
         def point(omega: float) -> LoopGainPoint:
             return self._point(omega, start, end, centre)
 
-        return FrequencyInterval(start, end, point)
+        def phase(omega: float) -> float:
+            if omega in (start, end):
+                return point(omega).phi
+            turn = centre + math.remainder(self._values.angle(omega) - centre, 2 * math.pi)
+            return turn - omega * float(self.loop.delay)
+
+        return FrequencyInterval(start, end, point, phase)
 
     @cached_property
     def _values(self) -> _Values:
@@ -96,21 +103,22 @@ class _Values:
     def __init__(self, late: LateLoop) -> None:
         loop = late.loop
         # a cut belongs to two pieces, and crossovers, limits of the gain and three peaks ask for it
-        self.a = cache(lambda omega: ratio(*late.a, Fraction(omega) ** 2))
-        self.b = cache(lambda omega: _quotient(*ratio(*late.b, Fraction(omega) ** 2)))
-        self.rho = cache(lambda omega: math.log(root_of_quotient(*ratio(loop.A, loop.B, Fraction(omega) ** 2))))
-        self.angle = cache(lambda omega: _angle(loop, Fraction(omega) ** 2))
+        square = cache(lambda omega: Fraction(omega) ** 2)
+        self.a = cache(lambda omega: ratio(*late.a, square(omega)))
+        self.b = cache(lambda omega: _quotient(*ratio(*late.b, square(omega))))
+        self.rho = cache(lambda omega: math.log(root_of_quotient(*ratio(loop.A, loop.B, square(omega)))))
+        self.angle = cache(lambda omega: _angle(loop, omega, square(omega)))
 
 
 def _quotient(top: int, bottom: int) -> float:
     return top / bottom
 
 
-def _angle(loop: AxisLoop, x: Fraction) -> float:
-    """The phase of L without its delay, in (-pi, pi]."""
+def _angle(loop: AxisLoop, omega: float, x: Fraction) -> float:
+    """The phase of L without its delay at x = omega^2, in (-pi, pi]."""
     top, bottom = ratio(loop.Q, loop.P, x)
-    omega = Fraction(square_root(x))
-    return angle(top * omega.numerator, bottom * omega.denominator)
+    over, under = omega.as_integer_ratio()
+    return angle(top * over, bottom * under)
 
 
 def late_loop(loop: AxisLoop) -> LateLoop:

@@ -38,3 +38,11 @@ class DerivativeAction:
         s = 1j * omega
         lag = 1 + s / self.N
         return self.kd * s / lag, 1j * self.kd / lag**2, 2 * self.kd / self.N / lag**3
+
+
+def law_polynomials(k: float, ki: float, derivative: DerivativeAction) -> tuple[Array, Array]:
+    """Numerator and denominator of k + ki/s and a derivative action, highest power first."""
+    if not derivative.kd:
+        return np.array([k, ki]), np.array([1.0, 0.0])
+    N = derivative.N
+    return np.array([k + derivative.limit, k * N + ki, ki * N]), np.array([1.0, N, 0.0])

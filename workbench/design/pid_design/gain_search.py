@@ -75,6 +75,12 @@ def _tops(
     return best
 
 
+def highest_gains(plane: GainPlane, k: Array) -> tuple[Array, list[list[Interval]]]:
+    """For each k the highest ki that stabilises within the limits, -inf for none, and the intervals that stabilise."""
+    columns = _Columns.of(plane, k)
+    return columns.top, columns.stable
+
+
 def nodes(plane: GainPlane) -> Array:
     """Values of k, so dense that each k that meets the specification has a neighbour that stabilises."""
     margin = min(max(1.0 / M for M in (plane.Ms, plane.Mt) if np.isfinite(M)), 1.0)

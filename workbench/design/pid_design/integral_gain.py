@@ -94,6 +94,10 @@ class IntegralGain:
         ends = [sorted((a / D - self.derivative.limit, b / D - self.derivative.limit)) for a, b in sides]
         return [(a, b) for a, b in ends]
 
+    def reach_of(self, gains: GainOptimum) -> float:
+        """The last frequency that some gains ask for, over the last one that is looked at first."""
+        return min(FARTHEST, max(1.0, 1.2 * self._farthest(self.plane(), gains)))
+
     def _best_on(self, plane: GainPlane, least: float) -> tuple[GainOptimum | None, float]:
         """The optimum on the frequencies of a plane, and the bound from above."""
         equations = ContactEquations(plane, self.derivative)

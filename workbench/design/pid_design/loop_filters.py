@@ -80,7 +80,7 @@ def notch(
 
     References
     ----------
-    Franklin, Powell and Emami-Naeini (2019), Feedback Control of Dynamic Systems, section 5.4.3.
+    Franklin, Powell and Emami-Naeini (2019), Feedback Control of Dynamic Systems.
 
     Examples
     --------
@@ -155,7 +155,7 @@ def prefilter(
 
     References
     ----------
-    Astrom and Hagglund (2006), Advanced PID Control, section 5.3.
+    Astrom and Hagglund (2006), Advanced PID Control.
 
     Examples
     --------

@@ -24,6 +24,8 @@ MOST = 5  # contacts
 ENOUGH = 0.9  # of the bound of a search: the first solution above it is taken
 TOUCH = 1e-7  # the slack of a contact
 
+Terms = tuple[float, Array, Array]
+
 
 @dataclass(frozen=True)
 class Contact:
@@ -40,12 +42,14 @@ class ContactEquations:
     plane: GainPlane
     derivative: DerivativeAction
 
-    def terms(self, kind: int, k: float, ki: float, omega: float) -> tuple[float, Array, Array]:
+    def terms(self, kind: int, k: float, ki: float, omega: float) -> Terms:
         """The value, gradient (3,) and Hessian (3, 3) of f."""
         g, g1, g2 = self.plane.process.inverse_slopes(omega)
         d, d1, d2 = self.derivative.slopes(omega)
         law = (k - 1j * ki / omega + d, 1.0, -1j / omega, 1j * ki / omega**2 + d1, 1j / omega**2)
         law_2 = -2j * ki / omega**3 + d2
+        if kind == 1 and self.plane.Mt == 1:
+            return _without_loss(law, law_2, (g, g1, g2))
         top = _square(law[0] + g, law[1], law[2], law[3] + g1, law[4], law_2 + g2)
         base = _square(g, 0, 0, g1, 0, g2) if kind == 0 else _square(*law, law_2)
         limit = self.plane.Ms if kind == 0 else self.plane.Mt
@@ -58,7 +62,7 @@ class ContactEquations:
 
     def least_slack(self, kind: int, k: float, ki: float, omega: float) -> tuple[float, float]:
         """The frequency near `omega` at which f is least, and f there."""
-        for _ in range(STEPS):
+        for _ in range(0 if self._at_rest(omega) else STEPS):
             _, gradient, hessian = self.terms(kind, k, ki, omega)
             if not hessian[2, 2] > 0:
                 break
@@ -67,6 +71,10 @@ class ContactEquations:
             if abs(step) <= SETTLED * omega:
                 break
         return omega, self.terms(kind, k, ki, omega)[0]
+
+    def _at_rest(self, omega: float) -> bool:
+        """True for the frequency that stands for zero, where every slope by the frequency is zero."""
+        return omega <= 2 * float(self.plane.omega[0])
 
     def solve(
         self, contacts: tuple[Contact, ...], k: float, ki: float, hold: bool = False
@@ -81,7 +89,8 @@ class ContactEquations:
             residuals, rows = [], []
             for i, contact in enumerate(contacts):
                 value, gradient, hessian = self.terms(contact.kind, z[0], z[1], z[2 + i])
-                equations = [(value, gradient), (gradient[2], hessian[2])]
+                still = (0.0, np.array([0, 0, 1.0]))
+                equations = [(value, gradient), still if self._at_rest(z[2 + i]) else (gradient[2], hessian[2])]
                 if len(contacts) == 1:
                     equations.append((0.0, np.array([1.0, 0, 0])) if hold else (gradient[0], hessian[0]))
                 for residual, slope in equations:
@@ -103,9 +112,7 @@ class ContactEquations:
         return (float(z[0]), float(z[1])) if longest < 1e-9 else None
 
 
-def _square(
-    value: complex, by_k: complex, by_ki: complex, by_omega: complex, mixed: complex, twice: complex
-) -> tuple[float, Array, Array]:
+def _square(value: complex, by_k: complex, by_ki: complex, by_omega: complex, mixed: complex, twice: complex) -> Terms:
     """|value|^2 with gradient and Hessian by k, ki, omega; the value is linear in k and ki."""
     slopes = np.array([by_k, by_ki, by_omega])
     gradient = 2 * (np.conj(value) * slopes).real
@@ -115,6 +122,19 @@ def _square(
     hessian[2, 1] += cross
     hessian[2, 2] += 2 * (np.conj(value) * twice).real
     return abs(value) ** 2, gradient, hessian
+
+
+def _without_loss(law: tuple[complex, ...], law_2: complex, inverse: tuple[complex, complex, complex]) -> Terms:
+    """f of T for Mt = 1, which is 1 + 2 Re(conj(law) g) / |g|^2 and stays finite at rest."""
+    (value, by_k, by_ki, by_omega, mixed), (g, g1, g2) = np.conj(law), inverse
+    size, base = abs(g) ** 2, _square(g, 0, 0, g1, 0, g2)
+    slopes = np.array([by_k * g, by_ki * g, by_omega * g + value * g1]).real
+    twice = np.zeros((3, 3))
+    twice[2, 0] = twice[0, 2] = (by_k * g1).real
+    twice[2, 1] = twice[1, 2] = (mixed * g + by_ki * g1).real
+    twice[2, 2] = (np.conj(law_2) * g + 2 * by_omega * g1 + value * g2).real
+    parts = 2 * (value * g).real, 2 * slopes, 2 * twice
+    return (base[0] + parts[0]) / size, (base[1] + parts[1]) / size, (base[2] + parts[2]) / size
 
 
 def polish(
@@ -177,12 +197,12 @@ def worst_contact(equations: ContactEquations, k: float, ki: float) -> tuple[flo
     return worst, place
 
 
-def contacts_of(equations: ContactEquations, k: float, ki: float) -> tuple[Contact, ...]:
+def contacts_of(equations: ContactEquations, k: float, ki: float, touch: float = TOUCH) -> tuple[Contact, ...]:
     """The contacts at gains that are an optimum."""
     found: list[Contact] = []
     for contact in _near_contacts(equations.plane, k, ki):
         omega, value = equations.least_slack(contact.kind, k, ki, contact.omega)
-        if abs(value) < TOUCH and not any(_same(Contact(contact.kind, omega), other) for other in found):
+        if abs(value) < touch and not any(_same(Contact(contact.kind, omega), other) for other in found):
             found.append(Contact(contact.kind, omega))
     return tuple(found)
 

@@ -24,6 +24,7 @@ from workbench.design.pid_design.process import Process
 if TYPE_CHECKING:
     import control
 
+LARGEST_KI = "largest ki"
 BACK_OFF = 1e-9  # by how much ki, or then a limit, is lowered if rounding takes the loop beyond the limit
 
 
@@ -122,7 +123,14 @@ def best_sign(process: Process, Ms: float, Mt: float) -> tuple[int, GainOptimum 
     return max(found, key=lambda pair: -1.0 if pair[1] is None else pair[1].ki)
 
 
-def confirm_optimum(call: str, plant: control.LTI, problem: IntegralGain, sign: int, gains: GainOptimum) -> PidDesign:
+def confirm_optimum(
+    call: str,
+    plant: control.LTI,
+    problem: IntegralGain,
+    sign: int,
+    gains: GainOptimum,
+    method: str = LARGEST_KI,
+) -> PidDesign:
     """The design of an optimum, backed off where rounding has taken the loop beyond a limit."""
     Ms, Mt, action, delay = problem.Ms, problem.Mt, problem.derivative, problem.process.delay
     N = action.N if math.isfinite(action.N) else None
@@ -131,9 +139,7 @@ def confirm_optimum(call: str, plant: control.LTI, problem: IntegralGain, sign: 
         certificate = certificate_of(plant, delay, law_of_error(k, ki, kd, N, plant))
         if certificate.stable and excess_of(certificate, Ms, Mt) <= 0:
             contacts = tuple(PeakContact("ST"[c.kind], c.omega) for c in inner.contacts)
-            return PidDesign(
-                "largest ki", k, ki, kd, N, 1.0, 0.0, Ms, Mt, certificate, gains.bound, contacts, plant, delay
-            )
+            return PidDesign(method, k, ki, kd, N, 1.0, 0.0, Ms, Mt, certificate, gains.bound, contacts, plant, delay)
     raise DesignError(
         f"`{call}`: the optimum k = {sign * gains.k:.6g}, ki = {sign * gains.ki:.6g} is not confirmed by the margins "
         "of its loop, so doubles do not decide it. Scale the plant, or ask for larger limits."

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core.validation.refusals import positive
+from workbench.core.validation.refusals import one_of, positive
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError, one_thread
-from workbench.design.pid_design.derivative_action import DerivativeAction
+from workbench.design.pid_design.derivative_action import DerivativeAction, law_polynomials
+from workbench.design.pid_design.error_search import least_error
 from workbench.design.pid_design.integral_gain import GainOptimum, IntegralGain
 from workbench.design.pid_design.noise_gain import largest_noise_gain
-from workbench.design.pid_design.pi_optimum import checked_limits, checked_process, confirm_optimum
+from workbench.design.pid_design.pi_optimum import LARGEST_KI, checked_limits, checked_process, confirm_optimum
 from workbench.design.pid_design.pid_designs import PidDesign
 from workbench.design.pid_design.pid_refusals import (
     refuse_endless_gain,
@@ -32,6 +33,7 @@ FIRST, LAST = 0.02, 20.0  # the first and the last derivative gain, over 1/|G| o
 GOLDEN = (math.sqrt(5) - 1) / 2
 ACCURACY, COARSE = 1e-4, 3e-3  # of the derivative gain, and while a filter is looked for
 FILTERS, NOISE_ACCURACY = 25, 3e-3  # filters that are tried for a noise gain, and how closely it is met
+FILTERS_OF_ERROR, ERROR_NOISE = 6, 0.03  # the same for the least IAE
 MISSES = 3  # derivative gains in a row without a larger ki that end the first search
 
 
@@ -43,10 +45,15 @@ def pid_optimum(
     delay: float = 0.0,
     N: float | None = None,
     noise_gain: float | None = None,
+    criterion: str = "IE",
 ) -> PidDesign:
-    """The PID law k + ki/s + kd s/(1 + s/N) with the largest |ki|, so with the least |IE|; kd has the sign of ki.
+    """The PID law k + ki/s + kd s/(1 + s/N) with the least |IE|, or IAE, after a step of load; kd has the sign of ki.
 
-    For each kd the largest ki is found as by `pi_optimum`, globally; kd is searched over a grid and refined.
+    The least IE is the largest |ki|. For each kd it is found as by `pi_optimum`, globally; kd is searched over a grid
+    and refined. IAE, the integral of |e|, is at least 1/|ki|, so only gains with a ki above 1/IAE of a known law can
+    have less. These are sampled, and boxes about the best samples refined until no neighbour is better. This search is
+    no proof, and the law stays inside the limits by up to some 0.1 %. `bound` is that of the largest |ki| of the kd
+    with the largest: no law of this form with that kd has an IAE below 1/`bound`.
 
     Parameters
     ----------
@@ -57,6 +64,8 @@ def pid_optimum(
     noise_gain
         In place of N, the limit of the gain from noise of the measurement to u over all frequencies; N is the largest
         that keeps it. One of both must be given: without a filter, ki is unbounded for many plants.
+    criterion
+        "IE" or "IAE", whose law is calmer where that of "IE" oscillates, and meets a noise gain within 3 %.
 
     Raises
     ------
@@ -77,22 +86,63 @@ def pid_optimum(
     ('PID', True)
     """
     call = "pid_optimum(plant, ...)"
+    one_of("pid_optimum(criterion=...)", criterion, ("IE", "IAE"))
     Ms, Mt = checked_limits("pid_optimum", Ms, Mt)
     _refuse_no_filter(N, noise_gain)
     process = checked_process("pid_optimum", plant, delay)
     refuse_zero_at_rest(call, process)
     refuse_two_integrators(call, process, Mt)
     refuse_endless_gain(call, process, Ms, Mt)
+    with one_thread():
+        return _optimum(call, plant, process, (Ms, Mt), (N, noise_gain), criterion)
+
+
+def _optimum(
+    call: str,
+    plant: control.LTI,
+    process: Process,
+    limits: tuple[float, float],
+    filters: tuple[float | None, float | None],
+    criterion: str,
+) -> PidDesign:
     sign = 1 if process.num[-1] * process.den[0] > 0 else -1
     upright = process if sign > 0 else process.mirror()
-    with one_thread():
-        if noise_gain is None:
-            best = best_derivative(upright, Ms, Mt, positive("pid_optimum(N=...)", N, " of rad/s"))
-        else:
-            best = filter_for_noise(call, upright, Ms, Mt, positive("pid_optimum(noise_gain=...)", noise_gain))
-        if best is None:
-            refuse_infeasible(call, process, Ms, Mt)
-        return confirm_optimum(call, plant, IntegralGain(upright, Ms, Mt, best[0]), sign, best[1])
+    N, noise_gain = filters
+    if noise_gain is None:
+        best = best_derivative(upright, *limits, positive("pid_optimum(N=...)", N, " of rad/s"))
+    else:
+        best = filter_for_noise(call, upright, *limits, positive("pid_optimum(noise_gain=...)", noise_gain))
+    if best is None:
+        refuse_infeasible(call, process, *limits)
+    if criterion == "IAE":
+        best = _least_error(upright, limits, best, noise_gain)
+    problem = IntegralGain(upright, *limits, best[0])
+    return confirm_optimum(call, plant, problem, sign, best[1], "least IAE" if criterion == "IAE" else LARGEST_KI)
+
+
+def _least_error(
+    process: Process,
+    limits: tuple[float, float],
+    start: tuple[DerivativeAction, GainOptimum],
+    noise_limit: float | None,
+) -> tuple[DerivativeAction, GainOptimum]:
+    """The law with the least IAE, its filter slowed or hastened to the limit of the noise gain, if there is one."""
+    found = least_error(process, limits, *start)
+    kept, N = start, start[0].N
+    if noise_limit is None:
+        return found
+    for _ in range(FILTERS_OF_ERROR):
+        excess = largest_noise_gain(process, *law_polynomials(found[1].k, found[1].ki, found[0])) / noise_limit
+        if excess <= 1:
+            kept = found
+            if excess > 1 - ERROR_NOISE:
+                break
+        N *= (1 - ERROR_NOISE / 3) / excess
+        at_N = best_derivative(process, *limits, N)
+        if at_N is None:
+            break
+        found = least_error(process, limits, *at_N)
+    return kept
 
 
 def _refuse_no_filter(N: float | None, noise_gain: float | None) -> None:
@@ -164,8 +214,7 @@ def _search_filter(
             return kept
         action, gains = best
         near = action.kd or near
-        num = np.array([gains.k + action.limit, gains.k * N + gains.ki, gains.ki * N])
-        excess = largest_noise_gain(process, num, np.array([1.0, N, 0.0])) / limit
+        excess = largest_noise_gain(process, *law_polynomials(gains.k, gains.ki, action)) / limit
         if excess <= 1:
             kept, low = best, N
             if excess > 1 - NOISE_ACCURACY:

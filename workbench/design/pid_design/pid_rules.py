@@ -99,7 +99,7 @@ def lambda_tuning(
 
     References
     ----------
-    Astrom and Hagglund (2006), Advanced PID Control, section 6.5.
+    Astrom and Hagglund (2006), Advanced PID Control.
 
     Examples
     --------

@@ -69,8 +69,7 @@ def half_rule_model(
 
     References
     ----------
-    Skogestad (2003), Simple analytic rules for model reduction and PID controller tuning, J. Process Control 13,
-    section 2.
+    Skogestad (2003), Simple analytic rules for model reduction and PID controller tuning, J. Process Control 13.
 
     Examples
     --------
@@ -168,7 +167,7 @@ def step_model(t: Numbers, y: Numbers, step: float = 1.0) -> StepModel:
 
     References
     ----------
-    Astrom and Hagglund (2006), Advanced PID Control, section 2.7.
+    Astrom and Hagglund (2006), Advanced PID Control.
 
     Examples
     --------

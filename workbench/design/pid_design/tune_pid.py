@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from workbench.core.validation.refusals import finite, one_of
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     import control
 
 FILTER = 10.0  # N over the frequency at which the PI law meets its limit
+ROUNDING = 1e-9
 
 
 @check_arguments
@@ -28,11 +30,12 @@ def tune_pid(
     form: str = "PI",
     N: float | None = None,
     noise_gain: float | None = None,
+    criterion: str | None = None,
     reference_peak: float = 1.05,
 ) -> PidDesign:
-    """The PI or PID law with the largest |ki| for which max |S| <= Ms and max |T| <= Mt, with its weights.
+    """The PI or PID law with the least error after a step of load for which max |S| <= Ms and max |T| <= Mt.
 
-    `wb.PID.of(design)` is the law, and `design.certificate` has the margins of the loop with their bounds.
+    `wb.PID.of(design)` is the law, and `design.certificate` has the margins of the loop.
 
     Parameters
     ----------
@@ -46,8 +49,11 @@ def tune_pid(
         "PI" or "PID".
     N, noise_gain
         As for `pid_optimum`; by default N is 10 times the frequency at which the PI law meets its limit.
+    criterion
+        "IE", the least integral of the error, so the largest |ki|, or "IAE", that of its absolute value; for a PI law
+        "IE" alone. By default "IE" for a PI law and "IAE" for a PID law, whose largest |ki| often oscillates.
     reference_peak
-        The limit of the peak from the reference to the output, at least 1, for which b in [0, 1] is chosen; c is 0.
+        The limit of the peak of y/r, at least 1, for which b in [0, 1] is chosen; c is 0. `remarks` say if none has it.
 
     Raises
     ------
@@ -64,18 +70,38 @@ def tune_pid(
     >>> loop.controller.memory.names, design.certificate.Ms.gain.value <= 1.6
     (('integral',), True)
     """
-    one_of("tune_pid(form=...)", form, ("PI", "PID"))
+    _refuse_odd_form(form, criterion, N, noise_gain)
     peak = finite("tune_pid(reference_peak=...)", reference_peak, low=1)
     T_limit = Ms if Mt is None else Mt
-    if form == "PI" and (N is not None or noise_gain is not None):
-        raise ValueError("`tune_pid(N=..., noise_gain=...)` are those of a derivative; take `form='PID'` for one.")
     if form == "PID" and N is None and noise_gain is None:
         N = _usual_filter(system, Ms, T_limit, delay)
     if form == "PI":
-        design = pi_optimum(system, Ms, T_limit, delay)
-    else:
-        design = pid_optimum(system, Ms, T_limit, delay, N, noise_gain)
-    return design.with_weights(design.reference_response.weight_for(peak), 0.0)
+        return _weighted(pi_optimum(system, Ms, T_limit, delay), peak)
+    design = pid_optimum(system, Ms, T_limit, delay, N, noise_gain, criterion or "IAE")
+    return _weighted(design, peak)
+
+
+def _weighted(design: PidDesign, peak: float) -> PidDesign:
+    """The design with the weight for a peak, and a remark if no weight keeps it."""
+    weighted = design.with_weights(design.reference_response.weight_for(peak), 0.0)
+    reached = weighted.reference_peak if weighted.b == 0 else 0.0
+    if reached <= peak * (1 + ROUNDING):
+        return weighted
+    remark = (
+        f"The peak from the reference to the output is {reached:.4g} even with b = 0, above the {peak:g} asked for. "
+        "Smooth the reference, as by `prefilter`, or ask for a smaller Mt."
+    )
+    return replace(weighted, remarks=(remark,))
+
+
+def _refuse_odd_form(form: str, criterion: str | None, N: float | None, noise_gain: float | None) -> None:
+    one_of("tune_pid(form=...)", form, ("PI", "PID"))
+    if form == "PI" and (N is not None or noise_gain is not None):
+        raise ValueError("`tune_pid(N=..., noise_gain=...)` are those of a derivative; take `form='PID'` for one.")
+    if criterion is not None:
+        one_of("tune_pid(criterion=...)", criterion, ("IE", "IAE"))
+    if form == "PI" and criterion == "IAE":
+        raise ValueError("`tune_pid(criterion='IAE')` is for a PID law; take `form='PID'`, or 'IE' for a PI law.")
 
 
 def _usual_filter(system: control.LTI, Ms: float, Mt: float, delay: float) -> float:

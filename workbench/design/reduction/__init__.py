@@ -15,12 +15,15 @@ from workbench.design.reduction.balanced_realization import HankelValues, hankel
 from workbench.design.reduction.balanced_reduction import balanced_truncation, singular_perturbation
 from workbench.design.reduction.hankel_reduction import hankel_norm_reduction
 from workbench.design.reduction.reduced_model import ReducedModel
+from workbench.design.reduction.stable_part import StableSplit, stable_part
 
 __all__ = [
     "HankelValues",
     "ReducedModel",
+    "StableSplit",
     "balanced_truncation",
     "hankel_norm_reduction",
     "hankel_values",
     "singular_perturbation",
+    "stable_part",
 ]

@@ -1,7 +1,7 @@
 """Structured singular values: how large a structured perturbation a loop bears, between two proved bounds.
 
 This package takes matrices and stable systems of python-control, and blocks of a perturbation. Read
-`structured_singular_value.py` first, then `robustness_over_frequency.py`.
+`structured_singular_value.py` first, then `robustness_over_frequency.py`, then `dk_iteration.py`.
 
 Examples
 --------
@@ -10,6 +10,7 @@ Examples
 True
 """
 
+from workbench.design.structured_uncertainty.dk_iteration import DkIteration, DkRound, dk_iteration
 from workbench.design.structured_uncertainty.robustness_over_frequency import (
     ScaledBand,
     StructuredPeak,
@@ -23,11 +24,14 @@ from workbench.design.structured_uncertainty.uncertainty_blocks import ComplexSc
 
 __all__ = [
     "ComplexScalar",
+    "DkIteration",
+    "DkRound",
     "FullBlock",
     "RealScalar",
     "ScaledBand",
     "StructuredPeak",
     "StructuredSingularValue",
+    "dk_iteration",
     "robustness_over_frequency",
     "structured_singular_value",
 ]

@@ -16,6 +16,7 @@ from workbench.design.control_system import System
 from workbench.design.frequency.exact_systems import is_stable, not_stable
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Complex, DesignError, one_thread
+from workbench.design.structured_uncertainty.axis_places import ROUGH, frequency_at, largest_square, place_of
 from workbench.design.structured_uncertainty.frequency_bands import PerturbedSystem, clear_band
 from workbench.design.structured_uncertainty.frequency_search import FrequencyPeak, frequency_peaks
 from workbench.design.structured_uncertainty.irreducible_parts import whole_of
@@ -32,14 +33,13 @@ from workbench.design.structured_uncertainty.uncertainty_blocks import (
 
 MOST_STATES = 60
 TIGHT = 5e-4  # relative: what the upper bound adds so that bands have a width
-ROUGH = 2e-5  # of the square of a bound within a band
 MOST_BANDS = 400
 FIRST_FREQUENCIES, MOST_FREQUENCIES = 2, 8  # at which a search for perturbations starts, and starts again
 LARGEST_G = (1e1, 1e3, 1e6)  # beside D and the matrix, tried one after the other
-GOLDEN = 12  # frequencies of a search for the largest bound between two
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class ScaledBand:
     """The frequencies from `low` to `high`, in rad/s, in which the scalings D and G prove the upper bound."""
 
@@ -72,7 +72,9 @@ class StructuredPeak:
 
 
 @check_arguments
-def robustness_over_frequency(system: System, blocks: Sequence[UncertaintyBlock]) -> StructuredPeak:
+def robustness_over_frequency(
+    system: System, blocks: Sequence[UncertaintyBlock], width: float = TIGHT
+) -> StructuredPeak:
     """The supremum over frequency of the structured singular value of a stable system, between two bounds.
 
     The system is the M of a loop of M and Delta, a `StateSpace`, continuous or discrete. The upper bound holds at all
@@ -80,10 +82,16 @@ def robustness_over_frequency(system: System, blocks: Sequence[UncertaintyBlock]
     an imaginary eigenvalue, enclosed by circles; bands cover the axis, with zero and infinity. The lower bound is
     attained by a perturbation at a frequency. With real blocks mu may jump, at frequency zero say; this is found too.
 
+    Parameters
+    ----------
+    width
+        What the upper bound adds to the largest one found, relative, so that bands have a width: from 1e-5 to 0.1. A
+        loop whose mu is flat, as that of `dk_iteration`, needs some 0.005.
+
     Raises
     ------
     ValueError
-        If the system is not a `StateSpace` with finite matrices, or the blocks do not fit its channels.
+        If the system is not a `StateSpace` with finite matrices, the blocks do not fit, or the width is out of range.
     DesignError
         If the system is not stable, has more than 60 states or 40 channels, or no bands cover the axis.
 
@@ -114,13 +122,15 @@ def robustness_over_frequency(system: System, blocks: Sequence[UncertaintyBlock]
         raise DesignError(
             f"`{call}(system, blocks)`: {not_stable(A, discrete)}; close a loop that stabilises it first."
         )
+    if not 1e-5 <= width <= 0.1:
+        raise ValueError(f"`{call}(width=...)` must lie between 1e-5 and 0.1; got {width}.")
     step = None
     if discrete:
         step = 1.0 if system.dt is True else float(system.dt)
         A, B, C, D = _bilinear(A, B, C, D)
     places = places_of(blocks)
     matrix = PerturbedSystem(*_padded(A, B, C, D, blocks))
-    return _answer(call, matrix, places, blocks, step)
+    return _answer(call, matrix, places, blocks, step, width)
 
 
 def _bilinear(A: Array, B: Array, C: Array, D: Array) -> tuple[Array, Array, Array, Array]:
@@ -153,11 +163,12 @@ def _answer(
     places: tuple[Places, ...],
     blocks: Sequence[UncertaintyBlock],
     step: float | None,
+    tight: float,
 ) -> StructuredPeak:
     jumps = all(place.real for place in places)  # mu may be large at a frequency beside which it is small
     peak = _largest_lower(matrix, places, MOST_FREQUENCIES if jumps else FIRST_FREQUENCIES)
-    bands, upper, highest = _cover(call, matrix, places, peak.lower if peak else 0.0)
-    if upper > (1 + 3 * TIGHT) * (peak.lower if peak else 0.0):
+    bands, upper, highest = _cover(call, matrix, places, peak.lower if peak else 0.0, tight)
+    if upper > (1 + 3 * tight) * (peak.lower if peak else 0.0):
         others = [peak, None if jumps else _largest_lower(matrix, places, MOST_FREQUENCIES)]
         if highest is not None:
             scalings = best_scalings(matrix.at(highest), places, ROUGH)
@@ -209,12 +220,12 @@ def _largest_lower(matrix: PerturbedSystem, places: tuple[Places, ...], count: i
 
 
 def _cover(
-    call: str, matrix: PerturbedSystem, places: tuple[Places, ...], lower: float
+    call: str, matrix: PerturbedSystem, places: tuple[Places, ...], lower: float, tight: float
 ) -> tuple[tuple[ScaledBand, ...], float, float | None]:
     """Bands over all frequencies, the bound that their scalings prove, and the frequency that last raised it."""
     scale = float(np.median(_frequencies(matrix)))
     size = max(float(np.linalg.norm(matrix.at(omega), 2)) for omega in (0.0, scale, math.inf))
-    beta = max(lower * (1 + TIGHT), 1e-7 * size, 1e-300)
+    beta = max(lower * (1 + tight), 1e-7 * size, 1e-300)
     bands: list[ScaledBand] = []
     rest, highest, failures = [(0.0, 1.0)], None, 0
     for _ in range(MOST_BANDS):
@@ -222,23 +233,23 @@ def _cover(
             return tuple(sorted(bands, key=lambda band: band.low)), beta, highest
         low, high = rest.pop()
         middle = low if low == 0 else high if high == 1 else (low + high) / 2
-        omega = _omega(middle, scale)
+        omega = frequency_at(middle, scale)
         found, square = _band_at(matrix, places, beta, omega)
-        if found is None and square > (beta / (1 + TIGHT / 4)) ** 2:
-            square, place = _largest_square(matrix, places, low, high, scale, square)
-            beta = math.sqrt(square) * (1 + TIGHT)
-            highest = _omega(place, scale) if 0 < place < 1 else highest
+        if found is None and square > (beta / (1 + tight / 4)) ** 2:
+            square, place = largest_square(matrix, places, low, high, scale, square)
+            beta = math.sqrt(square) * (1 + tight)
+            highest = frequency_at(place, scale) if 0 < place < 1 else highest
             found, _ = _band_at(matrix, places, beta, omega)
         if found is None:  # rounding hides the crossings: some other scalings or frequency do not
             failures += 1
-            beta *= 1 + TIGHT * 2.0 ** min(failures - 20, 12) if failures > 20 else 1.0
+            beta *= 1 + tight * 2.0 ** min(failures - 20, 12) if failures > 20 else 1.0
             rest = [(low, (low + middle) / 2), ((low + middle) / 2, high), *rest] if low < middle < high else rest
             if not low < middle < high:
-                beta *= 1 + TIGHT
+                beta *= 1 + tight
                 rest.append((low, high))
             continue
         bands.append(found)
-        first, last = _place(found.low, scale), _place(found.high, scale)
+        first, last = place_of(found.low, scale), place_of(found.high, scale)
         rest += [
             (a, b) for a, b in ((low, min(first, high)), (max(last, low), high)) if b > a and (a, b) != (low, high)
         ]
@@ -260,36 +271,3 @@ def _band_at(
         if band is not None:
             return ScaledBand(*band, scalings.D, scalings.G), square
     return None, square
-
-
-def _omega(place: float, scale: float) -> float:
-    return math.inf if place >= 1 else scale * place / (1 - place)
-
-
-def _place(omega: float, scale: float) -> float:
-    return 1.0 if math.isinf(omega) else omega / (omega + scale)
-
-
-def _largest_square(
-    matrix: PerturbedSystem, places: tuple[Places, ...], low: float, high: float, scale: float, middle: float
-) -> tuple[float, float]:
-    """The largest square of the bound that a golden-section search between two places finds, and the place."""
-
-    def at(place: float) -> float:
-        M = matrix.at(_omega(place, scale))
-        return best_scalings(M, places, ROUGH).square(M)
-
-    ratio = (math.sqrt(5) - 1) / 2
-    a, b = low, high
-    inner = [b - ratio * (b - a), a + ratio * (b - a)]
-    values = [at(place) for place in inner]
-    best = max((middle, (low + high) / 2), *zip(values, inner, strict=True))
-    for _ in range(GOLDEN):
-        if values[0] > values[1]:
-            b, inner = inner[1], [inner[1] - ratio * (inner[1] - a), inner[0]]
-            values = [at(inner[0]), values[0]]
-        else:
-            a, inner = inner[0], [inner[1], inner[0] + ratio * (b - inner[0])]
-            values = [values[1], at(inner[1])]
-        best = max(best, *zip(values, inner, strict=True))
-    return best

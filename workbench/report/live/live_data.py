@@ -26,11 +26,13 @@ from workbench.report.live.marches import (
     whole_and_half,
 )
 from workbench.report.live.page_data import LiveData, Plain
+from workbench.report.live.specification_data import specification_data
 from workbench.report.live.turned_knobs import knobs_of_sweeps
 from workbench.study.document.document import Document
 from workbench.study.document.phrases_and_tables import superscript_powers
 from workbench.study.document.printed_results import PrintedResults
 from workbench.study.knob import Knob, check
+from workbench.study.pid_specification import knobs_among, specifications_among
 from workbench.study.result_marks import Signal
 from workbench.study.study import Outcome, Results, Study
 
@@ -62,7 +64,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     links = links_of(PrintedResults.of(document), results.outcomes)
     outcomes = {k: results.outcomes[k] for k in sorted(links.moving_loops | links.linear_loops)}
     steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes.values()}
-    knobs = study.live or knobs_of_sweeps(study, [*steps.values()])
+    knobs = knobs_among(study.live) or knobs_of_sweeps(study, [*steps.values()])
     if not (knobs and outcomes):
         return None
     check(knobs, steps)
@@ -80,6 +82,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "python": PYTHON.format(script=script) if runs else "",  # else nobody could run it
         "python_linear": PYTHON_LINEAR if runs else "",
         "knobs": [_knob(knob, [*outcomes.values()]) for knob in knobs],
+        "specifications": specification_data(specifications_among(study.live), knobs, page.loops),
         "loops": page.loops,
         "modules": list(page.modules.packed_modules.values()),
         "curves": [asdict(curve) for curve in page.curves],

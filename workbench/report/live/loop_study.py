@@ -28,6 +28,7 @@ from workbench.study.document.document import (
 )
 from workbench.study.document.phrases_and_tables import superscript_powers
 from workbench.study.knob import Knob
+from workbench.study.pid_specification import PidSpecification, knobs_among
 from workbench.study.result_marks import cell
 from workbench.study.run_and_sweep import Run
 from workbench.study.study import Case, Outcome, Results, Study
@@ -37,6 +38,7 @@ ABOUT_ZERO = 1.0  # as far as a knob goes either way from a number that is zero
 BESIDE = 0.5  # of the width of a text: a picture among others
 POINTS = 1000  # kept times, or about that many
 FIRST = ("controller", "plant", "reference", "observer", "instruments")  # the blocks whose knobs come first
+PID_NUMBERS = ("Kp", "Ki", "Kd", "N", "b", "c")
 UNKNOWN_UNIT = "?"  # as the unit of a number that nobody named
 
 
@@ -46,14 +48,15 @@ def loop_study(
     until: float,
     h: float,
     metrics: Sequence[AbstractMetric] = (),
-    knobs: Sequence[Knob] = (),
+    knobs: Sequence[Knob | PidSpecification] = (),
     title: str = "",
 ) -> Study:
     """The study with one case: a loop until a horizon [s], at a step h [s], of a sampled loop a substep.
 
     The values are those of the step h, their errors from h / 2. Without `metrics` they are those of
     tracking errors and inputs; without `knobs` every number on which the page depends is one, a vector by a share of
-    itself, and so is each initial state of the plant that is not zero.
+    itself, and so is each initial state of the plant that is not zero. A loop whose law is a `PID` of one signal then
+    has a specification, too.
 
     Raises
     ------
@@ -75,8 +78,23 @@ def loop_study(
         f"One run over {until:g} s at h = {h:g} s; values at the step, errors from half of it.",
         _sections,
         cases=(case,),
-        live=tuple(knobs) or knobs_of(MeasuredEquation.of(equation, taken).step(h)),
+        live=_controls(loop, knobs, MeasuredEquation.of(equation, taken).step(h)),
     )
+
+
+def _controls(
+    loop: Loop | Ode | SampledSystem, given: Sequence[Knob | PidSpecification], step: StepMap
+) -> tuple[Knob | PidSpecification, ...]:
+    """All that a reader turns: what is given, and else the numbers of the loop, with the specification of its PID."""
+    if given:
+        return (*given, *(() if knobs_among(given) else knobs_of(step)))
+    knobs, one = knobs_of(step), PidSpecification("specification")
+    own = {knob.path for knob in knobs if not knob.share}
+    is_pid = (
+        all(f"{one.law}.{name}" in step.parameters for name in PID_NUMBERS) and f"{one.law}.integral" in step.states
+    )
+    can_be_cut = not isinstance(loop, Ode | SampledSystem)
+    return (*knobs, one) if can_be_cut and is_pid and {*one.paths[:2]} <= own else knobs
 
 
 def knobs_of(step: StepMap) -> tuple[Knob, ...]:

@@ -20,6 +20,7 @@ class LiveData(TypedDict):
     python: str
     python_linear: str
     knobs: list[Plain]
+    specifications: list[Plain]
     loops: list[Plain]
     modules: list[str]
     curves: list[Plain]

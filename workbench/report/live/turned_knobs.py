@@ -15,6 +15,7 @@ from workbench.engine.metrics import Measurement, measure
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.report.live.linear_data import linear_at
 from workbench.study.knob import Knob, has
+from workbench.study.pid_specification import knobs_among
 from workbench.study.run_and_sweep import Run
 from workbench.study.study import Study
 
@@ -102,7 +103,7 @@ def _at_knobs(
     if run.h is None:
         raise ValueError(f"`{call}(study, {case!r}, ...)` needs a case with a step; this one's was chosen by pilots.")
     step = MeasuredEquation.of(equation, run.metrics).step(run.h)
-    knobs = {knob.name: knob for knob in study.live or knobs_of_sweeps(study, [step])}
+    knobs = {knob.name: knob for knob in knobs_among(study.live) or knobs_of_sweeps(study, [step])}
     row = np.concatenate([step.parameters.default, step.states.default])
     own = row.copy()
     for name, value in values.items():

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from workbench.core.validation.refusals import whole
 from workbench.core.validation.signatures import answer, check_arguments
 from workbench.core.validation.type_hints import fit_of
 
+MOST_DECIMALS = 300  # of a percentage
 FEW = 0.1  # a share below which a percentage has two digits, and from which on it is a whole number
 
 
@@ -34,7 +36,8 @@ def percent(share: float, decimals: int | None = None) -> str:
     """
     if decimals is None and share < FEW:
         return f"{100 * share:.2g} %"
-    return f"{100 * share:.{decimals or 0}f} %"
+    digits = 0 if decimals is None else whole("percent(decimals=...)", decimals, least=0, most=MOST_DECIMALS)
+    return f"{100 * share:.{digits}f} %"
 
 
 @check_arguments

@@ -82,6 +82,7 @@ function replyTo(answers, { kind, p, x, knob, knobs, channel, omega, ...asked })
   if (kind === "survey") return surveyed(answers, { p, x, knobs });
   if (kind === "poles") return movedPoles(new PolesOfKnobs(answers, { p, x, knobs }));
   if (kind === "pole") return placedPole(new PolesOfKnobs(answers, { p, x, knobs }), asked);
+  if (kind === "specification") return specifiedGains(answers, { p, x, channel, ...asked });
   const sought = soughtNumber(gainOfKnob(answers, { p, x }, knob, channel, omega), knob);
   return { ...sought, omega: sought.reached ? omega : nearestCrossover(answers, { p, x }, knob, channel, omega, sought.value) };
 }

@@ -65,7 +65,7 @@ class LivePage {
       return this.bench.refuse("This browser is too old to run the loops of this page; it stays as it was made.");
     }
     try {
-      this.data = { linear_marks: [], ...JSON.parse(this.text) };
+      this.data = { linear_marks: [], specifications: [], ...JSON.parse(this.text) };
       this.printed = printedState(this.data);
       this.state = stateOfAddress(location.hash, this.data);
       this.tables = openTables(document, this.data);
@@ -74,6 +74,8 @@ class LivePage {
       offerPictures();
       this.motion = new Motion(this, this.bench.stage);
       this.handles = new Handles(this);
+      this.specifications = this.data.specifications.map((one, i) => new SpecificationControl(this, one, i));
+      this.bench.group.before(...this.specifications.map(({ element }) => element));
       this.watch();
     } catch (error) {
       return this.fail(error);
@@ -113,6 +115,7 @@ class LivePage {
       const pool = this.crew();
       for (const place of this.asked(this.state)) await pool.prepare(place);
       this.handles.open();
+      for (const one of this.specifications) await one.warm();
     } catch (error) {
       this.fail(error);
     }
@@ -177,6 +180,7 @@ class LivePage {
     if (this.pool) this.handles.open();
     this.ask();
     this.handles.place();
+    for (const one of this.specifications) one.place();
   }
 
   // Ask for what is not there yet; soon, if first results of an older request are still on their way.
