@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from workbench.core.validation.refusals import finite, positive, refusal
 from workbench.core.validation.signatures import check_arguments
-from workbench.design.control_system import System
 from workbench.design.frequency import CertifiedValue, h2_norm, hinf_norm
 from workbench.design.frequency.pole_figures import pole_figures
 from workbench.design.matrices import DesignError
@@ -23,6 +22,9 @@ from workbench.design.structured_tuning.figure_pieces import (
 )
 from workbench.design.structured_tuning.gain_peaks import gain_pieces
 from workbench.design.structured_tuning.system_jets import SystemJet
+
+if TYPE_CHECKING:
+    import control
 
 Figure = Literal["hinf", "h2", "decay", "damping"]
 WORDS = {"hinf": "H-infinity norm", "h2": "H2 norm", "decay": "slowest decay", "damping": "least damping"}
@@ -93,12 +95,14 @@ class DesignGoal:
             return f"{name} as {'large' if self.grows else 'small'} as possible"
         return f"{name} {'>=' if self.grows else '<='} {self.limit:g}"
 
+    @check_arguments
     def part(self, jet: SystemJet) -> SystemJet:
         """The system from the entries of w to those of z that the goal names."""
         outputs = range(len(jet.D)) if self.outputs is None else self.outputs
         inputs = range(jet.D.shape[1]) if self.inputs is None else self.inputs
         return jet.part(list(outputs), list(inputs))
 
+    @check_arguments
     def pieces(self, jet: SystemJet, width: float) -> list[FigurePiece]:
         """The pieces of log(figure / reference) of a stable loop; not above zero where a limit is kept."""
         room = 1 - ROOM if self.grows else 1 + ROOM
@@ -112,7 +116,8 @@ class DesignGoal:
             logarithm(FigurePiece(-one.value, -one.gradient, one.place, one.rank), reference, -1.0) for one in found
         ]
 
-    def value_of(self, system: System) -> GoalValue:
+    @check_arguments
+    def value_of(self, system: control.StateSpace) -> GoalValue:
         """The figure of a closed loop between bounds that do not trust the search."""
         if self.grows:
             figures = pole_figures(np.asarray(system.A, dtype=float), float(system.dt) or None)

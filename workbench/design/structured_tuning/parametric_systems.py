@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array, refusal
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.structured_tuning.controller_structure import free_numbers
 from workbench.design.structured_tuning.system_jets import SystemJet
 
 
@@ -68,9 +69,11 @@ class ParametricSystem:
         """The number of tuned numbers."""
         return int(self.numbers.numel())
 
+    @check_arguments
     def jet(self, numbers: Array) -> SystemJet:
         """The matrices at a point (d,), and their exact derivatives."""
-        M, slopes = (np.array(part) for part in self._function(numbers))
+        own = free_numbers("ParametricSystem.jet(numbers=...)", numbers, self.size)
+        M, slopes = (np.array(part) for part in self._function(own))
         made = slopes.reshape(M.shape[1], M.shape[0], self.size).transpose(2, 1, 0)
         return SystemJet(M, made, self.A.shape[0], self.period)
 

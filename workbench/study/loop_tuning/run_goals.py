@@ -65,6 +65,7 @@ class RunGoal:
             return f"{self.metric.name} as small as possible"
         return f"{self.metric.name} <= {self.limit:g}"
 
+    @check_arguments
     def values(self, equations: Ode | SampledSystem, p: Array) -> Array:
         """The largest number of the metric (N,) at rows of parameters (N, np); NaN where a run diverged."""
         x = np.tile(equations.states.default, (len(p), 1))
@@ -72,6 +73,7 @@ class RunGoal:
         scores = np.array([one.value for one in found.scores_of(self.metric.name)])
         return np.asarray(scores.reshape(-1, len(p)).max(axis=0))
 
+    @check_arguments
     def piece(self, equations: Ode | SampledSystem, rows: RunRows, shares: Array) -> FigurePiece:
         """The logarithm of the metric over its limit or scale at shares (d,) of the ranges, with its gradient."""
         d = len(shares)
