@@ -21,7 +21,7 @@ COMPLEX = 0.1  # of the size of the poles: a smaller imaginary part is that of a
 class TunedLaw:
     """A law for a process: its gains, the certified peaks with their bounds, and IAE after a step of load.
 
-    `reason` says why there is no law, '' if there is one.
+    IAE is NaN where it cannot be computed well. `reason` says why there is no law, '' if there is one.
     """
 
     k: float = np.nan
@@ -80,4 +80,12 @@ def tuned_law(design: Callable[[], wb.pid_design.PidDesign]) -> TunedLaw:
         return TunedLaw(found.k, found.ki, found.kd, found.N or np.inf, reason="the loop is unstable")
     S, T = held.Ms.gain, held.Mt.gain
     width = (S.high - S.low) / S.value
-    return TunedLaw(found.k, found.ki, found.kd, found.N or np.inf, S.value, T.value, width, found.IAE)
+    return TunedLaw(found.k, found.ki, found.kd, found.N or np.inf, S.value, T.value, width, absolute_error(found))
+
+
+def absolute_error(found: wb.pid_design.PidDesign) -> float:
+    """IAE of a design; NaN where the design says that it cannot be computed well."""
+    try:
+        return found.IAE
+    except wb.linear.DesignError:
+        return np.nan

@@ -170,8 +170,8 @@ def process_table(rows: Sequence[Row]) -> wb.document.ReportTable:
         lines.append(
             (
                 row.process.name,
-                *(first.k, first.ki, first.IAE),
-                *(second.k, second.ki, second.kd, second.N, second.IAE),
+                *(first.k, first.ki, _iae(first)),
+                *(second.k, second.ki, second.kd, second.N, _iae(second)),
             )
         )
     gains = [wb.document.TableColumn(f"PI {name}", "", "right", digits=4) for name in ("k", "ki", "IAE")]
@@ -180,6 +180,10 @@ def process_table(rows: Sequence[Row]) -> wb.document.ReportTable:
     return wb.document.ReportTable(
         "batch_processes", caption, (wb.document.TableColumn("process"), *gains), tuple(lines)
     )
+
+
+def _iae(one: TunedLaw) -> float | wb.document.MissingCell:
+    return one.IAE if np.isfinite(one.IAE) else wb.document.MissingCell("unsure")
 
 
 def finding(results: wb.Results) -> wb.Finding:

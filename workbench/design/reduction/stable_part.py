@@ -86,9 +86,9 @@ def stable_part(system: System) -> StableSplit:
         return bool(np.hypot(real, imaginary) < 1 - limit if discrete else real < -limit)
 
     T, Z, k = linalg.schur(A, sort=stays) if n else (A, A, 0)
-    X: Array = np.zeros((k, n - k))
+    X = np.zeros((k, n - k))
     if 0 < k < n:
-        X = np.asarray(linalg.solve_sylvester(T[:k, :k], -T[k:, k:], -T[:k, k:]), dtype=float)
+        X[:] = linalg.solve_sylvester(T[:k, :k], -T[k:, k:], -T[:k, k:])
     inputs, outputs = Z.T @ B, C @ Z
     if not np.linalg.norm(X) < MOST_GROWTH or not _is_solved(T, X, k) or not is_stable(T[:k, :k], discrete):
         raise DesignError(
