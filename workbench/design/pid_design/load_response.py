@@ -21,6 +21,7 @@ BEYOND, FARTHEST = 3.0, 16.0  # times the fastest root, if that is farther, and 
 TIMES = 1200
 DOUBLINGS = 12
 REST = 5e-4  # the share of the integral that the second half of the times may have
+STALLED = 0.5  # of the second half before: one that falls no faster is the ripple of what the frequencies leave out
 WORST = 0.02  # an error, over the integral, beyond which the integral is refused
 
 
@@ -89,14 +90,15 @@ def absolute_error(process: Process, num: Array, den: Array) -> AbsoluteError:
         parts.append((omega, np.polyval(num, 1j * omega) / np.polyval(den, 1j * omega)))
     (omega, law), (fewer, their_law) = parts
     whole = float(abs(np.polyval(den[:-1], 0.0) / num[-1]))  # the integral of the error itself
-    span = first_span(process, omega, law)
+    span, before = first_span(process, omega, law), math.inf
     for doubling in range(DOUBLINGS):
         t = times(span, TIMES + 1)
         e = LoadResponse.of(process, omega, t).errors(law)
         sum_, rest = _halves(t, np.abs(e))
-        if rest < REST * sum_ and abs(abs(float(np.trapezoid(e, t))) - whole) < WORST * whole:
+        is_over = rest < REST * sum_ or STALLED * before < rest < WORST * sum_
+        if is_over and abs(abs(float(np.trapezoid(e, t))) - whole) < WORST * whole:
             break
-        span *= 2 if doubling < DOUBLINGS - 1 else 1
+        span, before = span * (2 if doubling < DOUBLINGS - 1 else 1), rest
     coarse = float(LoadResponse.of(process, fewer, t).integrals(their_law))
     half = float(np.trapezoid(np.abs(e[1::2]), t[1::2]))
     missing = max(0.0, whole - sum_)
