@@ -39,8 +39,8 @@ def answer(results: wb.Results, evidence: arm_section.ArmEvidence) -> str:
     less, more, _ = arm_section.counts(evidence.cost, REGULATED)
     return (
         f"A derivative multiplies the integral gain by {gain:.2g} in the median of {len(rows)} processes. "
-        f"{met} of {count} published figures are reached. Beside linear laws of the same crossovers, the paper's six "
-        f"laws cost less in {less} cases and more in {more}."
+        f"{met} of {count} published figures are reached. Beside linear laws of the same crossovers, the six laws "
+        f"cost less in {less} cases, more in {more}."
     )
 
 
