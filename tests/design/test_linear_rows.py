@@ -222,3 +222,18 @@ def test_rows_on_a_corner_whose_pieces_agree_take_their_equations_from_the_first
     for i in (0, 8):
         single = linear_loop(loop, values={"plant.J": INERTIAS[i]}).response(OMEGA).values
         np.testing.assert_allclose(answers[i], single, rtol=1e-10)  # of two evaluations of the same Jacobians
+
+
+def test_a_fast_pole_does_not_hide_the_margins_of_a_slow_loop():
+    """The filter of a derivative is up to 1e9 times as fast as the peak; held against margins in exact arithmetic."""
+    motor = wb.DCMotor()
+    law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=1.0)
+    loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    numbers = np.array([[15.0, 168.0, 1.96, 6.4e6], [1.14, 5.97, 0.013, 9.3e8], [6.5, 71.7, 2.07, 2.8e7]])
+    names = [f"controller.{name}" for name in ("Kp", "Ki", "Kd", "N")]
+    rows = wb.linear_loop(loop).rows({name: numbers[:, [i]] for i, name in enumerate(names)}).margins
+    for k, values in enumerate(numbers):
+        one = wb.linear_loop(loop, values={name: values[[i]] for i, name in enumerate(names)}).margins()["v"]
+        # the gap between a peak and the level above it
+        assert rows.Ms[k, 0] == pytest.approx(one.Ms.gain.value, rel=1e-6)
+        assert rows.phase_margin[k, 0] == pytest.approx(one.phase_margin.value, abs=1e-4)

@@ -16,13 +16,16 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.design.linear_loop.frequency_answers import CutModels, feedback
 from workbench.design.linear_loop.loop_model import LoopModel
-from workbench.design.matrices import Complex, one_thread
+from workbench.design.matrices import EPS, Complex, one_thread
 
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 GAP = 1e-7  # relative, of a peak and the level above it
-NEAR_AXIS = 1e-6  # real part of an eigenvalue over its size and that of the slowest pole, up to which it is looked at
+NEAR_AXIS = 1e-6  # real part of an eigenvalue over its size, up to which it is looked at
+SPLIT = 16.0  # times the distance by which the rounding of large entries parts two eigenvalues: one within is looked at
+STIFF = 1e4  # a system with rates so many times the frequency of its peak: its eigenvalues do not place the peak well
+CLIMBS, FIRST_CLIMB = 60, 0.05  # steps to the top from there, and the first of them relative to the frequency
 ROUNDS = 30  # levels, or steps of Newton
 ROWS = 256  # at once
 ON_LEVEL = 1e-9  # relative distance of a gain from one, at a crossover
@@ -104,7 +107,19 @@ def largest_gains(model: LoopModel) -> tuple[Array, Array]:
         if not seeking.size:
             break
     gain[seeking] = np.nan  # no level above it was found
+    stiff = np.isfinite(place) & (place > 0) & (np.abs(G.A).max(axis=(1, 2), initial=0.0) > STIFF * place)
+    gain[stiff], place[stiff] = _climb(G, np.flatnonzero(stiff), place[stiff])
     return gain, G.frequency(place)
+
+
+def _climb(G: _Axis, rows: Places, v: Array) -> tuple[Array, Array]:
+    """The tops near points v (n,) of the axis, by steps that are halved where neither side is higher."""
+    step, gain = np.full(len(rows), FIRST_CLIMB), np.full(len(rows), np.nan)
+    for _ in range(CLIMBS if len(rows) else 0):
+        gain, at = G.best(rows, np.stack([v, v / (1 + step), v * (1 + step)], axis=1))
+        step = np.where(at == v, step / 2, step)
+        v = at
+    return gain, v
 
 
 def phase_margins(L: LoopModel) -> tuple[Array, Array]:
@@ -125,7 +140,16 @@ def phase_margins(L: LoopModel) -> tuple[Array, Array]:
     phase = np.where(found, np.degrees(np.abs(angle)), np.inf).min(axis=1, initial=np.inf)
     lag = np.where(found, (angle % (2 * math.pi)) / G.frequency(v), np.inf).min(axis=1, initial=np.inf)
     beyond = np.abs(L.D[:, 0, 0]) > 1 if L.period is None else np.zeros(N, dtype=bool)
-    return phase, np.where(beyond, 0.0, lag)
+    missed = ~found.any(axis=1) & _falls_through_one(G)
+    return np.where(missed, np.nan, phase), np.where(missed, np.nan, np.where(beyond, 0.0, lag))
+
+
+def _falls_through_one(G: _Axis) -> Mask:
+    """True for each row whose gain is above one at low frequencies and below one at infinity, so that it crosses one."""
+    rates = np.abs(np.linalg.eigvals(G.A)) if G.A.shape[1] else np.ones((len(G.A), 1))
+    slowest = np.where(rates > 0, rates, np.inf).min(axis=1)
+    low, _ = G.values(np.arange(len(G.A)), 1e-3 * np.where(np.isfinite(slowest), slowest, 1.0)[:, np.newaxis])
+    return np.asarray((np.abs(low[:, 0]) > 1) & (np.abs(G.D[:, 0, 0]) < 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +223,10 @@ class _Axis:
             )
             sound = np.isfinite(H).all(axis=(1, 2))
             values = np.linalg.eigvals(np.where(sound[:, np.newaxis, np.newaxis], H, 0.0))
-            near = (np.abs(values.real) <= NEAR_AXIS * np.abs(values)) & (values.imag >= 0) & sound[:, np.newaxis]
+            sizes = np.abs(values)
+            apart = np.sqrt(EPS * np.abs(H).max(axis=(1, 2), initial=0.0)[:, np.newaxis] * sizes)
+            close = np.abs(values.real) <= np.maximum(NEAR_AXIS * sizes, SPLIT * apart)
+            near = close & (values.imag >= 0) & sound[:, np.newaxis]
             found[some, : 2 * n] = np.sort(np.where(near, values.imag, np.nan), axis=1)
         return found[:, : max(2, int(np.isfinite(found).sum(axis=1).max(initial=0)))]
 
