@@ -145,7 +145,7 @@ def phase_margins(L: LoopModel) -> tuple[Array, Array]:
 
 
 def _falls_through_one(G: _Axis) -> Mask:
-    """True for each row whose gain is above one at low frequencies and below one at infinity, so that it crosses one."""
+    """True for each row whose gain is above one at low frequencies and below one at infinity: it crosses one."""
     rates = np.abs(np.linalg.eigvals(G.A)) if G.A.shape[1] else np.ones((len(G.A), 1))
     slowest = np.where(rates > 0, rates, np.inf).min(axis=1)
     low, _ = G.values(np.arange(len(G.A)), 1e-3 * np.where(np.isfinite(slowest), slowest, 1.0)[:, np.newaxis])
