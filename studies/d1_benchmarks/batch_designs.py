@@ -83,9 +83,9 @@ def tuned_law(design: Callable[[], wb.pid_design.PidDesign]) -> TunedLaw:
     return TunedLaw(found.k, found.ki, found.kd, found.N or np.inf, S.value, T.value, width, absolute_error(found))
 
 
-def absolute_error(found: wb.pid_design.PidDesign) -> float:
+def absolute_error(design: wb.pid_design.PidDesign) -> float:
     """IAE of a design; NaN where the design says that it cannot be computed well."""
     try:
-        return found.IAE
+        return design.IAE
     except wb.linear.DesignError:
         return np.nan

@@ -26,7 +26,7 @@ RESAMPLES = 400  # a tenth of the report's: factors of two decide here, and not 
 @pytest.fixture(autouse=True, scope="module")
 def few_resamples():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("studies.a8_fair_comparison.evidence.RESAMPLES", RESAMPLES)
+        patch.setattr("studies.paper.costs.RESAMPLES", RESAMPLES)
         yield
 
 

@@ -18,6 +18,7 @@ from workbench.design.linear_loop.loop_remarks import decay_of
 from workbench.design.matrices import DesignError
 
 CALL = "check_schedule"
+MUST = "a function that returns a `ClosedLoop` or `DigitalLoop` with this law"
 BESIDE = 1e-6  # of an interval: how far beside a corner the loop is linearised
 
 
@@ -118,17 +119,24 @@ def check_schedule(law: Schedule, loop_at: Callable[[float], Loop], between: int
     values = _values(law, whole(f"{CALL}(between=...)", between, 0) + 1)
     scheduled, frozen, reasons = np.full((2, len(values)), np.nan), np.full((2, len(values)), np.nan), {}
     for i, value in enumerate(values.tolist()):
-        loop = loop_at(value)
+        loop = _loop(loop_at, value)
         held = _held(loop, law, value)
         if held is None:
-            must = "a function that returns a `ClosedLoop` or `DigitalLoop` with this law"
-            raise refusal(f"{CALL}(loop_at=...)", must, loop)
+            raise refusal(f"{CALL}(loop_at=...)", MUST, loop)
         try:
             scheduled[:, i] = _figures(linear_loop(loop))
             frozen[:, i] = _figures(linear_loop(held))
         except DesignError as refused:
             reasons[i] = str(refused)
     return ScheduleCheck(values, law.points, scheduled[0], scheduled[1], frozen[0], frozen[1], reasons)
+
+
+def _loop(loop_at: Callable[[float], Loop], value: float) -> Loop:
+    """The loop at a value; a function that takes no number is refused."""
+    try:
+        return loop_at(value)
+    except TypeError as error:
+        raise ValueError(f"`{CALL}(loop_at=...)` must be {MUST}; at {value:g} it failed: {error}.") from error
 
 
 def _held(loop: object, law: Schedule, value: float) -> Loop | None:

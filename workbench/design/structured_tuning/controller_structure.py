@@ -82,6 +82,7 @@ class ControllerStructure:
             raise ValueError("`ControllerStructure(...)` must have at least one free number, NaN; all are fixed.")
         return whole_pattern, free
 
+    @check_arguments
     def first(self, pattern: Array, ny: int, nu: int, initial: Numbers | None = None) -> Array:
         """The free numbers of the first start: those given, or no gain and slow stable states, weakly coupled."""
         if initial is not None:

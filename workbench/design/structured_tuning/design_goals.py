@@ -12,6 +12,7 @@ from workbench.core.validation.refusals import finite, positive, refusal
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency import CertifiedValue, h2_norm, hinf_norm
 from workbench.design.frequency.pole_figures import pole_figures
+from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import DesignError
 from workbench.design.structured_tuning.figure_pieces import (
     FigurePiece,
@@ -119,6 +120,7 @@ class DesignGoal:
     @check_arguments
     def value_of(self, system: control.StateSpace) -> GoalValue:
         """The figure of a closed loop between bounds that do not trust the search."""
+        state_space("DesignGoal.value_of", system)
         if self.grows:
             figures = pole_figures(np.asarray(system.A, dtype=float), float(system.dt) or None)
             return GoalValue(self, figures.decay if self.figure == "decay" else figures.damping)

@@ -75,7 +75,7 @@ class LivePage {
       this.motion = new Motion(this, this.bench.stage);
       this.handles = new Handles(this);
       this.specifications = this.data.specifications.map((one, i) => new SpecificationControl(this, one, i));
-      this.bench.group.before(...this.specifications.map(({ element }) => element));
+      this.bench.group.after(...this.specifications.map(({ element }) => element));
       this.watch();
     } catch (error) {
       return this.fail(error);
