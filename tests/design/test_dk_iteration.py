@@ -41,7 +41,7 @@ def servo_plant():
     return wb.synthesis.GeneralizedPlant.of(servo(), measurements=1, controls=1)
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_the_distillation_column_comes_near_to_one():
     """Skogestad and Postlethwaite (2005), Multivariable Feedback Control, section 8.12.4, with files of the book.
 

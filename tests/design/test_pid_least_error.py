@@ -77,7 +77,7 @@ def test_an_iae_that_is_not_known_is_refused():
         _ = hardly.IAE
 
 
-@pytest.mark.heavy
+@pytest.mark.release
 def test_the_least_iae_keeps_a_noise_gain():
     design = pid_optimum(control.tf(*LAGS), 1.6, 1.6, noise_gain=8.0, criterion="IAE")
     assert 7.7 < design.noise_gain <= 8.0 * (1 + 1e-6)
