@@ -122,7 +122,7 @@ def peak_figure(rows: Sequence[Row]) -> wb.document.Figure:
                 "larger of Ms and Mt",
                 points(rows, value),
                 "L / (L + T)",
-                title=f"{NAMES[key]} (PI)".replace("PI (PI)", "PI"),
+                title=NAMES[key],
                 hlines=(LIMIT,),
             )
         )
