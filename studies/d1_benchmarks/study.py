@@ -9,7 +9,7 @@ import numpy as np
 
 import workbench as wb
 from studies.d1_benchmarks import arm_section, batch_section, robust_section
-from studies.d1_benchmarks.arm_designs import REGULATED, TUNED
+from studies.d1_benchmarks.arm_designs import TUNED
 from studies.d1_benchmarks.arm_runs import SEED, sweeps
 from studies.d1_benchmarks.batch import batch
 from studies.d1_benchmarks.batch_designs import LIMIT, designs
@@ -36,11 +36,11 @@ def answer(results: wb.Results, evidence: arm_section.ArmEvidence) -> str:
     rows = batch_section.rows_of(results)
     gain = float(np.median(batch_section.quotient(rows, "PID", "PI", "ki")))
     met, count = robust_section.count_met(results)
-    less, more, _ = arm_section.counts(evidence.cost, REGULATED)
+    less, more, _ = arm_section.counts(evidence.cost, arm_section.EQUAL)
     return (
         f"A derivative multiplies the integral gain by {gain:.2g} in the median of {len(rows)} processes. "
-        f"{met} of {count} published figures are reached. Beside linear laws of the same crossovers, the six laws "
-        f"cost less in {less} cases, more in {more}."
+        f"{met} of {count} published figures are reached. Beside linear laws of equal crossovers and information, six "
+        f"laws cost less in {less} cases, more in {more}."
     )
 
 
