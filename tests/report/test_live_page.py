@@ -252,7 +252,7 @@ def test_the_plant_moves_beside_its_printed_run(data, tmp_path, browser):
     with open_page(write_page(tmp_path, data | {"loops": drawn}), browser=browser) as page:
         opened(page)
         page.value("document.querySelector('.bench-motion').open = true")
-        page.until("window.animation && animation.frames")
+        page.until("window.animation && animation.frames && animation.frames.every(Number.isFinite)")
         assert page.value("animation.before === null && animation.frames.length === 2 * animation.times.length")
         still = page.value("[...animation.frames]")
         turned(page, knob0=0.2)
