@@ -209,6 +209,13 @@ GROUPS = (
         },
     ),
     Group(
+        "Identify",
+        "From measured signals to a model with its uncertainty.",
+        {
+            "Dataset": "Measured signals over time, with names, units and experiments.",
+        },
+    ),
+    Group(
         "Prove",
         "A verdict is proved, refuted by a witness that runs, or left open by name.",
         {

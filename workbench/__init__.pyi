@@ -135,6 +135,7 @@ from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
 from workbench.handover.recording import record
 from workbench.handover.replays import replay
+from workbench.identification.datasets import Dataset
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
 from workbench.report.live.turned_knobs import linear_loop_at_knobs, turn_knobs
@@ -190,6 +191,7 @@ __all__ = [
     "Constant",
     "Controller",
     "DCMotor",
+    "Dataset",
     "DeadZone",
     "DigitalLoop",
     "DisturbedPlant",

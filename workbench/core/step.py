@@ -16,7 +16,7 @@ from workbench.core.methods import METHODS, RK4, Method, runge_kutta
 from workbench.core.ode import Ode
 from workbench.core.segments import Segments
 from workbench.core.state_corners import corners_of
-from workbench.core.validation.refusals import one_of, require, seconds, whole
+from workbench.core.validation.refusals import Array, one_of, require, seconds, whole
 from workbench.core.validation.signatures import check_arguments
 
 
@@ -49,13 +49,14 @@ class StepRule:
     m: ca.SX = field(default_factory=lambda: ca.SX.sym("m"))  # of the middle of the step in s, (1, 1)
     segments: Segments | None = None  # None where no switch is known
     method: Method = RK4  # by which the first entries move
+    d: ca.SX = field(default_factory=lambda: ca.SX(0, 1))  # of recorded numbers, (nd, 1), another row at each step
 
     def __post_init__(self) -> None:
         for name in ("h", "k", "t"):
             refuse_misfit("StepRule", name, getattr(self, name), 1, 1)
-        for name in ("x", "p", "w", "rate", "update", "output"):
+        for name in ("x", "p", "w", "d", "rate", "update", "output"):
             refuse_misfit("StepRule", name, getattr(self, name), getattr(self, name).numel(), 1, "a column")
-        symbols = {name: getattr(self, name) for name in ("h", "k", "t", "x", "p", "w", "m")}
+        symbols = {name: getattr(self, name) for name in ("h", "k", "t", "x", "p", "w", "m", "d")}
         refuse_strangers("StepRule", symbols, (), rate=self.rate)
         refuse_strangers("StepRule", symbols, self.crossings, update=self.update, output=self.output)
         if self.rate.numel() + self.update.numel() != self.x.numel():
@@ -66,13 +67,13 @@ class StepRule:
 
     @property
     def symbols(self) -> list[ca.SX]:
-        """The symbols h, k, t, x, p, w, v of the crossings, (nv, 1), and m."""
+        """The symbols h, k, t, x, p, w, v of the crossings, (nv, 1), m and d."""
         v = ca.vertcat(ca.SX(0, 1), *(crossing.symbols for crossing in self.crossings))
-        return [self.h, self.k, self.t, self.x, self.p, self.w, v, self.m]
+        return [self.h, self.k, self.t, self.x, self.p, self.w, v, self.m, self.d]
 
     @cached_property
     def parts(self) -> ca.Function:
-        """Rate, update and the values of the crossings as a CasADi function (h, k, t, x, p, w, v, m) of `symbols`."""
+        """Rate, update and the values of the crossings as a CasADi function (h, k, t, x, p, w, v, m, d) of `symbols`."""
         values = [self.rate, self.update, *(crossing.values for crossing in self.crossings)]
         return ca.Function("workbench_parts", self.symbols, [ca.densify(value) for value in values])
 
@@ -86,18 +87,19 @@ class StepRule:
 
     @cached_property
     def next(self) -> ca.SX:
-        """x+, (nx, 1), in h, k, x, p and w, of a step within which there is no switch."""
+        """x+, (nx, 1), in h, k, x, p, w and d, of a step within which there is no switch."""
         return ca.substitute(self.without_crossings(self._next), self.t, self.k * self.h)
 
     @cached_property
     def _next(self) -> ca.SX:
-        """x+, (nx, 1), in h, k, x, p, w and the symbols of the crossings."""
+        """x+, (nx, 1), in h, k, x, p, w, d and the symbols of the crossings."""
         n, t = self.rate.numel(), self.k * self.h
         update = ca.substitute(self.update, self.t, t)
         if not n:
             return update
-        f = held_at(t + self.h / 2, self.m, self.t, self.x[:n], self.p, self.rate)
-        return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h, self.method), update)
+        constants = ca.vertcat(self.p, self.d)
+        f = held_at(t + self.h / 2, self.m, self.t, self.x[:n], constants, self.rate)
+        return ca.vertcat(runge_kutta(f, t, self.x[:n], constants, self.h, self.method), update)
 
     @check_arguments
     def without_crossings(self, expression: ca.SX) -> ca.SX:
@@ -106,9 +108,14 @@ class StepRule:
 
     @cached_property
     def F(self) -> ca.Function:
-        """`next` as a CasADi function (h, k, x, p, w) -> (nx, 1)."""
-        symbols = [self.h, self.k, self.x, self.p, self.w]
+        """`next` as a CasADi function (h, k, x, p, w) -> (nx, 1); of a recorded step (h, k, x, p, w, d)."""
+        symbols = [self.h, self.k, self.x, self.p, *self.drives]
         return ca.Function("workbench_rule", symbols, [ca.densify(self.next)])
+
+    @property
+    def drives(self) -> list[ca.SX]:
+        """The symbols of the numbers that are new at each step: w, and d if there are recorded numbers."""
+        return [self.w, self.d] if self.d.numel() else [self.w]
 
     @property
     def operations(self) -> int:
@@ -146,6 +153,7 @@ class StepMap:
     amplification: tuple[float, ...]
     substeps: int = 1
     finer: Callable[[], StepMap] | None = None  # the same span in twice the substeps, where these are written out
+    recorded_numbers: Array | None = None  # (N, nd), the numbers d of each of the N steps of a recorded step
 
     WAYS: ClassVar = {
         "Ode": "wrap it in `rk4(ode, h)`",
@@ -157,6 +165,12 @@ class StepMap:
     def __post_init__(self) -> None:
         seconds("StepMap(h=...)", self.h)
         whole("StepMap(substeps=...)", self.substeps)
+        nd, rows = self.rule.d.numel(), self.recorded_numbers
+        if (nd > 0) != (rows is not None) or (rows is not None and (rows.ndim != 2 or rows.shape[1] != nd)):
+            got = "none" if rows is None else f"an array of shape {rows.shape}"
+            raise ValueError(
+                f"`StepMap(recorded_numbers=...)` must have {nd or 'no'} columns, as its rule has; got {got}."
+            )
 
     def __repr__(self) -> str:
         noise = f", {self.noises} normal numbers" if self.noises else ""
@@ -182,12 +196,12 @@ class StepMap:
 
     @cached_property
     def F(self) -> ca.Function:
-        """The step as a CasADi function (k, x, p, w) -> (nx, 1)."""
+        """The step as a CasADi function (k, x, p, w) -> (nx, 1); of a recorded step (k, x, p, w, d)."""
         return self._function("workbench_step", ca.densify(self.rule.next), cse=False)
 
     @cached_property
     def y(self) -> ca.Function:
-        """The outputs as a CasADi function (k, x, p, w) -> (ny, 1)."""
+        """The outputs as a CasADi function (k, x, p, w) -> (ny, 1); of a recorded step (k, x, p, w, d)."""
         return self._function("workbench_output", self.rule.output, cse=True)
 
     def _function(self, name: str, value: ca.SX, cse: bool) -> ca.Function:
@@ -195,7 +209,7 @@ class StepMap:
         value = ca.substitute(
             rule.without_crossings(value), ca.vertcat(rule.t, rule.h), ca.vertcat(rule.k * self.h, self.h)
         )
-        return ca.Function(name, [rule.k, rule.x, rule.p, rule.w], [value], {"cse": cse})
+        return ca.Function(name, [rule.k, rule.x, rule.p, *rule.drives], [value], {"cse": cse})
 
     @check_arguments
     def with_memory(self, extra: Layout, symbols: ca.SX, update: ca.SX) -> StepMap:

@@ -121,6 +121,11 @@ def _row_spacing(step: StepMap, p_rows: Array, until: float, every: float | None
             f"`simulate(until=...)` must be a multiple of `every` = {stride * step.h:g} s; got {until:g} s."
         )
     kept = count // stride
+    if step.recorded_numbers is not None and count > len(step.recorded_numbers):
+        raise ValueError(
+            f"`simulate(until=...)` must be at most the {len(step.recorded_numbers)} steps that are recorded of "
+            f"'{step.flow.name}'; got {count}."
+        )
     if step.noises and count > 2**STEP_BITS:
         raise ValueError(
             f"`simulate(until=...)` of a noisy step takes at most 2^{STEP_BITS} steps, as its noise would repeat; "

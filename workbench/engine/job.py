@@ -78,6 +78,15 @@ class Job:
                 f"{self.step.parameters.size}) of floats, and B keys; got {x.shape} of {x.dtype}, {self.p.shape} of "
                 f"{self.p.dtype} and {self.runs.shape} of {self.runs.dtype}."
             )
+        rows, last = self.step.recorded_numbers, self.begin + (x.shape[1] - 1) * self.stride
+        if rows is not None and last > len(rows):
+            raise ValueError(f"`march(job, x)` must end at step {len(rows)}, the last one recorded; got {last}.")
+
+    @cached_property
+    def record(self) -> Array:
+        """The recorded numbers of the steps, (N, nd), row by row in memory."""
+        rows = self.step.recorded_numbers
+        return np.empty((0, 0)) if rows is None else np.ascontiguousarray(rows)
 
     def noise(self, steps: Integers) -> Array:
         """The normal numbers of some steps (N,), each by its number: (B, N, nw)."""

@@ -41,7 +41,10 @@ def _march(job: Job, x: Array, tell: Progress, done_before: float, part: float) 
         size = min(chunk, kept - done)
         for piece in pieces:
             # (B, steps, nw) to CasADi's (nw, B steps), run by run
-            noise = job.noise(np.arange(k, k + piece * size)).reshape(runs * piece * size, -1).T
+            steps = np.arange(k, k + piece * size)
+            noise = job.noise(steps).reshape(runs * piece * size, -1).T
+            if job.step.rule.d.numel():
+                noise = np.vstack([noise, np.tile(job.record[steps].T, runs)])
             out = np.array(_marcher(job.step, piece, size, runs, job.has_switches)(np.vstack([now, job.p.T]), noise))
             out = out.reshape(len(now), runs, size)
             now, k = out[:, :, -1], k + piece * size
@@ -66,18 +69,22 @@ def _marcher(step: StepMap, stride: int, kept_rows: int, runs: int, has_switches
     size = 1 + step.states.size + step.parameters.size
     often = stride * kept_rows > 1  # what is shared gains more than it costs to find
     one = _one(step, ca.MX, _segmented_step(step, often), often) if has_switches else _one(step, ca.SX, step.F, often)
-    start, noise = ca.MX.sym("start", size), ca.MX.sym("noise", step.noises, stride * kept_rows)
+    rows = sum(symbols.numel() for symbols in step.rule.drives)
+    start, noise = ca.MX.sym("start", size), ca.MX.sym("noise", rows, stride * kept_rows)
     states = one.fold(stride).mapaccum(kept_rows)(start, noise)[: 1 + step.states.size, :]
     march = ca.Function("workbench_march", [start, noise], [states])
     return march if runs == 1 else march.map(runs, "thread", min(runs, 8))
 
 
 def _one(step: StepMap, symbols: type[Symbol], after: ca.Function, shares_expressions: bool) -> ca.Function:
-    """[k; x; p] and the noise to [k; x; p] a step later, of a function x+ (k, x, p, w)."""
+    """[k; x; p] and [w; d] to [k; x; p] a step later, of a function x+ (k, x, p, w), or (k, x, p, w, d)."""
     size = 1 + step.states.size + step.parameters.size
-    z, w = symbols.sym("z", size), symbols.sym("w", step.noises)
+    sizes = [int(each.numel()) for each in step.rule.drives]
+    z, w = symbols.sym("z", size), symbols.sym("w", sum(sizes))
     k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, size])
-    return ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, after(k, x, p, w), p)], {"cse": shares_expressions})
+    drives = ca.vertsplit(w, [0, sizes[0], *([sum(sizes)] if len(sizes) > 1 else [])])
+    later = after(k, x, p, *drives)
+    return ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, later, p)], {"cse": shares_expressions})
 
 
 def _segmented_step(step: StepMap, shares_expressions: bool) -> ca.Function:

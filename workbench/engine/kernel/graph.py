@@ -37,9 +37,9 @@ class Node(NamedTuple):
     entry: int = 0
 
 
-# v is what an earlier part hands over, m the middle of a step or segment, s the offset at which a segment begins, z the
+# v is what an earlier part hands over, d what is recorded of a step, m the middle of a step or segment, s the offset at which a segment begins, z the
 # state there, and e the state at the end of the step without its segments.
-SOURCES = ("h", "k", "t", "x", "p", "w", "v", "m", "s", "e")
+SOURCES = ("h", "k", "t", "x", "p", "w", "v", "m", "d", "s", "e")
 LEVELS = {
     "const": Level.LENGTH,
     "h": Level.LENGTH,
@@ -53,6 +53,7 @@ LEVELS = {
     "x": Level.STATE,
     "w": Level.STATE,
     "v": Level.STATE,
+    "d": Level.STATE,
 }
 COMMUTATIVE = {name for name, row in OPERATIONS.items() if row.symmetric}
 CONSTANT_FOLDS: Mapping[str, Callable[..., float]] = {

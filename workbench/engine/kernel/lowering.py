@@ -10,7 +10,8 @@ The first makes the table of what depends on time alone, for groups of `width` s
 width). The second advances one block after the other by `rows` times `stride` steps, and says if a run is finite then.
 `p` holds the parameters (blocks, np, width), `runs` and `seed` the keys of the noise, `x` the states (blocks, nx,
 width), which it receives again; `out` (blocks, kept, nx, width) receives the rows from `row` on. `scratch` has room for
-the values made once a run (nl, width).
+the values made once a run (nl, width). For a recorded step there is one argument more: `recorded`, its numbers
+(steps, nd) from step `begin` on.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def lower(plan: Plan, width: int, fused_products: bool = True, stack: str = STAC
 
 PIECE = """
 define i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
-        ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
+        ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out{recorded})
         {stack} {{
 start:
   br label %block
@@ -71,7 +72,7 @@ step:
   %group_skip = mul i64 %group, {group_size}
   %time_skip = add i64 %group_skip, %member
   %time_here = getelementptr double, ptr %table, i64 %time_skip
-{body}
+{row_of_step}{body}
 {segments}  %i1 = add i64 %i, 1
   %more = icmp slt i64 %i1, %stride
   br i1 %more, label %step, label %keep
@@ -93,6 +94,10 @@ next:
 end:
   ret i1 %alive1
 }}"""
+
+RECORDED = """  %recorded_skip = mul i64 %here, {nd}
+  %recorded_here = getelementptr double, ptr %recorded, i64 %recorded_skip
+"""
 
 # The part of a step in which some run has several segments: one segment of all runs after the other.
 SEGMENTS = """  br i1 {several}, label %segment, label %whole
@@ -133,7 +138,7 @@ end:
 
 
 def _piece(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
-    nx, graph = plan.states, plan.graph
+    graph = plan.graph
     lane, row = ({place: i for i, place in enumerate(places)} for places in (plan.lanes, plan.table))
 
     def outside(e: Emission, place: int) -> str:
@@ -147,8 +152,8 @@ def _piece(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
             return e.lane("%scratch", lane[place])
         if place in row:
             return e.broadcast("%time_here", row[place] * width)
-        if node.op == "x":
-            return f"%x{node.entry}"
+        if node.op in ("x", "d"):
+            return f"%x{node.entry}" if node.op == "x" else e.broadcast("%recorded_here", node.entry)
         steps = e.splat("%k", "i64")
         return _noise(e, place, steps) if node.op == "w" else e.do("signed", steps)
 
@@ -157,22 +162,21 @@ def _piece(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
     before.evaluation.make(plan.per_run)
     before.store("%scratch", map(before.evaluation.value, plan.lanes))
     body.evaluation.make(plan.inside)
-    ends = [body.evaluation.value(place) for place in graph.results[:nx]]
+    ends = [body.evaluation.value(place) for place in graph.results[: plan.states]]
     latch, segments, ends = _segments(plan, body, ends) if plan.segments else ("step", "", ends)
     enter, keep, last = (Emission(graph, width, fused_products, prefix, inside) for prefix in ("s", "t", "w"))
-    starts = [enter.lane("%x_here", i) for i in range(nx)]
-    keep.store("%x_here", ends)
-    keep.store("%out_here", ends)
+    starts = [enter.lane("%x_here", i) for i in range(plan.states)]
+    for base in ("%x_here", "%out_here"):
+        keep.store(base, ends)
     _any_finite(last, ends)
-    states = (f"  %x{i} = phi {body.type} [ {starts[i]}, %enter ], [ {ends[i]}, %{latch} ]" for i in range(nx))
+    pairs = zip(starts, ends, strict=True)
+    states = (f"  %x{i} = phi {body.type} [ {a}, %enter ], [ {b}, %{latch} ]" for i, (a, b) in enumerate(pairs))
     return PIECE.format(
         stack=stack,
-        width=width,
         vector=body.type,
         integers=body.integers,
-        np=len(plan.parameters),
-        nx=nx,
-        group_size=len(plan.table) * width,
+        **_sizes(plan, width),
+        **_recorded_parts(plan),
         states="\n".join(states),
         prepare=before,
         enter=enter,
@@ -182,6 +186,18 @@ def _piece(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
         keep=keep,
         alive=last,
     )
+
+
+def _sizes(plan: Plan, width: int) -> dict[str, int]:
+    """The lengths of the rows in memory."""
+    return {"width": width, "np": len(plan.parameters), "nx": plan.states, "group_size": len(plan.table) * width}
+
+
+def _recorded_parts(plan: Plan) -> dict[str, str]:
+    """The argument of the recorded numbers, and the lines that find those of a step; empty if there are none."""
+    if not plan.record_size:
+        return {"recorded": "", "row_of_step": ""}
+    return {"recorded": ", ptr %recorded", "row_of_step": RECORDED.format(nd=plan.record_size)}
 
 
 def _segments(plan: Plan, step: Emission, ends: Sequence[str]) -> tuple[str, str, list[str]]:

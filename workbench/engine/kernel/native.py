@@ -41,7 +41,8 @@ def kernel(plan: Plan, width: int, haste: bool = False, fused_products: bool = T
     """The kernel of a plan, `width` runs side by side, with `fused_products` or without; in `haste` slower code."""
     module = llvm.compile_module(_ir(plan, width, fused_products), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
-    piece = module.function("workbench_piece", *[number] * 7, *[pointer] * 7, result=ctypes.c_bool)
+    pointers = [pointer] * (8 if plan.record_size else 7)
+    piece = module.function("workbench_piece", *[number] * 7, *pointers, result=ctypes.c_bool)
     table = module.function("workbench_table", *[number] * 2, *[pointer] * 3) if plan.table else None
     return Kernel(plan, width, table, piece)
 
@@ -102,7 +103,9 @@ def _advance(compiled_kernel: Kernel, job: Job, lot: slice, x: Array, stage: lis
         if compiled_kernel.table:
             compiled_kernel.table(-(-piece.length // width), piece.begin, *places[1:3], places[4])
         row = piece.row - first
-        alive = compiled_kernel.piece(blocks, piece.rows, piece.steps, piece.begin, row, end - first, seed, *places)
+        counts = (blocks, piece.rows, piece.steps, piece.begin, row, end - first, seed)
+        numbers = [job.record[piece.begin :].ctypes.data] if plan.record_size else []
+        alive = compiled_kernel.piece(*counts, *places, *numbers)
         if piece.whole and not alive:  # no run is finite any more
             done = piece.row + piece.rows
             break

@@ -87,13 +87,14 @@ def _advance(job: Job, lot: Integers, x: Array, piece: JobPiece) -> None:
     per_run = _values(job, plan.per_run, plan.lanes, part.p.T)
     per_step = _values(job, plan.behind_table + plan.per_step, plan.table, part.p[0], steps.astype(float))
     timed = {node: np.broadcast_to(value, len(steps)) for node, value in per_step.items()}
-    moving = {node: nodes[node] for node in loop.sources if nodes[node].op in ("x", "w", "k")}
+    moving = {node: nodes[node] for node in loop.sources if nodes[node].op in ("x", "w", "k", "d")}
     state = np.ascontiguousarray(x[lot, piece.start].T)
     none = np.empty((0, len(lot)))
     noise: Iterable[Array] = _noise(part, steps) if job.step.noises else itertools.repeat(none, len(steps))
+    recorded = job.record[steps] if job.step.rule.d.numel() else np.empty((len(steps), 0))
     with np.errstate(all="ignore"):
-        for step, (k, w) in enumerate(zip(steps, noise, strict=True)):
-            now: dict[str, Mapping[int, Lanes] | Array] = {"x": state, "w": w, "k": {0: np.float64(k)}}
+        for step, (k, w, d) in enumerate(zip(steps, noise, recorded, strict=True)):
+            now: dict[str, Mapping[int, Lanes] | Array] = {"x": state, "w": w, "d": d, "k": {0: np.float64(k)}}
             values = per_run | {node: row[step : step + 1] for node, row in timed.items()}
             values |= {node: now[source.op][source.entry] for node, source in moving.items()}
             made = [v if np.shape(v) == lot.shape else np.broadcast_to(v, lot.shape) for v in loop.play(values)]

@@ -44,14 +44,15 @@ class Plan:
     states: int  # the first results, x+
     lanes: tuple[int, ...]  # before `inside`, made once a run, which the loop finds in memory
     table: tuple[int, ...]  # the same, made once a step
+    record_size: int = 0  # numbers of a step that are recorded
 
     @staticmethod
     def of_step(step: StepMap, varied_parameters: tuple[int, ...], segments: bool = True) -> Plan:
         """The plan of a step's graph, made once for all lengths; of `graph_of` with its segments or without."""
-        return _plan_of(graph_of(step, segments), varied_parameters, step.states.size)
+        return _plan_of(graph_of(step, segments), varied_parameters, step.states.size, int(step.rule.d.numel()))
 
     @staticmethod
-    def of(graph: Graph, varied_parameters: Iterable[int], states: int | None = None) -> Plan:
+    def of(graph: Graph, varied_parameters: Iterable[int], states: int | None = None, record_size: int = 0) -> Plan:
         """The plan where `varied_parameters` differ between runs; of a graph with segments, its number of `states`."""
         states = len(graph.results) if states is None else states
         moving = graph.after("p", set(varied_parameters))
@@ -74,7 +75,9 @@ class Plan:
             inside,
             aside,
             states,
-            *(tuple(i for i in group if i in used) for group in (numbers + per_run, per_step)),
+            tuple(i for i in numbers + per_run if i in used),
+            tuple(i for i in per_step if i in used),
+            record_size,
         )
 
     @cached_property
@@ -125,8 +128,8 @@ _step_graph = lru_cache(maxsize=128)(step_graph)
 
 
 @lru_cache(maxsize=128)
-def _plan_of(graph: Graph, varied_parameters: tuple[int, ...], states: int) -> Plan:
-    return Plan.of(graph, varied_parameters, states)
+def _plan_of(graph: Graph, varied_parameters: tuple[int, ...], states: int, record_size: int) -> Plan:
+    return Plan.of(graph, varied_parameters, states, record_size)
 
 
 def _is_plain(node: Node) -> bool:

@@ -1,0 +1,1 @@
+"""Identification: from measured signals to models with their uncertainty."""
