@@ -73,7 +73,7 @@ class StepRule:
 
     @cached_property
     def parts(self) -> ca.Function:
-        """Rate, update and the values of the crossings as a CasADi function (h, k, t, x, p, w, v, m, d) of `symbols`."""
+        """Rate, update and values of the crossings as a CasADi function (h, k, t, x, p, w, v, m, d) of `symbols`."""
         values = [self.rate, self.update, *(crossing.values for crossing in self.crossings)]
         return ca.Function("workbench_parts", self.symbols, [ca.densify(value) for value in values])
 

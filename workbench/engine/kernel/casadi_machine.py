@@ -79,7 +79,7 @@ def _marcher(step: StepMap, stride: int, kept_rows: int, runs: int, has_switches
 def _one(step: StepMap, symbols: type[Symbol], after: ca.Function, shares_expressions: bool) -> ca.Function:
     """[k; x; p] and [w; d] to [k; x; p] a step later, of a function x+ (k, x, p, w), or (k, x, p, w, d)."""
     size = 1 + step.states.size + step.parameters.size
-    sizes = [int(each.numel()) for each in step.rule.drives]
+    sizes: list[int] = [each.numel() for each in step.rule.drives]
     z, w = symbols.sym("z", size), symbols.sym("w", sum(sizes))
     k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, size])
     drives = ca.vertsplit(w, [0, sizes[0], *([sum(sizes)] if len(sizes) > 1 else [])])
