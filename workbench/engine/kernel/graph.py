@@ -37,8 +37,8 @@ class Node(NamedTuple):
     entry: int = 0
 
 
-# v is what an earlier part hands over, d the recorded numbers of a step, m the middle of a step or segment, s the offset
-# at which a segment begins, z the state there, and e the state at the end of the step without its segments.
+# v is what an earlier part hands over, d the recorded numbers of a step, m the middle of a step or segment, s the
+# offset at which a segment begins, z the state there, and e the state at the end of the step without its segments.
 SOURCES = ("h", "k", "t", "x", "p", "w", "v", "m", "d", "s", "e")
 LEVELS = {
     "const": Level.LENGTH,
