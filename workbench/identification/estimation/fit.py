@@ -121,7 +121,7 @@ class Fit:
     def correlation(self) -> Array:
         """(nz, nz), the correlations of the estimates."""
         errors = np.sqrt(np.diag(self.covariance))
-        return self.covariance / np.outer(errors, errors)
+        return np.asarray(self.covariance / np.outer(errors, errors))
 
     @property
     def degrees(self) -> float:

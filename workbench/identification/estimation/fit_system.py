@@ -152,14 +152,16 @@ def _fit_of(
             f"`fit(...)` cannot tell {', '.join(identifiability.ambiguous_names)} apart from these data. "
             f"{' '.join(identifiability.sentences)} Leave out of `free` one number for each such direction."
         )
-    covariance = np.linalg.inv(last.derivatives.T @ last.derivatives)
+    covariance: Array = np.linalg.inv(last.derivatives.T @ last.derivatives)
     total = data.counts.sum()
     factor = 1.0 if is_noise_known else total / (total - len(names))  # residuals of n numbers are too small
     norms = np.linalg.norm(last.derivatives, axis=0)
     condition = float(np.linalg.cond(last.derivatives / norms))
     certificate = FitCertificate(at_end.to_minimum, at_end.by_half_step, at_end.limit, condition, end.minimum.reason)
     remarks = (f"The log's signals {', '.join(unused)} were not used.",) if unused else ()
-    return Fit(data, held_out, end, is_noise_known, factor * covariance, certificate, identifiability, remarks)
+    return Fit(
+        data, held_out, end, is_noise_known, np.asarray(factor * covariance), certificate, identifiability, remarks
+    )
 
 
 def equation_of(system: Ode | SampledSystem | Loop, call: str) -> Ode:

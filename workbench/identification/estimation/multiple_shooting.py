@@ -74,7 +74,7 @@ class Segments:
     def _states(self, e: int, i: int, row: int) -> Array:
         """The states at the begin of a segment: where a state is measured the sample, else as the run begins."""
         model = self.data.model
-        states = model.x0[e].copy()
+        states: Array = model.x0[e].copy()
         for column, (_, label) in enumerate(model.outputs if i else ()):
             sample = self.data.samples[e][row, column]
             if label in model.ode.states.labels and np.isfinite(sample):
@@ -147,7 +147,7 @@ class Segments:
     def spread(self, z: Array) -> Array:
         """(nx,), how far each state goes from segment to segment."""
         states = np.array([z[begins] for _, begins in self.joints])
-        return np.maximum(np.ptp(states, axis=0), 1e-9 * (1 + np.abs(states).max(axis=0)))
+        return np.asarray(np.maximum(np.ptp(states, axis=0), 1e-9 * (1 + np.abs(states).max(axis=0))))
 
 
 def shoot_in_segments(data: WeighedData, start: Array, sigma: Array) -> Array | None:
@@ -163,7 +163,8 @@ def shoot_in_segments(data: WeighedData, start: Array, sigma: Array) -> Array | 
     low, high = (np.array([getattr(number, end) for number in model.numbers]) for end in ("low", "high"))
     for weight in GAP_WEIGHTS:
         weights = weight / segments.spread(z)
-        residuals, linearized = (partial(of, weights=weights) for of in (segments.residuals, segments.linearized))
+        residuals = partial(segments.residuals, weights=weights)
+        linearized = partial(segments.linearized, weights=weights)
         minimum = least_squares(residuals, linearized, z, low, high, ROUGH, ROUNDS)
         if minimum is None:
             return None
