@@ -169,14 +169,15 @@ def reachable(plant, gamma):
 
 
 def check(plant):
-    """The answer, held from above by the exact norm of its loop and the poles, and refused only by name."""
+    """The answer, held from above by the norm of its rounded loop and the poles, and refused only by name."""
     try:
         answer = wb.hinf_controller(plant)
     except DesignError as refused:
         return str(refused)
     loop = plant.close(answer.controller)
     assert np.linalg.eigvals(loop.A).real.max() < 0
-    assert wb.hinf_norm(loop).gain.value == answer.norm.gain.value
+    # the matrices of `loop` are rounded, which moves norms of loops with large gains
+    assert wb.hinf_norm(loop).gain.value == pytest.approx(answer.norm.gain.value, rel=1e-5)
     assert answer.gamma.low <= answer.gamma.value <= answer.norm.gain.high * (1 + 1e-9)
     assert answer.gamma.high - answer.gamma.low <= 1e-2 * answer.gamma.value
     return answer

@@ -35,7 +35,7 @@ def refuse_many_states(call: str, system: control.StateSpace, states: int) -> No
     if states > MOST_STATES:
         raise DesignError(
             f"`{call}(system)` works in exact arithmetic, which takes seconds for {MOST_STATES} states and minutes for "
-            f"more; '{system.name}' has {states}. Reduce its order first, by `wb.balanced_truncation` say."
+            f"more; '{system.name}' has {states}. Reduce its order first, by `wb.reduction.balanced_truncation` say."
         )
 
 
@@ -55,7 +55,7 @@ def refuse_many_channels(call: str, ny: int, nu: int) -> None:
 
 
 def is_stable(A: Array, discrete: bool) -> bool:
-    """True if each eigenvalue of A lies inside the region of stability: proved in floating point, or decided exactly."""
+    """True if each eigenvalue of A lies inside the region of stability: proved, or decided in exact arithmetic."""
     proved = proved_stability(A, discrete) if len(A) > FEW_STATES else None
     if proved is not None:
         return proved

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 NARROW = Fraction(1, 10**12)  # the relative width of an enclosure
 WIDEST = Fraction(1, 10**9)
 LEAST_BITS, MOST_BITS = 40, 320  # of a frequency at which a singular value meets a level
-MOST_STATES = 100  # some ten seconds in floating point
+MOST_STATES = 150  # a second in floating point
 FEW_MINORS = 70  # four inputs by four outputs have 69
 LEVELS = 60  # most levels that are tried; the search converges quadratically and takes some five
 
@@ -61,7 +61,7 @@ def hinf_norm(system: control.StateSpace) -> CertifiedPeak:
     ValueError
         If the system is not a `StateSpace` with finite matrices.
     DesignError
-        If the system has more than 100 states, or if no enclosure of 1e-9 is proved; exact arithmetic takes at most 40
+        If the system has more than 150 states, or if no enclosure of 1e-9 is proved; exact arithmetic takes at most 40
         states and some six inputs by six outputs.
 
     References
@@ -82,12 +82,12 @@ def hinf_norm(system: control.StateSpace) -> CertifiedPeak:
     A, B, C, D = state_space("hinf_norm", system)
     if len(A) > MOST_STATES:
         raise DesignError(
-            f"`hinf_norm(system)` proves norms of at most {MOST_STATES} states; '{system.name}' has {len(A)}. Reduce its "
-            "order first, by `wb.balanced_truncation` say."
+            f"`hinf_norm(system)` proves the norms of systems of at most {MOST_STATES} states; '{system.name}' has "
+            f"{len(A)}. Reduce its order first, by `wb.reduction.balanced_truncation` say."
         )
     discrete = bool(system.isdtime(strict=True))
     if len(A) > FEW_STATES or count_minors(*D.shape) > FEW_MINORS:
-        proved = proved_norm(*map(Wide.of, (A, B, C, D)), discrete)
+        proved = proved_norm(Wide.of(A), Wide.of(B), Wide.of(C), Wide.of(D), discrete)
         if proved is not None:
             return peak_of(proved, A, system.dt if discrete else None)
         refuse_many_states("hinf_norm", system, len(A))

@@ -171,8 +171,8 @@ class _Step:
         """The eigensystem after a step of first order."""
         system, n = self.system, len(self.system.alpha)
         Q, inverse = _complex_basis(system)
-        S = self.W.high @ self.R.high
-        S = np.vstack([inverse @ S[:n], S[n:]]) @ Q
+        moved = self.W.high @ self.R.high
+        S = np.vstack([inverse @ moved[:n], moved[n:]]) @ Q
         inside, one = system.beta == 1, np.ones(self.free)
         alpha, beta = np.concatenate([system.alpha, one]), np.concatenate([system.beta, 0 * one])
         across = alpha[:, None] * system.beta - beta[:, None] * system.alpha
@@ -180,16 +180,16 @@ class _Step:
         scale = np.hypot(np.abs(alpha), np.abs(beta))
         X[np.abs(across) <= NEAR * scale[:, None] * scale[:n]] = 0
         own = np.diag(S[:n]).copy()
-        X = np.vstack([Q @ X[:n], X[n:]]) @ inverse
+        real = (np.vstack([Q @ X[:n], X[n:]]) @ inverse).real
         for first, count in system.blocks:
             own[first : first + count] = own[first].real if count == 1 else [own[first], own[first].conj()]
         V = system.vectors
-        moved = V.high @ X[:n].real
+        change = V.high @ real[:n]
         if self.free:
-            moved[-self.free :] += X[n:].real
-        high, low = V.high, V.low + moved
-        total = high + low
-        vectors = Wide(total, low - (total - high), np.zeros_like(total))
+            change[-self.free :] += real[n:]
+        low = V.low + change
+        total = V.high + low
+        vectors = Wide(total, low - (total - V.high), np.zeros_like(total))
         return Eigensystem(np.where(inside, system.alpha + own, 1), np.where(inside, 1, system.beta + own), vectors)
 
 
@@ -227,6 +227,6 @@ def wide_inverse(Y: Wide) -> Wide:
     rows = np.exp2(-np.round(np.log2(np.abs(Y.high).max(axis=1))))[:, None]
     columns = np.exp2(-np.round(np.log2((np.abs(Y.high) * rows).max(axis=0))))
     scaled = Wide(Y.high * rows * columns, Y.low * rows * columns, np.zeros_like(Y.high))
-    first = Wide.of(np.linalg.inv(scaled.high))
+    first = Wide.of(np.asarray(np.linalg.inv(scaled.high)))
     W = first + first @ (Wide.of(np.eye(len(rows))) - scaled @ first)
     return Wide(W.high * columns[:, None] * rows.T, W.low * columns[:, None] * rows.T, np.zeros_like(W.high))

@@ -15,9 +15,9 @@ import numpy as np
 from workbench.core.validation.refusals import Array
 from workbench.design.frequency.limit_pencils import Eigensystem, Pencil, refine, wide_inverse
 from workbench.design.frequency.wide_matrices import Wide, is_contraction
+from workbench.design.riccati.conditioning import Exponents
 
 SWEEPS = 12  # of balancing
-STEPS = 3  # of refinement of the modes
 MOST = 150  # of an exponent of two, so that nothing underflows
 LEAST = 1e-16  # of the largest row or column: one that is smaller is balanced as if it had this size
 
@@ -41,14 +41,14 @@ class ModalSystem:
         E = Wide.of(np.eye(len(units)))
         return _system(E, A.scale(-units, units), B.scale(-units, 0), C.scale(0, units), D, discrete)
 
-    def by_modes(self) -> ModalSystem | None:
-        """The system in its modes; None where its eigenvectors are too near to each other."""
+    def by_modes(self, steps: int) -> ModalSystem | None:
+        """The system in its modes, after some steps of refinement; None where two eigenvectors nearly coincide."""
         n = len(self.A.high)
         try:
             values, vectors = np.linalg.eig(self.A.high)
             pencil = Pencil(self.A, self.E, 0, discrete=False)
             modes = Eigensystem.of(values, np.ones_like(values), vectors, discrete=False)
-            V = refine(pencil, modes, STEPS).vectors
+            V = refine(pencil, modes, steps).vectors
             W = wide_inverse(V)
         except np.linalg.LinAlgError:
             return None
@@ -70,7 +70,7 @@ def _system(E: Wide, A: Wide, B: Wide, C: Wide, D: Wide, discrete: bool) -> Moda
     return ModalSystem(E, A, B, C, D, discrete, (a, b, c, d))
 
 
-def _balance(A: Array, B: Array, C: Array, blocks: list[tuple[int, int]] | None = None) -> Array:
+def _balance(A: Array, B: Array, C: Array, blocks: list[tuple[int, int]] | None = None) -> Exponents:
     """Exponents of two by which rows and columns of the states come to one size; those of a block are the same."""
     units = np.zeros(len(A), dtype=int)
     for _ in range(SWEEPS):

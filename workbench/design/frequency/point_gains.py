@@ -37,7 +37,7 @@ def point_gain(system: ModalSystem, place: float) -> PointGain | None:
     ny = len(system.D.high)
     real, imaginary = response[:ny, :], response[ny:, :]
     whole = stack([[real, -imaginary], [imaginary, real]])
-    return PointGain(_largest_gain(whole), whole)
+    return PointGain(largest_gain(whole), whole)
 
 
 def _response(system: ModalSystem, place: float) -> Wide | None:
@@ -50,7 +50,7 @@ def _response(system: ModalSystem, place: float) -> Wide | None:
     none = Wide.of(np.zeros_like(C.high))
     seen = stack([[C, none], [none, C]])
     try:
-        inverse = np.linalg.inv(P.high)
+        inverse = np.asarray(np.linalg.inv(P.high))
     except np.linalg.LinAlgError:
         return None
     X, Y = inverse @ entering.high, seen.high @ inverse
@@ -78,11 +78,11 @@ def _equations(system: ModalSystem, place: float) -> tuple[Wide, Wide]:
     return stack([[real, -imaginary], [imaginary, real]]), entering
 
 
-def _largest_gain(response: Wide) -> float:
+def largest_gain(response: Wide) -> float:
     """A number that the largest singular value of the matrix is not below, by its singular vector as computed."""
     if not np.isfinite(response.high).all():
         return 0.0
     vector = np.linalg.svd(response.high)[2][:1]
     image, radius = bounded_product(vector, response.T)
     reached = np.linalg.norm(np.maximum(np.abs(image) - radius, 0)) / np.linalg.norm(vector)
-    return float(reached * (1 - 8 * (response.high.size + 4) * U))
+    return float(reached * (1 - 2 * (sum(response.high.shape) + 8) * U))

@@ -16,11 +16,12 @@ from scipy import optimize
 from workbench.core.validation.refusals import Array
 from workbench.design.frequency.gain_levels import is_below, prove_level, prove_poles
 from workbench.design.frequency.modal_systems import ModalSystem
-from workbench.design.frequency.point_gains import PointGain, point_gain
+from workbench.design.frequency.point_gains import PointGain, largest_gain, point_gain
 from workbench.design.frequency.wide_matrices import Wide
 from workbench.design.matrices import LARGEST, SMALLEST, Complex, one_thread
 
 NARROW, WIDEST = 1e-12, 1e-9  # relative widths of an enclosure
+STEPS = 3  # of refinement of the modes; where modes nearly coincide, none is better
 ROUNDS = 40
 BEST = 3  # of the candidates, which are taken to their local maximum
 GROWTH = 8.0  # of a bracket about a local maximum
@@ -43,12 +44,17 @@ class ProvedNorm:
 @one_thread()
 def proved_norm(A: Wide, B: Wide, C: Wide, D: Wide, discrete: bool) -> ProvedNorm | None:
     """The norm in the coordinates in which it can be proved: the modes of the system, or its states in good units."""
-    if not A.high.size or not all(_in_range(part.high) for part in (A, B, C, D)):
+    if not all(_in_range(part.high) for part in (A, B, C, D)):
         return None
+    if not A.high.size:
+        low = largest_gain(D)
+        level = low * (1 + NARROW)
+        return ProvedNorm(low, level, 0.0) if low > 0 and is_below(D, level) else None
     with np.errstate(all="ignore"):
         try:
             plain = ModalSystem.balanced(A, B, C, D, discrete)
-            for system in (plain.by_modes(), plain):
+            for steps in (STEPS, 0, None):
+                system = plain if steps is None else plain.by_modes(steps)
                 if system is None:
                     continue
                 poles = prove_poles(system)
@@ -83,7 +89,7 @@ def _in_range(M: Array) -> bool:
 
 
 def _enclose(system: ModalSystem) -> ProvedNorm | None:
-    best, place = _highest(system, _places(np.linalg.eigvals(system.continuous[0])))
+    best, place = _highest(system, _places(np.asarray(np.linalg.eigvals(system.continuous[0]), dtype=complex)))
     width = NARROW
     for _ in range(ROUNDS):
         if best is None or not best.low > 0 or width > WIDEST:
@@ -91,7 +97,7 @@ def _enclose(system: ModalSystem) -> ProvedNorm | None:
         level = best.low * (1 + width)
         proof = prove_level(system, level)
         if proof.is_proved:
-            return ProvedNorm(best.low, level, place) if _starts_below(system, level) else None
+            return ProvedNorm(best.low, level, place) if starts_below(system, level) else None
         other, where = _highest(system, _places(_on_axis(proof.values, system.discrete)))
         if other is not None and other.low > best.low * (1 + width / 4):
             best, place = other, where
@@ -100,7 +106,7 @@ def _enclose(system: ModalSystem) -> ProvedNorm | None:
     return None
 
 
-def _starts_below(system: ModalSystem, level: float) -> bool:
+def starts_below(system: ModalSystem, level: float) -> bool:
     """True if all singular values are proved to be below a level at one place."""
     anchor = point_gain(system, 0.0 if system.discrete else math.inf)
     return anchor is not None and is_below(anchor.response, level)
@@ -112,7 +118,7 @@ def _on_axis(values: Complex, discrete: bool) -> Complex:
 
 
 def _places(values: Complex) -> Array:
-    """Places at which a peak is likely: at the ends of the axis, at the frequencies of some eigenvalues, and between."""
+    """Places at which a peak is likely: the ends of the axis, and the frequencies of eigenvalues and between them."""
     near = values[np.abs(values.real) <= NEAR_AXIS * np.abs(values)]
     frequencies = np.concatenate([np.abs(near.imag), np.abs(values)])
     frequencies = np.unique(frequencies[np.isfinite(frequencies) & (frequencies > 0)])

@@ -43,6 +43,11 @@ class Wide:
         return np.asarray((np.abs(self.high) + np.abs(self.low) + self.radius) * (1 + 8 * U))
 
     @property
+    def middle(self) -> Wide:
+        """The matrix high + low, exactly."""
+        return Wide(self.high, self.low, np.zeros_like(self.high))
+
+    @property
     def T(self) -> Wide:
         """The transposed matrix."""
         return Wide(self.high.T, self.low.T, self.radius.T)

@@ -12,11 +12,11 @@ from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.frequency.certified_values import CertifiedValue, widen
-from workbench.design.frequency.hinf_norm import hinf_norm
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Certificate, Complex, DesignError, one_thread
 from workbench.design.riccati.algebraic_equation import Data
 from workbench.design.riccati.stabilising_solution import Riccati, stabilising_solution
+from workbench.design.synthesis.closed_loop_norm import closed_loop_norm
 from workbench.design.synthesis.controller_systems import controller_system, loop_poles
 from workbench.design.synthesis.generalized_plant import (
     GeneralizedPlant,
@@ -98,7 +98,7 @@ def coprime_margin(system: control.StateSpace, fraction: float = FRACTION) -> Co
     matrices = matrices if plant.dt is None else sampled_matrices(*matrices)
     controller = controller_system(plant, matrices, f"coprime controller of {system.name}")
     loop = plant.close(controller)
-    norm = hinf_norm(loop).gain
+    norm = closed_loop_norm(plant, controller).gain
     margin = widen(1 / norm.value, 1 / norm.high, 1 / norm.low)
     if not margin.low >= share * b_opt * (1 - SHORT):
         raise DesignError(
