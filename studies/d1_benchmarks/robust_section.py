@@ -80,8 +80,9 @@ def robust_table(results: wb.Results) -> wb.document.ReportTable:
         "over k from 0.5 to 2 N/m and both masses from 0.5 to 1.5 kg; its controller and its figure are quoted from "
         "memory. [1] Skogestad and Postlethwaite (2005), Multivariable Feedback Control, with the section. Of the "
         "programs of its authors that were read, the one for section 3.7.1 has no figure, and the one for figure 8.15 "
-        "notes 0.500, 0.5242 and 5.7726 on a grid of frequencies, which may miss a peak. [2] Johansson (2000), The quadruple-tank process, table II; [3] Benner, Byers, Mehrmann "
-        "and Xu (2007), Linear Algebra Appl. 425, as a program quotes it; [4] Chait (2003), QFT Toolbox, program "
+        "notes 0.500, 0.5242 and 5.7726 on a grid of frequencies, which may miss a peak. [2] Johansson "
+        "(2000), The quadruple-tank process, table II; [3] Benner, Byers, Mehrmann and Xu (2007), Linear Algebra Appl. "
+        "425, as a program quotes it; [4] Chait (2003), QFT Toolbox, program "
         "qftex5; [5] Chiang and Safonov (2004), Robust Control Toolbox 2, program accdemo, design 1; [6] Stengel and "
         "Marrison (1992), Robustness of solutions to a benchmark control problem, J. Guidance Control Dyn. 15.",
     )
