@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import workbench as wb
-from studies.d1_benchmarks.linear_systems import System, distillation_column, state_space, transfer_function
+from studies.d1_benchmarks.linear_systems import System, distillation_column, state_space
 
 SPIN = 10.0  # rad/s, of the satellite
 STARTS, SEED = 6, 0  # of each search for a controller of given structure
@@ -92,13 +92,6 @@ def tank_zero(setting: str) -> Bounds:
     zeros = wb.pole_zero_structure(tank(setting)).transmission_zeros.values.real
     slower = float(zeros[np.abs(zeros).argmin()])
     return Bounds(slower, slower)
-
-
-def tank_gamma(setting: str) -> Bounds:
-    """The least norm of W1 S, beside a small weight of the control, for a bandwidth of 0.05 rad/s in both channels."""
-    W1 = transfer_function([0.5, 0.05], [1.0, 5e-5])
-    gamma = wb.hinf_controller(wb.mixed_sensitivity(tank(setting), W1=W1, W2=1e-3)).gamma
-    return Bounds(gamma.low, gamma.high)
 
 
 def benner() -> Bounds:

@@ -6,6 +6,7 @@ import pytest
 from scipy import linalg
 
 import workbench as wb
+from studies.d1_benchmarks.robust_problems import tank
 from workbench.design.matrices import DesignError
 
 
@@ -32,33 +33,19 @@ def test_the_optimum_of_a_published_example_is_its_direct_term(alpha):
     assert wb.hinf_controller(plant).gamma.value == pytest.approx(alpha, rel=1e-12)
 
 
-# Johansson (2000), The quadruple-tank process, IEEE Trans. Control Syst. Technol. 8, tables I and II: valves, pumps,
-# levels, and the zeros that the paper prints in three digits.
-SETTINGS = {
-    "P-": ((0.70, 0.60), (3.33, 3.35), (12.4, 12.7, 1.8, 1.4), (-0.060, -0.018)),
-    "P+": ((0.43, 0.34), (3.14, 3.29), (12.6, 13.0, 4.8, 4.9), (-0.057, 0.013)),
-}
+# Johansson (2000), The quadruple-tank process, IEEE Trans. Control Syst. Technol. 8, table II: the zeros that the paper
+# prints in three digits.
+ZEROS = {"minimum phase": (-0.060, -0.018), "nonminimum phase": (-0.057, 0.013)}
 
 
-def four_tanks(valves, pumps, levels):
-    areas, outlets = np.array([28.0, 32.0, 28.0, 32.0]), np.array([0.071, 0.057, 0.071, 0.057])
-    T = areas / outlets * np.sqrt(2 * np.array(levels) / 981.0)
-    A = np.diag(-1 / T)
-    A[0, 2], A[1, 3] = areas[2] / (areas[0] * T[2]), areas[3] / (areas[1] * T[3])
-    (g1, g2), (k1, k2) = valves, pumps
-    B = np.array([[g1 * k1 / 28, 0], [0, g2 * k2 / 32], [0, (1 - g2) * k2 / 28], [(1 - g1) * k1 / 32, 0]])
-    return control.ss(A, B, 0.5 * np.eye(2, 4), np.zeros((2, 2)))
-
-
-@pytest.mark.parametrize("setting", SETTINGS)
+@pytest.mark.parametrize("setting", ZEROS)
 def test_the_quadruple_tank_is_limited_by_its_zero_in_one_setting_alone(setting):
-    *numbers, published = SETTINGS[setting]
-    plant = four_tanks(*numbers)
+    plant = tank(setting)
     zeros = np.sort(wb.pole_zero_structure(plant).transmission_zeros.values.real)
-    assert zeros == pytest.approx(published, rel=0.06)  # the levels are printed in two or three digits
+    assert zeros == pytest.approx(ZEROS[setting], rel=0.06)  # the levels are printed in two or three digits
     W1 = control.tf([0.5, 0.05], [1.0, 5e-5])
     gamma = wb.hinf_controller(wb.mixed_sensitivity(plant, W1=W1, W2=1e-3)).gamma
-    if setting == "P+":  # W1 S takes the value of W1 in some direction at the zero
+    if setting == "nonminimum phase":  # W1 S takes the value of W1 in some direction at the zero
         assert abs(W1(zeros[1])) < gamma.low < 1.01 * abs(W1(zeros[1]))
     else:  # W1 at infinity, where S is one, is all that remains
         assert 0.5 * (1 - 1e-9) < gamma.value < 0.501

@@ -68,10 +68,7 @@ def pi_optimum(
     """
     call = "pi_optimum(plant, ...)"
     Ms, Mt = checked_limits("pi_optimum", Ms, Mt)
-    process = checked_process("pi_optimum", plant, delay)
-    refuse_zero_at_rest(call, process)
-    refuse_two_integrators(call, process, Mt)
-    refuse_endless_gain(call, process, Ms, Mt)
+    process = bounded_process("pi_optimum", plant, delay, Ms, Mt)
     with one_thread():
         sign, gains = best_sign(process, Ms, Mt)
         if gains is None:
@@ -113,6 +110,15 @@ def checked_process(call: str, plant: object, delay: float) -> Process:
         raise refusal(f"{call}(plant=...)", "a `StateSpace` or `TransferFunction` with one input and one output", plant)
     exact_delay(call, delay, None)
     return Process.of(call, plant, finite(f"{call}(delay=...)", delay, " of s", low=0))
+
+
+def bounded_process(call: str, plant: object, delay: float, Ms: float, Mt: float) -> Process:
+    """The process of a plant and its delay, for which ki has a largest value within the limits."""
+    process, whole_call = checked_process(call, plant, delay), f"{call}(plant, ...)"
+    refuse_zero_at_rest(whole_call, process)
+    refuse_two_integrators(whole_call, process, Mt)
+    refuse_endless_gain(whole_call, process, Ms, Mt)
+    return process
 
 
 def best_sign(process: Process, Ms: float, Mt: float) -> tuple[int, GainOptimum | None]:

@@ -15,13 +15,10 @@ from workbench.design.pid_design.derivative_action import DerivativeAction, law_
 from workbench.design.pid_design.error_search import least_error
 from workbench.design.pid_design.integral_gain import GainOptimum, IntegralGain
 from workbench.design.pid_design.noise_gain import largest_noise_gain
-from workbench.design.pid_design.pi_optimum import LARGEST_KI, checked_limits, checked_process, confirm_optimum
+from workbench.design.pid_design.pi_optimum import LARGEST_KI, bounded_process, checked_limits, confirm_optimum
 from workbench.design.pid_design.pid_designs import PidDesign
 from workbench.design.pid_design.pid_refusals import (
-    refuse_endless_gain,
     refuse_infeasible,
-    refuse_two_integrators,
-    refuse_zero_at_rest,
 )
 from workbench.design.pid_design.process import Process
 
@@ -89,10 +86,7 @@ def pid_optimum(
     one_of("pid_optimum(criterion=...)", criterion, ("IE", "IAE"))
     Ms, Mt = checked_limits("pid_optimum", Ms, Mt)
     _refuse_no_filter(N, noise_gain)
-    process = checked_process("pid_optimum", plant, delay)
-    refuse_zero_at_rest(call, process)
-    refuse_two_integrators(call, process, Mt)
-    refuse_endless_gain(call, process, Ms, Mt)
+    process = bounded_process("pid_optimum", plant, delay, Ms, Mt)
     with one_thread():
         return _optimum(call, plant, process, (Ms, Mt), (N, noise_gain), criterion)
 

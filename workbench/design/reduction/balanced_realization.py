@@ -99,7 +99,7 @@ def balanced_realization(call: str, system: System) -> BalancedRealization:
     if n > MOST_STATES:
         raise DesignError(
             f"`{call}(system)` computes Gramians in long numbers, of at most {MOST_STATES} states; '{system.name}' has "
-            f"{n}. Reduce it to {MOST_STATES} states first, by `control.balred` say."
+            f"{n}. Reduce it to {MOST_STATES} states first, by `control.balred` with Slycot say."
         )
     _refuse_unstable(call, A, discrete)
     minimal = RationalSystem.of(A, B, C, D).minimal()

@@ -68,7 +68,8 @@ class StructuredPeak:
     @property
     def margin(self) -> tuple[float, float]:
         """The size of the smallest destabilising perturbation, between two numbers."""
-        return tuple(1 / bound if bound > 0 else math.inf for bound in (self.upper, self.lower))  # type: ignore[return-value]
+        low, high = (1 / bound if bound > 0 else math.inf for bound in (self.upper, self.lower))
+        return low, high
 
 
 @check_arguments
