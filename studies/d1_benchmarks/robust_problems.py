@@ -130,7 +130,7 @@ def compleib_plant(name: str) -> tuple[wb.Array, wb.Array, wb.Array, wb.Array]:
 
 @dataclass(frozen=True)
 class StaticDesign:
-    """A static controller of a problem of COMPleib: its norm, the spread over its starts, and the full-order optimum.
+    """A static controller of a problem of COMPleib: its norm, that of each start, and the full-order optimum.
 
     `full` is NaN if the full-order problem is refused, and `why` is then the reason.
     """
@@ -146,15 +146,15 @@ def static_design(name: str) -> StaticDesign:
     """The static output feedback of a problem of COMPleib, from several starts."""
     matrices = compleib_plant(name)
     ny, nu = len(COMPLEIB[name]["C"]), len(COMPLEIB[name]["B"][0])
-    found = wb.structured_tuning.structured_controller(state_space(*matrices), ny, nu, starts=STARTS, seed=SEED)
-    gain = next(one.value for one in found.goals if one.goal.figure == "hinf")
-    ends = tuple(float(np.exp(one.objective)) if one.stable else np.nan for one in found.starts)
+    answer = wb.structured_tuning.structured_controller(state_space(*matrices), ny, nu, starts=STARTS, seed=SEED)
+    gain = next(one.value for one in answer.goals if one.goal.figure == "hinf")
+    ends = tuple(float(np.exp(one.objective)) if one.stable else np.nan for one in answer.starts)
     try:
         plant = wb.synthesis.GeneralizedPlant.of(state_space(*matrices), ny, nu)
         full, why = wb.hinf_controller(plant).gamma.value, ""
     except wb.linear.DesignError as refused:
         full, why = np.nan, str(refused)
-    return StaticDesign(Bounds(gain.low, gain.high), ends, found.stationarity, full, why)
+    return StaticDesign(Bounds(gain.low, gain.high), ends, answer.stationarity, full, why)
 
 
 @dataclass(frozen=True)

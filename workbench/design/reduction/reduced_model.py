@@ -30,9 +30,9 @@ GRID = 200  # frequencies of the lower side of an error without a certified norm
 class ReducedModel:
     """A stable `system` of lower order, a `StateSpace` with the same inputs and outputs, about the same point.
 
-    `error` is the H-infinity norm of the difference of both systems, enclosed by `wb.hinf_norm`. Where both have more
-    than 40 states together, it lies between a gain that one frequency attains and the bound, with an allowance for
-    rounding. `bound` is what the theorem of the `method` promises; it counts each Hankel value as often as it occurs.
+    `error` is the H-infinity norm of the difference of both systems, enclosed by `wb.hinf_norm`. If both together have
+    more than 40 states, its lower bound is a gain at one frequency, and its upper bound is `bound` with an allowance
+    for rounding. `bound` is that of the theorem for the `method`; it counts each Hankel value as often as it occurs.
     """
 
     system: System
