@@ -54,7 +54,8 @@ def test_the_deciding_gain_is_named_by_the_figures_and_not_by_the_page():
     ):
         finding = findings.deciding_gain(made(*weights), local({"Q": 5.0}))
         assert finding.is_decided is settled
-        assert "the screening's mu* in place of ST" not in [one.words for one in finding.reversals]
+        if settled:  # of two gains that are alike, the last digits decide which is first on the screening, too
+            assert "the screening's mu* in place of ST" not in [one.words for one in finding.reversals]
         either = (said, said.replace("Q or Lambda", "Lambda or Q"))  # by the last digits of two that are alike
         assert finding.statement.startswith(
             tuple(f"The gain that decides most about the RMSE of AOSMC-RGS is {one}, if" for one in either)

@@ -35,7 +35,8 @@ def refuse_many_states(call: str, system: control.StateSpace, states: int) -> No
     if states > MOST_STATES:
         raise DesignError(
             f"`{call}(system)` works in exact arithmetic, which takes seconds for {MOST_STATES} states and minutes for "
-            f"more; '{system.name}' has {states}. Reduce its order first, by `wb.reduction.balanced_truncation` say."
+            f"more; '{system.name}' has {states}. Reduce its order first: `wb.reduction` takes up to 60 states, "
+            "`control.balred` with Slycot more."
         )
 
 

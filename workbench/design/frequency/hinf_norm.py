@@ -83,7 +83,7 @@ def hinf_norm(system: control.StateSpace) -> CertifiedPeak:
     if len(A) > MOST_STATES:
         raise DesignError(
             f"`hinf_norm(system)` proves the norms of systems of at most {MOST_STATES} states; '{system.name}' has "
-            f"{len(A)}. Reduce its order first, by `wb.reduction.balanced_truncation` say."
+            f"{len(A)}. Reduce its order first, by `control.balred` with Slycot say."
         )
     discrete = bool(system.isdtime(strict=True))
     if len(A) > FEW_STATES or count_minors(*D.shape) > FEW_MINORS:

@@ -32,10 +32,9 @@ GRID = 200  # frequencies of the lower side of an error without a certified norm
 class ReducedModel:
     """A stable `system` of lower order, a `StateSpace` with the same inputs and outputs, about the same point.
 
-    `error` is the H-infinity norm of the difference of both systems, enclosed by `wb.hinf_norm`. Where that proves
-    none, as for more than 150 states together, it lies between a gain that one frequency attains and the bound, with an
-    allowance for rounding. `bound` is what the theorem of the `method` promises; it counts each Hankel value as often
-    as it occurs.
+    `error` is the H-infinity norm of the difference of both systems, enclosed by `wb.hinf_norm`. If that proves none,
+    its lower bound is a gain at one frequency, and its upper bound is `bound` with an allowance for rounding. `bound`
+    is that of the theorem for the `method`; it counts each Hankel value as often as it occurs.
     """
 
     system: System

@@ -50,7 +50,7 @@ class HinfController:
 
 @check_arguments
 def hinf_controller(plant: GeneralizedPlant, gamma: float | None = None) -> HinfController:
-    """The central controller that makes the H-infinity norm from w to z smaller than gamma, or nearly least.
+    """The central controller that makes the H-infinity norm from w to z smaller than gamma, or nearly the least.
 
     The least gamma is found by the conditions of Glover and Doyle with a full D11. Without `gamma` the controller is
     built just above the optimum, where its fastest mode may be some 1e6 times faster than the plant; a gamma one
@@ -60,7 +60,7 @@ def hinf_controller(plant: GeneralizedPlant, gamma: float | None = None) -> Hinf
     Parameters
     ----------
     gamma
-        The level that the norm must stay below; None for the least.
+        The level that the norm must stay below; None for nearly the least.
 
     Raises
     ------
