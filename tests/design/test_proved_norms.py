@@ -83,7 +83,7 @@ def test_no_level_below_the_norm_passes_and_one_just_above_does(discrete):
     for seed in range(4):
         matrices = random_matrices(seed, 0.1, discrete)
         norm = exact(matrices, discrete)
-        system = ModalSystem.balanced(*map(Wide.of, matrices), discrete).by_modes(3)
+        system = ModalSystem.in_good_units(*map(Wide.of, matrices), discrete).by_modes(3)
         for below in (1e-12, 1e-9, 1e-3):
             level = norm.low * (1 - below)
             assert not (prove_level(system, level).is_proved and starts_below(system, level))
@@ -96,7 +96,7 @@ def test_no_level_below_the_norm_passes_and_one_just_above_does(discrete):
 def test_a_level_below_a_gain_that_is_the_same_everywhere_meets_no_singular_value_and_does_not_pass(discrete):
     # (1 - s)/(1 + s), or (1 - z/2)/(z - 1/2): all-pass
     matrices = ([[0.5]], [[1.0]], [[0.75]], [[-0.5]]) if discrete else ([[-1.0]], [[1.0]], [[2.0]], [[-1.0]])
-    system = ModalSystem.balanced(*(Wide.of(np.array(part)) for part in matrices), discrete)
+    system = ModalSystem.in_good_units(*(Wide.of(np.array(part)) for part in matrices), discrete)
     assert prove_level(system, 0.5).is_proved
     assert not starts_below(system, 0.5)
     assert starts_below(system, 1 + 1e-9)
@@ -268,6 +268,6 @@ def test_the_poles_of_a_loop_of_forty_states_are_proved_stable_and_its_norm_narr
     loop = enclosed_loop(
         plant.parts, (answer.controller.A, answer.controller.B, answer.controller.C, answer.controller.D)
     )
-    assert prove_poles(ModalSystem.balanced(*loop, discrete=False).by_modes(3)).is_proved
+    assert prove_poles(ModalSystem.in_good_units(*loop, discrete=False).by_modes(3)).is_proved
     assert answer.norm.gain.high <= answer.norm.gain.low * (1 + 1e-10)
     assert answer.gamma.low <= answer.norm.gain.high <= answer.gamma.value * (1 + 2e-6)

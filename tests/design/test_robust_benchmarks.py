@@ -8,7 +8,6 @@ import pytest
 from scipy import linalg
 
 import workbench as wb
-from studies.d1_benchmarks.robust_problems import tank
 from workbench.design.matrices import DesignError
 
 

@@ -87,9 +87,9 @@ def hinf_norm(system: control.StateSpace) -> CertifiedPeak:
         )
     discrete = bool(system.isdtime(strict=True))
     if len(A) > FEW_STATES or count_minors(*D.shape) > FEW_MINORS:
-        proved = proved_norm(Wide.of(A), Wide.of(B), Wide.of(C), Wide.of(D), discrete)
-        if proved is not None:
-            return peak_of(proved, A, system.dt if discrete else None)
+        bounds = proved_norm(Wide.of(A), Wide.of(B), Wide.of(C), Wide.of(D), discrete)
+        if bounds is not None:
+            return peak_of(bounds, A, system.dt if discrete else None)
         refuse_many_states("hinf_norm", system, len(A))
         refuse_many_channels("hinf_norm", *D.shape)
     transfer = TransferPolynomials.of(A, B, C, D, discrete)
@@ -99,12 +99,12 @@ def hinf_norm(system: control.StateSpace) -> CertifiedPeak:
     return CertifiedPeak(enclosing_root(low, high), _frequency(x, system.dt if discrete else None))
 
 
-def peak_of(proved: ProvedNorm, A: Array, dt: float | None) -> CertifiedPeak:
-    """The answer for a norm that is proved in floating point, of a discrete system with this period."""
-    if math.isinf(proved.low):
+def peak_of(bounds: ProvedNorm, A: Array, dt: float | None) -> CertifiedPeak:
+    """The answer for a norm that is proved in floating point; `dt` is the period of a discrete system, or None."""
+    if math.isinf(bounds.low):
         return CertifiedPeak(INFINITE, math.nan, not_stable(A, dt is not None))
-    gain = CertifiedValue(proved.low + (proved.high - proved.low) / 2, proved.low, proved.high)
-    return CertifiedPeak(gain, proved.place if dt is None else 2 / dt * math.atan(proved.place))
+    gain = CertifiedValue(bounds.low + (bounds.high - bounds.low) / 2, bounds.low, bounds.high)
+    return CertifiedPeak(gain, bounds.place if dt is None else 2 / dt * math.atan(bounds.place))
 
 
 def _candidates(A: Array, discrete: bool) -> list[Fraction | None]:

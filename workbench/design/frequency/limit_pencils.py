@@ -107,7 +107,7 @@ def refine(pencil: Pencil, system: Eigensystem, steps: int) -> Eigensystem:
         step = _Step.of(pencil, system)
         if step is None:
             break
-        system = step.refined()
+        system = step.improve()
     return system
 
 
@@ -121,7 +121,7 @@ def prove_off_limit(pencil: Pencil, system: Eigensystem) -> LimitProof:
         best = system.values
         if step.proves(pencil.discrete):
             return LimitProof(True, best)
-        system = step.refined()
+        system = step.improve()
     return LimitProof(False, best)
 
 
@@ -167,7 +167,7 @@ class _Step:
         G[:, :n] += moved / apart * (1 + 16 * U)
         return is_contraction(G * (1 + 16 * U))
 
-    def refined(self) -> Eigensystem:
+    def improve(self) -> Eigensystem:
         """The eigensystem after a step of first order."""
         system, n = self.system, len(self.system.alpha)
         Q, inverse = _complex_basis(system)

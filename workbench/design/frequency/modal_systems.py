@@ -35,7 +35,7 @@ class ModalSystem:
     continuous: tuple[Array, Array, Array, Array]
 
     @staticmethod
-    def balanced(A: Wide, B: Wide, C: Wide, D: Wide, discrete: bool) -> ModalSystem:
+    def in_good_units(A: Wide, B: Wide, C: Wide, D: Wide, discrete: bool) -> ModalSystem:
         """The system with its states in units, powers of two, in which their rows and columns have one size."""
         units = _balance(A.high, B.high, C.high)
         E = Wide.of(np.eye(len(units)))

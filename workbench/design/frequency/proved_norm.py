@@ -52,7 +52,7 @@ def proved_norm(A: Wide, B: Wide, C: Wide, D: Wide, discrete: bool) -> ProvedNor
         return ProvedNorm(low, level, 0.0) if low > 0 and is_below(D, level) else None
     with np.errstate(all="ignore"):
         try:
-            plain = ModalSystem.balanced(A, B, C, D, discrete)
+            plain = ModalSystem.in_good_units(A, B, C, D, discrete)
             for steps in (STEPS, 0, None):
                 system = plain if steps is None else plain.by_modes(steps)
                 if system is None:
@@ -75,7 +75,7 @@ def proved_stability(A: Array, discrete: bool) -> bool | None:
     none = Wide.of(np.zeros((len(A), 1)))
     with np.errstate(all="ignore"):
         try:
-            plain = ModalSystem.balanced(Wide.of(A), none, none.T, Wide.of(np.zeros((1, 1))), discrete)
+            plain = ModalSystem.in_good_units(Wide.of(A), none, none.T, Wide.of(np.zeros((1, 1))), discrete)
             poles = prove_poles(plain)
         except np.linalg.LinAlgError:
             return None

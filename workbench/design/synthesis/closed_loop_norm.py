@@ -1,7 +1,7 @@
 """The certified norm of the loop of a plant and a controller as both are written, without rounding between them.
 
 The matrices of a closed loop are sums of products. Rounded to doubles they are another loop, whose norm may differ in
-the seventh digit where a controller has large gains. Here they are enclosed in twice the precision.
+the sixth digit where a controller has large gains. Here they are enclosed in twice the precision.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def closed_loop_norm(plant: GeneralizedPlant, controller: System) -> CertifiedPe
     loop = plant.close(controller)
     K = controller.A, controller.B, controller.C, controller.D
     wide = enclosed_loop(plant.parts, K) if loop.nstates <= MOST_STATES else None
-    proved = None if wide is None else proved_norm(*wide, plant.dt is not None)
-    return hinf_norm(loop) if proved is None else peak_of(proved, loop.A, plant.dt)
+    bounds = None if wide is None else proved_norm(*wide, plant.dt is not None)
+    return hinf_norm(loop) if bounds is None else peak_of(bounds, loop.A, plant.dt)
 
 
 def enclosed_loop(plant: PlantParts, controller: Controller) -> WideMatrices | None:

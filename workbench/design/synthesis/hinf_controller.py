@@ -37,7 +37,7 @@ class HinfController:
     an asked level `gamma.high` is the norm that the controller attains, and otherwise a level at which all conditions
     hold. `level` is the gamma for which the controller is the central one. `norm` is the certified H-infinity norm from
     w to z of the loop of the plant and the controller as they are written, without rounding between them; it may differ
-    in the seventh digit from that of `plant.close(controller)`, which is rounded. `poles` are the loop's poles.
+    in the sixth digit from that of `plant.close(controller)`, which is rounded. `poles` are the loop's poles.
     """
 
     controller: System
