@@ -40,7 +40,7 @@ NARROW = Fraction(1, 10**12)  # the relative width of an enclosure
 WIDEST = Fraction(1, 10**9)
 LEAST_BITS, MOST_BITS = 40, 320  # of a frequency at which a singular value meets a level
 MOST_STATES = 150  # a second in floating point
-FEW_MINORS = 70  # four inputs by four outputs have 69
+FEW_MINORS = 300  # five inputs by five outputs have 251
 LEVELS = 60  # most levels that are tried; the search converges quadratically and takes some five
 
 
