@@ -59,6 +59,7 @@ def design(name, starts):
     values = np.linalg.solve(1j * omega[:, None, None] * np.eye(closed.nstates) - closed.A, closed.B + 0j)
     largest = np.linalg.norm(closed.C @ values + closed.D, 2, axis=(1, 2)).max()
     assert answer.gamma * (1 - 1e-3) <= largest <= answer.gamma * (1 + 1e-9)
+    assert all(one.is_proved for one in answer.goals)
     return answer
 
 
