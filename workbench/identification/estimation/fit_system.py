@@ -152,7 +152,7 @@ def _fit_of(
             f"`fit(...)` cannot tell {', '.join(identifiability.ambiguous_names)} apart from these data. "
             f"{' '.join(identifiability.sentences)} Leave out of `free` one number for each such direction."
         )
-    covariance: Array = np.linalg.inv(last.derivatives.T @ last.derivatives)
+    covariance = np.linalg.inv(last.derivatives.T @ last.derivatives)
     total = data.counts.sum()
     factor = 1.0 if is_noise_known else total / (total - len(names))  # residuals of n numbers are too small
     norms = np.linalg.norm(last.derivatives, axis=0)
@@ -220,7 +220,12 @@ def _masks(model: OutputModel, share: float) -> tuple[tuple[Marks, ...], tuple[M
 def _noise(noise: Mapping[str, float], names: Sequence[str]) -> Array:
     for name in noise:
         known_name(name, names, "outputs of this fit")
-    sigma = np.array([finite(f"fit(noise={{{name!r}: ...}})", noise.get(name, np.nan)) for name in names])
+    if missing := [name for name in names if name not in noise]:
+        raise ValueError(
+            f"`fit(noise=...)` must have a standard deviation for each output of the log; there is none for "
+            f"'{missing[0]}': name it too, or leave `noise` out to have each estimated."
+        )
+    sigma = np.array([finite(f"fit(noise={{{name!r}: ...}})", noise[name]) for name in names])
     if not (sigma > 0).all():
-        raise ValueError("`fit(noise=...)` must have a positive standard deviation for each output of the log.")
+        raise ValueError(f"`fit(noise=...)` must be positive standard deviations; got {sigma.min():g}.")
     return sigma
