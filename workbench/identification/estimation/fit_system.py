@@ -17,7 +17,7 @@ from workbench.identification.estimation.fit import Fit, FitCertificate
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.input_record import HOLDS, MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
-from workbench.identification.estimation.search import SearchEnd, search
+from workbench.identification.estimation.search import SearchEnd, is_poor, search, spread
 from workbench.identification.estimation.signal_matching import match_signals
 from workbench.identification.estimation.step_refinement import coarse_enough, refine
 from workbench.identification.estimation.unknown_numbers import (
@@ -149,7 +149,7 @@ def _fit_of(
     identifiability = Identifiability.of(names, end.z, last.derivatives)
     if not identifiability.is_complete:
         raise ValueError(
-            f"`fit(...)` cannot tell {', '.join(identifiability.ambiguous_names)} apart from these data. "
+            f"{_poor_fit(data, end, is_noise_known)}`fit(...)` cannot tell {', '.join(identifiability.ambiguous_names)} apart from these data. "
             f"{' '.join(identifiability.sentences)} Leave out of `free` one number for each such direction."
         )
     covariance = np.linalg.inv(last.derivatives.T @ last.derivatives)
@@ -162,6 +162,16 @@ def _fit_of(
     return Fit(
         data, held_out, end, is_noise_known, np.asarray(factor * covariance), certificate, identifiability, remarks
     )
+
+
+def _poor_fit(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> str:
+    """A sentence if the best numbers explain the data badly, which then is the first thing to know; else nothing."""
+    if not is_poor(data, end.z, end.sigma if is_noise_known else None):
+        return ""
+    left = np.sqrt(data.sum_of_squares(end.z) / data.counts) / (end.sigma if is_noise_known else spread(data))
+    worst = int(np.argmax(left))
+    unit = "the noise that was given" if is_noise_known else "the signal's spread"
+    return f"The model does not explain '{data.model.outputs[worst][0]}': {left[worst]:.3g} times {unit} is left. "
 
 
 def equation_of(system: Ode | SampledSystem | Loop, call: str) -> Ode:
