@@ -213,6 +213,8 @@ GROUPS = (
         "From measured signals to a model with its uncertainty.",
         {
             "Dataset": "Measured signals over time, with names, units and experiments.",
+            "fit": "Parameters of a plant or a loop from a log, with their uncertainty.",
+            "identifiability": "Which parameters an experiment can tell apart.",
         },
     ),
     Group(
@@ -288,6 +290,7 @@ GROUPS = (
             "linear": "Poles, controllability, balanced and broken loops.",
             "linear_loops": "The classes of linear answers.",
             "frequency": "Margins, norms and responses with bounds.",
+            "identification": "Datasets, fits and what an experiment can tell.",
             "reduction": "Models of lower order, with bounds of the error.",
             "structured_tuning": "Controllers of given structure, and goals of a tuning.",
             "loop_tuning": "Loops that were tuned, and goals of runs.",

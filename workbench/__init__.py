@@ -43,6 +43,7 @@ _ROOMS = {
     "design.step_response": "step_info",
     "design.synthesis": "coprime_margin h2_controller hinf_controller least_sensitivity lqg_integral mixed_sensitivity",
     "identification.datasets": "Dataset",
+    "identification.estimation": "fit identifiability",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "
     "SobolDesign Study Sweep Uniform Variation Work side_by_side sobol",
     "study.citation": "cite",
@@ -79,6 +80,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "evidence": "study.evidence",
     "frequency": "design.frequency",
     "handover": "handover",
+    "identification": "identification",
     "linear": "design.linear",
     "linear_loops": "design.linear_loop",
     "loop": "blocks.loop",

@@ -3,6 +3,7 @@
 from workbench import arms as arms
 from workbench import core as core
 from workbench import handover as handover
+from workbench import identification as identification
 from workbench import proofs as proofs
 from workbench import study as study
 from workbench import testing as testing
@@ -136,6 +137,7 @@ from workbench.handover.law_export import export
 from workbench.handover.recording import record
 from workbench.handover.replays import replay
 from workbench.identification.datasets import Dataset
+from workbench.identification.estimation import fit, identifiability
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
 from workbench.report.live.turned_knobs import linear_loop_at_knobs, turn_knobs
@@ -281,6 +283,7 @@ __all__ = [
     "equilibria",
     "evidence",
     "export",
+    "fit",
     "fmu",
     "frequency",
     "h2_controller",
@@ -288,6 +291,8 @@ __all__ = [
     "handover",
     "hinf_controller",
     "hinf_norm",
+    "identifiability",
+    "identification",
     "initial",
     "largest_setting",
     "layout",

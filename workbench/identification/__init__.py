@@ -1,1 +1,21 @@
-"""Identification: from measured signals to models with their uncertainty."""
+"""Identification: from measured signals to models with their uncertainty.
+
+A `Dataset` holds a log, `fit` estimates parameters of any plant or loop from it, and `identifiability` says before what
+an experiment can tell. Read `datasets/dataset.py` first, then `estimation/fit_system.py`.
+
+Examples
+--------
+>>> motor = wb.open_loop(wb.DCMotor())
+>>> t = np.linspace(0.0, 2.0, 201)
+>>> step = wb.Dataset.of(t, {"v": np.where(t < 1.0, 12.0, 0.0)}, {"v": "V"})
+>>> wb.identifiability(motor, step, ["J", "b", "K", "R", "L"], ["omega"]).ambiguous_names
+('J', 'b', 'K', 'R', 'L')
+"""
+
+from workbench.core.lazy_names import lazy_names
+
+_FILES = {
+    "datasets": "Dataset Experiment",
+    "estimation": "Fit FitCertificate Identifiability ResidualTest fit identifiability",
+}
+__all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

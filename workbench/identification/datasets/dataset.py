@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core import Entry, Layout
+from workbench.core.layout import layouts_to_html
 from workbench.core.validation.refusals import Array, describe, finite, known_name
 from workbench.core.validation.signatures import check_arguments
 
@@ -71,6 +72,12 @@ class Experiment:
     def __len__(self) -> int:
         return self.t.size
 
+    def __repr__(self) -> str:
+        return f"<Experiment '{self.name}': {len(self)} samples of {', '.join(self.signals.names)}>"
+
+    def _repr_html_(self) -> str:
+        return layouts_to_html(repr(self)[1:-1], {"signal": self.signals})
+
     @property
     def is_weighed(self) -> Marks:
         """(N, size), true for samples that are finite and not marked."""
@@ -125,7 +132,7 @@ class Dataset:
     >>> log = wb.Dataset.of(t, {"v": np.sin(t), "omega": np.cos(t)}, units={"v": "V", "omega": "rad/s"})
     >>> log
     <Dataset of v [V], omega [rad/s]: 1 experiment, 5 samples, 1 s>
-    >>> log["omega"][0]
+    >>> float(log["omega"][0])
     1.0
     """
 
@@ -267,7 +274,10 @@ class Dataset:
         count = f"{len(self.experiments)} experiment{'' if len(self.experiments) == 1 else 's'}"
         return f"<Dataset of {', '.join(units)}: {count}, {samples} samples, {span:.6g} s>"
 
+    def _repr_html_(self) -> str:
+        return layouts_to_html(repr(self)[1:-1], {"signal": self.signals})
+
 
 def _ports(layout: Layout) -> list[tuple[str, tuple[int, ...], str]]:
-    """What two layouts must have in common: name, shape and unit of each entry."""
+    """Name, shape and unit of each entry, which two datasets must have in common."""
     return [(entry.name, entry.shape, entry.unit) for entry in layout.entries]

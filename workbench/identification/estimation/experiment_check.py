@@ -62,18 +62,14 @@ def identifiability(
     >>> motor = wb.open_loop(wb.DCMotor())
     >>> t = np.linspace(0.0, 2.0, 201)
     >>> step = wb.Dataset.of(t, {"v": np.where(t < 1.0, 12.0, 0.0)}, {"v": "V"})
-    >>> wb.identification.identifiability(motor, step, ["J", "b", "K", "R", "L"], ["omega"]).is_complete
+    >>> wb.identifiability(motor, step, ["J", "b", "K", "R", "L"], ["omega"]).is_complete
     False
     """
     ode = equation_of(system, "identifiability")
     values = {name: finite(f"identifiability(start={{{name!r}: ...}})", value) for name, value in (start or {}).items()}
     one_of("identifiability(hold=...)", hold, HOLDS)
     inputs, _ = match_inputs(ode, dataset, dict(signals or {}), hold, frozenset(values))
-    labels = []
-    for name in outputs:
-        layout = ode.outputs if name in ode.outputs or name in ode.outputs.labels else ode.states
-        known_name(name, (*layout.names, *layout.labels, *ode.outputs.names), f"outputs and states of '{ode.name}'")
-        labels += [layout.labels[i] for i in layout.indices(name)]
+    labels = [label for name in outputs for label in _labels(ode, name)]
     p, x0 = start_values(ode, values)
     first = np.tile(x0, (len(dataset.names), 1))
     numbers = (*parameter_numbers(ode, tuple(free), p), *initial_numbers(ode, tuple(initial_states), dataset, first))
@@ -83,6 +79,13 @@ def identifiability(
     model = OutputModel(ode, dataset, inputs, pairs, numbers, p, first, steps, (0.0,) * len(steps))
     sigma = np.array([finite(f"identifiability(noise={{{n!r}: ...}})", (noise or {}).get(n, 1.0)) for n in labels])
     return _settled(model, sigma)
+
+
+def _labels(ode: Ode, name: str) -> list[str]:
+    """The labels of an output or a state."""
+    layout = ode.outputs if name in ode.outputs or name in ode.outputs.labels else ode.states
+    known_name(name, (*layout.names, *layout.labels, *ode.outputs.names), f"outputs and states of '{ode.name}'")
+    return [layout.labels[i] for i in layout.indices(name)]
 
 
 def _settled(model: OutputModel, sigma: Array) -> Identifiability:

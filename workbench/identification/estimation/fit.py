@@ -13,10 +13,10 @@ from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets.dataset import Marks
+from workbench.identification.estimation.fit_search import LEAST_NOISE, SearchEnd, has_noise, spread
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.residual_tests import ResidualTest, dependence, whiteness
-from workbench.identification.estimation.search import LEAST_NOISE, SearchEnd, has_noise, spread
 from workbench.identification.estimation.weighed_data import WeighedData
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ CLOSE = 1e-6  # relative distance to a bound that is none
 
 @dataclass(frozen=True)
 class FitCertificate:
-    """How well the numbers are computed, as the largest figure of all estimates.
+    """The accuracy of the computation: the largest figure of all estimates.
 
     Parameters
     ----------
@@ -74,9 +74,9 @@ class Fit:
     is_noise_known
         True if the standard deviations of the sensors were given.
     certificate
-        How well the estimates are computed.
+        The accuracy of the computation.
     identifiability
-        What the experiment can tell.
+        The directions of the numbers that the experiment can tell.
 
     References
     ----------
@@ -207,7 +207,7 @@ class Fit:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What speaks against the fit, the misfit first."""
+        """Sentences that speak against the fit, the misfit first."""
         said = []
         for name, size in self.misfit.items():
             if self.is_noise_known and size > MISFIT:

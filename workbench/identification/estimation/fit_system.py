@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,10 +15,10 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
 from workbench.identification.datasets.dataset import Marks
 from workbench.identification.estimation.fit import Fit, FitCertificate
+from workbench.identification.estimation.fit_search import SearchEnd, is_poor, search, spread
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.input_record import HOLDS, MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
-from workbench.identification.estimation.search import SearchEnd, is_poor, search, spread
 from workbench.identification.estimation.signal_matching import match_signals
 from workbench.identification.estimation.step_refinement import coarse_enough, refine
 from workbench.identification.estimation.unknown_numbers import (
@@ -103,32 +104,14 @@ def fit(
     >>> {name: round(value, 6) for name, value in found.values.items()}
     {'J': 0.01, 'R': 1.0}
     """
-    ode = equation_of(system, "fit")
     values = {name: finite(f"fit(start={{{name!r}: ...}})", value) for name, value in (start or {}).items()}
-    one_of("fit(hold=...)", hold, HOLDS)
-    inputs, outputs, unused = match_signals(ode, dataset, dict(signals or {}), hold, frozenset(values))
-    p, x0 = start_values(ode, values)
-    first = np.tile(x0, (len(dataset.names), 1))
-    names = tuple(signal for signal, _ in outputs)
-    units = dict(zip(dataset.signals.labels, (u for e in dataset.signals.entries for u in e.units), strict=True))
-    numbers = (
-        *parameter_numbers(ode, tuple(free), p),
-        *delay_numbers(tuple(delays), tuple(one.signal for one in inputs)),
-        *sensor_numbers("scale", tuple(scales), names, tuple(units[name] for name in names)),
-        *sensor_numbers("offset", tuple(offsets), names, tuple(units[name] for name in names)),
-        *initial_numbers(ode, tuple(initial_states), dataset, first),
+    unknown = Unknowns(*map(tuple, (free, delays, scales, offsets, initial_states)))
+    model, unused = _model_of(
+        equation_of(system, "fit"), dataset, unknown, dict(signals or {}), one_of("fit(hold=...)", hold, HOLDS), values
     )
-    refuse_numbers(numbers, inputs)
-    steps = tuple(float(np.median(np.diff(experiment.t))) for experiment in dataset)
-    model = OutputModel(ode, dataset, inputs, outputs, numbers, p, first, steps, (0.0,) * len(steps))
     weighs, held_out = _masks(model, finite("fit(hold_out=...)", hold_out))
-    sigma = None if noise is None else _noise(dict(noise), names)
-    data = coarse_enough(WeighedData(model, weighs), sigma)
-    if not (data.counts > 0).all() or data.counts.sum() <= len(numbers):
-        raise ValueError(
-            f"`fit(dataset=...)` must have more samples than the {len(numbers)} unknown numbers, and some of each "
-            f"sensor; {', '.join(f'{n:g} of {name}' for n, name in zip(data.counts, names, strict=True))} count."
-        )
+    sigma = None if noise is None else _noise(dict(noise), [signal for signal, _ in model.outputs])
+    data = coarse_enough(_enough_samples(WeighedData(model, weighs)), sigma)
     generator = np.random.default_rng(check_seed("fit(seed=...)", seed))
     end = search(data, sigma, whole("fit(starts=...)", starts), generator)
     if end is None:
@@ -137,6 +120,51 @@ def fit(
             "diverge: give other values by `start`."
         )
     return _fit_of(data, held_out, end, sigma is not None, unused)
+
+
+class Unknowns(NamedTuple):
+    """The names of what a fit estimates, by the arguments of `fit`."""
+
+    free: tuple[str, ...]
+    delays: tuple[str, ...]
+    scales: tuple[str, ...]
+    offsets: tuple[str, ...]
+    initial_states: tuple[str, ...]
+
+
+def _model_of(
+    ode: Ode, dataset: Dataset, unknown: Unknowns, signals: Mapping[str, str], hold: str, values: Mapping[str, float]
+) -> tuple[OutputModel, tuple[str, ...]]:
+    """The model of a fit, with steps as long as the intervals between samples, and the signals that it does not use."""
+    inputs, outputs, unused = match_signals(ode, dataset, signals, hold, frozenset(values))
+    p, x0 = start_values(ode, values)
+    first = np.tile(x0, (len(dataset.names), 1))
+    names = tuple(signal for signal, _ in outputs)
+    each = (unit for entry in dataset.signals.entries for unit in entry.units)
+    by_label = dict(zip(dataset.signals.labels, each, strict=True))
+    units = tuple(by_label[name] for name in names)
+    numbers = (
+        *parameter_numbers(ode, unknown.free, p),
+        *delay_numbers(unknown.delays, tuple(one.signal for one in inputs)),
+        *sensor_numbers("scale", unknown.scales, names, units),
+        *sensor_numbers("offset", unknown.offsets, names, units),
+        *initial_numbers(ode, unknown.initial_states, dataset, first),
+    )
+    refuse_numbers(numbers, inputs)
+    steps = tuple(float(np.median(np.diff(experiment.t))) for experiment in dataset)
+    return OutputModel(ode, dataset, inputs, outputs, numbers, p, first, steps, (0.0,) * len(steps)), unused
+
+
+def _enough_samples(data: WeighedData) -> WeighedData:
+    """The data; refused if fewer samples count than there are numbers, or none of a sensor."""
+    needed, names = len(data.model.numbers), [signal for signal, _ in data.model.outputs]
+    if not (data.counts > 0).all() or data.counts.sum() <= needed:
+        counts = ", ".join(f"{count:g} of '{name}'" for count, name in zip(data.counts, names, strict=True))
+        raise ValueError(
+            f"`fit(dataset=...)` must have more samples than the {needed} unknown numbers, and some of each sensor; "
+            f"those that count are {counts}: record for longer, or hold out less."
+        )
+    return data
 
 
 def _fit_of(
@@ -149,7 +177,8 @@ def _fit_of(
     identifiability = Identifiability.of(names, end.z, last.derivatives)
     if not identifiability.is_complete:
         raise ValueError(
-            f"{_poor_fit(data, end, is_noise_known)}`fit(...)` cannot tell {', '.join(identifiability.ambiguous_names)} apart from these data. "
+            f"{_poor_fit(data, end, is_noise_known)}`fit(...)` cannot tell "
+            f"{', '.join(identifiability.ambiguous_names)} apart from these data. "
             f"{' '.join(identifiability.sentences)} Leave out of `free` one number for each such direction."
         )
     covariance = np.linalg.inv(last.derivatives.T @ last.derivatives)

@@ -26,21 +26,21 @@ class MeasuredInput(NamedTuple):
     hold: str  # a name of `HOLDS`
 
 
-class Pieces(NamedTuple):
+class InputPieces(NamedTuple):
     """Instants t (N + 1,) and numbers at the begin and the end of each interval (N, nd); or their derivatives."""
 
     t: Array
     begins: Array
     ends: Array
 
-    def divide(self, counts: Integers) -> Pieces:
+    def divide(self, counts: Integers) -> InputPieces:
         """The same with each interval divided into as many equal parts as `counts` (N,) says."""
         of = np.repeat(np.arange(len(counts)), counts)
         place = np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)  # of a part in its interval
         first, last = ((part / counts[of])[:, np.newaxis] for part in (place, place + 1.0))
         instants = np.append(self.t[of] + first[:, 0] * np.diff(self.t)[of], self.t[-1])
         begins, ends = (self.begins[of] + share * (self.ends - self.begins)[of] for share in (first, last))
-        return Pieces(instants, begins, ends)
+        return InputPieces(instants, begins, ends)
 
 
 class InputRecord(NamedTuple):
@@ -88,14 +88,13 @@ def input_record(
     order = order[(times[order] < t[-1]) | (owner[order] == 0)]
     times, owner = times[order], owner[order]
     sources = {one.signal: 0 for one in inputs} | {signal: 2 + i for i, signal in enumerate(knots)}
-    begins, ends, rates = (np.zeros((len(times) - 1, len(inputs))) for _ in range(3))
-    for i, one in enumerate(inputs):
-        values = experiment.values[:, experiment.signals.labels.index(one.signal)]
-        held = one.hold == "hold"
-        parts = _between(times, owner == sources[one.signal], knots.get(one.signal, t), values, held)
-        begins[:, i], ends[:, i], rates[:, i] = parts
+    parts = [
+        _between(times, owner == sources[one.signal], knots.get(one.signal, t), _values(experiment, one), one.hold)
+        for one in inputs
+    ]
+    begins, ends, rates = np.reshape(parts, (len(inputs), 3, len(times) - 1)).transpose(1, 2, 0)
     counts = np.maximum(np.ceil(np.diff(times) / h * (1 - 1e-9)), 1).astype(int)
-    whole = Pieces(times, begins, ends).divide(counts)
+    whole = InputPieces(times, begins, ends).divide(counts)
     samples = np.flatnonzero(owner == 0)
     slopes, changes = {}, {}
     for signal in knots:
@@ -103,20 +102,24 @@ def input_record(
         slope = _slope((owner == sources[signal]).astype(float), rates, own)
         slopes[signal] = record_rows(*slope.divide(counts))
         changes[signal] = -np.vstack([own[samples[:-1]], own[-1:]])
-    last = np.array([experiment.values[-1, experiment.signals.labels.index(one.signal)] for one in inputs])
-    final = np.where([one.signal in delays for one in inputs], ends[-1], last) if inputs else np.zeros(0)
-    at_samples = np.vstack([begins[samples[:-1]], final])
+    final = [ends[-1, i] if one.signal in delays else _values(experiment, one)[-1] for i, one in enumerate(inputs)]
+    at_samples = np.vstack([begins[samples[:-1]], np.reshape(final, (1, -1))])
     places = np.append(0, np.cumsum(counts))[samples]
     record = SignalRecord(whole.t, tuple(one.label for one in inputs), whole.begins, whole.ends)
     return InputRecord(record, places, at_samples, changes, slopes)
 
 
-def _between(times: Array, is_knot: Marks, knots: Array, values: Array, is_held: bool) -> tuple[Array, Array, Array]:
+def _values(experiment: Experiment, one: MeasuredInput) -> Array:
+    """The samples (N,) of an input."""
+    return np.asarray(experiment.values[:, experiment.signals.labels.index(one.signal)])
+
+
+def _between(times: Array, is_knot: Marks, knots: Array, values: Array, hold: str) -> tuple[Array, Array, Array]:
     """The begin, the end and the rate of change of an input in each interval between the times."""
     count = np.cumsum(is_knot)[:-1]  # of knots at or before the begin of each interval
     row = np.maximum(count - 1, 0)
     begin = values[row]
-    if is_held:
+    if hold == "hold":
         return begin, begin, np.zeros_like(begin)
     slopes = np.append(np.diff(values) / np.diff(knots), 0.0)
     rates = np.where(count > 0, slopes[row], 0.0)
@@ -124,7 +127,7 @@ def _between(times: Array, is_knot: Marks, knots: Array, values: Array, is_held:
     return first, last, rates
 
 
-def _slope(moves: Array, rates: Array, own: Array) -> Pieces:
+def _slope(moves: Array, rates: Array, own: Array) -> InputPieces:
     """The derivative of the pieces by a delay, which moves instants by `moves` (N + 1,), and inputs of `own` rates."""
     first, last = moves[:-1, np.newaxis], moves[1:, np.newaxis]
-    return Pieces(moves, rates * first - own, rates * last - own)
+    return InputPieces(moves, rates * first - own, rates * last - own)

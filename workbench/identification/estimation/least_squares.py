@@ -37,7 +37,7 @@ REASONS = {
 
 def least_squares(
     residuals: Residuals,
-    linearized: Linearized,
+    linearize: Linearized,
     start: Array,
     low: Array,
     high: Array,
@@ -54,7 +54,7 @@ def least_squares(
         return residuals(q * size)
 
     def slopes(q: Array) -> Array:
-        return linearized(q * size)[1] * size
+        return linearize(q * size)[1] * size
 
     if not np.isfinite(values(inner / size)).all():
         return None

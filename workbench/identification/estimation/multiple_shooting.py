@@ -1,7 +1,7 @@
 """Multiple shooting: a log in segments, each from initial states of its own, which a search lets grow together.
 
 A run over a whole log can depend so strongly on its parameters that a search from afar ends in a false minimum.
-Segments follow their samples from the start, and the gaps between them are closed from round to round (Bock 1983).
+LogSegments follow their samples from the start, and the gaps between them are closed from round to round (Bock 1983).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ROUGH, ROUNDS = 1e-4, 12  # tolerance and number of the runs of a round, as a se
 
 
 @dataclass(frozen=True, eq=False)
-class Segments:
+class LogSegments:
     """The samples of a fit in segments: a model each of whose experiments is a segment of one of the data's."""
 
     data: WeighedData
@@ -104,17 +104,17 @@ class Segments:
         return masks
 
     @cached_property
-    def joints(self) -> list[tuple[int, Integers]]:
+    def transitions(self) -> list[tuple[int, Integers]]:
         """Each segment that another follows, and the places in z of the states at which that one begins."""
-        joints, names = [], self.model.dataset.names
+        transitions, names = [], self.model.dataset.names
         numbers = self.model.numbers
         for place, (_, i, _, _) in enumerate(self.pieces()):
             if i:
                 own = [k for k, one in enumerate(numbers) if one.experiment == names[place]]
-                joints.append((place - 1, np.array(own)))
-        return joints
+                transitions.append((place - 1, np.array(own)))
+        return transitions
 
-    def linearized(self, z: Array, weights: Array) -> tuple[Array, Array]:
+    def linearize(self, z: Array, weights: Array) -> tuple[Array, Array]:
         """Errors and gaps (M,), the gaps times `weights` (nx,), and their derivatives (M, nz)."""
         residuals, slopes, ends = [], [], {}
         ny = len(self.data.model.outputs)
@@ -124,7 +124,7 @@ class Segments:
             residuals.append((error / self.sigma)[mask])
             slopes.append((J[:, :ny] / self.sigma[:, np.newaxis])[mask])
             ends[place] = y[-1, ny:], J[-1, ny:]
-        for place, begins in self.joints:
+        for place, begins in self.transitions:
             x, J = ends[place]
             gap = J.copy()
             gap[np.arange(len(begins)), begins] -= 1.0
@@ -140,20 +140,20 @@ class Segments:
             error = (y[:, :ny] - self.data.samples[e][first : last + 1]) / self.sigma
             residuals.append(error[self.masks[place]])
             ends[place] = y[-1, ny:]
-        residuals += [weights * (ends[place] - z[begins]) for place, begins in self.joints]
+        residuals += [weights * (ends[place] - z[begins]) for place, begins in self.transitions]
         r = np.concatenate(residuals)
         return finite_or_infinite(r)
 
     def spread(self, z: Array) -> Array:
         """(nx,), how far each state goes from segment to segment."""
-        states = np.array([z[begins] for _, begins in self.joints])
+        states = np.array([z[begins] for _, begins in self.transitions])
         return np.asarray(np.maximum(np.ptp(states, axis=0), 1e-9 * (1 + np.abs(states).max(axis=0))))
 
 
 def shoot_in_segments(data: WeighedData, start: Array, sigma: Array) -> Array | None:
     """The numbers z (nz,) of `data.model` at which segments with ever smaller gaps end; None if a segment diverges."""
-    segments = Segments(data, sigma)
-    if not segments.joints:
+    segments = LogSegments(data, sigma)
+    if not segments.transitions:
         return None
     model, first = segments.model, data.model
     shared = [i for i, number in enumerate(first.numbers) if number.kind != "initial state"]
@@ -164,8 +164,8 @@ def shoot_in_segments(data: WeighedData, start: Array, sigma: Array) -> Array | 
     for weight in GAP_WEIGHTS:
         weights = weight / segments.spread(z)
         residuals = partial(segments.residuals, weights=weights)
-        linearized = partial(segments.linearized, weights=weights)
-        minimum = least_squares(residuals, linearized, z, low, high, ROUGH, ROUNDS)
+        linearize = partial(segments.linearize, weights=weights)
+        minimum = least_squares(residuals, linearize, z, low, high, ROUGH, ROUNDS)
         if minimum is None:
             return None
         z = minimum.z

@@ -192,5 +192,5 @@ class OutputModel:
         return values
 
     def _sensed(self, y: Array, z: Array) -> Array:
-        """What the sensors show of outputs y (B, N, ny)."""
+        """The readings of the sensors for outputs y (B, N, ny)."""
         return self._scales(z)[:, np.newaxis] * y + self._of_sensors("offset", 0.0, z)[:, np.newaxis]

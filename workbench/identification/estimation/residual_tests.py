@@ -29,6 +29,13 @@ class ResidualTest:
         The statistic, and the degrees of freedom of the chi-square distribution that it has for a perfect model.
     p_value
         The probability that a perfect model has a statistic at least as large.
+
+    Examples
+    --------
+    >>> from workbench.identification.estimation.residual_tests import whiteness
+    >>> noise = np.random.default_rng(0).standard_normal(500)
+    >>> whiteness("omega", noise).is_passed, whiteness("omega", np.cumsum(noise)).is_passed
+    (True, False)
     """
 
     about: str

@@ -12,11 +12,11 @@ from workbench.identification.estimation.input_record import MeasuredInput
 
 
 def match_signals(
-    ode: Ode, dataset: Dataset, signals: Mapping[str, str], hold: str, fixed: frozenset[str]
+    ode: Ode, dataset: Dataset, signals: Mapping[str, str], hold: str, constants: frozenset[str]
 ) -> tuple[tuple[MeasuredInput, ...], tuple[tuple[str, str], ...], tuple[str, ...]]:
     """The inputs and outputs of a fit, label by label, and the signals of the log that are neither.
 
-    `signals` are other names than those of the log, and `fixed` inputs that the user holds at a number.
+    `signals` are other names than those of the log, and `constants` inputs that the user holds at a number.
 
     Raises
     ------
@@ -25,7 +25,7 @@ def match_signals(
     ValueError
         If an input has no signal, no signal is an output or a state, or units differ.
     """
-    inputs, others = match_inputs(ode, dataset, signals, hold, fixed)
+    inputs, others = match_inputs(ode, dataset, signals, hold, constants)
     outputs, unused = [], []
     for label, target in others.items():
         if target in ode.outputs.labels or target in ode.states.labels:
@@ -49,7 +49,7 @@ def match_signals(
 
 
 def match_inputs(
-    ode: Ode, dataset: Dataset, signals: Mapping[str, str], hold: str, fixed: frozenset[str]
+    ode: Ode, dataset: Dataset, signals: Mapping[str, str], hold: str, constants: frozenset[str]
 ) -> tuple[tuple[MeasuredInput, ...], dict[str, str]]:
     """The signals that drive parameters of the equation, and the other signals with their names in the system."""
     for name in signals:
@@ -62,7 +62,7 @@ def match_inputs(
             inputs.append(MeasuredInput(label, target, hold))
         else:
             others[label] = target
-    if missing := sorted(driven - {one.label for one in inputs} - fixed):
+    if missing := sorted(driven - {one.label for one in inputs} - constants):
         raise ValueError(
             f"`fit(dataset=...)` must have a signal for each input of '{ode.name}', as its motion follows from them; "
             f"there is none for '{missing[0]}': name it by `signals`, or hold it at a number by `start`."

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.identification.estimation.search import SearchEnd, follow, has_noise, spread, with_noise
+from workbench.identification.estimation.fit_search import SearchEnd, follow, has_noise, spread, with_noise
 from workbench.identification.estimation.weighed_data import WeighedData
 
 SUBSTEPS = 256  # of the median interval between samples, at most
@@ -17,7 +17,7 @@ OF_ERROR, OF_ESTIMATE = 1e-3, 1e-8  # change of an estimate at half the step, in
 PASSED, PASSED_EXACTLY = 1e-2, 1e-6  # of both figures, in standard errors, or relative
 
 
-class Step(NamedTuple):
+class NewtonStep(NamedTuple):
     """Newton's step from z to the minimum, at the step of a model."""
 
     move: Array  # (nz,)
@@ -25,16 +25,16 @@ class Step(NamedTuple):
     derivatives: Array  # (M, nz)
 
 
-def newton_step(data: WeighedData, z: Array, sigma: Array) -> Step:
+def newton_step(data: WeighedData, z: Array, sigma: Array) -> NewtonStep:
     """The step to the minimum of the linearised residuals; infinite where they cannot tell the numbers apart."""
-    r, J = data.linearized(z, sigma)
+    r, J = data.linearize(z, sigma)
     norms = np.linalg.norm(J, axis=0)
     norms = np.where(norms > 0, norms, 1.0)
     left, sizes, right = np.linalg.svd(J / norms, full_matrices=False)
     with np.errstate(all="ignore"):
         move = -(right.T @ ((left.T @ r) / sizes)) / norms
         errors = np.sqrt(np.sum((right.T / sizes) ** 2, axis=1)) / norms
-    return Step(move, errors, J)
+    return NewtonStep(move, errors, J)
 
 
 def halve(data: WeighedData) -> WeighedData:
@@ -61,7 +61,7 @@ def coarse_enough(data: WeighedData, sigma: Array | None) -> WeighedData:
 
 
 @dataclass(frozen=True, eq=False)
-class Refined:
+class RefinedEnd:
     """The end of a search, at a step that does not matter any more."""
 
     data: WeighedData
@@ -69,10 +69,10 @@ class Refined:
     by_half_step: float  # largest change of an estimate, in standard errors, or relative for a log without noise
     to_minimum: float  # in the same unit
     limit: float  # of both
-    last: Step
+    last: NewtonStep
 
 
-def refine(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> Refined:
+def refine(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> RefinedEnd:
     """Halve the step and search again until half of it moves no estimate."""
     part = 1
     while True:
@@ -83,10 +83,10 @@ def refine(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> Refined:
         shift, move = (float(np.max(np.abs(step) / unit)) for step in (later.move - last.move, last.move))
         limit = PASSED if is_noisy else PASSED_EXACTLY
         if shift <= (OF_ERROR if is_noisy else OF_ESTIMATE) or part > SUBSTEPS or not np.isfinite(shift):
-            return Refined(data, end, shift, move, limit, last)
+            return RefinedEnd(data, end, shift, move, limit, last)
         data = finer
         minimum = follow(data, end.sigma, end.z)
         if minimum is None:
-            return Refined(data, end, np.inf, np.inf, limit, later)
+            return RefinedEnd(data, end, np.inf, np.inf, limit, later)
         end = replace(end, z=minimum.z, minimum=minimum)
         end = end if is_noise_known else with_noise(data, end)

@@ -53,7 +53,7 @@ class WeighedData:
         r = np.concatenate(parts)
         return finite_or_infinite(r)
 
-    def linearized(self, z: Array, sigma: Array) -> tuple[Array, Array]:
+    def linearize(self, z: Array, sigma: Array) -> tuple[Array, Array]:
         """The residuals (M,) and their derivatives (M, nz)."""
         residuals, slopes = [], []
         for i, mask in enumerate(self.weighs):

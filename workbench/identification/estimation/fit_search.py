@@ -66,7 +66,7 @@ def follow(data: WeighedData, sigma: Array, start: Array) -> Minimum | None:
     """The minimum that is nearest to a start."""
     numbers = data.model.numbers
     low, high = (np.array([getattr(number, end) for number in numbers]) for end in ("low", "high"))
-    return least_squares(partial(data.residuals, sigma=sigma), partial(data.linearized, sigma=sigma), start, low, high)
+    return least_squares(partial(data.residuals, sigma=sigma), partial(data.linearize, sigma=sigma), start, low, high)
 
 
 def with_noise(data: WeighedData, end: SearchEnd) -> SearchEnd:
