@@ -7,7 +7,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.signals.csv_file import CsvFile
+from workbench.core.csv_file import CsvFile
 from workbench.blocks.signals.profiles import refuse_times
 from workbench.blocks.signals.signal import AbstractSignal, Motion, clock
 from workbench.core import block, option
