@@ -213,6 +213,7 @@ GROUPS = (
         "From measured signals to a model with its uncertainty.",
         {
             "Dataset": "Measured signals over time, with names, units and experiments.",
+            "check_data": "What a log must answer before a fit: time, gaps, units, limits, excitation.",
         },
     ),
     Group(

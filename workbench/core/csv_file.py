@@ -161,6 +161,7 @@ def name_and_unit(cell: str) -> tuple[str, str]:
 
 
 def number_of(cell: str) -> float | None:
+    """The number in a cell, or None if it is no number."""
     try:
         return None if "_" in cell else float(cell)
     except ValueError:

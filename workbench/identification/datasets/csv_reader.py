@@ -72,7 +72,7 @@ def read_csv(path: str | Path, choice: LogChoice, absent: Sequence[str] = (), ev
     empty = int(np.isnan(numbers[:, first:]).sum())
     if empty:
         notes = (*notes, f"{empty} of {numbers[:, first:].size} cells are empty or no sample, and are NaN.")
-    return LogColumns(choice.source, t, columns, {name: unit for name, unit in picks.values()}, notes)
+    return LogColumns(choice.source, t, columns, dict(picks.values()), notes)
 
 
 def _opened(path: Path) -> TextIO:
@@ -83,11 +83,12 @@ def _opened(path: Path) -> TextIO:
 
 def _head(choice: LogChoice, handle: TextIO) -> tuple[str, tuple[str, ...], int]:
     """The separator, the names in the first line that is not blank and no comment, and the number of that line."""
-    for number, line in enumerate(handle, 1):
-        if line.strip() and not line.lstrip().startswith("#"):
-            break
-    else:
-        raise ValueError(f"`{choice.call}` must have a first line with the names of its columns; {choice.source} is empty.")
+    numbered = ((number, line) for number, line in enumerate(handle, 1) if line.strip() and line.lstrip()[0] != "#")
+    number, line = next(numbered, (0, ""))
+    if not number:
+        raise ValueError(
+            f"`{choice.call}` must have a first line with the names of its columns; {choice.source} is empty."
+        )
     separator = next((mark for mark in "\t;" if mark in line), ",")
     cells = tuple(cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True)))
     if all(number_of(cell) is not None for cell in cells if cell):
@@ -107,7 +108,9 @@ def _streamed(sheet: _Sheet) -> Array | None:
             return None
         if not seen and size and len(numbers) == ROWS:
             rows = ROWS * size / _bytes_of_rows(sheet)
-            sheet.choice.refuse_size(rows / sheet.every, len(sheet.wanted), f"its {size / 1e6:.0f} MB are long: {FEWER}")
+            sheet.choice.refuse_size(
+                rows / sheet.every, len(sheet.wanted), f"its {size / 1e6:.0f} MB are long: {FEWER}"
+            )
         parts.append(numbers[-seen % sheet.every :: sheet.every])
         seen += len(numbers)
         sheet.choice.refuse_size(seen / sheet.every, len(sheet.wanted), FEWER)

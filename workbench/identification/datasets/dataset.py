@@ -19,6 +19,7 @@ from workbench.identification.datasets.sample_changes import join_signals
 if TYPE_CHECKING:
     import pandas as pd
 
+
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Dataset(AbstractPreparation, AbstractLogReaders):

@@ -74,13 +74,13 @@ class _Pair:
         if self.is_held:  # the sample of before holds for the first `part` of each period
             now, before = far, np.concatenate([far[:1], far[:-1]])
             if not lag:
-                return far if part else near
+                return np.asarray(far if part else near)
             late = np.exp(-(1 - part) * self.period / lag)
             driven = (late - np.exp(-self.period / lag)) * before + (1 - late) * now
         else:
             now = near + part * (far - near)
             if not lag:
-                return now
+                return np.asarray(now)
             before = np.concatenate([now[:1], now[:-1]])
             a = np.exp(-self.period / lag)
             slope = (1 - a) * lag / self.period
@@ -110,15 +110,18 @@ def estimate_delay(
 
     def best_lag(delay: float, lag: float) -> tuple[float, float]:
         """The least sum of squares at a delay over the lag, and this lag."""
-        search = minimize(lambda z: squares(delay, abs(z[0])), [max(lag, period / 2)], method="Nelder-Mead")
+
+        def of_lag(z: Array) -> float:
+            return squares(delay, abs(float(z[0])))
+
+        search = minimize(of_lag, np.array([max(lag, period / 2)]), method="Nelder-Mead")
         return min((squares(delay, 0.0), 0.0), (float(search.fun), abs(float(search.x[0]))))
 
-    search = minimize(
-        lambda z: squares(z[0], abs(z[1])),
-        list(start),
-        method="Nelder-Mead",
-        options={"initial_simplex": [list(start), [start[0] + period / 2, start[1]], [start[0], start[1] + period]]},
-    )
+    def of_both(z: Array) -> float:
+        return squares(float(z[0]), abs(float(z[1])))
+
+    corners = np.array(start) + np.array([[0.0, 0.0], [period / 2, 0.0], [0.0, period]])
+    search = minimize(of_both, corners[0], method="Nelder-Mead", options={"initial_simplex": corners})
     delay, lag = min(max(float(search.x[0]), 0.0), end), abs(float(search.x[1]))
     lag = lag if lag > period / 50 else 0.0
     least = squares(delay, lag)
@@ -135,8 +138,8 @@ def _pair(experiment: Experiment, signals: tuple[int, int], longest: float | Non
     end = span / 4 if longest is None else longest
     if not experiment.period < end <= span / 2:
         raise ValueError(
-            f"`{CALL}` must have a `longest` delay between a period and half of the experiment; '{experiment.name}' has "
-            f"{span:.6g} s, and got {end:g} s."
+            f"`{CALL}` must have a `longest` delay between a period and half of the experiment; '{experiment.name}' "
+            f"has {span:.6g} s, and got {end:g} s."
         )
     u, y = (experiment.values[:, column] for column in signals)
     return _Pair(u, y, experiment.period, int(np.ceil(end / experiment.period)), is_held)

@@ -140,7 +140,7 @@ class Experiment:
         """
         places = self.columns(labels)
         names = tuple(self.signals.labels[i] for i in places)
-        rules = {}
+        rules: dict[str, str] = {}
         for label, rule in (hold or {}).items():
             one_of(f"Experiment.record(hold={{{label!r}: ...}})", rule, HOLDS)
             rules |= {self.signals.labels[i]: rule for i in self.columns([label])}

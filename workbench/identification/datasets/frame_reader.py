@@ -22,7 +22,7 @@ def read_frame(frame: pd.DataFrame, choice: LogChoice) -> LogColumns:
 
     notes: tuple[str, ...] = ()
     if frame.index.name is not None or isinstance(frame.index, pd.DatetimeIndex | pd.TimedeltaIndex):
-        frame = frame.rename_axis(index=str(frame.index.name or "t [s]")).reset_index()
+        frame = frame.rename_axis(index=str("t [s]" if frame.index.name is None else frame.index.name)).reset_index()
     frame = frame.rename(columns=str)
     heads = [head.strip() for head in frame.columns]
     frame.columns = pd.Index(heads)
@@ -37,9 +37,8 @@ def read_frame(frame: pd.DataFrame, choice: LogChoice) -> LogColumns:
         first = frame[head].iloc[0] if len(frame) else None
         is_date = frame[head].dtype.kind == "M"
         notes = (EPOCH.format(first),) if is_date else ()
-        spans = frame[head] - first if is_date else frame[head]
-        frame = frame.assign(**{head: spans.dt.total_seconds()})
-        t = frame[head].to_numpy(dtype=float)
+        spans = (frame[head] - first if is_date else frame[head]).to_numpy().astype("timedelta64[ns]")
+        t = spans.astype(np.int64) / 1e9
     else:
         numbers = None if head is None else _numbers(frame[head], head, choice)
         t, notes = choice.seconds(head, numbers, len(frame))
@@ -48,7 +47,7 @@ def read_frame(frame: pd.DataFrame, choice: LogChoice) -> LogColumns:
         notes = (*notes, f"Columns without numbers were left out: {', '.join(others)}.")
     picks = choice.pick(plain)
     columns = {name: _numbers(frame[head], head, choice) for head, (name, _) in picks.items()}
-    return LogColumns(choice.source, t, columns, {name: unit for name, unit in picks.values()}, notes)
+    return LogColumns(choice.source, t, columns, dict(picks.values()), notes)
 
 
 def _is_number(column: pd.Series) -> bool:

@@ -96,7 +96,9 @@ class LogChoice:
         if head is None or numbers is None:
             assert isinstance(self.time, float)  # `time_head` has None for a period alone
             period = seconds(f"{self.call}: time", self.time)
-            return np.arange(rows) * period, (f"The times are those of a period of {period:g} s.",)
+            return np.asarray(np.arange(rows) * period, dtype=np.float64), (
+                f"The times are those of a period of {period:g} s.",
+            )
         name, unit = name_and_unit(head)
         unit = unit or (self.units or {}).get(name) or (self.units or {}).get(head) or ""
         if unit == "s":
@@ -112,7 +114,9 @@ class LogChoice:
         return values, (f"The times '{name}' were converted from {unit} to s.",)
 
 
-def _columns_called(choice: LogChoice, label: str, own: Mapping[str, tuple[str, str]], new: Mapping[str, str]) -> list[str]:
+def _columns_called(
+    choice: LogChoice, label: str, own: Mapping[str, tuple[str, str]], new: Mapping[str, str]
+) -> list[str]:
     """The heads of the columns that a label names."""
     exact = [head for head in own if label in (head, own[head][0], new[head])]
     several = [head for head in own if (m := INDEX.fullmatch(own[head][0])) and label == m[1]]
@@ -163,7 +167,10 @@ def _number_in(label: str) -> int:
 
 
 def united(
-    choice: LogChoice, groups: Sequence[tuple[Array, Mapping[str, Array]]], units: Mapping[str, str], notes: Sequence[str]
+    choice: LogChoice,
+    groups: Sequence[tuple[Array, Mapping[str, Array]]],
+    units: Mapping[str, str],
+    notes: Sequence[str],
 ) -> LogColumns:
     """Columns of several clocks at the union of their times, NaN where a column has no sample at a time."""
     if len(groups) == 1:

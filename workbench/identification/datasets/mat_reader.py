@@ -31,9 +31,13 @@ def read_mat(path: str | Path, choice: LogChoice) -> LogColumns:
     try:
         stored: Mapping[str, object] = loadmat(place, simplify_cells=True)
     except (MatReadError, ValueError, OSError, NotImplementedError, TypeError, KeyError) as error:
-        raise ValueError(f"`{choice.call}` must be a MAT file; {choice.source} is none: {describe(str(error))}.") from None
-    arrays = {name: array for key, value in stored.items() if not key.startswith("__") for name, array in _flat(key, value)}
-    return _columns(arrays, choice)
+        raise ValueError(
+            f"`{choice.call}` must be a MAT file; {choice.source} is none: {describe(str(error))}."
+        ) from None
+    parts = [part for key, value in stored.items() if not key.startswith("__") for part in _flat(key, value)]
+    single = [f"{name} = {array:.9g}" for name, array in parts if not array.ndim]
+    log = _columns({name: array for name, array in parts if array.ndim}, choice)
+    return log.with_notes(f"Single numbers of the file: {', '.join(single)}.") if single else log
 
 
 def _columns(arrays: dict[str, Array], choice: LogChoice) -> LogColumns:
@@ -58,7 +62,7 @@ def _columns(arrays: dict[str, Array], choice: LogChoice) -> LogColumns:
     t, notes = choice.seconds(head, arrays[head].ravel() if head else None, rows)
     if others and not choice.signals:
         notes = (*notes, f"Variables without {rows} rows are no signals and were left out: {', '.join(others)}.")
-    units = {name: unit for name, unit in picks.values()}
+    units = dict(picks.values())
     return LogColumns(choice.source, t, {name: columns[old] for old, (name, _) in picks.items()}, units, notes)
 
 
@@ -69,7 +73,7 @@ def _flat(name: str, value: object) -> Iterator[tuple[str, Array]]:
             yield from _flat(f"{name}.{key}", part)
     elif isinstance(value, np.ndarray | int | float) and np.asarray(value).dtype.kind in "biuf":
         array = np.asarray(value, dtype=float)
-        if 1 <= array.ndim <= 2:
+        if array.ndim <= 2:
             yield name, array
 
 

@@ -9,7 +9,7 @@ from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, describe, one_of
+from workbench.core.validation.refusals import describe, one_of
 from workbench.identification.datasets.log_columns import LogChoice, LogColumns, united
 
 if TYPE_CHECKING:
@@ -46,15 +46,13 @@ def _columns(
     for messages in topics.values():
         paths = dict.fromkeys(path for _, numbers in messages for path in numbers if path in picks)
         t = np.array([(stamp - begin) / 1e9 for stamp, _ in messages])
-        columns = {
-            picks[path][0]: np.array([numbers.get(path, np.nan) for _, numbers in messages]) for path in paths
-        }
+        columns = {picks[path][0]: np.array([numbers.get(path, np.nan) for _, numbers in messages]) for path in paths}
         if columns:
             groups.append((t, columns))
     notes = [f"The times are those of {clock}, counted from {begin / 1e9:.9f} s since 1970."]
     if longer and not choice.signals:
         notes.append(f"Arrays of more than {LONGEST_ARRAY} numbers were left out: {', '.join(sorted(longer))}.")
-    return united(choice, groups, {name: unit for name, unit in picks.values()}, notes)
+    return united(choice, groups, dict(picks.values()), notes)
 
 
 def _files(path: str | Path, choice: LogChoice) -> list[Path]:
@@ -157,14 +155,10 @@ def _stamp(
     stamp: object = content
     for key in ("header", "stamp"):
         stamp = stamp.get(key) if isinstance(stamp, Mapping) else getattr(stamp, key, None)
-    parts = [
-        stamp.get(key) if isinstance(stamp, Mapping) else getattr(stamp, key, None) for key in ("sec", "nanosec")
-    ]
+    parts = [stamp.get(key) if isinstance(stamp, Mapping) else getattr(stamp, key, None) for key in ("sec", "nanosec")]
     if not all(isinstance(part, int) for part in parts):
         raise ValueError(
             f"`{choice.call}: time` is 'header.stamp', and the messages of '{channel.topic}'"
             f"{f', {schema.name},' if schema else ''} have none: choose other topics by `signals`, or 'log_time'."
         )
     return int(str(parts[0])) * 10**9 + int(str(parts[1]))
-
-

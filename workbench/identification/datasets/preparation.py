@@ -130,7 +130,9 @@ class AbstractPreparation(ABC):
         parts = [resample_samples(experiment, period, is_held, gap) for experiment in self.experiments]
         lost, passed = sum(part[1] for part in parts), sum(part[2] for part in parts)
         note = f"Resampled at {period:g} s, {'held: ' + ', '.join(hold) if hold else 'by straight lines'}; "
-        note += f"{lost} numbers are NaN in gaps or outside of a signal's samples; {passed} marked ones were passed over."
+        note += (
+            f"{lost} numbers are NaN in gaps or outside of a signal's samples; {passed} marked ones were passed over."
+        )
         return self.with_changes([part[0] for part in parts], note)
 
     @check_arguments
@@ -188,15 +190,13 @@ class AbstractPreparation(ABC):
         """
         whole("Dataset.differentiate(order=...)", order, 1, degree)
         seconds("Dataset.differentiate(window=...)", window)
-        note = f"{name} is the derivative of order {order} of {signal}, by polynomials of degree {degree} over {window:g} s."
+        note = f"{name} is derivative {order} of {signal}, by polynomials of degree {degree} over {window:g} s."
         return self._change(
             lambda experiment: differentiate_samples(experiment, signal, name, window, degree, order), note
         )
 
     @check_arguments
-    def estimate_delay(
-        self, input: str, output: str, longest: float | None = None, hold: str = "hold"
-    ) -> DelayEstimate:
+    def estimate_delay(self, u: str, y: str, longest: float | None = None, hold: str = "hold") -> DelayEstimate:
         """The delay of an output behind an input in s, with a 95 % interval.
 
             y(t) = c + K g(u(t - d)),   g a lag of first order or none, d >= 0
@@ -207,8 +207,8 @@ class AbstractPreparation(ABC):
 
         Parameters
         ----------
-        input, output
-            Signals, or labels of single numbers.
+        u, y
+            The input and the output: signals of one number, or labels of single numbers such as `q[0]`.
         longest
             The longest delay in s; the default is a quarter of an experiment.
         hold
@@ -224,8 +224,8 @@ class AbstractPreparation(ABC):
         Bjorklund, A survey and comparison of time-delay estimation methods in linear systems (2003), section 5.
         """
         one_of("Dataset.estimate_delay(hold=...)", hold, HOLDS)
-        places = [self.experiments[0].columns([name]) for name in (input, output)]
-        for name, columns in zip((input, output), places, strict=True):
+        places = [self.experiments[0].columns([name]) for name in (u, y)]
+        for name, columns in zip((u, y), places, strict=True):
             if len(columns) != 1:
                 raise refusal("Dataset.estimate_delay(...)", "two signals of one number each, such as `q[0]`", name)
         return estimate_delay(self.experiments, (places[0][0], places[1][0]), longest, hold == "hold")
@@ -270,7 +270,9 @@ class AbstractPreparation(ABC):
             numbers = experiment.values[:, columns]
             part[:, columns] = (numbers <= low) | (numbers >= high)
             marks.append(part)
-        ends = " or ".join(f"{word} {end:g}" for word, end in (("at least", high), ("at most", low)) if np.isfinite(end))
+        ends = " or ".join(
+            f"{word} {end:g}" for word, end in (("at least", high), ("at most", low)) if np.isfinite(end)
+        )
         return self._marked(marks, f"samples of {signal} at its limits, {ends}")
 
     def _marked(self, marks: Sequence[np.ndarray[tuple[int, ...], np.dtype[np.bool_]]], of: str) -> Self:
@@ -280,4 +282,3 @@ class AbstractPreparation(ABC):
         counts = {label: sum(int(part[:, i].sum()) for part in marks) for i, label in enumerate(labels)}
         words = ", ".join(f"{count} of {label}" for label, count in counts.items() if count) or "none"
         return self.with_changes(experiments, f"Marked as {of}: {words}.")
-

@@ -45,7 +45,9 @@ def merge_times(experiment: Experiment, keep: str) -> tuple[Experiment, int]:
     if keep == "mean":
         groups = np.split(np.arange(len(experiment)), starts[1:])
         weighed = np.where(experiment.is_weighed, experiment.values, np.nan)
-        values = np.array([_mean(weighed[group]) if len(group) > 1 else experiment.values[group[0]] for group in groups])
+        values = np.array(
+            [_mean(weighed[group]) if len(group) > 1 else experiment.values[group[0]] for group in groups]
+        )
         marks = np.array([experiment.marks[group].all(axis=0) for group in groups])
         merged = Experiment(experiment.name, experiment.t[starts], experiment.signals, values, marks)
         return merged, len(experiment) - len(merged)
@@ -135,7 +137,7 @@ def differentiate_samples(
         )
     numbers = experiment.values[:, list(places)]
     slopes = savgol_filter(numbers, count, degree, deriv=order, delta=experiment.period, axis=0)
-    own = experiment.signals[signal] if signal in experiment.signals else None
+    own = next((entry for entry in experiment.signals.entries if entry.name == signal), None)
     units = [unit for entry in experiment.signals.entries for unit in entry.units]
     unit = per_second(own.unit if own else units[places[0]], order)
     entry = replace(own, name=name, unit=unit) if own else Entry(name, np.zeros(()), unit)
@@ -192,8 +194,8 @@ def refuse_uneven(call: str, experiment: Experiment, places: Sequence[int]) -> N
         lost = int((~experiment.is_weighed[:, column]).sum())
         if lost:
             raise ValueError(
-                f"`{call}` must have all samples, as it spreads each over its neighbours; {describe(labels[column])} of "
-                f"'{experiment.name}' has {lost} that are NaN or marked: `log.resample(period)` passes over them."
+                f"`{call}` must have all samples, as it spreads each over its neighbours; {describe(labels[column])} "
+                f"of '{experiment.name}' has {lost} that are NaN or marked: `log.resample(period)` passes over them."
             )
 
 

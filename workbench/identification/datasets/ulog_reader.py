@@ -55,4 +55,4 @@ def read_ulog(path: str | Path, choice: LogChoice) -> LogColumns:
         notes.append(f"The recorder lost samples {len(log.dropouts)} times, for {lost:.3g} s in all.")
     if log.file_corruption:
         notes.append("Parts of the file are damaged, and were left out by pyulog.")
-    return united(choice, groups, {name: unit for name, unit in picks.values()}, notes)
+    return united(choice, groups, dict(picks.values()), notes)
