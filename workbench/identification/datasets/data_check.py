@@ -208,12 +208,13 @@ def _samples(dataset: Dataset, inputs: list[str], outputs: list[str], rate: floa
     """The points of times and samples of each experiment."""
     for experiment in dataset:
         yield from check_times(experiment, rate)
-        for names, is_input in ((inputs, True), (outputs, False)):
-            for column in experiment.columns(names) if names else ():
-                yield from check_missing(experiment, column, is_input)
-                yield from check_constant(experiment, column, is_input)
-                if not is_input:
-                    yield from check_saturated(experiment, column)
+        driving = experiment.columns(inputs) if inputs else ()
+        answering = experiment.columns(outputs) if outputs else ()
+        for column in (*driving, *answering):
+            yield from check_missing(experiment, column, column in driving)
+            yield from check_constant(experiment, column, driving)
+        for column in answering:
+            yield from check_saturated(experiment, column)
 
 
 def _amounts(dataset: Dataset, inputs: list[str], outputs: list[str], unknowns: int) -> Iterable[DataFinding]:

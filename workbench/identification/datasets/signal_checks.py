@@ -11,7 +11,9 @@ from workbench.identification.datasets.data_finding import DataFinding, counted
 from workbench.identification.datasets.experiment import Experiment, Marks
 
 FLAT = 3  # equal samples at an extreme that can be a limit
-QUANTA = 4.0  # steps of the signal's quantum that it would have gone beyond its limit
+LONG = 5  # of such samples in a row, where the signal is quantised and so repeats its values anyway
+QUANTA = 4.0  # steps of the signal's quantum that it would have gone beyond its limit,
+RANGE = 5e-3  # and the share of its range: a quantised signal may rest at an extreme
 SLOPE = 5  # samples before and behind a flat part that tell its slope
 LIMIT_LEAST = 20  # samples that can tell a limit from chance
 SHARE = 0.01  # of all samples at the extreme of a noisy signal that make a limit
@@ -34,24 +36,24 @@ def check_missing(experiment: Experiment, column: int, is_input: bool) -> Iterat
         yield DataFinding("missing samples", "refused" if is_input else "question", text, label)
 
 
-def check_constant(experiment: Experiment, column: int, is_input: bool) -> Iterator[DataFinding]:
-    """A signal that does not change."""
+def check_constant(experiment: Experiment, column: int, inputs: Sequence[int]) -> Iterator[DataFinding]:
+    """A signal that does not change; an input may be constant beside others that change."""
     label, use = experiment.signals.labels[column], experiment.is_weighed[:, column]
     numbers = experiment.values[use, column]
     if len(experiment) and not numbers.size:
         text = f"The signal {label} must have samples in '{experiment.name}', and all are NaN or marked: leave it out."
         yield DataFinding("missing samples", "refused", text, label)
-    elif numbers.size > 1 and np.ptp(numbers) == 0:
-        got = f"it is constant at {numbers[0]:.6g} in all {numbers.size} samples of '{experiment.name}'"
-        if is_input:
-            text = (
-                f"The input {label} should change to excite the system, and {got}: say what moves the system instead."
-            )
-        else:
-            text = (
-                f"The output {label} must change to tell a parameter, and {got}: look at the sensor and the recorder."
-            )
-        yield DataFinding("constant signal", "question" if is_input else "refused", text, label)
+    if numbers.size < 2 or np.ptp(numbers) > 0:
+        return
+    got = f"it is constant at {numbers[0]:.6g} in all {numbers.size} samples of '{experiment.name}'"
+    if column not in inputs:
+        text = f"The output {label} must change to tell a parameter, and {got}: look at the sensor and the recorder."
+        yield DataFinding("constant signal", "refused", text, label)
+        return
+    others = [experiment.values[experiment.is_weighed[:, place], place] for place in inputs]
+    severity = "remark" if any(part.size and np.ptp(part) > 0 for part in others) else "question"
+    text = f"The input {label} should change to excite the system, and {got}: say what moves the system instead."
+    yield DataFinding("constant signal", severity, text, label)
 
 
 def check_saturated(experiment: Experiment, column: int) -> Iterator[DataFinding]:
@@ -93,19 +95,21 @@ def _at_limit(numbers: Array) -> int:
     """
     top = numbers == numbers.max()
     runs = [(first, last) for first, last in _runs(top) if first and last < numbers.size]
-    others = numbers[~top]
+    between = ~top & (numbers > numbers.min())
+    repeats = int(((np.diff(numbers) == 0) & between[1:]).sum())
+    never = repeats <= NOISY * numbers.size and np.unique(numbers[between]).size > numbers[between].size / 2
     inside = sum(last - first for first, last in runs)
-    if others.size and np.unique(others).size > 0.5 * others.size and inside >= max(FLAT, SHARE * numbers.size):
+    if never and max(FLAT, SHARE * numbers.size) <= inside <= numbers.size / 2:
         return int(top.sum())
     steps = np.abs(np.diff(numbers))
-    quantum = float(steps[steps > 0].min())
+    least = max(QUANTA * float(steps[steps > 0].min()), RANGE * float(np.ptp(numbers)))
     for first, last in runs:
-        if last - first < FLAT or first < SLOPE + 1 or last + SLOPE >= numbers.size:
+        if last - first < LONG or first < SLOPE + 1 or last + SLOPE >= numbers.size:
             continue
         rise = (numbers[first - 1] - numbers[first - 1 - SLOPE]) / SLOPE
         fall = (numbers[last] - numbers[last + SLOPE]) / SLOPE
         # a parabola with these slopes at its ends has its top a quarter of their mean times its length above them
-        if min(rise, fall) > 0 and (rise + fall) / 2 * (last - first) / 4 > QUANTA * quantum:
+        if min(rise, fall) > 0 and (rise + fall) / 2 * (last - first) / 4 > least:
             return int(top.sum())
     return 0
 

@@ -15,7 +15,7 @@ RATE_ERROR = 0.05  # of the stated rate: a clock is better, and a wrong unit or 
 SCALES = {"ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60, "h": 1 / 3600}
 NEAR = 0.2  # of such a factor
 STEADY = 0.02  # of a period: jitter below it is no remark
-LOST = 0.75  # of a period: a longer step has lost a sample, if jitter does not explain it
+LOST = 0.85  # of a period: a longer step has lost a sample, if jitter does not explain it
 SPREADS = 3.0  # times the 90 % point of jitter that a step may have beyond its period
 
 
@@ -57,7 +57,7 @@ def _order(experiment: Experiment, steps: Array) -> Iterator[DataFinding]:
         row = int(repeats[0])
         text = (
             f"'{name}' must have one sample for each time, and {counted(repeats.size, 'time')} repeated, first "
-            f"{t[row]:.9g} s in row {row + 1}: say which of the samples is meant by `log.merge_repeated('first')`, 'last' "
+            f"{t[row]:.9g} s in row {row + 1}: say which sample is meant by `log.merge_repeated('first')`, 'last' "
             "or 'mean'."
         )
         yield DataFinding("time repeated", "refused", text)
