@@ -160,7 +160,7 @@ class AbstractLogReaders(ABC):
     ) -> Self:
         """A dataset from an MCAP file, or the folder of a rosbag2 recording in MCAP (extra `logs`).
 
-        A signal is the path of a number in the messages of a topic, `/joint_states.position[0]`. Topics come at times
+        A signal is the path of a number in the messages of a topic, `/encoders.position[0]`. Topics come at times
         of their own: the dataset has all times, and NaN where a topic has no message; `resample` brings them together.
         `time` is 'log_time' (the default), 'publish_time' or 'header.stamp'. Messages are those of ROS 2 or JSON. The
         other arguments are those of `from_csv`.

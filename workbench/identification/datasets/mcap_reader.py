@@ -86,7 +86,9 @@ def _messages(file: Path, choice: LogChoice) -> Iterator[tuple[Schema | None, Ch
     decoders = {}
     with file.open("rb") as handle:
         try:
-            for schema, channel, message in make_reader(handle).iter_messages(topics=_topics(handle, choice)):
+            topics = _topics(handle, choice)
+            handle.seek(0)
+            for schema, channel, message in make_reader(handle).iter_messages(topics=topics):
                 if channel.id not in decoders:
                     decoders[channel.id] = factory.decoder_for(channel.message_encoding, schema)
                     if decoders[channel.id] is None and channel.message_encoding == "json":
@@ -126,7 +128,7 @@ def _topics(handle: IO[bytes], choice: LogChoice) -> list[str] | None:
 
 
 def _flat(path: str, value: object, longer: set[str]) -> Iterator[tuple[str, float]]:
-    """The numbers in a message by their paths, as `/joint_states.position[0]`."""
+    """The numbers in a message by their paths, as `/encoders.position[0]`."""
     if isinstance(value, bool | int | float | np.number):
         yield path, float(value)
     elif isinstance(value, Mapping):

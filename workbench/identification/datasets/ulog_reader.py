@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +30,8 @@ def read_ulog(path: str | Path, choice: LogChoice) -> LogColumns:
     new = {name: old for old, name in (choice.names or {}).items()}
     topics = {new.get(signal, signal).partition(".")[0].partition("#")[0] for signal in choice.signals}
     try:
-        log = ULog(str(path), sorted(topics) or None)
+        with Path(path).open("rb") as handle, redirect_stdout(StringIO()):  # pyulog prints of damaged parts
+            log = ULog(handle, sorted(topics) or None)
     except Exception as error:  # pyulog raises what its parser met: struct.error, IndexError, Exception
         raise ValueError(
             f"`{choice.call}` must be a ULog file; {choice.source} is none: {describe(str(error))}."
