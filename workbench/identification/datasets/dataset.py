@@ -103,7 +103,7 @@ class Dataset(AbstractPreparation, AbstractLogReaders):
                     f"`Dataset.of(signals=...)` must have {t.size} rows for each signal, as there are times; "
                     f"'{signal}' has shape {samples.shape}."
                 )
-            columns[signal] = samples.reshape(t.size, -1)
+            columns[signal] = samples[:, np.newaxis] if samples.ndim == 1 else samples
         entries = tuple(
             Entry(signal, np.zeros(samples.shape[1:]), (units or {}).get(signal, "?"))
             for signal, samples in signals.items()

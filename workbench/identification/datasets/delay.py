@@ -14,6 +14,7 @@ from workbench.identification.datasets.sample_changes import refuse_uneven
 Profile = Callable[[float, float], tuple[float, float]]
 CALL = "Dataset.estimate_delay(...)"
 LAGS = 8  # time constants of the first search, beside none
+SHORTEST = 1e-4  # periods: a shorter lag is none
 DELAYS = 200  # of the first search
 
 
@@ -77,15 +78,20 @@ class _Pair:
                 return np.asarray(far if part else near)
             late = np.exp(-(1 - part) * self.period / lag)
             driven = (late - np.exp(-self.period / lag)) * before + (1 - late) * now
-        else:
+        else:  # the line bends at the sample `far`, after the first `part` of each period
             now = near + part * (far - near)
             if not lag:
                 return np.asarray(now)
             before = np.concatenate([now[:1], now[:-1]])
-            a = np.exp(-self.period / lag)
-            slope = (1 - a) * lag / self.period
-            driven = (slope - a) * before + (1 - slope) * now
+            a, share = _line_weights(part * self.period / lag)
+            b, other = _line_weights((1 - part) * self.period / lag)
+            driven = b * ((share - a) * before + (1 - share) * far) + (other - b) * far + (1 - other) * now
         return np.asarray(lfilter([1.0], [1.0, -np.exp(-self.period / lag)], driven))
+
+
+def _line_weights(x: float) -> tuple[float, float]:
+    """exp(-x), and (1 - exp(-x))/x: what a lag keeps of its state, and of a line's first value beyond that."""
+    return float(np.exp(-x)), float(-np.expm1(-x) / x) if x else 1.0
 
 
 def estimate_delay(
@@ -102,7 +108,7 @@ def estimate_delay(
         raise ValueError(f"`{CALL}` must have an output that changes; it is constant.")
 
     def squares(delay: float, lag: float) -> float:
-        return sum(pair.fit(min(max(delay, 0.0), end), lag if lag > period / 50 else 0.0)[0] for pair in pairs)
+        return sum(pair.fit(min(max(delay, 0.0), end), lag if lag > SHORTEST * period else 0.0)[0] for pair in pairs)
 
     delays = np.arange(0, end + period / 2, max(period, end / DELAYS))
     lags = [0.0, *np.geomspace(period / 2, max(end, 4 * period), LAGS)]
@@ -123,7 +129,7 @@ def estimate_delay(
     corners = np.array(start) + np.array([[0.0, 0.0], [period / 2, 0.0], [0.0, period]])
     search = minimize(of_both, corners[0], method="Nelder-Mead", options={"initial_simplex": corners})
     delay, lag = min(max(float(search.x[0]), 0.0), end), abs(float(search.x[1]))
-    lag = lag if lag > period / 50 else 0.0
+    lag = lag if lag > SHORTEST * period else 0.0
     least = squares(delay, lag)
     fits = [pair.fit(delay, lag) for pair in pairs]
     count = sum(_independent(residuals) for _, _, residuals in fits)

@@ -243,8 +243,8 @@ class AbstractPreparation(ABC):
         window
             An odd number of samples: one and its neighbours.
         threshold
-            The distance from the median, in standard deviations by the median absolute deviation of the window; one
-            quantum of the signal counts as the least deviation.
+            The distance from the median in standard deviations, by the median absolute deviation of the window. That
+            counts as at least the one of the median window, and as one quantum of the signal.
 
         References
         ----------

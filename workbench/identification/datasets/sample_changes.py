@@ -156,15 +156,23 @@ def find_outliers(experiment: Experiment, places: Sequence[int], window: int, th
             continue
         steps = np.abs(np.diff(numbers))
         quantum = float(steps[steps > 0].min()) if (steps > 0).any() else 0.0
-        padded = np.pad(numbers, window // 2, mode="reflect")
-        for first in range(0, rows.size, 2**16):  # so that the windows of a long log fit into memory
-            part = padded[first : first + 2**16 + window - 1]
-            windows = np.lib.stride_tricks.sliding_window_view(part, window)
-            medians = np.median(windows, axis=1)
-            deviations = NORMAL * np.median(np.abs(windows - medians[:, None]), axis=1)
-            off = np.abs(numbers[first : first + 2**16] - medians) > threshold * np.maximum(deviations, quantum)
-            marks[rows[first : first + 2**16][off], column] = True
+        medians, deviations = _window_medians(numbers, window)
+        least = max(quantum, float(np.median(deviations)))  # a window of few samples may have next to no spread
+        off = np.abs(numbers - medians) > threshold * np.maximum(deviations, least)
+        marks[rows[off], column] = True
     return marks
+
+
+def _window_medians(numbers: Array, window: int) -> tuple[Array, Array]:
+    """The median of each sample with its neighbours, and the standard deviation by their median absolute deviation."""
+    padded = np.pad(numbers, window // 2, mode="reflect")
+    medians, deviations = np.zeros(numbers.size), np.zeros(numbers.size)
+    for first in range(0, numbers.size, 2**16):  # so that the windows of a long log fit into memory
+        part = slice(first, first + 2**16)
+        windows = np.lib.stride_tricks.sliding_window_view(padded[first : first + 2**16 + window - 1], window)
+        medians[part] = np.median(windows, axis=1)
+        deviations[part] = NORMAL * np.median(np.abs(windows - medians[part, np.newaxis]), axis=1)
+    return medians, deviations
 
 
 def refuse_fallen_times(call: str, experiment: Experiment) -> None:
