@@ -101,11 +101,13 @@ def estimate_delay(
     from scipy.optimize import minimize
     from scipy.stats import chi2
 
-    pairs = [_pair(experiment, signals, longest, is_held) for experiment in experiments]
+    pairs = _pairs(experiments, signals, longest, is_held)
     period, end = pairs[0].period, pairs[0].skip * pairs[0].period
     total = sum(float(np.sum((pair.y[pair.skip :] - pair.y[pair.skip :].mean()) ** 2)) for pair in pairs)
-    if not total > 0:
-        raise ValueError(f"`{CALL}` must have an output that changes; it is constant.")
+    if not total > 0 or not any(np.ptp(pair.u) for pair in pairs):
+        raise ValueError(
+            f"`{CALL}` must have signals that change; the {'input' if total > 0 else 'output'} is constant."
+        )
 
     def squares(delay: float, lag: float) -> float:
         return sum(pair.fit(min(max(delay, 0.0), end), lag if lag > SHORTEST * period else 0.0)[0] for pair in pairs)
@@ -131,24 +133,32 @@ def estimate_delay(
     delay, lag = min(max(float(search.x[0]), 0.0), end), abs(float(search.x[1]))
     lag = lag if lag > SHORTEST * period else 0.0
     least = squares(delay, lag)
-    fits = [pair.fit(delay, lag) for pair in pairs]
-    count = sum(_independent(residuals) for _, _, residuals in fits)
+    count = sum(_independent(pair.fit(delay, lag)[2]) for pair in pairs)
     limit = least * float(np.exp(chi2.ppf(0.95, 1) / count)) if least > 1e-20 * total else 1e-18 * total
     ends = [_end(best_lag, delay, lag, limit, side * period, end) for side in (-1, 1)]
-    return DelayEstimate(delay, ends[0], ends[1], lag, fits[0][1], 1 - least / total)
+    alone = min(np.linspace(ends[0], ends[1], 65).tolist(), key=lambda one: squares(one, 0.0))
+    if squares(alone, 0.0) <= limit:  # no lag explains the samples as well
+        delay, lag = alone, 0.0
+    return DelayEstimate(delay, ends[0], ends[1], lag, pairs[0].fit(delay, lag)[1], 1 - squares(delay, lag) / total)
 
 
-def _pair(experiment: Experiment, signals: tuple[int, int], longest: float | None, is_held: bool) -> _Pair:
-    refuse_uneven(CALL, experiment, signals)
-    span = experiment.t[-1] - experiment.t[0]
+def _pairs(
+    experiments: Sequence[Experiment], signals: tuple[int, int], longest: float | None, is_held: bool
+) -> list[_Pair]:
+    for experiment in experiments:
+        refuse_uneven(CALL, experiment, signals)
+    span = min(float(np.ptp(experiment.t)) for experiment in experiments)
     end = span / 4 if longest is None else longest
-    if not experiment.period < end <= span / 2:
+    if not max(experiment.period for experiment in experiments) < end <= span / 2:
         raise ValueError(
-            f"`{CALL}` must have a `longest` delay between a period and half of the experiment; '{experiment.name}' "
-            f"has {span:.6g} s, and got {end:g} s."
+            f"`{CALL}` must have a `longest` delay between a period and half of an experiment; the shortest has "
+            f"{span:.6g} s, and got {end:g} s."
         )
-    u, y = (experiment.values[:, column] for column in signals)
-    return _Pair(u, y, experiment.period, int(np.ceil(end / experiment.period)), is_held)
+    pairs = []
+    for experiment in experiments:
+        u, y = (experiment.values[:, column] for column in signals)
+        pairs.append(_Pair(u, y, experiment.period, int(np.ceil(end / experiment.period)), is_held))
+    return pairs
 
 
 def _independent(residuals: Array) -> float:

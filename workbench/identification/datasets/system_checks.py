@@ -32,11 +32,11 @@ def check_names(dataset: Dataset, wanted: Sequence[str], kind: str) -> Iterator[
 def check_system_names(system: Ode, inputs: Sequence[str], outputs: Sequence[str]) -> Iterator[DataFinding]:
     """Inputs and outputs that the system does not have."""
     ports = (
-        ("input", inputs, system.parameters, "inputs or parameters"),
-        ("output", outputs, system.outputs + system.states, "outputs or states"),
+        ("input", inputs, (system.parameters,), "inputs or parameters"),
+        ("output", outputs, (system.outputs, system.states), "outputs or states"),
     )
-    for kind, names, layout, of in ports:
-        known = (*layout.names, *layout.labels)
+    for kind, names, layouts, of in ports:
+        known = [name for layout in layouts for name in (*layout.names, *layout.labels)]
         for name in names:
             if name not in known:
                 text = (
