@@ -27,7 +27,7 @@ def test_resampling_meets_lines_and_holds_and_leaves_gaps():
     assert even["y"][~is_gap] == pytest.approx(3 * grid[~is_gap] - 1, rel=0, abs=1e-13)  # rounding of a line
     held = np.array([log["u"][t <= one].max() for one in grid[~is_gap]])
     assert np.array_equal(even["u"][~is_gap], held)
-    assert f"{2 * int(is_gap.sum())} numbers are NaN" in even.notes[-1]
+    assert f"{2 * int(is_gap.sum())} numbers in gaps or outside" in even.notes[-1]
     assert not np.isnan(log.resample(0.05, gap=np.inf)["y"]).any()
 
 
@@ -37,7 +37,7 @@ def test_resampling_passes_over_marked_and_missing_samples():
     y[[3, 7]] = np.nan, 99.0
     even = log_of(t, y=y).mark_limits("y", high=50.0).resample(0.05)
     assert even["y"] == pytest.approx(2 * even.experiments[0].t, rel=0, abs=1e-15)
-    assert "1 marked ones were passed over" in even.notes[-1]
+    assert "1 marked samples were passed over" in even.notes[-1]
 
 
 def test_a_filter_without_phase_keeps_slow_sines_where_they_are_and_halves_its_cutoff():
@@ -50,7 +50,7 @@ def test_a_filter_without_phase_keeps_slow_sines_where_they_are_and_halves_its_c
     assert log["slow"][inside] == pytest.approx(np.sin(2 * np.pi * 0.1 * t)[inside], rel=0, abs=1e-6)
     assert log["edge"][inside] == pytest.approx(np.sin(2 * np.pi * 2 * t)[inside] / 2, rel=0, abs=1e-6)
     assert np.array_equal(log["other"], t)
-    assert log.notes == ("slow, edge were filtered at 2 Hz, order 4 forward and backward.",)
+    assert log.notes == ("Filtered at 2 Hz, order 4 forward and backward: slow, edge.",)
 
 
 def test_a_derivative_of_a_cubic_is_exact_and_has_its_unit():

@@ -129,11 +129,10 @@ class AbstractPreparation(ABC):
             is_held[list(first.columns(hold))] = True
         parts = [resample_samples(experiment, period, is_held, gap) for experiment in self.experiments]
         lost, passed = sum(part[1] for part in parts), sum(part[2] for part in parts)
-        note = f"Resampled at {period:g} s, {'held: ' + ', '.join(hold) if hold else 'by straight lines'}; "
-        note += (
-            f"{lost} numbers are NaN in gaps or outside of a signal's samples; {passed} marked ones were passed over."
-        )
-        return self.with_changes([part[0] for part in parts], note)
+        note = f"Resampled at {period:g} s, {'held: ' + ', '.join(hold) if hold else 'by straight lines'}"
+        note += f"; {lost} numbers in gaps or outside of a signal's samples are NaN" if lost else ""
+        note += f"; {passed} marked samples were passed over" if passed else ""
+        return self.with_changes([part[0] for part in parts], f"{note}.")
 
     @check_arguments
     def filter(self, cutoff: float, signals: Sequence[str] = (), order: int = 4) -> Self:
@@ -162,8 +161,8 @@ class AbstractPreparation(ABC):
         (1996) 988; `scipy.signal.sosfiltfilt`.
         """
         places = self.experiments[0].columns(signals)
-        chosen = ", ".join(signals) or "All signals"
-        note = f"{chosen} were filtered at {cutoff:g} Hz, order {order} forward and backward."
+        chosen = ", ".join(signals) or "all signals"
+        note = f"Filtered at {cutoff:g} Hz, order {order} forward and backward: {chosen}."
         return self._change(lambda experiment: filter_samples(experiment, places, cutoff, order), note)
 
     @check_arguments
