@@ -157,7 +157,7 @@ def test_a_delay_lies_within_its_interval(hold, lag):
     # without a lag a held input tells the delay to one period, and no better
     assert estimate.high - estimate.low < (1.01 * h if hold == "hold" and not lag else 0.5 * h)
     assert estimate.gain == pytest.approx(2, abs=0.05)  # noise of 0.05 in 800 samples, a hundredfold
-    assert estimate.explained > 0.99
+    assert estimate.explained_share > 0.99
 
 
 def test_a_measured_input_drives_a_loop_along_its_instants():

@@ -52,7 +52,7 @@ class DataCheck:
 
     @property
     def open_findings(self) -> tuple[DataFinding, ...]:
-        """What stands in the way of a fit: refused points, and questions without an answer."""
+        """The points in the way of a fit: those that refuse the data, and questions without an answer."""
         return tuple(one for one in self.findings if one.severity != "remark")
 
     @property
@@ -139,8 +139,7 @@ def check_data(
     dataset
         The log.
     inputs, outputs
-        The signals that drive the system, and those that it answers. With a system, the default are its inputs, and
-        those of the log's other signals that are its outputs or states; without one, all signals are outputs.
+        The signals that drive the system, and those that it answers; the default are those that the system names.
     system
         The loop or `Ode` to be fitted: names and units are held against it, and the length against its slowest mode.
     parameters
@@ -171,22 +170,36 @@ def check_data(
         positive("check_data(rate=...)", rate, " of Hz")
     equations = None if system is None else equations_of(system, "system")
     model = equations.flow if isinstance(equations, SampledSystem) else equations
-    if model is not None:
-        x = None if x is None else vector("check_data(x=...)", x, model.states.size, "states")
-        p = None if p is None else vector("check_data(p=...)", p, model.parameters.size, "parameters")
     inputs, outputs = _ports(dataset, model, inputs, outputs)
-    used = (*inputs, *outputs)
-    findings = [*check_names(dataset, inputs, "input"), *check_names(dataset, outputs, "output")]
-    if model is not None:
-        findings += check_system_names(model, inputs, outputs)
-    findings += check_units(dataset, used, expected_units(model, used, units))
+    findings = [*_of_names(dataset, model, inputs, outputs, units)]
     here = [[name for name in names if _is_here(dataset, name)] for names in (inputs, outputs)]
-    findings += _samples(dataset, here[0], here[1], rate)
-    findings += _amounts(dataset, here[0], here[1], len(parameters))
+    findings += _of_samples(dataset, here[0], here[1], rate)
+    findings += _of_amounts(dataset, here[0], here[1], len(parameters))
     if isinstance(equations, Ode):
-        findings += check_length(dataset, equations, x, p)
-    unique = dict.fromkeys(findings)
-    return DataCheck(tuple(sorted(unique, key=lambda one: SEVERITIES.index(one.severity))))
+        findings += _of_length(dataset, equations, x, p)
+    return DataCheck(tuple(sorted(dict.fromkeys(findings), key=lambda one: SEVERITIES.index(one.severity))))
+
+
+def _of_length(dataset: Dataset, system: Ode, x: Array | None, p: Array | None) -> Iterable[DataFinding]:
+    """The points of the slowest mode at a state and parameters of the right sizes."""
+    state = None if x is None else vector("check_data(x=...)", x, system.states.size, "states")
+    numbers = None if p is None else vector("check_data(p=...)", p, system.parameters.size, "parameters")
+    yield from check_length(dataset, system, state, numbers)
+
+
+def _of_names(
+    dataset: Dataset,
+    model: Ode | None,
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...],
+    units: Mapping[str, str] | None,
+) -> Iterable[DataFinding]:
+    """The points of names and units."""
+    yield from check_names(dataset, inputs, "input")
+    yield from check_names(dataset, outputs, "output")
+    if model is not None:
+        yield from check_system_names(model, inputs, outputs)
+    yield from check_units(dataset, (*inputs, *outputs), expected_units(model, (*inputs, *outputs), units))
 
 
 def _ports(
@@ -204,7 +217,7 @@ def _is_here(dataset: Dataset, name: str) -> bool:
     return name in dataset.signals.names or name in dataset.signals.labels
 
 
-def _samples(dataset: Dataset, inputs: list[str], outputs: list[str], rate: float | None) -> Iterable[DataFinding]:
+def _of_samples(dataset: Dataset, inputs: list[str], outputs: list[str], rate: float | None) -> Iterable[DataFinding]:
     """The points of times and samples of each experiment."""
     for experiment in dataset:
         yield from check_times(experiment, rate)
@@ -217,7 +230,7 @@ def _samples(dataset: Dataset, inputs: list[str], outputs: list[str], rate: floa
             yield from check_saturated(experiment, column)
 
 
-def _amounts(dataset: Dataset, inputs: list[str], outputs: list[str], unknowns: int) -> Iterable[DataFinding]:
+def _of_amounts(dataset: Dataset, inputs: list[str], outputs: list[str], unknowns: int) -> Iterable[DataFinding]:
     """The number of samples, and the excitation, for a number of parameters."""
     columns = dataset.experiments[0].columns(outputs) if outputs else ()
     count = sum(int(experiment.is_weighed[:, list(columns)].sum()) for experiment in dataset)

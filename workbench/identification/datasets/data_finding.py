@@ -38,6 +38,6 @@ class DataFinding:
         return f"{self.severity}, {self.name}. {self.text}"
 
 
-def counted(count: int, noun: str) -> str:
+def count_text(count: int, noun: str) -> str:
     """A count with its noun and verb: '1 sample is', '3 samples are'."""
     return f"{count} {noun} is" if count == 1 else f"{count} {noun}s are"

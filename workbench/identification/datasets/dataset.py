@@ -48,8 +48,8 @@ class Dataset(AbstractPreparation, AbstractLogReaders):
     >>> log = wb.Dataset.of(t, {"v": np.sin(t), "omega": np.cos(t)}, units={"v": "V", "omega": "rad/s"})
     >>> log
     <Dataset of v [V], omega [rad/s]: 1 experiment, 5 samples, 1 s>
-    >>> log["omega"][0]
-    1.0
+    >>> log["omega"][[0, 4]].round(3)
+    array([1.  , 0.54])
     """
 
     experiments: tuple[Experiment, ...]
@@ -226,5 +226,5 @@ class Dataset(AbstractPreparation, AbstractLogReaders):
 
 
 def _ports(layout: Layout) -> list[tuple[str, tuple[int, ...], str]]:
-    """What two layouts must have in common: name, shape and unit of each entry."""
+    """The parts that two layouts must have in common: name, shape and unit of each entry."""
     return [(entry.name, entry.shape, entry.unit) for entry in layout.entries]

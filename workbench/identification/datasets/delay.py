@@ -30,7 +30,7 @@ class DelayEstimate:
         The time constant in s of the lag between the two signals; 0 if there is none.
     gain
         The gain from the input to the output.
-    explained
+    explained_share
         The share of the output's variance that the delay and the lag explain, at most 1. Where it is small, so is what
         the interval says.
     """
@@ -40,7 +40,7 @@ class DelayEstimate:
     high: float
     lag: float
     gain: float
-    explained: float
+    explained_share: float
 
 
 @dataclass(frozen=True)
@@ -136,9 +136,12 @@ def estimate_delay(
     count = sum(_independent(pair.fit(delay, lag)[2]) for pair in pairs)
     limit = least * float(np.exp(chi2.ppf(0.95, 1) / count)) if least > 1e-20 * total else 1e-18 * total
     ends = [_end(best_lag, delay, lag, limit, side * period, end) for side in (-1, 1)]
-    alone = min(np.linspace(ends[0], ends[1], 65).tolist(), key=lambda one: squares(one, 0.0))
-    if squares(alone, 0.0) <= limit:  # no lag explains the samples as well
-        delay, lag = alone, 0.0
+    shifts = np.linspace(ends[0], ends[1], 129)
+    sums = np.array([squares(one, 0.0) for one in shifts.tolist()])
+    if (
+        sums.min() <= limit
+    ):  # no lag explains the samples as well; a held input may tell no delay of a period from another
+        delay, lag = float(shifts[sums <= sums.min() * (1 + 1e-12)].mean()), 0.0
     return DelayEstimate(delay, ends[0], ends[1], lag, pairs[0].fit(delay, lag)[1], 1 - squares(delay, lag) / total)
 
 

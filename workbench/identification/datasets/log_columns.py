@@ -166,7 +166,7 @@ def _number_in(label: str) -> int:
     return int(index[2]) if index else -1
 
 
-def united(
+def unite_clocks(
     choice: LogChoice,
     groups: Sequence[tuple[Array, Mapping[str, Array]]],
     units: Mapping[str, str],

@@ -26,7 +26,7 @@ Names = Mapping[str, str]
 
 
 class AbstractLogReaders(ABC):
-    """What can be read from files. All readers share the arguments that `from_csv` explains."""
+    """The readers of logs, which share the arguments that `from_csv` explains."""
 
     @classmethod
     @abstractmethod
@@ -68,8 +68,7 @@ class AbstractLogReaders(ABC):
         names
             New names of columns, by the names in the file.
         units
-            Units of columns without one, by either name. Nothing is converted but the time, which is always in s: a
-            column of time in ms, us, ns, min or h is converted, and the notes say so.
+            Units of columns without one, by either name. Only a time in ms, us, ns, min or h is converted, into s.
         time
             The column of time; the default is `t` or `time`. Or the period between two lines in s.
         absent
@@ -105,7 +104,7 @@ class AbstractLogReaders(ABC):
     ) -> Self:
         """A dataset from a table of pandas, with heads as `omega [rad/s]` and times in a column or in the index.
 
-        Dates are counted in s from the first one. The arguments are those of `from_csv`.
+        Dates are count_text in s from the first one. The arguments are those of `from_csv`.
         """
         choice = LogChoice("Dataset.from_frame(frame=...)", "the table", tuple(signals), names, units, time)
         return cls._read(read_frame(frame, choice), choice, name)

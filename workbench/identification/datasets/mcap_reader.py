@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 
 from workbench.core.validation.refusals import describe, one_of
-from workbench.identification.datasets.log_columns import LogChoice, LogColumns, united
+from workbench.identification.datasets.log_columns import LogChoice, LogColumns, unite_clocks
 
 if TYPE_CHECKING:
     from mcap.records import Channel, Message, Schema
@@ -49,10 +49,10 @@ def _columns(
         columns = {picks[path][0]: np.array([numbers.get(path, np.nan) for _, numbers in messages]) for path in paths}
         if columns:
             groups.append((t, columns))
-    notes = [f"The times are those of {clock}, counted from {begin // 10**9}.{begin % 10**9:09d} s since 1970."]
+    notes = [f"The times are those of {clock}, count_text from {begin // 10**9}.{begin % 10**9:09d} s since 1970."]
     if longer and not choice.signals:
         notes.append(f"Arrays of more than {LONGEST_ARRAY} numbers were left out: {', '.join(sorted(longer))}.")
-    return united(choice, groups, dict(picks.values()), notes)
+    return unite_clocks(choice, groups, dict(picks.values()), notes)
 
 
 def _files(path: str | Path, choice: LogChoice) -> list[Path]:

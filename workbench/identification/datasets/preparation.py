@@ -202,7 +202,7 @@ class AbstractPreparation(ABC):
 
         Delay, lag and gain come from least squares, and the interval from the profile of the likelihood, with a number
         of samples that is lowered by the correlation of the residuals. A plant of higher order looks like a delay,
-        too: `explained` says how well one lag serves.
+        too: `explained_share` says how well one lag serves.
 
         Parameters
         ----------

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.identification.datasets.data_finding import DataFinding, counted
+from workbench.identification.datasets.data_finding import DataFinding, count_text
 from workbench.identification.datasets.experiment import Experiment, Marks
 
 FLAT = 3  # equal samples at an extreme that can be a limit
@@ -28,7 +28,9 @@ def check_missing(experiment: Experiment, column: int, is_input: bool) -> Iterat
     label, numbers = experiment.signals.labels[column], experiment.values[:, column]
     if (lost := np.flatnonzero(~np.isfinite(numbers))).size:
         row = int(lost[0])
-        what = f"{counted(lost.size, 'sample')} missing (NaN) of {len(experiment)}, first at {experiment.t[row]:.9g} s"
+        what = (
+            f"{count_text(lost.size, 'sample')} missing (NaN) of {len(experiment)}, first at {experiment.t[row]:.9g} s"
+        )
         if is_input:
             text = f"The input {label} must have a finite number at each time; {what}: `log.resample` fills them."
         else:

@@ -17,14 +17,14 @@ TINY = 1e-6  # of the largest eigenvalue: below it a mode is an integrator, what
 COARSE = 10.0  # time constants of the slowest mode in one period that make its unit doubtful
 
 
-def check_names(dataset: Dataset, wanted: Sequence[str], kind: str) -> Iterator[DataFinding]:
+def check_names(dataset: Dataset, names: Sequence[str], kind: str) -> Iterator[DataFinding]:
     """Signals that are wanted and that the log does not have."""
-    names = (*dataset.signals.names, *dataset.signals.labels)
-    for name in wanted:
-        if name not in names:
+    known = (*dataset.signals.names, *dataset.signals.labels)
+    for name in names:
+        if name not in known:
             text = (
                 f"The {kind} {name} must be a column of the log, and it is missing: there is no {name} among "
-                f"{', '.join(dataset.signals.names)}.{nearest(name, names)} Rename one by `names` where it is read."
+                f"{', '.join(dataset.signals.names)}.{nearest(name, known)} Rename one by `names` where it is read."
             )
             yield DataFinding("signal missing", "refused", text, name)
 
@@ -56,7 +56,7 @@ def expected_units(system: Ode | None, names: Sequence[str], units: Mapping[str,
     return {name: unit for name, unit in result.items() if name in names}
 
 
-def check_units(dataset: Dataset, names: Sequence[str], expected: Mapping[str, str]) -> Iterator[DataFinding]:
+def check_units(dataset: Dataset, names: Sequence[str], required_units: Mapping[str, str]) -> Iterator[DataFinding]:
     """Signals without a unit, in a scaled unit, or in one of another kind."""
     layout = dataset.signals
     own = dict(zip(layout.labels, (unit for entry in layout.entries for unit in entry.units), strict=True))
@@ -64,7 +64,7 @@ def check_units(dataset: Dataset, names: Sequence[str], expected: Mapping[str, s
     for name in names:
         if name not in own:
             continue
-        unit, wanted = own[name], expected.get(name, ANY)
+        unit, wanted = own[name], required_units.get(name, ANY)
         if unit == ANY:
             known = f" The system has it in [{wanted}]." if wanted not in (ANY, "") else ""
             text = (

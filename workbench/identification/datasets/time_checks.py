@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.identification.datasets.data_finding import DataFinding, counted
+from workbench.identification.datasets.data_finding import DataFinding, count_text
 from workbench.identification.datasets.experiment import Experiment
 
 LEAST = 10  # samples of any log that is to be fitted
@@ -56,7 +56,7 @@ def _order(experiment: Experiment, steps: Array) -> Iterator[DataFinding]:
     if (repeats := np.flatnonzero(steps == 0)).size:
         row = int(repeats[0])
         text = (
-            f"'{name}' must have one sample for each time, and {counted(repeats.size, 'time')} repeated, first "
+            f"'{name}' must have one sample for each time, and {count_text(repeats.size, 'time')} repeated, first "
             f"{t[row]:.9g} s in row {row + 1}: say which sample is meant by `log.merge_repeated('first')`, 'last' "
             "or 'mean'."
         )
@@ -92,7 +92,7 @@ def _spread(experiment: Experiment, steps: Array, period: float) -> Iterator[Dat
         all_steps = np.diff(experiment.t)
         row, lost = int(np.argmax(all_steps > limit)), int(np.round(steps[gaps] / period - 1).sum())
         text = (
-            f"'{name}' should have a sample each {period:.6g} s, and {counted(int(gaps.sum()), 'step')} longer than "
+            f"'{name}' should have a sample each {period:.6g} s, and {count_text(int(gaps.sum()), 'step')} longer than "
             f"{limit:.3g} s, with about {lost} missing samples in all; the first gap is from {experiment.t[row]:.6g} "
             f"to {experiment.t[row + 1]:.6g} s: say what the inputs did in the gap, or cut the log there."
         )

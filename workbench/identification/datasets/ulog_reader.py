@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.core.validation.refusals import describe
-from workbench.identification.datasets.log_columns import LogChoice, LogColumns, united
+from workbench.identification.datasets.log_columns import LogChoice, LogColumns, unite_clocks
 
 
 def read_ulog(path: str | Path, choice: LogChoice) -> LogColumns:
@@ -52,10 +52,10 @@ def read_ulog(path: str | Path, choice: LogChoice) -> LogColumns:
         columns = {picks[head][0]: table[head].astype(float) for head in table if head in picks}
         if columns:
             groups.append((t, columns))
-    notes = [f"The time stamps in us were converted to s, and are counted from {begin / 1e6:.6f} s after the start."]
+    notes = [f"The time stamps in us were converted to s, and are count_text from {begin / 1e6:.6f} s after the start."]
     if log.dropouts:
         lost = sum(dropout.duration for dropout in log.dropouts) / 1000
         notes.append(f"The recorder lost samples {len(log.dropouts)} times, for {lost:.3g} s in all.")
     if log.file_corruption:
         notes.append("Parts of the file are damaged, and were left out by pyulog.")
-    return united(choice, groups, dict(picks.values()), notes)
+    return unite_clocks(choice, groups, dict(picks.values()), notes)
