@@ -166,7 +166,7 @@ def test_a_file_of_too_many_numbers_is_refused_with_its_figure(file, monkeypatch
     monkeypatch.setattr(log_columns, "MOST_NUMBERS", 600)
     monkeypatch.setattr(csv_reader, "ROWS", 50)
     path = file(text_of(rows=[[str(i), "1", "2"] for i in range(1000)]))
-    with pytest.raises(ValueError, match=r"3 columns of [\d.e+]+ rows: its 0 MB are long"):
+    with pytest.raises(ValueError, match=r"3 columns of [\d.e+]+ rows: the file has 0 MB; choose columns"):
         wb.Dataset.from_csv(path)
     assert len(wb.Dataset.from_csv(path, every=10).experiments[0]) == 100
     packed = file(text_of(rows=[[str(i), "1", "2"] for i in range(1000)]), "log.csv.gz")  # whose size says nothing

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.signal import lfilter
 
 import workbench as wb
+from workbench.core.recorded_step import recorded_step
 from workbench.identification.datasets import Experiment
 
 
@@ -167,6 +169,14 @@ def test_a_measured_input_drives_a_loop_along_its_instants():
     record = log_of(t, v=v).experiments[0].record(["v"])
     assert np.array_equal(record.begins, record.ends)
     assert np.array_equal(record.begins[:, 0], v[:-1])
+    ode = wb.open_loop(wb.DCMotor())
+    runs = wb.simulate(recorded_step(ode, record), until=199.0)  # whose time is the number of the instant
+    A, B = (np.array(matrix(0.0, np.zeros(2), ode.parameters.default)) for matrix in (ode.A, ode.B))
+    x = np.zeros((200, 2))
+    for k, dt in enumerate(np.diff(t)):
+        x[k + 1] = (expm(dt * np.block([[A, B], [np.zeros((1, 3))]])) @ [*x[k], v[k]])[:2]
+    # one step of Runge and Kutta leaves (h lambda)^5/120, with h = 0.015 s and lambda = 10/s, of a state of 10
+    assert runs.x[0] == pytest.approx(x, rel=0, abs=1e-4)
     line = log_of(t, v=v, w=v).experiments[0].record(["v", "w"], hold={"v": "linear"})
     assert np.array_equal(line.ends, np.column_stack([v[1:], v[:-1]]))
 

@@ -109,7 +109,7 @@ def _streamed(sheet: _Sheet) -> Array | None:
         if not seen and size and len(numbers) == ROWS:
             rows = ROWS * size / _bytes_of_rows(sheet)
             sheet.choice.refuse_size(
-                rows / sheet.every, len(sheet.wanted), f"its {size / 1e6:.0f} MB are long: {FEWER}"
+                rows / sheet.every, len(sheet.wanted), f"the file has {size / 1e6:.0f} MB; {FEWER}"
             )
         parts.append(numbers[-seen % sheet.every :: sheet.every])
         seen += len(numbers)

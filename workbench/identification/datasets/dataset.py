@@ -112,10 +112,12 @@ class Dataset(AbstractPreparation, AbstractLogReaders):
         return Dataset((experiment,), source)
 
     @classmethod
+    @check_arguments
     def from_experiments(cls, experiments: tuple[Experiment, ...], source: str, notes: Sequence[str]) -> Dataset:
         """The dataset of experiments from a source, with sentences on what was done to their samples."""
         return Dataset(experiments, source, tuple(notes))
 
+    @check_arguments
     def with_changes(self, experiments: Sequence[Experiment], note: str) -> Dataset:
         """The dataset with other experiments, and a sentence on what was done to their samples."""
         return replace(self, experiments=tuple(experiments), notes=(*self.notes, *([note] if note else [])))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core.validation.refusals import describe
+from workbench.core.validation.refusals import describe, require
 from workbench.identification.datasets.log_columns import LogChoice, LogColumns
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ def read_frame(frame: pd.DataFrame, choice: LogChoice) -> LogColumns:
     """The columns of a table, whose times are a column or the index; dates are count_text from the first one."""
     import pandas as pd
 
+    require(choice.call, frame, pd.DataFrame)
     notes: tuple[str, ...] = ()
     if frame.index.name is not None or isinstance(frame.index, pd.DatetimeIndex | pd.TimedeltaIndex):
         frame = frame.rename_axis(index=str("t [s]" if frame.index.name is None else frame.index.name)).reset_index()
