@@ -52,6 +52,8 @@ def test_quantised_signals_that_rest_or_turn_slowly_are_no_saturated_ones():
     swing = quantised(np.sin(3 * T), 0.02)
     rest = quantised(np.where(T < 2, 0.0, np.sin(T - 2) ** 3), 1e-3)
     assert check(good(omega=swing, i=rest)).findings == ()
+    step = np.where(T < 1, 0.0, 1 - np.exp(-(T - 1) / 0.05))  # at rest, at once in motion, and at rest for good
+    assert check(good(omega=step, i=quantised(step, 1e-3))).findings == ()
 
 
 ODD = {
@@ -78,6 +80,7 @@ ODD = {
         "mark_limits('omega', high=0.75)",
     ),
     "saturated signal: i": (good(i=np.maximum(quantised(np.sin(9 * T), 0.01), -0.5)), "question", "low=-0.5)"),
+    "saturated signal: i ": (good(i=np.minimum(T, 3.0)), "question", "largest value 3 as if it were clipped"),
     "stuck signal: i": (
         good(i=np.where((T > 1) & (T < 1.5), 0.25, np.cos(5 * T))),
         "question",
@@ -94,8 +97,8 @@ ODD = {
 def test_each_odd_log_is_named_in_one_sentence(name):
     log, severity, words = ODD[name]
     checked = check(log)
-    assert (severity, name) in points(checked)
-    finding = next(one for one in checked.findings if one.name == name)
+    assert (severity, name.strip()) in points(checked)
+    finding = next(one for one in checked.findings if one.name == name.strip())
     assert words in finding.text
     assert "\n" not in finding.text
     assert not checked.is_passed

@@ -92,8 +92,9 @@ def _runs(is_equal: Marks) -> list[tuple[int, int]]:
 def _at_limit(numbers: Array) -> int:
     """The number of samples at the maximum if they are there by a limit, else 0.
 
-    By a limit is a flat part inside of the log that the signal enters and leaves so fast that without the limit it
-    would have gone several quanta beyond; or an exact maximum that recurs in a signal that else never repeats.
+    By a limit is a flat part that the signal enters and leaves so fast that without the limit it would have gone
+    several quanta beyond, or that it enters at several quanta a sample and stays to the end; or an exact maximum that
+    recurs in a signal that else never repeats. A flat part at the begin is a system at rest.
     """
     top = numbers == numbers.max()
     runs = [(first, last) for first, last in _runs(top) if first and last < numbers.size]
@@ -104,14 +105,16 @@ def _at_limit(numbers: Array) -> int:
     if never and max(FLAT, SHARE * numbers.size) <= inside <= numbers.size / 2:
         return int(top.sum())
     steps = np.abs(np.diff(numbers))
-    least = max(QUANTA * float(steps[steps > 0].min()), RANGE * float(np.ptp(numbers)))
-    for first, last in runs:
-        if last - first < LONG or first < SLOPE + 1 or last + SLOPE >= numbers.size:
+    quantum = float(steps[steps > 0].min()) if repeats > NOISY * numbers.size else 0.0
+    least = max(QUANTA * quantum, RANGE * float(np.ptp(numbers)))
+    for first, last in _runs(top):
+        if last - first < LONG or first < SLOPE + 1:
             continue
         rise = (numbers[first - 1] - numbers[first - 1 - SLOPE]) / SLOPE
-        fall = (numbers[last] - numbers[last + SLOPE]) / SLOPE
+        fall = (numbers[last] - numbers[last + SLOPE]) / SLOPE if last + SLOPE < numbers.size else rise
+        slowest = 0.0 if last + SLOPE < numbers.size else QUANTA * quantum
         # a parabola with these slopes at its ends has its top a quarter of their mean times its length above them
-        if min(rise, fall) > 0 and (rise + fall) / 2 * (last - first) / 4 > least:
+        if min(rise, fall) > slowest and (rise + fall) / 2 * (last - first) / 4 > least:
             return int(top.sum())
     return 0
 
