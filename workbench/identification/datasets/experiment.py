@@ -54,7 +54,7 @@ class Experiment:
 
     def __post_init__(self) -> None:
         for part, kind in (("t", float), ("values", float), ("marks", bool)):
-            object.__setattr__(self, part, np.asarray(getattr(self, part), dtype=kind))
+            object.__setattr__(self, part, np.array(getattr(self, part), dtype=kind))
         shape = (self.t.size, self.signals.size)
         if self.t.ndim != 1 or self.values.shape != shape:
             raise ValueError(
