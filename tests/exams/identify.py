@@ -10,40 +10,35 @@ from typing import Any
 
 from .graders import Grader, Loaded
 
-Solve = Callable[[dict[str, Any]], dict[str, Any]]
 Part = Callable[[Loaded], tuple[bool | None, str]]
 
-# The file of the solver of each kind; a kind whose file is not there is not sat.
+# The file of the solver of each kind of case, and the kinds of the cases of which a further part is made.
 FILES = {
-    **dict.fromkeys(("clean", "noisy", "coverage", "models"), "identify_fits"),
-    **dict.fromkeys(("filters", "nees"), "identify_filters"),
-    **{kind: f"identify_{kind}" for kind in ("logs", "loops")},
+    **dict.fromkeys(("clean", "noisy", "models"), "identify_fits"),
+    **{kind: f"identify_{kind}" for kind in ("logs", "filters", "loops")},
 }
+PARTS = {kind: (kind,) for kind in FILES} | {"nees": ("filters",), "coverage": ("noisy", "loops")}
 HALVES = ("visible", "held")
 
 
-def solvers() -> dict[str, Solve]:
-    """The solver of each kind that has one."""
-    return {
-        kind: import_module(f".{file}", __package__).solve
-        for kind, file in FILES.items()
-        if find_spec(f"{__package__}.{file}")
-    }
+def solve(case: dict[str, Any]) -> dict[str, Any]:
+    """The answer to a case of any kind that has a solver."""
+    answer: dict[str, Any] = import_module(f".{FILES[case['kind']]}", __package__).solve(case)
+    return answer
 
 
 def parts() -> Iterator[tuple[str, Part]]:
     """Each kind with the function that sits its cases; for a kind without a solver it says that it is not sat."""
-    known = solvers()
-    for kind in FILES:
+    for name, kinds in PARTS.items():
 
-        def part(exam: Loaded, kind: str = kind) -> tuple[bool | None, str]:
-            if kind not in known:
+        def part(exam: Loaded, name: str = name, kinds: tuple[str, ...] = kinds) -> tuple[bool | None, str]:
+            if not all(find_spec(f"{__package__}.{FILES[kind]}") for kind in kinds):
                 return None, "not sat, it has no solver here"
-            lines = [line for half in _halves(exam) for line in _graded(exam, kind, known[kind], half)]
+            lines = [line for half in _halves(exam) for line in _graded(exam, name, half)]
             missed = [line for line in lines if ": MISSED" in line]
             return not missed, "; ".join([f"{len(lines) - len(missed)} of {len(lines)} passed", *missed])
 
-        yield kind, part
+        yield name, part
 
 
 def _halves(exam: Loaded) -> list[str]:
@@ -51,7 +46,7 @@ def _halves(exam: Loaded) -> list[str]:
     return [half for half in HALVES if (folder / f"{half}.json").exists()]
 
 
-def _graded(exam: Loaded, kind: str, solve: Solve, half: str) -> list[str]:
+def _graded(exam: Loaded, kind: str, half: str) -> list[str]:
     folder = Path(str(exam.module.__file__)).parent
     lines, _, _ = exam.module.grade_fits(solve, exam.module.load_fits(str(folder), half), kinds=[kind])
     return list(lines)

@@ -1,19 +1,18 @@
 """The kind `logs` of the exam of identification: a CSV text is read and checked, and fitted if it may be.
 
-The fit is `identify_fits.solve` for the kinds `clean` and `noisy`; its answer may have a `misfit`, the sentence that
-says that the model does not explain the log. Without that file the verdict of the check stands alone.
+The fit is that of the kinds `clean` and `noisy`; a log is flagged if it warns that the model does not explain the log.
 """
 
 from __future__ import annotations
 
 import tempfile
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import workbench as wb
 from workbench.identification.datasets import DataCheck
+
+from . import identify_fits
 
 PERIODS = {"h": 3600.0, "min": 60.0}
 
@@ -35,10 +34,13 @@ def solve(case: dict[str, Any]) -> dict[str, Any]:
     answer: dict[str, Any] = {"verdict": "accepted", "reason": ""}
     if check.open_findings:
         answer = {"verdict": "flagged", "reason": check.open_findings[0].text}
-    if (fit := _fitted(log, case, inputs)) is None:
-        return answer
-    if fit.get("misfit") and answer["verdict"] == "accepted":
-        answer = {"verdict": "flagged", "reason": fit["misfit"]}
+    try:
+        fit = _fitted(log, case, inputs)
+    except (ValueError, LookupError) as refusal:  # of a log with a question that bars it, such as a lost sample
+        return answer | {"reason": answer["reason"] or str(refusal), "verdict": "refused"}
+    misfit = [warning for warning in fit["warnings"] if "explain" in warning]
+    if misfit and not answer["reason"]:
+        answer = {"verdict": "flagged", "reason": misfit[0]}
     return answer | {"parameters": fit["parameters"]}
 
 
@@ -61,17 +63,14 @@ def _checked(
     return log, check
 
 
-def _fitted(log: wb.Dataset, case: dict[str, Any], inputs: list[str]) -> dict[str, Any] | None:
-    """The answer of the fit of a log, or None where no fit is there."""
-    if not find_spec(f"{__package__}.identify_fits"):
-        return None
+def _fitted(log: wb.Dataset, case: dict[str, Any], inputs: list[str]) -> dict[str, Any]:
+    """The answer of the fit of a log."""
     record = log.select([*inputs, *case["outputs"]]).experiments[0]
     t = record.t / _seconds_of_model(case)
     count = len(inputs)
     parts = {"t": t, "tu": t, "u": record.values[:, :count], "y": record.values[:, count:]}
     kind = "clean" if case["sigma"] is None else "noisy"
-    answer: dict[str, Any] = import_module(".identify_fits", __package__).solve(case | parts | {"kind": kind})
-    return answer
+    return identify_fits.solve(case | parts | {"kind": kind})
 
 
 def _seconds_of_model(case: dict[str, Any]) -> float:
