@@ -1,6 +1,8 @@
 """Logs are read from files with their names, units and times, or refused in one sentence."""
 
 import gzip
+import re
+import sys
 
 import numpy as np
 import pandas as pd
@@ -261,3 +263,18 @@ def test_simulated_runs_are_experiments_with_their_states_and_outputs():
     assert log.names == ("run 0", "run 1")
     assert np.array_equal(log.experiment("run 1")["omega"], runs["omega"].reshape(2, -1)[1])
     assert [entry.unit for entry in log.signals.entries] == ["rad/s", "A"]
+
+
+MISSING = {
+    "mcap.reader": ("from_mcap", "[logs]"),
+    "pyulog": ("from_ulog", "[logs]"),
+    "pyarrow": ("from_parquet", "[data]"),
+}
+
+
+@pytest.mark.parametrize("library", MISSING)
+def test_a_reader_without_its_library_says_what_to_install(file, monkeypatch, library):
+    method, extra = MISSING[library]
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(LookupError, match=f"not installed: pip install control-workbench{re.escape(extra)}"):
+        getattr(wb.Dataset, method)(file("", "log.bin"))
