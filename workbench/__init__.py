@@ -42,8 +42,8 @@ _ROOMS = {
     "design.riccati": "lqg lqr steady_kalman",
     "design.step_response": "step_info",
     "design.synthesis": "coprime_margin h2_controller hinf_controller least_sensitivity lqg_integral mixed_sensitivity",
-    "identification.datasets": "Dataset",
     "identification.estimation": "fit identifiability",
+    "identification.datasets": "Dataset check_data",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "
     "SobolDesign Study Sweep Uniform Variation Work side_by_side sobol",
     "study.citation": "cite",

@@ -136,7 +136,7 @@ from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
 from workbench.handover.recording import record
 from workbench.handover.replays import replay
-from workbench.identification.datasets import Dataset
+from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import fit, identifiability
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
@@ -274,6 +274,7 @@ __all__ = [
     "c2d",
     "c_code",
     "chattering",
+    "check_data",
     "cite",
     "condition_number",
     "coprime_margin",

@@ -37,6 +37,13 @@ def test_a_file_says_the_names_the_units_and_the_times(tmp_path):
     np.testing.assert_array_equal(values(held, [0.0, 0.4999, 0.5, 1.9]).ravel(), [1, 1, 2, 4])
 
 
+def test_a_unit_may_stand_behind_a_colon(tmp_path):
+    table = wb.Table.from_csv(written(tmp_path, "t:s, omega:rad/s, ns::x, share:\n0,1,2,3\n1,3,5,4\n"), "omega")
+    assert (table.unit, table.ends) == ("rad/s", 1.0)
+    assert wb.Table.from_csv(tmp_path / "log.csv", "share").unit == "1"
+    assert wb.Table.from_csv(tmp_path / "log.csv", "ns::x", "m").unit == "m"
+
+
 def test_a_signal_of_several_numbers_has_a_column_for_each(tmp_path):
     file = written(tmp_path, "t [s],q[0] [rad],q[1] [m],other\n0,1,2,x\n1,3,5,y\n")
     table = wb.Table.from_csv(file, "q")

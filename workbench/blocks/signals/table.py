@@ -7,11 +7,11 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from workbench.blocks.signals.csv_file import CsvFile
 from workbench.blocks.signals.profiles import refuse_times
 from workbench.blocks.signals.signal import AbstractSignal, Motion, clock
 from workbench.core import block, option
 from workbench.core.block import Number
+from workbench.core.csv_file import CsvFile
 from workbench.core.validation.refusals import Array, Integers, finite, matrix, one_of, whole
 
 MOST_ROWS = 2000  # each is a comparison at each evaluation, and a part of what is compiled

@@ -3,110 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from workbench.core import Entry, Layout
 from workbench.core.layout import layouts_to_html
 from workbench.core.validation.refusals import Array, describe, finite, known_name
 from workbench.core.validation.signatures import check_arguments
+from workbench.identification.datasets.experiment import Experiment
+from workbench.identification.datasets.log_readers import AbstractLogReaders
+from workbench.identification.datasets.preparation import AbstractPreparation
+from workbench.identification.datasets.sample_changes import join_signals
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Marks = NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False)
-class Experiment:
-    """One record of N samples: times, signals, and marks of the samples that a fit must not weigh.
-
-    Parameters
-    ----------
-    name
-        The name of the experiment.
-    t
-        (N,), the times in s, in the order of the log. A log may be read whose times do not increase; `check_data` says
-        so, and no fit takes it.
-    signals
-        Names, shapes and units of the signals.
-    values
-        (N, size), the samples in the order of `signals`; NaN where a sensor has none.
-    marks
-        (N, size), true for samples that are kept and get no weight, such as outliers.
-
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit each other.
-    """
-
-    name: str
-    t: Array
-    signals: Layout
-    values: Array
-    marks: Marks = field(default_factory=lambda: np.zeros((0, 0), dtype=bool))
-
-    def __post_init__(self) -> None:
-        for part, kind in (("t", float), ("values", float), ("marks", bool)):
-            object.__setattr__(self, part, np.array(getattr(self, part), dtype=kind))
-        shape = (self.t.size, self.signals.size)
-        if self.t.ndim != 1 or self.values.shape != shape:
-            raise ValueError(
-                f"`Experiment(values=...)` must have shape {shape}, a row for each time and a column for each of "
-                f"{self.signals}; got {self.values.shape} for times {self.t.shape}."
-            )
-        marks = np.zeros(shape, dtype=bool) if self.marks.size == 0 else self.marks
-        if marks.shape != shape:
-            raise ValueError(f"`Experiment(marks=...)` must have shape {shape}, as its values; got {marks.shape}.")
-        object.__setattr__(self, "marks", marks)
-
-    def __getitem__(self, signal: str) -> Array:
-        """The samples of a signal, (N,) or (N, *shape)."""
-        known_name(signal, self.signals.names, f"signals of '{self.name}'")
-        return self.signals.unpack(self.values)[signal]
-
-    def __len__(self) -> int:
-        return self.t.size
-
-    def __repr__(self) -> str:
-        return f"<Experiment '{self.name}': {len(self)} samples of {', '.join(self.signals.names)}>"
-
-    def _repr_html_(self) -> str:
-        return layouts_to_html(repr(self)[1:-1], {"signal": self.signals})
-
-    @property
-    def is_weighed(self) -> Marks:
-        """(N, size), true for samples that are finite and not marked."""
-        return np.isfinite(self.values) & ~self.marks
-
-    @check_arguments
-    def rows(self, first: int, last: int) -> Experiment:
-        """The samples from row `first` up to row `last`, which is left out."""
-        part = slice(first, last)
-        return replace(self, t=self.t[part], values=self.values[part], marks=self.marks[part])
-
-    @check_arguments
-    def between(self, begin: float, end: float) -> Experiment:
-        """The samples at times from `begin` to `end` in s, both included; the times stay as they are."""
-        inside = (self.t >= begin) & (self.t <= end)
-        return replace(self, t=self.t[inside], values=self.values[inside], marks=self.marks[inside])
-
-    def to_frame(self) -> pd.DataFrame:
-        """A table with a column for each number of the signals, `v [V]` or `q[0] [rad]`, indexed by the time in s."""
-        import pandas as pd
-
-        units = [unit for entry in self.signals.entries for unit in entry.units]
-        heads = [f"{label} [{unit}]" if unit else label for label, unit in zip(self.signals.labels, units, strict=True)]
-        return pd.DataFrame(self.values, index=pd.Index(self.t, name="t [s]"), columns=heads)
-
 
 @dataclass(frozen=True, eq=False)
 @check_arguments
-class Dataset:
+class Dataset(AbstractPreparation, AbstractLogReaders):
     """Signals over time in one or several experiments, which all have the same names and units.
 
     `Dataset.of` makes one from arrays, and `Dataset.from_csv` and the like from a file. Nothing is dropped in silence:
@@ -132,8 +49,8 @@ class Dataset:
     >>> log = wb.Dataset.of(t, {"v": np.sin(t), "omega": np.cos(t)}, units={"v": "V", "omega": "rad/s"})
     >>> log
     <Dataset of v [V], omega [rad/s]: 1 experiment, 5 samples, 1 s>
-    >>> float(log["omega"][0])
-    1.0
+    >>> log["omega"][[0, 4]].round(3)
+    array([1.  , 0.54])
     """
 
     experiments: tuple[Experiment, ...]
@@ -187,13 +104,24 @@ class Dataset:
                     f"`Dataset.of(signals=...)` must have {t.size} rows for each signal, as there are times; "
                     f"'{signal}' has shape {samples.shape}."
                 )
-            columns[signal] = samples.reshape(t.size, -1)
+            columns[signal] = samples[:, np.newaxis] if samples.ndim == 1 else samples
         entries = tuple(
             Entry(signal, np.zeros(samples.shape[1:]), (units or {}).get(signal, "?"))
             for signal, samples in signals.items()
         )
         experiment = Experiment(name, t, Layout(entries), np.hstack(list(columns.values())))
         return Dataset((experiment,), source)
+
+    @classmethod
+    @check_arguments
+    def from_experiments(cls, experiments: tuple[Experiment, ...], source: str, notes: Sequence[str]) -> Dataset:
+        """The dataset of experiments from a source, with sentences on what was done to their samples."""
+        return Dataset(experiments, source, tuple(notes))
+
+    @check_arguments
+    def with_changes(self, experiments: Sequence[Experiment], note: str) -> Dataset:
+        """The dataset with other experiments, and a sentence on what was done to their samples."""
+        return replace(self, experiments=tuple(experiments), notes=(*self.notes, *([note] if note else [])))
 
     @property
     def signals(self) -> Layout:
@@ -206,7 +134,10 @@ class Dataset:
         return tuple(experiment.name for experiment in self.experiments)
 
     def __getitem__(self, name: str) -> Array:
-        """The samples of a signal of the only experiment; of several, `log.experiment(name)[signal]` has them."""
+        """The samples of a signal of the only experiment; of several, `log.experiment(name)[signal]` has them.
+
+        `log["q"]` is (N, n) for a signal of n numbers, and `log["q[0]"]` is (N,).
+        """
         if len(self.experiments) > 1:
             raise LookupError(
                 f"`dataset[{describe(name)}]` needs a dataset of one experiment; this one has {len(self.experiments)}: "
@@ -234,6 +165,28 @@ class Dataset:
         sources = tuple(dict.fromkeys(filter(None, (self.source, other.source))))
         notes = tuple(dict.fromkeys((*self.notes, *other.notes)))
         return Dataset(self.experiments + other.experiments, ", ".join(sources), notes)
+
+    @check_arguments
+    def join(self, other: Dataset) -> Dataset:
+        """The signals of both datasets at the union of their times, experiment by experiment in their order.
+
+        Where one of the two has no sample at a time it is NaN; `resample` brings both to even times.
+
+        Raises
+        ------
+        ValueError
+            If the datasets have different numbers of experiments, a signal in common, or times that do not increase.
+        """
+        if len(self.experiments) != len(other.experiments):
+            raise ValueError(
+                f"`Dataset.join(other=...)` must have {len(self.experiments)} experiments, as the other dataset; got "
+                f"{len(other.experiments)}."
+            )
+        pairs = zip(self.experiments, other.experiments, strict=True)
+        experiments = tuple(join_signals(*pair) for pair in pairs)
+        sources = ", ".join(dict.fromkeys(filter(None, (self.source, other.source))))
+        note = f"Joined with {', '.join(other.signals.names)} of {other.source or 'another dataset'}."
+        return Dataset(experiments, sources, (*self.notes, *other.notes, note))
 
     @check_arguments
     def split(self, share: float) -> tuple[Dataset, Dataset]:
@@ -279,5 +232,5 @@ class Dataset:
 
 
 def _ports(layout: Layout) -> list[tuple[str, tuple[int, ...], str]]:
-    """Name, shape and unit of each entry, which two datasets must have in common."""
+    """The parts that two layouts must have in common: name, shape and unit of each entry."""
     return [(entry.name, entry.shape, entry.unit) for entry in layout.entries]

@@ -12,7 +12,7 @@ from scipy import stats
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
-from workbench.identification.datasets.dataset import Marks
+from workbench.identification.datasets.experiment import Marks
 from workbench.identification.estimation.fit_search import LEAST_NOISE, SearchEnd, has_noise, spread
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.output_model import OutputModel

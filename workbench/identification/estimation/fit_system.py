@@ -13,7 +13,7 @@ from workbench.core.validation.refusals import Array, finite, known_name, one_of
 from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
-from workbench.identification.datasets.dataset import Marks
+from workbench.identification.datasets.experiment import Marks
 from workbench.identification.estimation.fit import Fit, FitCertificate
 from workbench.identification.estimation.fit_search import SearchEnd, is_poor, search, spread
 from workbench.identification.estimation.identifiability import Identifiability

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.core.recorded_step import SignalRecord, record_rows
 from workbench.core.validation.refusals import Array, Integers
 from workbench.identification.datasets import Experiment
-from workbench.identification.datasets.dataset import Marks
+from workbench.identification.datasets.experiment import Marks
 
 HOLDS = {
     "hold": "the value of a sample until the next sample, as a computer holds its command",

@@ -15,7 +15,7 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers
 from workbench.identification.datasets import Dataset
-from workbench.identification.datasets.dataset import Marks
+from workbench.identification.datasets.experiment import Marks
 from workbench.identification.estimation.least_squares import least_squares
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.unknown_numbers import UnknownNumber

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.identification.datasets.dataset import Marks
+from workbench.identification.datasets.experiment import Marks
 from workbench.identification.estimation.output_model import OutputModel
 
 LARGEST = 1e150  # of a residual, whose square is finite

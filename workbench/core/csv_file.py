@@ -20,6 +20,7 @@ from workbench.core.validation.refusals import Array, Integers, describe, known_
 LARGEST = 2**26  # bytes of a file
 LONGEST_PATH = 300  # characters of a path that a message shows
 HEAD = re.compile(r"(.*\S)(\s*)\[([^\[\]]+)\]", re.S)  # a name, and its unit in brackets
+COLON = re.compile(r"([^:]*[^:\s][^:]*):([^:]*)", re.S)  # a name, and its unit behind the only colon
 TIMES = ("t", "time")
 
 
@@ -50,7 +51,7 @@ class CsvFile:
                 f"`{call}` must be a CSV file; {name} is none at line {reader.line_num}: {error}."
             ) from None
         head, *rows = lines or [(0, [])]
-        if not head[1] or all(_number(cell) is not None for cell in head[1] if cell.strip()):
+        if not head[1] or all(number_of(cell) is not None for cell in head[1] if cell.strip()):
             raise ValueError(
                 f"`{call}` must have a first line with the names of its columns, as 't [s],omega [rad/s]' is; {name} "
                 f"{'begins with numbers' if head[1] else 'is empty'}."
@@ -63,7 +64,7 @@ class CsvFile:
                     f"`{call}` must have a cell for each of its {len(head[1])} columns in each line; line {number} of "
                     f"{name} has {len(cells)}."
                 )
-        names, units = zip(*map(_name_and_unit, head[1]), strict=True)
+        names, units = zip(*map(name_and_unit, head[1]), strict=True)
         return CsvFile(call, name, names, units, tuple(rows))
 
     def place(self, column: str) -> int:
@@ -77,7 +78,7 @@ class CsvFile:
         """The numbers of a column, (m,), all of them finite."""
         place, values = self.place(column), []
         for line, row in self.lines:
-            value = _number(row[place])
+            value = number_of(row[place])
             if value is None or not np.isfinite(value):
                 got = describe(row[place].strip()) if row[place].strip() else "nothing"
                 raise ValueError(
@@ -144,17 +145,23 @@ class CsvFile:
         return join_units(units)
 
 
-def _name_and_unit(cell: str) -> tuple[str, str]:
-    """The name and the unit in a head such as `omega [rad/s]`; the number in `q[0]` is a part of the name."""
+def name_and_unit(cell: str) -> tuple[str, str]:
+    """The name and the unit in a head such as `omega [rad/s]` or `omega:rad/s`; the unit is empty if there is none.
+
+    The number in `q[0]` is a part of the name, and so are two colons in a row. The unit of `ratio:` is '1'.
+    """
     cell = cell.strip()
     found = HEAD.fullmatch(cell)
+    if found is None and (colon := COLON.fullmatch(cell)):
+        return colon[1].strip(), colon[2].strip() or "1"
     if found is None or (not found[2] and found[3].isdigit()):
         return cell, ""
     unit = found[3].strip()
     return found[1], "1" if unit == "-" else unit
 
 
-def _number(cell: str) -> float | None:
+def number_of(cell: str) -> float | None:
+    """The number in a cell, or None if it is no number."""
     try:
         return None if "_" in cell else float(cell)
     except ValueError:
