@@ -1,0 +1,123 @@
+"""The columns of a log that a model reads: inputs and outputs by name, with their units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.core import Entry, Layout
+from workbench.core.units import read
+from workbench.core.validation.refusals import Array, known_name
+from workbench.identification.datasets import Dataset, Experiment
+from workbench.identification.filters.filter_input import times
+
+Names = Mapping[str, str] | Sequence[str]
+
+
+@dataclass(frozen=True, eq=False)
+class LogColumns:
+    """Times (N,), places of the inputs in the parameters with their samples (N, nd), outputs and their samples."""
+
+    t: Array
+    input_labels: tuple[str, ...]
+    u: Array
+    outputs: Layout
+    output_places: tuple[int, ...]
+    y: Array
+
+
+def columns_of(
+    call: str, log: Dataset, parameters: Layout, inputs: Names, all_outputs: Layout, outputs: Names | None
+) -> LogColumns:
+    """The columns for a model with these parameters, some of which are inputs, and outputs.
+
+    Names are those of the model, or a mapping from these to the signals of the log. By default, the outputs are all
+    that the log has.
+    """
+    experiment = _only_experiment(call, log)
+    signals = experiment.signals
+    if outputs is None:
+        outputs = [name for name in all_outputs.names if name in signals]
+        if not outputs:
+            raise LookupError(
+                f"`{call}(log=...)` must have at least one output of the model, which are "
+                f"{', '.join(all_outputs.names) or 'none'}; the log has {', '.join(signals.names)}: name them by "
+                "`outputs={'name in the model': 'name in the log'}`."
+            )
+    places = [(parameters.indices(ours), _signal(call, ours, theirs, parameters, signals)) for ours, theirs in _pairs(inputs)]
+    read_at = [(all_outputs.indices(ours), _signal(call, ours, theirs, all_outputs, signals)) for ours, theirs in _pairs(outputs)]
+    u = experiment.values[:, [column for _, columns in places for column in columns]]
+    if not np.isfinite(u).all():
+        row, column = np.argwhere(~np.isfinite(u))[0]
+        label = [signals.labels[column] for _, columns in places for column in columns][column]
+        raise ValueError(
+            f"`{call}(log=...)` must have a sample of each input at all times, as no filter can guess it; '{label}' "
+            f"has none at t = {experiment.t[row]:g} s: fill it in, or cut the log there."
+        )
+    columns = [column for _, part in read_at for column in part]
+    output_places = tuple(place for part, _ in read_at for place in part)
+    return LogColumns(
+        times(call, experiment.t, len(experiment)),
+        tuple(parameters.labels[place] for part, _ in places for place in part),
+        u,
+        part_of(all_outputs, [ours for ours, _ in _pairs(outputs)]),
+        output_places,
+        np.where(experiment.is_weighed, experiment.values, np.nan)[:, columns],
+    )
+
+
+def part_of(layout: Layout, names: Sequence[str]) -> Layout:
+    """The layout of some quantities, or of single numbers of them (`q[0]`)."""
+    entries = []
+    for name in names:
+        (first, *_), labels = layout.indices(name), layout.labels
+        if name in layout:
+            entries.append(layout[name])
+        else:
+            whole = layout[labels[first].rpartition("[")[0]]
+            unit = whole.units[layout.indices(whole.name).index(first)]
+            entries.append(Entry(name, np.array(layout.default[first]), unit))
+    return Layout(tuple(entries))
+
+
+def _only_experiment(call: str, log: Dataset) -> Experiment:
+    if len(log.experiments) > 1:
+        raise ValueError(
+            f"`{call}(log=...)` must have one experiment, as each begins with its own state; this log has "
+            f"{len(log.experiments)}: call it once for each `log.of_experiments([name])`."
+        )
+    experiment = log.experiments[0]
+    if not len(experiment):
+        raise ValueError(f"`{call}(log=...)` must have at least one sample; '{experiment.name}' has none.")
+    return experiment
+
+
+def _pairs(names: Names) -> list[tuple[str, str]]:
+    return list(names.items()) if isinstance(names, Mapping) else [(name, name) for name in names]
+
+
+def _signal(call: str, ours: str, theirs: str, layout: Layout, signals: Layout) -> list[int]:
+    """The columns of a signal of the log, whose size and unit must be those of the model."""
+    places = layout.indices(ours)
+    if theirs not in signals.labels:
+        known_name(theirs, signals.names, "signals of this log")
+    columns = signals.indices(theirs)
+    if len(columns) != len(places):
+        raise ValueError(
+            f"`{call}(log=...)` must have signals of the size that the model has; '{theirs}' has {len(columns)} "
+            f"numbers, and '{ours}' has {len(places)}."
+        )
+    for place, column in zip(places, columns, strict=True):
+        want, got = _units(layout)[place], _units(signals)[column]
+        if not read(want).fits(read(got)):
+            raise ValueError(
+                f"`{call}(log=...)` must have signals in the units of the model, as nothing is converted; '{theirs}' "
+                f"is in [{got}], and '{ours}' in [{want}]."
+            )
+    return columns
+
+
+def _units(layout: Layout) -> list[str]:
+    return [unit for entry in layout.entries for unit in entry.units]
