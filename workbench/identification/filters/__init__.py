@@ -16,6 +16,7 @@ from workbench.identification.filters.discrete_model import DiscreteModel
 from workbench.identification.filters.filter_estimate import FilterEstimate, consistency
 from workbench.identification.filters.forward_pass import Moves
 from workbench.identification.filters.linear_filter import kalman_filter
+from workbench.identification.filters.noise_covariances import NoiseCovariances, noise_covariances
 from workbench.identification.filters.nonlinear_filters import extended_kalman_filter, unscented_kalman_filter
 from workbench.identification.filters.parameter_walk import ParameterWalk
 from workbench.identification.filters.smoothing import SmoothedEstimate
@@ -26,10 +27,12 @@ __all__ = [
     "DiscreteModel",
     "FilterEstimate",
     "Moves",
+    "NoiseCovariances",
     "ParameterWalk",
     "SmoothedEstimate",
     "consistency",
     "extended_kalman_filter",
     "kalman_filter",
+    "noise_covariances",
     "unscented_kalman_filter",
 ]

@@ -30,31 +30,35 @@ def triangle(rows: Array) -> Array:
 
 
 class Correction(NamedTuple):
-    """The state and the square root S (n, n) of its covariance after a sample, and the innovation over its root."""
+    """The correction by a sample: x+ = x + whitened gains, whitened = root^-T innovation, P+ = S S'."""
 
-    x: Array
-    S: Array
-    whitened: Array  # (q,), white with covariance I if the model is right
     root: Array  # (q, q), upper triangular: the covariance of the innovation is root' root
+    gains: Array  # (q, n)
+    S: Array  # (n, n)
+
+    def whiten(self, innovation: Array) -> Array:
+        """An innovation (q,) over its root, white with covariance I if the model is right."""
+        if len(innovation) == 1:
+            return np.asarray(innovation / self.root[0])
+        whitened: Array = dtrtrs(self.root, innovation, trans=1)[0]
+        return whitened
 
 
-def correct(x: Array, roots: Array, readings: Array, noise: Array, innovation: Array) -> Correction:
-    """The state after a sample with an innovation (q,).
+def correction(roots: Array, readings: Array, noise: Array) -> Correction:
+    """The correction by a sample of q sensors.
 
-        [ readings'  roots' ]           [ root  K' ]
-        [ noise'     0      ]  = Theta  [ 0     S' ],    x+ = x + K root^-T innovation
+        [ readings'  roots' ]           [ root  gains ]
+        [ noise'     0      ]  = Theta  [ 0     S'    ]
 
     `roots` (n, m) has P = roots roots', `readings` (q, m) is H roots, and `noise` (q, q) is the square root of R. The
     large rows come first: then Householder's reflections are accurate row by row (Powell and Reid 1969).
     """
-    q = len(innovation)
+    q = len(readings)
     n, m = roots.shape
     rows = np.zeros((m + q, q + n), order="F")
     rows[:m, :q], rows[:m, q:], rows[m:, :q] = readings.T, roots.T, noise.T
     R = triangle(rows)
-    root = R[:q, :q]
-    whitened: Array = innovation / root[0, 0] if q == 1 else dtrtrs(root, innovation, trans=1)[0]
-    return Correction(x + whitened @ R[:q, q:], R[q:, q:].T, whitened, root)
+    return Correction(R[:q, :q], R[:q, q:], R[q:, q:].T)
 
 
 def predict(spread: Array, noise: Array) -> Array:

@@ -14,7 +14,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
 from workbench.identification.filters.array_steps import EPS, definiteness, square_root
 from workbench.identification.filters.consistency_test import Consistency, chi_square_bands
-from workbench.identification.filters.forward_pass import AbstractPass, Moves, PassRecord, forward_pass
+from workbench.identification.filters.forward_pass import AbstractPass, Moves, PassRecord
 from workbench.identification.filters.smoothing import SmoothedEstimate, dataset_of, smooth_by_lag, smooth_over_all
 
 DIVERGENCE = 1e6  # standard deviations of an innovation
@@ -166,7 +166,7 @@ class FilterEstimate:
 def estimate_by(model: AbstractPass, x0: Array, P0: Array, R: Array) -> FilterEstimate:
     """The estimate of a pass of a model over its samples."""
     with np.errstate(over="ignore", invalid="ignore"):  # a state that diverges is a remark
-        record = forward_pass(model, x0, square_root(P0), R)
+        record = model.run(x0, square_root(P0), R)
         log_likelihood = _log_likelihood(record)
     shared = (record.x_predicted, record.S_predicted, record.x, record.S, record.innovations, record.whitened)
     remarks = _remarks(model, record)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from workbench.core import Layout
 from workbench.core.validation.refusals import Array
-from workbench.identification.filters.array_steps import correct, predict, square_root
+from workbench.identification.filters.array_steps import correction, predict, square_root
 
 Mask = NDArray[np.bool_]
 
@@ -56,6 +56,10 @@ class AbstractPass(ABC):
     def moves(self) -> Moves:
         """All moves since the pass began."""
 
+    def run(self, x: Array, S: Array, R: Array) -> PassRecord:
+        """The pass from the state x (n,) and root S (n, n) before the first sample, with sensors of covariance R."""
+        return forward_pass(self, x, S, R)
+
 
 @dataclass(eq=False)
 class PassRecord:
@@ -68,6 +72,12 @@ class PassRecord:
     innovations: Array  # (N, q)
     whitened: Array  # (N, q), of the sensors with a sample, one after another
     roots: Array  # (N, q, q), upper triangular, of the covariances of these innovations
+
+    @staticmethod
+    def empty(N: int, n: int, q: int) -> PassRecord:
+        """A record of which nothing is known."""
+        shapes = ((N, n), (N, n, n), (N, n), (N, n, n), (N, q), (N, q), (N, q, q))
+        return PassRecord(*(np.full(shape, np.nan) for shape in shapes))
 
 
 @dataclass
@@ -88,8 +98,7 @@ class SensorNoise:
 def forward_pass(model: AbstractPass, x: Array, S: Array, R: Array) -> PassRecord:
     """Correct and move from sample to sample, beginning with the state x (n,) and root S (n, n) before the first."""
     N, q, n = len(model.y), model.outputs.size, model.states.size
-    shapes = ((N, n), (N, n, n), (N, n), (N, n, n), (N, q), (N, q), (N, q, q))
-    record = PassRecord(*(np.full(shape, np.nan) for shape in shapes))
+    record = PassRecord.empty(N, n, q)
     seen, noise = np.isfinite(model.y), SensorNoise(R)
     counts = seen.sum(axis=1).tolist()
     for k in range(N):
@@ -113,7 +122,7 @@ def _correct_at(
     record.innovations[k] = innovation
     if mask is not None:
         innovation, readings = innovation[mask], readings[mask]
-    answer = correct(x, roots, readings, noise, innovation)
-    s = len(innovation)
-    record.whitened[k, :s], record.roots[k, :s, :s] = answer.whitened, answer.root
-    return answer.x, answer.S
+    answer, s = correction(roots, readings, noise), len(innovation)
+    whitened = answer.whiten(innovation)
+    record.whitened[k, :s], record.roots[k, :s, :s] = whitened, answer.root
+    return x + whitened.dot(answer.gains), answer.S

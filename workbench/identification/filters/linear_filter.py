@@ -9,9 +9,10 @@ from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, as_array, describe
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.filters.array_steps import square_root
+from workbench.identification.filters.constant_pass import ConstantModel, constant_pass
 from workbench.identification.filters.filter_estimate import FilterEstimate, estimate_by
 from workbench.identification.filters.filter_input import covariance, initial_mean, matrices, samples, times
-from workbench.identification.filters.forward_pass import AbstractPass, Moves
+from workbench.identification.filters.forward_pass import AbstractPass, Moves, PassRecord, forward_pass
 
 
 class LinearPass(AbstractPass):
@@ -32,6 +33,11 @@ class LinearPass(AbstractPass):
 
     def moves(self) -> Moves:
         return Moves(self._A[: len(self.y) - 1], self._noise[: len(self.y) - 1])
+
+    def run(self, x: Array, S: Array, R: Array) -> PassRecord:
+        if self._A.strides[0] or self._C.strides[0] or self._noise.strides[0]:
+            return forward_pass(self, x, S, R)
+        return constant_pass(self, ConstantModel(self._A[0], self._C[0], self._noise[0], self._b, self._d), x, S, R)
 
 
 @check_arguments
