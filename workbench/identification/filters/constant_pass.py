@@ -54,8 +54,7 @@ class _Nodes:
         if key not in node.steps:
             answer, S = None, node.S
             if mask.any():
-                C = self.model.C if mask.all() else self.model.C[mask]
-                answer = correction(S, C.dot(S), self.sensors.root(mask))
+                answer = correction(S, self.model.C.dot(S)[mask], self.sensors.root(mask))
                 S = answer.S
             node.steps[key] = answer, S, self.at(predict(self.model.A.dot(S), self.model.noise))
         return node.steps[key]

@@ -51,7 +51,7 @@ def matrices(call: str, name: str, value: Numbers, N: int, shape: tuple[int, int
             f"`{call}({name}=...)` must hold finite numbers; {name}{np.argwhere(~np.isfinite(array))[0].tolist()} is "
             "none."
         )
-    return np.broadcast_to(array, (N, *want))
+    return np.broadcast_to(np.ascontiguousarray(array), (N, *want))
 
 
 def covariance(call: str, name: str, value: Numbers | None, n: int, definite: bool = False) -> Array:
