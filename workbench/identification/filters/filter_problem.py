@@ -75,7 +75,7 @@ def problem_of(
     default = parameters.names if isinstance(model, DiscreteModel) else model.flow.inputs
     columns = columns_of(call, log, parameters, default if names[0] is None else names[0], model.outputs, names[1])
     base = parameters.default if p is None else vector(f"{call}(p=...)", p, parameters.size, "parameters")
-    rows = np.tile(base, (len(columns.t), 1))
+    rows = np.array(np.broadcast_to(base, (len(columns.t), parameters.size)))
     rows[:, [parameters.labels.index(label) for label in columns.input_labels]] = columns.u
     noise = square_root(covariance(call, "Q", Q, n))
     if isinstance(model, DiscreteModel):

@@ -1,0 +1,272 @@
+"""The extended and the unscented filter of a log: beside the blocks in a loop, by hand, and with jittering times."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from tests.support.filter_runs import run
+from tests.support.observed import Oscillator, Pendulum
+from tests.support.plain_filters import extended, unscented
+from workbench.blocks.loop import ClosedLoop, open_loop
+from workbench.blocks.observers import ExtendedKalmanFilter, UnscentedKalmanFilter
+from workbench.blocks.plants import DCMotor
+from workbench.core import Ode, layout, rk4
+from workbench.identification.datasets import Dataset
+from workbench.identification.filters import (
+    DiscreteModel,
+    ParameterWalk,
+    extended_kalman_filter,
+    kalman_filter,
+    unscented_kalman_filter,
+)
+
+Q, P0 = np.diag([0.1, 0.2]), np.array([[1.0, 0.3], [0.3, 0.5]])
+BOTH = pytest.mark.parametrize("solve", [extended_kalman_filter, unscented_kalman_filter])
+
+
+@pytest.mark.parametrize(
+    ("plant", "outputs", "block", "solve", "close"),
+    [
+        # Runge-Kutta steps of h / 4 of P' = A P + P A' + Q here, Simpson's rule there: both err by 1e-9 and less
+        (Oscillator(p=0.0), ("p",), ExtendedKalmanFilter, extended_kalman_filter, 1e-8),
+        (Oscillator(p=0.0), ("p",), UnscentedKalmanFilter, unscented_kalman_filter, 1e-8),
+        (Pendulum(phi=0.1), ("omega", "height"), ExtendedKalmanFilter, extended_kalman_filter, 1e-6),
+    ],
+)
+def test_the_filter_of_a_log_is_the_block_in_a_loop_with_the_same_samples(plant, outputs, block, solve, close):
+    R = np.diag([0.02, 0.01])[: len(outputs), : len(outputs)]
+    runs = run(plant, block(plant, Q, R, P0, 0.05, outputs, substeps=4))
+    signals = {name: runs[f"plant.{name}"][0] for name in plant.states.names}
+    if "height" in outputs:
+        signals["height"] = 1 - np.cos(signals["phi"])
+    signals["a"] = np.append(runs["hold.a"][0, 1:], runs["hold.a"][0, -1:])
+    log = Dataset.of(runs.t, {name: samples.reshape(len(runs.t)) for name, samples in signals.items()})
+    x0 = plant.states.default
+    answer = solve(log, open_loop(plant), Q, R, x0=x0, P0=P0, outputs=outputs, parts=4)
+    hats = np.column_stack([runs[f"observer.{name}_hat"][0] for name in plant.states.names])
+    np.testing.assert_allclose(answer.x_predicted, hats, rtol=0, atol=close)
+    np.testing.assert_allclose(answer.P_predicted, runs["observer.P"][0], rtol=0, atol=close)
+
+
+def jittering_log(N=80):
+    rng = np.random.default_rng(6)
+    t = np.cumsum(rng.uniform(0.01, 0.1, N))
+    samples = {"a": rng.normal(size=N), "p": rng.normal(size=N)}
+    samples["p"][10:15] = np.nan
+    return Dataset.of(t, samples, {"a": "m/s^2", "p": "m"})
+
+
+@BOTH
+def test_jittering_times_are_met_as_by_exact_matrix_exponentials(solve):
+    log, A, B = jittering_log(), np.array([[0.0, 1.0], [-4.0, -0.3]]), np.array([[0.0], [1.0]])
+    answer = solve(log, open_loop(Oscillator()), Q, [[0.1]], x0=[0, 0], P0=P0)
+    lengths = np.append(np.diff(log.experiments[0].t), 0.01)
+    blocks = [expm(np.block([[-A, Q], [np.zeros((2, 2)), A.T]]) * h) for h in lengths]
+    Phi = np.array([block[2:, 2:].T for block in blocks])
+    Qd = np.array([block[2:, 2:].T @ block[:2, 2:] for block in blocks])
+    gamma = np.array([np.linalg.solve(A, (F - np.eye(2)) @ B) for F in Phi])
+    exact = kalman_filter(
+        *(log["p"], Phi, [[1, 0]], (Qd + np.swapaxes(Qd, 1, 2)) / 2, [[0.1]]),
+        **{"x0": [0, 0], "P0": P0, "B": gamma, "u": log["a"]},
+    )
+    # the steps are chosen so that half of them change no estimate by 1e-4 deviations, and their own error is 1/16 of it
+    assert answer.discretisation_error < 1e-4
+    np.testing.assert_allclose(answer.x, exact.x, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(answer.P, exact.P, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(answer.smooth().x, exact.smooth().x, rtol=0, atol=1e-5)
+    assert answer.log_likelihood == pytest.approx(exact.log_likelihood, abs=1e-3)
+
+
+def test_an_input_between_its_samples_is_held_or_a_straight_line():
+    x, t, p = ca.SX.sym("x"), ca.SX.sym("t"), ca.SX.sym("p")
+    ode = Ode.of("sum", layout(s="m"), layout(v="m/s"), (t, x, p), {"s": p}, {"y": x}, {"y": "m"})
+    log = Dataset.of([0.0, 1.0, 4.0], {"v": [1.0, 3.0, 0.0], "y": 3 * [np.nan]})
+    keys = {"x0": [0.0], "P0": [[1.0]], "inputs": ["v"]}
+    held = extended_kalman_filter(log, ode, [[0.0]], [[1.0]], **keys)
+    line = extended_kalman_filter(log, ode, [[0.0]], [[1.0]], **keys, hold="linear")
+    np.testing.assert_allclose(held.x[:, 0], [0.0, 1.0, 10.0], rtol=1e-14)
+    np.testing.assert_allclose(line.x[:, 0], [0.0, 2.0, 6.5], rtol=1e-14)
+
+
+def swing(x, sin):
+    return [x[0] + 0.05 * x[1], x[1] + 0.05 * (-9.81 * sin(x[0]) - 0.3 * x[1])]
+
+
+def swinging():
+    rng = np.random.default_rng(9)
+    y = np.sin(np.cos(2.8 * 0.05 * np.arange(40))) + rng.normal(0, 0.05, 40)
+    ports = (layout(theta="rad", omega="rad/s"), layout(), layout(y=""))
+    model = DiscreteModel.of(*ports, lambda x, u: swing(x, ca.sin), lambda x, u: [ca.sin(x[0])])
+    return Dataset.of(np.arange(40.0), {"y": y}), model, y[:, None]
+
+
+def compare(answer, wanted):
+    before, after, smooth = wanted
+    close = {"rtol": 0, "atol": 1e-11}  # the rounding of the plain form
+    for x, P, (want_x, want_P) in (
+        (answer.x_predicted, answer.P_predicted, zip(*before, strict=True)),
+        (answer.x, answer.P, zip(*after, strict=True)),
+        (answer.smooth().x, answer.smooth().P, zip(*smooth, strict=True)),
+    ):
+        np.testing.assert_allclose(x, np.array(want_x), **close)
+        np.testing.assert_allclose(P, np.array(want_P), **close)
+
+
+NOISES = {"Q": np.diag([1e-4, 1e-3]), "R": np.array([[0.0025]])}
+START = {"x0": np.array([1.0, 0.0]), "P0": 0.1 * np.eye(2)}
+
+
+def test_the_extended_filter_and_its_smoother_are_those_of_the_textbook():
+    log, model, y = swinging()
+
+    def F(x):
+        return np.array([[1, 0.05], [-0.05 * 9.81 * np.cos(x[0]), 1 - 0.05 * 0.3]])
+
+    wanted = extended(
+        *(lambda x: np.array(swing(x, np.sin)), lambda x: np.sin(x[:1]), F, lambda x: np.array([[np.cos(x[0]), 0]])),
+        *(*NOISES.values(), *START.values(), y),
+    )
+    compare(extended_kalman_filter(log, model, **NOISES, **START), wanted)
+
+
+@pytest.mark.parametrize("weights", [(1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (0.8, 2.0, 0.5)])
+def test_the_unscented_filter_and_its_smoother_are_those_of_the_textbook(weights):
+    log, model, y = swinging()
+    wanted = unscented(
+        *(lambda x: np.array(swing(x, np.sin)), lambda x: np.sin(x[:1])),
+        *(*NOISES.values(), *START.values(), y, *weights),
+    )
+    keys = dict(zip(("alpha", "beta", "kappa"), weights, strict=True))
+    compare(unscented_kalman_filter(log, model, **NOISES, **START, **keys), wanted)
+
+
+@BOTH
+def test_steps_and_loops_with_a_computer_are_models_as_they_are(solve):
+    plant, h = Pendulum(), 0.05
+    step = rk4(open_loop(plant), h)
+    t = h * np.arange(40)
+    log = Dataset.of(t, {"a": np.sin(3 * t), "phi": 0.5 * np.cos(3 * t)}, {"a": "rad/s^2", "phi": "rad"})
+    ports = (step.states, layout(a="rad/s^2"), layout(phi="rad"))
+    values = dict(zip(step.parameters.names, step.parameters.default, strict=True))
+    model = DiscreteModel.of(
+        *ports,
+        lambda x, u: step.F(0, x, ca.vertcat(*(u if name == "a" else value for name, value in values.items())), []),
+        lambda x, u: x[0],
+    )
+    keys = {"Q": 1e-3 * np.eye(2), "R": [[1e-2]], "x0": [0.5, 0.0], "P0": P0}
+    by_step, by_model = (solve(log, of, **keys) for of in (step, model))
+    np.testing.assert_allclose(by_step.x, by_model.x, rtol=0, atol=1e-13)  # the order of the operations
+    with pytest.raises(ValueError, match=r"samples at multiples of the step, 0.05 s, without a gap"):
+        solve(Dataset.of(1.01 * t, {"a": t, "phi": t}), step, **keys)
+
+
+def test_marked_samples_are_lost_samples():
+    log = jittering_log()
+    (experiment,) = log.experiments
+    experiment.marks[20, experiment.signals.indices("p")] = True
+    keys = {"x0": [0, 0], "P0": P0, "parts": 1}
+    marked = extended_kalman_filter(log, open_loop(Oscillator()), Q, [[0.1]], **keys)
+    experiment.values[20, experiment.signals.indices("p")] = 1e9
+    experiment.marks[20] = True
+    assert np.isfinite(marked.innovations[:, 0]).sum() == 80 - 6
+    again = extended_kalman_filter(log, open_loop(Oscillator()), Q, [[0.1]], **keys)
+    np.testing.assert_array_equal(again.x, marked.x)
+
+
+def motor_log(seed, J=0.012, b=0.12):
+    """A motor with other numbers than the default, under steps of its voltage, and its speed with noise."""
+    rng = np.random.default_rng(seed)
+    motor, h, N = DCMotor(J=J, b=b), 0.02, 1500
+    step, v = rk4(open_loop(motor), h), np.repeat(rng.choice([-12.0, 12.0], N // 25), 25)
+    p, x, omega = motor_parameters(step), np.zeros(2), np.zeros(N)
+    for k in range(N):
+        omega[k] = x[0] + rng.normal(0, 0.02)
+        p[-1] = v[k]
+        x = np.array(step.F(k, x, p, [])).ravel()
+    return Dataset.of(h * np.arange(N), {"v": v, "omega": omega}, {"v": "V", "omega": "rad/s"})
+
+
+def motor_parameters(step):
+    return step.parameters.default.copy()
+
+
+@pytest.mark.parametrize("solve", [extended_kalman_filter, pytest.param(unscented_kalman_filter, marks=pytest.mark.heavy)])
+def test_parameters_are_estimated_with_the_state_and_carry_their_names(solve):
+    motor = open_loop(DCMotor())
+    walks = {"b": ParameterWalk(0.03**2), "J": ParameterWalk(0.004**2)}
+    keys = {"x0": [0, 0], "P0": 1e-4 * np.eye(2)}
+    answer = solve(motor_log(3), motor, 1e-9 * np.eye(2), [[0.02**2]], **keys, walks=walks)
+    assert answer.states.names == ("omega", "i", "b", "J")
+    assert answer.states["J"].unit == "kg m^2"
+    off = (answer.x[-1, 2:] - [0.12, 0.012]) / answer.deviations[-1, 2:]
+    assert np.abs(off).max() < 3.3  # 99.9 % of a normal distribution
+    assert (answer.deviations[-1, 2:] < 0.03 * answer.x[-1, 2:]).all()
+    assert answer.consistency().is_consistent
+    wrong = solve(motor_log(3), motor, 1e-9 * np.eye(2), [[0.02**2]], **keys)
+    assert not wrong.consistency().is_consistent
+    np.testing.assert_allclose(answer.smooth().x[0, 2:], answer.x[-1, 2:], rtol=1e-9)  # they are constant
+
+
+def test_an_estimate_beyond_the_bounds_of_a_parameter_is_a_remark():
+    t = 0.02 * np.arange(60)
+    log = Dataset.of(t, {"v": 12 + 0 * t, "omega": -20 * t})
+    walks = {"b": ParameterWalk(1.0)}
+    answer = extended_kalman_filter(log, open_loop(DCMotor()), np.eye(2), [[1e-4]], x0=[0, 0], P0=np.eye(2), walks=walks)
+    assert any("'b' must be" in remark and "estimates are not" in remark for remark in answer.remarks)
+
+
+def two_runs():
+    t = np.arange(3.0)
+    one, two = (Dataset.of(t, {"v": t, "omega": t}, name=name) for name in ("a", "b"))
+    return one.with_experiments(two)
+
+
+PLAIN = {
+    "log": Dataset.of(np.arange(3.0), {"v": np.ones(3), "omega": np.ones(3)}),
+    "model": open_loop(DCMotor()),
+    "Q": np.eye(2),
+    "R": [[1.0]],
+    "x0": [0.0, 0.0],
+    "P0": np.eye(2),
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "sentence"),
+    [
+        ({"log": two_runs()}, ValueError, "must have one experiment, as each begins with its own state; this log has 2"),
+        ({"log": Dataset.of([0.0, 1.0], {"v": [1.0, np.nan], "omega": [1, 1]})}, ValueError, "'v' has none at t = 1 s"),
+        ({"log": Dataset.of([0.0, 0.0], {"v": [1, 1], "omega": [1, 1]})}, ValueError, "must be times that increase"),
+        ({"log": Dataset.of([0.0], {"v": [1], "omega": [1]}, {"omega": "rpm"})}, ValueError, r"'omega' is in \[rpm\]"),
+        ({"log": Dataset.of([0.0], {"v": [1], "speed": [1]})}, LookupError, "must have at least one output of the model"),
+        ({"log": Dataset.of([0.0], {"omega": [1]})}, LookupError, "There is no 'v' among the 1 signals of this log"),
+        ({"outputs": {"omega": "speed"}}, LookupError, "There is no 'speed' among the 2 signals of this log"),
+        ({"x0": None}, ValueError, "x0=.*must be given"),
+        ({"Q": np.eye(3)}, ValueError, r"Q=.*must have shape \(2, 2\); got \(3, 3\)"),
+        ({"R": np.eye(2)}, ValueError, r"R=.*must have shape \(1, 1\); got \(2, 2\)"),
+        ({"hold": "cubic"}, ValueError, "hold=.*is one of 'zero', 'linear'"),
+        ({"walks": {"v": ParameterWalk(1.0)}}, ValueError, "'v' is an input, which the log gives"),
+        ({"walks": {"JJ": ParameterWalk(1.0)}}, LookupError, "There is no 'JJ'"),
+    ],
+)
+def test_logs_that_do_not_fit_the_model_are_refused_in_one_sentence(change, error, sentence):
+    with pytest.raises(error, match=sentence):
+        extended_kalman_filter(**PLAIN | change)
+    assert extended_kalman_filter(**PLAIN).x.shape == (3, 2)
+
+
+def test_weights_by_which_a_covariance_could_lose_its_definiteness_are_refused():
+    with pytest.raises(ValueError, match="central weight 2 - n / c - alpha.2 . beta >= 0, without which P may lose"):
+        unscented_kalman_filter(**PLAIN, alpha=1e-3, beta=2.0)
+
+
+def test_outputs_with_random_numbers_of_a_loop_are_refused():
+    from tests.support.observed import Swaying
+    from workbench.blocks.loop import Instruments
+
+    loop = ClosedLoop(Oscillator(), ExtendedKalmanFilter(Oscillator(), Q, [[0.1]], P0, 0.05, ("p",)), Swaying())
+    step = loop.digital(0.05, Instruments()).step(1)
+    log = Dataset.of(0.05 * np.arange(3), {"p": np.ones(3)})
+    n = step.states.size
+    assert extended_kalman_filter(log, step, np.eye(n), [[1.0]], x0=np.zeros(n), P0=np.eye(n)).x.shape == (3, n)
