@@ -135,6 +135,7 @@ from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
 from workbench.handover.recording import record
 from workbench.handover.replays import replay
+from workbench.identification import filters as filters
 from workbench.identification.datasets import Dataset
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
@@ -281,6 +282,7 @@ __all__ = [
     "equilibria",
     "evidence",
     "export",
+    "filters",
     "fmu",
     "frequency",
     "h2_controller",

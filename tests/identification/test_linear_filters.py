@@ -132,7 +132,9 @@ def test_a_state_that_leaves_the_numbers_ends_the_filter_in_a_remark():
 
 
 def test_a_state_that_is_known_exactly_is_smoothed_and_its_certificate_is_0():
-    answer = kalman_filter(np.ones(5), np.eye(2), [[1.0, 1.0]], np.diag([0.0, 1.0]), [[1.0]], x0=[3, 0], P0=np.diag([0, 1]))
+    answer = kalman_filter(
+        np.ones(5), np.eye(2), [[1.0, 1.0]], np.diag([0.0, 1.0]), [[1.0]], x0=[3, 0], P0=np.diag([0, 1])
+    )
     np.testing.assert_array_equal(answer.smooth().x[:, 0], 3.0)
     assert answer.least_correlation == 0
     with pytest.raises(ValueError, match="a state of this filter has variance 0"):

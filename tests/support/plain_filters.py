@@ -1,4 +1,4 @@
-"""Filters and smoothers as the textbooks print them, on covariances, and the joint normal distribution of all samples."""
+"""Filters and smoothers as the textbooks print them, on covariances, and the joint distribution of all samples."""
 
 import numpy as np
 

@@ -1,7 +1,7 @@
 """Steps of a filter on square roots of covariances, P = S S', by orthogonal transformations (array algorithms).
 
 No covariance is ever subtracted from another, so that S S' cannot lose its definiteness.
-Kailath, Sayed and Hassibi (2000), Linear Estimation, chapter 12; Park and Kailath (1995), IEEE TAC 40(4), for smoothers.
+Kailath, Sayed and Hassibi (2000), Linear Estimation, chapter 12; for smoothers Park and Kailath (1995), IEEE TAC 40(4).
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def backward_steps(spread: Array, noise: Array, roots: Array) -> BackwardSteps:
     rows = np.zeros((N, max(m + noise.shape[2], 2 * n), 2 * n))
     rows[:, :m, :n], rows[:, :m, n:] = np.swapaxes(spread, 1, 2), np.swapaxes(roots, 1, 2)
     rows[:, m : m + noise.shape[2], :n] = np.swapaxes(noise, 1, 2)
-    R = np.linalg.qr(rows, mode="r")
+    R = np.asarray(np.linalg.qr(rows, mode="r"), dtype=float)
     return BackwardSteps(_gains(R[:, :n, :n], R[:, :n, n:]), np.swapaxes(R[:, n:, n:], 1, 2))
 
 

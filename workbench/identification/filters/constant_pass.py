@@ -1,4 +1,4 @@
-"""The pass of a filter whose matrices are constant: a covariance that comes again, to its last bit, is not computed again.
+"""The pass of a filter with constant matrices, in which a covariance that repeats to its last bit is computed once.
 
 The covariances do not depend on the samples. They settle, and in floating-point numbers they repeat after some steps.
 """

@@ -84,7 +84,7 @@ class FilterEstimate:
     @property
     def deviations(self) -> Array:
         """(N, n), the standard deviations of the state after each sample."""
-        return np.linalg.norm(self.S, axis=2)
+        return np.asarray(np.linalg.norm(self.S, axis=2))
 
     @cached_property
     def nis(self) -> Array:
@@ -96,7 +96,8 @@ class FilterEstimate:
     @cached_property
     def sensor_counts(self) -> Array:
         """(N,), the number of sensors that have a sample: the degrees of freedom of `nis`."""
-        return np.isfinite(self.whitened).sum(axis=1).astype(float)
+        counts: Array = np.isfinite(self.whitened).sum(axis=1).astype(float)
+        return counts
 
     @cached_property
     def least_correlation(self) -> float:
@@ -248,6 +249,6 @@ def consistency(
             f"any; got {len(estimates)} runs of sizes {sorted(shapes)}"
             f"{'' if truths is None else f' and {len(truths)} arrays of true states'}."
         )
-    nees = None if truths is None else [one.nees(truth) for one, truth in zip(estimates, truths, strict=True)]
+    pairs = [] if truths is None else [one.nees(truth) for one, truth in zip(estimates, truths, strict=True)]
     nis, counts = (np.array([getattr(one, key) for one in estimates]) for key in ("nis", "sensor_counts"))
-    return chi_square_bands(estimates[0].t, nis, counts, nees and np.array(nees), shapes.pop()[1], level)
+    return chi_square_bands(estimates[0].t, nis, counts, np.array(pairs) if pairs else None, shapes.pop()[1], level)

@@ -42,7 +42,7 @@ class FilterProblem:
         for entry in self.states.entries:
             if entry.bounds.symmetric or not len(rows):
                 continue
-            outside = ~np.asarray(entry.bounds.allow(rows[:, self.states.slice(entry.name)]))
+            outside = np.logical_not(entry.bounds.allow(rows[:, self.states.slice(entry.name)]))
             if outside.any():
                 remarks.append(
                     f"'{entry.name}' must be {entry.bounds}, and {int(outside.any(axis=1).sum())} of {len(rows)} "
@@ -107,7 +107,9 @@ def _of_ode(
     wider = with_walks(ode, list(walks)) if walks else ode
     labels = wider.states.labels[n:]
     rest = base[[place for place, label in enumerate(ode.parameters.labels) if label not in labels]]
-    columns = columns_of(call, log, wider.parameters, ode.inputs if names[0] is None else names[0], ode.outputs, names[1])
+    columns = columns_of(
+        call, log, wider.parameters, ode.inputs if names[0] is None else names[0], ode.outputs, names[1]
+    )
     ode.refuse_beyond(f"{call}(log=...)", float(columns.t[-1]))
     P = scipy.linalg.block_diag(covariance(call, "P0", P0, n), np.diag(variances))
     noise = scipy.linalg.block_diag(square_root(covariance(call, "Q", Q, n)), np.diag(np.sqrt(intensities)))
@@ -124,8 +126,8 @@ def _of_ode(
 def _of_step(call: str, step: StepMap, columns: LogColumns) -> MapExpressions:
     if step.recorded_numbers is not None:
         raise ValueError(
-            f"`{call}(model=...)` must be a step without recorded numbers: give the `Ode` itself, and its inputs in the "
-            "log."
+            f"`{call}(model=...)` must be a step without recorded numbers: give the `Ode` itself, and its inputs in "
+            "the log."
         )
     expressions = MapExpressions.of_step(step)
     if ca.depends_on(expressions.output[list(columns.output_places)], expressions.w):

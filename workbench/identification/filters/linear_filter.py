@@ -15,7 +15,7 @@ from workbench.identification.filters.filter_input import covariance, initial_me
 from workbench.identification.filters.forward_pass import AbstractPass, Moves, PassRecord, forward_pass
 
 
-class LinearPass(AbstractPass):
+class _LinearPass(AbstractPass):
     """x+ = A x + b_k + w, y = C x + d_k + v, with A and the root of Q (N, n, n), of stride 0 if they are constant."""
 
     def __init__(self, ports: tuple[Layout, Layout], t: Array, y: Array, parts: tuple[Array, ...]) -> None:
@@ -109,7 +109,7 @@ def kalman_filter(
     b, d = _driven(call, (B, D, u), (N, n, q))
     mean, P = initial_mean(call, x0, n), covariance(call, "P0", P0, n)
     ports = (_port(call, "states", states, "x", n), _port(call, "outputs", outputs, "y", q))
-    model = LinearPass(ports, times(call, t, N), rows, (a, c, noise, b, d))
+    model = _LinearPass(ports, times(call, t, N), rows, (a, c, noise, b, d))
     return estimate_by(model, mean, P, covariance(call, "R", R, q, definite=True))
 
 
@@ -122,9 +122,9 @@ def roots_of(call: str, Q: Numbers, N: int, n: int) -> Array:
     return np.array([square_root(covariance(call, f"Q[{k}]", one, n)) for k, one in enumerate(checked)])
 
 
-def _driven(call: str, driven: tuple[Numbers | None, Numbers | None, Numbers | None], sizes: tuple[int, ...]) -> tuple[
-    Array, Array
-]:
+def _driven(
+    call: str, driven: tuple[Numbers | None, Numbers | None, Numbers | None], sizes: tuple[int, ...]
+) -> tuple[Array, Array]:
     """B u (N, n) and D u (N, q), zero where there is no such matrix."""
     B, D, u = driven
     N, n, q = sizes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -46,8 +46,8 @@ def columns_of(
                 f"{', '.join(all_outputs.names) or 'none'}; the log has {', '.join(signals.names)}: name them by "
                 "`outputs={'name in the model': 'name in the log'}`."
             )
-    places = [(parameters.indices(ours), _signal(call, ours, theirs, parameters, signals)) for ours, theirs in _pairs(inputs)]
-    read_at = [(all_outputs.indices(ours), _signal(call, ours, theirs, all_outputs, signals)) for ours, theirs in _pairs(outputs)]
+    places = [(parameters.indices(a), _signal(call, a, b, parameters, signals)) for a, b in _pairs(inputs)]
+    read_at = [(all_outputs.indices(a), _signal(call, a, b, all_outputs, signals)) for a, b in _pairs(outputs)]
     u = experiment.values[:, [column for _, columns in places for column in columns]]
     if not np.isfinite(u).all():
         row, column = np.argwhere(~np.isfinite(u))[0]

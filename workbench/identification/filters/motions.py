@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from math import sqrt
 
 import casadi as ca
 import numpy as np
@@ -13,6 +12,7 @@ from workbench.core import Layout, Ode
 from workbench.core.recorded_step import SignalRecord, recorded_step
 from workbench.core.step import StepMap
 from workbench.core.validation.refusals import Array
+from workbench.identification.filters.array_steps import triangle
 from workbench.identification.filters.compiled_function import CompiledFunction
 from workbench.identification.filters.discrete_model import DiscreteModel
 from workbench.identification.filters.log_columns import LogColumns
@@ -70,7 +70,9 @@ class MapExpressions:
 class MapMotion(AbstractMotion):
     """A map from sample to sample, with parameters (N, np), numbers k (N,) and the root of Q (n, l)."""
 
-    def __init__(self, states: Layout, log: LogColumns, map_: MapExpressions, rows: Array, k: Array, noise: Array) -> None:
+    def __init__(
+        self, states: Layout, log: LogColumns, map_: MapExpressions, rows: Array, k: Array, noise: Array
+    ) -> None:
         self.states, self.log = states, log
         self._k, self._rows, self._noise = k[:, None], rows, noise
         self._map = map_
@@ -84,18 +86,22 @@ class MapMotion(AbstractMotion):
         self._many: dict[str, CompiledFunction] = {}
 
     def advance(self, k: int, x: Array) -> tuple[Array, Array, Array]:
+        """The next state, its Jacobian and the root of the noise."""
         moved, F, G = self._advance(x, self._k[k], self._rows[k])
         noise = np.hstack([self._noise, G]) if G.shape[1] else self._noise
         return moved[:, 0].copy(), F, noise
 
     def advance_all(self, k: int, points: Array) -> Array:
+        """The states that points become."""
         return self._all("next", self._next, k, points)
 
     def read(self, k: int, x: Array) -> tuple[Array, Array]:
+        """The readings of a sample and their Jacobian."""
         y, H = self._read(x, self._k[k], self._rows[k])
         return y[:, 0], H
 
     def read_all(self, k: int, points: Array) -> Array:
+        """The readings at points."""
         return self._all("output", self._output, k, points)
 
     def _all(self, name: str, value: ca.SX, k: int, points: Array) -> Array:
@@ -135,15 +141,15 @@ class OdeMotion(AbstractMotion):
         self._places = [label for name in log.input_labels for label in ode.parameters.indices(name)]
         self._sample_rows = np.column_stack([np.broadcast_to(p, (len(log.t), p.size)), log.t])
         self._sample_rows[:, self._places] = log.u
-        record = SignalRecord(np.array([0.0, 1.0]), log.input_labels, *(np.zeros((1, log.u.shape[1])) for _ in range(2)))
+        record = SignalRecord(
+            np.array([0.0, 1.0]), log.input_labels, *(np.zeros((1, log.u.shape[1])) for _ in range(2))
+        )
         rule = recorded_step(ode, record).rule
         self._half = ca.Function("half", [rule.x, rule.p, rule.d], [rule.F(1.0, 0.0, rule.x, rule.p, [], rule.d)])
         self._step = CompiledFunction(*self._step_expressions(noise))
         self._sample = ca.vertcat(ode.p, ode.t)
         self._output = ode.output[list(log.output_places)]
-        self._read = CompiledFunction(
-            "read", [ode.x, self._sample], [self._output, ca.jacobian(self._output, ode.x)]
-        )
+        self._read = CompiledFunction("read", [ode.x, self._sample], [self._output, ca.jacobian(self._output, ode.x)])
         self._many: dict[str, CompiledFunction] = {}
 
     def _step_expressions(self, noise: Array) -> tuple[str, list[ca.SX], list[ca.SX]]:
@@ -160,16 +166,18 @@ class OdeMotion(AbstractMotion):
         return "step", [x, p, d], [moved, F, added]
 
     def advance(self, k: int, x: Array) -> tuple[Array, Array, Array]:
+        """The next state, its Jacobian and the root of the noise."""
         moved, F, noise = self._step(x, self._p, self._rows[self._begins[k]])
         state, Phi, added = moved[:, 0], F.copy(), noise.copy()
         for row in range(self._begins[k] + 1, self._begins[k + 1]):
             moved, F, noise = self._step(state, self._p, self._rows[row])
             state, Phi, added = moved[:, 0], F.dot(Phi), np.hstack([F.dot(added), noise])
             if added.shape[1] > MOST_COLUMNS * len(added):
-                added = np.linalg.qr(added.T, mode="r").T
+                added = triangle(np.asfortranarray(added.T)).T
         return state.copy(), Phi, added
 
     def advance_all(self, k: int, points: Array) -> Array:
+        """The states that points become."""
         m = points.shape[1]
         if "step" not in self._many:
             _, (x, p, d), (moved, *_) = self._step_expressions(np.zeros((points.shape[0], 0)))
@@ -179,10 +187,12 @@ class OdeMotion(AbstractMotion):
         return points
 
     def read(self, k: int, x: Array) -> tuple[Array, Array]:
+        """The readings of a sample and their Jacobian."""
         y, H = self._read(x, self._sample_rows[k])
         return y[:, 0], H
 
     def read_all(self, k: int, points: Array) -> Array:
+        """The readings at points."""
         if "read" not in self._many:
             arguments = [self._ode.x, self._sample]
             self._many["read"] = CompiledFunction("reads", arguments, [self._output], points.shape[1])

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import Array, as_array, describe, one_of
+from workbench.core.validation.refusals import Array, Integers, as_array, describe, one_of
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.filters.filter_estimate import FilterEstimate
 from workbench.identification.filters.filter_input import covariance
@@ -21,6 +21,7 @@ FORMS = ("diagonal", "scaled")
 STEP, WIDE_STEP = 1e-3, 1e-2  # of the logarithm of a variance, for first and for second derivatives
 RANGE = float(np.log(1e10))  # of this logarithm about its start, each way
 FLAT = 1e-2  # second derivative of the log-likelihood below which the samples say nothing of a variance
+BARRIER = 1e50  # in the place of an infinite cost
 NEAR = 0.01  # standard errors, from the end of the search to the maximum
 
 
@@ -97,9 +98,11 @@ def noise_covariances(run: FilterRun, Q: Numbers, R: Numbers, form: str = "diago
     """
     call = "noise_covariances"
     one_of(f"{call}(form=...)", form, FORMS)
-    shape = _Shape(covariance(call, "Q", Q, _size(call, "Q", Q)), covariance(call, "R", R, _size(call, "R", R), True), form)
+    shape = _Shape(
+        covariance(call, "Q", Q, _size(call, "Q", Q)), covariance(call, "R", R, _size(call, "R", R), True), form
+    )
     search = _Search(call, run, shape)
-    first = search.estimates(np.zeros(shape.size))
+    first = search.begin()
     ends = minimize(
         search.cost,
         np.zeros(shape.size),
@@ -108,7 +111,7 @@ def noise_covariances(run: FilterRun, Q: Numbers, R: Numbers, form: str = "diago
         bounds=[(-RANGE, RANGE)] * shape.size,
         options={"ftol": 1e-14, "gtol": 1e-6, "maxiter": 200},
     )
-    return _answer(search, np.asarray(ends.x), shape.names(first[0]))
+    return _answer(search, np.asarray(ends.x), shape.names(first))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +133,7 @@ class _Shape:
             raise ValueError("`noise_covariances(Q=...)` must have a variance that is not 0, where the search begins.")
 
     @property
-    def free(self) -> Array:
+    def free(self) -> Integers:
         """The places of the variances of Q that are free."""
         return np.flatnonzero(np.diag(self.Q))
 
@@ -170,21 +173,31 @@ class _Search:
         self.runs = 0
 
     def estimates(self, logs: Array) -> list[FilterEstimate]:
-        """The estimates of all experiments, which must have a likelihood."""
+        """The estimates of all experiments."""
         self.runs += 1
         answer = self._run(*self.shape.matrices(logs))
-        estimates = [answer] if isinstance(answer, FilterEstimate) else list(answer)
+        estimates = list(answer) if isinstance(answer, Sequence) else [answer]
         for estimate in estimates:
-            if not isinstance(estimate, FilterEstimate) or not np.isfinite(estimate.log_likelihood):
-                text = describe(answer) if not isinstance(estimate, FilterEstimate) else "a filter that diverged"
+            if not isinstance(estimate, FilterEstimate):
                 raise ValueError(
-                    f"`{self._call}(run=...)` must give estimates of filters with a finite log-likelihood; got {text}."
+                    f"`{self._call}(run=...)` must give a `FilterEstimate`, or several; it gave {describe(estimate)}."
                 )
         return estimates
 
+    def begin(self) -> FilterEstimate:
+        """The first estimate at the start of the search, which must have a likelihood."""
+        first, *more = self.estimates(np.zeros(self.shape.size))
+        if not all(np.isfinite(estimate.log_likelihood) for estimate in (first, *more)):
+            raise ValueError(
+                f"`{self._call}(Q=..., R=...)` must be a start at which the filter does not diverge; here it does: "
+                "take larger variances."
+            )
+        return first
+
     def cost(self, logs: Array) -> float:
-        """-log L."""
-        return -sum(estimate.log_likelihood for estimate in self.estimates(logs))
+        """-log L; where a filter diverges, a number from which the search turns back."""
+        value = -sum(estimate.log_likelihood for estimate in self.estimates(logs))
+        return float(value) if np.isfinite(value) else BARRIER
 
     def slope(self, logs: Array) -> Array:
         """The derivatives (m,) by the logarithms."""
@@ -220,11 +233,12 @@ def _answer(search: _Search, logs: Array, names: tuple[str, ...]) -> NoiseCovari
         distance = float("inf")
     if distance > NEAR:
         remarks.append(
-            f"The search ended {distance:.2g} standard errors from the maximum of the log-likelihood: start nearer to it."
+            f"The search ended {distance:.2g} standard errors from the maximum of the log-likelihood: start nearer to "
+            "it."
         )
     Q, R = search.shape.matrices(logs)
-    values = search.shape.values(logs)
-    return NoiseCovariances(Q, R, names, values, values * errors, -search.cost(logs), distance, search.runs, tuple(remarks))
+    values, top = search.shape.values(logs), -search.cost(logs)
+    return NoiseCovariances(Q, R, names, values, values * errors, top, distance, search.runs, tuple(remarks))
 
 
 def _size(call: str, name: str, value: Numbers) -> int:

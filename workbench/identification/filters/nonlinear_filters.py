@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import sqrt
 
 import numpy as np
@@ -27,7 +27,7 @@ TOLERANCE = 1e-4  # standard deviations, of a change by steps of half the length
 MOST_PARTS = 256
 
 
-class ExtendedPass(AbstractPass):
+class _ExtendedPass(AbstractPass):
     """The exact Jacobians at the estimate, and at the prediction for readings."""
 
     def __init__(self, motion: AbstractMotion) -> None:
@@ -51,7 +51,7 @@ class ExtendedPass(AbstractPass):
         return Moves(*_stacked(self.states.size, self._transitions, self._noises))
 
 
-class UnscentedPass(AbstractPass):
+class _UnscentedPass(AbstractPass):
     """2 n + 1 sigma points, whose weights are not negative, and the noise of the exact Jacobians."""
 
     def __init__(self, motion: AbstractMotion, c: float, central: float) -> None:
@@ -72,7 +72,7 @@ class UnscentedPass(AbstractPass):
         return mean, (images - mean[:, None]) * self._weights
 
     def _at(self, x: Array, S: Array) -> Array:
-        return x[:, None] + sqrt(self._c) * S.dot(self._points)
+        return np.asarray(x[:, None] + sqrt(self._c) * S.dot(self._points))
 
     def read(self, k: int, x: Array, S: Array) -> tuple[Array, Array, Array]:
         mean, spread = self._moments(self._motion.read_all(k, self._at(x, S)))
@@ -176,7 +176,7 @@ def extended_kalman_filter(
     """
     call = "extended_kalman_filter"
     problem = problem_of(call, log, model, (Q, R, P0), (x0, p), (inputs, outputs), (walks or {}, hold))
-    return _solved(call, problem, ExtendedPass, parts)
+    return _solved(call, problem, _ExtendedPass, parts)
 
 
 @check_arguments
@@ -233,7 +233,8 @@ def unscented_kalman_filter(
     call = "unscented_kalman_filter"
     problem = problem_of(call, log, model, (Q, R, P0), (x0, p), (inputs, outputs), (walks or {}, hold))
     n = problem.x0.size
-    alpha, beta, kappa = (finite(f"{call}({name}=...)", one) for name, one in zip(("alpha", "beta", "kappa"), (alpha, beta, kappa), strict=True))
+    constants = {"alpha": alpha, "beta": beta, "kappa": kappa}
+    alpha, beta, kappa = (finite(f"{call}({name}=...)", value) for name, value in constants.items())
     c = alpha**2 * (n + kappa)
     if not c > 0 or not 2 - n / c - alpha**2 + beta >= -1e-12:
         raise ValueError(
@@ -242,7 +243,7 @@ def unscented_kalman_filter(
             "states: take the default alpha = 1, beta = 0, kappa = 0."
         )
     central = max(0.0, 2 - n / c - alpha**2 + beta)
-    return _solved(call, problem, lambda motion: UnscentedPass(motion, c, central), parts)
+    return _solved(call, problem, lambda motion: _UnscentedPass(motion, c, central), parts)
 
 
 def _solved(
@@ -268,7 +269,9 @@ def _solved(
         f"Even {count} steps between two samples change the estimates by {error:.1g} standard deviations against half "
         "as many: the model is too fast for this log, or jumps between its samples."
     )
-    return replace(coarse, remarks=coarse.remarks + (() if error <= TOLERANCE else (remark,)), discretisation_error=error)
+    return replace(
+        coarse, remarks=coarse.remarks + (() if error <= TOLERANCE else (remark,)), discretisation_error=error
+    )
 
 
 def _change(coarse: FilterEstimate, fine: FilterEstimate) -> float:

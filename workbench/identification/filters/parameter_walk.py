@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.core.validation.refusals import finite
+from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
 
 
@@ -89,7 +89,7 @@ def _divided(entry: Entry) -> list[Entry]:
     ]
 
 
-def starts_of(ode: Ode, walks: Mapping[str, ParameterWalk], p: np.ndarray) -> tuple[list[float], list[float], list[float]]:
+def starts_of(ode: Ode, walks: Mapping[str, ParameterWalk], p: Array) -> tuple[list[float], list[float], list[float]]:
     """Mean, variance and intensity of each number of the parameters."""
     means, variances, intensities = [], [], []
     for name, walk in walks.items():

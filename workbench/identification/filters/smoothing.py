@@ -47,7 +47,7 @@ class SmoothedEstimate:
     @property
     def deviations(self) -> Array:
         """(N, n), the standard deviation of each state."""
-        return np.linalg.norm(self.S, axis=2)
+        return np.asarray(np.linalg.norm(self.S, axis=2))
 
     @property
     def least_correlation(self) -> float:
