@@ -12,6 +12,7 @@ from workbench.identification.datasets import Dataset
 from workbench.identification.filters import (
     DiscreteModel,
     FilterEstimate,
+    StochasticModel,
     extended_kalman_filter,
     kalman_filter,
 )
@@ -44,4 +45,4 @@ def _extended(case: dict[str, Any]) -> FilterEstimate:
     ports = [layout(**{name: ("?", np.zeros(size))}) for name, size in sizes.items()]
     model = DiscreteModel.of(*ports, lambda x, u: case["f"](x, u, ca), lambda x, u: case["h"](x, ca))
     log = Dataset.of(np.arange(len(case["y"]), dtype=float), {"y": case["y"], "u": case["u"]})
-    return extended_kalman_filter(log, model, case["Q"], case["R"], x0=case["x0"], P0=case["P0"])
+    return extended_kalman_filter(log, StochasticModel(model, *(case[name] for name in ("Q", "R", "x0", "P0"))))

@@ -1,5 +1,7 @@
 """The extended and the unscented filter of a log: beside the blocks in a loop, by hand, and with jittering times."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -18,6 +20,8 @@ from workbench.identification.datasets import Dataset
 from workbench.identification.filters import (
     DiscreteModel,
     ParameterWalk,
+    SigmaPoints,
+    StochasticModel,
     extended_kalman_filter,
     kalman_filter,
     unscented_kalman_filter,
@@ -45,7 +49,7 @@ def test_the_filter_of_a_log_is_the_block_in_a_loop_with_the_same_samples(plant,
     signals["a"] = np.append(runs["hold.a"][0, 1:], runs["hold.a"][0, -1:])
     log = Dataset.of(runs.t, {name: samples.reshape(len(runs.t)) for name, samples in signals.items()})
     x0 = plant.states.default
-    answer = solve(log, open_loop(plant), Q, R, x0=x0, P0=P0, outputs=outputs, parts=4)
+    answer = solve(log, StochasticModel(open_loop(plant), Q, R, x0, P0), outputs=outputs, parts=4)
     hats = np.column_stack([runs[f"observer.{name}_hat"][0] for name in plant.states.names])
     np.testing.assert_allclose(answer.x_predicted, hats, rtol=0, atol=close)
     np.testing.assert_allclose(answer.P_predicted, runs["observer.P"][0], rtol=0, atol=close)
@@ -62,7 +66,7 @@ def jittering_log(N=80):
 @BOTH
 def test_jittering_times_are_met_as_by_exact_matrix_exponentials(solve):
     log, A, B = jittering_log(), np.array([[0.0, 1.0], [-4.0, -0.3]]), np.array([[0.0], [1.0]])
-    answer = solve(log, open_loop(Oscillator()), Q, [[0.1]], x0=[0, 0], P0=P0)
+    answer = solve(log, StochasticModel(open_loop(Oscillator()), Q, [[0.1]], [0, 0], P0))
     lengths = np.append(np.diff(log.experiments[0].t), 0.01)
     blocks = [expm(np.block([[-A, Q], [np.zeros((2, 2)), A.T]]) * h) for h in lengths]
     Phi = np.array([block[2:, 2:].T for block in blocks])
@@ -87,9 +91,9 @@ def test_an_input_between_its_samples_is_held_or_a_straight_line():
     x, t, p = ca.SX.sym("x"), ca.SX.sym("t"), ca.SX.sym("p")
     ode = Ode.of("sum", layout(s="m"), layout(v="m/s"), (t, x, p), {"s": p}, {"y": x}, {"y": "m"})
     log = Dataset.of([0.0, 1.0, 4.0], {"v": [1.0, 3.0, 0.0], "y": 3 * [np.nan]})
-    keys = {"x0": [0.0], "P0": [[1.0]], "inputs": ["v"]}
-    held = extended_kalman_filter(log, ode, [[0.0]], [[1.0]], **keys)
-    line = extended_kalman_filter(log, ode, [[0.0]], [[1.0]], **keys, hold="linear")
+    model = StochasticModel(ode, [[0.0]], [[1.0]], x0=[0.0], P0=[[1.0]])
+    held = extended_kalman_filter(log, model, inputs=["v"])
+    line = extended_kalman_filter(log, model, inputs=["v"], hold="linear")
     np.testing.assert_allclose(held.x[:, 0], [0.0, 1.0, 10.0], rtol=1e-14)
     np.testing.assert_allclose(line.x[:, 0], [0.0, 2.0, 6.5], rtol=1e-14)
 
@@ -132,7 +136,7 @@ def test_the_extended_filter_and_its_smoother_are_those_of_the_textbook():
         *(lambda x: np.array(swing(x, np.sin)), lambda x: np.sin(x[:1]), F, lambda x: np.array([[np.cos(x[0]), 0]])),
         *(*NOISES.values(), *START.values(), y),
     )
-    compare(extended_kalman_filter(log, model, **NOISES, **START), wanted)
+    compare(extended_kalman_filter(log, StochasticModel(model, **NOISES, **START)), wanted)
 
 
 @pytest.mark.parametrize("weights", [(1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (0.8, 2.0, 0.5)])
@@ -142,8 +146,7 @@ def test_the_unscented_filter_and_its_smoother_are_those_of_the_textbook(weights
         *(lambda x: np.array(swing(x, np.sin)), lambda x: np.sin(x[:1])),
         *(*NOISES.values(), *START.values(), y, *weights),
     )
-    keys = dict(zip(("alpha", "beta", "kappa"), weights, strict=True))
-    compare(unscented_kalman_filter(log, model, **NOISES, **START, **keys), wanted)
+    compare(unscented_kalman_filter(log, StochasticModel(model, **NOISES, **START), SigmaPoints(*weights)), wanted)
 
 
 @BOTH
@@ -160,22 +163,22 @@ def test_steps_and_loops_with_a_computer_are_models_as_they_are(solve):
         lambda x, u: x[0],
     )
     keys = {"Q": 1e-3 * np.eye(2), "R": [[1e-2]], "x0": [0.5, 0.0], "P0": P0}
-    by_step, by_model = (solve(log, of, **keys) for of in (step, model))
+    by_step, by_model = (solve(log, StochasticModel(of, **keys)) for of in (step, model))
     np.testing.assert_allclose(by_step.x, by_model.x, rtol=0, atol=1e-13)  # the order of the operations
     with pytest.raises(ValueError, match=r"samples at multiples of the step, 0.05 s, without a gap"):
-        solve(Dataset.of(1.01 * t, {"a": t, "phi": t}), step, **keys)
+        solve(Dataset.of(1.01 * t, {"a": t, "phi": t}), StochasticModel(step, **keys))
 
 
 def test_marked_samples_are_lost_samples():
     log = jittering_log()
     (experiment,) = log.experiments
     experiment.marks[20, experiment.signals.indices("p")] = True
-    keys = {"x0": [0, 0], "P0": P0, "parts": 1}
-    marked = extended_kalman_filter(log, open_loop(Oscillator()), Q, [[0.1]], **keys)
+    model = StochasticModel(open_loop(Oscillator()), Q, [[0.1]], [0, 0], P0)
+    marked = extended_kalman_filter(log, model, parts=1)
     experiment.values[20, experiment.signals.indices("p")] = 1e9
     experiment.marks[20] = True
     assert np.isfinite(marked.innovations[:, 0]).sum() == 80 - 6
-    again = extended_kalman_filter(log, open_loop(Oscillator()), Q, [[0.1]], **keys)
+    again = extended_kalman_filter(log, model, parts=1)
     np.testing.assert_array_equal(again.x, marked.x)
 
 
@@ -196,15 +199,15 @@ def motor_log(seed, J=0.012, b=0.12):
 def test_parameters_are_estimated_with_the_state_and_carry_their_names(solve):
     motor = open_loop(DCMotor())
     walks = {"b": ParameterWalk(0.03**2), "J": ParameterWalk(0.004**2)}
-    keys = {"x0": [0, 0], "P0": 1e-4 * np.eye(2)}
-    answer = solve(motor_log(3), motor, 1e-9 * np.eye(2), [[0.02**2]], **keys, walks=walks)
+    model = StochasticModel(motor, 1e-9 * np.eye(2), [[0.02**2]], x0=[0, 0], P0=1e-4 * np.eye(2), walks=walks)
+    answer = solve(motor_log(3), model)
     assert answer.states.names == ("omega", "i", "b", "J")
     assert answer.states["J"].unit == "kg m^2"
     off = (answer.x[-1, 2:] - [0.12, 0.012]) / answer.deviations[-1, 2:]
     assert np.abs(off).max() < 3.3  # 99.9 % of a normal distribution
     assert (answer.deviations[-1, 2:] < 0.03 * answer.x[-1, 2:]).all()
     assert answer.consistency().is_consistent
-    wrong = solve(motor_log(3), motor, 1e-9 * np.eye(2), [[0.02**2]], **keys)
+    wrong = solve(motor_log(3), replace(model, walks={}))
     assert not wrong.consistency().is_consistent
     np.testing.assert_allclose(answer.smooth().x[0, 2:], answer.x[-1, 2:], rtol=1e-9)  # they are constant
 
@@ -213,9 +216,8 @@ def test_an_estimate_beyond_the_bounds_of_a_parameter_is_a_remark():
     t = 0.02 * np.arange(60)
     log = Dataset.of(t, {"v": 12 + 0 * t, "omega": -20 * t})
     walks = {"b": ParameterWalk(1.0)}
-    answer = extended_kalman_filter(
-        log, open_loop(DCMotor()), np.eye(2), [[1e-4]], x0=[0, 0], P0=np.eye(2), walks=walks
-    )
+    model = StochasticModel(open_loop(DCMotor()), np.eye(2), [[1e-4]], [0, 0], np.eye(2), walks=walks)
+    answer = extended_kalman_filter(log, model)
     assert any("'b' must be" in remark and "estimates are not" in remark for remark in answer.remarks)
 
 
@@ -227,12 +229,19 @@ def two_runs():
 
 PLAIN = {
     "log": Dataset.of(np.arange(3.0), {"v": np.ones(3), "omega": np.ones(3)}),
-    "model": open_loop(DCMotor()),
+    "equations": open_loop(DCMotor()),
     "Q": np.eye(2),
     "R": [[1.0]],
     "x0": [0.0, 0.0],
     "P0": np.eye(2),
 }
+
+
+def filter_plain(solve=extended_kalman_filter, **change):
+    """A filter of the plain log, with some arguments of the model or of the filter changed."""
+    arguments = PLAIN | change
+    model = {name: arguments.pop(name) for name in ("equations", "Q", "R", "x0", "P0", "walks") if name in arguments}
+    return solve(model=StochasticModel(**model), **arguments)
 
 
 @pytest.mark.parametrize(
@@ -263,13 +272,13 @@ PLAIN = {
 )
 def test_logs_that_do_not_fit_the_model_are_refused_in_one_sentence(change, error, sentence):
     with pytest.raises(error, match=sentence):
-        extended_kalman_filter(**PLAIN | change)
-    assert extended_kalman_filter(**PLAIN).x.shape == (3, 2)
+        filter_plain(**change)
+    assert filter_plain().x.shape == (3, 2)
 
 
 def test_weights_by_which_a_covariance_could_lose_its_definiteness_are_refused():
     with pytest.raises(ValueError, match="central weight 2 - n / c - alpha.2 . beta >= 0, without which P may lose"):
-        unscented_kalman_filter(**PLAIN, alpha=1e-3, beta=2.0)
+        filter_plain(solve=unscented_kalman_filter, weights=SigmaPoints(alpha=1e-3, beta=2.0))
 
 
 def test_a_loop_with_its_computer_is_a_model_and_outputs_with_random_numbers_are_refused():
@@ -279,9 +288,10 @@ def test_a_loop_with_its_computer_is_a_model_and_outputs_with_random_numbers_are
     n = digital.states.size
     log = Dataset.of(0.05 * np.arange(3), {"p": np.ones(3), "p_error": np.ones(3)})
     keys = {"Q": 1e-6 * np.eye(n), "R": [[0.1]], "x0": digital.states.default, "P0": 1e-6 * np.eye(n)}
-    answer = extended_kalman_filter(log, digital, **keys, outputs=["p"])
+    model = StochasticModel(digital, **keys)
+    answer = extended_kalman_filter(log, model, outputs=["p"])
     hat = answer.states.labels.index("observer.p_hat")
     # the noise of the sensor moves the estimate of the loop, by its gain of K = 1 / 1.1
     assert answer.deviations[0, hat] < 2e-3 < 0.05 < np.sqrt(answer.P_predicted[1, hat, hat])
     with pytest.raises(ValueError, match="without random numbers, as v is their noise; those of p_error"):
-        extended_kalman_filter(log, digital, **keys, outputs=["p_error"])
+        extended_kalman_filter(log, model, outputs=["p_error"])

@@ -1,6 +1,6 @@
 """Kalman filters and smoothers over a log, in square-root form, with their likelihoods and tests of consistency.
 
-Read `array_steps.py` first, then `forward_pass.py`; `linear_filter.py` is for matrices, `nonlinear_filters.py` for
+Read `array_steps.py` first, then `forward_pass.py`; `matrix_filter.py` is for matrices, `nonlinear_filters.py` for
 equations.
 
 Examples
@@ -11,25 +11,32 @@ Examples
 array([0.97, 1.  , 1.  ])
 """
 
-from workbench.identification.filters.consistency_test import Band, Consistency
+from workbench.identification.filters.consistency_test import ChiSquareBand, Consistency
 from workbench.identification.filters.discrete_model import DiscreteModel
 from workbench.identification.filters.filter_estimate import FilterEstimate, consistency
 from workbench.identification.filters.forward_pass import Moves
-from workbench.identification.filters.linear_filter import kalman_filter
+from workbench.identification.filters.matrix_filter import kalman_filter
 from workbench.identification.filters.noise_covariances import NoiseCovariances, noise_covariances
-from workbench.identification.filters.nonlinear_filters import extended_kalman_filter, unscented_kalman_filter
+from workbench.identification.filters.nonlinear_filters import (
+    SigmaPoints,
+    extended_kalman_filter,
+    unscented_kalman_filter,
+)
 from workbench.identification.filters.parameter_walk import ParameterWalk
 from workbench.identification.filters.smoothing import SmoothedEstimate
+from workbench.identification.filters.stochastic_model import StochasticModel
 
 __all__ = [
-    "Band",
+    "ChiSquareBand",
     "Consistency",
     "DiscreteModel",
     "FilterEstimate",
     "Moves",
     "NoiseCovariances",
     "ParameterWalk",
+    "SigmaPoints",
     "SmoothedEstimate",
+    "StochasticModel",
     "consistency",
     "extended_kalman_filter",
     "kalman_filter",

@@ -12,7 +12,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 
 
-class Band(NamedTuple):
+class ChiSquareBand(NamedTuple):
     """A mean over the runs, and the ends of the band in which it lies with the stated probability."""
 
     mean: float
@@ -58,8 +58,8 @@ class Consistency:
     t: Array
     runs: int
     level: float
-    nis: Band
-    nees: Band | None
+    nis: ChiSquareBand
+    nees: ChiSquareBand | None
     nis_means: Array
     nees_means: Array | None
     nis_inside: float
@@ -80,9 +80,9 @@ def chi_square_bands(t: Array, nis: Array, counts: Array, nees: Array | None, n:
     M = len(nis)
     ends = np.array([(1 - level) / 2, (1 + level) / 2])
 
-    def band(values: Array, freedom: float) -> Band:
+    def band(values: Array, freedom: float) -> ChiSquareBand:
         low, high = _quantiles(ends, np.array(freedom)) / M
-        return Band(float(values.sum() / M), float(low), float(high))
+        return ChiSquareBand(float(values.sum() / M), float(low), float(high))
 
     def inside(values: Array, freedom: Array) -> float:
         sums = values.sum(axis=0)

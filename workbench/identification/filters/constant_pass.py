@@ -27,7 +27,7 @@ class ConstantModel(NamedTuple):
     d: Array  # (N, q)
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Node:
     """A root before a sample, and the steps from it, by the mask of the sensors that have a sample."""
 
@@ -35,7 +35,7 @@ class _Node:
     steps: dict[bytes, tuple[Correction | None, Array, _Node]] = field(default_factory=dict)
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Nodes:
     """The roots that have occurred, by their bits."""
 
@@ -46,7 +46,7 @@ class _Nodes:
     def at(self, S: Array) -> _Node:
         """The node of a root."""
         if len(self.nodes) >= MOST_NODES:
-            self.nodes = {}
+            self.nodes.clear()
         return self.nodes.setdefault(S.tobytes(), _Node(S))
 
     def step(self, node: _Node, key: bytes, mask: Mask) -> tuple[Correction | None, Array, _Node]:
@@ -74,7 +74,7 @@ def constant_pass(pass_: AbstractPass, model: ConstantModel, x: Array, S: Array,
             innovation = record.innovations[k] = pass_.y[k] - (C.dot(x) + d[k])
             s = counts[k]
             whitened = answer.whiten(innovation if s == q else innovation[seen[k]])
-            record.whitened[k, :s], record.roots[k, :s, :s] = whitened, answer.root
+            record.normalised_innovations[k, :s], record.roots[k, :s, :s] = whitened, answer.root
             x = x + whitened.dot(answer.gains)
         record.x[k], record.S[k] = x, root
         x = A.dot(x) + b[k]

@@ -42,7 +42,7 @@ class FilterEstimate:
         The same after each sample.
     innovations
         (N, q), the sample minus the reading that the filter expected; NaN where there is no sample.
-    whitened
+    normalised_innovations
         (N, q), the innovations of a sample over the root of their covariance: independent, of variance 1, if the model
         is right. NaN behind the last one where sensors have no sample.
     log_likelihood
@@ -65,7 +65,7 @@ class FilterEstimate:
     x: Array
     S: Array
     innovations: Array
-    whitened: Array
+    normalised_innovations: Array
     log_likelihood: float
     moves: Moves
     remarks: tuple[str, ...] = ()
@@ -89,14 +89,14 @@ class FilterEstimate:
     @cached_property
     def nis(self) -> Array:
         """(N,), the normalised innovations squared, e' cov(e)^-1 e; NaN where no sensor has a sample."""
-        squares: Array = np.nansum(self.whitened**2, axis=1)
+        squares: Array = np.nansum(self.normalised_innovations**2, axis=1)
         squares[self.sensor_counts == 0] = np.nan
         return squares
 
     @cached_property
     def sensor_counts(self) -> Array:
         """(N,), the number of sensors that have a sample: the degrees of freedom of `nis`."""
-        counts: Array = np.isfinite(self.whitened).sum(axis=1).astype(float)
+        counts: Array = np.isfinite(self.normalised_innovations).sum(axis=1).astype(float)
         return counts
 
     @cached_property
@@ -169,7 +169,14 @@ def estimate_by(model: AbstractPass, x0: Array, P0: Array, R: Array) -> FilterEs
     with np.errstate(over="ignore", invalid="ignore"):  # a state that diverges is a remark
         record = model.run(x0, square_root(P0), R)
         log_likelihood = _log_likelihood(record)
-    shared = (record.x_predicted, record.S_predicted, record.x, record.S, record.innovations, record.whitened)
+    shared = (
+        record.x_predicted,
+        record.S_predicted,
+        record.x,
+        record.S,
+        record.innovations,
+        record.normalised_innovations,
+    )
     remarks = _remarks(model, record)
     return FilterEstimate(
         *(model.t, model.states, model.outputs, model.y), *shared, log_likelihood, model.moves(), remarks
@@ -179,7 +186,7 @@ def estimate_by(model: AbstractPass, x0: Array, P0: Array, R: Array) -> FilterEs
 def _log_likelihood(record: PassRecord) -> float:
     diagonal = np.abs(np.diagonal(record.roots, axis1=1, axis2=2))
     seen = np.isfinite(diagonal)
-    squares = record.whitened[np.isfinite(record.whitened)] ** 2
+    squares = record.normalised_innovations[np.isfinite(record.normalised_innovations)] ** 2
     if not np.isfinite(record.x[-1]).all():
         return -np.inf
     return float(-0.5 * (seen.sum() * np.log(2 * np.pi) + 2 * np.log(diagonal[seen]).sum() + squares.sum()))
@@ -193,7 +200,12 @@ def _remarks(model: AbstractPass, record: PassRecord) -> tuple[str, ...]:
             f"The filter left the finite numbers at sample {k} (t = {model.t[k]:g}); all later values are NaN."
         )
     with np.errstate(invalid="ignore"):
-        far = np.abs(record.whitened).max(axis=1, initial=0.0, where=np.isfinite(record.whitened)) > DIVERGENCE
+        far = (
+            np.abs(record.normalised_innovations).max(
+                axis=1, initial=0.0, where=np.isfinite(record.normalised_innovations)
+            )
+            > DIVERGENCE
+        )
     if far.any():
         k = int(np.argmax(far))
         remarks.append(

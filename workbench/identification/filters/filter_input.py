@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, as_array, describe, vector
 from workbench.design.matrices import EPS, symmetric
 from workbench.design.matrices import definite as positive_definite
 
 
-def samples(call: str, y: Numbers) -> Array:
+def samples(call: str, y: Array) -> Array:
     """Samples (N, q), NaN where a sensor has none."""
     array = as_array(y)
     array = array[:, None] if array is not None and array.ndim == 1 else array
@@ -21,7 +20,7 @@ def samples(call: str, y: Numbers) -> Array:
     return array
 
 
-def times(call: str, t: Numbers | None, N: int) -> Array:
+def times(call: str, t: Array | None, N: int) -> Array:
     """The times (N,) of samples, by default their numbers; they must increase."""
     if t is None:
         return np.arange(N, dtype=float)
@@ -35,7 +34,7 @@ def times(call: str, t: Numbers | None, N: int) -> Array:
     return array
 
 
-def matrices(call: str, name: str, value: Numbers, N: int, shape: tuple[int, int] | None = None) -> Array:
+def matrices(call: str, name: str, value: Array, N: int, shape: tuple[int, int] | None = None) -> Array:
     """Finite matrices (N, rows, columns), of one matrix (rows, columns) that is the same for all samples or of N."""
     array = as_array(value)
     square = "" if shape else "square "
@@ -54,7 +53,7 @@ def matrices(call: str, name: str, value: Numbers, N: int, shape: tuple[int, int
     return np.broadcast_to(np.ascontiguousarray(array), (N, *want))
 
 
-def covariance(call: str, name: str, value: Numbers | None, n: int, definite: bool = False) -> Array:
+def covariance(call: str, name: str, value: Array | None, n: int, definite: bool = False) -> Array:
     """A covariance (n, n), positive semidefinite, or definite if it must be."""
     if value is None:
         raise ValueError(
@@ -79,7 +78,7 @@ def covariance(call: str, name: str, value: Numbers | None, n: int, definite: bo
     return P
 
 
-def initial_mean(call: str, x0: Numbers | None, n: int) -> Array:
+def initial_mean(call: str, x0: Array | None, n: int) -> Array:
     """The mean (n,) of the state before the first sample."""
     if x0 is None:
         raise ValueError(

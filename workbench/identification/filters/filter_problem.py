@@ -1,8 +1,8 @@
-"""A model, a log and their covariances, checked and joined to what a filter runs over."""
+"""A stochastic model and a log, joined to what a filter runs over."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import casadi as ca
@@ -11,18 +11,26 @@ import scipy.linalg
 
 from workbench.core import Layout, Ode, SampledSystem
 from workbench.core.step import StepMap
-from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import Array, one_of, vector
+from workbench.core.validation.refusals import Array, one_of
 from workbench.identification.datasets import Dataset
 from workbench.identification.filters.array_steps import square_root
 from workbench.identification.filters.discrete_model import DiscreteModel
 from workbench.identification.filters.filter_input import covariance, initial_mean
 from workbench.identification.filters.log_columns import LogColumns, Names, columns_of
 from workbench.identification.filters.motions import AbstractMotion, MapExpressions, MapMotion, OdeMotion
-from workbench.identification.filters.parameter_walk import ParameterWalk, starts_of, with_walks
+from workbench.identification.filters.parameter_walk import starts_of, with_walks
+from workbench.identification.filters.stochastic_model import StochasticModel
 
-Model = Ode | SampledSystem | StepMap | DiscreteModel
 HOLDS = ("zero", "linear")
+
+
+@dataclass(frozen=True, eq=False)
+class LogReading:
+    """The names by which a filter finds inputs and outputs in a log, and the inputs between their samples."""
+
+    inputs: Names | None
+    outputs: Names | None
+    hold: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,74 +59,60 @@ class FilterProblem:
         return tuple(remarks)
 
 
-def problem_of(
-    call: str,
-    log: Dataset,
-    model: Model,
-    covariances: tuple[Numbers, Numbers, Numbers | None],
-    values: tuple[Numbers | None, Numbers | None],
-    names: tuple[Names | None, Names | None],
-    choices: tuple[Mapping[str, ParameterWalk], str],
-) -> FilterProblem:
-    """The problem of Q, R and P0, of x0 and p, of inputs and outputs, of walks and hold."""
-    (Q, R, P0), (x0, p), (walks, hold) = covariances, values, choices
-    one_of(f"{call}(hold=...)", hold, HOLDS)
-    if isinstance(model, Ode):
-        return _of_ode(call, log, model, covariances, values, names, choices)
-    if walks:
-        raise ValueError(
-            f"`{call}(walks=...)` needs an `Ode`, whose parameters are known by name; make them states of the model."
-        )
-    if isinstance(model, SampledSystem):
-        model = model.step()
-    n, parameters = model.states.size, model.inputs if isinstance(model, DiscreteModel) else model.parameters
-    default = parameters.names if isinstance(model, DiscreteModel) else model.flow.inputs
-    columns = columns_of(call, log, parameters, default if names[0] is None else names[0], model.outputs, names[1])
-    base = parameters.default if p is None else vector(f"{call}(p=...)", p, parameters.size, "parameters")
-    rows = np.array(np.broadcast_to(base, (len(columns.t), parameters.size)))
-    rows[:, [parameters.labels.index(label) for label in columns.input_labels]] = columns.u
-    noise = square_root(covariance(call, "Q", Q, n))
-    if isinstance(model, DiscreteModel):
-        expressions, k = MapExpressions.of_model(model), np.arange(len(rows), dtype=float)
+def problem_of(call: str, log: Dataset, model: StochasticModel, reading: LogReading) -> FilterProblem:
+    """The problem of a log and a model."""
+    one_of(f"{call}(hold=...)", reading.hold, HOLDS)
+    if isinstance(model.equations, Ode):
+        return _of_ode(call, log, model, model.equations, reading)
+    step = model.equations.step() if isinstance(model.equations, SampledSystem) else model.equations
+    inputs = step.inputs.names if isinstance(step, DiscreteModel) else step.flow.inputs
+    columns = columns_of(call, log, model.parameters, _or(reading.inputs, inputs), step.outputs, reading.outputs)
+    base = model.parameters.default if model.p is None else model.p
+    rows = np.array(np.broadcast_to(base, (len(columns.t), base.size)))
+    rows[:, [model.parameters.labels.index(label) for label in columns.input_labels]] = columns.u
+    noise = square_root(covariance(call, "Q", model.Q, step.states.size))
+    if isinstance(step, DiscreteModel):
+        expressions, k = MapExpressions.of_model(step), np.arange(len(rows), dtype=float)
     else:
-        expressions, k = _of_step(call, model, columns), _numbers(call, model, columns.t)
-    states = model.states
-    R_, P = covariance(call, "R", R, columns.outputs.size, definite=True), covariance(call, "P0", P0, n)
+        expressions, k = _of_step(call, step, columns), _numbers(call, step, columns.t)
     return FilterProblem(
-        initial_mean(call, x0, n),
-        *(P, R_, states),
-        lambda _: MapMotion(states, columns, expressions, rows, k, noise),
+        *_start(call, model, columns),
+        step.states,
+        lambda _: MapMotion(step.states, columns, expressions, rows, k, noise),
         has_parts=False,
     )
 
 
-def _of_ode(
-    call: str,
-    log: Dataset,
-    ode: Ode,
-    covariances: tuple[Numbers, Numbers, Numbers | None],
-    values: tuple[Numbers | None, Numbers | None],
-    names: tuple[Names | None, Names | None],
-    choices: tuple[Mapping[str, ParameterWalk], str],
-) -> FilterProblem:
-    (Q, R, P0), (x0, p), (walks, hold), n = covariances, values, choices, ode.states.size
-    base = ode.parameters.default if p is None else vector(f"{call}(p=...)", p, ode.parameters.size, "parameters")
-    means, variances, intensities = starts_of(ode, walks, base)
-    wider = with_walks(ode, list(walks)) if walks else ode
-    labels = wider.states.labels[n:]
-    rest = base[[place for place, label in enumerate(ode.parameters.labels) if label not in labels]]
-    columns = columns_of(
-        call, log, wider.parameters, ode.inputs if names[0] is None else names[0], ode.outputs, names[1]
+def _or(names: Names | None, default: Names) -> Names:
+    return default if names is None else names
+
+
+def _start(call: str, model: StochasticModel, columns: LogColumns) -> tuple[Array, Array, Array]:
+    """x0, P0 and R, whose size must be the number of outputs that are read."""
+    n = model.equations.states.size
+    return (
+        initial_mean(call, model.x0, n),
+        covariance(call, "P0", model.P0, n),
+        covariance(call, "R", model.R, columns.outputs.size, definite=True),
     )
+
+
+def _of_ode(call: str, log: Dataset, model: StochasticModel, ode: Ode, reading: LogReading) -> FilterProblem:
+    n, base = ode.states.size, ode.parameters.default if model.p is None else model.p
+    means, variances, intensities = starts_of(ode, model.walks, base)
+    wider = with_walks(ode, list(model.walks))
+    names = wider.states.labels[n:]
+    rest = base[[place for place, label in enumerate(ode.parameters.labels) if label not in names]]
+    inputs = _or(reading.inputs, ode.inputs)
+    columns = columns_of(call, log, wider.parameters, inputs, ode.outputs, reading.outputs)
     ode.refuse_beyond(f"{call}(log=...)", float(columns.t[-1]))
-    P = scipy.linalg.block_diag(covariance(call, "P0", P0, n), np.diag(variances))
-    noise = scipy.linalg.block_diag(square_root(covariance(call, "Q", Q, n)), np.diag(np.sqrt(intensities)))
+    x0, P0, R = _start(call, model, columns)
+    noise = square_root(covariance(call, "Q", model.Q, n))
+    noise = scipy.linalg.block_diag(noise, np.diag(np.sqrt(intensities)))
     return FilterProblem(
-        np.concatenate([initial_mean(call, x0, n), means]),
-        P,
-        covariance(call, "R", R, columns.outputs.size, definite=True),
+        *(np.concatenate([x0, means]), scipy.linalg.block_diag(P0, np.diag(variances)), R),
         wider.states,
-        lambda parts: OdeMotion(wider, columns, rest, noise, hold, parts),
+        lambda parts: OdeMotion(wider, columns, rest, noise, reading.hold, parts),
         has_parts=True,
     )
 
@@ -126,13 +120,13 @@ def _of_ode(
 def _of_step(call: str, step: StepMap, columns: LogColumns) -> MapExpressions:
     if step.recorded_numbers is not None:
         raise ValueError(
-            f"`{call}(model=...)` must be a step without recorded numbers: give the `Ode` itself, and its inputs in "
+            f"`{call}(model=...)` must have a step without recorded numbers: give the `Ode` itself, and its inputs in "
             "the log."
         )
     expressions = MapExpressions.of_step(step)
     if ca.depends_on(expressions.output[list(columns.output_places)], expressions.w):
         raise ValueError(
-            f"`{call}(model=...)` must have outputs without random numbers, as v is their noise; those of "
+            f"`{call}(outputs=...)` must be outputs without random numbers, as v is their noise; those of "
             f"{', '.join(columns.outputs.names)} have some: read other outputs, or give the loop no instruments."
         )
     return expressions
@@ -146,4 +140,4 @@ def _numbers(call: str, step: StepMap, t: Array) -> Array:
             f"`{call}(log=...)` must have its samples at multiples of the step, {step.h:g} s, without a gap, as a map "
             "knows no other times: resample the log, or give the `Ode`."
         )
-    return k
+    return np.asarray(k)

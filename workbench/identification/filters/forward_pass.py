@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core import Layout
+from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.identification.filters.array_steps import correction, predict, square_root
 
@@ -16,6 +17,7 @@ Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Moves:
     """The moves from each of the N samples to the next, as a smoother needs them.
 
@@ -61,7 +63,7 @@ class AbstractPass(ABC):
         return forward_pass(self, x, S, R)
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class PassRecord:
     """All that a pass computes, sample by sample; NaN from the sample on at which the state left the numbers."""
 
@@ -70,7 +72,7 @@ class PassRecord:
     x: Array
     S: Array
     innovations: Array  # (N, q)
-    whitened: Array  # (N, q), of the sensors with a sample, one after another
+    normalised_innovations: Array  # (N, q), of the sensors with a sample, one after another
     roots: Array  # (N, q, q), upper triangular, of the covariances of these innovations
 
     @staticmethod
@@ -80,18 +82,18 @@ class PassRecord:
         return PassRecord(*(np.full(shape, np.nan) for shape in shapes))
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class SensorNoise:
     """Square roots of the covariances of the sensors that have a sample, each computed once."""
 
     R: Array
     _roots: dict[bytes, Array] = field(default_factory=dict)
 
-    def root(self, seen: Mask) -> Array:
+    def root(self, mask: Mask) -> Array:
         """The root (s, s) of the rows and columns of the s sensors of a mask (q,)."""
-        key = seen.tobytes()
+        key = mask.tobytes()
         if key not in self._roots:
-            self._roots[key] = square_root(self.R[np.ix_(seen, seen)])
+            self._roots[key] = square_root(self.R[np.ix_(mask, mask)])
         return self._roots[key]
 
 
@@ -124,5 +126,5 @@ def _correct_at(
         innovation, readings = innovation[mask], readings[mask]
     answer, s = correction(roots, readings, noise), len(innovation)
     whitened = answer.whiten(innovation)
-    record.whitened[k, :s], record.roots[k, :s, :s] = whitened, answer.root
+    record.normalised_innovations[k, :s], record.roots[k, :s, :s] = whitened, answer.root
     return x + whitened.dot(answer.gains), answer.S

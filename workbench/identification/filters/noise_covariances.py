@@ -10,7 +10,6 @@ import numpy as np
 from scipy.optimize import minimize
 
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, Integers, as_array, describe, one_of
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.filters.filter_estimate import FilterEstimate
@@ -65,7 +64,7 @@ class NoiseCovariances:
 
 
 @check_arguments
-def noise_covariances(run: FilterRun, Q: Numbers, R: Numbers, form: str = "diagonal") -> NoiseCovariances:
+def noise_covariances(run: FilterRun, Q: Array, R: Array, form: str = "diagonal") -> NoiseCovariances:
     """The noise covariances of largest likelihood, over the exact log-likelihood of a filter.
 
     Parameters
@@ -241,7 +240,7 @@ def _answer(search: _Search, logs: Array, names: tuple[str, ...]) -> NoiseCovari
     return NoiseCovariances(Q, R, names, values, values * errors, top, distance, search.runs, tuple(remarks))
 
 
-def _size(call: str, name: str, value: Numbers) -> int:
+def _size(call: str, name: str, value: Array) -> int:
     array = as_array(value)
     if array is None or array.ndim != 2 or array.shape[0] != array.shape[1]:
         raise ValueError(f"`{call}({name}=...)` must be a square matrix; got {describe(value)}.")

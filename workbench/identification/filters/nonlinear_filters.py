@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
 
-from workbench.core import Ode, SampledSystem
-from workbench.core.step import StepMap
-from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, finite, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
-from workbench.identification.filters.discrete_model import DiscreteModel
 from workbench.identification.filters.filter_estimate import FilterEstimate, estimate_by
-from workbench.identification.filters.filter_problem import FilterProblem, problem_of
+from workbench.identification.filters.filter_problem import FilterProblem, LogReading, problem_of
 from workbench.identification.filters.forward_pass import AbstractPass, Moves
 from workbench.identification.filters.log_columns import Names
 from workbench.identification.filters.motions import AbstractMotion
-from workbench.identification.filters.parameter_walk import ParameterWalk
+from workbench.identification.filters.stochastic_model import StochasticModel
 
-Model = Ode | SampledSystem | StepMap | DiscreteModel
 TOLERANCE = 1e-4  # standard deviations, of a change by steps of half the length
 MOST_PARTS = 256
 
@@ -102,50 +97,61 @@ def _stacked(n: int, transitions: list[Array], noises: list[Array]) -> tuple[Arr
     return np.array(transitions).reshape(-1, n, n), stacked
 
 
+@dataclass(frozen=True)
+@check_arguments
+class SigmaPoints:
+    """The constants of sigma points x +- sqrt(c) s_i, with the columns s_i of S and c = alpha^2 (n + kappa).
+
+    The weight of the central one is 1 - n / c for means, and 2 - n / c - alpha^2 + beta for covariances. This one must
+    not be negative, so that P stays positive definite. The default is the cubature rule, in which it is 0.
+
+    References
+    ----------
+    Sarkka (2013), Bayesian Filtering and Smoothing, sections 5.5 and 6.6.
+    Van der Merwe and Wan (2001), The square-root unscented Kalman filter, ICASSP.
+    """
+
+    alpha: float = 1.0
+    beta: float = 0.0
+    kappa: float = 0.0
+
+    def of_size(self, n: int) -> tuple[float, float]:
+        """c and the central weight of covariances, for n states; refused where P may lose its definiteness."""
+        for name, value in vars(self).items():
+            finite(f"SigmaPoints({name}=...)", value)
+        c = self.alpha**2 * (n + self.kappa)
+        central = 2 - n / c - self.alpha**2 + self.beta if c > 0 else -1.0
+        if central < -1e-12:
+            raise ValueError(
+                f"`SigmaPoints(alpha=..., beta=..., kappa=...)` must give c = alpha^2 (n + kappa) > 0 and a central "
+                f"weight 2 - n / c - alpha^2 + beta >= 0, without which P may lose its definiteness; got c = {c:g} for "
+                f"{n} states: take the default alpha = 1, beta = 0, kappa = 0."
+            )
+        return c, max(0.0, central)
+
+
 @check_arguments
 def extended_kalman_filter(
     log: Dataset,
-    model: Model,
-    Q: Numbers,
-    R: Numbers,
+    model: StochasticModel,
     *,
-    x0: Numbers | None = None,
-    P0: Numbers | None = None,
-    p: Numbers | None = None,
     inputs: Names | None = None,
     outputs: Names | None = None,
-    walks: Mapping[str, ParameterWalk] | None = None,
     hold: str = "zero",
     parts: int | None = None,
 ) -> FilterEstimate:
     """The extended Kalman filter of a log, over the exact Jacobians of a model; of a linear model, the Kalman filter.
 
-    An `Ode` moves from each time of the log to the next, however these jitter: x' = f(t, x, u) + w with white noise w.
-    A model in discrete time moves from sample to sample: x+ = f(k, x, u) + w. The Jacobian of f is taken at the
-    estimate, and the one of the readings y = h(t, x, u) + v at the prediction.
+    An `Ode` moves from each time of the log to the next, however these jitter. The Jacobian of the motion is taken at
+    the estimate, and the one of the readings at the prediction. Samples that are NaN or marked are lost ones.
 
     Parameters
     ----------
-    log
-        The log, of one experiment. Samples that are NaN or marked are lost ones.
-    model
-        An `Ode`, such as of `wb.open_loop`; a loop with its computer; a step of either; or a `DiscreteModel`. The
-        random numbers of a step are noise of its states, besides Q.
-    Q
-        (nx, nx), of an `Ode` the intensity of w, E w(t) w(s)' = Q delta(t - s), else its covariance. Semidefinite.
-    R
-        (q, q), the covariance of v, positive definite, in the order of the outputs.
-    x0, P0
-        (nx,) and (nx, nx), mean and covariance of the state before the first sample. They must be given.
-    p
-        (np,), the parameters of the model; by default its own.
-    inputs
-        Names of the parameters that the log gives, or a mapping from them to signals of the log. The default are the
-        declared inputs of the model.
-    outputs
-        Names of the outputs that are read, or such a mapping; by default all outputs that the log has.
-    walks
-        Parameters of an `Ode` that are estimated with the state, by name. They are states behind those of the model.
+    log, model
+        A log of one experiment, and the equations with their noises.
+    inputs, outputs
+        Names of the parameters that the log gives and of the outputs that are read, or mappings from these names to
+        signals of the log. By default, they are the declared inputs, and all outputs that the log has.
     hold
         "zero" for inputs that stay constant between two samples, "linear" for straight lines.
     parts
@@ -154,95 +160,59 @@ def extended_kalman_filter(
 
     Raises
     ------
-    LookupError
-        If a name is not one of the model or of the log.
-    ValueError
-        If a shape or a unit does not fit, Q or P0 is not positive semidefinite, R is not positive definite, x0 or P0
-        is not given, an input has no sample, or the times of the log do not increase.
-
-    References
-    ----------
-    Sarkka (2013), Bayesian Filtering and Smoothing, algorithm 5.4.
-    Kailath, Sayed and Hassibi (2000), Linear Estimation, section 12.3: array algorithms.
+    LookupError, ValueError
+        If a name, a shape or a unit does not fit, an input has no sample, or the times do not increase.
 
     Examples
     --------
-    >>> motor = wb.open_loop(wb.DCMotor())
-    >>> t = np.linspace(0.0, 2.0, 201)
-    >>> log = wb.Dataset.of(t, {"v": np.ones(201), "omega": 0.1 * (1 - np.exp(-2 * t))}, {"v": "V", "omega": "rad/s"})
-    >>> answer = wb.filters.extended_kalman_filter(log, motor, 1e-4 * np.eye(2), [[1e-4]], x0=[0, 0], P0=np.eye(2))
-    >>> answer.states.labels, answer.x.shape
-    (('omega', 'i'), (201, 2))
+    >>> model = wb.filters.StochasticModel(wb.open_loop(wb.DCMotor()), np.eye(2), [[1e-2]], [0, 0], np.eye(2))
+    >>> log = wb.Dataset.of([0.0, 0.1, 0.3], {"v": [1.0, 1.0, 0.0], "omega": [0.0, 0.01, 0.02]})
+    >>> wb.filters.extended_kalman_filter(log, model).x.shape
+    (3, 2)
     """
     call = "extended_kalman_filter"
-    problem = problem_of(call, log, model, (Q, R, P0), (x0, p), (inputs, outputs), (walks or {}, hold))
-    return _solved(call, problem, _ExtendedPass, parts)
+    return _solved(call, problem_of(call, log, model, LogReading(inputs, outputs, hold)), _ExtendedPass, parts)
 
 
 @check_arguments
 def unscented_kalman_filter(
     log: Dataset,
-    model: Model,
-    Q: Numbers,
-    R: Numbers,
+    model: StochasticModel,
+    weights: SigmaPoints | None = None,
     *,
-    x0: Numbers | None = None,
-    P0: Numbers | None = None,
-    p: Numbers | None = None,
     inputs: Names | None = None,
     outputs: Names | None = None,
-    walks: Mapping[str, ParameterWalk] | None = None,
     hold: str = "zero",
     parts: int | None = None,
-    alpha: float = 1.0,
-    beta: float = 0.0,
-    kappa: float = 0.0,
 ) -> FilterEstimate:
     """The unscented Kalman filter of a log: the moments of 2 n + 1 sigma points that move through the model itself.
 
-    The points lie sqrt(c) columns of S from the mean, c = alpha^2 (n + kappa). The weight of the central one is
-    1 - n / c for means, and 2 - n / c - alpha^2 + beta for covariances. This one must not be negative, so that P stays
-    positive definite. The default is the cubature rule, in which it is 0. The noise of an `Ode` between two samples is
-    the one of the extended filter.
+    The noise of an `Ode` between two samples is the one of the extended filter.
 
     Parameters
     ----------
-    log, model, Q, R, x0, P0, p, inputs, outputs, walks, hold, parts
+    log, model, inputs, outputs, hold, parts
         As of `extended_kalman_filter`.
-    alpha, beta, kappa
-        Constants of the sigma points.
+    weights
+        The constants of the sigma points; by default those of the cubature rule.
 
     Raises
     ------
     LookupError, ValueError
         As `extended_kalman_filter`, and if the central weight of covariances is negative.
 
-    References
-    ----------
-    Sarkka (2013), Bayesian Filtering and Smoothing, algorithms 5.14 and 6.6.
-    Van der Merwe and Wan (2001), The square-root unscented Kalman filter, ICASSP.
-
     Examples
     --------
-    >>> level, gauge = wb.layout(level="m"), wb.layout(gauge="m")
-    >>> tank = wb.filters.DiscreteModel.of(level, wb.layout(), gauge, lambda x, u: 0.9 * x, lambda x, u: x**2)
-    >>> log = wb.Dataset.of(np.arange(3.0), {"gauge": np.array([0.9, 0.7, 0.6])}, {"gauge": "m"})
-    >>> wb.filters.unscented_kalman_filter(log, tank, [[1e-4]], [[1e-2]], x0=[1.0], P0=[[0.1]]).x[:, 0].round(2)
-    array([0.94, 0.84, 0.76])
+    >>> ports = wb.layout(level="m"), wb.layout(), wb.layout(gauge="m")
+    >>> tank = wb.filters.DiscreteModel.of(*ports, lambda x, u: 0.9 * x, lambda x, u: x**2)
+    >>> log = wb.Dataset.of([0.0, 1.0, 2.0], {"gauge": [0.9, 0.7, 0.6]}, {"gauge": "m"})
+    >>> model = wb.filters.StochasticModel(tank, [[1e-4]], [[1e-2]], x0=[1.0], P0=[[0.1]])
+    >>> wb.filters.unscented_kalman_filter(log, model, wb.filters.SigmaPoints(kappa=2.0)).x[:, 0].round(2)
+    array([0.93, 0.84, 0.76])
     """
     call = "unscented_kalman_filter"
-    problem = problem_of(call, log, model, (Q, R, P0), (x0, p), (inputs, outputs), (walks or {}, hold))
-    n = problem.x0.size
-    constants = {"alpha": alpha, "beta": beta, "kappa": kappa}
-    alpha, beta, kappa = (finite(f"{call}({name}=...)", value) for name, value in constants.items())
-    c = alpha**2 * (n + kappa)
-    if not c > 0 or not 2 - n / c - alpha**2 + beta >= -1e-12:
-        raise ValueError(
-            f"`{call}(alpha=..., beta=..., kappa=...)` must give c = alpha^2 (n + kappa) > 0 and a central weight "
-            f"2 - n / c - alpha^2 + beta >= 0, without which P may lose its definiteness; got c = {c:g} for {n} "
-            "states: take the default alpha = 1, beta = 0, kappa = 0."
-        )
-    central = max(0.0, 2 - n / c - alpha**2 + beta)
+    problem = problem_of(call, log, model, LogReading(inputs, outputs, hold))
+    c, central = (weights or SigmaPoints()).of_size(problem.x0.size)
     return _solved(call, problem, lambda motion: _UnscentedPass(motion, c, central), parts)
 
 

@@ -58,6 +58,9 @@ def with_walks(ode: Ode, names: Iterable[str]) -> Ode:
     ValueError
         If a parameter is an input, or is named twice.
     """
+    names = list(names)
+    if not names:
+        return ode
     labels = [ode.parameters.labels[place] for name in names for place in ode.parameters.indices(name)]
     inputs = {ode.parameters.labels[place] for name in ode.inputs for place in ode.parameters.indices(name)}
     for label in labels:

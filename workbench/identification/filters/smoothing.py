@@ -31,6 +31,13 @@ class SmoothedEstimate:
         (N, n) and (N, n, n), the state and the square root of its covariance, P = S S'.
     lag
         The number of later samples that each state knows; None if it knows all.
+
+    Examples
+    --------
+    >>> level = wb.filters.kalman_filter([1.0, 1.2, 0.9], [[1]], [[1]], [[0.01]], [[0.04]], x0=[0], P0=[[1]])
+    >>> smooth = level.smooth()
+    >>> smooth
+    <SmoothedEstimate of x: 3 samples, by all samples>
     """
 
     t: Array

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.core import Entry, Layout
-from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, as_array, describe
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.filters.array_steps import square_root
@@ -15,7 +14,7 @@ from workbench.identification.filters.filter_input import covariance, initial_me
 from workbench.identification.filters.forward_pass import AbstractPass, Moves, PassRecord, forward_pass
 
 
-class _LinearPass(AbstractPass):
+class _MatrixPass(AbstractPass):
     """x+ = A x + b_k + w, y = C x + d_k + v, with A and the root of Q (N, n, n), of stride 0 if they are constant."""
 
     def __init__(self, ports: tuple[Layout, Layout], t: Array, y: Array, parts: tuple[Array, ...]) -> None:
@@ -42,78 +41,74 @@ class _LinearPass(AbstractPass):
 
 @check_arguments
 def kalman_filter(
-    y: Numbers,
-    A: Numbers,
-    C: Numbers,
-    Q: Numbers,
-    R: Numbers,
+    y: Array,
+    A: Array,
+    C: Array,
+    Q: Array,
+    R: Array,
     *,
-    x0: Numbers | None = None,
-    P0: Numbers | None = None,
-    B: Numbers | None = None,
-    D: Numbers | None = None,
-    u: Numbers | None = None,
-    t: Numbers | None = None,
+    x0: Array | None = None,
+    P0: Array | None = None,
+    B: Array | None = None,
+    D: Array | None = None,
+    u: Array | None = None,
+    t: Array | None = None,
     states: Layout | None = None,
     outputs: Layout | None = None,
 ) -> FilterEstimate:
-    """The Kalman filter of x+ = A x + B u + w, y = C x + D u + v, with cov w = Q and cov v = R.
-
-    It works on square roots of the covariances, by orthogonal transformations alone. So P stays positive definite over
-    any number of samples, and sensors that are very sharp beside P0 cost few digits.
+    """The Kalman filter of x+ = A x + B u + w, y = C x + D u + v, with cov w = Q and cov v = R, by array algorithms.
 
     Parameters
     ----------
     y
         (N, q) or (N,), the samples of the sensors; NaN where a sensor has none.
-    A, C, Q
-        (n, n), (q, n) and (n, n), or (N, n, n), (N, q, n) and (N, n, n) where they change: A and Q of sample k lead to
-        sample k + 1. Q is positive semidefinite.
-    R
-        (q, q), positive definite.
+    A, C, Q, R
+        (n, n), (q, n), (n, n) and (q, q). A, C and Q are (N, ...) where they change: A and Q of sample k lead to the
+        next sample. Q is positive semidefinite, and R definite.
     x0, P0
         (n,) and (n, n), mean and covariance of the state before the first sample. They must be given.
     B, D, u
-        (n, m), (q, m) and (N, m): the input u of sample k enters y of sample k and the state of sample k + 1.
-    t
-        (N,), the times of the samples in s, for tables and pictures; by default their numbers.
-    states, outputs
-        Names and units of x and y, as of `wb.layout`; by default x and y.
+        (n, m), (q, m) and (N, m): u of sample k enters y of sample k and the state of the next one.
+    t, states, outputs
+        The times (N,) in s, by default the numbers of the samples; names and units, as of `wb.layout`.
 
     Raises
     ------
     ValueError
-        If a shape does not fit, Q or P0 is not positive semidefinite, R is not positive definite, x0 or P0 is not
-        given, or a number other than one of y is not finite.
-
-    References
-    ----------
-    Kailath, Sayed and Hassibi (2000), Linear Estimation, section 12.3: array algorithms.
+        If a shape does not fit, a covariance is none, x0 or P0 is not given, or a number but of y is not finite.
 
     Examples
     --------
-    >>> y = [1.0, 1.2, float("nan"), 0.9]
-    >>> level = wb.filters.kalman_filter(y, A=[[1.0]], C=[[1.0]], Q=[[0.01]], R=[[0.04]], x0=[0.0], P0=[[1.0]])
-    >>> level.x[:, 0].round(3)
-    array([0.962, 1.087, 1.087, 1.007])
+    >>> level = wb.filters.kalman_filter([1.0, float("nan"), 0.9], [[1]], [[1]], [[0.01]], [[0.04]], x0=[0], P0=[[1]])
     >>> level
-    <FilterEstimate of x: 4 samples, log-likelihood -1.3614>
+    <FilterEstimate of x: 3 samples, log-likelihood -1.3614>
     """
-    call = "kalman_filter"
-    rows = samples(call, y)
-    N, q = rows.shape
-    a = matrices(call, "A", A, N)
-    n = a.shape[-1]
+    rows = samples("kalman_filter", y)
+    ports = (states, outputs)
+    return _estimate("kalman_filter", rows, (A, C, Q, R), (x0, P0), (B, D, u), t, ports)
+
+
+def _estimate(
+    call: str,
+    rows: Array,
+    matrices_: tuple[Array, Array, Array, Array],
+    start: tuple[Array | None, Array | None],
+    driven: tuple[Array | None, Array | None, Array | None],
+    t: Array | None,
+    ports: tuple[Layout | None, Layout | None],
+) -> FilterEstimate:
+    (N, q), (A, C, Q, R) = rows.shape, matrices_
+    n = matrices(call, "A", A, N).shape[-1]
     a, c = matrices(call, "A", A, N, (n, n)), matrices(call, "C", C, N, (q, n))
     noise = roots_of(call, Q, N, n)
-    b, d = _driven(call, (B, D, u), (N, n, q))
-    mean, P = initial_mean(call, x0, n), covariance(call, "P0", P0, n)
-    ports = (_port(call, "states", states, "x", n), _port(call, "outputs", outputs, "y", q))
-    model = _LinearPass(ports, times(call, t, N), rows, (a, c, noise, b, d))
+    b, d = _driven(call, driven, (N, n, q))
+    mean, P = initial_mean(call, start[0], n), covariance(call, "P0", start[1], n)
+    layouts = (_port(call, "states", ports[0], "x", n), _port(call, "outputs", ports[1], "y", q))
+    model = _MatrixPass(layouts, times(call, t, N), rows, (a, c, noise, b, d))
     return estimate_by(model, mean, P, covariance(call, "R", R, q, definite=True))
 
 
-def roots_of(call: str, Q: Numbers, N: int, n: int) -> Array:
+def roots_of(call: str, Q: Array, N: int, n: int) -> Array:
     """The square roots (N, n, n) of covariances, once where they are constant."""
     array = as_array(Q)
     if array is None or array.ndim != 3:
@@ -123,7 +118,7 @@ def roots_of(call: str, Q: Numbers, N: int, n: int) -> Array:
 
 
 def _driven(
-    call: str, driven: tuple[Numbers | None, Numbers | None, Numbers | None], sizes: tuple[int, ...]
+    call: str, driven: tuple[Array | None, Array | None, Array | None], sizes: tuple[int, ...]
 ) -> tuple[Array, Array]:
     """B u (N, n) and D u (N, q), zero where there is no such matrix."""
     B, D, u = driven
