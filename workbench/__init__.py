@@ -117,7 +117,7 @@ _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what 
     "diskmargin disk_margins": "wb.linear_loop(loop).disk_margin",
     "dlqr": "wb.lqr(..., discrete=True)",
     "dlyap": "wb.riccati.discrete_lyapunov",
-    "dlqe kalman lqe": "wb.steady_kalman for a loop, wb.riccati.lqe for matrices, or wb.filters.kalman_filter for a log",
+    "dlqe kalman lqe": "wb.steady_kalman for a loop, wb.riccati.lqe for matrices, or wb.filters for a log",
     "hankelmr hankel_singular_values": "wb.reduction.hankel_norm_reduction or wb.reduction.hankel_values",
     "feedback interconnect connect": "wb.ClosedLoop",
     "find_operating_point findop trim": "wb.equilibria",

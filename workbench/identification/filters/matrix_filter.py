@@ -81,7 +81,7 @@ def kalman_filter(
     --------
     >>> level = wb.filters.kalman_filter([1.0, float("nan"), 0.9], [[1]], [[1]], [[0.01]], [[0.04]], x0=[0], P0=[[1]])
     >>> level
-    <FilterEstimate of x: 3 samples, log-likelihood -1.3614>
+    <FilterEstimate of x: 3 samples, log-likelihood -1.1984>
     """
     rows = samples("kalman_filter", y)
     ports = (states, outputs)

@@ -93,7 +93,7 @@ def noise_covariances(run: FilterRun, Q: Array, R: Array, form: str = "diagonal"
     >>> def run(Q, R):
     ...     return wb.filters.kalman_filter(y, [[1]], [[1]], Q, R, x0=[0], P0=[[1]])
     >>> wb.filters.noise_covariances(run, [[0.1]], [[0.1]]).values.round(3)
-    array([0.008, 0.098])
+    array([0.012, 0.094])
     """
     call = "noise_covariances"
     one_of(f"{call}(form=...)", form, FORMS)

