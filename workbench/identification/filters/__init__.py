@@ -14,7 +14,6 @@ array([0.97, 1.  , 1.  ])
 from workbench.identification.filters.consistency_test import ChiSquareBand, Consistency
 from workbench.identification.filters.discrete_model import DiscreteModel
 from workbench.identification.filters.filter_estimate import FilterEstimate, consistency
-from workbench.identification.filters.forward_pass import Moves
 from workbench.identification.filters.matrix_filter import kalman_filter
 from workbench.identification.filters.noise_covariances import NoiseCovariances, noise_covariances
 from workbench.identification.filters.nonlinear_filters import (
@@ -31,7 +30,6 @@ __all__ = [
     "Consistency",
     "DiscreteModel",
     "FilterEstimate",
-    "Moves",
     "NoiseCovariances",
     "ParameterWalk",
     "SigmaPoints",

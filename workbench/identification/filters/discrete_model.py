@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import casadi as ca
 
 from workbench.core import Layout
 from workbench.core.expressions import refuse_misfit, refuse_unknown
-from workbench.core.validation.refusals import refusal
-from workbench.core.validation.signatures import check_arguments
+from workbench.core.validation.refusals import describe
+from workbench.core.validation.signatures import answer, check_arguments
+from workbench.core.validation.type_hints import KindError
 
 Columns = ca.SX | Sequence[ca.SX]
 
@@ -75,15 +77,19 @@ class DiscreteModel:
     ) -> DiscreteModel:
         """A model from f(x, u) and h(x, u), which take columns of symbols and give columns or lists of expressions."""
         x, u = states.symbols(), inputs.symbols()
-        return DiscreteModel(states, inputs, outputs, x, u, _column("f", f(x, u)), _column("h", h(x, u)))
+        columns = (
+            answer(f"DiscreteModel.of({name}=...)", "give CasADi expressions", partial(function, x, u), _column)
+            for name, function in (("f", f), ("h", h))
+        )
+        return DiscreteModel(states, inputs, outputs, x, u, *columns)
 
     def __repr__(self) -> str:
         return f"<DiscreteModel: {', '.join(self.states.names)} -> {', '.join(self.outputs.names)}>"
 
 
-def _column(name: str, answer: Columns) -> ca.SX:
+def _column(given: Columns) -> ca.SX:
     try:
-        parts = answer if isinstance(answer, Sequence) else [answer]
+        parts = given if isinstance(given, Sequence) else [given]
         return ca.densify(ca.vertcat(*(ca.SX(part) for part in parts)))
     except (NotImplementedError, TypeError) as error:
-        raise refusal(f"DiscreteModel.of({name}=...)", "a function that gives CasADi expressions", answer) from error
+        raise KindError("CasADi expressions", describe(given)) from error

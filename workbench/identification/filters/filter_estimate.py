@@ -15,7 +15,13 @@ from workbench.identification.datasets import Dataset
 from workbench.identification.filters.array_steps import EPS, definiteness, square_root
 from workbench.identification.filters.consistency_test import Consistency, chi_square_bands
 from workbench.identification.filters.forward_pass import AbstractPass, Moves, PassRecord
-from workbench.identification.filters.smoothing import SmoothedEstimate, dataset_of, smooth_by_lag, smooth_over_all
+from workbench.identification.filters.smoothing import (
+    SmoothedEstimate,
+    dataset_of,
+    refuse_shape,
+    smooth_by_lag,
+    smooth_over_all,
+)
 
 DIVERGENCE = 1e6  # standard deviations of an innovation
 
@@ -70,6 +76,13 @@ class FilterEstimate:
     moves: Moves
     remarks: tuple[str, ...] = ()
     discretisation_error: float | None = None
+
+    def __post_init__(self) -> None:
+        N, n, q = self.t.size, self.states.size, self.outputs.size
+        sizes = {"t": (N,), **dict.fromkeys(("y", "innovations", "normalised_innovations"), (N, q))}
+        sizes |= dict.fromkeys(("x_predicted", "x"), (N, n)) | dict.fromkeys(("S_predicted", "S"), (N, n, n))
+        for name, shape in sizes.items():
+            refuse_shape("FilterEstimate", name, getattr(self, name), shape)
 
     @cached_property
     def P_predicted(self) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -11,7 +12,8 @@ from scipy.optimize import minimize
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, Integers, as_array, describe, one_of
-from workbench.core.validation.signatures import check_arguments
+from workbench.core.validation.signatures import answer, check_arguments
+from workbench.core.validation.type_hints import KindError
 from workbench.identification.filters.filter_estimate import FilterEstimate
 from workbench.identification.filters.filter_input import covariance
 
@@ -174,14 +176,8 @@ class _Search:
     def estimates(self, logs: Array) -> list[FilterEstimate]:
         """The estimates of all experiments."""
         self.runs += 1
-        answer = self._run(*self.shape.matrices(logs))
-        estimates = list(answer) if isinstance(answer, Sequence) else [answer]
-        for estimate in estimates:
-            if not isinstance(estimate, FilterEstimate):
-                raise ValueError(
-                    f"`{self._call}(run=...)` must give a `FilterEstimate`, or several; it gave {describe(estimate)}."
-                )
-        return estimates
+        ask = partial(self._run, *self.shape.matrices(logs))
+        return answer(f"{self._call}(run=...)", "give a `FilterEstimate`, or several", ask, _estimates, refuses=True)
 
     def begin(self) -> FilterEstimate:
         """The first estimate at the start of the search, which must have a likelihood."""
@@ -212,6 +208,14 @@ class _Search:
             corners = self.cost(logs + steps[i] + steps[j]), self.cost(logs - steps[i] - steps[j])
             H[i, j] = H[j, i] = (sum(corners) - sum(sides[i]) - sum(sides[j]) + 2 * middle) / 2
         return np.asarray(H / WIDE_STEP**2)
+
+
+def _estimates(given: object) -> list[FilterEstimate]:
+    things = list(given) if isinstance(given, Sequence) else [given]
+    estimates = [thing for thing in things if isinstance(thing, FilterEstimate)]
+    if not estimates or len(estimates) < len(things):
+        raise KindError("a `FilterEstimate`, or several", describe(given))
+    return estimates
 
 
 def _answer(search: _Search, logs: Array, names: tuple[str, ...]) -> NoiseCovariances:

@@ -46,6 +46,11 @@ class SmoothedEstimate:
     S: Array
     lag: int | None = None
 
+    def __post_init__(self) -> None:
+        N, n = self.t.size, self.states.size
+        for name, shape in {"t": (N,), "x": (N, n), "S": (N, n, n)}.items():
+            refuse_shape("SmoothedEstimate", name, getattr(self, name), shape)
+
     @property
     def P(self) -> Array:
         """(N, n, n), the covariance of each state."""
@@ -69,6 +74,12 @@ class SmoothedEstimate:
     def __repr__(self) -> str:
         by = "all samples" if self.lag is None else f"samples up to {self.lag} later"
         return f"<SmoothedEstimate of {', '.join(self.states.names)}: {len(self.t)} samples, by {by}>"
+
+
+def refuse_shape(call: str, name: str, value: Array, shape: tuple[int, ...]) -> None:
+    """Refuse an array of another shape."""
+    if value.shape != shape:
+        raise ValueError(f"`{call}({name}=...)` must have shape {shape}; got {value.shape}.")
 
 
 def dataset_of(name: str, t: Array, states: Layout, x: Array, deviations: Array) -> Dataset:
