@@ -98,6 +98,24 @@ def test_an_input_between_its_samples_is_held_or_a_straight_line():
     np.testing.assert_allclose(line.x[:, 0], [0.0, 2.0, 6.5], rtol=1e-14)
 
 
+def test_numbers_of_vectors_are_read_and_estimated_by_their_labels():
+    t, x, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("p", 4)
+    ports = (layout(q=("rad", [0.0, 0.0])), layout(K=("1/s", [1.0, 2.0]), tau=("rad/s", [0.0, 0.0])))
+    ode = Ode.of("lags", *ports, (t, x, p), {"q": p[2:] - p[:2] * x}, {"y": x}, {"y": "rad"})
+    times = np.linspace(0, 3, 301)
+    y = np.stack([(1 - np.exp(-1.5 * times)) / 1.5, (1 - np.exp(-2 * times)) / 2], axis=1)
+    log = Dataset.of(times, {"tau": np.ones((301, 2)), "y": y}, {"tau": "rad/s", "y": "rad"})
+    walks = {"K[0]": ParameterWalk(1.0)}
+    model = StochasticModel(ode, 1e-10 * np.eye(2), 1e-6 * np.diag([1, 2]), [0, 0], 1e-6 * np.eye(2), walks=walks)
+    plain = extended_kalman_filter(log, model, inputs=["tau"])
+    swapped = replace(model, R=1e-6 * np.diag([2, 1]))
+    other = extended_kalman_filter(log, swapped, inputs=["tau"], outputs=["y[1]", "y[0]"])
+    assert plain.states.labels == ("q[0]", "q[1]", "K[0]")
+    assert other.outputs.labels == ("y[1]", "y[0]")
+    assert plain.x[-1, 2] == pytest.approx(1.5, abs=1e-3)  # a deviation is 2e-4, and the log has no noise
+    np.testing.assert_allclose(other.x, plain.x, rtol=0, atol=1e-12)  # the order of the sensors
+
+
 def swing(x, sin):
     return [x[0] + 0.05 * x[1], x[1] + 0.05 * (-9.81 * sin(x[0]) - 0.3 * x[1])]
 
@@ -219,66 +237,6 @@ def test_an_estimate_beyond_the_bounds_of_a_parameter_is_a_remark():
     model = StochasticModel(open_loop(DCMotor()), np.eye(2), [[1e-4]], [0, 0], np.eye(2), walks=walks)
     answer = extended_kalman_filter(log, model)
     assert any("'b' must be" in remark and "estimates are not" in remark for remark in answer.remarks)
-
-
-def two_runs():
-    t = np.arange(3.0)
-    one, two = (Dataset.of(t, {"v": t, "omega": t}, name=name) for name in ("a", "b"))
-    return one.with_experiments(two)
-
-
-PLAIN = {
-    "log": Dataset.of(np.arange(3.0), {"v": np.ones(3), "omega": np.ones(3)}),
-    "equations": open_loop(DCMotor()),
-    "Q": np.eye(2),
-    "R": [[1.0]],
-    "x0": [0.0, 0.0],
-    "P0": np.eye(2),
-}
-
-
-def filter_plain(solve=extended_kalman_filter, **change):
-    """A filter of the plain log, with some arguments of the model or of the filter changed."""
-    arguments = PLAIN | change
-    model = {name: arguments.pop(name) for name in ("equations", "Q", "R", "x0", "P0", "walks") if name in arguments}
-    return solve(model=StochasticModel(**model), **arguments)
-
-
-@pytest.mark.parametrize(
-    ("change", "error", "sentence"),
-    [
-        (
-            {"log": two_runs()},
-            ValueError,
-            "must have one experiment, as each begins with its own",
-        ),
-        ({"log": Dataset.of([0.0, 1.0], {"v": [1.0, np.nan], "omega": [1, 1]})}, ValueError, "'v' has none at t = 1 s"),
-        ({"log": Dataset.of([0.0, 0.0], {"v": [1, 1], "omega": [1, 1]})}, ValueError, "must be times that increase"),
-        ({"log": Dataset.of([0.0], {"v": [1], "omega": [1]}, {"omega": "rpm"})}, ValueError, r"'omega' is in \[rpm\]"),
-        (
-            {"log": Dataset.of([0.0], {"v": [1], "speed": [1]})},
-            LookupError,
-            "must have at least one output of",
-        ),
-        ({"log": Dataset.of([0.0], {"omega": [1]})}, LookupError, "There is no 'v' among the 1 signals of this log"),
-        ({"outputs": {"omega": "speed"}}, LookupError, "There is no 'speed' among the 2 signals of this log"),
-        ({"x0": None}, ValueError, "x0=.*must be given"),
-        ({"Q": np.eye(3)}, ValueError, r"Q=.*must have shape \(2, 2\); got \(3, 3\)"),
-        ({"R": np.eye(2)}, ValueError, r"R=.*must have shape \(1, 1\); got \(2, 2\)"),
-        ({"hold": "cubic"}, ValueError, "hold=.*is one of 'zero', 'linear'"),
-        ({"walks": {"v": ParameterWalk(1.0)}}, ValueError, "'v' is an input, which the log gives"),
-        ({"walks": {"JJ": ParameterWalk(1.0)}}, LookupError, "There is no 'JJ'"),
-    ],
-)
-def test_logs_that_do_not_fit_the_model_are_refused_in_one_sentence(change, error, sentence):
-    with pytest.raises(error, match=sentence):
-        filter_plain(**change)
-    assert filter_plain().x.shape == (3, 2)
-
-
-def test_weights_by_which_a_covariance_could_lose_its_definiteness_are_refused():
-    with pytest.raises(ValueError, match="central weight 2 - n / c - alpha.2 . beta >= 0, without which P may lose"):
-        filter_plain(solve=unscented_kalman_filter, weights=SigmaPoints(alpha=1e-3, beta=2.0))
 
 
 def test_a_loop_with_its_computer_is_a_model_and_outputs_with_random_numbers_are_refused():

@@ -141,6 +141,15 @@ def test_a_state_that_is_known_exactly_is_smoothed_and_its_certificate_is_0():
         answer.nees(np.zeros((5, 2)))
 
 
+def test_one_sample_and_none_at_all_are_logs_too():
+    one, none = (kalman_filter(y, [[1]], [[1]], [[1]], [[1]], x0=[0], P0=[[1]]) for y in ([1.0], 3 * [np.nan]))
+    assert one.smooth().x[0, 0] == one.smooth(1).x[0, 0] == one.x[0, 0] == pytest.approx(0.5)
+    np.testing.assert_allclose(none.P[:, 0, 0], [1, 2, 3])
+    assert none.log_likelihood == 0
+    with pytest.raises(ValueError, match="must be runs with samples"):
+        none.consistency()
+
+
 def test_names_and_units_go_into_the_dataset_of_the_states():
     port = layout(q=("rad", [0.0, 0.0]), omega="rad/s")
     model, y = random_model(1)

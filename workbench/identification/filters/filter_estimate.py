@@ -276,4 +276,6 @@ def consistency(
         )
     pairs = [] if truths is None else [one.nees(truth) for one, truth in zip(estimates, truths, strict=True)]
     nis, counts = (np.array([getattr(one, key) for one in estimates]) for key in ("nis", "sensor_counts"))
+    if not counts.any():
+        raise ValueError("`consistency(estimates=...)` must be runs with samples; no sensor of these has one.")
     return chi_square_bands(estimates[0].t, nis, counts, np.array(pairs) if pairs else None, shapes.pop()[1], level)
