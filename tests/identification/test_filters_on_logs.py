@@ -187,6 +187,14 @@ def test_steps_and_loops_with_a_computer_are_models_as_they_are(solve):
         solve(Dataset.of(1.01 * t, {"a": t, "phi": t}), StochasticModel(step, **keys))
 
 
+def test_signals_of_other_names_are_the_same_signals():
+    log = jittering_log()
+    t, model = log.experiments[0].t, StochasticModel(open_loop(Oscillator()), Q, [[0.1]], [0, 0], P0)
+    other = Dataset.of(t, {"push": log["a"], "place": log["p"]}, {"push": "m/s^2", "place": "m"})
+    renamed = extended_kalman_filter(other, model, signals={"push": "a", "place": "p"})
+    np.testing.assert_array_equal(renamed.x, extended_kalman_filter(log, model).x)
+
+
 def test_marked_samples_are_lost_samples():
     log = jittering_log()
     (experiment,) = log.experiments

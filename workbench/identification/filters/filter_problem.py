@@ -16,21 +16,12 @@ from workbench.identification.datasets import Dataset
 from workbench.identification.filters.array_steps import square_root
 from workbench.identification.filters.discrete_model import DiscreteModel
 from workbench.identification.filters.filter_input import covariance, initial_mean
-from workbench.identification.filters.log_columns import LogColumns, Names, columns_of
+from workbench.identification.filters.log_columns import LogColumns, LogReading, columns_of
 from workbench.identification.filters.motions import AbstractMotion, MapExpressions, MapMotion, OdeMotion
 from workbench.identification.filters.parameter_walk import starts_of, with_walks
 from workbench.identification.filters.stochastic_model import StochasticModel
 
-HOLDS = ("zero", "linear")
-
-
-@dataclass(frozen=True, eq=False)
-class LogReading:
-    """The names by which a filter finds inputs and outputs in a log, and the inputs between their samples."""
-
-    inputs: Names | None
-    outputs: Names | None
-    hold: str
+HOLDS = ("hold", "linear")
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +57,7 @@ def problem_of(call: str, log: Dataset, model: StochasticModel, reading: LogRead
         return _of_ode(call, log, model, model.equations, reading)
     step = model.equations.step() if isinstance(model.equations, SampledSystem) else model.equations
     inputs = step.inputs.names if isinstance(step, DiscreteModel) else step.flow.inputs
-    columns = columns_of(call, log, model.parameters, _or(reading.inputs, inputs), step.outputs, reading.outputs)
+    columns = columns_of(call, log, reading, model.parameters, inputs, step.outputs)
     base = model.parameters.default if model.p is None else model.p
     rows = np.array(np.broadcast_to(base, (len(columns.t), base.size)))
     rows[:, [model.parameters.labels.index(label) for label in columns.input_labels]] = columns.u
@@ -81,10 +72,6 @@ def problem_of(call: str, log: Dataset, model: StochasticModel, reading: LogRead
         lambda _: MapMotion(step.states, columns, expressions, rows, k, noise),
         has_parts=False,
     )
-
-
-def _or(names: Names | None, default: Names) -> Names:
-    return default if names is None else names
 
 
 def _start(call: str, model: StochasticModel, columns: LogColumns) -> tuple[Array, Array, Array]:
@@ -103,8 +90,7 @@ def _of_ode(call: str, log: Dataset, model: StochasticModel, ode: Ode, reading: 
     wider = with_walks(ode, list(model.walks))
     names = wider.states.labels[n:]
     rest = base[[place for place, label in enumerate(ode.parameters.labels) if label not in names]]
-    inputs = _or(reading.inputs, ode.inputs)
-    columns = columns_of(call, log, wider.parameters, inputs, ode.outputs, reading.outputs)
+    columns = columns_of(call, log, reading, wider.parameters, ode.inputs, ode.outputs)
     ode.refuse_beyond(f"{call}(log=...)", float(columns.t[-1]))
     x0, P0, R = _start(call, model, columns)
     noise = square_root(covariance(call, "Q", model.Q, n))

@@ -9,11 +9,25 @@ import numpy as np
 
 from workbench.core import Entry, Layout
 from workbench.core.units import read
-from workbench.core.validation.refusals import Array, known_name
+from workbench.core.validation.refusals import Array, describe, known_name
 from workbench.identification.datasets import Dataset, Experiment
 from workbench.identification.filters.filter_input import times
 
-Names = Mapping[str, str] | Sequence[str]
+_OF_MODEL = "parameters and outputs of the model"
+
+
+@dataclass(frozen=True, eq=False)
+class LogReading:
+    """Inputs and outputs that a filter reads by name, other names of the log for them, and the inputs in between."""
+
+    inputs: Sequence[str] | None
+    outputs: Sequence[str] | None
+    signals: Mapping[str, str]  # names of the model by those of the log
+    hold: str
+
+    def name_in_log(self, name: str) -> str:
+        """The name of an input or an output in the log."""
+        return {ours: theirs for theirs, ours in self.signals.items()}.get(name, name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,25 +43,25 @@ class LogColumns:
 
 
 def columns_of(
-    call: str, log: Dataset, parameters: Layout, inputs: Names, all_outputs: Layout, outputs: Names | None
+    call: str, log: Dataset, reading: LogReading, parameters: Layout, inputs: Sequence[str], all_outputs: Layout
 ) -> LogColumns:
-    """The columns for a model with these parameters, some of which are inputs, and outputs.
-
-    Names are those of the model, or a mapping from these to the signals of the log. By default, the outputs are all
-    that the log has.
-    """
+    """The columns for a model with these parameters and outputs; `inputs` are read if the caller names none."""
     experiment = _only_experiment(call, log)
     signals = experiment.signals
+    _refuse_unknown(call, reading.signals, signals, parameters, all_outputs)
+    inputs, outputs = inputs if reading.inputs is None else reading.inputs, reading.outputs
     if outputs is None:
-        outputs = [name for name in all_outputs.names if name in signals]
+        outputs = [name for name in all_outputs.names if reading.name_in_log(name) in signals]
         if not outputs:
             raise LookupError(
                 f"`{call}(log=...)` must have at least one output of the model, which are "
-                f"{', '.join(all_outputs.names) or 'none'}; the log has {', '.join(signals.names)}: name them by "
-                "`outputs={'name in the model': 'name in the log'}`."
+                f"{', '.join(all_outputs.names) or 'none'}; the log has {', '.join(signals.names)}: say by "
+                "`signals={'name in the log': 'name in the model'}` which is which."
             )
-    places = [(parameters.indices(a), _signal(call, a, b, parameters, signals)) for a, b in _pairs(inputs)]
-    read_at = [(all_outputs.indices(a), _signal(call, a, b, all_outputs, signals)) for a, b in _pairs(outputs)]
+    pairs = [(name, reading.name_in_log(name)) for name in inputs]
+    places = [(parameters.indices(ours), _signal(call, ours, theirs, parameters, signals)) for ours, theirs in pairs]
+    pairs = [(name, reading.name_in_log(name)) for name in outputs]
+    read_at = [(all_outputs.indices(ours), _signal(call, ours, theirs, all_outputs, signals)) for ours, theirs in pairs]
     u = experiment.values[:, [column for _, columns in places for column in columns]]
     if not np.isfinite(u).all():
         row, column = np.argwhere(~np.isfinite(u))[0]
@@ -62,7 +76,7 @@ def columns_of(
         times(call, experiment.t, len(experiment)),
         tuple(parameters.labels[place] for part, _ in places for place in part),
         u,
-        part_of(all_outputs, [ours for ours, _ in _pairs(outputs)]),
+        part_of(all_outputs, outputs),
         output_places,
         np.where(experiment.is_weighed, experiment.values, np.nan)[:, columns],
     )
@@ -94,8 +108,12 @@ def _only_experiment(call: str, log: Dataset) -> Experiment:
     return experiment
 
 
-def _pairs(names: Names) -> list[tuple[str, str]]:
-    return list(names.items()) if isinstance(names, Mapping) else [(name, name) for name in names]
+def _refuse_unknown(call: str, names: Mapping[str, str], signals: Layout, parameters: Layout, outputs: Layout) -> None:
+    for theirs, ours in names.items():
+        signals.indices(theirs)
+        known_name(ours, (*parameters.labels, *parameters.names, *outputs.labels, *outputs.names), _OF_MODEL)
+    if len(set(names.values())) < len(names):
+        raise ValueError(f"`{call}(signals=...)` must give each name of the model once; got {describe(names)}.")
 
 
 def _signal(call: str, ours: str, theirs: str, layout: Layout, signals: Layout) -> list[int]:

@@ -129,7 +129,7 @@ class OdeMotion(AbstractMotion):
     noise
         (nx, l), the square root Lq of the intensity of the noise.
     hold
-        "zero" if an input stays constant up to the next sample, or "linear" if it changes along a straight line.
+        "hold" if an input stays constant up to the next sample, or "linear" if it changes along a straight line.
     parts
         The number of steps in an interval of the usual length; longer ones have more.
     """

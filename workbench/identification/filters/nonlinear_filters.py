@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 
@@ -12,9 +12,9 @@ from workbench.core.validation.refusals import Array, finite, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
 from workbench.identification.filters.filter_estimate import FilterEstimate, estimate_by
-from workbench.identification.filters.filter_problem import FilterProblem, LogReading, problem_of
+from workbench.identification.filters.filter_problem import FilterProblem, problem_of
 from workbench.identification.filters.forward_pass import AbstractPass, Moves
-from workbench.identification.filters.log_columns import Names
+from workbench.identification.filters.log_columns import LogReading
 from workbench.identification.filters.motions import AbstractMotion
 from workbench.identification.filters.stochastic_model import StochasticModel
 
@@ -137,9 +137,10 @@ def extended_kalman_filter(
     log: Dataset,
     model: StochasticModel,
     *,
-    inputs: Names | None = None,
-    outputs: Names | None = None,
-    hold: str = "zero",
+    signals: Mapping[str, str] | None = None,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    hold: str = "hold",
     parts: int | None = None,
 ) -> FilterEstimate:
     """The extended Kalman filter of a log, over the exact Jacobians of a model; of a linear model, the Kalman filter.
@@ -151,11 +152,13 @@ def extended_kalman_filter(
     ----------
     log, model
         A log of one experiment, and the equations with their noises.
+    signals
+        Names in the model by those in the log, where they differ: {"speed": "omega"}.
     inputs, outputs
-        Names of the parameters that the log gives and of the outputs that are read, or mappings from these names to
-        signals of the log. By default, they are the declared inputs, and all outputs that the log has.
+        The parameters that the log gives, and the outputs that are read, by their names in the model. By default, they
+        are the declared inputs, and all outputs that the log has.
     hold
-        "zero" for inputs that stay constant between two samples, "linear" for straight lines.
+        "hold" for inputs that stay constant between two samples, "linear" for straight lines.
     parts
         The number of Runge-Kutta steps between two samples of an `Ode`. By default they are doubled until the
         estimates change by less than 1e-4 standard deviations; `discretisation_error` of the answer is this change.
@@ -173,7 +176,9 @@ def extended_kalman_filter(
     (3, 2)
     """
     call = "extended_kalman_filter"
-    return _solved(call, problem_of(call, log, model, LogReading(inputs, outputs, hold)), _ExtendedPass, parts)
+    return _solved(
+        call, problem_of(call, log, model, LogReading(inputs, outputs, signals or {}, hold)), _ExtendedPass, parts
+    )
 
 
 @check_arguments
@@ -182,9 +187,10 @@ def unscented_kalman_filter(
     model: StochasticModel,
     weights: SigmaPoints | None = None,
     *,
-    inputs: Names | None = None,
-    outputs: Names | None = None,
-    hold: str = "zero",
+    signals: Mapping[str, str] | None = None,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    hold: str = "hold",
     parts: int | None = None,
 ) -> FilterEstimate:
     """The unscented Kalman filter of a log: the moments of 2 n + 1 sigma points that move through the model itself.
@@ -193,7 +199,7 @@ def unscented_kalman_filter(
 
     Parameters
     ----------
-    log, model, inputs, outputs, hold, parts
+    log, model, signals, inputs, outputs, hold, parts
         As of `extended_kalman_filter`.
     weights
         The constants of the sigma points; by default those of the cubature rule.
@@ -213,7 +219,7 @@ def unscented_kalman_filter(
     array([0.91, 0.83, 0.75])
     """
     call = "unscented_kalman_filter"
-    problem = problem_of(call, log, model, LogReading(inputs, outputs, hold))
+    problem = problem_of(call, log, model, LogReading(inputs, outputs, signals or {}, hold))
     c, central = (weights or SigmaPoints()).of_size(problem.x0.size)
     return _solved(call, problem, lambda motion: _UnscentedPass(motion, c, central), parts)
 
