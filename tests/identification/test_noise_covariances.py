@@ -1,11 +1,18 @@
 """Noise covariances of largest likelihood: against closed forms, and against the joint normal distribution."""
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from workbench.core import layout
-from workbench.identification.filters import kalman_filter, noise_covariances
+from workbench.core import Ode, layout
+from workbench.identification.datasets import Dataset
+from workbench.identification.filters import (
+    StochasticModel,
+    extended_kalman_filter,
+    kalman_filter,
+    noise_covariances,
+)
 
 
 def walk(seed, q, r, N=150):
@@ -88,3 +95,24 @@ def test_a_search_that_cannot_begin_is_refused_in_one_sentence(change, sentence)
     keys = {"run": filter_of(walk(1, 1, 1)), "Q": [[1.0]], "R": [[1.0]]}
     with pytest.raises(ValueError, match=sentence):
         noise_covariances(**keys | change)
+
+
+@pytest.mark.heavy
+def test_the_intensities_of_an_equation_are_found_from_jittering_samples():
+    rng = np.random.default_rng(8)
+    lengths = rng.uniform(0.02, 0.1, 1500)
+    x, y = 0.0, []
+    for h in lengths:  # x' = -x + w, exactly
+        y.append(x + rng.normal(0, 0.05))
+        x = np.exp(-h) * x + rng.normal(0, np.sqrt(0.3 * (1 - np.exp(-2 * h)) / 2))
+    state, t, p = (ca.SX.sym(name) for name in "xtp")
+    ode = Ode.of("lag", layout(x=""), layout(c="1/s"), (t, state, p), {"x": -state}, {"y": state})
+    log = Dataset.of(np.concatenate([[0.0], np.cumsum(lengths[:-1])]), {"y": np.array(y)}, {"y": ""})
+
+    def run(Q, R):
+        return extended_kalman_filter(log, StochasticModel(ode, Q, R, [0.0], [[1.0]]), parts=1)
+
+    answer = noise_covariances(run, [[1.0]], [[1.0]])
+    assert answer.names == ("Q[x]", "R[y[0]]")
+    assert (np.abs(answer.values - [0.3, 0.05**2]) < 3.3 * answer.standard_errors).all()  # 99.9 %
+    assert (answer.standard_errors < 0.3 * answer.values).all()

@@ -72,7 +72,8 @@ def noise_covariances(run: FilterRun, Q: Array, R: Array, form: str = "diagonal"
     Parameters
     ----------
     run
-        A function that gives the `FilterEstimate` for Q and R, or several of independent experiments.
+        A function that gives the `FilterEstimate` for Q and R, or several of independent experiments. The filter of an
+        `Ode` must have its `parts` given, so that the likelihood is smooth.
     Q, R
         The start of the search, (n, n) and (q, q). A variance that is 0 in Q stays 0.
     form
