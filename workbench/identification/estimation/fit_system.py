@@ -17,7 +17,7 @@ from workbench.identification.estimation.fit import Fit, FitCertificate
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.input_record import HOLDS, MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
-from workbench.identification.estimation.search import SearchEnd, search
+from workbench.identification.estimation.search import SearchEnd, is_poor, search, spread
 from workbench.identification.estimation.signal_matching import match_signals
 from workbench.identification.estimation.step_refinement import coarse_enough, refine
 from workbench.identification.estimation.unknown_numbers import (
@@ -149,10 +149,10 @@ def _fit_of(
     identifiability = Identifiability.of(names, end.z, last.derivatives)
     if not identifiability.is_complete:
         raise ValueError(
-            f"`fit(...)` cannot tell {', '.join(identifiability.ambiguous_names)} apart from these data. "
+            f"{_poor_fit(data, end, is_noise_known)}`fit(...)` cannot tell {', '.join(identifiability.ambiguous_names)} apart from these data. "
             f"{' '.join(identifiability.sentences)} Leave out of `free` one number for each such direction."
         )
-    covariance: Array = np.linalg.inv(last.derivatives.T @ last.derivatives)
+    covariance = np.linalg.inv(last.derivatives.T @ last.derivatives)
     total = data.counts.sum()
     factor = 1.0 if is_noise_known else total / (total - len(names))  # residuals of n numbers are too small
     norms = np.linalg.norm(last.derivatives, axis=0)
@@ -162,6 +162,16 @@ def _fit_of(
     return Fit(
         data, held_out, end, is_noise_known, np.asarray(factor * covariance), certificate, identifiability, remarks
     )
+
+
+def _poor_fit(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> str:
+    """A sentence if the best numbers explain the data badly, which then is the first thing to know; else nothing."""
+    if not is_poor(data, end.z, end.sigma if is_noise_known else None):
+        return ""
+    left = np.sqrt(data.sum_of_squares(end.z) / data.counts) / (end.sigma if is_noise_known else spread(data))
+    worst = int(np.argmax(left))
+    unit = "the noise that was given" if is_noise_known else "the signal's spread"
+    return f"The model does not explain '{data.model.outputs[worst][0]}': {left[worst]:.3g} times {unit} is left. "
 
 
 def equation_of(system: Ode | SampledSystem | Loop, call: str) -> Ode:
@@ -220,7 +230,12 @@ def _masks(model: OutputModel, share: float) -> tuple[tuple[Marks, ...], tuple[M
 def _noise(noise: Mapping[str, float], names: Sequence[str]) -> Array:
     for name in noise:
         known_name(name, names, "outputs of this fit")
-    sigma = np.array([finite(f"fit(noise={{{name!r}: ...}})", noise.get(name, np.nan)) for name in names])
+    if missing := [name for name in names if name not in noise]:
+        raise ValueError(
+            f"`fit(noise=...)` must have a standard deviation for each output of the log; there is none for "
+            f"'{missing[0]}': name it too, or leave `noise` out to have each estimated."
+        )
+    sigma = np.array([finite(f"fit(noise={{{name!r}: ...}})", noise[name]) for name in names])
     if not (sigma > 0).all():
-        raise ValueError("`fit(noise=...)` must have a positive standard deviation for each output of the log.")
+        raise ValueError(f"`fit(noise=...)` must be positive standard deviations; got {sigma.min():g}.")
     return sigma

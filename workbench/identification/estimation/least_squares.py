@@ -46,7 +46,8 @@ def least_squares(
 ) -> Minimum | None:
     """The nearest minimum from a start (nz,) by a trust region; None if there are no residuals at the start."""
     size = np.where(start == 0, 1.0, np.abs(start))
-    low, high = (np.where(np.abs(end) < UNBOUNDED, end, np.sign(end) * np.inf) for end in (low, high))
+    low = np.where(low > -UNBOUNDED, low, -np.inf)
+    high = np.where(high < UNBOUNDED, high, np.inf)
     inner = np.clip(start, np.nextafter(low, np.inf), np.nextafter(high, -np.inf))
 
     def values(q: Array) -> Array:

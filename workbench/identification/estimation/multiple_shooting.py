@@ -19,7 +19,7 @@ from workbench.identification.datasets.dataset import Marks
 from workbench.identification.estimation.least_squares import least_squares
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.unknown_numbers import UnknownNumber
-from workbench.identification.estimation.weighed_data import WeighedData
+from workbench.identification.estimation.weighed_data import WeighedData, finite_or_infinite
 
 GAP_WEIGHTS = (1.0, 10.0, 100.0, 1e3)  # of the gaps, in units of the spread of each state, from round to round
 SEGMENTS = 12  # of an experiment
@@ -142,7 +142,7 @@ class Segments:
             ends[place] = y[-1, ny:]
         residuals += [weights * (ends[place] - z[begins]) for place, begins in self.joints]
         r = np.concatenate(residuals)
-        return np.where(np.isfinite(r), r, np.inf)
+        return finite_or_infinite(r)
 
     def spread(self, z: Array) -> Array:
         """(nx,), how far each state goes from segment to segment."""

@@ -11,6 +11,14 @@ from workbench.core.validation.refusals import Array
 from workbench.identification.datasets.dataset import Marks
 from workbench.identification.estimation.output_model import OutputModel
 
+LARGEST = 1e150  # of a residual, whose square is finite
+
+
+def finite_or_infinite(residuals: Array) -> Array:
+    """The residuals, infinite where a run has diverged or is about to."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(residuals) < LARGEST, residuals, np.inf)
+
 
 @dataclass(frozen=True, eq=False)
 class WeighedData:
@@ -43,7 +51,7 @@ class WeighedData:
         """(M,), the errors of the samples that count, over `sigma` (ny,); infinite where a run diverges."""
         parts = [(error / sigma)[mask] for error, mask in zip(self.errors(z), self.weighs, strict=True)]
         r = np.concatenate(parts)
-        return np.where(np.isfinite(r), r, np.inf)
+        return finite_or_infinite(r)
 
     def linearized(self, z: Array, sigma: Array) -> tuple[Array, Array]:
         """The residuals (M,) and their derivatives (M, nz)."""
