@@ -299,6 +299,7 @@ GROUPS = (
             "riccati_flow": "Riccati equations in time.",
             "scheduling": "Models over a family of operating points, and the check of a scheduled law.",
             "synthesis": "Controllers from a generalized plant; least peaks.",
+            "filters": "Kalman filters and smoothers of a log, and tests of consistency.",
             "pid_design": "PID laws from limits of the peaks, rules and models of a step.",
             "structured_uncertainty": "Structured singular values, with bounds.",
             "chattering": "Harmonic balance and cycles of relays.",

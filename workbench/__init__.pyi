@@ -136,6 +136,7 @@ from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
 from workbench.handover.recording import record
 from workbench.handover.replays import replay
+from workbench.identification import filters as filters
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import fit, identifiability
 from workbench.report import loop_pictures as loop_pictures
@@ -285,6 +286,7 @@ __all__ = [
     "evidence",
     "export",
     "fit",
+    "filters",
     "fmu",
     "frequency",
     "h2_controller",

@@ -85,7 +85,7 @@ def recorded_step(ode: Ode, recording: SignalRecord) -> StepMap:
     rate = switches.rate if switches.has_instants else ode.rate
 
     def along(expression: ca.SX, s: ca.SX | float) -> ca.SX:
-        symbols = ca.vertcat(ode.t, switches.m, ode.p[places])
+        symbols = ca.vertcat(ode.t, switches.m, *(ode.p[place] for place in places))
         return ca.substitute(expression, symbols, ca.vertcat(middle + s * length, middle, values + s * changes))
 
     rule = StepRule(
