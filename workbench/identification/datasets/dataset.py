@@ -20,7 +20,6 @@ Marks = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-@check_arguments
 class Experiment:
     """One record of N samples: times, signals, and marks of the samples that a fit must not weigh.
 
@@ -51,6 +50,8 @@ class Experiment:
     marks: Marks = field(default_factory=lambda: np.zeros((0, 0), dtype=bool))
 
     def __post_init__(self) -> None:
+        for part, kind in (("t", float), ("values", float), ("marks", bool)):
+            object.__setattr__(self, part, np.array(getattr(self, part), dtype=kind))
         shape = (self.t.size, self.signals.size)
         if self.t.ndim != 1 or self.values.shape != shape:
             raise ValueError(
