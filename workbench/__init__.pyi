@@ -105,6 +105,7 @@ from workbench.design.frequency import (
     bandwidth,
     c2d,
     condition_number,
+    d2c,
     h2_norm,
     hinf_norm,
     pole_zero_structure,
@@ -135,6 +136,7 @@ from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
 from workbench.handover.recording import record
 from workbench.handover.replays import replay
+from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
@@ -276,6 +278,7 @@ __all__ = [
     "condition_number",
     "coprime_margin",
     "core",
+    "d2c",
     "document",
     "effort",
     "equilibria",
@@ -297,6 +300,7 @@ __all__ = [
     "linear_loop",
     "linear_loop_at_knobs",
     "linear_loops",
+    "linear_models",
     "linearize",
     "live",
     "load",

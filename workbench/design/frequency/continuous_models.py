@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg import expm, logm
 
-from workbench.core.validation.refusals import Array, refusal
+from workbench.core.validation.refusals import refusal
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import DesignError
+from workbench.design.matrices import Complex, DesignError
 
 if TYPE_CHECKING:
     import control
@@ -58,14 +58,15 @@ def d2c(system: control.StateSpace) -> control.StateSpace:
     if not isinstance(system, control.StateSpace) or not system.isdtime(strict=True) or system.dt is True:
         raise refusal("d2c(system=...)", "a `StateSpace` in discrete time whose `dt` is a number of seconds", system)
     A, B, Cy, D = state_space("d2c", system)
-    _refuse_poles(system.name, np.linalg.eigvals(A) if len(A) else np.zeros(0))
+    _refuse_poles(system.name, np.linalg.eigvals(A).astype(complex))
     nx, nu, h = len(A), B.shape[1], float(system.dt)
     whole = np.block([[A, B], [np.zeros((nu, nx)), np.eye(nu)]])
     root = np.asarray(logm(whole))
     size = float(np.abs(root).max(initial=1.0))
     again = expm(root.real)
     error = float(np.abs(again - whole).max(initial=0.0)) / float(np.abs(whole).max(initial=1.0))
-    if np.iscomplexobj(root) and float(np.abs(root.imag).max(initial=0.0)) > EXACT * size or not error < EXACT:
+    turning = float(np.abs(root.imag).max(initial=0.0)) if np.iscomplexobj(root) else 0.0
+    if turning > EXACT * size or not error < EXACT:
         raise DesignError(
             f"`d2c(system=...)`: the logarithm of '{system.name}' is not exact; sampled again it differs by "
             f"{error:.2g} of its largest number. Use the system in discrete time."
@@ -77,18 +78,18 @@ def d2c(system: control.StateSpace) -> control.StateSpace:
     return answer if point is None else PointedSpace(answer, point)
 
 
-def _refuse_poles(name: str, poles: Array) -> None:
+def _refuse_poles(name: str, poles: Complex) -> None:
     """Refuse poles in z without a real logarithm."""
     scale = max(1.0, float(np.abs(poles).max(initial=0.0)))
     if len(poles) and np.abs(poles).min() <= ZERO * scale:
         raise DesignError(
-            f"`d2c(system=...)`: '{name}' has a pole at z = 0, as that of a delay, which no system in continuous time of "
-            "finite order has. Take the delay out first, or use the system in discrete time."
+            f"`d2c(system=...)`: '{name}' has a pole at z = 0, as that of a delay, which no system in continuous time "
+            "of finite order has. Take the delay out first, or use the system in discrete time."
         )
     negative = poles[(poles.real < 0) & (np.abs(poles.imag) <= REAL * np.abs(poles))]
     if len(negative):
         raise DesignError(
-            f"`d2c(system=...)`: '{name}' has a pole at z = {float(negative[0].real):.6g}; a negative real pole is of no "
-            "system in continuous time of the same order. Use the system in discrete time, a lower order or a shorter "
-            "period."
+            f"`d2c(system=...)`: '{name}' has a pole at z = {float(negative[0].real):.6g}; a negative real pole is of "
+            "no system in continuous time of the same order. Use the system in discrete time, or a lower order or "
+            "a shorter period."
         )

@@ -23,6 +23,8 @@ from workbench.identification.linear_models.polynomial_estimates import polynomi
 from workbench.identification.linear_models.polynomial_model import ModelFit, PolynomialModel
 from workbench.identification.linear_models.polynomial_structure import Polynomials, PolynomialStructure
 from workbench.identification.linear_models.residual_tests import ResidualTest
+from workbench.identification.linear_models.subspace_estimates import subspace_model
+from workbench.identification.linear_models.subspace_model import SubspaceModel
 
 __all__ = [
     "FrequencyEstimate",
@@ -33,6 +35,7 @@ __all__ = [
     "Polynomials",
     "ResidualTest",
     "SearchEnd",
+    "SubspaceModel",
     "armax",
     "arx",
     "box_jenkins",
@@ -42,4 +45,5 @@ __all__ = [
     "polynomial_model",
     "select_orders",
     "spectral_response",
+    "subspace_model",
 ]

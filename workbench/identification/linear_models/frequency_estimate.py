@@ -1,4 +1,4 @@
-"""A frequency response that was estimated: values over frequency with their covariance, for pictures and for margins."""
+"""A frequency response that was estimated: values over frequency with their covariance."""
 
 from __future__ import annotations
 
@@ -45,14 +45,15 @@ class FrequencyEstimate:
     def phase_errors(self) -> Array:
         """The standard errors (m,) of the phase in rad, to first order."""
         sizes = np.abs(self.values)
-        return np.divide(self._along(1j * self.values), sizes, out=np.full(len(sizes), np.inf), where=sizes > 0)
+        turns = np.divide(self._along(1j * self.values), sizes, out=np.full(len(sizes), np.inf), where=sizes > 0)
+        return np.asarray(turns)
 
     def _along(self, directions: Complex) -> Array:
         """The standard errors (m,) along directions in the complex plane."""
         sizes = np.abs(directions)
         unit = np.where(sizes > 0, directions / np.where(sizes > 0, sizes, 1), 1)
         axes = np.stack([unit.real, unit.imag], axis=1)
-        return np.sqrt(np.maximum(np.einsum("mi,mij,mj->m", axes, self.covariance, axes), 0.0))
+        return np.asarray(np.sqrt(np.maximum(np.einsum("mi,mij,mj->m", axes, self.covariance, axes), 0.0)))
 
     @check_arguments
     def contains(self, values: NDArray[np.complex128], level: float = 0.95) -> NDArray[np.bool_]:

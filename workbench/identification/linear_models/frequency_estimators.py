@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import get_window
 
-from workbench.core.validation.refusals import Array, whole
+from workbench.core.validation.refusals import Array, Integers, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
 from workbench.identification.linear_models.frequency_estimate import Complex, FrequencyEstimate
@@ -81,7 +81,7 @@ def spectral_response(
     variance = (
         np.abs(values) ** 2 * (1 - coherence) / (2 * _independent(shape, len(parts)) * np.maximum(coherence, 1e-12))
     )
-    omega = 2 * np.pi * np.arange(1, size // 2) / (size * signals.period)
+    omega = np.asarray(2 * np.pi * np.arange(1, size // 2) / (size * signals.period), dtype=float)
     low = float(np.mean(coherence < 0.5))
     remarks = (f"The coherence is below 0.5 at {100 * low:.0f} % of the frequencies.",) if low > 0.1 else ()
     spread = variance[:, np.newaxis, np.newaxis] * np.eye(2)
@@ -164,8 +164,8 @@ def periodic_response(data: Dataset, source: str, output: str, period_samples: i
     scatter = float(np.abs(U - U.mean(axis=0)).max() / np.abs(U).max())
     if scatter > 0.1:
         raise ValueError(
-            f"`periodic_response(period_samples=...)`: the input does not repeat after {size} samples; its lines differ "
-            f"by {100 * scatter:.0f} % from period to period. Give the number of samples in a period, or take "
+            f"`periodic_response(period_samples=...)`: the input does not repeat after {size} samples; its lines "
+            f"differ by {100 * scatter:.0f} % from period to period. Give the number of samples in a period, or take "
             "`spectral_response`."
         )
     values = Y.mean(axis=0) / U.mean(axis=0)
@@ -222,20 +222,20 @@ def local_polynomial_response(
     unknowns = 2 * (degree + 1)
     reach = unknowns if half_width is None else whole("local_polynomial_response(half_width=...)", half_width)
     N = signals.samples
-    if 2 * reach + 1 <= unknowns or N // 2 - 1 < 2 * reach + 1:
+    if 2 * reach + 1 <= unknowns or 2 * reach + 1 > N // 2 - 1:
         raise ValueError(
-            f"`local_polynomial_response(half_width=...)` must give more than {unknowns} lines, as the fit has unknowns, "
-            f"and at most {N // 2 - 1}, as the log has lines; {reach} gives {2 * reach + 1}."
+            f"`local_polynomial_response(half_width=...)` must give more than {unknowns} lines, as the fit has "
+            f"unknowns, and at most {N // 2 - 1}, as the log has lines; {reach} gives {2 * reach + 1}."
         )
     U, Y = (np.fft.rfft(column[0][:, 0] - column[0][:, 0].mean()) for column in (signals.u, signals.y))
     lines = np.arange(1, (N + 1) // 2)
     values, variance = _local_fits(U, Y, lines, degree, reach)
-    omega = 2 * np.pi * lines / (N * signals.period)
+    omega = np.asarray(2 * np.pi * lines / (N * signals.period), dtype=float)
     spread = variance[:, np.newaxis, np.newaxis] * np.eye(2)
     return FrequencyEstimate("local polynomial", omega, values, spread, signals.period, source, output)
 
 
-def _local_fits(U: Complex, Y: Complex, lines: Array, degree: int, reach: int) -> tuple[Complex, Array]:
+def _local_fits(U: Complex, Y: Complex, lines: Integers, degree: int, reach: int) -> tuple[Complex, Array]:
     """The response at each line, and the variance of its real and of its imaginary part."""
     values, variance = np.empty(len(lines), dtype=complex), np.empty(len(lines))
     for row, line in enumerate(lines):

@@ -18,8 +18,8 @@ ROUNDING = 1e-8  # of roots, computed from a polynomial
 MOST = 120  # steps
 NEAR = 1e-7  # standard errors: the length of the last Gauss-Newton step, at which the search ends
 STALL, STALLS = 1e-13, 4  # relative decrease of a step, and how many such steps in a row end the search
-FIRST = 12  # steps of each start, before the best ends go on
-BEST = 6  # different ends that go on
+FIRST = 20  # steps of each start, before the best ends go on
+BEST = 8  # different ends that go on
 ALIKE = 1e-7  # relative: two sums of squares that differ by less are of one end
 STEEPEST = 1e12  # the damping at which no step is left
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, finite, seed as checked_seed, whole
+from workbench.core.validation.refusals import Array, whole
+from workbench.core.validation.refusals import seed as checked_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
 from workbench.identification.linear_models.gauss_newton import SearchDescent, SearchEnd, search, tangent
@@ -94,15 +95,15 @@ def polynomial_model(
     signals = signals_of(f"{call}(data)", data, inputs, output, structure.longest + 1)
     if signals.inputs.size != structure.nu:
         raise ValueError(
-            f"`{call}(structure=...)` must have orders for {signals.inputs.size} inputs; it has them for {structure.nu}."
+            f"`{call}(structure=...)` must have orders for {signals.inputs.size} inputs; it has {structure.nu}."
         )
     u0, y0 = signals.offsets(offsets)
     predictor = Predictor(structure, signals.records(u0, y0), initial == "estimate", offsets == "estimate")
     least = structure.size + predictor.nuisances
     if predictor.samples < 2 * least:
         raise ValueError(
-            f"`{call}(data)` has {predictor.samples} samples for {least} unknowns, initial values included; it needs at "
-            "least twice as many samples: log for longer, or take lower orders."
+            f"`{call}(data)` has {predictor.samples} samples for {least} unknowns, initial values included; it needs "
+            "at least twice as many samples: log for longer, or take lower orders."
         )
     end, ends = search(predictor, starts_of(predictor, starts, np.random.default_rng(seed)))
     return _model(signals, predictor, end, ends, (u0, y0), holdout)

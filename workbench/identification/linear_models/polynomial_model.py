@@ -23,7 +23,7 @@ from workbench.identification.linear_models.model_systems import (
     response_covariance,
     simulate_record,
 )
-from workbench.identification.linear_models.polynomial_structure import PolynomialStructure, Polynomials
+from workbench.identification.linear_models.polynomial_structure import Polynomials, PolynomialStructure
 from workbench.identification.linear_models.prediction_errors import Predictor
 from workbench.identification.linear_models.residual_tests import ResidualTest, input_correlation, whiteness
 from workbench.identification.linear_models.signal_records import LinearSignals, signals_of
@@ -115,7 +115,7 @@ class PolynomialModel:
     @property
     def BIC(self) -> float:
         """The Bayesian criterion N ln(squares / N) + size ln N; Ljung (1999), section 16.4."""
-        return self.samples * float(np.log(self.squares / self.samples)) + self.structure.size * np.log(self.samples)
+        return self.AIC + self.structure.size * (float(np.log(self.samples)) - 2)
 
     @check_arguments
     def residual_tests(self, lags: int = 25) -> tuple[ResidualTest, ...]:

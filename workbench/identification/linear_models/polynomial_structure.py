@@ -167,14 +167,14 @@ def reflect(polynomial: Array, radius: float) -> Array:
     roots = np.roots(polynomial)
     outside = np.abs(roots) > 1
     roots[outside] = 1 / np.conj(roots[outside])
-    return _of_roots(roots, len(polynomial), radius)
+    return _of_roots(roots.astype(complex), len(polynomial), radius)
 
 
 def clip(polynomial: Array, radius: float) -> Array:
     """A monic polynomial with each root outside `radius` moved to it."""
     if largest_root(polynomial) <= radius:
         return polynomial
-    return _of_roots(np.roots(polynomial), len(polynomial), radius)
+    return _of_roots(np.roots(polynomial).astype(complex), len(polynomial), radius)
 
 
 def _of_roots(roots: Complex, size: int, radius: float) -> Array:

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 from scipy.stats import chi2, norm
 
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.refusals import Array, Integers
 
 LONGEST_AR = 20  # the highest order of a model of the residuals
 DOUBT = 0.01  # a probability below it fails a test
@@ -137,8 +137,8 @@ def _lagged(first: Sequence[Array], second: Sequence[Array], lag: int) -> float:
     return total / sum(map(len, first))
 
 
-def _shifted(signal: Array, delays: Array) -> Array:
+def _shifted(signal: Array, delays: Integers) -> Array:
     columns = np.zeros((len(signal), len(delays)))
-    for column, delay in zip(columns.T, delays.astype(int), strict=True):
+    for column, delay in zip(columns.T, delays, strict=True):
         column[delay:] = signal[: max(len(signal) - delay, 0)]
     return columns

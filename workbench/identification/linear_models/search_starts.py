@@ -2,8 +2,8 @@
 
 A long ARX model is fitted first; it is consistent in open and in closed loop (Ljung 1999, section 10.4). Its residuals
 stand for the noise e in linear regressions for C and D, and its ratio B/A gives B and F. From there some steps of
-Steiglitz and McBride, prefiltered by the noise model, lead on. Noise models have false minima whose C and D nearly share
-a root, so further starts share one. The other starts have roots at random.
+Steiglitz and McBride, prefiltered by the noise model, lead on. Noise models have false minima whose C and D nearly
+share a root, so further starts share one. The other starts have roots at random.
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ def signals_of(
         if still.any():
             label = port.labels[int(np.argmax(still))]
             raise ValueError(f"`{call}` needs signals that move; '{label}' is constant in this dataset.")
-    return LinearSignals(period, *ports, u, y)
+    return LinearSignals(period, ports[0], ports[1], u, y)
 
 
 def _port(data: Dataset, labels: tuple[str, ...]) -> Layout:
@@ -133,8 +133,8 @@ def _refuse_gaps(call: str, experiment: Experiment, labels: list[str], columns: 
     bad = int((~good[:, column]).sum())
     what = "marked" if np.isfinite(experiment.values[k, columns[column]]) else "missing"
     raise ValueError(
-        f"`{call}` needs each sample; {bad} of '{labels[column]}' in '{experiment.name}' are missing or marked, the first "
-        f"({what}) at {experiment.t[k]:.6g} s: take experiments from between the gaps, or interpolate them and say so."
+        f"`{call}` needs each sample; {bad} of '{labels[column]}' in '{experiment.name}' are missing or marked, the "
+        f"first ({what}) at {experiment.t[k]:.6g} s: take experiments from between the gaps."
     )
 
 
