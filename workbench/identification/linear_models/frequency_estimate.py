@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import Array, finite
+from workbench.core.validation.refusals import Array, finite, refusal
 from workbench.core.validation.signatures import check_arguments
 
 Complex = NDArray[np.complex128]
+if TYPE_CHECKING:
+    Complexes: TypeAlias = Complex | Array
+else:
+    Complexes = object  # any numbers; `contains` refuses the rest
 EMPTY = np.zeros(0)
 
 
@@ -56,7 +61,7 @@ class FrequencyEstimate:
         return np.asarray(np.sqrt(np.maximum(np.einsum("mi,mij,mj->m", axes, self.covariance, axes), 0.0)))
 
     @check_arguments
-    def contains(self, values: NDArray[np.complex128], level: float = 0.95) -> NDArray[np.bool_]:
+    def contains(self, values: Complexes, level: float = 0.95) -> NDArray[np.bool_]:
         """True (m,) where the ellipse of confidence at a level holds the `values` (m,) of another response.
 
         Raises
@@ -67,12 +72,16 @@ class FrequencyEstimate:
         level = finite("contains(level=...)", level)
         if not 0 < level < 1:
             raise ValueError(f"`contains(level=...)` must lie between 0 and 1; got {level:g}.")
-        if np.shape(values) != self.values.shape:
+        try:
+            others = np.array(values, dtype=complex)
+        except Exception:  # an object of the user's may raise anything when it is asked for its numbers
+            raise refusal("contains(values=...)", "complex numbers, one for each frequency", values) from None
+        if others.shape != self.values.shape:
             raise ValueError(
-                f"`contains(values)` must have one value for each of {len(self.values)} frequencies; got shape "
-                f"{np.shape(values)}."
+                f"`contains(values=...)` must have one value for each of {len(self.values)} frequencies; got shape "
+                f"{others.shape}."
             )
-        away = np.asarray(values) - self.values
+        away = others - self.values
         parts = np.stack([away.real, away.imag], axis=1)
         with np.errstate(all="ignore"):
             solved = np.linalg.solve(self.covariance, parts[..., np.newaxis])[..., 0]

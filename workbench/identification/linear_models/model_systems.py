@@ -81,13 +81,15 @@ def simulate_record(structure: PolynomialStructure, model: Polynomials, u: Array
     for F in model.F:
         below = np.convolve(below, F)
     order = len(below) - 1
-    if not order:
+    known = zip(model.B, model.F, strict=True)
+    count = max(order, *(len(B) - 1 + order - (len(model.A) + len(F) - 2) for B, F in known))
+    if not count:
         return np.asarray(output)
     impulse = np.zeros(len(y))
     impulse[0] = 1.0
     free = lfilter([1.0], below, impulse)
-    columns = np.zeros((len(y), order))
-    for column, delay in zip(columns.T, range(order), strict=True):
+    columns = np.zeros((len(y), count))
+    for column, delay in zip(columns.T, range(count), strict=True):
         column[delay:] = free[: len(y) - delay]
     if not np.isfinite(columns).all() or not np.isfinite(output).all():
         return np.full(len(y), np.nan)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.signal import lfilter
 from scipy.stats import norm
 
 from workbench.core import Entry, Layout
@@ -184,6 +185,14 @@ class PolynomialModel:
         return FrequencyEstimate(
             f"{self.kind} model", omega, G, spread, self.period, self.inputs.labels[i], self.output.labels[0]
         )
+
+    @check_arguments
+    def impulse_response(self, count: int) -> Array:
+        """The responses (count, nu) of the output to unit impulses of the inputs: the Markov parameters, D first."""
+        size = whole("impulse_response(count=...)", count, 1, 1_000_000)
+        impulse, model = np.eye(1, size)[0], self.polynomials
+        columns = [lfilter(B, np.convolve(model.A, F), impulse) for B, F in zip(model.B, model.F, strict=True)]
+        return np.column_stack(columns)
 
     def _input(self, signal: str | None) -> int:
         labels = self.inputs.labels

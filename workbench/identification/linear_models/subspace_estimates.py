@@ -39,9 +39,9 @@ def subspace_model(
     """A state space of several inputs and outputs, without a search: states are what the past tells of the future.
 
     The past and the future have `horizon` samples each. The weights W1 O W2 of the matrix O, whose row space holds the
-    states, are those of its name; "N4SID", "MOESP" and "CVA" project the future inputs out and are biased in a closed
-    loop. "SSARX" takes their effect out by a long ARX model first, and holds in a closed loop, too. A, B, Cy, D
-    and K follow from the states by least squares.
+    states, are those of its name; "N4SID", "MOESP" and "CVA" project the future inputs out, which must not depend on the
+    noise, as those of a closed loop do. "SSARX" takes their effect out by a long ARX model first, and holds in a closed
+    loop, too. A, B, Cy, D and K follow from the states by least squares.
 
     Parameters
     ----------
