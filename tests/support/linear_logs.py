@@ -9,6 +9,9 @@ from scipy.signal import lfilter
 import workbench as wb
 
 PERIOD = 0.1
+ARMAX = {"a": [-1.5, 0.7], "b": [1.0, 0.5], "c": [-0.9, 0.3]}
+BOX_JENKINS = {"f": [-0.85], "b": [0.5], "c": [0.6], "d": [-0.9]}
+LOOPS = {"ARMAX": (ARMAX, 0.25, 1.0, 0.6), "Box-Jenkins": (BOX_JENKINS, 0.8, 0.4, 0.7)}
 
 
 def log_of(u, y, name="log"):
@@ -104,3 +107,14 @@ def random_loop(rng):
         if arma:
             return {"a": den, "b": numerator, "c": c}, gain
         return {"f": den, "b": numerator, "c": c, "d": random_polynomial(int(rng.integers(1, 4)), rng, 0.3, 0.95)}, gain
+
+
+def loop(kind, count, seed):
+    """A system of `LOOPS` with the input and the output of its loop."""
+    system, gain, noise, amplitude = LOOPS[kind]
+    return system, *closed_loop(system, count, seed, gain, noise, amplitude)
+
+
+def theta_of(system):
+    """The parameters of a system in the order of its structure."""
+    return np.concatenate([np.asarray(system.get(name, []), dtype=float) for name in "abcdf"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import get_window
 
 from workbench.core.validation.refusals import Array, Integers, whole
@@ -11,6 +12,7 @@ from workbench.identification.datasets import Dataset
 from workbench.identification.linear_models.frequency_estimate import Complex, FrequencyEstimate
 from workbench.identification.linear_models.signal_records import LinearSignals, signals_of
 
+Flags = NDArray[np.bool_]
 LEAST_SEGMENTS = 4
 WEAK = 1e-8  # of the largest power of the input: a line below it is not excited
 
@@ -55,37 +57,39 @@ def spectral_response(
     >>> np.allclose(response.values, 2.0)
     True
     """
-    call = "spectral_response(data)"
-    signals = signals_of(call, data, source, output)
-    size = max(8, signals.samples // 8) if segment is None else whole("spectral_response(segment=...)", segment, 8)
+    call = "spectral_response"
+    signals = signals_of(f"{call}(data)", data, source, output)
+    size = max(8, signals.samples // 8) if segment is None else whole(f"{call}(segment=...)", segment, 8)
     size -= size % 2
-    parts = list(_segments(signals, size))
+    parts = _segments(signals, size)
     if len(parts) < LEAST_SEGMENTS:
         raise ValueError(
-            f"`spectral_response(segment=...)` must leave at least {LEAST_SEGMENTS} segments that overlap by half; "
+            f"`{call}(segment=...)` must leave at least {LEAST_SEGMENTS} segments that overlap by half; "
             f"{size} samples leave {len(parts)}: take shorter ones, or log for longer."
         )
     try:
-        shape = get_window(window, size)
+        shape = np.asarray(get_window(window, size), dtype=float)
     except ValueError:
-        raise ValueError(
-            f"`spectral_response(window=...)` must be a window of SciPy, as 'hann'; got {window!r}."
-        ) from None
-    U, Y = (
-        np.array([np.fft.rfft(shape * (part - part.mean())) for part in column]) for column in zip(*parts, strict=True)
-    )
-    Suu, Syy, Syu = (np.abs(U) ** 2).mean(axis=0), (np.abs(Y) ** 2).mean(axis=0), (Y * np.conj(U)).mean(axis=0)
-    inside = slice(1, size // 2)
-    values = Syu[inside] / Suu[inside]
-    coherence = np.clip(np.abs(Syu[inside]) ** 2 / (Suu[inside] * Syy[inside]), 0.0, 1.0)
-    variance = (
-        np.abs(values) ** 2 * (1 - coherence) / (2 * _independent(shape, len(parts)) * np.maximum(coherence, 1e-12))
-    )
+        raise ValueError(f"`{call}(window=...)` must be a window of SciPy, as 'hann'; got {window!r}.") from None
+    values, coherence = _averages(parts, shape)
+    count = 2 * _independent(shape, len(parts))
+    variance = np.abs(values) ** 2 * (1 - coherence) / (count * np.maximum(coherence, 1e-12))
     omega = np.asarray(2 * np.pi * np.arange(1, size // 2) / (size * signals.period), dtype=float)
     low = float(np.mean(coherence < 0.5))
     remarks = (f"The coherence is below 0.5 at {100 * low:.0f} % of the frequencies.",) if low > 0.1 else ()
     spread = variance[:, np.newaxis, np.newaxis] * np.eye(2)
     return FrequencyEstimate("H1 by Welch", omega, values, spread, signals.period, source, output, coherence, remarks)
+
+
+def _averages(parts: list[tuple[Array, Array]], shape: Array) -> tuple[Complex, Array]:
+    """H1 and the coherence at the lines between zero and Nyquist's frequency."""
+    U, Y = (
+        np.array([np.fft.rfft(shape * (part - part.mean())) for part in column]) for column in zip(*parts, strict=True)
+    )
+    inside = slice(1, len(shape) // 2)
+    Suu, Syy = ((np.abs(lines[:, inside]) ** 2).mean(axis=0) for lines in (U, Y))
+    Syu = (Y * np.conj(U)).mean(axis=0)[inside]
+    return Syu / Suu, np.clip(np.abs(Syu) ** 2 / (Suu * Syy), 0.0, 1.0)
 
 
 def _segments(signals: LinearSignals, size: int) -> list[tuple[Array, Array]]:
@@ -138,7 +142,7 @@ def periodic_response(data: Dataset, source: str, output: str, period_samples: i
     >>> y = np.convolve(u, [0.0, 1.0, 0.5])[:320] + 1e-3 * np.random.default_rng(2).standard_normal(320)
     >>> log = wb.Dataset.of(0.1 * np.arange(320), {"u": u, "y": y}, {"u": "V", "y": "V"})
     >>> response = wb.linear_models.periodic_response(log, "u", "y", 64)
-    >>> round(abs(response.values[0]), 2)
+    >>> round(float(abs(response.values[0])), 2)
     1.5
     """
     call = "periodic_response(data)"
@@ -158,6 +162,14 @@ def periodic_response(data: Dataset, source: str, output: str, period_samples: i
             f"dataset has {len(pairs)}: log for longer."
         )
     U, Y = (np.fft.rfft(np.array(column), axis=1)[:, 1 : (size + 1) // 2] for column in zip(*pairs, strict=True))
+    values, variance, excited = _ratios(U, Y, size)
+    omega = np.asarray(2 * np.pi * np.arange(1, (size + 1) // 2)[excited] / (size * signals.period), dtype=float)
+    spread = variance[:, np.newaxis, np.newaxis] * np.eye(2)
+    return FrequencyEstimate("ratio of periods", omega, values, spread, signals.period, source, output)
+
+
+def _ratios(U: Complex, Y: Complex, size: int) -> tuple[Complex, Array, Flags]:
+    """The ratios of the means over periods (periods, lines), their variances, and which lines are excited."""
     power = np.abs(U).mean(axis=0) ** 2
     excited = power > WEAK * power.max()
     U, Y = U[:, excited], Y[:, excited]
@@ -171,9 +183,7 @@ def periodic_response(data: Dataset, source: str, output: str, period_samples: i
     values = Y.mean(axis=0) / U.mean(axis=0)
     misfit = Y - values * U
     variance = np.sum(np.abs(misfit) ** 2, axis=0) / (len(U) - 1) / (2 * len(U) * np.abs(U.mean(axis=0)) ** 2)
-    omega = 2 * np.pi * np.arange(1, (size + 1) // 2)[excited] / (size * signals.period)
-    spread = variance[:, np.newaxis, np.newaxis] * np.eye(2)
-    return FrequencyEstimate("ratio of periods", omega, values, spread, signals.period, source, output)
+    return values, variance, excited
 
 
 @check_arguments

@@ -76,7 +76,7 @@ def select_orders(
     structures: Sequence[PolynomialStructure],
     holdout: Dataset,
     *,
-    offsets: str = "mean",
+    offsets: str = "estimate",
     initial: str = "estimate",
     starts: int = 8,
     seed: int = 0,

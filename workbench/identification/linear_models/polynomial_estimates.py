@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, whole
+from workbench.core.validation.refusals import Array, one_of, whole
 from workbench.core.validation.refusals import seed as checked_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
@@ -32,41 +32,33 @@ def polynomial_model(
     structure: PolynomialStructure,
     *,
     holdout: Dataset | None = None,
-    offsets: str = "mean",
+    offsets: str = "estimate",
     initial: str = "estimate",
     starts: int = 8,
     seed: int = 0,
 ) -> PolynomialModel:
     """The minimum of the one-step prediction errors of a polynomial structure, with standard errors and tests.
 
-    It holds for data of a closed loop, too, if the noise model is rich enough to make the residuals white and the loop
-    has a delay; that of output error does not. The search begins at several starts, and `ends` has all its ends. Roots
-    of C, D and F stay inside the unit circle; `at_limit` says if one is held there.
+    In a closed loop it holds if the loop has a delay and the noise model makes the residuals white. The search has
+    several starts, and `ends` has all its ends. Roots of C, D and F stay inside the unit circle.
 
     Parameters
     ----------
-    data
-        The dataset, at one constant period, without missing or marked samples.
-    inputs, output
-        The names of the inputs and of the output.
-    structure
-        The orders.
-    holdout
-        Another dataset, for `model.holdout`; the summary says if there is none.
+    data, holdout
+        Datasets at one constant period, without missing or marked samples; the summary says if there is no hold-out.
+    inputs, output, structure
+        The names of the inputs and of the output, and the orders.
     offsets
-        "mean" takes the means off each signal, "estimate" also estimates a constant of the output, "none" takes the
-        signals as they are.
+        "mean" takes the means off each signal, "estimate" also estimates a constant, "none" leaves the signals.
     initial
         "estimate" for unknown values before the first sample of each experiment, "zero" for signals that were at rest.
-    starts
-        The number of random starts beside those of regressions.
-    seed
-        The seed of the random starts.
+    starts, seed
+        The number of random starts beside those of regressions, and their seed.
 
     Raises
     ------
     ValueError
-        If samples are missing, marked or not at one period, there are too few, or the data do not tell the parameters.
+        If samples are missing, marked or not at one period, too few, or do not tell the parameters.
     LookupError
         If there is no such signal.
 
@@ -84,14 +76,22 @@ def polynomial_model(
     >>> orders = wb.linear_models.PolynomialStructure(na=1, nb=(1,))
     >>> model = wb.linear_models.polynomial_model(log, "u", "y", orders)
     >>> {name: round(value, 2) for name, value in model.parameters.items()}
-    {'a1': -0.8, 'b1': 0.5}
+    {'a1': -0.81, 'b1': 0.51}
     """
-    call = "polynomial_model"
+    signals, predictor, point = _problem(data, inputs, output, structure, (offsets, initial))
+    count = whole("polynomial_model(starts=...)", starts, 0, 10_000)
+    generator = np.random.default_rng(checked_seed("polynomial_model(seed=...)", seed))
+    end, ends = search(predictor, starts_of(predictor, count, generator))
+    return _model(signals, predictor, end, ends, point, holdout)
+
+
+def _problem(
+    data: Dataset, inputs: Names, output: str, structure: PolynomialStructure, options: tuple[str, str]
+) -> tuple[LinearSignals, Predictor, tuple[Array, Array]]:
+    """The checked signals, their prediction errors, and the offsets u0 and y0."""
+    call, (offsets, initial) = "polynomial_model", options
     checked_offsets(call, offsets)
-    if initial not in ("estimate", "zero"):
-        raise ValueError(f"`{call}(initial=...)` is 'estimate' or 'zero'; got {initial!r}.")
-    whole(f"{call}(starts=...)", starts, 0, 10_000)
-    checked_seed(f"{call}(seed=...)", seed)
+    one_of(f"{call}(initial=...)", initial, ("estimate", "zero"))
     signals = signals_of(f"{call}(data)", data, inputs, output, structure.longest + 1)
     if signals.inputs.size != structure.nu:
         raise ValueError(
@@ -105,8 +105,7 @@ def polynomial_model(
             f"`{call}(data)` has {predictor.samples} samples for {least} unknowns, initial values included; it needs "
             "at least twice as many samples: log for longer, or take lower orders."
         )
-    end, ends = search(predictor, starts_of(predictor, starts, np.random.default_rng(seed)))
-    return _model(signals, predictor, end, ends, (u0, y0), holdout)
+    return signals, predictor, (u0, y0)
 
 
 def _model(

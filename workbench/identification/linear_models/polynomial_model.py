@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.signal import lfilter
@@ -14,6 +13,7 @@ from workbench.core import Entry, Layout
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite, whole
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.control_system import System
 from workbench.identification.datasets import Dataset
 from workbench.identification.linear_models.frequency_estimate import FrequencyEstimate
 from workbench.identification.linear_models.gauss_newton import SearchEnd
@@ -29,16 +29,13 @@ from workbench.identification.linear_models.prediction_errors import Predictor
 from workbench.identification.linear_models.residual_tests import ResidualTest, input_correlation, whiteness
 from workbench.identification.linear_models.signal_records import LinearSignals, signals_of
 
-if TYPE_CHECKING:
-    import control
-
 GRID = 400  # frequencies of a response, if none are named
 
 
 @dataclass(frozen=True, eq=False)
 @show
 class ModelFit:
-    """How well a model gives the output of a dataset: RMSE, and 100 (1 - |y - y_model| / |y - mean|) in percent.
+    """The misfit of a model to the output of a dataset: RMSE, and 100 (1 - |y - y_model| / |y - mean|) in percent.
 
     `prediction` is one period ahead, `simulation` from the inputs alone. Initial values are fitted in both.
     """
@@ -138,14 +135,14 @@ class PolynomialModel:
             tests.append(input_correlation(residuals, inputs, errors.J, held.nk[i], lags, name))
         return tuple(tests)
 
-    def to_ss(self) -> control.StateSpace:
+    def to_ss(self) -> System:
         """The system from the inputs to the output as a `StateSpace` in discrete time, about u0 and y0."""
         from workbench.design.linear.sampled_models import sampled_model
 
         matrices = model_matrices(self.structure, self.polynomials)
         return sampled_model(*matrices, self.period, self.inputs, self.output, self.u0, self.y0, self._name)
 
-    def noise_model(self) -> control.StateSpace:
+    def noise_model(self) -> System:
         """The system C/(D A) from e to the noise at the output, as a `StateSpace` in discrete time."""
         from workbench.design.linear.sampled_models import sampled_model
 
@@ -154,7 +151,7 @@ class PolynomialModel:
         e = Layout((Entry("e", np.zeros(()), self.output.entries[0].unit),))
         return sampled_model(*matrices, self.period, e, self.output, np.zeros(1), self.y0, f"noise of {self._name}")
 
-    def to_continuous(self) -> tuple[control.StateSpace, Array]:
+    def to_continuous(self) -> tuple[System, Array]:
         """The system in continuous time behind a zero-order hold, and the delays (nu,) in s before its inputs.
 
         Raises
@@ -204,7 +201,7 @@ class PolynomialModel:
 
     @check_arguments
     def compare(self, data: Dataset) -> ModelFit:
-        """How well the model predicts and simulates a dataset, about the same offsets.
+        """The misfit of predictions and simulations of a dataset, about the same offsets.
 
         Raises
         ------
@@ -225,7 +222,7 @@ class PolynomialModel:
 
     @property
     def summary(self) -> str:
-        """What the estimate is worth, the doubts first."""
+        """A summary in words, the doubts first."""
         whole_fit = f"{self.kind} of {self.structure.size} parameters from {self.samples} samples"
         held = self.holdout
         quality = f"hold-out {held.simulation:.1f} % simulated" if held else "no hold-out"

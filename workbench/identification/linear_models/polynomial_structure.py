@@ -88,6 +88,7 @@ class PolynomialStructure:
         yield "d", 0, self.nd
         yield from (("f", i, count) for i, count in enumerate(self.nf))
 
+    @check_arguments
     def places(self, letter: str, i: int = 0) -> slice:
         """The places of the numbers of a polynomial, of input i for B and F, among the parameters."""
         at = 0

@@ -28,59 +28,59 @@ SHARED = (-0.95, -0.7, -0.3, 0.3, 0.7, 0.95)  # roots that C and D of a start ha
 
 def starts_of(predictor: Predictor, count: int, generator: np.random.Generator) -> Iterator[tuple[str, Array]]:
     """Starts by name: of regressions, and the best `count` of many with random roots."""
-    held, records = predictor.structure, predictor.records
-    arx = arx_of(held, records)
-    yield "ARX", _stable(held, _of_arx(held, arx))
-    if not (held.nc or held.nd or any(held.nf)):
+    structure, records = predictor.structure, predictor.records
+    arx = arx_of(structure, records)
+    yield "ARX", _stable(structure, _of_arx(structure, arx))
+    if not (structure.nc or structure.nd or any(structure.nf)):
         return
-    A, B = long_arx(held, records)
+    A, B = long_arx(structure, records)
     noise = tuple(_difference(A, B, record) for record in records)
-    yield "Hannan-Rissanen", _stable(held, _hannan_rissanen(held, records, noise))
-    if any(held.nf):
-        theta = _stable(held, _of_long_arx(held, A, B))
+    yield "Hannan-Rissanen", _stable(structure, _hannan_rissanen(structure, records, noise))
+    if any(structure.nf):
+        theta = _stable(structure, _of_long_arx(structure, A, B))
         yield "long ARX", theta
         for _ in range(ROUNDS):
-            theta = _stable(held, _steiglitz_mcbride(held, records, noise, theta))
+            theta = _stable(structure, _steiglitz_mcbride(structure, records, noise, theta))
         yield "Steiglitz-McBride", theta
-        if held.nc and held.nd:
-            yield from _with_shared_root(held, records, noise, theta)
+        if structure.nc and structure.nd:
+            yield from _with_shared_root(structure, records, noise, theta)
     yield from _random(predictor, count, generator)
 
 
 def _with_shared_root(
-    held: PolynomialStructure, records: tuple[Record, ...], noise: tuple[Array, ...], theta: Array
+    structure: PolynomialStructure, records: tuple[Record, ...], noise: tuple[Array, ...], theta: Array
 ) -> Iterator[tuple[str, Array]]:
     """Noise models of one order less, times a factor that C and D have in common."""
-    less = replace(held, nc=held.nc - 1, nd=held.nd - 1)
+    less = replace(structure, nc=structure.nc - 1, nd=structure.nd - 1)
     smaller = np.zeros(less.size)
-    for letter, i in (("a", 0), *((letter, i) for letter in "bf" for i in range(held.nu))):
-        smaller[less.places(letter, i)] = theta[held.places(letter, i)]
+    for letter, i in (("a", 0), *((letter, i) for letter in "bf" for i in range(structure.nu))):
+        smaller[less.places(letter, i)] = theta[structure.places(letter, i)]
     if less.nc or less.nd:
         smaller = _stable(less, _noise_model(less, records, noise, smaller))
     model = less.polynomials(smaller)
     for root in SHARED:
         renewed = theta.copy()
         for letter, polynomial in (("c", model.C), ("d", model.D)):
-            renewed[held.places(letter)] = np.convolve(polynomial, [1.0, -root])[1:]
+            renewed[structure.places(letter)] = np.convolve(polynomial, [1.0, -root])[1:]
         yield "shared root", renewed
 
 
 def _random(predictor: Predictor, count: int, generator: np.random.Generator) -> Iterator[tuple[str, Array]]:
-    held = predictor.structure
+    structure = predictor.structure
     if not count:
         return
     draws = []
     for _ in range(DRAWS):
-        theta = np.zeros(held.size)
+        theta = np.zeros(structure.size)
         for letter, i, order in (
-            ("a", 0, held.na),
-            ("c", 0, held.nc),
-            ("d", 0, held.nd),
-            *(("f", i, nf) for i, nf in enumerate(held.nf)),
+            ("a", 0, structure.na),
+            ("c", 0, structure.nc),
+            ("d", 0, structure.nd),
+            *(("f", i, nf) for i, nf in enumerate(structure.nf)),
         ):
-            theta[held.places(letter, i)] = _random_polynomial(order, generator)[1:]
-        linear = [held.places("b", i) for i in range(held.nu)] + [held.places("a")]
-        columns = np.concatenate([np.arange(held.size)[part] for part in linear])
+            theta[structure.places(letter, i)] = _random_polynomial(order, generator)[1:]
+        linear = [structure.places("b", i) for i in range(structure.nu)] + [structure.places("a")]
+        columns = np.concatenate([np.arange(structure.size)[part] for part in linear])
         start = theta.copy()
         start[columns] = 0.0
         at = predictor.errors(start)
@@ -113,17 +113,17 @@ def regressors(signal: Array, delays: range) -> Array:
     return columns
 
 
-def arx_of(held: PolynomialStructure, records: tuple[Record, ...]) -> tuple[Array, list[Array]]:
+def arx_of(structure: PolynomialStructure, records: tuple[Record, ...]) -> tuple[Array, list[Array]]:
     """A and B by linear least squares, with the orders of A or F, and those of B, behind the first samples."""
-    order = max(held.na, *held.nf, held.nd, 0)
-    return _least_squares(records, order, held.nk, held.nb)
+    order = max(structure.na, *structure.nf, structure.nd, 0)
+    return _least_squares(records, order, structure.nk, structure.nb)
 
 
-def long_arx(held: PolynomialStructure, records: tuple[Record, ...]) -> tuple[Array, list[Array]]:
+def long_arx(structure: PolynomialStructure, records: tuple[Record, ...]) -> tuple[Array, list[Array]]:
     """A long ARX model: an order that the samples can carry."""
     samples = sum(len(record.y) for record in records)
-    order = int(np.clip(samples // (10 * (1 + held.nu)), held.longest, LONGEST))
-    return _least_squares(records, order, held.nk, (order,) * held.nu)
+    order = int(np.clip(samples // (10 * (1 + structure.nu)), structure.longest, LONGEST))
+    return _least_squares(records, order, structure.nk, (order,) * structure.nu)
 
 
 def _least_squares(
@@ -150,102 +150,96 @@ def _difference(A: Array, B: list[Array], record: Record) -> Array:
     return np.asarray(e)
 
 
-def _of_arx(held: PolynomialStructure, arx: tuple[Array, list[Array]]) -> Array:
+def _of_arx(structure: PolynomialStructure, arx: tuple[Array, list[Array]]) -> Array:
     """The parameters with A, or F and D, of an ARX model."""
     A, B = arx
-    theta = np.zeros(held.size)
-    for i in range(held.nu):
-        theta[held.places("b", i)] = B[i][held.nk[i] : held.nk[i] + held.nb[i]]
-        theta[held.places("f", i)] = A[1 : 1 + held.nf[i]] if not held.na else 0.0
-    if held.na:
-        theta[held.places("a")] = A[1 : 1 + held.na]
-    elif held.nd:
-        theta[held.places("d")] = A[1 : 1 + held.nd]
+    theta = np.zeros(structure.size)
+    for i in range(structure.nu):
+        theta[structure.places("b", i)] = B[i][structure.nk[i] : structure.nk[i] + structure.nb[i]]
+        theta[structure.places("f", i)] = A[1 : 1 + structure.nf[i]] if not structure.na else 0.0
+    if structure.na:
+        theta[structure.places("a")] = A[1 : 1 + structure.na]
+    elif structure.nd:
+        theta[structure.places("d")] = A[1 : 1 + structure.nd]
     return theta
 
 
-def _hannan_rissanen(held: PolynomialStructure, records: tuple[Record, ...], noise: tuple[Array, ...]) -> Array:
+def _hannan_rissanen(structure: PolynomialStructure, records: tuple[Record, ...], noise: tuple[Array, ...]) -> Array:
     """A, B and C by a regression on y, u and the residuals of the long model; F and D are A where there is no A."""
-    order, rows, targets = max(held.na, *held.nf, held.nd, 0), [], []
+    order, rows, targets = max(structure.na, *structure.nf, structure.nd, 0), [], []
     for record, e in zip(records, noise, strict=True):
         parts = [-regressors(record.y, range(1, order + 1))]
-        parts += [regressors(u, range(k, k + b)) for u, k, b in zip(record.u, held.nk, held.nb, strict=True)]
-        parts.append(regressors(e, range(1, held.nc + 1)))
+        parts += [regressors(u, range(k, k + b)) for u, k, b in zip(record.u, structure.nk, structure.nb, strict=True)]
+        parts.append(regressors(e, range(1, structure.nc + 1)))
         rows.append(np.hstack(parts))
         targets.append(record.y - e)
     solution = np.linalg.lstsq(np.vstack(rows), np.concatenate(targets), rcond=1e-12)[0]
     A = np.concatenate([[1.0], solution[:order]])
-    numerators = np.split(solution[order : order + sum(held.nb)], np.cumsum(held.nb)[:-1])
-    B = [np.concatenate([np.zeros(k), b]) for b, k in zip(numerators, held.nk, strict=True)]
-    theta = _of_arx(held, (A, B))
-    theta[held.places("c")] = solution[order + sum(held.nb) :]
+    numerators = np.split(solution[order : order + sum(structure.nb)], np.cumsum(structure.nb)[:-1])
+    B = [np.concatenate([np.zeros(k), b]) for b, k in zip(numerators, structure.nk, strict=True)]
+    theta = _of_arx(structure, (A, B))
+    theta[structure.places("c")] = solution[order + sum(structure.nb) :]
     return theta
 
 
-def _of_long_arx(held: PolynomialStructure, A: Array, B: list[Array]) -> Array:
+def _of_long_arx(structure: PolynomialStructure, A: Array, B: list[Array]) -> Array:
     """F and B from F B_long = B A_long, C and D from C A_long = D, each by linear least squares."""
-    theta = np.zeros(held.size)
-    for i in range(held.nu):
-        size = len(A) + held.longest
-        target = np.concatenate([B[i], np.zeros(size)])[:size]
-        columns = np.hstack(
-            [
-                -regressors(target, range(1, held.nf[i] + 1)),
-                regressors(np.concatenate([A, np.zeros(size)])[:size], range(held.nk[i], held.nk[i] + held.nb[i])),
-            ]
-        )
-        solution = np.linalg.lstsq(columns, target, rcond=1e-12)[0]
-        theta[held.places("f", i)], theta[held.places("b", i)] = np.split(solution, [held.nf[i]])
-    size = len(A) + held.nc
-    target = np.concatenate([A, np.zeros(held.nc)])
-    columns = np.hstack([-regressors(target, range(1, held.nc + 1)), np.eye(size)[:, 1 : 1 + max(held.nd, held.na)]])
-    solution = np.linalg.lstsq(columns, target - np.eye(size)[0], rcond=1e-12)[0]
-    theta[held.places("c")] = solution[: held.nc]
-    letter, order = ("d", held.nd) if held.nd else ("a", held.na)
-    theta[held.places(letter)] = solution[held.nc : held.nc + order]
+    theta = np.zeros(structure.size)
+    for i, (nb, nf, nk) in enumerate(zip(structure.nb, structure.nf, structure.nk, strict=True)):
+        size = len(A) + structure.longest
+        above, below = (np.concatenate([part, np.zeros(size)])[:size] for part in (B[i], A))
+        columns = np.hstack([-regressors(above, range(1, nf + 1)), regressors(below, range(nk, nk + nb))])
+        solution = np.linalg.lstsq(columns, above, rcond=1e-12)[0]
+        theta[structure.places("f", i)], theta[structure.places("b", i)] = np.split(solution, [nf])
+    nc, order = structure.nc, structure.nd or structure.na
+    below, units = np.concatenate([A, np.zeros(nc)]), np.eye(len(A) + nc)
+    columns = np.hstack([-regressors(below, range(1, nc + 1)), units[:, 1 : 1 + order]])
+    solution = np.linalg.lstsq(columns, below - units[0], rcond=1e-12)[0]
+    theta[structure.places("c")] = solution[:nc]
+    theta[structure.places("d" if structure.nd else "a")] = solution[nc:]
     return theta
 
 
 def _steiglitz_mcbride(
-    held: PolynomialStructure, records: tuple[Record, ...], noise: tuple[Array, ...], theta: Array
+    structure: PolynomialStructure, records: tuple[Record, ...], noise: tuple[Array, ...], theta: Array
 ) -> Array:
     """One round: F and B by least squares on signals behind D / (C F) and A, then C and D on v and the noise."""
-    model, renewed = held.polynomials(theta), theta.copy()
-    for i in range(held.nu):
+    model, renewed = structure.polynomials(theta), theta.copy()
+    for i in range(structure.nu):
         rows, targets = [], []
         for record in records:
             others = [lfilter(B, F, u) for B, F, u in zip(model.B, model.F, record.u, strict=True)]
             own = lfilter(model.A, [1.0], record.y) - sum(others) + others[i]
             below = np.convolve(model.C, model.F[i])
             y, u = lfilter(model.D, below, own), lfilter(model.D, below, record.u[i])
-            delays = range(held.nk[i], held.nk[i] + held.nb[i])
-            rows.append(np.hstack([-regressors(y, range(1, held.nf[i] + 1)), regressors(u, delays)]))
+            delays = range(structure.nk[i], structure.nk[i] + structure.nb[i])
+            rows.append(np.hstack([-regressors(y, range(1, structure.nf[i] + 1)), regressors(u, delays)]))
             targets.append(y)
         solution = np.linalg.lstsq(np.vstack(rows), np.concatenate(targets), rcond=1e-12)[0]
-        renewed[held.places("f", i)], renewed[held.places("b", i)] = np.split(solution, [held.nf[i]])
-    renewed = _stable(held, renewed)
-    return _noise_model(held, records, noise, renewed) if held.nc or held.nd else renewed
+        renewed[structure.places("f", i)], renewed[structure.places("b", i)] = np.split(solution, [structure.nf[i]])
+    renewed = _stable(structure, renewed)
+    return _noise_model(structure, records, noise, renewed) if structure.nc or structure.nd else renewed
 
 
 def _noise_model(
-    held: PolynomialStructure, records: tuple[Record, ...], noise: tuple[Array, ...], theta: Array
+    structure: PolynomialStructure, records: tuple[Record, ...], noise: tuple[Array, ...], theta: Array
 ) -> Array:
     """C and D from D v = C e, with v the misfit of A, B and F, and e the residuals of the long model."""
-    model, renewed, rows, targets = held.polynomials(theta), theta.copy(), [], []
+    model, renewed, rows, targets = structure.polynomials(theta), theta.copy(), [], []
     for record, e in zip(records, noise, strict=True):
         parts = zip(model.B, model.F, record.u, strict=True)
         v = lfilter(model.A, [1.0], record.y) - sum(lfilter(B, F, u) for B, F, u in parts)
-        rows.append(np.hstack([regressors(e, range(1, held.nc + 1)), -regressors(v, range(1, held.nd + 1))]))
+        rows.append(np.hstack([regressors(e, range(1, structure.nc + 1)), -regressors(v, range(1, structure.nd + 1))]))
         targets.append(v - e)
     solution = np.linalg.lstsq(np.vstack(rows), np.concatenate(targets), rcond=1e-12)[0]
-    renewed[held.places("c")], renewed[held.places("d")] = np.split(solution, [held.nc])
+    renewed[structure.places("c")], renewed[structure.places("d")] = np.split(solution, [structure.nc])
     return renewed
 
 
-def _stable(held: PolynomialStructure, theta: Array) -> Array:
+def _stable(structure: PolynomialStructure, theta: Array) -> Array:
     """The parameters with the roots of C, D and F inside the unit circle."""
     renewed = np.nan_to_num(theta, nan=0.0, posinf=0.0, neginf=0.0)
-    for letter, i in (("c", 0), ("d", 0), *(("f", i) for i in range(held.nu))):
-        places = held.places(letter, i)
+    for letter, i in (("c", 0), ("d", 0), *(("f", i) for i in range(structure.nu))):
+        places = structure.places(letter, i)
         renewed[places] = reflect(np.concatenate([[1.0], renewed[places]]), SAFE)[1:]
     return renewed

@@ -42,7 +42,7 @@ class LinearSignals:
         return tuple(Record(y[:, 0] - y0[0], np.ascontiguousarray((u - u0).T)) for u, y in pairs)
 
     def offsets(self, offsets: str) -> tuple[Array, Array]:
-        """What is taken off before a fit: the means, or zeros if offsets are 'none'."""
+        """The numbers that are taken off before a fit: the means, or zeros if offsets are 'none'."""
         u0, y0 = self.means()
         return (u0, y0) if offsets != "none" else (np.zeros_like(u0), np.zeros_like(y0))
 

@@ -10,13 +10,13 @@ from workbench.core.validation.refusals import Array, one_of, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
 from workbench.identification.linear_models.polynomial_estimates import Names
-from workbench.identification.linear_models.polynomial_model import ModelFit
 from workbench.identification.linear_models.signal_records import LinearSignals, checked_offsets, signals_of
 from workbench.identification.linear_models.subspace_model import Matrices, SubspaceModel, fits_of_states
 
 WEIGHTINGS = ("SSARX", "CVA", "MOESP", "N4SID")
 RANK = 1e-10  # relative: a smaller eigenvalue of a covariance counts as zero
 EXACT = 1e-9  # relative: smaller prediction errors are rounding, and tell no K
+SMALLEST = 1e-9  # of the largest singular value: a smaller one is of no state
 INTEGRATES = 1e8  # a condition number of I - A beyond it: there is no rest to which a constant would lead
 FLOOR = 1e-12  # of the variance of an output: prediction errors below it count as equal
 MOST = 12  # the highest order that is tried, if none is named
@@ -38,30 +38,24 @@ def subspace_model(
 ) -> SubspaceModel:
     """A state space of several inputs and outputs, without a search: states are what the past tells of the future.
 
-    The past and the future have `horizon` samples each. The weights W1 O W2 of the matrix O, whose row space holds the
-    states, are those of its name; "N4SID", "MOESP" and "CVA" project the future inputs out, which must not depend on the
-    noise, as those of a closed loop do. "SSARX" takes their effect out by a long ARX model first, and holds in a closed
-    loop, too. A, B, Cy, D and K follow from the states by least squares.
+    "N4SID", "MOESP" and "CVA" are the weights W1 O W2 of the matrix O, whose row space holds the states. They project
+    future inputs out, which must not depend on the noise, as those of a closed loop do. "SSARX" takes their effect out
+    by a long ARX model, and holds there too. A, B, Cy, D and K follow from the states by least squares.
 
     Parameters
     ----------
-    data
-        The dataset, at one constant period, without missing or marked samples.
+    data, holdout
+        Datasets at one constant period, without missing or marked samples; the summary says if there is no hold-out.
     inputs, outputs
         The names of the inputs and of the outputs.
     order
         The number of states, by default that with the least BIC of the prediction errors.
-    weighting
-        "SSARX", "CVA", "MOESP" or "N4SID".
-    horizon
-        The rows of past and future, by default 15, or less for a short log.
+    weighting, horizon
+        One of the above, and the rows of past and future, by default 15, or less for a short log.
     feedthrough
         True to estimate D, which else is zero.
-    holdout
-        Another dataset, for `model.holdout`; the summary says if there is none.
     offsets
-        "estimate" takes the means off and has a constant in each regression, which moves y0, "mean" takes the means
-        off alone, "none" takes the signals as they are.
+        As of `polynomial_model`.
 
     Raises
     ------
@@ -72,8 +66,8 @@ def subspace_model(
 
     References
     ----------
-    Van Overschee and De Moor (1996), Subspace Identification for Linear Systems, chapter 4, theorem 12 and figure 4.5;
-    Jansson (2003), Subspace identification and ARX modeling, IFAC Proceedings 36, for SSARX.
+    Van Overschee and De Moor (1996), Subspace Identification for Linear Systems, theorem 12; Jansson (2003), IFAC
+    Proceedings 36.
 
     Examples
     --------
@@ -85,54 +79,42 @@ def subspace_model(
     >>> np.round(model.A, 6)
     array([[0.8]])
     """
-    call = "subspace_model"
-    rule = one_of(f"{call}(weighting=...)", weighting, WEIGHTINGS)
-    constant = checked_offsets(call, offsets) == "estimate"
-    signals = signals_of(f"{call}(data)", data, inputs, outputs)
-    ports = signals.inputs.size + signals.outputs.size
-    room = min(map(len, signals.y)) // (2 * ports + 2)
-    rows = min(USUAL, room // 2) if horizon is None else whole(f"{call}(horizon=...)", horizon, 2)
-    if rows < 2 or 2 * rows * (ports + 1) > signals.samples - 2 * rows * len(signals.y):
-        raise ValueError(
-            f"`{call}(data)` has {signals.samples} samples, too few for past and future of {max(rows, 2)} of "
-            f"{ports} signals: log for longer, or take a smaller horizon."
-        )
-    highest = min(MOST, rows * signals.outputs.size - 1) if order is None else whole(f"{call}(order=...)", order)
-    if highest > rows * signals.outputs.size:
-        raise ValueError(
-            f"`{call}(order=...)` must be at most {rows * signals.outputs.size}, the horizon times the outputs; got "
-            f"{highest}."
-        )
+    rule = one_of("subspace_model(weighting=...)", weighting, WEIGHTINGS)
+    signals = signals_of("subspace_model(data)", data, inputs, outputs)
+    rows, highest = _sizes(signals, horizon, order)
     u0, y0 = signals.offsets(offsets)
-    past = _Past.of(signals, u0, y0, rows, constant)
+    past = _Past.of(signals, u0, y0, rows, checked_offsets("subspace_model", offsets) == "estimate")
     J, values = past.states(rule)
-    usable = int(min(highest, max(1, np.sum(values > 1e-9 * values[0]))))
+    usable = int(min(highest, max(1, np.sum(values > SMALLEST * values[0]))))
     candidates = [past.regress(J[:n], feedthrough) for n in range(1, usable + 1)]
     spreads = [covariance for _, covariance in candidates]
     criteria = np.array([past.criterion(spread, n, feedthrough) for n, spread in enumerate(spreads, 1)])
     chosen = int(np.argmin(criteria)) if order is None else min(order, usable) - 1
     (model, rest), covariance = candidates[chosen]
-    y0 = y0 + rest
-    held: tuple[ModelFit, ...] = ()
-    if holdout is not None:
-        other = signals_of(f"{call}(holdout=...)", holdout, signals.inputs.labels, signals.outputs.labels)
-        held = fits_of_states(model, other, u0, y0)
-    answer = SubspaceModel(
-        rule,
-        *model,
-        covariance,
-        signals.period,
-        signals.inputs,
-        signals.outputs,
-        u0,
-        y0,
-        signals.samples,
-        values,
-        criteria,
-        fits_of_states(model, signals, u0, y0),
-        held,
-    )
-    return _with_remarks(answer, order)
+    point = u0, y0 + rest
+    fits = fits_of_states(model, signals, *point)
+    ports = signals.period, signals.inputs, signals.outputs
+    answer = SubspaceModel(rule, *model, covariance, *ports, *point, signals.samples, values, criteria, fits)
+    return _with_remarks(answer if holdout is None else replace(answer, holdout=answer.compare(holdout)), order)
+
+
+def _sizes(signals: LinearSignals, horizon: int | None, order: int | None) -> tuple[int, int]:
+    """The rows of past and future, and the highest order that is tried."""
+    ny = signals.outputs.size
+    ports = signals.inputs.size + ny
+    room = min(map(len, signals.y)) // (2 * ports + 2)
+    rows = min(USUAL, room // 2) if horizon is None else whole("subspace_model(horizon=...)", horizon, 2)
+    if rows < 2 or 2 * rows * (ports + 1) > signals.samples - 2 * rows * len(signals.y):
+        raise ValueError(
+            f"`subspace_model(data)` has {signals.samples} samples, too few for past and future of {max(rows, 2)} of "
+            f"{ports} signals: log for longer, or take a smaller horizon."
+        )
+    highest = min(MOST, rows * ny - 1) if order is None else whole("subspace_model(order=...)", order)
+    if highest > rows * ny:
+        raise ValueError(
+            f"`subspace_model(order=...)` must be at most {rows * ny}, the horizon times the outputs; got {highest}."
+        )
+    return rows, highest
 
 
 def _with_remarks(model: SubspaceModel, order: int | None) -> SubspaceModel:

@@ -1,21 +1,18 @@
-"""A state space estimated from subspaces: x+ = A x + B u + K e, y = Cy x + D u + e, with what it is worth."""
+"""A state space estimated from subspaces: x+ = A x + B u + K e, y = Cy x + D u + e, with its misfits."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.core import Layout
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.control_system import System
 from workbench.identification.datasets import Dataset
 from workbench.identification.linear_models.polynomial_model import ModelFit
 from workbench.identification.linear_models.signal_records import LinearSignals, signals_of
-
-if TYPE_CHECKING:
-    import control
 
 Matrices = tuple[Array, Array, Array, Array, Array]
 
@@ -58,7 +55,7 @@ class SubspaceModel:
         """The largest absolute pole of the predictor, of A - K Cy, which is stable below 1."""
         return float(np.abs(np.linalg.eigvals(self.A - self.K @ self.Cy)).max(initial=0.0))
 
-    def to_ss(self) -> control.StateSpace:
+    def to_ss(self) -> System:
         """The system from the inputs to the outputs as a `StateSpace` in discrete time, about u0 and y0."""
         from workbench.design.linear import sampled_model
 
@@ -66,7 +63,7 @@ class SubspaceModel:
         matrices = self.A, self.B, self.Cy, self.D
         return sampled_model(*matrices, self.period, self.inputs, self.outputs, self.u0, self.y0, name)
 
-    def to_continuous(self) -> control.StateSpace:
+    def to_continuous(self) -> System:
         """The system in continuous time behind a zero-order hold.
 
         Raises
@@ -80,7 +77,7 @@ class SubspaceModel:
 
     @check_arguments
     def compare(self, data: Dataset) -> tuple[ModelFit, ...]:
-        """How well the model predicts and simulates each output of a dataset.
+        """The misfit of predictions and simulations of each output of a dataset.
 
         Raises
         ------
@@ -97,7 +94,7 @@ class SubspaceModel:
 
     @property
     def summary(self) -> str:
-        """What the estimate is worth, the doubts first."""
+        """A summary in words, the doubts first."""
         quality = ", ".join(f"{fit.simulation:.1f} %" for fit in self.holdout)
         held = f"hold-out {quality} simulated" if self.holdout else "no hold-out"
         return " ".join([*self.remarks, f"{self.weighting} of order {self.order} from {self.samples} samples, {held}."])
