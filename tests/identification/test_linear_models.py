@@ -25,9 +25,9 @@ def test_the_gradient_of_the_squares_is_exact_with_initial_values_a_constant_and
 
 
 def test_standard_errors_of_output_error_allow_for_coloured_noise():
-    """Without it, they would be 0.4 of the scatter, so that 2/3 of the intervals missed."""
+    """With the formula for white noise they would be a third of the scatter."""
     estimates, spreads = [], []
-    for seed in range(60):
+    for seed in range(40):
         rng = np.random.default_rng(seed)
         u = np.repeat(rng.choice([-1.0, 1.0], 80), 10)
         v = lfilter([1.0], [1.0, -0.9], 0.2 * rng.standard_normal(800))
@@ -36,8 +36,8 @@ def test_standard_errors_of_output_error_allow_for_coloured_noise():
         estimates.append(model.theta)
         spreads.append(list(model.standard_errors.values()))
     ratio = np.std(estimates, axis=0) / np.mean(spreads, axis=0)
-    # the scatter of 60 values is known to 9 %, at four standard deviations to 37 %; an autoregressive model adds some
-    assert (ratio > 0.6).all()
+    # the scatter of 40 values is known to 11 %, at four standard deviations to 45 %; an autoregressive model adds some
+    assert (ratio > 0.55).all()
     assert (ratio < 1.5).all()
 
 
@@ -82,14 +82,14 @@ def test_the_state_space_answers_as_the_polynomials_do_and_its_names_and_point_a
 
 def test_the_region_of_a_response_is_the_scatter_of_the_models():
     values, spreads = [], []
-    for seed in range(60):
+    for seed in range(40):
         _, u, y = loop("ARMAX", 400, 300 + seed)
         model = wb.linear_models.armax(log_of(u, y), "u", "y", na=2, nb=2, nc=2, starts=0)
         held = model.frequency_response(np.array([0.5, 5.0]))
         values.append(held.values)
         spreads.append(held.gain_errors)
     ratio = np.std(np.abs(values), axis=0) / np.mean(spreads, axis=0)
-    np.testing.assert_allclose(ratio, 1, atol=0.37)  # four standard deviations of the scatter of 60
+    np.testing.assert_allclose(ratio, 1, atol=0.45)  # four standard deviations of the scatter of 40
 
 
 def test_a_continuous_model_is_that_of_the_plant_or_is_refused_with_the_reason():

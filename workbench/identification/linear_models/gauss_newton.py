@@ -13,6 +13,7 @@ from workbench.identification.linear_models.polynomial_structure import Polynomi
 from workbench.identification.linear_models.prediction_errors import Errors, Predictor
 
 RADIUS = 1 - 1e-6  # the largest absolute root of C, D and F
+MULTIPLE = 1e-6  # a smaller slope at a root: it is a multiple one, which moves with no first order
 AT_LIMIT = 1e-7  # a root that is as near to RADIUS is at it
 ROUNDING = 1e-8  # of roots, computed from a polynomial
 MOST = 120  # steps
@@ -73,8 +74,10 @@ def tangent(structure: PolynomialStructure, theta: Array, errors: Errors) -> Arr
             if abs(root) > RADIUS - AT_LIMIT and root.imag >= 0:
                 normal = np.zeros(len(theta))
                 powers = root ** np.arange(len(polynomial) - 2, -1, -1)
-                normal[places] = np.real(-np.conj(root) * powers / np.polyval(np.polyder(polynomial), root))
-                normals.append(normal)
+                slope = np.polyval(np.polyder(polynomial), root)
+                if abs(slope) > MULTIPLE:
+                    normal[places] = np.real(-np.conj(root) * powers / slope)
+                    normals.append(normal)
     step = np.linalg.lstsq(errors.J, -errors.e, rcond=None)[0]
     outward = np.array([normal for normal in normals if normal @ step > 0])
     if not len(outward):

@@ -183,10 +183,10 @@ def _remarks(
         test = whiteness(residuals, lags, noise)
         if not test.is_passed:
             found.append(
-                f"The residuals are not white (p = {test.probability:.1g}): the standard errors are too small."
+                f"The residuals are not white (p = {test.probability:.1g}), so the standard errors are too small."
             )
     if at_limit:
-        found.append("A root of C, D or F is held at the unit circle; its standard error is not that of the data.")
+        found.append("A root of C, D or F is held at the unit circle.")
     near = [one for one in ends[1:] if predictor.samples * np.log(one.squares / end.squares) < NEAR_ENDS]
     if near:
         found.append(

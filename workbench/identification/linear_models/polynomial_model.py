@@ -226,7 +226,7 @@ class PolynomialModel:
         whole_fit = f"{self.kind} of {self.structure.size} parameters from {self.samples} samples"
         held = self.holdout
         quality = f"hold-out {held.simulation:.1f} % simulated" if held else "no hold-out"
-        return " ".join([*self.remarks, f"{whole_fit}, {quality}."])
+        return " ".join([*self.remarks[:2], f"{whole_fit}, {quality}."])
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} {value:.4g}" for name, value in list(self.parameters.items())[:4])

@@ -116,7 +116,8 @@ def fits_of_states(model: Matrices, signals: LinearSignals, u0: Array, y0: Array
         errors[1].append(_misfit(A, B, Cy, du, dy - du @ D.T))
         moved.append(dy)
     sizes = np.linalg.norm(np.vstack(moved) - np.vstack(moved).mean(axis=0), axis=0)
-    lengths = [np.linalg.norm(np.vstack(part), axis=0) for part in errors]
+    with np.errstate(over="ignore"):
+        lengths = [np.linalg.norm(np.vstack(part), axis=0) for part in errors]
     count = np.sqrt(signals.samples)
     return tuple(
         ModelFit(float(p / count), float(100 * (1 - p / size)), float(s / count), float(100 * (1 - s / size)))
