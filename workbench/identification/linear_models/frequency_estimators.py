@@ -23,19 +23,17 @@ def spectral_response(
 ) -> FrequencyEstimate:
     """The response H1 = S_yu / S_uu by Welch's averages over segments that overlap by half, with its coherence.
 
-    The covariance is |H1|^2 (1 - coherence) / (2 K coherence) on each axis, with K independent segments. In a closed
-    loop H1 is biased towards -1/C, where the noise exceeds the reference; the remarks say what the coherence is.
+    The variance of each axis is |H1|^2 (1 - coherence) / (2 K coherence), with K independent segments. In a closed loop
+    H1 is biased towards -1/C where the noise exceeds the reference; the remarks say where the coherence is low.
 
     Parameters
     ----------
-    data
-        The dataset, at one constant period, without missing or marked samples.
-    source, output
-        The names of input and output.
+    data, source, output
+        A dataset at one constant period, and the names of input and output.
     segment
-        The number of samples of a segment, by default that of sixteen segments.
+        The number of samples of a segment, by default an eighth of the log.
     window
-        "hann", or another window of SciPy without parameters.
+        A window of SciPy without parameters.
 
     Raises
     ------
@@ -46,8 +44,7 @@ def spectral_response(
 
     References
     ----------
-    Welch (1967), IEEE Transactions on Audio and Electroacoustics 15, pages 70 to 73; Bendat and Piersol (2010), Random
-    Data, section 9.2.4; Pintelon and Schoukens (2012), System Identification: A Frequency Domain Approach, section 2.6.
+    Welch (1967), IEEE Transactions on Audio and Electroacoustics 15; Bendat and Piersol (2010), section 9.2.4.
 
     Examples
     --------

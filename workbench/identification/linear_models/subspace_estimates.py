@@ -81,9 +81,17 @@ def subspace_model(
     """
     rule = one_of("subspace_model(weighting=...)", weighting, WEIGHTINGS)
     signals = signals_of("subspace_model(data)", data, inputs, outputs)
+    model = _estimate(signals, rule, checked_offsets("subspace_model", offsets), feedthrough, horizon, order)
+    return _with_remarks(model if holdout is None else replace(model, holdout=model.compare(holdout)), order)
+
+
+def _estimate(
+    signals: LinearSignals, rule: str, offsets: str, feedthrough: bool, horizon: int | None, order: int | None
+) -> SubspaceModel:
+    """The model of the order with the least criterion, or of a named one, as far as the data have the rank."""
     rows, highest = _sizes(signals, horizon, order)
     u0, y0 = signals.offsets(offsets)
-    past = _Past.of(signals, u0, y0, rows, checked_offsets("subspace_model", offsets) == "estimate")
+    past = _Past.of(signals, u0, y0, rows, offsets == "estimate")
     J, values = past.states(rule)
     usable = int(min(highest, max(1, np.sum(values > SMALLEST * values[0]))))
     candidates = [past.regress(J[:n], feedthrough) for n in range(1, usable + 1)]
@@ -94,8 +102,7 @@ def subspace_model(
     point = u0, y0 + rest
     fits = fits_of_states(model, signals, *point)
     ports = signals.period, signals.inputs, signals.outputs
-    answer = SubspaceModel(rule, *model, covariance, *ports, *point, signals.samples, values, criteria, fits)
-    return _with_remarks(answer if holdout is None else replace(answer, holdout=answer.compare(holdout)), order)
+    return SubspaceModel(rule, *model, covariance, *ports, *point, signals.samples, values, criteria, fits)
 
 
 def _sizes(signals: LinearSignals, horizon: int | None, order: int | None) -> tuple[int, int]:
