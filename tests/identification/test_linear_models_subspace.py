@@ -6,6 +6,7 @@ import pytest
 
 import workbench as wb
 from tests.support.linear_logs import PERIOD, closed_loop, log_of
+from workbench.identification.linear_models.subspace_estimates import _with_stable_predictor
 
 A = np.array([[0.9, 0.3, 0.0], [-0.3, 0.8, 0.1], [0.0, 0.0, 0.5]])
 B = np.array([[1.0, 0.0], [0.0, 0.5], [0.3, 1.0]])
@@ -62,6 +63,17 @@ def test_in_a_closed_loop_the_poles_of_ssarx_scatter_about_those_of_the_plant():
         poles.append(wb.linear_models.subspace_model(log_of(u, y), "u", "y", 1, horizon=12).A[0, 0])
     assert np.std(poles) < 0.1
     assert abs(np.mean(poles) - 0.9) < 4 * np.std(poles) / np.sqrt(20)
+
+
+def test_an_unstable_predictor_is_replaced_by_the_stable_one_of_the_same_noise_spectrum():
+    gain, covariance = 3.0 * K, np.array([[1.0, 0.3], [0.3, 0.5]])
+    gain[0, 0] = 2.5
+    assert np.abs(np.linalg.eigvals(A - gain @ CY)).max() > 1
+    (*_, renewed), spread = _with_stable_predictor((A, B, CY, np.zeros((2, 2)), gain), covariance)
+    assert np.abs(np.linalg.eigvals(A - renewed @ CY)).max() < 1
+    for z in np.exp(1j * np.array([0.1, 1.0, 3.0])):
+        old, new = (np.eye(2) + CY @ np.linalg.solve(z * np.eye(3) - A, held) for held in (gain, renewed))
+        np.testing.assert_allclose(new @ spread @ new.conj().T, old @ covariance @ old.conj().T, rtol=1e-9)
 
 
 def test_markov_parameters_are_those_of_python_control_and_give_the_system_back():

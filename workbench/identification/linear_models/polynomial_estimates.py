@@ -12,7 +12,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
 from workbench.identification.linear_models.gauss_newton import SearchDescent, SearchEnd, search, tangent
 from workbench.identification.linear_models.polynomial_model import PolynomialModel, fit_of_model
-from workbench.identification.linear_models.polynomial_structure import PolynomialStructure
+from workbench.identification.linear_models.polynomial_structure import PolynomialStructure, largest_root
 from workbench.identification.linear_models.prediction_errors import Predictor
 from workbench.identification.linear_models.residual_tests import shaped_product, whiteness
 from workbench.identification.linear_models.search_starts import starts_of
@@ -185,6 +185,8 @@ def _remarks(
             found.append(
                 f"The residuals are not white (p = {test.probability:.1g}), so the standard errors are too small."
             )
+    if (largest := largest_root(held.polynomials(end.theta).A)) > 1:
+        found.append(f"The model is unstable, with a pole of size {largest:.4g}.")
     if at_limit:
         found.append("A root of C, D or F is held at the unit circle.")
     near = [one for one in ends[1:] if predictor.samples * np.log(one.squares / end.squares) < NEAR_ENDS]

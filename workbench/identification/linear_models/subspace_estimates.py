@@ -8,6 +8,8 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array, one_of, whole
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import DesignError
+from workbench.design.riccati import dare
 from workbench.identification.datasets import Dataset
 from workbench.identification.linear_models.polynomial_estimates import Names
 from workbench.identification.linear_models.signal_records import LinearSignals, checked_offsets, signals_of
@@ -99,10 +101,23 @@ def _estimate(
     criteria = np.array([past.criterion(spread, n, feedthrough) for n, spread in enumerate(spreads, 1)])
     chosen = int(np.argmin(criteria)) if order is None else min(order, usable) - 1
     (model, rest), covariance = candidates[chosen]
+    model, covariance = _with_stable_predictor(model, covariance)
     point = u0, y0 + rest
     fits = fits_of_states(model, signals, *point)
     ports = signals.period, signals.inputs, signals.outputs
     return SubspaceModel(rule, *model, covariance, *ports, *point, signals.samples, values, criteria, fits)
+
+
+def _with_stable_predictor(model: Matrices, covariance: Array) -> tuple[Matrices, Array]:
+    """The model with the K of the stable predictor of the same noise spectrum, by a Riccati equation if K is not it."""
+    A, B, Cy, D, K = model
+    if np.abs(np.linalg.eigvals(A - K @ Cy)).max(initial=0.0) < 1:
+        return model, covariance
+    try:
+        answer = dare(A.T, Cy.T, K @ covariance @ K.T, covariance, K @ covariance)
+    except DesignError:  # there is none; the summary says that the predictor is not stable
+        return model, covariance
+    return (A, B, Cy, D, np.asarray(answer.K, dtype=float).T), covariance + Cy @ np.asarray(answer.X) @ Cy.T
 
 
 def _sizes(signals: LinearSignals, horizon: int | None, order: int | None) -> tuple[int, int]:
@@ -128,6 +143,9 @@ def _with_remarks(model: SubspaceModel, order: int | None) -> SubspaceModel:
     remarks = []
     if order is not None and model.order < order:
         remarks.append(f"The data have rank {model.order}; the order {order} that was asked for is more.")
+    largest = float(np.abs(np.linalg.eigvals(model.A)).max(initial=0.0))
+    if largest > 1:
+        remarks.append(f"The model is unstable, with a pole of size {largest:.4g}.")
     if model.predictor_radius >= 1:
         remarks.append("The predictor is not stable: log for longer, or take another horizon.")
     return replace(model, remarks=tuple(remarks))
