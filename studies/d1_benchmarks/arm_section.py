@@ -145,8 +145,8 @@ def finding(evidence: ArmEvidence) -> wb.Finding:
         name="linear_laws_for_the_arm",
         statement=f"Beside a linear law with the same crossovers and equal information, the six laws of the paper cost "
         f"{tallies(every, EQUAL)}, of {pairs} pairs of a law and a scenario.",
-        evidence="Each linear law has the crossovers of one of the six, joint by joint, so that it is neither faster "
-        "nor slower near rest. The numbers of the six laws were tuned for this cost, in two other scenarios. Those of "
+        evidence="Each linear law has the gain crossovers of one of the six, joint by joint, so neither is faster near "
+        "rest. The numbers of the six laws were tuned for this cost, in two other scenarios. Those of "
         "the linear laws follow from the crossovers alone.",
         statistic="The pairs in which the difference of the mean costs is significant. Intervals of all three laws in "
         f"all scenarios hold at once with a confidence of {100 * FAMILY:g} % for each of the six laws.",
@@ -161,7 +161,7 @@ def finding(evidence: ArmEvidence) -> wb.Finding:
         "linear law, to the crossovers.",
         answer=base,
         variations=variations,
-        limitations="Other measurements, such as those of observers, and linear laws that are tuned for the cost.",
+        limitations="Other measurements, such as those of observers, and linear laws that are tuned for this cost.",
     )
 
 
@@ -174,16 +174,18 @@ def section(results: wb.Results, evidence: ArmEvidence) -> wb.Section:
     """The arm under six laws and under linear laws of the same crossovers."""
     about = (
         "How much of the performance of the six laws is due to their form, and how much to their bandwidth? Each law "
-        "is compared with two linear laws that have its crossovers at both torques, near rest: an LQR beside the "
-        "torque that the model needs for the wanted motion, and an LQR with integrals of the position errors, which "
-        "needs no model. All run in the same computer with the same noise and limits."
+        "is compared with two linear laws that have its gain crossovers at both torques, near rest. LQR + model adds "
+        "an LQR to the torque that the model needs for the reference motion. LQR with integrals adds integrals of the "
+        "position errors, and uses no model while it runs; its gains are designed from one. Of the six, PID uses no "
+        "model and is compared with the second for equal information, the others with the first. All run in the same "
+        "computer with the same noise and limits."
     )
     blocks = (wb.Paragraph(about), ratio_figure(evidence), crossover_table(results), tally_table(evidence))
     return wb.Section("The paper's arm under linear laws", blocks)
 
 
 def crossover_table(results: wb.Results) -> wb.document.ReportTable:
-    """The crossovers that are matching_design, and the peaks of the sensitivity."""
+    """The crossovers that are matched, and the peaks of the sensitivity."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law, found in zip(TUNED, results.work("arm_designs"), strict=True):
         for name, one in ((law, found.law), *zip(DESIGNS, found.designs, strict=True)):
@@ -197,7 +199,7 @@ def crossover_table(results: wb.Results) -> wb.document.ReportTable:
     )
     notes = (
         "Each torque is cut while the loop of the other is closed, at rest in the pose in which the paper's first "
-        "scenario starts, in the computer of 1 ms. Gains that adapt are verdicts at their first values.",
+        "scenario starts, in the computer of 1 ms. Gains that adapt are held at their first values.",
     )
     return wb.document.ReportTable(
         "arm_crossovers", "The crossovers of each law and of its linear laws.", columns, tuple(rows), notes
@@ -222,8 +224,13 @@ def tally_table(evidence: ArmEvidence) -> wb.document.ReportTable:
         wb.document.TableColumn("least ratio", "", "right", digits=3),
         wb.document.TableColumn("largest ratio", "", "right", digits=3),
     )
-    caption = f"The number of the {len(HELD_OUT)} scenarios in which a law or its linear law has the lower mean cost."
-    notes = ("The ratio is the mean cost of the linear law over that of the law; its ends are over the scenarios.",)
+    caption = (
+        f"In how many of the {len(HELD_OUT)} scenarios a law of the paper or its linear law has the lower mean cost."
+    )
+    notes = (
+        "The ratio is the mean cost of the linear law over that of the law of the paper: the least and the largest of "
+        "the scenarios. Undecided: the difference of the mean costs is not significant.",
+    )
     return wb.document.ReportTable("arm_tally", caption, columns, tuple(rows), notes)
 
 

@@ -28,6 +28,23 @@ def step_response(plant: control.TransferFunction, until: float, count: int) -> 
     return np.asarray(t), np.asarray(y)
 
 
+def impulse_response(system: control.TransferFunction, until: float, count: int) -> tuple[wb.Array, wb.Array]:
+    """Instants in s, and the response of a system to a unit impulse at these."""
+    t, y = control.impulse_response(system, np.linspace(0.0, until, count))
+    return np.asarray(t), np.asarray(y)
+
+
+def realization(system: control.TransferFunction) -> control.StateSpace:
+    """A transfer function by matrices."""
+    return control.ss(system, remove_useless_states=False)
+
+
+def coefficients(system: control.StateSpace) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Numerator and denominator of a system of one channel, in descending powers of s."""
+    one = control.tf(system)
+    return tuple(map(float, one.num[0][0])), tuple(map(float, one.den[0][0]))
+
+
 def state_space(A: wb.Array, B: wb.Array, C: wb.Array, D: wb.Array) -> control.StateSpace:
     """A system by its matrices."""
     return control.ss(A, B, C, D, remove_useless_states=False)

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
 import workbench as wb
-from studies.d1_benchmarks.linear_systems import System, distillation_column, state_space, transfer_function
+from studies.d1_benchmarks.linear_systems import System, distillation_column, state_space
+from studies.d1_benchmarks.two_masses import two_mass_figure
 
 SPIN = 10.0  # rad/s, of the satellite
 STARTS, SEED = 6, 0  # of each search for a controller of given structure
 COMPLEIB = json.loads((Path(__file__).parent / "structured_benchmarks.json").read_text(encoding="utf-8"))["problems"]
+Pair: TypeAlias = tuple[float, float]
+Levels: TypeAlias = tuple[float, float, float, float]
+OUTLETS = (0.071, 0.057)  # cm^2, of its lower and upper tanks on either side
 # The quadruple tank of Johansson (2000) in its two settings: valves, pumps in cm^3/(V s), levels in cm.
-TANKS = {
+TANKS: dict[str, tuple[Pair, Pair, Levels]] = {
     "minimum phase": ((0.70, 0.60), (3.33, 3.35), (12.4, 12.7, 1.8, 1.4)),
     "nonminimum phase": ((0.43, 0.34), (3.14, 3.29), (12.6, 13.0, 4.8, 4.9)),
 }
@@ -75,11 +81,10 @@ def column(part: str) -> Bounds:
     return peak(N, [full(1), full(1), full(2)])
 
 
-def tank(setting: str) -> System:
-    """The linear model of the quadruple tank in a setting, from the pumps in V to the sensors in V."""
-    valves, pumps, levels = TANKS[setting]
-    areas, outlets = np.array([28.0, 32.0, 28.0, 32.0]), np.array([0.071, 0.057, 0.071, 0.057])
-    T = areas / outlets * np.sqrt(2 * np.array(levels) / 981.0)
+def tank(valves: Pair, pumps: Pair, levels: Levels, outlets: Pair = OUTLETS) -> System:
+    """The linear model of the quadruple tank, from the pumps in V to the sensors in V."""
+    areas = np.array([28.0, 32.0, 28.0, 32.0])
+    T = areas / np.tile(outlets, 2) * np.sqrt(2 * np.array(levels) / 981.0)
     A = np.diag(-1 / T)
     A[0, 2], A[1, 3] = areas[2] / (areas[0] * T[2]), areas[3] / (areas[1] * T[3])
     (g1, g2), (k1, k2) = valves, pumps
@@ -88,17 +93,19 @@ def tank(setting: str) -> System:
 
 
 def tank_zero(setting: str) -> Bounds:
-    """The slower transmission zero of the quadruple tank in 1/s."""
-    zeros = wb.pole_zero_structure(tank(setting)).transmission_zeros.values.real
-    slower = float(zeros[np.abs(zeros).argmin()])
-    return Bounds(slower, slower)
+    """The slower transmission zero of the quadruple tank in 1/s, for all numbers that round to the printed ones.
 
-
-def tank_gamma(setting: str) -> Bounds:
-    """The least norm of W1 S, beside a small weight of the control, for a bandwidth of 0.05 rad/s in both channels."""
-    W1 = transfer_function([0.5, 0.05], [1.0, 5e-5])
-    gamma = wb.hinf_controller(wb.mixed_sensitivity(tank(setting), W1=W1, W2=1e-3)).gamma
-    return Bounds(gamma.low, gamma.high)
+    It is monotone in each valve, level and outlet, so the corners of half a unit in the last digit are its ends.
+    """
+    (g1, g2), pumps, (h1, h2, h3, h4) = TANKS[setting]
+    zeros = []
+    for sign in itertools.product((-1, 1), repeat=6):
+        valves = g1 + 0.005 * sign[0], g2 + 0.005 * sign[1]
+        levels = h1, h2, h3 + 0.05 * sign[2], h4 + 0.05 * sign[3]
+        outlets = OUTLETS[0] + 0.0005 * sign[4], OUTLETS[1] + 0.0005 * sign[5]
+        both = wb.pole_zero_structure(tank(valves, pumps, levels, outlets)).transmission_zeros.values.real
+        zeros.append(float(both[np.abs(both).argmin()]))
+    return Bounds(min(zeros), max(zeros))
 
 
 def benner() -> Bounds:
@@ -123,7 +130,7 @@ def compleib_plant(name: str) -> tuple[wb.Array, wb.Array, wb.Array, wb.Array]:
 
 @dataclass(frozen=True)
 class StaticDesign:
-    """A static controller of a problem of COMPleib: its norm, the spread over its starts, and the full-order optimum.
+    """A static controller of a problem of COMPleib: its norm, that of each start, and the full-order optimum.
 
     `full` is NaN if the full-order problem is refused, and `why` is then the reason.
     """
@@ -139,20 +146,24 @@ def static_design(name: str) -> StaticDesign:
     """The static output feedback of a problem of COMPleib, from several starts."""
     matrices = compleib_plant(name)
     ny, nu = len(COMPLEIB[name]["C"]), len(COMPLEIB[name]["B"][0])
-    found = wb.structured_tuning.structured_controller(state_space(*matrices), ny, nu, starts=STARTS, seed=SEED)
-    gain = next(one.value for one in found.goals if one.goal.figure == "hinf")
-    ends = tuple(float(np.exp(one.objective)) if one.stable else np.nan for one in found.starts)
+    answer = wb.structured_tuning.structured_controller(state_space(*matrices), ny, nu, starts=STARTS, seed=SEED)
+    gain = next(one.value for one in answer.goals if one.goal.figure == "hinf")
+    ends = tuple(float(np.exp(one.objective)) if one.stable else np.nan for one in answer.starts)
     try:
         plant = wb.synthesis.GeneralizedPlant.of(state_space(*matrices), ny, nu)
         full, why = wb.hinf_controller(plant).gamma.value, ""
     except wb.linear.DesignError as refused:
         full, why = np.nan, str(refused)
-    return StaticDesign(Bounds(gain.low, gain.high), ends, found.stationarity, full, why)
+    return StaticDesign(Bounds(gain.low, gain.high), ends, answer.stationarity, full, why)
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A figure of a problem by its key, what is printed for it with so many digits after the point, and where."""
+    """A figure of a problem by its key, what is printed for it with so many digits after the point, and where.
+
+    `relation` is "=" for a figure, and "\N{LESS-THAN OR EQUAL TO}" or "\N{GREATER-THAN OR EQUAL TO}" for a requirement
+    that its source states for the controller. `was_read` is false for a figure that is quoted from memory.
+    """
 
     key: str
     name: str
@@ -160,9 +171,14 @@ class Problem:
     printed_figure: float
     digits: int
     source: str
+    relation: str = "="
+    was_read: bool = True
 
 
 BOOK, JOHANSSON, BENNER = "[1]", "[2]", "[3]"  # as the note of the table names them
+CHAIT, CHIANG, STENGEL = "[4]", "[5]", "[6]"
+MOST, LEAST = "\N{LESS-THAN OR EQUAL TO}", "\N{GREATER-THAN OR EQUAL TO}"
+MASSES_QFT, MASSES_HINF = "two masses, QFT", "two masses, H-infinity"
 PUBLISHED = (
     Problem("satellite loop", "spinning satellite", "Ms of each channel", 1.0, 2, f"{BOOK}, 3.7.1"),
     Problem("satellite norm", "spinning satellite", "norm of T", 10.05, 2, f"{BOOK}, 3.7.1"),
@@ -173,6 +189,12 @@ PUBLISHED = (
     Problem("benner", "example 6.1 with a = 1", "least norm", 7.853923684, 9, BENNER),
     Problem("tank minimum phase", "quadruple tank, P-", "slower zero [1/s]", -0.018, 3, JOHANSSON),
     Problem("tank nonminimum phase", "quadruple tank, P+", "slower zero [1/s]", 0.013, 3, JOHANSSON),
+    Problem("masses qft peak", MASSES_QFT, "peak of T, k from 0.5 to 2 N/m", 2.25, 2, CHAIT, MOST),
+    Problem("masses qft softest", MASSES_QFT, "softest stable spring [N/m]", 0.5, 1, CHAIT, MOST),
+    Problem("masses hinf softest", MASSES_HINF, "softest stable spring [N/m]", 0.5, 1, CHIANG, MOST),
+    Problem("masses hinf stiffest", MASSES_HINF, "stiffest stable spring [N/m]", 2.0, 1, CHIANG, LEAST),
+    Problem("masses hinf settling", MASSES_HINF, "settling, from 5 % to 2 % [s]", 15.0, 0, CHIANG),
+    Problem("masses instability", "two masses, design A", "probability of instability", 0.160, 3, STENGEL, "=", False),
 )
 
 
@@ -189,5 +211,7 @@ def figure_of(key: str) -> Bounds:
             return column(part)
         case ["tank", setting]:
             return tank_zero(setting)
+        case ["masses", figure]:
+            return Bounds(*two_mass_figure(figure))
         case _:
             return benner()

@@ -5,13 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from studies.d1_benchmarks.robust_problems import COMPLEIB, PUBLISHED, STARTS, Bounds, Problem, StaticDesign
+from studies.d1_benchmarks.robust_problems import (
+    COMPLEIB,
+    LEAST,
+    MOST,
+    PUBLISHED,
+    STARTS,
+    Bounds,
+    Problem,
+    StaticDesign,
+)
 
 ENOUGH = 6  # digits in which both bounds are printed as one number if they agree
 
 
 def agrees(problem: Problem, answer: Bounds) -> bool:
-    """True if a number between the bounds is the printed figure when it is rounded to its digits."""
+    """True if a number between the bounds rounds to the printed figure, or if both keep a printed requirement."""
+    if problem.relation == MOST:
+        return answer.high <= problem.printed_figure
+    if problem.relation == LEAST:
+        return answer.low >= problem.printed_figure
     half = 0.5 * 10.0**-problem.digits
     return answer.low - half <= problem.printed_figure <= answer.high + half
 
@@ -27,13 +40,16 @@ def section(results: wb.Results) -> wb.Section:
     """Both tables with what they say."""
     about = (
         "Each figure below is computed between two bounds and stands beside the figure that is printed for it. The "
-        "loops of the satellite look perfect one by one, and bear a change of a tenth in both gains at once. The "
-        "column has good nominal performance and bears the uncertainty of its inputs, but not both at once."
+        "loops of the satellite look perfect one by one, but they become unstable if one gain grows by a tenth while "
+        "the other falls by a tenth. The column has good nominal performance and stays stable under the uncertainty of "
+        "its inputs, but this uncertainty costs it its performance. Two masses on a spring are the benchmark of Wie "
+        "and Bernstein (1992): a force moves the first, the second is measured, and the loop must be stable for "
+        "springs from 0.5 to 2 N/m."
     )
     static = (
-        "Five problems of COMPleib ask for a static controller of outputs. They were chosen, with their figures, "
-        f"before any was tuned here. The search is local and runs from {STARTS} starts. The last column has the least "
-        "norm of a controller of full order, below which no controller comes."
+        "Five problems of COMPleib ask for static output feedback with a small H-infinity norm. They were chosen, with "
+        f"their figures, before any was tuned here. The search is local and runs from {STARTS} starts. The last column "
+        "has the least norm of any controller. Its design needs noise on each measurement and is refused without."
     )
     blocks = (wb.Paragraph(about), robust_table(results), wb.Paragraph(static), static_table(results))
     return wb.Section("Published problems of robust design", blocks)
@@ -44,6 +60,7 @@ def robust_table(results: wb.Results) -> wb.document.ReportTable:
     rows: list[tuple[wb.document.Cell, ...]] = []
     for problem, answer in zip(PUBLISHED, results.work("robust"), strict=True):
         printed = f"{problem.printed_figure:.{problem.digits}f}".replace("-", "\N{MINUS SIGN}")
+        printed = printed if problem.relation == "=" else f"{problem.relation} {printed}"
         verdict = "yes" if agrees(problem, answer) else "no"
         rows.append((problem.name, problem.figure, printed, answer.low, answer.high, verdict, problem.source))
     columns = (
@@ -56,10 +73,19 @@ def robust_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("source"),
     )
     notes = (
-        "Agrees: a number between the bounds is the printed figure when it is rounded to its digits. The zeros of the "
-        "tanks follow from levels that are printed in two or three digits. [1] Skogestad and Postlethwaite (2005), "
-        "Multivariable Feedback Control, with the section; [2] Johansson (2000), The quadruple-tank process, table II; "
-        "[3] Benner, Byers, Mehrmann and Xu (2007), Linear Algebra Appl. 425.",
+        "Agrees: a number between the bounds is the printed figure when it is rounded to its digits, or both bounds "
+        "keep a printed requirement. The zeros of the tanks lie between their bounds for all levels, valves and "
+        "outlets that round to the printed digits; the printed digits themselves give \N{MINUS SIGN}0.0172 1/s for P-, "
+        "and 0.0128 1/s for P+. The peak of T is attained at one spring, and proved for all springs by a real "
+        "perturbation. Settling is to 5 % and to 2 % of the peak, where the source says about 15 s. The probability is "
+        "over k from 0.5 to 2 N/m and both masses from 0.5 to 1.5 kg; its controller and its figure are quoted from "
+        "memory. [1] Skogestad and Postlethwaite (2005), Multivariable Feedback Control, with the section. Of the "
+        "programs of its authors that were read, the one for section 3.7.1 has no figure, and the one for figure 8.15 "
+        "notes 0.500, 0.5242 and 5.7726 on a grid of frequencies, which may miss a peak. [2] Johansson "
+        "(2000), The quadruple-tank process, table II; [3] Benner, Byers, Mehrmann and Xu (2007), Linear Algebra Appl. "
+        "425, as a program quotes it; [4] Chait (2003), QFT Toolbox, program "
+        "qftex5; [5] Chiang and Safonov (2004), Robust Control Toolbox 2, program accdemo, design 1; [6] Stengel and "
+        "Marrison (1992), Robustness of solutions to a benchmark control problem, J. Guidance Control Dyn. 15.",
     )
     return wb.document.ReportTable(
         "robust_problems", "Published figures of robust design.", columns, tuple(rows), notes
@@ -89,9 +115,11 @@ def static_table(results: wb.Results) -> wb.document.ReportTable:
         wb.document.TableColumn("full order", "", "right", digits=ENOUGH),
     )
     notes = (
-        "The norm is its upper bound. Starts that end there: within 0.1 % of the best one. HIFOO and hinfstruct are "
-        "programs for this kind of problem. For AC15 and HE4 the figures were read in a published program; those of "
-        "AC8, HE1 and REA2 are quoted from memory of the papers that the file of the problems names.",
+        "Norm here: its upper bound. No worse: this bound, rounded to the digits of the best published figure, is no "
+        "more than it. Starts that end there: within 0.1 % of the best one. HIFOO and hinfstruct are programs for this "
+        "kind of problem. For AC15 and HE4 the figures were read in a published program; those of AC8, HE1 and REA2 "
+        "are quoted from memory of the papers that structured_benchmarks.json of this study names. Of one of these "
+        "papers, arXiv:2003.02295, the list of problems was read, and the tables were not.",
     )
     return wb.document.ReportTable(
         "static_controllers", "H-infinity norms under static controllers.", columns, tuple(rows), notes
@@ -110,6 +138,7 @@ def finding(results: wb.Results) -> wb.Finding:
     robust = list(zip(PUBLISHED, results.work("robust"), strict=True))
     static = list(zip(COMPLEIB, results.work("static"), strict=True))
     met, good = sum(agrees(*pair) for pair in robust), sum(reaches_target(*pair) for pair in static)
+    quoted = [one.name for one in PUBLISHED if not one.was_read]
     remembered = [name for name, problem in COMPLEIB.items() if not problem["figure_was_read"]]
     read = [reaches_target(name, answer) for name, answer in static if name not in remembered]
     variations = [
@@ -122,16 +151,17 @@ def finding(results: wb.Results) -> wb.Finding:
     ]
     return wb.Finding(
         name="published_figures",
-        statement=f"Of {len(robust)} printed figures of robust design, {met} are met in all printed "
+        statement=f"Of {len(robust)} printed figures and requirements of robust design, {met} are met in all printed "
         f"digits. Of {len(static)} published norms under static controllers, {good} are reached or undercut.",
-        evidence="The figures of robust design are norms, structured singular values, zeros and a least norm. Each has "
-        "a lower and an upper bound here.",
-        statistic="A figure is met if a number between the bounds rounds to it. A norm is reached if its upper bound, "
+        evidence="The figures of robust design are norms, structured singular values, zeros, a least norm, ranges of "
+        "springs, a time and a probability. Each has a lower and an upper bound here.",
+        statistic="A figure is met if a number between the bounds rounds to it, and a requirement if both bounds keep "
+        "it. A norm is reached if its upper bound, "
         "in the printed digits, is no more than the best published one.",
-        sample=f"{len(robust)} figures of four problems, and {len(static)} problems of COMPleib, chosen before tuning.",
+        sample=f"{len(robust)} figures of five problems, and {len(static)} problems of COMPleib, chosen before tuning.",
         information="All numbers of each plant are printed in its source.",
-        assumptions=f"{STARTS} starts of each search. The published figures of {', '.join(remembered)} are quoted from "
-        "memory of the papers.",
+        assumptions=f"{STARTS} starts of each search. The published figures of {', '.join(quoted + remembered)} are "
+        "quoted from memory of the papers.",
         answer="all" if met + good == len(robust) + len(static) else "some",
         variations=tuple(variations),
         limitations="Figures that are printed with more digits than their data support.",

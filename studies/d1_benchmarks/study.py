@@ -49,16 +49,16 @@ study = wb.Study(
     title="Designs from specifications: a batch of processes, robust benchmarks, and the paper's arm",
     question=(
         "How good are the designs of the workbench beside the best that is published? What does a derivative give a PI "
-        "law, how far do rules of tuning miss an optimum, and what are six nonlinear laws worth beside linear ones of "
-        "the same bandwidth?"
+        "law, how far are tuning rules from an optimum, and what are the six laws of the paper worth beside linear "
+        "laws with the same crossovers?"
     ),
     method=(
         f"The batch: each process gets the PI and the PID law with the largest integral gain for which the peaks of S "
         f"and T stay at or below {LIMIT:g}, and PI laws by two rules. Each peak is certified by margins that share no "
         "code with the design. The published problems: norms, structured singular values and controllers of given "
         "structure, computed between bounds, stand beside the figures in print. The arm: two linear laws are designed "
-        "for the crossovers of each of the six laws of the paper and run in the scenarios, the draws and the computer "
-        "of report a8, with the same noisy readings."
+        "for the crossovers of each of the six laws of the paper. All run in the scenarios, with the draws and in the "
+        "computer of report a8, with the same noisy readings."
     ),
     sweeps=sweeps,
     least_samples=wb.evidence.least_draws((PRIMARY, *OTHERS)),

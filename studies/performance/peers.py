@@ -75,6 +75,21 @@ def control_responses(systems: Sequence[Any], frequencies: wb.Array) -> Any:
     return np.moveaxis(np.array(answers), -1, 1)
 
 
+def has_slycot() -> bool:
+    """True where slycot is here, which the H-infinity synthesis of python-control needs."""
+    return find_spec("slycot") is not None
+
+
+def control_hinfsyn(plant: wb.synthesis.GeneralizedPlant) -> float:
+    """The gamma of the H-infinity synthesis of python-control with slycot."""
+    import control
+
+    p = plant.parts
+    direct = np.block([[p.D11, p.D12], [p.D21, p.D22]])
+    whole = control.ss(p.A, np.hstack([p.B1, p.B2]), np.vstack([p.C1, p.C2]), direct)
+    return float(control.hinfsyn(whole, len(p.C2), p.B2.shape[1])[2])
+
+
 def scipy_lsoda(horizon: float, tolerance: float = 1e-6) -> Runner:
     """One run after the other by `solve_ivp`."""
     from scipy.integrate import solve_ivp

@@ -17,9 +17,18 @@ from studies.performance.measurements import AT_ERROR, Effort, Row, table_rows
 from studies.performance.other_machine import WHERE, count, machines
 from studies.performance.peers import IN_MATRICES, PEERS
 from studies.performance.pid_rate import pid_rows
+from studies.performance.synthesis_rate import synthesis_rows
 
 EFFORT = Effort()
-rows = cache(lambda: (*table_rows(EFFORT), *frequency_rows(EFFORT), *pid_rows(EFFORT), *live_rows(EFFORT)))
+rows = cache(
+    lambda: (
+        *table_rows(EFFORT),
+        *frequency_rows(EFFORT),
+        *pid_rows(EFFORT),
+        *synthesis_rows(EFFORT),
+        *live_rows(EFFORT),
+    )
+)
 
 
 def sections(results: wb.Results) -> wb.Page:

@@ -184,5 +184,5 @@ def test_a_filter_is_chosen_for_a_noise_gain():
     assert design.noise_gain == pytest.approx(peak, rel=1e-2)
     with pytest.raises(DesignError, match="no room for a derivative"):
         pid_optimum(control.tf([1.0], [2.0, 1.0]), 1.6, 1.6, 1.0, noise_gain=0.5)
-    with pytest.raises(ValueError, match="one of both"):
+    with pytest.raises(ValueError, match="exactly one of the two"):
         pid_optimum(control.tf([1.0], [2.0, 1.0]), delay=1.0)

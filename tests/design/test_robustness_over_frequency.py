@@ -112,7 +112,7 @@ def test_the_real_margin_of_a_polynomial_is_that_of_its_roots():
 
 
 @pytest.mark.parametrize("blocks", [[F(1), F(1)], [F(2)], pytest.param([R(1), R(1)], marks=HEAVY)], ids=str)
-def test_the_satellite_whose_every_loop_looks_perfect_bears_a_tenth_in_both_channels(blocks):
+def test_the_satellite_whose_every_loop_looks_perfect_is_unstable_by_a_tenth_in_both_channels(blocks):
     """Skogestad and Postlethwaite (2005), Multivariable Feedback Control, section 3.7.1, after Doyle (1986).
 
     G = 1 / (s^2 + a^2) [s - a^2, a (s + 1); -a (s + 1), s - a^2] with a = 10 and K = I: each loop alone is 1 / s, and

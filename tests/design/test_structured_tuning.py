@@ -59,6 +59,7 @@ def design(name, starts):
     values = np.linalg.solve(1j * omega[:, None, None] * np.eye(closed.nstates) - closed.A, closed.B + 0j)
     largest = np.linalg.norm(closed.C @ values + closed.D, 2, axis=(1, 2)).max()
     assert answer.gamma * (1 - 1e-3) <= largest <= answer.gamma * (1 + 1e-9)
+    assert all(one.is_proved for one in answer.goals)
     return answer
 
 
@@ -235,7 +236,7 @@ def test_a_measurement_without_noise_gets_a_little_for_the_controller_of_full_or
     least = np.sqrt(0.5)
     assert answer.gamma == pytest.approx(least, rel=1e-6)
     assert least <= answer.full_order_gamma <= least * (1 + 2e-4)
-    assert answer.full_order_note.startswith("reached with noise on each measurement, 0.0001 of its size")
+    assert answer.full_order_note == "reached after adding noise on each measurement of 0.0001 of its size"
 
 
 def test_the_controller_of_full_order_serves_the_worst_of_several_plants():

@@ -146,7 +146,10 @@ def test_in_a_computer_the_gains_are_those_of_its_periods():
         data.python(controller__Kp=[x], controller__Ki=[0.01]).response(omega).values[:, 0, 0] for x in (1.0, 2.0)
     )
     parts = (1 / (two - one), h / (np.exp(1j * omega * h) - 1), 0, 0)
-    stable = lambda k, ki, kd: data.python(controller__Kp=[k], controller__Ki=[ki]).stable  # noqa: E731
+
+    def stable(k, ki, kd):
+        return data.python(controller__Kp=[k], controller__Ki=[ki]).stable
+
     assert ki == pytest.approx(largest_ki(omega, parts, limits, (k, ki, 0.0), stable, (0.1, 0.005)), rel=KI_WITHIN)
 
 

@@ -15,7 +15,7 @@ from tests.support.browsers import needs_chromium
 pytest.importorskip("llvmlite", reason="the study of speed is that of the compiled march")
 
 from studies.paper.workload import rows_of, run
-from studies.performance import frequency_rate, live_page, measurements, pid_rate, study
+from studies.performance import frequency_rate, live_page, measurements, pid_rate, study, synthesis_rate
 from studies.performance.arithmetic import CHAINS, UNROLL_COUNT, flops, peak_sum
 from studies.performance.figures import speed_figure
 from studies.performance.measurements import Effort, Row
@@ -218,6 +218,20 @@ def test_an_optimal_pi_law_is_timed_beside_a_grid_search(monkeypatch):
     assert "2 processes of the batch" in row.note
     assert "times as long" in row.note
     assert " -" not in row.note  # no gain of the grid is larger than the optimum
+
+
+def test_a_synthesis_is_timed_beside_that_of_slycot_where_it_is_installed(monkeypatch):
+    monkeypatch.setattr(synthesis_rate, "has_slycot", lambda: False)
+    (row,) = synthesis_rate.synthesis_rows(TINY)
+    assert (row.value, row.note) == (None, "slycot is not installed")
+    calls = []
+    monkeypatch.setattr(synthesis_rate, "has_slycot", lambda: True)
+    monkeypatch.setattr(synthesis_rate, "ORDER", 2)
+    monkeypatch.setattr(synthesis_rate, "control_hinfsyn", calls.append)
+    (row,) = synthesis_rate.synthesis_rows(TINY)
+    assert row.value >= 0
+    assert len(calls) == 3 * TINY.repetitions
+    assert "3 random plants of order 2" in row.note
 
 
 @needs_chromium

@@ -24,7 +24,7 @@ class SignalRecord:
     Parameters
     ----------
     t
-        (N + 1,), the instants in s, which increase.
+        (N + 1,), the instants in s, which do not decrease; two may be one, where a delay parts them.
     labels
         The nd parameters of an `Ode` that the numbers replace, as `v` or `u[0]`.
     begins, ends
@@ -33,7 +33,7 @@ class SignalRecord:
     Raises
     ------
     ValueError
-        If the instants do not increase, or the shapes do not fit each other.
+        If the instants decrease, or the shapes do not fit each other.
     """
 
     t: Array
@@ -43,33 +43,24 @@ class SignalRecord:
 
     def __post_init__(self) -> None:
         shape = (self.t.size - 1, len(self.labels))
-        if self.t.ndim != 1 or self.t.size < 2 or not (np.diff(self.t) > 0).all():
-            raise ValueError("`SignalRecord(t=...)` must be at least two instants that increase.")
+        if self.t.ndim != 1 or self.t.size < 2 or not (np.diff(self.t) >= 0).all():
+            raise ValueError("`SignalRecord(t=...)` must be at least two instants that do not decrease.")
         if self.begins.shape != shape or self.ends.shape != shape:
             raise ValueError(
                 f"`SignalRecord(begins=..., ends=...)` must have shape {shape}, a row for each interval and a column "
                 f"for each label; got {self.begins.shape} and {self.ends.shape}."
             )
 
-    @check_arguments
-    def divide(self, parts: int) -> SignalRecord:
-        """The same recording with each interval divided into equal parts."""
-        inner = np.arange(parts) / parts
-
-        def between(begins: Array, ends: Array, shares: Array) -> Array:
-            return np.asarray(begins[:, None] + shares.reshape(-1, *[1] * (begins.ndim - 1)) * (ends - begins)[:, None])
-
-        instants = between(self.t[:-1], self.t[1:], inner).ravel()
-        rows = (between(self.begins, self.ends, shares) for shares in (inner, inner + 1 / parts))
-        begins, ends = (part.reshape(-1, len(self.labels)) for part in rows)
-        return SignalRecord(np.append(instants, self.t[-1]), self.labels, begins, ends)
-
     @property
     def rows(self) -> Array:
         """(N, 2 + 2 nd): of each interval its middle and length in s, and the middle and change of each number."""
-        lengths = np.diff(self.t)
-        middles = self.t[:-1] + lengths / 2
-        return np.column_stack([middles, lengths, (self.begins + self.ends) / 2, self.ends - self.begins])
+        return record_rows(self.t, self.begins, self.ends)
+
+
+def record_rows(t: Array, begins: Array, ends: Array) -> Array:
+    """The rows (N, 2 + 2 nd) of a `SignalRecord`, or their derivatives from those of its instants and numbers."""
+    middles = (t[:-1] + t[1:]) / 2
+    return np.column_stack([middles, np.diff(t), (begins + ends) / 2, ends - begins])
 
 
 @check_arguments
@@ -116,9 +107,9 @@ def recorded_step(ode: Ode, recording: SignalRecord) -> StepMap:
 def with_directions(step: StepMap, parameters: tuple[int, ...], slopes: Mapping[str, Array] | None = None) -> StepMap:
     """The step with a direction of change carried along: S+ = (dF/dx) S + (dF/dp) e_p + (dF/dd) D e_d.
 
-    The states 'S' (nx,) and 'direction' (m,) follow those of the step. A run whose direction is a unit vector carries
-    the derivative with respect to one number: a parameter by its place, or a number on which the recorded ones depend.
-    For an initial state the direction is zero, and S starts at a unit vector.
+    The states 'change of x' (nx,) and 'direction of change' (m,) follow those of the step. A run whose direction is a
+    unit vector carries the derivative with respect to one number: a parameter by its place, or a number on which the
+    recorded ones depend. For an initial state the direction is zero, and S starts at a unit vector.
 
     Parameters
     ----------
@@ -132,7 +123,9 @@ def with_directions(step: StepMap, parameters: tuple[int, ...], slopes: Mapping[
     rule, n = step.rule, step.states.size
     rows = dict(slopes or {})
     size = len(parameters) + len(rows)
-    more = Layout((Entry("S", np.zeros(n)), *([Entry("direction", np.zeros(size))] if size else [])))
+    more = Layout(
+        (Entry("change of x", np.zeros(n)), *([Entry("direction of change", np.zeros(size))] if size else []))
+    )
     symbols = more.symbols()
     S, direction = symbols[:n], symbols[n:]
     in_p, of_rows = ca.SX.zeros(rule.p.numel()), ca.SX.sym("slopes", len(rows) * rule.d.numel())

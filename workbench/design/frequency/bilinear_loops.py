@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,13 @@ if TYPE_CHECKING:
     import control
 
 SINGULAR = 1e12  # the condition of I + A beyond which a pole lies at z = -1
+
+
+def on_axis(A: Array, B: Array, C: Array, D: Array) -> tuple[Array, Array, Array, Array]:
+    """Discrete matrices, or stacks (..., n, n) of them, in v = (z - 1) / (z + 1), with a root of two in B and in C."""
+    one, root = np.eye(A.shape[-1]), math.sqrt(2.0)
+    plus = np.linalg.inv(A + one)
+    return plus @ (A - one), root * plus @ B, root * C @ plus, D - C @ plus @ B
 
 
 def delayed_loop(A: Array, B: Array, C: Array, D: Array, periods: int) -> control.StateSpace:

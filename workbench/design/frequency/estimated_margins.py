@@ -63,13 +63,14 @@ def estimated_margins(loop: control.StateSpace, delay: float) -> StabilityMargin
     if late and period is None:
         raise DesignError(
             f"`{call}(delay=...)` must be zero for a continuous loop with more than {MOST_STATES} states, as its peaks "
-            f"are bounded by exact polynomials; got {delay:g} s for {len(matrices[0])} states. Reduce it first, by "
-            "`control.balred` say."
+            f"are bounded by exact polynomials; got {delay:g} s for {len(matrices[0])} states. Reduce it first: "
+            "`wb.reduction` takes up to 60 states, `control.balred` with Slycot more."
         )
     if len(matrices[0]) + late > MOST:
         raise DesignError(
             f"`{call}(loop=...)` must have at most {MOST} states, as eigenvalues of twice as many are needed; "
-            f"got {len(matrices[0]) + int(late)}. Reduce it first, by `control.balred` say."
+            f"got {len(matrices[0]) + int(late)}. Reduce it first, by `control.balred` with Slycot "
+            "say."
         )
     with one_thread():
         given = delayed_loop(*matrices, int(late))

@@ -11,11 +11,26 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
-from workbench.design.frequency.certified_values import INFINITE, CertifiedPeak, enclosing_root, rounded_root
-from workbench.design.frequency.exact_systems import exact_state_space, not_stable, refuse_many_channels
+from workbench.design.frequency.certified_values import (
+    INFINITE,
+    CertifiedPeak,
+    CertifiedValue,
+    enclosing_root,
+    rounded_root,
+)
+from workbench.design.frequency.exact_systems import (
+    FEW_STATES,
+    count_minors,
+    not_stable,
+    refuse_many_channels,
+    refuse_many_states,
+)
 from workbench.design.frequency.gain_polynomials import GainPolynomials, exceeds, largest_square
 from workbench.design.frequency.positive_roots import positive_roots
+from workbench.design.frequency.proved_norm import ProvedNorm, proved_norm
 from workbench.design.frequency.transfer_polynomials import TransferPolynomials
+from workbench.design.frequency.wide_matrices import Wide
+from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
@@ -24,6 +39,8 @@ if TYPE_CHECKING:
 NARROW = Fraction(1, 10**12)  # the relative width of an enclosure
 WIDEST = Fraction(1, 10**9)
 LEAST_BITS, MOST_BITS = 40, 320  # of a frequency at which a singular value meets a level
+MOST_STATES = 150  # a second in floating point
+FEW_MINORS = 300  # five inputs by five outputs have 251
 LEVELS = 60  # most levels that are tried; the search converges quadratically and takes some five
 
 
@@ -32,18 +49,20 @@ def hinf_norm(system: control.StateSpace) -> CertifiedPeak:
     """The H-infinity norm of a system, continuous or discrete, with a frequency that attains it.
 
     A level is raised in the way of Bruinsma and Steinbuch. The frequencies at which a singular value meets a level are
-    the imaginary eigenvalues of a Hamiltonian (or symplectic) matrix; here they are found as roots of its
-    characteristic polynomial, which has whole coefficients, as doubles are rationals. So neither bound depends on
-    rounding: the lower one is a singular value at a frequency; the upper one is a level that no singular value meets,
-    by Descartes' rule. A system with a pole on the limit of stability or beyond, hidden modes included, has an infinite
-    norm.
+    the imaginary eigenvalues of a Hamiltonian (or symplectic) matrix. The lower bound is a singular value at a
+    frequency, the upper one a level that no singular value meets. For up to 10 states this is decided in exact
+    arithmetic, as doubles are rationals: by Descartes' rule for the characteristic polynomial of that matrix. For more
+    states and for many channels it is proved in floating point, with a bound of every rounding: by the eigenvectors of
+    that matrix. Where one way fails, the other is tried. A system with a pole on the limit of stability or beyond,
+    hidden modes included, has an infinite norm.
 
     Raises
     ------
     ValueError
         If the system is not a `StateSpace` with finite matrices.
     DesignError
-        If the system has more than 40 states or too many channels, or no enclosure of 1e-9 is found.
+        If the system has more than 150 states, or if no enclosure of 1e-9 is proved; exact arithmetic takes at most 40
+        states and some six inputs by six outputs.
 
     References
     ----------
@@ -60,14 +79,32 @@ def hinf_norm(system: control.StateSpace) -> CertifiedPeak:
     >>> round(norm.gain.value, 6), round(norm.frequency, 6)
     (5000.000025, 1.0)
     """
-    A, B, C, D = exact_state_space("hinf_norm", system)
-    refuse_many_channels("hinf_norm", *D.shape)
+    A, B, C, D = state_space("hinf_norm", system)
+    if len(A) > MOST_STATES:
+        raise DesignError(
+            f"`hinf_norm(system)` proves the norms of systems of at most {MOST_STATES} states; '{system.name}' has "
+            f"{len(A)}. Reduce its order first, by `control.balred` with Slycot say."
+        )
     discrete = bool(system.isdtime(strict=True))
+    if len(A) > FEW_STATES or count_minors(*D.shape) > FEW_MINORS:
+        bounds = proved_norm(Wide.of(A), Wide.of(B), Wide.of(C), Wide.of(D), discrete)
+        if bounds is not None:
+            return peak_of(bounds, A, system.dt if discrete else None)
+        refuse_many_states("hinf_norm", system, len(A))
+        refuse_many_channels("hinf_norm", *D.shape)
     transfer = TransferPolynomials.of(A, B, C, D, discrete)
     if not transfer.stable:
         return CertifiedPeak(INFINITE, math.nan, not_stable(A, discrete))
     low, high, x = _enclose(GainPolynomials.of(transfer), _candidates(A, discrete))
     return CertifiedPeak(enclosing_root(low, high), _frequency(x, system.dt if discrete else None))
+
+
+def peak_of(bounds: ProvedNorm, A: Array, dt: float | None) -> CertifiedPeak:
+    """The answer for a norm that is proved in floating point; `dt` is the period of a discrete system, or None."""
+    if math.isinf(bounds.low):
+        return CertifiedPeak(INFINITE, math.nan, not_stable(A, dt is not None))
+    gain = CertifiedValue(bounds.low + (bounds.high - bounds.low) / 2, bounds.low, bounds.high)
+    return CertifiedPeak(gain, bounds.place if dt is None else 2 / dt * math.atan(bounds.place))
 
 
 def _candidates(A: Array, discrete: bool) -> list[Fraction | None]:

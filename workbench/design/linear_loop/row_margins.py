@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
+from workbench.design.frequency.bilinear_loops import on_axis
 from workbench.design.linear_loop.frequency_answers import CutModels, feedback
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import EPS, Complex, one_thread
@@ -167,9 +168,7 @@ class _Axis:
         A, B, C, D, h = model.A, model.B, model.Cy, model.D, model.period
         if h is None:
             return _Axis(A, B, C, D, None)
-        plus = np.linalg.inv(A + np.eye(A.shape[-1]))
-        root = math.sqrt(2.0)
-        return _Axis(plus @ (A - np.eye(A.shape[-1])), root * plus @ B, root * C @ plus, D - C @ plus @ B, h)
+        return _Axis(*on_axis(A, B, C, D), h)
 
     def frequency(self, v: Array) -> Array:
         """The frequencies in rad/s."""

@@ -30,7 +30,10 @@ CLOSE = 1e-9  # of the bandwidth
 @dataclass(frozen=True, eq=False)
 @show
 class NotchDesign:
-    """A notch in series with a law: `law` is both, `notch` the filter, and `certificate` the margins with them."""
+    """A notch in series with a law: `notch` is the filter, and `law` the given law times the notch.
+
+    `frequency` in rad/s is the centre of the notch, and `certificate` has the margins of the plant with `law`.
+    """
 
     notch: System
     law: System
@@ -41,7 +44,7 @@ class NotchDesign:
 @dataclass(frozen=True, eq=False)
 @show
 class PrefilterDesign:
-    """A lag F for the reference: `bandwidth` in rad/s and `peak` are those of F T, proved by their bounds."""
+    """A lag F, the `prefilter` of the reference: `response` is F T, with its `bandwidth` in rad/s and its `peak`."""
 
     prefilter: System
     response: System
@@ -67,7 +70,8 @@ def notch(
     law
         The law of the error, a `TransferFunction`, such as `PidDesign.loop_filter` or that of `lead_lag`.
     width
-        The damping of the poles of the notch; the notch is the wider and the slower the larger it is.
+        The damping of the poles of the notch, above that of its zeros. A larger one makes the notch wider, and costs
+        more phase below it.
     frequency, damping
         w in rad/s and z of its zeros; by default those of the least damped pole of the plant.
 
@@ -132,9 +136,9 @@ def _notched(
 def prefilter(
     plant: control.TransferFunction | control.StateSpace, law: control.TransferFunction, bandwidth: float
 ) -> PrefilterDesign:
-    """The lag F = 1 / (1 + s / a) of the reference with which F T, from the reference to the output, has a bandwidth.
+    """The lag F = 1 / (1 + s / a) for which F T, from the reference to the output, has a given bandwidth.
 
-    F T is P C / (1 + P C) F: the second degree of freedom, which leaves the margins and the response to loads as they
+    F T is F P C / (1 + P C). The lag acts on the reference alone, so margins and the response to loads stay as they
     are.
 
     Parameters

@@ -66,12 +66,13 @@ def pi_optimum(
     >>> round(design.k, 4), round(design.ki, 4), design.certificate.Ms.gain.value <= 1.4
     (0.633, 0.3253, True)
     """
-    call = "pi_optimum(plant, ...)"
-    Ms, Mt = checked_limits("pi_optimum", Ms, Mt)
-    process = checked_process("pi_optimum", plant, delay)
-    refuse_zero_at_rest(call, process)
-    refuse_two_integrators(call, process, Mt)
-    refuse_endless_gain(call, process, Ms, Mt)
+    return largest_pi_gain("pi_optimum", "plant", plant, Ms, Mt, delay)
+
+
+def largest_pi_gain(name: str, port: str, plant: control.LTI, Ms: float, Mt: float, delay: float) -> PidDesign:
+    """The PI law of `pi_optimum`, whose refusals name a function and its argument for the plant."""
+    Ms, Mt = checked_limits(name, Ms, Mt)
+    process, call = bounded_process(name, port, plant, delay, Ms, Mt), f"{name}({port}, ...)"
     with one_thread():
         sign, gains = best_sign(process, Ms, Mt)
         if gains is None:
@@ -103,16 +104,27 @@ def checked_limits(call: str, Ms: float, Mt: float) -> tuple[float, float]:
     return limits[0], limits[1]
 
 
-def checked_process(call: str, plant: object, delay: float) -> Process:
-    """The process of a plant and its delay."""
+def checked_process(call: str, plant: object, delay: float, port: str = "plant") -> Process:
+    """The process of a plant and its delay, which a function takes as its argument `port`."""
     import control
 
     from workbench.design.frequency.axis_loop import exact_delay
 
     if not isinstance(plant, control.StateSpace | control.TransferFunction) or not plant.issiso():
-        raise refusal(f"{call}(plant=...)", "a `StateSpace` or `TransferFunction` with one input and one output", plant)
+        raise refusal(
+            f"{call}({port}=...)", "a `StateSpace` or `TransferFunction` with one input and one output", plant
+        )
     exact_delay(call, delay, None)
     return Process.of(call, plant, finite(f"{call}(delay=...)", delay, " of s", low=0))
+
+
+def bounded_process(name: str, port: str, plant: object, delay: float, Ms: float, Mt: float) -> Process:
+    """The process of a plant and its delay, for which ki has a largest value within the limits."""
+    process, call = checked_process(name, plant, delay, port), f"{name}({port}, ...)"
+    refuse_zero_at_rest(call, process)
+    refuse_two_integrators(call, process, Mt)
+    refuse_endless_gain(call, process, Ms, Mt)
+    return process
 
 
 def best_sign(process: Process, Ms: float, Mt: float) -> tuple[int, GainOptimum | None]:

@@ -39,12 +39,13 @@ class PidDesign:
 
         u = k (b r - y) + ki/s (r - y) + kd s / (1 + s/N) (c r - y),
 
-    which is the law of `wb.PID`; `wb.PID.of(design)` makes one. N is None for a PI law.
+    which is the law of `wb.PID`; `wb.PID.of(design)` makes one. N, in rad/s, is None for a PI law. k has the unit of
+    u over the unit of y, ki that over s, and kd that times s.
 
-    `Ms` and `Mt` are the limits that were asked for, infinite for none; the `certificate` has the margins of the loop,
-    each with its bounds, by `stability_margins`, which shares no code with the design. `bound` is a ki that no law of
-    this form and this derivative exceeds within the limits, for the least IAE with the derivative of the largest ki;
-    `contacts` say where the limits are met, for the least IAE nearly. A rule has neither.
+    `Ms` and `Mt` are the limits that were asked for, infinite for none. The `certificate` has the margins of the loop,
+    each with its bounds, by `stability_margins`, which shares no code with the design. `bound` is an upper bound of ki
+    for all laws of this form with this kd within the limits; for the least IAE it is the one with the kd of the largest
+    ki. `contacts` are the frequencies at which the limits are met, for the least IAE approximately. A rule has neither.
     `remarks` say what was asked for and is not met.
     """
 
@@ -91,12 +92,12 @@ class PidDesign:
 
     @property
     def IAE_error(self) -> float:
-        """An estimate of the error of IAE, by half the frequencies and half the times; IAE is refused beyond 2 %."""
+        """An estimate of the error of IAE, by half the frequencies and half the times; IAE is refused above 2 %."""
         return integral_absolute_error(self.plant, self.delay, self.loop_filter).error
 
     @property
     def noise_gain(self) -> float:
-        """The largest gain from noise of the measurement to u, over frequency."""
+        """The peak over frequency of the gain |C S| from noise of the measurement to u."""
         return noise_gain(self.plant, self.delay, self.loop_filter)
 
     @property

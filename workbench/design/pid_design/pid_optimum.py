@@ -15,13 +15,10 @@ from workbench.design.pid_design.derivative_action import DerivativeAction, law_
 from workbench.design.pid_design.error_search import least_error
 from workbench.design.pid_design.integral_gain import GainOptimum, IntegralGain
 from workbench.design.pid_design.noise_gain import largest_noise_gain
-from workbench.design.pid_design.pi_optimum import LARGEST_KI, checked_limits, checked_process, confirm_optimum
+from workbench.design.pid_design.pi_optimum import LARGEST_KI, bounded_process, checked_limits, confirm_optimum
 from workbench.design.pid_design.pid_designs import PidDesign
 from workbench.design.pid_design.pid_refusals import (
-    refuse_endless_gain,
     refuse_infeasible,
-    refuse_two_integrators,
-    refuse_zero_at_rest,
 )
 from workbench.design.pid_design.process import Process
 
@@ -49,11 +46,11 @@ def pid_optimum(
 ) -> PidDesign:
     """The PID law k + ki/s + kd s/(1 + s/N) with the least |IE|, or IAE, after a step of load; kd has the sign of ki.
 
-    The least IE is the largest |ki|. For each kd it is found as by `pi_optimum`, globally; kd is searched over a grid
-    and refined. IAE, the integral of |e|, is at least 1/|ki|, so only gains with a ki above 1/IAE of a known law can
-    have less. These are sampled, and boxes about the best samples refined until no neighbour is better. This search is
-    no proof, and the law stays inside the limits by up to some 0.1 %. `bound` is that of the largest |ki| of the kd
-    with the largest: no law of this form with that kd has an IAE below 1/`bound`.
+    The least |IE| belongs to the largest |ki|. For each kd it is found globally, as by `pi_optimum`; kd is searched on
+    a grid and refined. IAE, the integral of |e|, is at least 1/|ki|, so only gains with a |ki| above 1/IAE of a known
+    law can have less. These are sampled, and boxes about the best samples are refined until no neighbour is better.
+    This search is no proof, and its law stays inside the limits by up to some 0.1 %. `bound` is an upper bound of |ki|
+    for the kd of the law with the largest |ki|: no law of this form with that kd has an IAE below 1/`bound`.
 
     Parameters
     ----------
@@ -62,10 +59,11 @@ def pid_optimum(
     N
         The bandwidth of the filter of the derivative in rad/s.
     noise_gain
-        In place of N, the limit of the gain from noise of the measurement to u over all frequencies; N is the largest
-        that keeps it. One of both must be given: without a filter, ki is unbounded for many plants.
+        In place of N, the limit of the peak of |C S|, the gain from noise of the measurement to u in the unit of u over
+        that of y; N is then the largest that keeps it. Exactly one of N and `noise_gain` must be given: without a
+        filter, ki is unbounded for many plants.
     criterion
-        "IE" or "IAE", whose law is calmer where that of "IE" oscillates, and meets a noise gain within 3 %.
+        "IE" or "IAE". The law for "IAE" oscillates less, and its noise gain may be up to 3 % below the limit.
 
     Raises
     ------
@@ -85,20 +83,29 @@ def pid_optimum(
     >>> design.form, design.ki > 2 * wb.pid_design.pi_optimum(design.plant, Ms=1.4).ki
     ('PID', True)
     """
-    call = "pid_optimum(plant, ...)"
     one_of("pid_optimum(criterion=...)", criterion, ("IE", "IAE"))
-    Ms, Mt = checked_limits("pid_optimum", Ms, Mt)
-    _refuse_no_filter(N, noise_gain)
-    process = checked_process("pid_optimum", plant, delay)
-    refuse_zero_at_rest(call, process)
-    refuse_two_integrators(call, process, Mt)
-    refuse_endless_gain(call, process, Ms, Mt)
+    return least_pid_error("pid_optimum", "plant", plant, (Ms, Mt), delay, (N, noise_gain), criterion)
+
+
+def least_pid_error(
+    name: str,
+    port: str,
+    plant: control.LTI,
+    limits: tuple[float, float],
+    delay: float,
+    filters: tuple[float | None, float | None],
+    criterion: str,
+) -> PidDesign:
+    """The PID law of `pid_optimum`, whose refusals name a function and its argument for the plant."""
+    Ms, Mt = checked_limits(name, *limits)
+    _refuse_no_filter(name, *filters)
+    process = bounded_process(name, port, plant, delay, Ms, Mt)
     with one_thread():
-        return _optimum(call, plant, process, (Ms, Mt), (N, noise_gain), criterion)
+        return _optimum((name, port), plant, process, (Ms, Mt), filters, criterion)
 
 
 def _optimum(
-    call: str,
+    door: tuple[str, str],
     plant: control.LTI,
     process: Process,
     limits: tuple[float, float],
@@ -107,11 +114,12 @@ def _optimum(
 ) -> PidDesign:
     sign = 1 if process.num[-1] * process.den[0] > 0 else -1
     upright = process if sign > 0 else process.mirror()
-    N, noise_gain = filters
+    (name, port), (N, noise_gain) = door, filters
+    call = f"{name}({port}, ...)"
     if noise_gain is None:
-        best = best_derivative(upright, *limits, positive("pid_optimum(N=...)", N, " of rad/s"))
+        best = best_derivative(upright, *limits, positive(f"{name}(N=...)", N, " of rad/s"))
     else:
-        best = filter_for_noise(call, upright, *limits, positive("pid_optimum(noise_gain=...)", noise_gain))
+        best = filter_for_noise(call, upright, *limits, positive(f"{name}(noise_gain=...)", noise_gain))
     if best is None:
         refuse_infeasible(call, process, *limits)
     if criterion == "IAE":
@@ -145,11 +153,12 @@ def _least_error(
     return kept
 
 
-def _refuse_no_filter(N: float | None, noise_gain: float | None) -> None:
+def _refuse_no_filter(name: str, N: float | None, noise_gain: float | None) -> None:
     if (N is None) == (noise_gain is None):
         raise ValueError(
-            "`pid_optimum(N=..., noise_gain=...)` needs one of both: without a filter the largest ki is unbounded for "
-            "many plants. Take an N of 5 to 20 times the crossover frequency, or the noise that u may carry."
+            f"`{name}(N=..., noise_gain=...)` needs exactly one of the two: without a filter the largest ki is "
+            "unbounded for many plants. Take an N of 5 to 20 times the crossover frequency, or the noise that u may "
+            "carry."
         )
 
 

@@ -62,4 +62,4 @@ def refuse_infeasible(
     if not parts:
         least = min(least_peak(p, True, Mt, derivative) for p in sides)
         parts = [f"Ms = {Ms:g} and Mt = {Mt:g} are infeasible together, the least Ms with this Mt is {least:.4g}"]
-    raise DesignError(f"`{call}`: {'; '.join(parts)}. Ask for no less, or take `lqg`.")
+    raise DesignError(f"`{call}`: {'; '.join(parts)}. Ask for at least that, or take `lqg`.")

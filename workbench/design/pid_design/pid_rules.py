@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import control
 
 FILTER = 10.0  # N over 1 / Td
+CALLS = {"SIMC": "simc", "AMIGO": "amigo", "lambda": "lambda_tuning"}
 
 
 @check_arguments
@@ -29,7 +30,7 @@ def simc(
 
         Kc = T / (K (tau_c + L)),      Ti = min(T, 4 (tau_c + L)),      Td = T2
 
-    in the series form; the gains of the result are those of the parallel form.
+    in the series form; the gains of the result are those of the parallel form. A PID law has the filter N = 10/Td.
 
     Parameters
     ----------
@@ -184,13 +185,14 @@ def _checked(
     method: str, plant: control.LTI, delay: float, gains: tuple[float, float, float], N: float | None
 ) -> PidDesign:
     """The design of a rule with the margins of its loop; one that is not stable is refused."""
-    process = checked_process(method.lower(), plant, delay)
+    call = CALLS[method]
+    process = checked_process(call, plant, delay)
     k, ki, kd = map(float, gains)
     with one_thread():
         certificate = certificate_of(plant, process.delay, law_of_error(k, ki, kd, N, plant))
     if not certificate.stable:
         raise DesignError(
-            f"`{method.lower()}(plant, model)`: the loop of the plant and the law k = {k:.4g}, ki = {ki:.4g}, "
+            f"`{call}(plant, model)`: the loop of the plant and the law k = {k:.4g}, ki = {ki:.4g}, "
             f"kd = {kd:.4g} is not stable, so the model does not stand for the plant. Take `pi_optimum`."
         )
     return PidDesign(method, k, ki, kd, N, 1.0, 0.0, math.inf, math.inf, certificate, None, (), plant, process.delay)

@@ -27,8 +27,9 @@ REAL = 1e-6  # the imaginary part, over the size, below which a pole or zero cou
 class StepModel:
     """The model K exp(-L s) / ((T s + 1) (T2 s + 1)), or K exp(-L s) / (s (T2 s + 1)) with `integrating`.
 
-    Times are in s. `error` is the largest difference from a recorded step response, over its final change; it is None
-    for a model of a plant.
+    K is in the unit of the output over that of the input, and over s if the model integrates. T, T2 and L are in s.
+    `error` is the largest distance from a recorded step response, as a part of its final change; it is None for the
+    model of a plant.
     """
 
     K: float
@@ -48,10 +49,11 @@ class StepModel:
 def half_rule_model(
     plant: control.TransferFunction | control.StateSpace, delay: float = 0.0, order: int = 1
 ) -> StepModel:
-    """The model of first or second order with a delay that the half rule makes of a stable or integrating plant.
+    """The model of first or second order with a delay that the half rule makes from a stable or integrating plant.
 
-    The lag after the last one kept gives half of itself to that lag and half to the delay; further lags and zeros in
-    the right half-plane add to the delay. Zeros in the left half-plane cancel lags near them first.
+    Of the largest lag that is left out, one half is added to the last lag of the model and one half to the delay.
+    Smaller lags and the time constants of zeros in the right half-plane are added to the delay. Before that, zeros in
+    the left half-plane cancel lags near them.
 
     Parameters
     ----------
@@ -146,8 +148,8 @@ def _cancel_leads(lags: list[float], leads: list[float], gain: float) -> tuple[l
 def step_model(t: Numbers, y: Numbers, step: float = 1.0) -> StepModel:
     """The model K exp(-L s) / (T s + 1) of a recorded step response, by the method of areas.
 
-    The area between the response and its end is K (L + T), and the area below it up to that time gives T. The response
-    must have settled at the end of the record.
+    The area between the response and its final value is K (L + T). T is e / K times the area below the response up to
+    the time L + T. The response must have settled at the end of the record.
 
     Parameters
     ----------
@@ -156,7 +158,7 @@ def step_model(t: Numbers, y: Numbers, step: float = 1.0) -> StepModel:
     y
         (N,) the response, of which the first value is the one before the step.
     step
-        The height of the step of the input.
+        The height of the step of the input, in its unit.
 
     Raises
     ------

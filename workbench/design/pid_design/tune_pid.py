@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING
 from workbench.core.validation.refusals import finite, one_of
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
-from workbench.design.pid_design.pi_optimum import pi_optimum
+from workbench.design.pid_design.pi_optimum import largest_pi_gain
 from workbench.design.pid_design.pid_designs import PidDesign
-from workbench.design.pid_design.pid_optimum import pid_optimum
+from workbench.design.pid_design.pid_optimum import least_pid_error
 
 if TYPE_CHECKING:
     import control
 
 FILTER = 10.0  # N over the frequency at which the PI law meets its limit
 ROUNDING = 1e-9
+DOOR = "tune_pid", "system"  # the function and its argument that a refusal names
 
 
 @check_arguments
@@ -33,27 +34,27 @@ def tune_pid(
     criterion: str | None = None,
     reference_peak: float = 1.05,
 ) -> PidDesign:
-    """The PI or PID law with the least error after a step of load for which max |S| <= Ms and max |T| <= Mt.
+    """The PI or PID law with max |S| <= Ms and max |T| <= Mt that has the least error after a step of load.
 
     `wb.PID.of(design)` is the law, and `design.certificate` has the margins of the loop.
 
     Parameters
     ----------
     system
-        The plant, a `TransferFunction` or `StateSpace` in continuous time with one channel, as that of `linearize`.
+        The plant as for `pi_optimum`, such as `linearize` gives.
     delay
         Its delay in s.
     Ms, Mt
-        The limits, infinite for none. Mt is by default the same as Ms.
+        The limits of the peaks, infinite for none. Mt is by default the same as Ms.
     form
         "PI" or "PID".
     N, noise_gain
         As for `pid_optimum`; by default N is 10 times the frequency at which the PI law meets its limit.
     criterion
-        "IE", the least integral of the error, so the largest |ki|, or "IAE", that of its absolute value; for a PI law
-        "IE" alone. By default "IE" for a PI law and "IAE" for a PID law, whose largest |ki| often oscillates.
+        "IE" for the least integral of the error, so the largest |ki|, or "IAE" for that of the absolute error. A PI law
+        takes "IE" alone. A PID law takes "IAE" by default, as the one for "IE" often oscillates.
     reference_peak
-        The limit of the peak of y/r, at least 1, for which b in [0, 1] is chosen; c is 0. `remarks` say if none has it.
+        The limit of the peak of |y/r|, at least 1. c is 0; b is the largest up to 1 that keeps it, or 0 with a remark.
 
     Raises
     ------
@@ -76,8 +77,8 @@ def tune_pid(
     if form == "PID" and N is None and noise_gain is None:
         N = _usual_filter(system, Ms, T_limit, delay)
     if form == "PI":
-        return _weighted(pi_optimum(system, Ms, T_limit, delay), peak)
-    design = pid_optimum(system, Ms, T_limit, delay, N, noise_gain, criterion or "IAE")
+        return _weighted(largest_pi_gain(*DOOR, system, Ms, T_limit, delay), peak)
+    design = least_pid_error(*DOOR, system, (Ms, T_limit), delay, (N, noise_gain), criterion or "IAE")
     return _weighted(design, peak)
 
 
@@ -107,7 +108,7 @@ def _refuse_odd_form(form: str, criterion: str | None, N: float | None, noise_ga
 def _usual_filter(system: control.LTI, Ms: float, Mt: float, delay: float) -> float:
     """The bandwidth of a filter that costs little phase at the frequency where a PI law meets the limits."""
     try:
-        contacts = pi_optimum(system, Ms, Mt, delay).contacts
+        contacts = largest_pi_gain(*DOOR, system, Ms, Mt, delay).contacts
     except DesignError:
         contacts = ()
     if not contacts or not math.isfinite(contacts[0].frequency):

@@ -36,8 +36,8 @@ class HankelValues:
     """The Hankel singular values (n,) of a stable system in descending order.
 
     Each one that is not zero has a relative error of at most `error`, which is measured on both Gramians after
-    balancing. The first `minimal_order` are not zero; each other one belongs to a mode that no input drives or no
-    output shows, decided exactly.
+    balancing. The first `minimal_order` are not zero. The others belong to modes that no input drives or no output
+    shows, which is decided exactly.
     """
 
     values: Array
@@ -64,11 +64,10 @@ class BalancedRealization:
 
 @check_arguments
 def hankel_values(system: System) -> HankelValues:
-    """The Hankel singular values of a stable `StateSpace`, continuous or discrete, each with its own digits.
+    """The Hankel singular values of a stable `StateSpace`, continuous or discrete, to the same relative accuracy.
 
-    They are the roots of the eigenvalues of the product of both Gramians, and say what each state of the balanced
-    realisation adds. No model of order k approximates the system with an H-infinity error below the value k + 1. The
-    small ones are as accurate as the large ones.
+    They are the square roots of the eigenvalues of the product of both Gramians, and say what each state of the
+    balanced realisation adds. No model of order k has an H-infinity error below the value k + 1.
 
     Raises
     ------
@@ -99,7 +98,7 @@ def balanced_realization(call: str, system: System) -> BalancedRealization:
     if n > MOST_STATES:
         raise DesignError(
             f"`{call}(system)` computes Gramians in long numbers, of at most {MOST_STATES} states; '{system.name}' has "
-            f"{n}. Reduce it to {MOST_STATES} states first, by `control.balred` say."
+            f"{n}. Reduce it to {MOST_STATES} states first, by `control.balred` with Slycot say."
         )
     _refuse_unstable(call, A, discrete)
     minimal = RationalSystem.of(A, B, C, D).minimal()

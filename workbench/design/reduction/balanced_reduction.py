@@ -12,11 +12,20 @@ from workbench.design.reduction.reduced_model import Matrices, ReducedModel, red
 
 @check_arguments
 def balanced_truncation(system: System, order: int | None = None, tolerance: float | None = None) -> ReducedModel:
-    """The first states of the balanced realisation: exact at high frequencies, where its gain is D.
+    """The model of the first states of the balanced realisation; it has the same D, the gain at high frequencies.
 
-    The system is a stable `StateSpace`, continuous or discrete. With a `tolerance` in place of the order, the least
-    order is taken whose proved H-infinity error is not larger. Modes that no input drives or no output shows are always
-    left out. The bound is twice the sum of the other Hankel values.
+    Modes that no input drives or no output shows are always left out. The bound of the error is twice the sum of the
+    Hankel values that are left out.
+
+    Parameters
+    ----------
+    system
+        A stable `StateSpace`, continuous or discrete, with at most 60 states.
+    order
+        The number of states of the model, from 0 to that of the system.
+    tolerance
+        In place of the order, the largest H-infinity norm of the error, absolute, in the unit of the outputs over that
+        of the inputs. The least order whose proved error is not larger is taken.
 
     Raises
     ------
@@ -45,7 +54,7 @@ def balanced_truncation(system: System, order: int | None = None, tolerance: flo
 
 @check_arguments
 def singular_perturbation(system: System, order: int | None = None, tolerance: float | None = None) -> ReducedModel:
-    """The balanced realisation with its last states at rest: exact at frequency zero.
+    """The model of the balanced realisation with its last states at rest; it has the same static gain.
 
     Arguments, bound and refusals are those of `balanced_truncation`.
 

@@ -23,10 +23,10 @@ from workbench.design.reduction.reduced_model import EQUAL, Matrices, ReducedMod
 
 @check_arguments
 def hankel_norm_reduction(system: System, order: int | None = None, tolerance: float | None = None) -> ReducedModel:
-    """The model of an order with the least Hankel norm of the error, which is the first Hankel value left out.
+    """The model of an order with the least Hankel norm of the error, which is the first Hankel value that is left out.
 
-    The constant D is chosen such that the H-infinity error is at most the sum of the Hankel values left out, half the
-    bound of `balanced_truncation`. A discrete system is taken to continuous time and back by the bilinear map, which
+    D is chosen so that the H-infinity error is at most the sum of the Hankel values that are left out, half the bound
+    of `balanced_truncation`. A discrete system is taken to continuous time and back by the bilinear map, which
     keeps all norms. Arguments and refusals are those of `balanced_truncation`.
 
     References

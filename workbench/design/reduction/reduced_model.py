@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -13,7 +14,8 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.design.control_system import System
 from workbench.design.frequency import CertifiedPeak, CertifiedValue, hinf_norm
-from workbench.design.frequency.exact_systems import MOST_STATES, is_stable
+from workbench.design.frequency.exact_systems import is_stable
+from workbench.design.frequency.hinf_norm import MOST_STATES
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Complex, DesignError
 from workbench.design.reduction.balanced_realization import BalancedRealization, HankelValues, balanced_realization
@@ -30,9 +32,9 @@ GRID = 200  # frequencies of the lower side of an error without a certified norm
 class ReducedModel:
     """A stable `system` of lower order, a `StateSpace` with the same inputs and outputs, about the same point.
 
-    `error` is the H-infinity norm of the difference of both systems, enclosed by `wb.hinf_norm`. Where both have more
-    than 40 states together, it lies between a gain that one frequency attains and the bound, with an allowance for
-    rounding. `bound` is what the theorem of the `method` promises; it counts each Hankel value as often as it occurs.
+    `error` is the H-infinity norm of the difference of both systems, enclosed by `wb.hinf_norm`. If that proves none,
+    its lower bound is a gain at one frequency, and its upper bound is `bound` with an allowance for rounding. `bound`
+    is that of the theorem for the `method`; it counts each Hankel value as often as it occurs.
     """
 
     system: System
@@ -141,7 +143,8 @@ def _error(system: System, matrices: Matrices, bound: float, rounding: float) ->
     matrix_rows = np.vstack([system.B, B]), np.hstack([system.C, -C]), system.D - D
     difference = control.StateSpace(both, *matrix_rows, system.dt, remove_useless_states=False)
     if len(both) <= MOST_STATES:
-        return hinf_norm(difference)
+        with suppress(DesignError):
+            return hinf_norm(difference)
     discrete = bool(system.isdtime(strict=True))
     step = 1.0 if system.dt is True else float(system.dt or 0)
     poles = np.linalg.eigvals(system.A)

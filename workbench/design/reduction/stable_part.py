@@ -58,8 +58,9 @@ class StableSplit:
 def stable_part(system: System) -> StableSplit:
     """The stable part of a `StateSpace`, continuous or discrete, apart from its integrators and unstable modes.
 
-    An ordered Schur form and Sylvester's equation separate them. Reduce the stable part by any method of this room, and
-    `join` the model with the rest. A mode within 1e-8 of the limit of stability, relative to A, belongs to the rest.
+    An ordered Schur form and Sylvester's equation separate them. Reduce the stable part by any method of
+    `wb.reduction`, and `join` the model with the rest. A mode within 1e-8 of the limit of stability, relative to the
+    norm of A (in discrete time, to one), belongs to the rest.
 
     Raises
     ------

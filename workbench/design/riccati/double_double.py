@@ -38,8 +38,8 @@ class Twice:
 
     def __add__(self, other: Twice | Array) -> Twice:
         y = twice(other)
-        total, error = _two_sum(self.high, y.high)
-        return Twice(*_two_sum(total, error + (self.low + y.low)))
+        total, error = two_sum(self.high, y.high)
+        return Twice(*two_sum(total, error + (self.low + y.low)))
 
     def __sub__(self, other: Twice | Array) -> Twice:
         return self + (-twice(other))
@@ -55,7 +55,7 @@ def twice(matrix: Twice | Array) -> Twice:
     return matrix if isinstance(matrix, Twice) else Twice(matrix, np.zeros_like(matrix))
 
 
-def _two_sum(a: Array, b: Array) -> tuple[Array, Array]:
+def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
     """The rounded sum a + b, and its exact rounding error (Knuth)."""
     total = a + b
     shadow = total - a

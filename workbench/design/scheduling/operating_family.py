@@ -25,9 +25,9 @@ CALL = "operating_family"
 @dataclass(frozen=True, eq=False)
 @show
 class OperatingFamily:
-    """The operating points of an equation at m values of some states or inputs, and the linear model at each.
+    """The operating points of an equation at m values of k states or inputs, and the linear model at each.
 
-    `names` are the states and inputs whose `values` (m, k) were given. `x` (m, nx) and `u` (m, nu) are the states and
+    `names` are the k states and inputs whose `values` (m, k) were given. `x` (m, nx) and `u` (m, nu) are the states and
     the inputs at the points, and `models` the linear systems there, each of which carries its point.
     """
 
@@ -45,8 +45,8 @@ class OperatingFamily:
 def operating_family(ode: Ode, targets: Values, p: Numbers | None = None, u: Numbers | None = None) -> OperatingFamily:
     """The rest points of x' = f(x, p, u) at given values of some states or inputs, and the linear model at each.
 
-    At each point the inputs and the states that have no target are found by `wb.linear.operating_point`. The search
-    starts from the inputs of the point before, so the points belong to one branch if they are close enough.
+    At each point, `wb.linear.operating_point` solves for the inputs and states that have no target. The search starts
+    from the inputs at the previous point, so the points belong to one branch if they are close enough.
 
     Parameters
     ----------

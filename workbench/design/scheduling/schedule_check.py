@@ -27,11 +27,11 @@ BESIDE = 1e-6  # of an interval: how far beside a corner the loop is linearised
 class ScheduleCheck:
     """The linear models of a scheduled loop at N values of its scheduling signal: the m points, and values between.
 
-    `decay_rates` (N,) are those of the slowest pole, in 1/s, or 1 - max |z| in a computer; negative if the loop is not
-    stable. `Ms` (N,) is the largest peak of the sensitivity over the channels of the cut, `inf` if the loop is not
-    stable. `frozen_decay_rates` and `frozen_Ms` are those of the same loop while the numbers of the law are held: they
-    leave out what the law does as its numbers move with the signal (Rugh and Shamma 2000, "hidden coupling"). The
-    numbers at a value without a linear model are NaN, and `reasons` says why, by the number of the value.
+    `decay_rates` (N,) are those of the slowest pole, in 1/s, or 1 - max |z| per period for a `DigitalLoop`; negative if
+    the loop is not stable. `Ms` (N,) is the largest peak of the sensitivity over the channels of the cut, `inf` if the
+    loop is not stable. `frozen_decay_rates` and `frozen_Ms` belong to the same loop with the numbers of the law held
+    constant: they leave out the feedback by numbers that move with the signal (Rugh and Shamma 2000, "hidden
+    coupling"). At a value without a linear model all are NaN, and `reasons` says why, by the index of the value.
 
     The check is a sample: it proves nothing for other values, and nothing for a signal that moves fast.
     """

@@ -112,7 +112,7 @@ class ResponsePieces:
             if len(self.cache) >= MOST_PIECES:
                 raise DesignError(
                     f"`step_info(system)` looks at up to {MOST_PIECES} pieces of a response, and this one turns more "
-                    "often before it settles; leave out its fast or lightly damped modes, by `control.balred` say."
+                    "often before it settles; leave out its fast or weak modes, by `wb.reduction` say."
                 )
             self.cache[key] = self._piece(start, exponent)
         return self.cache[key]

@@ -17,7 +17,7 @@ MOST_STATES = 40
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class ControllerStructure:
-    """A controller u = K y with `order` states, whose numbers are free where its matrices are NaN, and fixed elsewhere.
+    """A controller u = K y with `order` states. Its numbers are free where a matrix is NaN, and fixed elsewhere.
 
     Attributes
     ----------

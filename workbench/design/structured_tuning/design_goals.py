@@ -36,19 +36,20 @@ ROUNDING = 1e-12  # relative, of a singular value in doubles
 @dataclass(frozen=True)
 @check_arguments
 class DesignGoal:
-    """One figure of the closed loop: a hard limit, or without one a soft goal that is made as good as possible.
+    """A goal for one figure of the closed loop: hard if it has a limit, else soft and made as good as possible.
 
     Attributes
     ----------
     figure
-        "hinf" or "h2", a norm from w to z, made small; "decay" (1/s) or "damping" of the slowest or least damped pole,
-        made large.
+        "hinf" or "h2", a norm from w to z, made small; "decay", the rate of the slowest pole in 1/s, or "damping", the
+        ratio of the least damped pole, made large.
     limit
         The largest norm, or the least decay or damping; None for a soft goal.
     scale
-        The value of a soft goal that counts as one; the largest of the soft goals is made small.
+        The value of a soft goal that counts as one: each soft goal is divided by its scale, and the largest quotient is
+        made small. Of a figure that is made large, the quotient is inverted.
     inputs, outputs
-        The places of the entries of w and z, all by default.
+        The indices of the entries of w and z, all by default.
 
     Raises
     ------
@@ -142,7 +143,7 @@ class DesignGoal:
 
 @dataclass(frozen=True)
 class GoalValue:
-    """A figure between its bounds, and whether exact arithmetic proves them."""
+    """A figure between its bounds; `is_proved` says whether exact arithmetic proves them, or doubles only estimate."""
 
     goal: DesignGoal
     value: CertifiedValue
@@ -160,7 +161,7 @@ class GoalValue:
 
     @property
     def excess(self) -> float:
-        """The logarithm of the figure over its limit or scale, above zero where it is worse; infinite if it is none."""
+        """The logarithm of the figure over its limit or scale, positive if it is worse; infinite at zero or below."""
         reference = self.goal.scale if self.goal.limit is None else self.goal.limit
         if not self.value.value > 0:
             return math.inf if self.goal.grows else -math.inf

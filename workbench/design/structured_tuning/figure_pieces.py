@@ -92,6 +92,7 @@ def damping_pieces(jet: SystemJet) -> list[FigurePiece]:
 
 def _poles(A: Array) -> tuple[Complex, Complex, Complex]:
     """The eigenvalues (n,) with their left and right eigenvectors, as columns."""
+    # SciPy's stub forgets one of the three
     values, left, right = scipy.linalg.eig(A, left=True, right=True)  # type: ignore[misc]
     return values, left, right
 

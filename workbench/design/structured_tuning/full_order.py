@@ -46,7 +46,7 @@ def _reached(plant: GeneralizedPlant) -> tuple[float | None, str]:
         except DesignError as refused:
             reason = str(refused)
             continue
-        return norm, f"reached with {' and '.join(lacks)}, {share:g} of its size, as it has none" if lacks else ""
+        return norm, f"reached after adding {' and '.join(lacks)} of {share:g} of its size" if lacks else ""
     return None, reason
 
 

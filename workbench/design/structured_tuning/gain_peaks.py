@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.refusals import Array
+from workbench.design.frequency.bilinear_loops import on_axis
 from workbench.design.structured_tuning.figure_pieces import MOST_PIECES, FigurePiece
 from workbench.design.structured_tuning.system_jets import SystemJet
 
@@ -75,9 +76,7 @@ class _Axis:
         A, B, C, D, h = jet.A, jet.B, jet.C, jet.D, jet.period
         if h is None:
             return _Axis(A, B, C, D, None)
-        plus = np.linalg.inv(A + np.eye(len(A)))
-        root = math.sqrt(2.0)
-        return _Axis(plus @ (A - np.eye(len(A))), root * plus @ B, root * C @ plus, D - C @ plus @ B, h)
+        return _Axis(*on_axis(A, B, C, D), h)
 
     def frequency(self, v: float) -> float:
         """The frequency in rad/s of a point j v."""

@@ -44,16 +44,18 @@ MARGINS = {
 @dataclass(frozen=True)
 @check_arguments
 class LoopGoal:
-    """A figure of a loop that is made good, or kept within a limit.
+    """A figure of a loop that is made as good as possible, or kept within a limit.
 
     Attributes
     ----------
     figure
-        A figure of `Specification`; or "gain" or "h2", the H-infinity or H2 norm from `inputs` to `outputs`.
+        A figure of `Specification`, in its unit; or "gain" or "h2", the H-infinity or H2 norm from `inputs` to
+        `outputs`.
     limit
         The largest value, or the least of a figure that is better when larger; None for a soft goal.
     scale
-        The value of a soft goal that counts as one: the largest of the soft goals over their scales is made small.
+        The value of a soft goal that counts as one: each soft goal is divided by its scale, and the largest quotient is
+        made small. Of a figure that is better when larger, the quotient is inverted.
     inputs, outputs
         Names of signals of `linear_loop(loop).inputs` and `.outputs`, for a gain.
 

@@ -35,7 +35,8 @@ PENALTY, STRONGEST = 10.0, 1e5
 class StartResult:
     """The end of the search from one start: the largest soft goal and the largest excess of a hard one, as logarithms.
 
-    `stable` is False if no stabilising point was found from it; `abscissa` is then the least that was, in 1/s.
+    `number` counts the starts from 0, and `evaluations` the points that were tried. `stable` is False if no stabilising
+    point was reached; `abscissa` is then the least growth rate of the slowest pole, in 1/s.
     """
 
     number: int

@@ -26,12 +26,12 @@ NEAR = 1e-4  # below the largest value, at which a goal counts as active
 class StructuredDesign:
     """A design of given structure: its numbers, the closed loops, and the goals with certified values.
 
-    `numbers` (d,) are those that were free; `controller` is the K of u = K y, where one was designed. `goals` has the
-    worst value of each goal over all plants. The `active_goals` stop the search where it is. `stationarity` is the norm
-    of the smallest convex combination of the active gradients of log(figure), zero at a local optimum. `starts` are the
-    ends of the search from each start, and `poles` those of each closed loop. `full_order_gamma` is the H-infinity norm
-    that a controller of full order reaches, the largest over the plants; `full_order_note` says why there is none, or
-    what had to be added to the plant.
+    `numbers` (d,) are those that were free. `controller` is the K of u = K y, or None if none was designed. `systems`
+    are the closed loops from w to z, one for each plant, and `poles` their poles. `goals` has the worst value of each
+    goal over all plants. The `active_goals` stop the search where it is. `stationarity` is the norm of the smallest
+    convex combination of the active gradients of log(figure), zero at a local optimum. `starts` are the ends of the
+    search from each start. `full_order_gamma` is the H-infinity norm that a controller of full order reaches, the
+    largest over the plants. `full_order_note` says why there is none, or what had to be added to the plant.
     """
 
     numbers: Array
@@ -61,7 +61,7 @@ class StructuredDesign:
 
     @property
     def spread(self) -> float:
-        """The range of the soft goals over the starts that keep all limits, as a logarithm; NaN if none does."""
+        """The range of the largest soft goal over the starts that keep all limits, as a logarithm; NaN if none does."""
         return spread_of(self.starts)
 
 

@@ -50,22 +50,22 @@ def structured_controller(
     largest: float = math.inf,
     full_order: bool = True,
 ) -> StructuredDesign:
-    """The controller u = K y of given structure whose closed loop meets some goals best, by a nonsmooth local search.
+    """A controller u = K y of given structure for goals of its closed loop, by a nonsmooth local search.
 
     Parameters
     ----------
     plant
-        A `GeneralizedPlant` or a `StateSpace` from (w, u) to (z, y), or several, which one controller serves; the goals
-        are for all of them. With an operating point the controller keeps that of the first plant.
+        A `GeneralizedPlant`, or a `StateSpace` from (w, u) to (z, y). Several in a tuple get one controller, and the
+        goals are for all. The controller keeps the operating point of the first, if it has one.
     measurements, controls
-        The numbers of the last outputs y and of the last inputs u of a `StateSpace`.
+        How many of the last outputs of a `StateSpace` are y, and how many of its last inputs are u.
     structure
         The order and the fixed numbers of K; by default a static gain.
     goals
-        Limits, and soft goals of which the largest over its scale is made small; by default the H-infinity norm.
+        Limits and soft goals; by default a small H-infinity norm.
     starts, seed, initial, largest
-        The number of starts; the seed of those behind the first; the free numbers (d,) of the first one, row by row of
-        [D C; B A], by default no gain; and the largest size of a free number.
+        The number of starts; the seed of all but the first; the free numbers (d,) of the first, row by row of
+        [D C; B A], by default no gain; and the largest absolute value of a free number.
     full_order
         False to leave out the norm that a controller of full order reaches, which takes up to seconds.
 
@@ -110,9 +110,23 @@ def tune_systems(
     seed: int = 0,
     full_order_gamma: float | None = None,
 ) -> StructuredDesign:
-    """The numbers between `low` and `high` (d,) at which closed loops, expressions of them, meet some goals best.
+    """Numbers between `low` and `high` (d,) for goals of closed loops whose matrices are expressions of these numbers.
 
-    The search is that of `structured_controller`. `initial` (d,) is the first start, by default the middle.
+    The search is that of `structured_controller`.
+
+    Parameters
+    ----------
+    systems
+        One or several closed loops, which depend on the same number d of numbers.
+    goals, starts, seed
+        As for `structured_controller`.
+    low, high
+        The ends (d,) of the range of each number.
+    initial
+        The first start (d,); by default the middle of the ranges.
+    full_order_gamma
+        An H-infinity norm that a controller of full order reaches, if you know it. It is kept beside the answer, for
+        `full_order_ratio`, and has no effect on the search.
 
     Raises
     ------

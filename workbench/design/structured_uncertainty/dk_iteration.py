@@ -39,10 +39,10 @@ MOST_ORDER = 6
 @dataclass(frozen=True)
 @show
 class DkRound:
-    """One round: the gamma of the scaled plant, and the largest bound of mu over the grid, with its frequency in rad/s.
+    """One round: the `gamma` of the scaled plant, and the `peak` of the bound of mu over the grid, at a `frequency`.
 
-    `misfit` is the largest error of the fitted scalings, as the root of a mean square of logarithms; it is zero in the
-    first round, which has no scalings.
+    The frequency is in rad/s. `misfit` is the largest error of a fitted scaling: the root mean square of the difference
+    of logarithms over the grid. It is zero in the first round, which has no scalings.
     """
 
     gamma: float
@@ -57,9 +57,9 @@ class DkIteration:
     """The controller with the smallest peak of mu in all rounds, from y to u, with the feedback sign inside.
 
     `peak` encloses the supremum of mu over frequency by `robustness_over_frequency`, for the blocks as they were given,
-    with a width of 0.5 %. The closed loop is taken to balanced states for it, in doubles, if this changes no gain on
-    the grid by more than 1e-9. `orders` are those of the scalings of each block but the last. `poles` are those of the
-    closed loop.
+    with a width of 0.5 %. For this proof the closed loop is taken to balanced states in doubles, if that changes no
+    gain on the grid by more than 1e-9. `orders` are those of the scalings of each block but the last. `poles` are those
+    of the closed loop.
     """
 
     controller: System
@@ -79,20 +79,20 @@ def dk_iteration(
 ) -> DkIteration:
     """A controller that makes the peak of mu small: H-infinity synthesis and scalings D(s) in turn.
 
-    The channels w and z of the plant are those of the blocks, in their order; the last block is that of performance. In
-    each round D is found at each frequency, fitted by stable functions with stable inverses, and put on both sides of
-    the plant. For the design a real block counts as complex, and a repeated scalar as single ones. The rounds end when
-    the peak no longer falls. The least mu of all controllers is not known; the result may be a local minimum.
+    In each round D is computed at each frequency, fitted by stable functions with stable inverses, and put on both
+    sides of the plant. For the design a real block counts as complex, and a repeated scalar as separate ones. The
+    rounds end when the peak no longer falls. The result may be a local minimum.
 
     Parameters
     ----------
-    order
-        The order of each function of D, from 0 to 6: the controller has the order of the plant with all of them.
-    rounds
-        The largest number of rounds.
+    plant, blocks
+        The plant, whose channels w and z are those of the blocks of Delta in their order, and these blocks. The last
+        one is the demand on performance.
+    order, rounds
+        The order of each function of D, from 0 to 6, which the controller has twice; and the largest number of rounds.
     frequencies
-        Of the grid, in rad/s, positive and ascending; of a sampled plant those of v = tan(omega dt / 2). Without them
-        50 are spread over the poles and zeros of the plant.
+        The grid in rad/s, at least two, positive and ascending; for a sampled plant values of v = tan(omega dt / 2). By
+        default 50, from 1/30 of the slowest pole of the plant to 100 times the fastest.
 
     Raises
     ------

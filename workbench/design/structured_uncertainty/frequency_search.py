@@ -18,6 +18,7 @@ from workbench.design.structured_uncertainty.perturbation_search import (
     EigenvaluePeak,
     complex_peak,
     eigenvalue,
+    largest_real_value,
     start_points,
 )
 from workbench.design.structured_uncertainty.proved_perturbations import SHIFTS, eigenvalue_error
@@ -92,16 +93,9 @@ def _peak(
         return last[0][1] / size, last[0][2] / size
 
     box = directions.bounds()
-    found = optimize.minimize(  # type: ignore[call-overload]
-        lambda r: (-of(r)[0].real, -of(r)[1].real),
-        np.append(start.p, 0.0),
-        jac=True,
-        method="SLSQP",
-        bounds=optimize.Bounds(np.append(box.lb, -SPAN / unit), np.append(box.ub, SPAN / unit)),
-        constraints=[{"type": "eq", "fun": lambda r: of(r)[0].imag, "jac": lambda r: of(r)[1].imag}],
-        options={"ftol": 1e-13, "maxiter": 80},
-    )
-    value, r = of(found.x)[0] * size, np.asarray(found.x)
+    bounds = optimize.Bounds(np.append(box.lb, -SPAN / unit), np.append(box.ub, SPAN / unit))
+    r = largest_real_value(of, np.append(start.p, 0.0), bounds, 1e-13)
+    value = of(r)[0] * size
     return (
         EigenvaluePeak(value, center + units * r) if value.real > 0 and abs(value.imag) <= 1e-6 * abs(value) else None
     )

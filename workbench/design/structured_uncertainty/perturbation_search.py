@@ -11,7 +11,7 @@ mu with real and complex uncertainties, Proc. 29th CDC.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
 
@@ -27,6 +27,7 @@ STARTS = 16
 MOST_SIGNS = 5  # of real numbers whose vertices are all tried
 CLOSE = 1e-9  # relative: a lower bound this near to the upper one ends the search
 SEED = 20261129
+MOST_STEPS = 80  # of a search for a maximum
 
 
 @dataclass(frozen=True)
@@ -206,6 +207,29 @@ def _mixed_peaks(M: Complex, directions: Directions, p: Array) -> list[Eigenvalu
     return [peak for near in starts if (peak := _mixed_peak(M, directions, p, near)) is not None]
 
 
+def largest_real_value(
+    of: Callable[[Array], tuple[complex, Complex]], start: Array, bounds: optimize.Bounds, tolerance: float
+) -> Array:
+    """The place of a local maximum of a function with its slopes, where its value is real."""
+
+    def objective(p: Array) -> tuple[float, Array]:
+        value, slopes = of(p)
+        return -value.real, -slopes.real
+
+    is_real = {"type": "eq", "fun": lambda p: of(p)[0].imag, "jac": lambda p: of(p)[1].imag}
+    # SciPy's stub has no objective that returns its slopes, too
+    result = optimize.minimize(  # type: ignore[call-overload]
+        objective,
+        start,
+        jac=True,
+        method="SLSQP",
+        bounds=bounds,
+        constraints=[is_real],
+        options={"ftol": tolerance, "maxiter": MOST_STEPS},
+    )
+    return np.asarray(result.x)
+
+
 def _mixed_peak(M: Complex, directions: Directions, p: Array, near: complex) -> EigenvaluePeak | None:
     last: list[tuple[Array, complex, Complex]] = [(p + np.nan, near, np.zeros(0, dtype=complex))]
 
@@ -215,21 +239,7 @@ def _mixed_peak(M: Complex, directions: Directions, p: Array, near: complex) -> 
             last[0] = p.copy(), value, directions.slopes(p, M.conj().T @ y, x)
         return last[0][1:]
 
-    def objective(p: Array) -> tuple[float, Array]:
-        value, slopes = of(p)
-        return -value.real, -slopes.real
-
-    condition = {"type": "eq", "fun": lambda p: of(p)[0].imag, "jac": lambda p: of(p)[1].imag}
-    found = optimize.minimize(  # type: ignore[call-overload]
-        objective,
-        p,
-        jac=True,
-        method="SLSQP",
-        bounds=directions.bounds(),
-        constraints=[condition],
-        options={"ftol": 1e-14, "maxiter": 80},
-    )
-    p = np.asarray(found.x)
+    p = largest_real_value(of, p, directions.bounds(), 1e-14)
     value = of(p)[0]
     if not value.real > 0 or abs(value.imag) > 1e-6 * abs(value):
         return None

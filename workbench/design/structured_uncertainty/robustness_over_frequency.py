@@ -41,7 +41,7 @@ LARGEST_G = (1e1, 1e3, 1e6)  # beside D and the matrix, tried one after the othe
 @dataclass(frozen=True, eq=False)
 @show
 class ScaledBand:
-    """The frequencies from `low` to `high`, in rad/s, in which the scalings D and G prove the upper bound."""
+    """The frequencies from `low` to `high`, in rad/s, at which the scalings D and G prove the upper bound."""
 
     low: float
     high: float
@@ -52,11 +52,12 @@ class ScaledBand:
 @dataclass(frozen=True, eq=False)
 @show
 class StructuredPeak:
-    """Bounds of the supremum of mu over frequency, which an exact `perturbation` attains near the `frequency` in rad/s.
+    """Bounds of the supremum of mu over frequency; a `perturbation` attains the lower one at the `frequency` in rad/s.
 
-    The loop of M and Delta stays stable for each stable Delta of the blocks smaller than 1 / `upper`; one of the size
-    1 / `lower` takes it to the limit of stability. `perturbation` is None if none was found. The `bands` cover all
-    frequencies. For a discrete system their frequencies are those of v = tan(omega dt / 2).
+    The loop of M and Delta stays stable for each stable Delta of these blocks whose H-infinity norm is below 1 /
+    `upper`. One of the size 1 / `lower` takes it to the limit of stability. `perturbation` is known to rounding, and
+    None if none was found. The `bands` cover all frequencies. For a discrete system their ends are values of v =
+    tan(omega dt / 2).
     """
 
     lower: float
@@ -67,8 +68,9 @@ class StructuredPeak:
 
     @property
     def margin(self) -> tuple[float, float]:
-        """The size of the smallest destabilising perturbation, between two numbers."""
-        return tuple(1 / bound if bound > 0 else math.inf for bound in (self.upper, self.lower))  # type: ignore[return-value]
+        """Two numbers that enclose the size of the smallest destabilising perturbation."""
+        low, high = (1 / bound if bound > 0 else math.inf for bound in (self.upper, self.lower))
+        return low, high
 
 
 @check_arguments
@@ -77,16 +79,16 @@ def robustness_over_frequency(
 ) -> StructuredPeak:
     """The supremum over frequency of the structured singular value of a stable system, between two bounds.
 
-    The system is the M of a loop of M and Delta, a `StateSpace`, continuous or discrete. The upper bound holds at all
-    frequencies: constant scalings D and G prove it in a band up to the next frequency at which a Hamiltonian matrix has
-    an imaginary eigenvalue, enclosed by circles; bands cover the axis, with zero and infinity. The lower bound is
-    attained by a perturbation at a frequency. With real blocks mu may jump, at frequency zero say; this is found too.
+    Constant scalings D and G prove the upper bound in bands that cover all frequencies, so between samples, too. A
+    perturbation at one frequency attains the lower bound. With real blocks mu may jump, which is found.
 
     Parameters
     ----------
+    system, blocks
+        The M of a loop of M and Delta, a `StateSpace`, continuous or discrete, and the blocks of Delta in their order.
     width
-        What the upper bound adds to the largest one found, relative, so that bands have a width: from 1e-5 to 0.1. A
-        loop whose mu is flat, as that of `dk_iteration`, needs some 0.005.
+        The relative distance, from 1e-5 to 0.1, of the upper bound from the largest one at a frequency: it gives the
+        bands their width. A mu that is flat over frequency, as after `dk_iteration`, needs about 0.005.
 
     Raises
     ------

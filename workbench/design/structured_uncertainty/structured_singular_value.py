@@ -35,11 +35,11 @@ MOST_ROWS = 40
 @dataclass(frozen=True, eq=False)
 @show
 class StructuredSingularValue:
-    """Bounds of mu: no perturbation smaller than 1 / `upper` makes I - M Delta singular, and one of 1 / `lower` does.
+    """Bounds of mu: no perturbation below 1 / `upper` makes I - M Delta singular, and one of the size 1 / `lower` does.
 
     `perturbation` is the Delta of the lower bound, to rounding; it is None if none was found. `residual` is the least
-    singular value of I - M Delta. `D` and `G` are the scalings of the upper bound, for each part of M whose rows act on
-    each other; blocks that are not square are filled with zeros in them.
+    singular value of I - M Delta. `D` and `G` are the scalings of the upper bound. They are separate for each part of
+    M whose rows act on each other, and blocks that are not square are filled up with zeros.
     """
 
     lower: float
@@ -63,19 +63,20 @@ class PartBounds:
 
 @check_arguments
 def structured_singular_value(M: Numbers | System, blocks: Sequence[UncertaintyBlock]) -> StructuredSingularValue:
-    """The structured singular value of a complex matrix between a lower and an upper bound, both true.
+    """The structured singular value of a matrix, enclosed by a lower and an upper bound.
 
-    It is the inverse of the size of the smallest Delta = diag(blocks) that makes I - M Delta singular, and zero if none
-    does. The upper bound is that of the scalings D and G, proved by a Cholesky factor with a share for rounding. The
-    lower bound is that of a perturbation; an exact one beside it is proved by a change of sign. The bounds meet for up
-    to three complex blocks, of which repeated scalars count twice.
+    It is the inverse of the size (largest singular value) of the smallest Delta = diag(blocks) that makes I - M Delta
+    singular, and zero if none does. The upper bound comes from scalings D and G; a Cholesky factor with an allowance
+    for rounding proves it. The lower bound comes from a perturbation; a change of sign proves that an exact one is
+    near. The bounds meet for up to three complex blocks, of which repeated scalars count twice.
 
     Parameters
     ----------
     M
-        The matrix, real or complex; of a system, its gain at one frequency, as `system(1j * omega)`.
+        The matrix, real or complex. For a system, take its gain at one frequency, as `system(1j * omega)`.
     blocks
-        A list of `FullBlock`, `ComplexScalar` and `RealScalar`, in the order of the rows of M.
+        A list of `FullBlock`, `ComplexScalar` and `RealScalar`, in the order of the rows of M. Delta has the shape of
+        the transpose of M.
 
     Raises
     ------

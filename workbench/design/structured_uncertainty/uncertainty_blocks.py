@@ -17,7 +17,7 @@ from workbench.design.matrices import Complex
 @show
 @check_arguments
 class FullBlock:
-    """A full complex matrix of shape (rows, columns), as unmodelled dynamics are; without columns it is square.
+    """A full complex matrix of shape (rows, columns), for unmodelled dynamics; square if `columns` is left out.
 
     Examples
     --------
@@ -42,7 +42,7 @@ class FullBlock:
 @show
 @check_arguments
 class ComplexScalar:
-    """One complex number that occurs `count` times on the diagonal, as one unmodelled gain and phase does.
+    """One complex number that occurs `count` times on the diagonal, for one unmodelled gain and phase.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class ComplexScalar:
 @show
 @check_arguments
 class RealScalar:
-    """One real number that occurs `count` times on the diagonal, as an uncertain parameter does.
+    """One real number that occurs `count` times on the diagonal, for an uncertain parameter.
 
     Examples
     --------

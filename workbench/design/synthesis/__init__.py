@@ -1,7 +1,7 @@
 """Controllers from a generalized plant or a model: H-infinity, H2, coprime factors, least peaks, integral action.
 
 This package takes matrices and systems of python-control; it knows no plant of the workbench. Read
-`generalized_plant.py` first, then `hinf_controller.py`. Each controller is measured again by the exact norms of
+`generalized_plant.py` first, then `hinf_controller.py`. Each controller is measured again by the proved norms of
 `workbench.design.frequency`.
 
 Examples

@@ -12,11 +12,11 @@ from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.frequency.certified_values import CertifiedValue, widen
-from workbench.design.frequency.hinf_norm import hinf_norm
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Certificate, Complex, DesignError, one_thread
 from workbench.design.riccati.algebraic_equation import Data
 from workbench.design.riccati.stabilising_solution import Riccati, stabilising_solution
+from workbench.design.synthesis.closed_loop_norm import closed_loop_norm
 from workbench.design.synthesis.controller_systems import controller_system, loop_poles
 from workbench.design.synthesis.generalized_plant import (
     GeneralizedPlant,
@@ -38,9 +38,10 @@ SHORT = 1e-6  # relative, by which rounding may keep a controller below its aske
 class CoprimeMargin:
     """The largest margin `b_opt` of a system, and a controller from y to u with the feedback sign inside.
 
-    A controller with margin b stabilises each plant whose normalised coprime factors differ by less than b. `margin` is
-    the certified margin of the `controller`, 1 / ||[I; K] (I - G K)^-1 [I, G]||, and `poles` are those of its loop.
-    X and Z are the solutions of the two Riccati equations; the `certificate` has their worse numbers.
+    A controller with margin b stabilises each plant whose normalised coprime factors differ by less than b in the
+    H-infinity norm. `margin` is the certified margin of the `controller`, 1 / ||[I; K] (I - G K)^-1 [I, G]||, and
+    `poles` are those of its loop. X and Z (n, n) solve the two Riccati equations; of each number of their certificates,
+    the `certificate` has the worse one.
     """
 
     b_opt: float
@@ -57,11 +58,14 @@ def coprime_margin(system: control.StateSpace, fraction: float = FRACTION) -> Co
     """The margin b_opt = (1 + lambda_max(X Z))^-1/2 of a system, and a controller with a `fraction` of it.
 
     X and Z solve the Riccati equations of the regulator and of the filter of a normalised coprime factorisation. No
-    controller has a larger margin. A b_opt below some 0.2 says that the shaped plant cannot be made robust: shape it
-    anew, with a slower crossover. A sampled system is taken by its bilinear transform, which keeps the margin.
+    controller has a larger margin. If b_opt is below about 0.2, the shaped plant cannot be made robust: choose other
+    weights, with a lower crossover. A sampled system is designed by its bilinear transform, which keeps the margin.
 
     Parameters
     ----------
+    system
+        The plant with its shaping weights in series, a `StateSpace`. The controller belongs to both together: the law
+        of the plant alone is the controller in series with the weights.
     fraction
         The margin of the controller over b_opt, above 0 and below 1; near 1 the controller has a very fast mode.
 
@@ -98,7 +102,7 @@ def coprime_margin(system: control.StateSpace, fraction: float = FRACTION) -> Co
     matrices = matrices if plant.dt is None else sampled_matrices(*matrices)
     controller = controller_system(plant, matrices, f"coprime controller of {system.name}")
     loop = plant.close(controller)
-    norm = hinf_norm(loop).gain
+    norm = closed_loop_norm(plant, controller).gain
     margin = widen(1 / norm.value, 1 / norm.high, 1 / norm.low)
     if not margin.low >= share * b_opt * (1 - SHORT):
         raise DesignError(

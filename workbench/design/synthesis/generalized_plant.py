@@ -27,11 +27,11 @@ NEAR_SINGULAR = 1e-12  # relative: I + D D22, or I + A, with a smaller singular 
 @show
 @check_arguments
 class GeneralizedPlant:
-    """x' = A x + B1 w + B2 u, z = C1 x + D11 w + D12 u, y = C2 x + D21 w + D22 u; a `dt` makes it x+ of a sampled one.
+    """x' = A x + B1 w + B2 u, z = C1 x + D11 w + D12 u, y = C2 x + D21 w + D22 u, or x+ = ... with a period `dt` in s.
 
-    A controller u = K y is wanted that stabilises, and makes z small for disturbances w. The sign of the feedback is
-    inside K. `measurements` and `controls` name the entries of y and u. `point` is the operating point of y and u; a
-    controller that is designed for this plant carries it.
+    A controller u = K y is designed that stabilises the plant and makes the errors z small for disturbances w. The sign
+    of the feedback is inside K. `measurements` and `controls` name the entries of y and u. `point` is the operating
+    point of y and u; a controller that is designed for this plant carries it.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class GeneralizedPlant:
     @staticmethod
     @check_arguments
     def of(system: control.StateSpace, measurements: int, controls: int) -> GeneralizedPlant:
-        """The plant whose last outputs are `measurements`, and whose last inputs are `controls`.
+        """The plant of a system whose last `measurements` outputs are y and whose last `controls` inputs are u.
 
         Raises
         ------

@@ -27,9 +27,9 @@ APART = 1e-6  # relative: most that the exact norm may lie above the optimum of 
 class H2Controller:
     """The H2-optimal controller of a plant from y to u, with the feedback sign inside.
 
-    `norm` is the certified H2 norm of the closed loop from w to z, and `least` the optimum by the Riccati equations,
-    from which it differs by no more than a part of 1e-6. `control` and `filter` are their solutions, `poles` those of
-    the loop.
+    `norm` is the certified H2 norm of the closed loop from w to z. `least` is the optimum by the Riccati equations; the
+    two differ by at most 1e-6 of it. `control` and `filter` are the solutions of these equations, and `poles` are those
+    of the closed loop.
     """
 
     controller: System
@@ -42,10 +42,10 @@ class H2Controller:
 
 @check_arguments
 def h2_controller(plant: GeneralizedPlant) -> H2Controller:
-    """The controller that makes the H2 norm from w to z least: the power of z under unit white noise w.
+    """The controller that makes the H2 norm from w to z least: the root mean square of z under unit white noise w.
 
-    In continuous time D11 must be zero, or white noise passes with infinite power. A sampled plant is solved by its
-    own Riccati equations, and its controller has a direct term.
+    In continuous time D11 must be zero, or white noise passes to z with infinite power. A sampled plant has its own
+    Riccati equations, and its controller has a direct term.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""H-infinity controllers: the least gamma from both sides, and a controller whose closed loop is measured exactly."""
+"""H-infinity controllers: the least gamma from both sides, and a controller whose closed loop is proved to keep it."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from workbench.core.validation.refusals import positive
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.frequency.certified_values import CertifiedPeak, CertifiedValue
-from workbench.design.frequency.hinf_norm import hinf_norm
 from workbench.design.matrices import Complex, DesignError, one_thread
 from workbench.design.synthesis.central_controller import central_controller
+from workbench.design.synthesis.closed_loop_norm import closed_loop_norm
 from workbench.design.synthesis.controller_systems import controller_system, is_stable, likely_gain, loop_poles
 from workbench.design.synthesis.game_conditions import Game
 from workbench.design.synthesis.gamma_search import LeastGamma, least_gamma
@@ -35,8 +35,9 @@ class HinfController:
 
     `gamma` encloses the infimum over all stabilising controllers: at `gamma.low` the condition `limit` fails; without
     an asked level `gamma.high` is the norm that the controller attains, and otherwise a level at which all conditions
-    hold. `level` is the gamma for which the controller is the central one. `norm` is the certified H-infinity norm of
-    the closed loop from w to z, and `poles` are its poles.
+    hold. `level` is the gamma for which the controller is the central one. `norm` is the certified H-infinity norm from
+    w to z of the loop of the plant and the controller as they are written, without rounding between them; it may differ
+    in the sixth digit from that of `plant.close(controller)`, which is rounded. `poles` are the loop's poles.
     """
 
     controller: System
@@ -49,7 +50,7 @@ class HinfController:
 
 @check_arguments
 def hinf_controller(plant: GeneralizedPlant, gamma: float | None = None) -> HinfController:
-    """The central controller that makes the H-infinity norm from w to z smaller than gamma, or nearly least.
+    """The central controller that makes the H-infinity norm from w to z smaller than gamma, or nearly the least.
 
     The least gamma is found by the conditions of Glover and Doyle with a full D11. Without `gamma` the controller is
     built just above the optimum, where its fastest mode may be some 1e6 times faster than the plant; a gamma one
@@ -59,7 +60,7 @@ def hinf_controller(plant: GeneralizedPlant, gamma: float | None = None) -> Hinf
     Parameters
     ----------
     gamma
-        The level that the norm must stay below; None for the least.
+        The level that the norm must stay below; None for nearly the least.
 
     Raises
     ------
@@ -119,7 +120,7 @@ def _check_level(normal: NormalPlant, least: LeastGamma, level: float | None) ->
 def _first_that_passes(
     plant: GeneralizedPlant, normal: NormalPlant, least: LeastGamma, levels: list[float], asked: bool
 ) -> HinfController:
-    """The answer for the first level whose controller stabilises and keeps to it, measured exactly."""
+    """The answer for the first level whose controller stabilises and keeps to it, as is proved."""
     objection = ""
     for level in levels:
         try:
@@ -137,7 +138,7 @@ def _first_that_passes(
         if (gain := likely_gain(loop)) > allowed:
             objection = objection or f"its closed loop has the norm {gain:.9g}"
             continue
-        norm = hinf_norm(loop)
+        norm = closed_loop_norm(plant, controller)
         if not norm.gain.high <= allowed:
             objection = objection or f"its closed loop has the norm {norm.gain.value:.9g}"
             continue

@@ -34,10 +34,10 @@ Matrices = tuple[Array, Array, Array, Array]
 @dataclass(frozen=True, eq=False)
 @show
 class IntegralRegulator:
-    """The gains of u = -K x - Ki q, with the integrals q' = y - r of the outputs that follow references.
+    """The gains K (nu, n) and Ki (nu, nq) of u = -K x - Ki q, with q' = y - r for the outputs that follow references.
 
     `regulator` is the solution for the states and integrals together, with its certificate and poles. `outputs` are the
-    places of the outputs that are integrated.
+    indices of the outputs that are integrated.
     """
 
     K: Array
@@ -51,9 +51,9 @@ class IntegralRegulator:
 class LqgIntegral:
     """An LQG controller with integral action, from y and the references y_ref to u; the feedback sign is inside.
 
-    `controller` runs in a `ClosedLoop` as it stands. `anti_windup` (nz, nu) is the gain M with which a `LimitedLaw`
-    moves its states while the command is limited: it gives the estimator the limited command, and unwinds the
-    integrals in the time Tt. `poles` are computed from the closed loop.
+    `controller` runs in a `ClosedLoop` as it stands; its states are the n estimates and the nq integrals. `anti_windup`
+    (n + nq, nu) is the gain M with which a `LimitedLaw` moves these states while the command is limited: it gives the
+    estimator the limited command, and unwinds the integrals in the time Tt. `poles` are those of the closed loop.
     """
 
     controller: System
@@ -71,10 +71,12 @@ def lqi(system: control.StateSpace, Q: Numbers, R: Numbers, outputs: Sequence[in
 
     Parameters
     ----------
+    system
+        The plant, a `StateSpace` with n states, nu inputs and ny outputs, nq of which are integrated.
     Q, R
         The weights of states and integrals (n + nq, n + nq), and of inputs (nu, nu).
     outputs
-        The places of the outputs that follow references; None for all.
+        The indices of the nq outputs that follow references; None for all.
 
     Raises
     ------
@@ -121,7 +123,7 @@ def lqg_integral(
 
     Parameters
     ----------
-    Q, R, outputs
+    system, Q, R, outputs
         As for `lqi`.
     Qn, Rn
         The intensities of the noises of states (n, n) and outputs (ny, ny), as for `lqg`.

@@ -39,8 +39,9 @@ ON_AXIS = 1e-13  # relative to the modulus: a root that is nearer lies on the im
 class LeastPeak:
     """The infimum `gamma` of ||W S||, or ||W T||, over all stabilising controllers, and what sets it.
 
-    `interpolation` is the bound by the `zeros` and `poles` of the plant in the right half-plane, `boundary` that by
-    zeros or poles on the imaginary axis and at infinity; gamma is the larger one.
+    `interpolation` is the bound from the `zeros` and `poles` of the plant in the right half-plane, in 1/s. `boundary`
+    is the bound from the imaginary axis and infinity: from zeros there for S, from poles for T. gamma is the larger
+    one.
     """
 
     gamma: float
@@ -103,7 +104,7 @@ def least_complementary_sensitivity(
 ) -> LeastPeak:
     """The least ||W T|| of the plant num / den over all stabilising controllers, with T = G K / (1 + G K).
 
-    Arguments and refusals are those of `least_sensitivity`. For a stable plant it is zero, reached by K = 0.
+    Arguments and refusals are those of `least_sensitivity`. For a stable plant it is zero, with K = 0.
 
     Examples
     --------

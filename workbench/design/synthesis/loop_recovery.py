@@ -32,11 +32,12 @@ CALL = "loop_transfer_recovery(system, gain, recovery)"
 @dataclass(frozen=True, eq=False)
 @show
 class LoopRecovery:
-    """A controller from y to u whose loop at the plant's `at` is near to the target loop; the feedback sign is inside.
+    """A controller from y to u whose loop, cut at the plant's input or output (`at`), is near to the target loop.
 
-    `distance` is the certified H-infinity norm of T - T0: the complementary sensitivity at that place less that of the
-    target. It goes to zero as the recovery grows. `solution` is the Riccati solution of the half that is designed here,
-    and `poles` are those of the closed loop.
+    The feedback sign is inside. `distance` is the certified H-infinity norm of T - T0, where T is the complementary
+    sensitivity at that cut and T0 the target. It goes to zero as the recovery grows. `solution` is the Riccati solution
+    of the half that is designed here: the filter for "input", the regulator for "output". `poles` are those of the
+    closed loop.
     """
 
     controller: System
@@ -52,16 +53,18 @@ def loop_transfer_recovery(
 ) -> LoopRecovery:
     """The LQG controller that recovers the loop K (s I - A)^-1 B at the input, or C (s I - A)^-1 L at the output.
 
-    At the input `gain` is K of u = -K x, and the filter believes in a noise of intensity recovery^2 at the plant's
-    inputs beside a unit noise of its outputs. At the output `gain` is L of a filter, and the regulator weighs outputs
-    by recovery^2 and inputs by one.
+    At the input, `gain` is K of u = -K x, and the filter is designed for noise of intensity recovery^2 at the plant's
+    inputs and unit noise at its outputs. At the output, `gain` is L of a filter, and the regulator weighs outputs by
+    recovery^2 and inputs by one.
 
     Parameters
     ----------
+    system
+        The plant, a square `StateSpace` in continuous time without a direct term.
     gain
-        K (nu, nx) or L (nx, ny), under which A - B K, or A - L C, is stable.
+        K (nu, nx) or L (nx, ny), with A - B K or A - L C stable.
     recovery
-        A positive number. Large ones recover more, and amplify more noise.
+        A positive number. A larger one recovers more of the loop, and amplifies more noise.
     at
         "input" or "output".
 

@@ -34,9 +34,9 @@ def mixed_sensitivity(
 ) -> GeneralizedPlant:
     """The generalized plant whose closed loop is [W1 S; W2 K S; W3 T], for `hinf_controller` or `h2_controller`.
 
-    The disturbance w joins the output: y = G u + w; the errors are W1 y, W2 u and W3 G u. The sign of the feedback is
-    inside K, as for `lqg`: u = K y. A plant with poles on the imaginary axis needs an `input_disturbance`: a second
-    part of w, multiplied by this number, which enters with the control.
+    The sign of the feedback is inside K, as for `lqg`: u = K y. So S = (I - G K)^-1 and T = -G K S. The disturbance w
+    is added to the output, y = G u + w, and the errors are W1 y, W2 u and W3 G u. A plant with poles on the imaginary
+    axis needs an `input_disturbance`: a second part of w, multiplied by this number, which is added to the control.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def mixed_sensitivity(
         Weights of y, u and G u: a number, a system of one channel for all of them, or one with a channel for each.
         They must be stable and proper. None leaves the error out.
     input_disturbance
-        The size of the disturbance at the control, 0 for none.
+        The size of the disturbance at the control, in the unit of u; 0 for none.
 
     Raises
     ------

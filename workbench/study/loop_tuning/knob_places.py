@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -113,7 +114,7 @@ def turned_loop(loop: Loop | Ode | SampledSystem, values: Mapping[str, Array]) -
         if changed is None:
             return None
         made = changed if owner is made else dataclasses.replace(made, loop=changed)  # type: ignore[type-var]
-    new: Loop | Ode | SampledSystem = made  # type: ignore[assignment]
+    new = cast(Loop | Ode | SampledSystem, made)
     layout = _flow(equations_of(new, "loop")).parameters
     kept = all(np.allclose(layout[path].default, value, rtol=1e-12, atol=0) for path, value in values.items())
     return new if kept else None

@@ -49,11 +49,11 @@ def tune(
     seed: int = 0,
     full_order_gamma: float | None = None,
 ) -> TunedLoop:
-    """The knobs of a loop tuned for limits and goals, at several plants at once, by a nonsmooth local search.
+    """The knobs of a loop tuned for limits and goals, for several plants at once, by a nonsmooth local search.
 
-    The limits of the specification and of the goals are hard; goals without a limit are soft, and the largest of them
-    over its scale is made small. Without a soft goal the limits are kept with as much room as possible. Gradients are
-    exact in continuous time; those of a computer's loop, of steps and of runs are differences.
+    The limits of the specification and of the goals are hard. Goals without a limit are soft: each is divided by its
+    scale, and the largest quotient is made small. Without a soft goal the limits are kept with as much room as
+    possible. Gradients are exact in continuous time; those of a `DigitalLoop`, of steps and of runs are differences.
 
     Parameters
     ----------
@@ -62,13 +62,16 @@ def tune(
     knobs
         The numbers to tune, each within its range; `log` searches the logarithm.
     specification, goals
-        The limits, and further limits and soft goals of the linear loop or of runs of the loop itself.
+        Limits of the linear loop, and further limits and soft goals of the linear loop or of runs of the nonlinear one.
     plants
-        Values of parameters by name, one mapping for each further plant: corners, or draws of a sweep.
+        Values of parameters by name, one mapping for each plant beside the nominal one: corners, or draws of a sweep.
     at, inputs, outputs
-        The cut, as of `linear_loop`, and the signals of bandwidth and step, as of `Specification.check`.
+        The cut, as for `linear_loop`, and the signals of bandwidth and step, as for `Specification.check`.
     starts, seed
-        The number of starts, the first of which is the loop as it came, and the seed of the others.
+        The number of starts, the first of which is the loop as it was given, and the seed of the others.
+    full_order_gamma
+        An H-infinity norm that a controller of full order reaches, if you know it. It is kept beside the answer and has
+        no effect on the search.
 
     Raises
     ------

@@ -25,13 +25,16 @@ class RunGoal:
     Attributes
     ----------
     metric
-        A metric with one positive number, as `wb.rmse()`, `wb.overshoot()` or `wb.settling_time()`.
+        A metric with positive numbers, as `wb.rmse()`, `wb.overshoot()` or `wb.settling_time()`. If it has several, the
+        largest counts.
     until, h
         The horizon and the step of the run, in s.
     limit
-        The largest value; None for a soft goal.
+        The largest value, in the unit of the metric; None for a soft goal.
     scale
-        The value of a soft goal that counts as one.
+        The value of a soft goal that counts as one, in the unit of the metric.
+    seed
+        The seed of the noise of the run.
 
     Raises
     ------

@@ -23,7 +23,8 @@ EDGE = 1e-6  # of a range, from its end
 class TunedGoal:
     """A goal in words, its worst figure over all plants between certified bounds, and the number of that plant.
 
-    `value` is None where there is no certified figure, as of a run, whose number is `estimate`.
+    Plant 0 is the nominal one. `value` is None if there is no certified figure, as for a run; its number is the
+    `estimate`. `holds` is None for a soft goal.
     """
 
     words: str
@@ -37,14 +38,15 @@ class TunedGoal:
 @dataclass(frozen=True, eq=False)
 @show
 class TunedLoop:
-    """A loop whose knobs were tuned: their `values` by name, and what this brings at each plant.
+    """A loop whose knobs were tuned: their `values` by name, and the goals that they reach at each plant.
 
-    `loop` is the loop with the values in its fields, and None where a path is no field; `equations` are its equations
-    with the values as defaults. `linear` are the linear loops of the plants, the nominal one first, and `verdicts`
-    those of the specification at each. The `goals` have certified figures; the active ones stop the search.
-    `stationarity` is the norm of the smallest convex combination of the active gradients, of logarithms by shares of
-    the ranges. `starts` are the ends of the search from each start, and `at_edge` names the knobs at an end of their
-    range.
+    `loop` is the loop with the values in its fields, or None if the path of a knob is no field. `equations` are its
+    equations with the values as defaults. `linear` are the linear loops of the plants, the nominal one first, and
+    `verdicts` has the verdicts of the specification for each. The `goals` have certified figures, but for runs; the
+    active ones stop the search. `stationarity` is the norm of the smallest convex combination of the active gradients,
+    and zero at a local optimum: they are derivatives of log(figure) by the places of the knobs in their ranges, from 0
+    to 1. `starts` are the ends of the search from each start. `at_edge` names the knobs at an end of their range.
+    `full_order_gamma` is the norm that was given to `tune`.
     """
 
     values: Mapping[str, float]
@@ -70,7 +72,7 @@ class TunedLoop:
 
     @property
     def spread(self) -> float:
-        """The range of the soft goals over the starts that keep all limits, as a logarithm; NaN if none does."""
+        """The range of the largest soft goal over the starts that keep all limits, as a logarithm; NaN if none does."""
         return spread_of(self.starts)
 
     def table(self, name: str = "tuning", caption: str = "") -> ReportTable:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from workbench.core.validation.refusals import Array
 from workbench.design.linear_loop import LinearLoop, linear_loop
 from workbench.design.structured_tuning import LoopGoal
 from workbench.design.structured_tuning.figure_pieces import FigurePiece
-from workbench.design.structured_tuning.loop_goals import LoopAnswer, loop_pieces
+from workbench.design.structured_tuning.loop_goals import LoopAnswer, LoopFigureName, loop_pieces
 from workbench.design.structured_tuning.loop_jets import LoopJet, LoopJets
 from workbench.design.structured_tuning.nonsmooth_search import PieceValues
 from workbench.design.structured_tuning.system_jets import SystemJet
@@ -38,7 +39,7 @@ def tuning_goals(specification: Specification | None, goals: Sequence[LoopGoal |
     """The limits of a specification and further goals, each with the range of its figure."""
     made = []
     for limit in specification.limits if specification else ():
-        goal = LoopGoal(limit.kind.name, scale=1.0)  # type: ignore[arg-type]
+        goal = LoopGoal(cast(LoopFigureName, limit.kind.name))  # each figure of a specification is one
         made.append(TuningGoal(goal, (limit.low, limit.high), True, limit.words))
     for one in goals:
         ends = one.range if isinstance(one, LoopGoal) else (-np.inf, np.inf)

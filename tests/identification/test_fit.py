@@ -1,0 +1,214 @@
+"""Fits: the numbers come back, their errors are those of the theory, and what speaks against a fit is said."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.stats import binom
+
+import workbench as wb
+from workbench.identification.estimation import fit, identifiability
+from workbench.identification.estimation.input_record import MeasuredInput
+from workbench.identification.estimation.output_model import OutputModel
+from workbench.identification.estimation.unknown_numbers import (
+    delay_numbers,
+    initial_numbers,
+    parameter_numbers,
+    sensor_numbers,
+)
+
+MOTOR = wb.open_loop(wb.DCMotor())
+TRUE = dict(zip(MOTOR.parameters.labels, MOTOR.parameters.default.tolist(), strict=True))
+UNITS = {"v": "V", "omega": "rad/s", "i": "A"}
+FREE = ("J", "b", "R", "L")
+START = {"J": 1.5 * TRUE["J"], "b": 0.5 * TRUE["b"], "R": 1.5 * TRUE["R"], "L": 0.7 * TRUE["L"]}
+
+
+def steps(count, seed, t_end=4.0):
+    """Times and a voltage in random steps."""
+    t = np.linspace(0.0, t_end, count)
+    levels = 12 * np.random.default_rng(seed).choice([-1.0, 1.0], 20)
+    return t, levels[np.minimum((t / t_end * 20).astype(int), 19)]
+
+
+def motion(t, v, x0=(0.0, 0.0), delay=0.0, **values):
+    """Speed and current of the motor under a held voltage that acts `delay` later, by SciPy, piece by piece."""
+    p = np.array([{**TRUE, **values}[label] for label in MOTOR.parameters.labels])
+    edges = np.unique(np.concatenate([t, (t + delay)[t + delay < t[-1]]]))
+    x, rows = np.array(x0), [np.array(x0)]
+    for a, b in pairwise(edges):
+        p[-1] = v[max(int(np.searchsorted(t + delay, (a + b) / 2, side="right")) - 1, 0)]
+        # its equation is linear in x, so its matrix exponential would do, but another program is the judge here
+        x = solve_ivp(lambda s, x: MOTOR.rate_at(s, x, p), (a, b), x, method="DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
+        rows.append(x)
+    return np.array(rows)[np.searchsorted(edges, t)]
+
+
+def log(t, v, x, noise=0.0, seed=1):
+    e = noise * np.random.default_rng(seed).standard_normal(x.shape)
+    return wb.Dataset.of(t, {"v": v, "omega": x[:, 0] + e[:, 0], "i": x[:, 1] + e[:, 1]}, UNITS)
+
+
+T, V = steps(161, 0)
+X = motion(T, V)
+
+
+def test_a_log_without_noise_gives_its_parameters_back():
+    found = fit(MOTOR, log(T, V, X), FREE, start=START)
+    for name in FREE:
+        assert found.values[name] == pytest.approx(
+            TRUE[name], rel=1e-7
+        )  # an estimate keeps still to 1e-8 at half a step
+    assert found.is_exact
+    assert found.certificate.is_passed
+    assert found.warnings == ()
+
+
+def test_a_delay_an_offset_a_scale_and_an_initial_state_come_back_too():
+    x = motion(T, V, x0=(3.0, 0.0), delay=0.013)
+    x = np.column_stack([1.1 * x[:, 0], x[:, 1] + 0.2])
+    found = fit(
+        MOTOR,
+        log(T, V, x),
+        ("J", "R"),
+        delays=["v"],
+        offsets=["i"],
+        scales=["omega"],
+        initial_states=["omega"],
+        start={"J": 0.013},
+    )
+    expected = {"J": TRUE["J"], "R": TRUE["R"], "delay of v": 0.013, "offset of i": 0.2, "scale of omega": 1.1}
+    for name, value in {**expected, "omega(0)": 3.0}.items():
+        assert found.values[name] == pytest.approx(value, rel=1e-6), name
+
+
+@pytest.mark.parametrize("hold", ["hold", "linear"])
+def test_derivatives_by_every_kind_of_number_are_differences_of_outputs(hold):
+    data = log(T, V, X)
+    numbers = (
+        *parameter_numbers(MOTOR, FREE, MOTOR.parameters.default),
+        *delay_numbers(("v",), ("v",)),
+        *sensor_numbers("scale", ("omega",), ("omega", "i"), ("", "")),
+        *sensor_numbers("offset", ("i",), ("omega", "i"), ("", "")),
+        *initial_numbers(MOTOR, ("omega",), data, np.array([[0.5, 0.0]])),
+    )
+    pairs = (("omega", "omega"), ("i", "i"))
+    p = MOTOR.parameters.default
+    model = OutputModel(
+        MOTOR, data, (MeasuredInput("v", "v", hold),), pairs, numbers, p, np.zeros((1, 2)), (0.01,), (0.0,)
+    )
+    z = model.starts + np.array([0, 0, 0, 0, 0.0037, 0.2, 0.1, 0.0])  # a delay that is no multiple of the period
+    _, J = model.derivatives(z, 0)
+    for i in range(len(z)):
+        d = 1e-6 * max(abs(z[i]), 0.01) * np.eye(len(z))[i]
+        difference = (model.values((z + d)[None], 0)[0] - model.values((z - d)[None], 0)[0]) / (2 * d[i])
+        assert np.abs(J[:, :, i] - difference).max() < 1e-6 * np.abs(difference).max(), numbers[i].name
+
+
+def test_an_offset_alone_has_the_error_of_a_mean():
+    sigma, sample = 0.3, log(T, V, X, noise=0.3)
+    found = fit(MOTOR, sample, (), offsets=["omega"], noise={"omega": sigma, "i": sigma}, hold_out=0.0)
+    expected = np.mean(sample["omega"] - X[:, 0])
+    assert found.values["offset of omega"] == pytest.approx(expected, abs=1e-3 * sigma)  # outputs by Runge-Kutta steps
+    assert found.standard_errors["offset of omega"] == pytest.approx(sigma / np.sqrt(len(T)), rel=1e-9)
+
+
+def shares_that_hold(count, known):
+    """For each parameter how often its 95 % interval holds it."""
+    t, v = steps(81, 3)
+    x, hits = motion(t, v), []
+    for seed in range(count):
+        noise = {"omega": 0.3, "i": 0.3} if known else None
+        found = fit(MOTOR, log(t, v, x, 0.3, seed), FREE, noise=noise, hold_out=0.0)
+        hits.append([low <= TRUE[name] <= high for name, (low, high) in found.intervals().items()])
+    return np.mean(hits, axis=0)
+
+
+@pytest.mark.parametrize(
+    ("count", "known"),
+    [
+        (60, True),
+        pytest.param(1000, True, marks=pytest.mark.release),
+        pytest.param(1000, False, marks=pytest.mark.release),
+    ],
+)
+def test_intervals_hold_the_truth_as_often_as_they_say(count, known):
+    low, high = binom.ppf([0.0005, 0.9995], count, 0.95) / count
+    shares = shares_that_hold(count, known)
+    assert (shares >= low).all()
+    assert (shares <= high).all()
+
+
+def test_the_noise_of_each_sensor_is_estimated_by_itself():
+    e = np.random.default_rng(5).standard_normal(X.shape) * [0.5, 0.02]
+    found = fit(MOTOR, log(T, V, X + e), FREE, hold_out=0.0)
+    assert found.noise["omega"] == pytest.approx(0.5, rel=0.2)  # 161 samples: 6 % of a standard deviation
+    assert found.noise["i"] == pytest.approx(0.02, rel=0.2)
+
+
+def test_what_a_speed_alone_cannot_tell_is_refused_by_name():
+    data = wb.Dataset.of(T, {"v": V, "omega": X[:, 0]}, {"v": "V", "omega": "rad/s"})
+    with pytest.raises(ValueError, match="cannot tell J, b, K, R, L apart"):
+        fit(MOTOR, data, ("J", "b", "K", "R", "L"))
+    answer = identifiability(MOTOR, data, ("J", "b", "K", "R", "L"), ["omega"])
+    assert (answer.dimension, answer.is_complete) == (2, False)
+    assert identifiability(MOTOR, data, ("J", "b"), ["omega"]).is_complete
+
+
+def test_data_of_another_system_are_said_first():
+    swinging = X + np.column_stack([np.sin(9 * T), np.zeros_like(T)])
+    found = fit(MOTOR, log(T, V, swinging), FREE, noise={"omega": 0.1, "i": 0.1})
+    assert found.warnings[0].startswith("The model does not explain 'omega'")
+    t, v = steps(161, 8)
+    strange = wb.Dataset.of(T, {"v": V, "omega": motion(t, v)[:, 0], "i": X[:, 1]}, UNITS)
+    with pytest.raises(ValueError, match="^The model does not explain"):  # at the end of the search J matters no more
+        fit(MOTOR, strange, FREE, noise={"omega": 0.1, "i": 0.1})
+
+
+def test_samples_that_are_marked_or_missing_have_no_weight_and_nothing_is_dropped():
+    spoiled = X.copy()
+    spoiled[40] = 1e3
+    spoiled[50, 0] = np.nan
+    experiment = log(T, V, spoiled).experiments[0]
+    marks = np.zeros_like(experiment.values, dtype=bool)
+    marks[40, 1:] = True
+    marked = wb.Dataset((type(experiment)("log", T, experiment.signals, experiment.values, marks),))
+    found = fit(MOTOR, marked, FREE, hold_out=0.0)
+    assert found.data.counts.tolist() == [159, 160]
+    assert found.values["J"] == pytest.approx(TRUE["J"], rel=1e-7)
+
+
+def test_two_experiments_share_parameters_and_have_initial_states_of_their_own():
+    t, v = steps(81, 4)
+    first, second = (log(t, v, motion(t, v, x0=(speed, 0.0))) for speed in (2.0, -1.0))
+    both = first.with_experiments(wb.Dataset.of(t, {n: second[n] for n in UNITS}, UNITS, name="again"))
+    found = fit(MOTOR, both, ("J", "R"), initial_states=["omega"], start={"J": 0.02, "R": 0.7})
+    assert found.values["omega(0) of log"] == pytest.approx(2.0, rel=1e-6)
+    assert found.values["omega(0) of again"] == pytest.approx(-1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"free": ("j",)}, "There is no 'j'"),
+        ({"free": ()}, "at least one unknown number"),
+        ({"free": ("J", "J")}, "more than once"),
+        ({"free": ("v",)}, "the log gives"),
+        ({"noise": {"omega": 0.1}}, "each output"),
+        ({"hold_out": 1.0}, "below 1"),
+        ({"start": {"J": -1.0}}, "J"),
+        ({"signals": {"omega": "speed"}}, "There is no 'speed'"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused_by_name(changes, words):
+    arguments = {"free": FREE, **changes}
+    with pytest.raises((ValueError, LookupError), match=words):
+        fit(MOTOR, log(T, V, X), **arguments)
+
+
+def test_a_log_without_its_input_and_one_of_another_unit_are_refused():
+    with pytest.raises(ValueError, match="none for 'v'"):
+        fit(MOTOR, wb.Dataset.of(T, {"omega": X[:, 0]}), ("J",))
+    with pytest.raises(ValueError, match="unit of 'omega'"):
+        fit(MOTOR, wb.Dataset.of(T, {"v": V, "omega": X[:, 0]}, {"omega": "kg"}), ("J",))

@@ -1,0 +1,114 @@
+"""`identifiability`: what an experiment can tell of a system, before or without any measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from workbench.core import Ode, SampledSystem
+from workbench.core.equations import Loop
+from workbench.core.validation.refusals import Array, finite, known_name, one_of
+from workbench.core.validation.signatures import check_arguments
+from workbench.identification.datasets import Dataset
+from workbench.identification.estimation.fit_system import equation_of, refuse_numbers, start_values
+from workbench.identification.estimation.identifiability import RANK, Identifiability
+from workbench.identification.estimation.input_record import HOLDS
+from workbench.identification.estimation.output_model import OutputModel
+from workbench.identification.estimation.signal_matching import match_inputs
+from workbench.identification.estimation.unknown_numbers import initial_numbers, parameter_numbers
+
+SETTLED = 0.5  # least ratio of two singular values, at a step and at half of it, that are not errors of the step
+MOST_HALVINGS = 10
+
+
+@check_arguments
+def identifiability(
+    system: Ode | SampledSystem | Loop,
+    dataset: Dataset,
+    free: Sequence[str],
+    outputs: Sequence[str],
+    *,
+    initial_states: Sequence[str] = (),
+    noise: Mapping[str, float] | None = None,
+    signals: Mapping[str, str] | None = None,
+    hold: str = "hold",
+    start: Mapping[str, float] | None = None,
+) -> Identifiability:
+    """Which parameters the outputs of an experiment can tell apart, near their values in the system.
+
+    The answer is local: it rests on the derivatives of the outputs along the run with these values and these inputs.
+
+    Parameters
+    ----------
+    system, free, initial_states, signals, hold, start
+        As for `wb.fit`.
+    dataset
+        The times and the inputs of the experiment. Its other signals are not used.
+    outputs
+        Names of the outputs and states that are measured at each time.
+    noise
+        The standard deviation of each output's noise, by which its derivatives are divided; by default 1.
+
+    Raises
+    ------
+    ValueError
+        If the run diverges, or an argument is out of its bounds.
+    LookupError
+        If a name is unknown.
+
+    Examples
+    --------
+    >>> motor = wb.open_loop(wb.DCMotor())
+    >>> t = np.linspace(0.0, 2.0, 201)
+    >>> step = wb.Dataset.of(t, {"v": np.where(t < 1.0, 12.0, 0.0)}, {"v": "V"})
+    >>> wb.identification.identifiability(motor, step, ["J", "b", "K", "R", "L"], ["omega"]).is_complete
+    False
+    """
+    ode = equation_of(system, "identifiability")
+    values = {name: finite(f"identifiability(start={{{name!r}: ...}})", value) for name, value in (start or {}).items()}
+    one_of("identifiability(hold=...)", hold, HOLDS)
+    inputs, _ = match_inputs(ode, dataset, dict(signals or {}), hold, frozenset(values))
+    labels = []
+    for name in outputs:
+        layout = ode.outputs if name in ode.outputs or name in ode.outputs.labels else ode.states
+        known_name(name, (*layout.names, *layout.labels, *ode.outputs.names), f"outputs and states of '{ode.name}'")
+        labels += [layout.labels[i] for i in layout.indices(name)]
+    p, x0 = start_values(ode, values)
+    first = np.tile(x0, (len(dataset.names), 1))
+    numbers = (*parameter_numbers(ode, tuple(free), p), *initial_numbers(ode, tuple(initial_states), dataset, first))
+    refuse_numbers(numbers, inputs)
+    steps = tuple(float(np.median(np.diff(experiment.t))) / 2 for experiment in dataset)
+    pairs = tuple((label, label) for label in labels)
+    model = OutputModel(ode, dataset, inputs, pairs, numbers, p, first, steps, (0.0,) * len(steps))
+    sigma = np.array([finite(f"identifiability(noise={{{n!r}: ...}})", (noise or {}).get(n, 1.0)) for n in labels])
+    return _settled(model, sigma)
+
+
+def _settled(model: OutputModel, sigma: Array) -> Identifiability:
+    """The answer at a step that is so short that no small singular value is one of its errors."""
+    before = _at_step(model, sigma)
+    for _ in range(MOST_HALVINGS):
+        model = model.at_half_step()
+        now = _at_step(model, sigma)
+        small = (now.singular_values > RANK * now.singular_values[0]) & (
+            now.singular_values < 1e-3 * now.singular_values[0]
+        )
+        if not (small & (now.singular_values < SETTLED * before.singular_values)).any():
+            return now
+        before = now
+    return before
+
+
+def _at_step(model: OutputModel, sigma: Array) -> Identifiability:
+    parts = []
+    for i in range(len(model.dataset.names)):
+        _, J = model.derivatives(model.starts, i)
+        parts.append((J / sigma[:, np.newaxis]).reshape(-1, len(model.numbers)))
+    derivatives = np.concatenate(parts)
+    if not np.isfinite(derivatives).all():
+        raise ValueError(
+            "`identifiability(...)` needs a run that lasts; with these values and inputs it diverges: give other "
+            "values by `start`, or a shorter experiment."
+        )
+    return Identifiability.of(tuple(number.name for number in model.numbers), model.starts, derivatives)

@@ -1,0 +1,113 @@
+"""Directions of the unknown numbers in which the outputs do not change: what an experiment cannot tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import check_arguments
+
+RANK = 1e-7  # of singular values, relative to the largest: far above rounding, and below what noise leaves of use
+PART = 1e-3  # the least entry of a number in a direction of unit length
+
+
+@dataclass(frozen=True, eq=False)
+@check_arguments
+class Identifiability:
+    """Which of some unknown numbers can be told from the outputs of an experiment, near given values.
+
+    The derivatives of the outputs by the numbers, each in units of its own size, have singular values. A singular value
+    that is zero has a direction in which the numbers can change together without any change of the outputs.
+
+    Parameters
+    ----------
+    names
+        The nz unknown numbers.
+    values
+        (nz,), their values.
+    sizes
+        (nz,), the units in which they change: their values, or 1 where these are zero.
+    singular_values
+        (nz,), from the largest to the least.
+    directions
+        (nz, nz), the directions that belong to them, row by row.
+
+    References
+    ----------
+    Walter and Pronzato (1997), Identification of Parametric Models, section 2.6 (local identifiability).
+    Miao, Xia, Perelson and Wu (2011), SIAM Review 53(1), section 5 (sensitivity-based analysis).
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    sizes: Array
+    singular_values: Array
+    directions: Array
+
+    @staticmethod
+    @check_arguments
+    def of(names: tuple[str, ...], values: Array, derivatives: Array) -> Identifiability:
+        """From the derivatives (M, nz) of all weighted outputs."""
+        sizes = np.where(values == 0, 1.0, np.abs(values))
+        _, singular, directions = np.linalg.svd(_at_least_square(derivatives * sizes), full_matrices=False)
+        return Identifiability(names, values, sizes, singular, directions)
+
+    @cached_property
+    def dimension(self) -> int:
+        """The number of independent directions in which the outputs do not change."""
+        largest = float(self.singular_values.max(initial=0.0))
+        return int(np.sum(self.singular_values <= RANK * largest)) if largest > 0 else len(self.names)
+
+    @property
+    def is_complete(self) -> bool:
+        """True if all numbers can be told."""
+        return self.dimension == 0
+
+    @property
+    def null_directions(self) -> Array:
+        """(dimension, nz), an orthonormal basis of the directions that change nothing, in units of `sizes`."""
+        return self.directions[len(self.names) - self.dimension :]
+
+    @property
+    def ambiguous_names(self) -> tuple[str, ...]:
+        """The numbers that take part in a direction that changes nothing."""
+        parts = np.linalg.norm(self.null_directions, axis=0)
+        return tuple(name for name, part in zip(self.names, parts, strict=True) if part > PART)
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """A sentence for each direction: by how many per cent each number changes together with the others."""
+        return tuple(map(self._sentence, _sparse_basis(self.null_directions)))
+
+    def _sentence(self, direction: Array) -> str:
+        largest = int(np.argmax(np.abs(direction)))
+        shares = direction / direction[largest]
+        moves = [
+            f"{name} by {100 * share * (1 if value >= 0 else -1):+.3g} %" if value else f"{name} by {share:+.3g}"
+            for name, share, value in zip(self.names, shares / 100, self.values, strict=True)
+            if abs(share) > PART / 100
+        ]
+        if len(moves) == 1:
+            return f"No output changes if {self.names[largest]} changes alone."
+        return f"No output changes if these change at once: {', '.join(moves)}."
+
+
+def _at_least_square(matrix: Array) -> Array:
+    """The matrix with rows of zeros where it has fewer rows than columns, so that every column has a singular value."""
+    missing = max(0, matrix.shape[1] - matrix.shape[0])
+    return np.vstack([matrix, np.zeros((missing, matrix.shape[1]))])
+
+
+def _sparse_basis(directions: Array) -> Array:
+    """A basis of the same directions; each has an entry that is zero in all others (a reduced row echelon form)."""
+    rows = directions.copy()
+    for i in range(len(rows)):
+        column = int(np.argmax(np.abs(rows[i])))
+        rows[i] /= rows[i, column]
+        for j in range(len(rows)):
+            if j != i:
+                rows[j] -= rows[j, column] * rows[i]
+    return rows

@@ -1,0 +1,130 @@
+"""The record of an experiment's inputs along its samples, and how it changes with the delays of the inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.core.recorded_step import SignalRecord, record_rows
+from workbench.core.validation.refusals import Array, Integers
+from workbench.identification.datasets import Experiment
+from workbench.identification.datasets.dataset import Marks
+
+HOLDS = {
+    "hold": "the value of a sample until the next sample, as a computer holds its command",
+    "linear": "straight lines between the samples",
+}
+
+
+class MeasuredInput(NamedTuple):
+    """A signal of a log that drives a parameter of an equation."""
+
+    signal: str  # the label in the log
+    label: str  # of the parameter
+    hold: str  # a name of `HOLDS`
+
+
+class Pieces(NamedTuple):
+    """Instants t (N + 1,) and numbers at the begin and the end of each interval (N, nd); or their derivatives."""
+
+    t: Array
+    begins: Array
+    ends: Array
+
+    def divide(self, counts: Integers) -> Pieces:
+        """The same with each interval divided into as many equal parts as `counts` (N,) says."""
+        of = np.repeat(np.arange(len(counts)), counts)
+        place = np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)  # of a part in its interval
+        first, last = ((part / counts[of])[:, np.newaxis] for part in (place, place + 1.0))
+        instants = np.append(self.t[of] + first[:, 0] * np.diff(self.t)[of], self.t[-1])
+        begins, ends = (self.begins[of] + share * (self.ends - self.begins)[of] for share in (first, last))
+        return Pieces(instants, begins, ends)
+
+
+class InputRecord(NamedTuple):
+    """Inputs between instants in s, among which are the samples of an experiment."""
+
+    record: SignalRecord
+    samples: Integers  # (N,), the places of the samples among the instants
+    at_samples: Array  # (N, nd), the inputs at the samples
+    changes: Mapping[str, Array]  # by input with a delay, the derivative of `at_samples` with respect to the delay
+    slopes: Mapping[str, Array]  # by input with a delay, the derivative of `record.rows` with respect to the delay
+
+
+def input_record(
+    experiment: Experiment,
+    inputs: Sequence[MeasuredInput],
+    delays: Mapping[str, float],
+    instants: Array,
+    h: float,
+    begin: float = 0.0,
+) -> InputRecord:
+    """The record of the inputs of an experiment.
+
+    Parameters
+    ----------
+    experiment
+        The experiment, whose times increase and whose inputs are finite.
+    inputs
+        The inputs, by their labels in the experiment.
+    delays
+        Delays in s of some inputs, by label in the experiment. Before its first delayed sample an input has the value
+        of that sample.
+    instants
+        Further instants in s, such as those at which a reference jumps.
+    h
+        The longest interval in s; longer ones are divided into equal parts.
+    begin
+        The time of the first sample in s.
+    """
+    t = experiment.t - experiment.t[0] + begin
+    inner = np.setdiff1d(instants[(instants > t[0]) & (instants < t[-1])], t)
+    knots = {one.signal: t + delays[one.signal] for one in inputs if one.signal in delays}
+    times = np.concatenate([t, inner, *knots.values()])
+    owner = np.repeat(np.arange(2 + len(knots)), [len(t), len(inner), *map(len, knots.values())])
+    order = np.lexsort((owner, times))  # a sample before the knots at its time, as a delay moves them behind it
+    order = order[(times[order] < t[-1]) | (owner[order] == 0)]
+    times, owner = times[order], owner[order]
+    sources = {one.signal: 0 for one in inputs} | {signal: 2 + i for i, signal in enumerate(knots)}
+    begins, ends, rates = (np.zeros((len(times) - 1, len(inputs))) for _ in range(3))
+    for i, one in enumerate(inputs):
+        values = experiment.values[:, experiment.signals.labels.index(one.signal)]
+        held = one.hold == "hold"
+        parts = _between(times, owner == sources[one.signal], knots.get(one.signal, t), values, held)
+        begins[:, i], ends[:, i], rates[:, i] = parts
+    counts = np.maximum(np.ceil(np.diff(times) / h * (1 - 1e-9)), 1).astype(int)
+    whole = Pieces(times, begins, ends).divide(counts)
+    samples = np.flatnonzero(owner == 0)
+    slopes, changes = {}, {}
+    for signal in knots:
+        own = rates * [one.signal == signal for one in inputs]
+        slope = _slope((owner == sources[signal]).astype(float), rates, own)
+        slopes[signal] = record_rows(*slope.divide(counts))
+        changes[signal] = -np.vstack([own[samples[:-1]], own[-1:]])
+    last = np.array([experiment.values[-1, experiment.signals.labels.index(one.signal)] for one in inputs])
+    final = np.where([one.signal in delays for one in inputs], ends[-1], last) if inputs else np.zeros(0)
+    at_samples = np.vstack([begins[samples[:-1]], final])
+    places = np.append(0, np.cumsum(counts))[samples]
+    record = SignalRecord(whole.t, tuple(one.label for one in inputs), whole.begins, whole.ends)
+    return InputRecord(record, places, at_samples, changes, slopes)
+
+
+def _between(times: Array, is_knot: Marks, knots: Array, values: Array, is_held: bool) -> tuple[Array, Array, Array]:
+    """The begin, the end and the rate of change of an input in each interval between the times."""
+    count = np.cumsum(is_knot)[:-1]  # of knots at or before the begin of each interval
+    row = np.maximum(count - 1, 0)
+    begin = values[row]
+    if is_held:
+        return begin, begin, np.zeros_like(begin)
+    slopes = np.append(np.diff(values) / np.diff(knots), 0.0)
+    rates = np.where(count > 0, slopes[row], 0.0)
+    first, last = (begin + rates * (at - knots[row]) for at in (times[:-1], times[1:]))
+    return first, last, rates
+
+
+def _slope(moves: Array, rates: Array, own: Array) -> Pieces:
+    """The derivative of the pieces by a delay, which moves instants by `moves` (N + 1,), and inputs of `own` rates."""
+    first, last = moves[:-1, np.newaxis], moves[1:, np.newaxis]
+    return Pieces(moves, rates * first - own, rates * last - own)

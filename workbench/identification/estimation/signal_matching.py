@@ -1,0 +1,95 @@
+"""Signals of a log and the inputs, outputs and states of a system that they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from workbench.core import Layout, Ode
+from workbench.core.units import ANY, read
+from workbench.core.validation.refusals import describe, nearest
+from workbench.identification.datasets import Dataset
+from workbench.identification.estimation.input_record import MeasuredInput
+
+
+def match_signals(
+    ode: Ode, dataset: Dataset, signals: Mapping[str, str], hold: str, fixed: frozenset[str]
+) -> tuple[tuple[MeasuredInput, ...], tuple[tuple[str, str], ...], tuple[str, ...]]:
+    """The inputs and outputs of a fit, label by label, and the signals of the log that are neither.
+
+    `signals` are other names than those of the log, and `fixed` inputs that the user holds at a number.
+
+    Raises
+    ------
+    LookupError
+        If a name is unknown.
+    ValueError
+        If an input has no signal, no signal is an output or a state, or units differ.
+    """
+    inputs, others = match_inputs(ode, dataset, signals, hold, fixed)
+    outputs, unused = [], []
+    for label, target in others.items():
+        if target in ode.outputs.labels or target in ode.states.labels:
+            _refuse_unit(dataset.signals, label, ode.outputs if target in ode.outputs.labels else ode.states, target)
+            outputs.append((label, target))
+        elif target != label:
+            known = (*ode.parameters.labels, *ode.outputs.labels, *ode.states.labels)
+            raise LookupError(
+                f"There is no {describe(target)} among the parameters, outputs and states of '{ode.name}'."
+                f"{nearest(target, known)}"
+            )
+        else:
+            unused.append(label)
+    if not outputs:
+        raise ValueError(
+            f"`fit(dataset=...)` must have a signal that is an output or a state of '{ode.name}' "
+            f"({', '.join((*ode.outputs.labels, *ode.states.labels)[:8])}); it has "
+            f"{', '.join(dataset.signals.labels)}: name one by `signals`."
+        )
+    return inputs, tuple(outputs), tuple(unused)
+
+
+def match_inputs(
+    ode: Ode, dataset: Dataset, signals: Mapping[str, str], hold: str, fixed: frozenset[str]
+) -> tuple[tuple[MeasuredInput, ...], dict[str, str]]:
+    """The signals that drive parameters of the equation, and the other signals with their names in the system."""
+    for name in signals:
+        dataset.signals.indices(name)
+    inputs, others = [], {}
+    driven = {label for name in ode.inputs for label in ode.parameters[name].labels()}
+    for label, target in _targets(dataset.signals, signals).items():
+        if target in ode.parameters.labels and (target in driven or target != label):
+            _refuse_unit(dataset.signals, label, ode.parameters, target)
+            inputs.append(MeasuredInput(label, target, hold))
+        else:
+            others[label] = target
+    if missing := sorted(driven - {one.label for one in inputs} - fixed):
+        raise ValueError(
+            f"`fit(dataset=...)` must have a signal for each input of '{ode.name}', as its motion follows from them; "
+            f"there is none for '{missing[0]}': name it by `signals`, or hold it at a number by `start`."
+        )
+    return tuple(inputs), others
+
+
+def _targets(layout: Layout, signals: Mapping[str, str]) -> dict[str, str]:
+    """For each label of the log the label in the system."""
+    targets = {}
+    for entry in layout.entries:
+        for label in entry.labels():
+            base = signals.get(entry.name, entry.name)
+            targets[label] = signals.get(label, base + label[len(entry.name) :])
+    return targets
+
+
+def _refuse_unit(log: Layout, label: str, layout: Layout, target: str) -> None:
+    """Refuse a signal whose unit is not that of the system."""
+    measured, wanted = (_unit(of, name) for of, name in ((log, label), (layout, target)))
+    if ANY not in (measured, wanted) and read(measured) != read(wanted):
+        raise ValueError(
+            f"`fit(dataset=...)` must have '{label}' in the unit of '{target}', [{wanted}], as nothing is converted; "
+            f"got [{measured}]: scale the signal and state its unit."
+        )
+
+
+def _unit(layout: Layout, label: str) -> str:
+    units = [unit for entry in layout.entries for unit in entry.units]
+    return units[layout.labels.index(label)]
