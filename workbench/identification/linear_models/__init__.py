@@ -16,25 +16,25 @@ from workbench.identification.linear_models.frequency_estimators import (
     periodic_response,
     spectral_response,
 )
-from workbench.identification.linear_models.gauss_newton import SearchEnd
+from workbench.identification.linear_models.gauss_newton import LocalMinimum
+from workbench.identification.linear_models.model_residuals import CorrelationTest
 from workbench.identification.linear_models.model_structures import armax, arx, box_jenkins, output_error
 from workbench.identification.linear_models.order_selection import OrderSelection, select_orders
 from workbench.identification.linear_models.polynomial_estimates import polynomial_model
 from workbench.identification.linear_models.polynomial_model import ModelFit, PolynomialModel
 from workbench.identification.linear_models.polynomial_structure import Polynomials, PolynomialStructure
-from workbench.identification.linear_models.residual_tests import ResidualTest
 from workbench.identification.linear_models.subspace_estimates import subspace_model
 from workbench.identification.linear_models.subspace_model import SubspaceModel
 
 __all__ = [
+    "CorrelationTest",
     "FrequencyEstimate",
+    "LocalMinimum",
     "ModelFit",
     "OrderSelection",
     "PolynomialModel",
     "PolynomialStructure",
     "Polynomials",
-    "ResidualTest",
-    "SearchEnd",
     "SubspaceModel",
     "armax",
     "arx",

@@ -122,7 +122,7 @@ def descend(predictor: Predictor, theta: Array, most: int = MOST) -> SearchDesce
 
 @dataclass(frozen=True)
 @show
-class SearchEnd:
+class LocalMinimum:
     """One end of a search: the name of its start, its sum of squares, and how often the starts came there."""
 
     start: str
@@ -130,7 +130,7 @@ class SearchEnd:
     times: int
 
 
-def search(predictor: Predictor, starts: Iterable[tuple[str, Array]]) -> tuple[SearchDescent, tuple[SearchEnd, ...]]:
+def search(predictor: Predictor, starts: Iterable[tuple[str, Array]]) -> tuple[SearchDescent, tuple[LocalMinimum, ...]]:
     """The lowest minimum below some starts, and all ends, the lowest first; few steps from each, then the best go on.
 
     Raises
@@ -154,12 +154,12 @@ def search(predictor: Predictor, starts: Iterable[tuple[str, Array]]) -> tuple[S
         further = end if end.distance < NEAR else descend(predictor, end.theta)
         final.append((name, further or end, times))
     final.sort(key=lambda one: one[1].squares)
-    lowest, counts = final[0][1], list[SearchEnd]()
+    lowest, counts = final[0][1], list[LocalMinimum]()
     for name, end, times in final:
         if counts and _is_alike(end, lowest) and len(counts) == 1:
-            counts[0] = SearchEnd(counts[0].start, counts[0].squares, counts[0].times + times)
+            counts[0] = LocalMinimum(counts[0].start, counts[0].squares, counts[0].times + times)
         else:
-            counts.append(SearchEnd(name, end.squares, times))
+            counts.append(LocalMinimum(name, end.squares, times))
     return lowest, tuple(counts)
 
 

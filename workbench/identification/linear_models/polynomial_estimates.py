@@ -10,11 +10,11 @@ from workbench.core.validation.refusals import Array, one_of, whole
 from workbench.core.validation.refusals import seed as checked_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
-from workbench.identification.linear_models.gauss_newton import SearchDescent, SearchEnd, search, tangent
+from workbench.identification.linear_models.gauss_newton import LocalMinimum, SearchDescent, search, tangent
+from workbench.identification.linear_models.model_residuals import shaped_product, whiteness
 from workbench.identification.linear_models.polynomial_model import PolynomialModel, fit_of_model
 from workbench.identification.linear_models.polynomial_structure import PolynomialStructure, largest_root
 from workbench.identification.linear_models.prediction_errors import Predictor
-from workbench.identification.linear_models.residual_tests import shaped_product, whiteness
 from workbench.identification.linear_models.search_starts import starts_of
 from workbench.identification.linear_models.signal_records import LinearSignals, checked_offsets, signals_of
 
@@ -112,7 +112,7 @@ def _model(
     signals: LinearSignals,
     predictor: Predictor,
     end: SearchDescent,
-    ends: tuple[SearchEnd, ...],
+    ends: tuple[LocalMinimum, ...],
     offsets: tuple[Array, Array],
     holdout: Dataset | None,
 ) -> PolynomialModel:
@@ -171,7 +171,7 @@ def _covariance(predictor: Predictor, J: Array, residuals: list[Array], variance
 
 
 def _remarks(
-    predictor: Predictor, end: SearchDescent, ends: tuple[SearchEnd, ...], residuals: list[Array], at_limit: bool
+    predictor: Predictor, end: SearchDescent, ends: tuple[LocalMinimum, ...], residuals: list[Array], at_limit: bool
 ) -> tuple[str, ...]:
     """Sentences on what limits the trust in an estimate, the gravest first."""
     held, found = predictor.structure, []

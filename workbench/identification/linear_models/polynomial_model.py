@@ -16,7 +16,8 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.identification.datasets import Dataset
 from workbench.identification.linear_models.frequency_estimate import FrequencyEstimate
-from workbench.identification.linear_models.gauss_newton import SearchEnd
+from workbench.identification.linear_models.gauss_newton import LocalMinimum
+from workbench.identification.linear_models.model_residuals import CorrelationTest, input_correlation, whiteness
 from workbench.identification.linear_models.model_systems import (
     model_matrices,
     observer_form,
@@ -26,7 +27,6 @@ from workbench.identification.linear_models.model_systems import (
 )
 from workbench.identification.linear_models.polynomial_structure import Polynomials, PolynomialStructure
 from workbench.identification.linear_models.prediction_errors import Predictor
-from workbench.identification.linear_models.residual_tests import ResidualTest, input_correlation, whiteness
 from workbench.identification.linear_models.signal_records import LinearSignals, signals_of
 
 GRID = 400  # frequencies of a response, if none are named
@@ -69,7 +69,7 @@ class PolynomialModel:
     samples: int
     distance: float
     at_limit: bool
-    ends: tuple[SearchEnd, ...]
+    ends: tuple[LocalMinimum, ...]
     predictor: Predictor
     fit: ModelFit
     holdout: ModelFit | None
@@ -116,7 +116,7 @@ class PolynomialModel:
         return self.AIC + self.structure.size * (float(np.log(self.samples)) - 2)
 
     @check_arguments
-    def residual_tests(self, lags: int = 25) -> tuple[ResidualTest, ...]:
+    def residual_tests(self, lags: int = 25) -> tuple[CorrelationTest, ...]:
         """The whiteness of the residuals, then their correlation with each input at lags from its delay on.
 
         Raises

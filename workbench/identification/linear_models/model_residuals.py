@@ -18,7 +18,7 @@ DOUBT = 0.01  # a probability below it fails a test
 
 @dataclass(frozen=True, eq=False)
 @show
-class ResidualTest:
+class CorrelationTest:
     """A test of residuals: correlations (m,) at `lags` (m,) in periods, their 95 % bands (m,), and chi-square.
 
     `statistic` is chi-square distributed with `freedom` degrees of freedom if the model is right, and `probability` is
@@ -44,7 +44,7 @@ class ResidualTest:
         return float(np.mean(np.abs(self.correlations) > self.bands))
 
 
-def whiteness(residuals: Sequence[Array], lags: int, parameters: int) -> ResidualTest:
+def whiteness(residuals: Sequence[Array], lags: int, parameters: int) -> CorrelationTest:
     """The test of Ljung and Box on residuals of each record, less the number of `parameters` of the noise model.
 
     References
@@ -59,12 +59,12 @@ def whiteness(residuals: Sequence[Array], lags: int, parameters: int) -> Residua
     freedom = max(lags - parameters, 1)
     band = np.full(lags, norm.ppf(0.975) / np.sqrt(N))
     tail = float(chi2.sf(statistic, freedom))
-    return ResidualTest("whiteness", at.astype(float), r[1:], band, statistic, freedom, tail)
+    return CorrelationTest("whiteness", at.astype(float), r[1:], band, statistic, freedom, tail)
 
 
 def input_correlation(
     residuals: Sequence[Array], inputs: Sequence[Array], J: Array, first: int, lags: int, name: str
-) -> ResidualTest:
+) -> CorrelationTest:
     """The correlation of residuals with an input at lags from `first` on, with the score test for a further response.
 
     The test allows for the estimated parameters by the gradients J (N, size), and for residuals that are not white.
@@ -93,7 +93,7 @@ def input_correlation(
     statistic = float(np.sum((vectors[:, seen].T @ score) ** 2 / values[seen]))
     freedom = int(max(seen.sum(), 1))
     band = np.full(lags, norm.ppf(0.975) * spread)
-    return ResidualTest(name, at.astype(float), r, band, statistic, freedom, float(chi2.sf(statistic, freedom)))
+    return CorrelationTest(name, at.astype(float), r, band, statistic, freedom, float(chi2.sf(statistic, freedom)))
 
 
 def noise_filter(residuals: Sequence[Array]) -> tuple[Array, float]:
