@@ -34,7 +34,7 @@ _ROOMS = {
     "engine.reference": "reference_run",
     "engine.metrics": "effort measure overshoot peak_error rmse settling_time total_variation",
     "design": "linearize",
-    "design.frequency": "bandwidth c2d condition_number h2_norm hinf_norm pole_zero_structure relative_gains "
+    "design.frequency": "bandwidth c2d condition_number d2c h2_norm hinf_norm pole_zero_structure relative_gains "
     "stability_margins",
     "design.linear": "equilibria lead_lag place",
     "design.linear_loop": "linear_loop",
@@ -84,6 +84,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "identification": "identification",
     "linear": "design.linear",
     "linear_loops": "design.linear_loop",
+    "linear_models": "identification.linear_models",
     "loop": "blocks.loop",
     "loop_pictures": "report.loop_pictures",
     "loop_tuning": "study.loop_tuning",
@@ -110,6 +111,8 @@ __all__ = [*_HOMES, *_SPACES]
 _OTHER_TOOLBOXES = {  # what MATLAB or python-control calls otherwise, and what does it here
     "acker": "wb.place",
     "allmargin margin": "wb.stability_margins(G) for a system, or wb.linear_loop(loop).margins() for a loop",
+    "arx armax oe bj n4sid polyest": "wb.linear_models.arx, armax, output_error, box_jenkins, subspace_model",
+    "etfe spa tfestimate": "wb.linear_models.spectral_response, periodic_response or local_polynomial_response",
     "balred balreal modred hsvd": "wb.reduction.balanced_truncation, singular_perturbation or hankel_values",
     "bode_plot bodeplot bodemag": "wb.bode",
     "care riccati_equation": "wb.riccati.care",

@@ -106,6 +106,7 @@ from workbench.design.frequency import (
     bandwidth,
     c2d,
     condition_number,
+    d2c,
     h2_norm,
     hinf_norm,
     pole_zero_structure,
@@ -137,6 +138,7 @@ from workbench.handover.law_export import export
 from workbench.handover.recording import record
 from workbench.handover.replays import replay
 from workbench.identification import filters as filters
+from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import fit, identifiability
 from workbench.report import loop_pictures as loop_pictures
@@ -280,13 +282,14 @@ __all__ = [
     "condition_number",
     "coprime_margin",
     "core",
+    "d2c",
     "document",
     "effort",
     "equilibria",
     "evidence",
     "export",
-    "fit",
     "filters",
+    "fit",
     "fmu",
     "frequency",
     "h2_controller",
@@ -305,6 +308,7 @@ __all__ = [
     "linear_loop",
     "linear_loop_at_knobs",
     "linear_loops",
+    "linear_models",
     "linearize",
     "live",
     "load",

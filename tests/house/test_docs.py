@@ -20,18 +20,9 @@ README = re.findall(r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(en
 # The first loop, and blocks with a study, run in tests/house/test_readme.py.
 BLOCKS = [block for block in README if "wb.Study(" not in block and "first_loop" not in block]
 LONG = {  # more than a second of a processor each
-    *(
-        "declared_work",
-        "digital_loops",
-        "equipment",
-        "filters",
-        "fmus",
-        "gains",
-        "linear_answers",
-        "live_pages",
-        "logs",
-    ),
-    *("loop_pictures", "pid", "read_a_log", "scheduling", "specifications", "structured_tuning"),
+    *("declared_work", "digital_loops", "equipment", "filters", "fmus", "gains", "linear_answers", "live_pages"),
+    *("linear_models", "logs", "loop_pictures", "pid", "read_a_log", "scheduling", "specifications"),
+    "structured_tuning",
 }
 ENDS = "-- the block ends --"
 MASSES = "uniform(0.8, 1.2, {})"  # of the README's thousand arms, of which fifty say whether the block runs

@@ -43,8 +43,8 @@ def bode(
     Parameters
     ----------
     systems
-        A `StateSpace` or `TransferFunction` of python-control, a `LinearLoop`, a `FrequencyCurve`, or a mapping from
-        names to these.
+        A `StateSpace` or `TransferFunction` of python-control, a `LinearLoop`, a `FrequencyCurve`, a
+        `FrequencyEstimate` from a log, or a mapping from names to these.
     frequencies
         (m,) in rad/s, in rising order; by default a range that shows the poles and zeros.
     margins

@@ -11,12 +11,13 @@ from workbench.design.frequency import StabilityMargins, stability_margins
 from workbench.design.linear.system_answers import lti, system_answers, system_roots, unstable_poles
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.matrices import DesignError
+from workbench.identification.linear_models import FrequencyEstimate
 from workbench.report.linear_loop_curves import Curves, channel_curves, loop_matrix, loop_poles
 from workbench.report.loop_pictures import FrequencyMatrix, PoleZeroSet
 from workbench.study.document.frequency_curves import CornerFrequencies, FrequencyCurve
 
 if TYPE_CHECKING:
-    Drawable: TypeAlias = System | LinearLoop | FrequencyCurve
+    Drawable: TypeAlias = System | LinearLoop | FrequencyCurve | FrequencyEstimate
     Systems: TypeAlias = Drawable | Mapping[str, Drawable]
 else:
     Systems = object  # each picture refuses what it cannot draw, in its own words
@@ -51,9 +52,16 @@ def curves_of(
             found += channel_curves(call, one, label, frequencies, margins is not False, asymptotes)
         elif isinstance(one, FrequencyCurve):
             found += Curves([one], [], [None])
+        elif isinstance(one, FrequencyEstimate):
+            found += Curves([_estimate_curve(label, one)], list(one.remarks), [None])
         else:
             found += _system_curves(call, label, one, frequencies, bool(margins), asymptotes)
     return found
+
+
+def _estimate_curve(label: str, one: FrequencyEstimate) -> FrequencyCurve:
+    """The curve of an estimate, up to Nyquist's frequency, with its covariance."""
+    return FrequencyCurve(label or one.method, one.frequencies, one.values, one.period, covariance=one.covariance)
 
 
 def _system_curves(

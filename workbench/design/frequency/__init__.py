@@ -13,6 +13,7 @@ True
 from workbench.design.frequency.bandwidth import Bandwidth, LevelCrossing, bandwidth, sensitivity_bandwidth
 from workbench.design.frequency.certified_values import CertifiedPeak, CertifiedValue
 from workbench.design.frequency.channel_interaction import condition_number, relative_gains
+from workbench.design.frequency.continuous_models import d2c
 from workbench.design.frequency.discretization import c2d
 from workbench.design.frequency.h2_norm import MeanGain, h2_norm
 from workbench.design.frequency.hinf_norm import hinf_norm
@@ -44,6 +45,7 @@ __all__ = [
     "c2d",
     "common_period",
     "condition_number",
+    "d2c",
     "h2_norm",
     "hinf_norm",
     "hold_loop",

@@ -19,6 +19,8 @@ from workbench.design.linear.linearization import linearize, to_control
 from workbench.design.linear.loop_cuts import broken_loop, broken_loops
 from workbench.design.linear.loop_margins import DiskMargin, LoopMargins, disk_margin, loop_margins
 from workbench.design.linear.operating_point import TrimPoint, operating_point
+from workbench.design.linear.realizations import realize
+from workbench.design.linear.sampled_models import sampled_model
 from workbench.design.matrices import DesignError
 
 __all__ = [
@@ -51,6 +53,8 @@ __all__ = [
     "operating_point",
     "place",
     "poles",
+    "realize",
+    "sampled_model",
     "sensitivity",
     "to_control",
 ]

@@ -12,6 +12,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency import Crossover
 from workbench.design.frequency.frequency_axis import phases
 from workbench.report.loop_pictures.asymptotes import gain_asymptote, phase_asymptote
+from workbench.report.loop_pictures.confidence_regions import confidence_bands, region_remarks
 from workbench.report.loop_pictures.margin_words import margin_remarks, names_of_gains, names_of_phases
 from workbench.study.document.figure import Figure, Guides, Label, Mark, Panel, Points, Series, Style
 from workbench.study.document.frequency_curves import (
@@ -63,6 +64,7 @@ def bode_figure(
         *margin_remarks(still, len(curves) > 1),
         *(said for one in still for said in doubts(one, len(curves) > 1)),
     ]
+    remarks += region_remarks(curves, "The bands have")
     if asymptotes and any(one.corners is not None for one in curves):
         remarks.append("Dashed: asymptotes.")
     return Figure(name, add_remarks(caption, remarks), panels, 1, numbers_of_curves(name, caption, curves))
@@ -70,8 +72,7 @@ def bode_figure(
 
 def _marks(curves: Sequence[FrequencyCurve], asymptotes: bool) -> tuple[list[Mark], list[Mark]]:
     """The marks of both panels: the curves, then their margins and their asymptotes."""
-    gains: list[Mark] = []
-    turns: list[Mark] = []
+    gains, turns = confidence_bands(curves)
     own = styles(curves)
     for one, style in zip(curves, own, strict=True):
         omega, values = one.logarithmic

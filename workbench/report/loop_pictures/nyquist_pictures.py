@@ -12,6 +12,7 @@ from workbench.core.validation.refusals import positive, refusal
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.frequency import StableMargins
 from workbench.report.loop_pictures.bode_pictures import check_curves, numbers_of_curves
+from workbench.report.loop_pictures.confidence_regions import confidence_ellipses, region_remarks
 from workbench.report.loop_pictures.curve_turns import curve_turns
 from workbench.study.document.figure import Arrows, Figure, Guides, Label, Mark, Panel, Points, Series, Style
 from workbench.study.document.frequency_curves import (
@@ -71,12 +72,13 @@ def nyquist_figure(
         raise refusal("nyquist_figure(unstable_poles=...)", must, unstable_poles)
     plane = Plane(-1.0, "−1", plane_reach("nyquist_figure", curves, reach, -1.0))
     marks: list[Mark] = list(plane_marks(curves, plane, with_mirror_image=True))
+    marks += confidence_ellipses(curves, plane.reach)
     if circles and len(curves) == 1:
         marks += _margin_circles(curves[0])
     marks += [*shaded_disks(forbidden_disks), Guides(((np.cos(CIRCLE), np.sin(CIRCLE)),), ("|L| = 1",))]
     still = [one for one in curves if one.source is None]
     remarks = [said for one in still for said in turn_remarks(one, plane, unstable_poles, len(curves) > 1)]
-    remarks += frame_remarks(still, curves, plane)
+    remarks += [*frame_remarks(still, curves, plane), *region_remarks(curves, "The ellipses have")]
     return Figure(
         name,
         add_remarks(caption, remarks),

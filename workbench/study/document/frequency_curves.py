@@ -61,7 +61,8 @@ class FrequencyCurve:
     changes in all of them. `style` is as in `Series`; if it is None, it follows from the position among the curves of
     the picture. `source` is the loop and the channel of the response. With it, a live page draws the picture again when
     a knob turns. The caption then has no numbers, as it is not written again. `integrators` is the number of poles of L
-    at zero, or at z = 1, if it is known.
+    at zero, or at z = 1, if it is known. `covariance` (m, 2, 2) is that of the real and the imaginary part of an
+    estimate; pictures draw its region of 95 %.
 
     Examples
     --------
@@ -82,6 +83,7 @@ class FrequencyCurve:
     multiloop_disk_margin: float | None = None
     source: Source | None = None
     integrators: int | None = None
+    covariance: Array | None = None
 
     def __post_init__(self) -> None:
         omega = check_frequencies("FrequencyCurve(frequencies=...)", self.frequencies, self.period)
@@ -90,6 +92,11 @@ class FrequencyCurve:
             raise ValueError(
                 f"`FrequencyCurve(values=...)` must have an answer for each of {len(omega)} frequencies; got "
                 f"{len(values)}."
+            )
+        if self.covariance is not None and self.covariance.shape != (len(omega), 2, 2):
+            raise ValueError(
+                f"`FrequencyCurve(covariance=...)` must have shape {(len(omega), 2, 2)}, a matrix for each frequency; "
+                f"got {self.covariance.shape}."
             )
         object.__setattr__(self, "frequencies", omega)
         object.__setattr__(self, "values", values)
