@@ -31,8 +31,7 @@ def estimate(case: dict[str, Any], log: Dataset) -> dict[str, Any]:
     found = fit(
         ode_of(case),
         log,
-        [name for name in case["parameters"] if name not in initial.values()],
-        initial_states=list(initial),
+        free_names(case),
         noise=noise,
         hold="hold" if case["hold"] == "zero" else "linear",
         hold_out=0.0,
@@ -53,11 +52,16 @@ def estimate(case: dict[str, Any], log: Dataset) -> dict[str, Any]:
 def identify(case: dict[str, Any]) -> dict[str, Any]:
     """The dimension of the null space and the parameters that take part in it."""
     initial = initial_names(case)
-    free = [name for name in case["parameters"] if name not in initial.values()]
     outputs = [f"y{i}" for i in range(_output_count(case))]
-    answer = identifiability(ode_of(case), log_of(case), free, outputs, initial_states=list(initial))
+    answer = identifiability(ode_of(case), log_of(case), free_names(case), outputs)
     names = {f"{state}(0)": name for state, name in initial.items()}
     return {"dimension": answer.dimension, "names": [names.get(name, name) for name in answer.ambiguous_names]}
+
+
+def free_names(case: dict[str, Any]) -> list[str]:
+    """The unknown numbers of a case: its parameters, and the initial states that are parameters."""
+    initial = initial_names(case)
+    return [*(name for name in case["parameters"] if name not in initial.values()), *(f"{name}(0)" for name in initial)]
 
 
 def initial_names(case: dict[str, Any]) -> dict[str, str]:
@@ -112,7 +116,8 @@ def log_of(case: dict[str, Any]) -> Dataset:
         signals[IDLE.partition(":")[0]] = np.zeros_like(t)
     if "y" in case:
         signals |= {name: np.asarray(case["y"])[:, i] for i, name in enumerate(case["outputs"])}
-    return Dataset.of(t, signals, {name: unit for name, unit in units.items() if unit})
+    units |= {port.partition(":")[0]: port.partition(":")[2] for port in case["states"]}
+    return Dataset.of(t, signals, {name: units.get(name) or "1" for name in signals})
 
 
 def _output_count(case: dict[str, Any]) -> int:

@@ -11,12 +11,7 @@ import workbench as wb
 from workbench.identification.estimation import fit, identifiability
 from workbench.identification.estimation.input_record import MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
-from workbench.identification.estimation.unknown_numbers import (
-    delay_numbers,
-    initial_numbers,
-    parameter_numbers,
-    sensor_numbers,
-)
+from workbench.identification.estimation.unknown_numbers import NumberSource
 
 MOTOR = wb.open_loop(wb.DCMotor())
 TRUE = dict(zip(MOTOR.parameters.labels, MOTOR.parameters.default.tolist(), strict=True))
@@ -71,11 +66,7 @@ def test_a_delay_an_offset_a_scale_and_an_initial_state_come_back_too():
     found = fit(
         MOTOR,
         log(T, V, x),
-        ("J", "R"),
-        delays=["v"],
-        offsets=["i"],
-        scales=["omega"],
-        initial_states=["omega"],
+        ("J", "R", "delay of v", "offset of i", "scale of omega", "omega(0)"),
         start={"J": 0.013},
     )
     expected = {"J": TRUE["J"], "R": TRUE["R"], "delay of v": 0.013, "offset of i": 0.2, "scale of omega": 1.1}
@@ -86,13 +77,10 @@ def test_a_delay_an_offset_a_scale_and_an_initial_state_come_back_too():
 @pytest.mark.parametrize("hold", ["hold", "linear"])
 def test_derivatives_by_every_kind_of_number_are_differences_of_outputs(hold):
     data = log(T, V, X)
-    numbers = (
-        *parameter_numbers(MOTOR, FREE, MOTOR.parameters.default),
-        *delay_numbers(("v",), ("v",)),
-        *sensor_numbers("scale", ("omega",), ("omega", "i"), ("", "")),
-        *sensor_numbers("offset", ("i",), ("omega", "i"), ("", "")),
-        *initial_numbers(MOTOR, ("omega",), data, np.array([[0.5, 0.0]])),
+    source = NumberSource(
+        MOTOR, MOTOR.parameters.default, np.array([[0.5, 0.0]]), ("log",), ("v",), {"omega": "rad/s", "i": "A"}, {}
     )
+    numbers = source.numbers((*FREE, "delay of v", "scale of omega", "offset of i", "omega(0)"))
     pairs = (("omega", "omega"), ("i", "i"))
     p = MOTOR.parameters.default
     model = OutputModel(
@@ -108,7 +96,7 @@ def test_derivatives_by_every_kind_of_number_are_differences_of_outputs(hold):
 
 def test_an_offset_alone_has_the_error_of_a_mean():
     sigma, sample = 0.3, log(T, V, X, noise=0.3)
-    found = fit(MOTOR, sample, (), offsets=["omega"], noise={"omega": sigma, "i": sigma}, hold_out=0.0)
+    found = fit(MOTOR, sample, ("offset of omega",), noise={"omega": sigma, "i": sigma}, hold_out=0.0)
     expected = np.mean(sample["omega"] - X[:, 0])
     assert found.values["offset of omega"] == pytest.approx(expected, abs=1e-3 * sigma)  # outputs by Runge-Kutta steps
     assert found.standard_errors["offset of omega"] == pytest.approx(sigma / np.sqrt(len(T)), rel=1e-9)
@@ -174,7 +162,10 @@ def test_samples_that_are_marked_or_missing_have_no_weight_and_nothing_is_droppe
     marks = np.zeros_like(experiment.values, dtype=bool)
     marks[40, 1:] = True
     marked = wb.Dataset((type(experiment)("log", T, experiment.signals, experiment.values, marks),))
-    found = fit(MOTOR, marked, FREE, hold_out=0.0)
+    with pytest.raises(ValueError, match="missing samples"):
+        fit(MOTOR, marked, FREE)
+    found = fit(MOTOR, marked, FREE, hold_out=0.0, answers={"missing samples": "the sensor lost one"})
+    assert "missing samples: the sensor lost one" in found.warnings
     assert found.data.counts.tolist() == [159, 160]
     assert found.values["J"] == pytest.approx(TRUE["J"], rel=1e-7)
 
@@ -183,7 +174,7 @@ def test_two_experiments_share_parameters_and_have_initial_states_of_their_own()
     t, v = steps(81, 4)
     first, second = (log(t, v, motion(t, v, x0=(speed, 0.0))) for speed in (2.0, -1.0))
     both = first.with_experiments(wb.Dataset.of(t, {n: second[n] for n in UNITS}, UNITS, name="again"))
-    found = fit(MOTOR, both, ("J", "R"), initial_states=["omega"], start={"J": 0.02, "R": 0.7})
+    found = fit(MOTOR, both, ("J", "R", "omega(0)"), start={"J": 0.02, "R": 0.7})
     assert found.values["omega(0) of log"] == pytest.approx(2.0, rel=1e-6)
     assert found.values["omega(0) of again"] == pytest.approx(-1.0, rel=1e-6)
 

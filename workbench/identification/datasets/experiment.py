@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core import Layout
+from workbench.core.layout import layouts_to_html
 from workbench.core.recorded_step import SignalRecord
-from workbench.core.validation.refusals import Array, known_name, one_of
+from workbench.core.validation.refusals import Array, Integers, known_name, one_of, refusal
 from workbench.core.validation.signatures import check_arguments
 
 if TYPE_CHECKING:
@@ -105,6 +106,12 @@ class Experiment:
                 places.extend(range(part.start, part.stop))
         return tuple(dict.fromkeys(places))
 
+    def __repr__(self) -> str:
+        return f"<Experiment '{self.name}': {len(self)} samples of {', '.join(self.signals.names)}>"
+
+    def _repr_html_(self) -> str:
+        return layouts_to_html(repr(self)[1:-1], {"signal": self.signals})
+
     @check_arguments
     def rows(self, first: int, last: int) -> Experiment:
         """The samples from row `first` up to row `last`, which is left out."""
@@ -115,8 +122,17 @@ class Experiment:
         """The samples at times from `begin` to `end` in s, both included; the times stay as they are."""
         return self.at_rows(np.flatnonzero((self.t >= begin) & (self.t <= end)))
 
-    def at_rows(self, rows: NDArray[np.signedinteger]) -> Experiment:
-        """The samples of some rows by their numbers."""
+    @check_arguments
+    def at_rows(self, rows: Integers) -> Experiment:
+        """The samples of some rows by their numbers, from 0 on.
+
+        Raises
+        ------
+        ValueError
+            If there is no row of a number.
+        """
+        if rows.ndim != 1 or not ((rows >= 0) & (rows < len(self))).all():
+            raise refusal("Experiment.at_rows(rows=...)", f"numbers of rows from 0 to {len(self) - 1}", rows)
         return replace(self, t=self.t[rows], values=self.values[rows], marks=self.marks[rows])
 
     @check_arguments

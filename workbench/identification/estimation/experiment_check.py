@@ -11,12 +11,11 @@ from workbench.core.equations import Loop
 from workbench.core.validation.refusals import Array, finite, known_name, one_of
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
-from workbench.identification.estimation.fit_system import equation_of, refuse_numbers, start_values
+from workbench.identification.estimation.fit_system import equation_of, number_source, refuse_inputs, start_values
 from workbench.identification.estimation.identifiability import RANK, Identifiability
 from workbench.identification.estimation.input_record import HOLDS
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.signal_matching import match_inputs
-from workbench.identification.estimation.unknown_numbers import initial_numbers, parameter_numbers
 
 SETTLED = 0.5  # least ratio of two singular values, at a step and at half of it, that are not errors of the step
 MOST_HALVINGS = 10
@@ -29,7 +28,6 @@ def identifiability(
     free: Sequence[str],
     outputs: Sequence[str],
     *,
-    initial_states: Sequence[str] = (),
     noise: Mapping[str, float] | None = None,
     signals: Mapping[str, str] | None = None,
     hold: str = "hold",
@@ -41,7 +39,7 @@ def identifiability(
 
     Parameters
     ----------
-    system, free, initial_states, signals, hold, start
+    system, free, signals, hold, start
         As for `wb.fit`.
     dataset
         The times and the inputs of the experiment. Its other signals are not used.
@@ -66,17 +64,16 @@ def identifiability(
     False
     """
     ode = equation_of(system, "identifiability")
-    values = {name: finite(f"identifiability(start={{{name!r}: ...}})", value) for name, value in (start or {}).items()}
+    values = start_values("identifiability", start)
     one_of("identifiability(hold=...)", hold, HOLDS)
     inputs, _ = match_inputs(ode, dataset, dict(signals or {}), hold, frozenset(values))
     labels = [label for name in outputs for label in _labels(ode, name)]
-    p, x0 = start_values(ode, values)
-    first = np.tile(x0, (len(dataset.names), 1))
-    numbers = (*parameter_numbers(ode, tuple(free), p), *initial_numbers(ode, tuple(initial_states), dataset, first))
-    refuse_numbers(numbers, inputs)
-    steps = tuple(float(np.median(np.diff(experiment.t))) / 2 for experiment in dataset)
     pairs = tuple((label, label) for label in labels)
-    model = OutputModel(ode, dataset, inputs, pairs, numbers, p, first, steps, (0.0,) * len(steps))
+    source = number_source(ode, dataset, inputs, pairs, values)
+    numbers = source.numbers(free)
+    refuse_inputs(numbers, inputs)
+    steps = tuple(float(np.median(np.diff(experiment.t))) / 2 for experiment in dataset)
+    model = OutputModel(ode, dataset, inputs, pairs, numbers, source.p, source.x0, steps, (0.0,) * len(steps))
     sigma = np.array([finite(f"identifiability(noise={{{n!r}: ...}})", (noise or {}).get(n, 1.0)) for n in labels])
     return _settled(model, sigma)
 

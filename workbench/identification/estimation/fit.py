@@ -51,6 +51,9 @@ class FitCertificate:
     condition: float
     reason: str
 
+    def __repr__(self) -> str:
+        return f"<FitCertificate: {self.to_minimum:.1e} to the minimum, {self.by_half_step:.1e} by half the step>"
+
     @property
     def is_passed(self) -> bool:
         """True if the estimates are the minimum to 1 % of a standard error, or to 1e-6 for a log without noise."""
@@ -153,9 +156,12 @@ class Fit:
         """Model minus sample (N, ny) in each experiment."""
         return tuple(self.data.errors(self.theta))
 
-    def root_mean_squares(self, of: tuple[Marks, ...] | None = None) -> dict[str, float]:
-        """The root mean square of the errors by sensor, of the samples that count, or of others (N, ny)."""
-        masks = self.data.weighs if of is None else of
+    @property
+    def root_mean_squares(self) -> dict[str, float]:
+        """The root mean square of the errors by sensor, of the samples that count."""
+        return self._root_mean_squares(self.data.weighs)
+
+    def _root_mean_squares(self, masks: tuple[Marks, ...]) -> dict[str, float]:
         names = [signal for signal, _ in self.model.outputs]
         result = {}
         for j, name in enumerate(names):
@@ -168,12 +174,12 @@ class Fit:
     def misfit(self) -> dict[str, float]:
         """By sensor, the root mean square of the errors over the noise that is known, or over the signal's spread."""
         unit = self.end.sigma if self.is_noise_known else spread(self.data)
-        return {name: value / size for (name, value), size in zip(self.root_mean_squares().items(), unit, strict=True)}
+        return {name: value / size for (name, value), size in zip(self.root_mean_squares.items(), unit, strict=True)}
 
     @property
     def hold_out(self) -> dict[str, float]:
         """By sensor, the root mean square of the errors on the hold-out over that on the fit; NaN if none was made."""
-        inside, outside = self.root_mean_squares(), self.root_mean_squares(self.held_out)
+        inside, outside = self.root_mean_squares, self._root_mean_squares(self.held_out)
         floors = LEAST_NOISE * spread(self.data)
         return {name: outside[name] / max(inside[name], floor) for name, floor in zip(inside, floors, strict=True)}
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from workbench.core.equations import LOOP, Loop, equations_of, is_loop
 from workbench.core.validation.refusals import Array, finite, known_name, one_of, refusal, whole
 from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import check_arguments
-from workbench.identification.datasets import Dataset
+from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.datasets.experiment import Marks
 from workbench.identification.estimation.fit import Fit, FitCertificate
 from workbench.identification.estimation.fit_search import SearchEnd, is_poor, search, spread
@@ -21,13 +20,7 @@ from workbench.identification.estimation.input_record import HOLDS, MeasuredInpu
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.signal_matching import match_signals
 from workbench.identification.estimation.step_refinement import coarse_enough, refine
-from workbench.identification.estimation.unknown_numbers import (
-    UnknownNumber,
-    delay_numbers,
-    initial_numbers,
-    parameter_numbers,
-    sensor_numbers,
-)
+from workbench.identification.estimation.unknown_numbers import SENSOR_OR_DELAY, NumberSource, UnknownNumber
 from workbench.identification.estimation.weighed_data import WeighedData
 
 
@@ -37,10 +30,6 @@ def fit(
     dataset: Dataset,
     free: Sequence[str],
     *,
-    initial_states: Sequence[str] = (),
-    delays: Sequence[str] = (),
-    offsets: Sequence[str] = (),
-    scales: Sequence[str] = (),
     noise: Mapping[str, float] | None = None,
     signals: Mapping[str, str] | None = None,
     hold: str = "hold",
@@ -48,51 +37,36 @@ def fit(
     hold_out: float = 0.2,
     starts: int = 1,
     seed: int = 0,
+    answers: Mapping[str, str] | None = None,
 ) -> Fit:
-    """Estimate parameters of a plant or a loop from measured signals, by output errors with exact sensitivities.
+    """Estimate numbers of a plant or a loop from a log, by output errors with exact sensitivities.
 
         min over z of sum_k |(y(t_k; z) - y_k) / sigma|^2,   x' = f(t, x, u, p), y = h(t, x, p)
 
-    The inputs u are those of the log. The states and their derivatives by z are marched together along the samples'
-    own times. The first sample of an experiment is at t = 0.
-
     Parameters
     ----------
-    system
-        A plant as `wb.open_loop(plant)`, a loop in continuous time, or an `Ode`.
-    dataset
-        The log. Its signals are matched by name with the inputs, outputs and states of the system.
+    system, dataset, signals
+        A plant as `wb.open_loop(plant)` or a loop in continuous time, and the log. Each signal of the log is an input,
+        output or state of the system, by its name or as `signals` says. The first sample is at t = 0.
     free
-        Paths of the parameters to be estimated.
-    initial_states
-        States whose initial values are estimated, in each experiment by itself. All others begin at their defaults.
-    delays
-        Inputs whose delay in s is estimated.
-    offsets, scales
-        Outputs whose sensor has an unknown offset, or scale.
+        Names to estimate: paths of parameters, and `omega(0)`, `delay of v`, `offset of omega`, `scale of omega`.
     noise
-        The standard deviation of the noise of each sensor. Without it, each is estimated from the residuals.
-    signals
-        For a signal of the log with another name, the parameter, state or output of the system.
-    hold
-        "hold" if an input keeps its value until the next sample; "linear" for straight lines.
-    start
-        Values of parameters and initial states at which the search starts; the defaults are those of the system.
-    hold_out
-        The share of each experiment, at its end, that the fit does not see; 0 for none.
-    starts, seed
-        The number of searches: the first from the start, others from random numbers between half and twice of it.
+        The standard deviation of each output's noise; by default it is estimated, too.
+    hold, hold_out
+        "hold" if an input keeps its value until the next sample; "linear" for straight lines. And the last part of each
+        experiment, as a share, that the fit does not see.
+    start, starts, seed
+        Values of parameters, states, delays, offsets and scales at the start, by default those of the system, and the
+        number of searches; others than the first begin at random numbers between half and twice the start.
+    answers
+        Answers to the questions of `wb.check_data` on the log, by point.
 
     Raises
     ------
     ValueError
-        If the data do not tell the numbers apart, a run from every start diverges, or an argument is out of bounds.
+        If the log's check is not passed, the data do not tell the numbers apart, or every run diverges.
     LookupError
         If a name is unknown.
-
-    References
-    ----------
-    Ljung (1999), System Identification, chapter 7; Bock (1983) for multiple shooting.
 
     Examples
     --------
@@ -100,59 +74,86 @@ def fit(
     >>> run = wb.simulate(motor, motor.parameters.pack({"v": 12.0}), until=2.0, every=0.02)
     >>> signals = {"v": np.full(101, 12.0), "omega": run["omega"][0]}
     >>> log = wb.Dataset.of(run.t, signals, {"v": "V", "omega": "rad/s"})
-    >>> found = wb.fit(motor, log, ["J", "R"], start={"J": 0.02, "R": 2.0})
+    >>> answers = {"constant signal": "the voltage is a step"}
+    >>> found = wb.fit(motor, log, ["J", "R"], start={"J": 0.02, "R": 2.0}, answers=answers)
     >>> {name: round(value, 6) for name, value in found.values.items()}
     {'J': 0.01, 'R': 1.0}
     """
-    values = {name: finite(f"fit(start={{{name!r}: ...}})", value) for name, value in (start or {}).items()}
-    unknown = Unknowns(*map(tuple, (free, delays, scales, offsets, initial_states)))
-    model, unused = _model_of(
-        equation_of(system, "fit"), dataset, unknown, dict(signals or {}), one_of("fit(hold=...)", hold, HOLDS), values
-    )
-    weighs, held_out = _masks(model, finite("fit(hold_out=...)", hold_out))
-    sigma = None if noise is None else _noise(dict(noise), [signal for signal, _ in model.outputs])
+    values = start_values("fit", start)
+    model, unused = _model_of(system, dataset, free, signals or {}, one_of("fit(hold=...)", hold, HOLDS), values)
+    remarks = _check(model, answers or {}, unused)
+    sigma, (weighs, held_out) = _noise(noise, model), _masks(model, finite("fit(hold_out=...)", hold_out))
     data = coarse_enough(_enough_samples(WeighedData(model, weighs)), sigma)
-    generator = np.random.default_rng(check_seed("fit(seed=...)", seed))
-    end = search(data, sigma, whole("fit(starts=...)", starts), generator)
-    if end is None:
-        raise ValueError(
-            "`fit(...)` needs a start from which a run lasts; all runs from the start, and from segments of the log, "
-            "diverge: give other values by `start`."
-        )
-    return _fit_of(data, held_out, end, sigma is not None, unused)
+    count, generator = whole("fit(starts=...)", starts), np.random.default_rng(check_seed("fit(seed=...)", seed))
+    return _fit_of(data, held_out, search(data, sigma, count, generator), sigma is not None, remarks)
 
 
-class Unknowns(NamedTuple):
-    """The names of what a fit estimates, by the arguments of `fit`."""
+def start_values(call: str, start: Mapping[str, float] | None) -> dict[str, float]:
+    """The finite numbers of a call's `start`."""
+    return {name: finite(f"{call}(start={{{name!r}: ...}})", value) for name, value in (start or {}).items()}
 
-    free: tuple[str, ...]
-    delays: tuple[str, ...]
-    scales: tuple[str, ...]
-    offsets: tuple[str, ...]
-    initial_states: tuple[str, ...]
+
+def _check(model: OutputModel, answers: Mapping[str, str], unused: Sequence[str]) -> tuple[str, ...]:
+    """The remarks and answers of the check of a log; a ValueError if it is not passed."""
+    known = model.dataset.signals
+    inputs, outputs = ([one.signal for one in model.inputs], [signal for signal, _ in model.outputs])
+    both = [[e.name for e in known.entries if {e.name, *e.labels()} & set(names)] for names in (inputs, outputs)]
+    names = [number.name for number in model.numbers]
+    check = check_data(model.dataset, inputs=both[0], outputs=both[1], parameters=names).answer(answers)
+    check.require()
+    left = [f"The log's signals {', '.join(unused)} were not used."] if unused else []
+    said = [f"{point}: {text}" for point, text in check.answers.items()]
+    return (*left, *(one.text for one in check.findings if one.severity == "remark"), *said)
 
 
 def _model_of(
-    ode: Ode, dataset: Dataset, unknown: Unknowns, signals: Mapping[str, str], hold: str, values: Mapping[str, float]
+    system: Ode | SampledSystem | Loop,
+    dataset: Dataset,
+    free: Sequence[str],
+    signals: Mapping[str, str],
+    hold: str,
+    values: Mapping[str, float],
 ) -> tuple[OutputModel, tuple[str, ...]]:
     """The model of a fit, with steps as long as the intervals between samples, and the signals that it does not use."""
+    ode = equation_of(system, "fit")
     inputs, outputs, unused = match_signals(ode, dataset, signals, hold, frozenset(values))
-    p, x0 = start_values(ode, values)
-    first = np.tile(x0, (len(dataset.names), 1))
-    names = tuple(signal for signal, _ in outputs)
-    each = (unit for entry in dataset.signals.entries for unit in entry.units)
-    by_label = dict(zip(dataset.signals.labels, each, strict=True))
-    units = tuple(by_label[name] for name in names)
-    numbers = (
-        *parameter_numbers(ode, unknown.free, p),
-        *delay_numbers(unknown.delays, tuple(one.signal for one in inputs)),
-        *sensor_numbers("scale", unknown.scales, names, units),
-        *sensor_numbers("offset", unknown.offsets, names, units),
-        *initial_numbers(ode, unknown.initial_states, dataset, first),
-    )
-    refuse_numbers(numbers, inputs)
+    source = number_source(ode, dataset, inputs, outputs, values)
     steps = tuple(float(np.median(np.diff(experiment.t))) for experiment in dataset)
-    return OutputModel(ode, dataset, inputs, outputs, numbers, p, first, steps, (0.0,) * len(steps)), unused
+    numbers, begins = source.numbers(free), (0.0,) * len(steps)
+    refuse_inputs(numbers, inputs)
+    return OutputModel(ode, dataset, inputs, outputs, numbers, source.p, source.x0, steps, begins), unused
+
+
+def number_source(
+    ode: Ode,
+    dataset: Dataset,
+    inputs: Sequence[MeasuredInput],
+    outputs: Sequence[tuple[str, str]],
+    values: Mapping[str, float],
+) -> NumberSource:
+    """The system with `values` by name in the place of its defaults, and the signals of the log."""
+    p, x0 = ode.parameters.default.copy(), ode.states.default.copy()
+    first = {}
+    for name, value in values.items():
+        if name in ode.parameters.labels:
+            p[ode.parameters.labels.index(name)] = value
+        elif name in ode.states.labels:
+            x0[ode.states.labels.index(name)] = value
+        elif SENSOR_OR_DELAY.fullmatch(name):
+            first[name] = value
+        else:
+            known_name(name, (*ode.parameters.labels, *ode.states.labels), f"parameters and states of '{ode.name}'")
+    ode.parameters.check(p[np.newaxis])
+    units = dict(zip(dataset.signals.labels, (u for e in dataset.signals.entries for u in e.units), strict=True))
+    known = {signal: units.get(signal, "") for signal, _ in outputs}
+    rows = np.tile(x0, (len(dataset.names), 1))
+    return NumberSource(ode, p, rows, dataset.names, tuple(one.signal for one in inputs), known, first)
+
+
+def refuse_inputs(numbers: Sequence[UnknownNumber], inputs: Sequence[MeasuredInput]) -> None:
+    """Refuse an unknown number that the log gives."""
+    if known := {one.label for one in inputs} & {number.name for number in numbers}:
+        raise ValueError(f"`fit(free=...)` cannot estimate {sorted(known)[0]!r}, which the log gives at each instant.")
 
 
 def _enough_samples(data: WeighedData) -> WeighedData:
@@ -168,29 +169,35 @@ def _enough_samples(data: WeighedData) -> WeighedData:
 
 
 def _fit_of(
-    data: WeighedData, held_out: tuple[Marks, ...], end: SearchEnd, is_noise_known: bool, unused: tuple[str, ...]
+    data: WeighedData,
+    held_out: tuple[Marks, ...],
+    end: SearchEnd | None,
+    is_known: bool,
+    remarks: tuple[str, ...],
 ) -> Fit:
     """The answer at the end of a search, or a refusal if the data do not tell the numbers apart."""
-    at_end = refine(data, end, is_noise_known)
+    if end is None:
+        raise ValueError(
+            "`fit(...)` needs a start from which a run lasts; all runs from the start, and from segments of the log, "
+            "diverge: give other values by `start`."
+        )
+    at_end = refine(data, end, is_known)
     data, end, last = at_end.data, at_end.end, at_end.last
     names = tuple(number.name for number in data.model.numbers)
     identifiability = Identifiability.of(names, end.z, last.derivatives)
     if not identifiability.is_complete:
         raise ValueError(
-            f"{_poor_fit(data, end, is_noise_known)}`fit(...)` cannot tell "
+            f"{_poor_fit(data, end, is_known)}`fit(...)` cannot tell "
             f"{', '.join(identifiability.ambiguous_names)} apart from these data. "
             f"{' '.join(identifiability.sentences)} Leave out of `free` one number for each such direction."
         )
     covariance = np.linalg.inv(last.derivatives.T @ last.derivatives)
     total = data.counts.sum()
-    factor = 1.0 if is_noise_known else total / (total - len(names))  # residuals of n numbers are too small
+    factor = 1.0 if is_known else total / (total - len(names))  # residuals of n numbers are too small
     norms = np.linalg.norm(last.derivatives, axis=0)
     condition = float(np.linalg.cond(last.derivatives / norms))
     certificate = FitCertificate(at_end.to_minimum, at_end.by_half_step, at_end.limit, condition, end.minimum.reason)
-    remarks = (f"The log's signals {', '.join(unused)} were not used.",) if unused else ()
-    return Fit(
-        data, held_out, end, is_noise_known, np.asarray(factor * covariance), certificate, identifiability, remarks
-    )
+    return Fit(data, held_out, end, is_known, np.asarray(factor * covariance), certificate, identifiability, remarks)
 
 
 def _poor_fit(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> str:
@@ -216,31 +223,6 @@ def equation_of(system: Ode | SampledSystem | Loop, call: str) -> Ode:
     return equation
 
 
-def start_values(ode: Ode, values: Mapping[str, float]) -> tuple[Array, Array]:
-    """All parameters (np,) and states (nx,) at the start, with some of them by name."""
-    p, x0 = ode.parameters.default.copy(), ode.states.default.copy()
-    for name, value in values.items():
-        if name in ode.parameters.labels:
-            p[ode.parameters.labels.index(name)] = value
-        elif name in ode.states.labels:
-            x0[ode.states.labels.index(name)] = value
-        else:
-            known_name(name, (*ode.parameters.labels, *ode.states.labels), f"parameters and states of '{ode.name}'")
-    ode.parameters.check(p[np.newaxis])
-    return p, x0
-
-
-def refuse_numbers(numbers: Sequence[UnknownNumber], inputs: Sequence[MeasuredInput]) -> None:
-    """Refuse a fit of nothing, a number that is named twice, and one that the log gives."""
-    names = [number.name for number in numbers]
-    if not names:
-        raise ValueError("`fit(free=...)` must name at least one unknown number; got none.")
-    if twice := {name for name in names if names.count(name) > 1}:
-        raise ValueError(f"`fit(free=...)` must name each number once; {sorted(twice)[0]!r} came more than once.")
-    if known := {one.label for one in inputs} & set(names):
-        raise ValueError(f"`fit(free=...)` cannot estimate {sorted(known)[0]!r}, which the log gives at each instant.")
-
-
 def _masks(model: OutputModel, share: float) -> tuple[tuple[Marks, ...], tuple[Marks, ...]]:
     """The samples (N, ny) of each experiment that count, and those that are held out."""
     if not 0 <= share < 1:
@@ -256,7 +238,11 @@ def _masks(model: OutputModel, share: float) -> tuple[tuple[Marks, ...], tuple[M
     return tuple(weighs), tuple(held_out)
 
 
-def _noise(noise: Mapping[str, float], names: Sequence[str]) -> Array:
+def _noise(noise: Mapping[str, float] | None, model: OutputModel) -> Array | None:
+    """The standard deviations (ny,) of the outputs, or None if they are to be estimated."""
+    if noise is None:
+        return None
+    names = [signal for signal, _ in model.outputs]
     for name in noise:
         known_name(name, names, "outputs of this fit")
     if missing := [name for name in names if name not in noise]:

@@ -82,11 +82,7 @@ def input_record(
     t = experiment.t - experiment.t[0] + begin
     inner = np.setdiff1d(instants[(instants > t[0]) & (instants < t[-1])], t)
     knots = {one.signal: t + delays[one.signal] for one in inputs if one.signal in delays}
-    times = np.concatenate([t, inner, *knots.values()])
-    owner = np.repeat(np.arange(2 + len(knots)), [len(t), len(inner), *map(len, knots.values())])
-    order = np.lexsort((owner, times))  # a sample before the knots at its time, as a delay moves them behind it
-    order = order[(times[order] < t[-1]) | (owner[order] == 0)]
-    times, owner = times[order], owner[order]
+    times, owner = _instants(t, [inner, *knots.values()])
     sources = {one.signal: 0 for one in inputs} | {signal: 2 + i for i, signal in enumerate(knots)}
     parts = [
         _between(times, owner == sources[one.signal], knots.get(one.signal, t), _values(experiment, one), one.hold)
@@ -107,6 +103,18 @@ def input_record(
     places = np.append(0, np.cumsum(counts))[samples]
     record = SignalRecord(whole.t, tuple(one.label for one in inputs), whole.begins, whole.ends)
     return InputRecord(record, places, at_samples, changes, slopes)
+
+
+def _instants(t: Array, others: Sequence[Array]) -> tuple[Array, Integers]:
+    """All instants up to the last sample in their order, and of each its owner: 0 for samples, then the `others`.
+
+    A sample is before the knots at its time, as a delay moves them behind it.
+    """
+    times = np.concatenate([t, *others])
+    owner = np.repeat(np.arange(1 + len(others)), [len(t), *map(len, others)])
+    order = np.lexsort((owner, times))
+    order = order[(times[order] < t[-1]) | (owner[order] == 0)]
+    return times[order], owner[order]
 
 
 def _values(experiment: Experiment, one: MeasuredInput) -> Array:

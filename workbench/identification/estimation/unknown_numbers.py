@@ -1,7 +1,12 @@
-"""Unknown numbers of a fit: parameters, initial states, delays of inputs, offsets and scales of sensors."""
+"""Unknown numbers of a fit: parameters, initial states, delays of inputs, offsets and scales of sensors.
+
+Their names are the paths of parameters, and `omega(0)`, `delay of v`, `offset of omega` and `scale of omega`.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,9 +15,12 @@ import numpy as np
 from workbench.core import Ode
 from workbench.core.validation.refusals import Array, known_name
 from workbench.core.validation.signatures import check_arguments
-from workbench.identification.datasets import Dataset
 
 Kind = Literal["parameter", "initial state", "delay", "offset", "scale"]
+
+
+SENSOR_OR_DELAY = re.compile(r"(delay|offset|scale) of (.+)")
+INITIAL = re.compile(r"(.+)\(0\)")
 
 
 @dataclass(frozen=True)
@@ -48,56 +56,75 @@ class UnknownNumber:
     unit: str
 
 
-@check_arguments
-def parameter_numbers(ode: Ode, names: tuple[str, ...], start: Array) -> list[UnknownNumber]:
-    """The numbers of some parameters, by path; `start` (np,) are all parameters of the equation."""
-    units = [unit for entry in ode.parameters.entries for unit in entry.units]
-    bounds = [entry.bounds.ends for entry in ode.parameters.entries for _ in range(entry.size)]
-    numbers = []
-    for name in names:
-        for place in ode.parameters.indices(name):
-            label = ode.parameters.labels[place]
-            numbers.append(
-                UnknownNumber(label, "parameter", label, "", float(start[place]), *bounds[place], units[place])
-            )
-    return numbers
+@dataclass(frozen=True, eq=False)
+class NumberSource:
+    """A system with its values at the start, and the signals of a log, which together have all unknown numbers.
 
+    `units` are those of the outputs by label, and `first` values of delays, offsets and scales by name, such as
+    "delay of v", that differ from 0 and 1.
+    """
 
-@check_arguments
-def initial_numbers(ode: Ode, names: tuple[str, ...], dataset: Dataset, start: Array) -> list[UnknownNumber]:
-    """The numbers of some initial states, one for each experiment; `start` (E, nx) are all states at the begin."""
-    units = [unit for entry in ode.states.entries for unit in entry.units]
-    numbers = []
-    for name in names:
-        for place in ode.states.indices(name):
-            label = ode.states.labels[place]
-            for row, experiment in zip(start, dataset.names, strict=True):
-                own = f"{label}(0)" if len(dataset.names) == 1 else f"{label}(0) of {experiment}"
-                numbers.append(
-                    UnknownNumber(
-                        own, "initial state", label, experiment, float(row[place]), -np.inf, np.inf, units[place]
-                    )
-                )
-    return numbers
+    ode: Ode
+    p: Array  # (np,)
+    x0: Array  # (E, nx)
+    experiments: tuple[str, ...]
+    inputs: tuple[str, ...]
+    units: Mapping[str, str]
+    first: Mapping[str, float]
 
+    def numbers(self, names: Sequence[str]) -> tuple[UnknownNumber, ...]:
+        """The numbers of some names; a name of a vector or matrix has one for each entry.
 
-@check_arguments
-def sensor_numbers(
-    kind: Kind, names: tuple[str, ...], outputs: tuple[str, ...], units: tuple[str, ...]
-) -> list[UnknownNumber]:
-    """The offsets, which start at 0, or the scales, which start at 1, of some sensors by the names of their outputs."""
-    numbers = []
-    for name in names:
-        known_name(name, outputs, "outputs of this fit")
-        unit = units[outputs.index(name)] if kind == "offset" else ""
-        low = -np.inf if kind == "offset" else 0.0
-        numbers.append(UnknownNumber(f"{kind} of {name}", kind, name, "", float(kind == "scale"), low, np.inf, unit))
-    return numbers
+        Raises
+        ------
+        LookupError
+            If a name is unknown.
+        ValueError
+            If there is none, or a number is named twice.
+        """
+        numbers = [number for name in names for number in self._of(name)]
+        if not numbers:
+            raise ValueError("`fit(free=...)` must name at least one unknown number; got none.")
+        every = [number.name for number in numbers]
+        if twice := sorted({name for name in every if every.count(name) > 1}):
+            raise ValueError(f"`fit(free=...)` must name each number once; {twice[0]!r} came more than once.")
+        return tuple(numbers)
 
+    def _of(self, name: str) -> list[UnknownNumber]:
+        if part := SENSOR_OR_DELAY.fullmatch(name):
+            return [self._delay(part[2])] if part[1] == "delay" else [self._sensor(part[1], part[2])]
+        if part := INITIAL.fullmatch(name):
+            return self._initial(part[1])
+        units = [unit for entry in self.ode.parameters.entries for unit in entry.units]
+        bounds = [entry.bounds.ends for entry in self.ode.parameters.entries for _ in range(entry.size)]
+        numbers = []
+        for place in self.ode.parameters.indices(name):
+            label = self.ode.parameters.labels[place]
+            start = float(self.p[place])
+            numbers.append(UnknownNumber(label, "parameter", label, "", start, *bounds[place], units[place]))
+        return numbers
 
-@check_arguments
-def delay_numbers(names: tuple[str, ...], inputs: tuple[str, ...]) -> list[UnknownNumber]:
-    """The delays of some inputs in s, which start at 0 and are at least 0."""
-    for name in names:
-        known_name(name, inputs, "inputs of this fit")
-    return [UnknownNumber(f"delay of {name}", "delay", name, "", 0.0, 0.0, np.inf, "s") for name in names]
+    def _initial(self, state: str) -> list[UnknownNumber]:
+        """The initial values of a state, in each experiment by itself."""
+        units = [unit for entry in self.ode.states.entries for unit in entry.units]
+        numbers = []
+        for place in self.ode.states.indices(state):
+            label = self.ode.states.labels[place]
+            for row, experiment in zip(self.x0, self.experiments, strict=True):
+                name = f"{label}(0)" if len(self.experiments) == 1 else f"{label}(0) of {experiment}"
+                start, inf = float(row[place]), np.inf
+                numbers.append(UnknownNumber(name, "initial state", label, experiment, start, -inf, inf, units[place]))
+        return numbers
+
+    def _sensor(self, kind: str, output: str) -> UnknownNumber:
+        known_name(output, self.units, "outputs of this fit")
+        name = f"{kind} of {output}"
+        if kind == "offset":
+            start = self.first.get(name, 0.0)
+            return UnknownNumber(name, "offset", output, "", start, -np.inf, np.inf, self.units[output])
+        return UnknownNumber(name, "scale", output, "", self.first.get(name, 1.0), 0.0, np.inf, "")
+
+    def _delay(self, signal: str) -> UnknownNumber:
+        known_name(signal, self.inputs, "inputs of this fit")
+        name = f"delay of {signal}"
+        return UnknownNumber(name, "delay", signal, "", self.first.get(name, 0.0), 0.0, np.inf, "s")

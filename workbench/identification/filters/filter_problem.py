@@ -15,8 +15,8 @@ from workbench.core.validation.refusals import Array, one_of
 from workbench.identification.datasets import Dataset
 from workbench.identification.filters.array_steps import square_root
 from workbench.identification.filters.discrete_model import DiscreteModel
+from workbench.identification.filters.filter_columns import FilterColumns, LogReading, columns_of
 from workbench.identification.filters.filter_input import covariance, initial_mean
-from workbench.identification.filters.log_columns import LogColumns, LogReading, columns_of
 from workbench.identification.filters.motions import AbstractMotion, MapExpressions, MapMotion, OdeMotion
 from workbench.identification.filters.parameter_walk import starts_of, with_walks
 from workbench.identification.filters.stochastic_model import StochasticModel
@@ -74,7 +74,7 @@ def problem_of(call: str, log: Dataset, model: StochasticModel, reading: LogRead
     )
 
 
-def _start(call: str, model: StochasticModel, columns: LogColumns) -> tuple[Array, Array, Array]:
+def _start(call: str, model: StochasticModel, columns: FilterColumns) -> tuple[Array, Array, Array]:
     """x0, P0 and R, whose size must be the number of outputs that are read."""
     n = model.equations.states.size
     return (
@@ -103,7 +103,7 @@ def _of_ode(call: str, log: Dataset, model: StochasticModel, ode: Ode, reading: 
     )
 
 
-def _of_step(call: str, step: StepMap, columns: LogColumns) -> MapExpressions:
+def _of_step(call: str, step: StepMap, columns: FilterColumns) -> MapExpressions:
     if step.recorded_numbers is not None:
         raise ValueError(
             f"`{call}(model=...)` must have a step without recorded numbers: give the `Ode` itself, and its inputs in "

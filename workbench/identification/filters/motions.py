@@ -15,7 +15,7 @@ from workbench.core.validation.refusals import Array
 from workbench.identification.filters.array_steps import triangle
 from workbench.identification.filters.compiled_function import CompiledFunction
 from workbench.identification.filters.discrete_model import DiscreteModel
-from workbench.identification.filters.log_columns import LogColumns
+from workbench.identification.filters.filter_columns import FilterColumns
 
 MOST_COLUMNS = 12  # of noise per state, beyond which they are joined
 
@@ -24,7 +24,7 @@ class AbstractMotion(ABC):
     """A model along the N samples of a log."""
 
     states: Layout
-    log: LogColumns
+    log: FilterColumns
 
     @abstractmethod
     def advance(self, k: int, x: Array) -> tuple[Array, Array, Array]:
@@ -71,7 +71,7 @@ class MapMotion(AbstractMotion):
     """A map from sample to sample, with parameters (N, np), numbers k (N,) and the root of Q (n, l)."""
 
     def __init__(
-        self, states: Layout, log: LogColumns, map_: MapExpressions, rows: Array, k: Array, noise: Array
+        self, states: Layout, log: FilterColumns, map_: MapExpressions, rows: Array, k: Array, noise: Array
     ) -> None:
         self.states, self.log = states, log
         self._k, self._rows, self._noise = k[:, None], rows, noise
@@ -134,7 +134,7 @@ class OdeMotion(AbstractMotion):
         The number of steps in an interval of the usual length; longer ones have more.
     """
 
-    def __init__(self, ode: Ode, log: LogColumns, p: Array, noise: Array, hold: str, parts: int) -> None:
+    def __init__(self, ode: Ode, log: FilterColumns, p: Array, noise: Array, hold: str, parts: int) -> None:
         self.states, self.log, self._ode = ode.states, log, ode
         self._p = p.copy()
         self._begins, self._rows = _divided(log, hold, parts)
@@ -199,7 +199,7 @@ class OdeMotion(AbstractMotion):
         return self._many["read"](points, self._sample_rows[k])[0]
 
 
-def _divided(log: LogColumns, hold: str, parts: int) -> tuple[list[int], Array]:
+def _divided(log: FilterColumns, hold: str, parts: int) -> tuple[list[int], Array]:
     """The first step of each interval (N,), and the numbers (steps, 2 (2 + 2 nd)) of the two halves of each step."""
     lengths = np.diff(log.t)
     if not len(lengths):

@@ -11,10 +11,10 @@ import numpy as np
 from workbench.core.validation.refusals import Array, finite, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
+from workbench.identification.filters.filter_columns import LogReading
 from workbench.identification.filters.filter_estimate import FilterEstimate, estimate_by
 from workbench.identification.filters.filter_problem import FilterProblem, problem_of
 from workbench.identification.filters.forward_pass import AbstractPass, Moves
-from workbench.identification.filters.log_columns import LogReading
 from workbench.identification.filters.motions import AbstractMotion
 from workbench.identification.filters.stochastic_model import StochasticModel
 

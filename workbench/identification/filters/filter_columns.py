@@ -31,7 +31,7 @@ class LogReading:
 
 
 @dataclass(frozen=True, eq=False)
-class LogColumns:
+class FilterColumns:
     """Times (N,), places of the inputs in the parameters with their samples (N, nd), outputs and their samples."""
 
     t: Array
@@ -44,7 +44,7 @@ class LogColumns:
 
 def columns_of(
     call: str, log: Dataset, reading: LogReading, parameters: Layout, inputs: Sequence[str], all_outputs: Layout
-) -> LogColumns:
+) -> FilterColumns:
     """The columns for a model with these parameters and outputs; `inputs` are read if the caller names none."""
     experiment = _only_experiment(call, log)
     signals = experiment.signals
@@ -72,7 +72,7 @@ def columns_of(
         )
     columns = [column for _, part in read_at for column in part]
     output_places = tuple(place for part, _ in read_at for place in part)
-    return LogColumns(
+    return FilterColumns(
         times(call, experiment.t, len(experiment)),
         tuple(parameters.labels[place] for part, _ in places for place in part),
         u,
