@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 MISFIT = 1.5  # root mean square of the residuals in standard deviations of a known noise that a model does not explain
 WORSE = 1.5  # ratio of the hold-out's residuals to those of the fit
+SHORT = 4  # numbers in one line
 CLOSE = 1e-6  # relative distance to a bound that is none
 
 
@@ -268,9 +269,12 @@ class Fit:
     def __repr__(self) -> str:
         values = ", ".join(
             f"{name} = {value:.4g} +- {error:.1g}"
-            for (name, value), error in zip(self.values.items(), self.standard_errors.values(), strict=True)
+            for (name, value), error in list(zip(self.values.items(), self.standard_errors.values(), strict=True))[
+                :SHORT
+            ]
         )
-        return f"<Fit: {values}{'; ' if self.warnings else ''}{' '.join(self.warnings)}>"
+        values += f" and {len(self.names) - SHORT} more" if len(self.names) > SHORT else ""
+        return f"<Fit: {values}; {len(self.warnings) or 'no'} warning{'' if len(self.warnings) == 1 else 's'}>"
 
     def _repr_html_(self) -> str:
         frame = self.to_frame().reset_index()
