@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import stats
 
+from workbench.core.plot_registry import draw
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
@@ -265,6 +266,10 @@ class Fit:
         ]
         columns = ["unit", "start", "estimate", "standard error", "from", "to"]
         return pd.DataFrame(rows, index=pd.Index(self.names, name="number"), columns=columns)
+
+    def plot(self, kind: str = "outputs") -> object:
+        """The picture of a kind: "outputs", "residuals" or "correlations", as `workbench.plot` draws it."""
+        return draw(self, kind=kind)
 
     def __repr__(self) -> str:
         values = ", ".join(
