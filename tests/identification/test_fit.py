@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.stats import binom
 
 import workbench as wb
-from workbench.identification.estimation import fit, identifiability
+from workbench.identification.estimation import fit, identifiability, simulate_log
 from workbench.identification.estimation.input_record import MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.unknown_numbers import NumberSource
@@ -203,3 +203,13 @@ def test_a_log_without_its_input_and_one_of_another_unit_are_refused():
         fit(MOTOR, wb.Dataset.of(T, {"omega": X[:, 0]}), ("J",))
     with pytest.raises(ValueError, match="unit of 'omega'"):
         fit(MOTOR, wb.Dataset.of(T, {"v": V, "omega": X[:, 0]}, {"omega": "kg"}), ("J",))
+
+
+def test_a_system_along_a_log_is_that_of_an_independent_solver():
+    made = simulate_log(MOTOR, log(T, V, X), ["omega", "i"])
+    for name, column in (("omega", X[:, 0]), ("i", X[:, 1])):
+        # half the step changes it by 1e-6 at most, so the rest of a method of fourth order is 1e-7
+        np.testing.assert_allclose(made[name], column, atol=1e-7 * np.abs(column).max())
+    assert made.signals["omega"].unit == "rad/s"
+    with pytest.raises(LookupError, match="speed"):
+        simulate_log(MOTOR, log(T, V, X), ["speed"])

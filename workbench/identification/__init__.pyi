@@ -8,6 +8,7 @@ from workbench.identification.estimation import (
     ResidualTest,
     fit,
     identifiability,
+    simulate_log,
 )
 
 __all__ = [
@@ -19,4 +20,5 @@ __all__ = [
     "ResidualTest",
     "fit",
     "identifiability",
+    "simulate_log",
 ]

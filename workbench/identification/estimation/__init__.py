@@ -5,4 +5,5 @@ from workbench.identification.estimation.fit import Fit as Fit
 from workbench.identification.estimation.fit import FitCertificate as FitCertificate
 from workbench.identification.estimation.fit_system import fit as fit
 from workbench.identification.estimation.identifiability import Identifiability as Identifiability
+from workbench.identification.estimation.log_simulation import simulate_log as simulate_log
 from workbench.identification.estimation.residual_tests import ResidualTest as ResidualTest
