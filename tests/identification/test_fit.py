@@ -213,3 +213,20 @@ def test_a_system_along_a_log_is_that_of_an_independent_solver():
     assert made.signals["omega"].unit == "rad/s"
     with pytest.raises(LookupError, match="speed"):
         simulate_log(MOTOR, log(T, V, X), ["speed"])
+
+
+def test_a_closed_loop_is_fitted_to_what_it_shows_and_a_name_stands_for_its_only_number():
+    motor = wb.DCMotor()
+    law = wb.PID(motor.outputs, motor.inputs, 5.0, 20.0, None)
+    loop = wb.ClosedLoop(motor, reference=wb.Constant("omega", "rad/s", 1.0), controller=law)
+    run = wb.simulate(loop, until=2.0, every=0.02)
+    data = wb.Dataset.of(run.t, {"omega": run["omega"][0, :, 0]}, {"omega": "rad/s"})
+    found = fit(loop, data, ["plant.J", "plant.b"], start={"plant.J": 0.015})
+    assert found.values["plant.J"] == pytest.approx(motor.J, rel=1e-4)  # the run keeps 1e-3 of its states at most
+
+
+def test_a_plant_that_is_no_system_and_a_log_in_other_seconds_are_told_what_to_do():
+    with pytest.raises(ValueError, match="open_loop"):
+        fit(wb.DCMotor(), log(T, V, X), ("J",))
+    with pytest.raises(ValueError, match="unit of the log's times"):
+        fit(MOTOR, log(1000 * T, V, X), ("J",))
