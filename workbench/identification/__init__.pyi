@@ -2,20 +2,24 @@
 
 from workbench.identification.datasets import Dataset, Experiment
 from workbench.identification.estimation import (
+    Bootstrap,
     Fit,
     FitCertificate,
     Identifiability,
+    ProfileLikelihood,
     ResidualTest,
     fit,
     identifiability,
 )
 
 __all__ = [
+    "Bootstrap",
     "Dataset",
     "Experiment",
     "Fit",
     "FitCertificate",
     "Identifiability",
+    "ProfileLikelihood",
     "ResidualTest",
     "fit",
     "identifiability",

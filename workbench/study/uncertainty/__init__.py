@@ -17,7 +17,7 @@ from workbench.engine.distributions import (
     Triangular,
     Uniform,
 )
-from workbench.engine.factors import Factor, Space
+from workbench.engine.factors import Factor, JointDirection, Space
 from workbench.study.uncertainty.designs import (
     AbstractDesign,
     LatinHypercube,
@@ -40,6 +40,7 @@ __all__ = [
     "Estimate",
     "Factor",
     "Flags",
+    "JointDirection",
     "LatinHypercube",
     "ListedPoints",
     "LocalSensitivities",
