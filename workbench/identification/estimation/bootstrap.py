@@ -18,6 +18,8 @@ KINDS = {
     "residual": "residuals of each sensor, drawn with replacement, added to the outputs of the fit",
 }
 
+HALF_STEP = 0.05  # standard errors by which half the step may move a draw
+
 
 @dataclass(frozen=True, eq=False)
 class Bootstrap:
@@ -37,8 +39,9 @@ class Bootstrap:
         A name of the kind of noise.
     shares_at_bounds
         By name, the share of draws that lie on a bound of the number.
-    to_minimum
-        The largest next step of a converged fit, in standard errors.
+    to_minimum, by_half_step
+        In standard errors, the largest next step of a converged fit, and the largest change by half the integration
+        step of the draws with the least and the largest value of each number.
 
     References
     ----------
@@ -64,6 +67,12 @@ class Bootstrap:
     kind: str
     shares_at_bounds: Mapping[str, float]
     to_minimum: float
+    by_half_step: float
+
+    @property
+    def is_passed(self) -> bool:
+        """True if all fits converged, and half the step moves no draw by more than 5 % of a standard error."""
+        return not self.share_failed and self.by_half_step <= HALF_STEP
 
     @cached_property
     def share_failed(self) -> float:
@@ -111,6 +120,8 @@ class Bootstrap:
         shares = (f"{name} in {100 * share:.3g} %" for name, share in self.shares_at_bounds.items() if share)
         bounds = ", ".join(shares)
         at = f"; at a bound: {bounds}" if bounds else ""
+        if self.by_half_step > HALF_STEP:
+            at += f"; half the step moves a draw by {self.by_half_step:.2g} standard errors"
         return f"<Bootstrap: {len(self.draws):,} {self.kind} draws of {', '.join(self.names)}{failed}{at}>"
 
 
@@ -128,11 +139,14 @@ def draw_bootstrap(deviance: Deviance, theta: Array, sigma: Array, count: int, s
         end = refit(deviance, theta, free, -first.errors - noise, first)
         if end.is_converged:
             row[:], largest = end.z, max(largest, end.to_minimum)
+    done = draws[np.isfinite(draws).all(axis=1)]
+    extremes = np.unique([done.argmin(axis=0), done.argmax(axis=0)]) if len(done) else ()
+    change = max((deviance.shift_by_half_step(done[i]) for i in extremes), default=np.inf)
     numbers = deviance.data.model.numbers
     low, high = deviance.bounds
     shares = np.mean((draws <= low) | (draws >= high), axis=0).tolist()
     names = tuple(number.name for number in numbers)
-    return Bootstrap(names, theta, draws, kind, dict(zip(names, shares, strict=True)), largest)
+    return Bootstrap(names, theta, draws, kind, dict(zip(names, shares, strict=True)), largest, change)
 
 
 def _pools(errors: Array, places: Integers, numbers: int) -> tuple[Array, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, NamedTuple
 
@@ -11,12 +11,15 @@ from scipy import stats
 
 from workbench.core.validation.refusals import Array, finite, known_name
 from workbench.identification.estimation.refit import Deviance, Refit, refit
+from workbench.identification.estimation.step_refinement import halve
 
 POINTS = 4  # of a side of the curve up to its limit, if the outputs are linear
 MOST_POINTS = 80  # of a side
 REACH = 10.0  # half widths of the linear interval to which the search goes if no limits are given
+OF_LIMIT = 1e-2  # change of a ratio by half the step, relative to the limit
+MOST_HALVINGS = 7  # of the step of the fit
 AT_END = 1e-4  # relative error of the root of the ratio at an end of the interval
-MOST_ROOT_ROUNDS, MOST_SHORTER = 20, 6
+MOST_ROOT_ROUNDS, MOST_SHORTER = 30, 6
 BETTER = 1e-2  # fall of the deviance below that of the estimate that is another minimum
 
 Limits = tuple[float, float] | None
@@ -31,11 +34,17 @@ class ProfileEnd(NamedTuple):
 
 
 class ProfilePoint(NamedTuple):
-    """A point of a curve: all numbers z (nz,), the log-likelihood ratio, and the next step in standard errors."""
+    """A point of a curve.
+
+    It has all numbers z (nz,), the log-likelihood ratio, the next step in standard errors, the change of the ratio by
+    half the integration step, and how often that step was halved for it.
+    """
 
     z: Array
     ratio: float
     to_minimum: float
+    by_half_step: float
+    halvings: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +73,9 @@ class ProfileLikelihood:
     low_end, high_end
         The ends of the interval, each with its reason: "reached", "open" if the ratio stays below its limit as far as
         the search went, "bound" if the number may not go further, or "not converged". An open end is infinite.
-    to_minimum
-        The largest next step of any point, in standard errors.
+    to_minimum, by_half_step
+        The largest next step of any point, in standard errors, and the largest change of a ratio up to the limit by
+        half the integration step. A point whose ratio changes by more than 1 % of the limit gets a shorter step.
 
     References
     ----------
@@ -96,6 +106,7 @@ class ProfileLikelihood:
     low_end: ProfileEnd
     high_end: ProfileEnd
     to_minimum: float
+    by_half_step: float
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -161,11 +172,12 @@ def profile_of(
     reach = max(float(low), numbers[i].low), min(float(high), numbers[i].high)
     search = ProfileSearch(deviance, theta, covariance, i, limit, reach)
     (below, low_end), (above, high_end) = search.side(-1), search.side(1)
-    points = [*below[::-1], ProfilePoint(theta, 0.0, search.base.to_minimum), *above]
+    points = [*below[::-1], search.center, *above]
     z, ratios = np.array([point.z for point in points]), np.array([point.ratio for point in points])
     worst = max(point.to_minimum for point in points)
-    unit = numbers[i].unit
-    return ProfileLikelihood(name, unit, float(theta[i]), level, z[:, i], ratios, z, limit, low_end, high_end, worst)
+    change = max(point.by_half_step for point in points if point.ratio <= limit * (1 + OF_LIMIT))
+    ends, unit = (low_end, high_end), numbers[i].unit
+    return ProfileLikelihood(name, unit, float(theta[i]), level, z[:, i], ratios, z, limit, *ends, worst, change)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,9 +195,22 @@ class ProfileSearch:
     reach: tuple[float, float]
 
     @cached_property
-    def base(self) -> Refit:
+    def center(self) -> ProfilePoint:
         """The estimate itself."""
-        return refit(self.deviance, self.theta, np.arange(len(self.theta)))
+        base = self._models[0][1]
+        return ProfilePoint(self.theta, 0.0, base.to_minimum, 0.0, 0)
+
+    @cached_property
+    def _models(self) -> list[tuple[Deviance, Refit]]:
+        """The deviance at the step of the fit, at half of it and so on, as far as needed, each with its least one."""
+        return [(self.deviance, refit(self.deviance, self.theta, np.arange(len(self.theta))))]
+
+    def _model(self, halvings: int) -> tuple[Deviance, Refit]:
+        while len(self._models) <= halvings:
+            last, base = self._models[-1]
+            finer = replace(last, data=halve(last.data))
+            self._models.append((finer, refit(finer, base.z, np.arange(len(self.theta)))))
+        return self._models[halvings]
 
     def side(self, sign: int) -> tuple[list[ProfilePoint], ProfileEnd]:
         """The points from the estimate outwards, without it, and the end of the interval on this side."""
@@ -193,12 +218,12 @@ class ProfileSearch:
         bound = self.deviance.bounds[(sign + 1) // 2][i]
         top = np.sqrt(self.limit)
         step = top * np.sqrt(self.covariance[i, i]) / POINTS
-        points = [ProfilePoint(self.theta, 0.0, self.base.to_minimum)]
+        points = [self.center]
         shorter = 0
         while len(points) <= MOST_POINTS and sign * (last - points[-1].z[i]) > 0:
             value = points[-1].z[i] + sign * step
             value = last if sign * (value - last) >= 0 else value
-            new = self._point(value, self._forecast(points, value), points[-1].z)
+            new = self._point(value, points[-1].halvings, self._forecast(points, value), points[-1].z)
             if new is None:
                 shorter, step = shorter + 1, step / 4
                 if shorter > MOST_SHORTER:
@@ -207,6 +232,8 @@ class ProfileSearch:
             points.append(new)
             if new.ratio >= self.limit:
                 end = self._root(points[-2], new)
+                if end is None:
+                    return points[1:-1], ProfileEnd(np.nan, "not converged")
                 return [*points[1:-1], end, new], ProfileEnd(float(end.z[i]), "reached")
             gain = np.sqrt(max(new.ratio, 0.0)) - np.sqrt(max(points[-2].ratio, 0.0))
             step *= float(np.clip(top / POINTS / max(gain, 1e-12), 0.5, 2.0))
@@ -223,31 +250,45 @@ class ProfileSearch:
         slope = self.covariance[:, i] / self.covariance[i, i]
         return np.asarray(self.theta + slope * (value - self.theta[i]))
 
-    def _point(self, value: float, *starts: Array) -> ProfilePoint | None:
-        """The best point with the number at a value, from the first start that converges; None if none does."""
+    def _point(self, value: float, halvings: int, *starts: Array) -> ProfilePoint | None:
+        """The best point with the number at a value, from the first start that converges; None if none does.
+
+        The step is halved until half of it changes the ratio no more.
+        """
         free = np.delete(np.arange(len(self.theta)), self.place)
-        for start in starts:
-            z = np.clip(start, *self.deviance.bounds)
-            z[self.place] = value
-            end = refit(self.deviance, z, free)
-            if end.is_converged:
-                return ProfilePoint(end.z, end.deviance - self.base.deviance, end.to_minimum)
+        for level in range(halvings, MOST_HALVINGS):
+            deviance, base = self._model(level)
+            for start in starts:
+                z = np.clip(start, *self.deviance.bounds)
+                z[self.place] = value
+                end = refit(deviance, z, free)
+                if not end.is_converged:
+                    continue
+                ratio, change = end.deviance - base.deviance, self._change(end, level)
+                if change <= OF_LIMIT * max(self.limit, ratio):
+                    return ProfilePoint(end.z, ratio, end.to_minimum, change, level)
         return None
 
-    def _root(self, inside: ProfilePoint, outside: ProfilePoint) -> ProfilePoint:
+    def _change(self, end: Refit, halvings: int) -> float:
+        """The change of a ratio by half the step; that of the other numbers matters in second order only."""
+        base, (finer, later) = self._model(halvings)[1], self._model(halvings + 1)
+        ratio = finer.value(finer.errors(end.z)) - later.deviance
+        return float(abs(ratio - (end.deviance - base.deviance)))
+
+    def _root(self, inside: ProfilePoint, outside: ProfilePoint) -> ProfilePoint | None:
         """The point with the ratio at its limit, by false position in the root of the ratio, which is nearly straight.
 
-        It is the point outside if a fit between both does not converge, so that no interval is too narrow.
+        None is returned if the fits between both points do not converge.
         """
         i, top = self.place, np.sqrt(self.limit)
         for k in range(MOST_ROOT_ROUNDS):
             a, b = (np.sqrt(max(point.ratio, 0.0)) for point in (inside, outside))
-            share = (top - a) / (b - a) if k < MOST_ROOT_ROUNDS // 2 else 0.5
+            share = (top - a) / (b - a) if k % 3 < 2 else 0.5  # a middle now and then, for a ratio that bends
             z = inside.z + share * (outside.z - inside.z)
-            new = self._point(float(z[i]), z, inside.z)
+            new = self._point(float(z[i]), inside.halvings, z, inside.z)
             if new is None:
-                return outside
+                return None
             if abs(np.sqrt(max(new.ratio, 0.0)) - top) <= AT_END * top:
                 return new
             inside, outside = (new, outside) if new.ratio < self.limit else (inside, new)
-        return outside
+        return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers
 from workbench.identification.estimation.fit_search import LEAST_NOISE, spread
+from workbench.identification.estimation.step_refinement import halve
 from workbench.identification.estimation.weighed_data import LARGEST, WeighedData
 
 CONVERGED = 1e-3  # length of the last Gauss-Newton step in standard errors: the deviance is right to its square
@@ -63,6 +64,22 @@ class Deviance:
         """The errors and their derivatives at z (nz,)."""
         with np.errstate(all="ignore"):
             return LinearErrors(*self.data.linearize(z, np.ones(len(self.data.counts))))
+
+    def errors(self, z: Array) -> Array:
+        """The errors (M,) alone."""
+        with np.errstate(all="ignore"):
+            return self.data.residuals(z, np.ones(len(self.data.counts)))
+
+    def shift_by_half_step(self, z: Array) -> float:
+        """The change of the estimates z (nz,) by half the integration step, in standard errors."""
+        now, finer = self.linearize(z), replace(self, data=halve(self.data))
+        weights = self.weights(now.errors)
+        moved, J = weights * (finer.errors(z) - now.errors), weights[:, np.newaxis] * now.derivatives
+        norms = np.linalg.norm(J, axis=0)
+        scaled = J / np.where(norms > 0, norms, 1.0)
+        if not (np.isfinite(moved).all() and np.isfinite(scaled).all()):
+            return np.inf
+        return float(np.linalg.norm(scaled @ np.linalg.lstsq(scaled, moved, rcond=None)[0]))
 
     def _squares(self, errors: Array) -> Array:
         """(ny,), the sum of squares of each sensor, at least that of rounding."""
