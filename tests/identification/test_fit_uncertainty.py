@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import binom, chi2
 
 import workbench as wb
-from tests.identification.test_fit import FREE, MOTOR, TRUE, T, V, X, log, motion, steps
+from tests.support.motor_logs import FREE, MOTOR, TRUE, T, V, X, log, motion, steps
 from workbench.engine.factors import Space
 from workbench.identification.estimation import Bootstrap, fit
 from workbench.identification.estimation.profile_likelihood import ProfileEnd

@@ -18,7 +18,7 @@ Mark = Literal["stated", "derived", "assumed"]  # of a number: where it comes fr
 
 @dataclass(frozen=True)
 @check_arguments
-class JointDirection:
+class FactorDirection:
     """A direction in which a factor moves several numbers together, by different amounts.
 
     A number is its centre, plus its change times the value of the factor, plus the changes of all other factors that
@@ -31,8 +31,8 @@ class JointDirection:
 
     Examples
     --------
-    >>> together = wb.uncertainty.JointDirection(centres=(0.01, 1.0), changes=(0.001, -0.05))
-    >>> wb.Factor("direction 1", ("J", "R"), wb.uncertainty.Normal(0.0, 1.0, -4.0, 4.0), direction=together).paths
+    >>> way = wb.uncertainty.FactorDirection(centres=(0.01, 1.0), changes=(0.001, -0.05))
+    >>> wb.Factor("direction 1", ("J", "R"), wb.uncertainty.Normal(0.0, 1.0, -4.0, 4.0), direction=way).paths
     ('J', 'R')
     """
 
@@ -42,12 +42,12 @@ class JointDirection:
     def __post_init__(self) -> None:
         if len(self.centres) != len(self.changes) or not any(self.changes):
             raise ValueError(
-                "`JointDirection(centres=..., changes=...)` must have a centre and a change for each path, and move at "
+                "`FactorDirection(centres=..., changes=...)` must have a centre and a change for each path, and move at "
                 f"least one; got {len(self.centres)} centres and the changes {self.changes}."
             )
         for name in ("centres", "changes"):
             for value in getattr(self, name):
-                finite(f"JointDirection({name}=...)", value)
+                finite(f"FactorDirection({name}=...)", value)
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Factor:
     distribution: AbstractDistribution
     origin: Mark = "assumed"
     share: bool = False
-    direction: JointDirection | None = None
+    direction: FactorDirection | None = None
 
     def __post_init__(self) -> None:
         if (way := self.direction) is not None and (self.share or len(way.changes) != len(self.paths)):

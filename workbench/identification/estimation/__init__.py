@@ -1,8 +1,8 @@
 """Estimation: unknown numbers of a plant or a loop from a dataset, by exact sensitivities."""
 
-from workbench.identification.estimation.bootstrap import Bootstrap as Bootstrap
 from workbench.identification.estimation.experiment_check import identifiability as identifiability
 from workbench.identification.estimation.fit import Fit as Fit
+from workbench.identification.estimation.fit_bootstrap import Bootstrap as Bootstrap
 from workbench.identification.estimation.fit_certificate import FitCertificate as FitCertificate
 from workbench.identification.estimation.fit_system import fit as fit
 from workbench.identification.estimation.identifiability import Identifiability as Identifiability

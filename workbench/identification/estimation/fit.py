@@ -15,7 +15,7 @@ from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.factors import Factor
 from workbench.identification.datasets.experiment import Marks
-from workbench.identification.estimation.bootstrap import Bootstrap, draw_bootstrap
+from workbench.identification.estimation.fit_bootstrap import Bootstrap, draw_bootstrap
 from workbench.identification.estimation.fit_certificate import FitCertificate
 from workbench.identification.estimation.fit_factors import apply_values, chosen_parameters, direction_factors
 from workbench.identification.estimation.fit_search import LEAST_NOISE, SearchEnd, has_noise, spread

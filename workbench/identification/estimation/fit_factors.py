@@ -11,7 +11,7 @@ from scipy import stats
 from workbench.core.number_replacement import replace_numbers
 from workbench.core.validation.refusals import Array, finite, known_name, positive
 from workbench.engine.distributions import Normal
-from workbench.engine.factors import Factor, JointDirection
+from workbench.engine.factors import Factor, FactorDirection
 from workbench.identification.estimation.unknown_numbers import UnknownNumber
 
 T = TypeVar("T")
@@ -34,7 +34,7 @@ def direction_factors(
     _refuse_beyond(numbers, theta, errors, cut * np.abs(changes).sum(axis=1))
     paths = tuple(f"{path}{number.name}" for number in numbers)
     spread, centres = Normal(0.0, 1.0, -cut, cut), tuple(theta.tolist())
-    ways = [JointDirection(centres, tuple(column.tolist())) for column in changes.T]
+    ways = [FactorDirection(centres, tuple(column.tolist())) for column in changes.T]
     return tuple(
         Factor(f"direction {k}", paths, spread, "derived", direction=way) for k, way in enumerate(ways, start=1)
     )

@@ -89,9 +89,8 @@ class ProfileLikelihood:
     >>> noise = 0.1 * np.random.default_rng(1).standard_normal(101)
     >>> signals = {"v": np.full(101, 12.0), "omega": run["omega"][0] + noise}
     >>> log = wb.Dataset.of(run.t, signals, {"v": "V", "omega": "rad/s"})
-    >>> fit = wb.fit(motor, log, ["J", "R"], answers={"constant signal": "a step"})
-    >>> low, high = fit.profile("R").interval
-    >>> low < 1.0 < high
+    >>> profile = wb.fit(motor, log, ["J", "R"], answers={"constant signal": "a step"}).profile("R")
+    >>> profile.interval[0] < 1.0 < profile.interval[1]
     True
     """
 

@@ -55,8 +55,7 @@ class Bootstrap:
     >>> noise = 0.1 * np.random.default_rng(1).standard_normal(101)
     >>> signals = {"v": np.full(101, 12.0), "omega": run["omega"][0] + noise}
     >>> log = wb.Dataset.of(run.t, signals, {"v": "V", "omega": "rad/s"})
-    >>> fit = wb.fit(motor, log, ["J", "R"], answers={"constant signal": "a step"})
-    >>> draws = fit.bootstrap(100, seed=1)
+    >>> draws = wb.fit(motor, log, ["J", "R"], answers={"constant signal": "a step"}).bootstrap(100, seed=1)
     >>> draws.draws.shape, draws.share_failed
     ((100, 2), 0.0)
     """
