@@ -6,7 +6,7 @@ from scipy.stats import binom
 
 import workbench as wb
 from tests.support.motor_logs import FREE, MOTOR, START, TRUE, UNITS, T, V, X, log, motion, steps
-from workbench.identification.estimation import fit, identifiability
+from workbench.identification.estimation import fit, identifiability, simulate_log
 from workbench.identification.estimation.input_record import MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.unknown_numbers import NumberSource
@@ -166,3 +166,30 @@ def test_a_log_without_its_input_and_one_of_another_unit_are_refused():
         fit(MOTOR, wb.Dataset.of(T, {"omega": X[:, 0]}), ("J",))
     with pytest.raises(ValueError, match="unit of 'omega'"):
         fit(MOTOR, wb.Dataset.of(T, {"v": V, "omega": X[:, 0]}, {"omega": "kg"}), ("J",))
+
+
+def test_a_system_along_a_log_is_that_of_an_independent_solver():
+    made = simulate_log(MOTOR, log(T, V, X), ["omega", "i"])
+    for name, column in (("omega", X[:, 0]), ("i", X[:, 1])):
+        # half the step changes it by 1e-6 at most, so the rest of a method of fourth order is 1e-7
+        np.testing.assert_allclose(made[name], column, atol=1e-7 * np.abs(column).max())
+    assert made.signals["omega"].unit == "rad/s"
+    with pytest.raises(LookupError, match="speed"):
+        simulate_log(MOTOR, log(T, V, X), ["speed"])
+
+
+def test_a_closed_loop_is_fitted_to_what_it_shows_and_a_name_stands_for_its_only_number():
+    motor = wb.DCMotor()
+    law = wb.PID(motor.outputs, motor.inputs, 5.0, 20.0, None)
+    loop = wb.ClosedLoop(motor, reference=wb.Constant("omega", "rad/s", 1.0), controller=law)
+    run = wb.simulate(loop, until=2.0, every=0.02)
+    data = wb.Dataset.of(run.t, {"omega": run["omega"][0, :, 0]}, {"omega": "rad/s"})
+    found = fit(loop, data, ["plant.J", "plant.b"], start={"plant.J": 0.015})
+    assert found.values["plant.J"] == pytest.approx(motor.J, rel=1e-4)  # the run keeps 1e-3 of its states at most
+
+
+def test_a_plant_that_is_no_system_and_a_log_in_other_seconds_are_told_what_to_do():
+    with pytest.raises(ValueError, match="open_loop"):
+        fit(wb.DCMotor(), log(T, V, X), ("J",))
+    with pytest.raises(ValueError, match="unit of the log's times"):
+        fit(MOTOR, log(1000 * T, V, X), ("J",))

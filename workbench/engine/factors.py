@@ -42,8 +42,8 @@ class FactorDirection:
     def __post_init__(self) -> None:
         if len(self.centres) != len(self.changes) or not any(self.changes):
             raise ValueError(
-                "`FactorDirection(centres=..., changes=...)` must have a centre and a change for each path, and move at "
-                f"least one; got {len(self.centres)} centres and the changes {self.changes}."
+                "`FactorDirection(centres=..., changes=...)` must have a centre and a change for each path, and "
+                f"move at least one; got {len(self.centres)} centres and the changes {self.changes}."
             )
         for name in ("centres", "changes"):
             for value in getattr(self, name):

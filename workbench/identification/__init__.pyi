@@ -10,6 +10,7 @@ from workbench.identification.estimation import (
     ResidualTest,
     fit,
     identifiability,
+    simulate_log,
 )
 
 __all__ = [
@@ -23,4 +24,5 @@ __all__ = [
     "ResidualTest",
     "fit",
     "identifiability",
+    "simulate_log",
 ]

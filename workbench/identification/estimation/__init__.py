@@ -6,5 +6,6 @@ from workbench.identification.estimation.fit_bootstrap import Bootstrap as Boots
 from workbench.identification.estimation.fit_certificate import FitCertificate as FitCertificate
 from workbench.identification.estimation.fit_system import fit as fit
 from workbench.identification.estimation.identifiability import Identifiability as Identifiability
+from workbench.identification.estimation.log_simulation import simulate_log as simulate_log
 from workbench.identification.estimation.profile_likelihood import ProfileLikelihood as ProfileLikelihood
 from workbench.identification.estimation.residual_tests import ResidualTest as ResidualTest

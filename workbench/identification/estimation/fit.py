@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from scipy import stats
 
+from workbench.core.plot_registry import draw
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
@@ -19,6 +20,7 @@ from workbench.identification.estimation.fit_bootstrap import Bootstrap, draw_bo
 from workbench.identification.estimation.fit_certificate import FitCertificate
 from workbench.identification.estimation.fit_factors import apply_values, chosen_parameters, direction_factors
 from workbench.identification.estimation.fit_search import LEAST_NOISE, SearchEnd, has_noise, spread
+from workbench.identification.estimation.fit_warnings import hold_out_sentences, misfit_sentences
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.profile_likelihood import Limits, ProfileLikelihood, profile_of
@@ -30,8 +32,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 T = TypeVar("T")
-MISFIT = 1.5  # root mean square of the residuals in standard deviations of a known noise that a model does not explain
-WORSE = 1.5  # ratio of the hold-out's residuals to those of the fit
+SHORT = 4  # numbers in one line
 CLOSE = 1e-6  # relative distance to a bound that is none
 
 
@@ -241,22 +242,7 @@ class Fit:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences that speak against the fit, the misfit first."""
-        said = []
-        for name, size in self.misfit.items():
-            if self.is_noise_known and size > MISFIT:
-                said.append(
-                    f"The model does not explain '{name}': its residuals are {size:.3g} times the noise that was given."
-                )
-            elif not self.is_noise_known and size > 0.5:
-                said.append(f"The model explains little of '{name}': {100 * size:.2g} % of its spread is left.")
-        ratios = self.hold_out
-        if all(np.isnan(ratio) for ratio in ratios.values()):
-            said.append("No sample was held out: the fit was not tried on data that it did not see.")
-        said += [
-            f"The residuals of '{name}' are {ratio:.3g} times as large on the hold-out as on the fit."
-            for name, ratio in ratios.items()
-            if ratio > WORSE
-        ]
+        said = misfit_sentences(self.misfit, self.is_noise_known) + hold_out_sentences(self.hold_out)
         failed = [f"{test.about} ({test.kind})" for test in self.residual_tests if not test.is_passed]
         if failed and not self.is_exact:
             said.append(
@@ -288,12 +274,19 @@ class Fit:
         columns = ["unit", "start", "estimate", "standard error", "from", "to"]
         return pd.DataFrame(rows, index=pd.Index(self.names, name="number"), columns=columns)
 
+    def plot(self, kind: str = "outputs") -> object:
+        """The picture of a kind: "outputs", "residuals" or "correlations", as `workbench.plot` draws it."""
+        return draw(self, kind=kind)
+
     def __repr__(self) -> str:
         values = ", ".join(
             f"{name} = {value:.4g} +- {error:.1g}"
-            for (name, value), error in zip(self.values.items(), self.standard_errors.values(), strict=True)
+            for (name, value), error in list(zip(self.values.items(), self.standard_errors.values(), strict=True))[
+                :SHORT
+            ]
         )
-        return f"<Fit: {values}{'; ' if self.warnings else ''}{' '.join(self.warnings)}>"
+        values += f" and {len(self.names) - SHORT} more" if len(self.names) > SHORT else ""
+        return f"<Fit: {values}; {len(self.warnings) or 'no'} warning{'' if len(self.warnings) == 1 else 's'}>"
 
     def _repr_html_(self) -> str:
         frame = self.to_frame().reset_index()

@@ -24,6 +24,9 @@ from workbench.identification.estimation.step_refinement import coarse_enough, r
 from workbench.identification.estimation.unknown_numbers import SENSOR_OR_DELAY, NumberSource, UnknownNumber
 from workbench.identification.estimation.weighed_data import WeighedData
 
+PLANT = "a plant becomes one by `wb.open_loop(plant)`"
+FAR = 20.0  # time constants between two samples, beyond which a log hardly shows a mode
+
 
 @check_arguments
 def fit(
@@ -180,7 +183,7 @@ def _fit_of(
     if end is None:
         raise ValueError(
             "`fit(...)` needs a start from which a run lasts; all runs from the start, and from segments of the log, "
-            "diverge: give other values by `start`."
+            f"diverge: {_time_advice(data.model)}give other values by `start`."
         )
     at_end = refine(data, end, is_known)
     data, end, last = at_end.data, at_end.end, at_end.last
@@ -201,6 +204,19 @@ def _fit_of(
     return Fit(data, held_out, end, is_known, np.asarray(factor * covariance), certificate, identifiability, remarks)
 
 
+def _time_advice(model: OutputModel) -> str:
+    """The advice to look at the unit of time if samples are far apart for the modes of the system; else nothing."""
+    A = np.array(model.ode.A(0.0, model.x0[0], model.p))
+    fastest = float(np.abs(np.linalg.eigvals(A)).max(initial=0.0)) if np.isfinite(A).all() else 0.0
+    apart = float(np.median(np.diff(model.dataset.experiments[0].t)))
+    if apart * fastest < FAR:
+        return ""
+    return (
+        f"the samples are {apart:.3g} s apart, and the fastest mode of the system has a time constant of "
+        f"{1 / fastest:.3g} s; look at the unit of the log's times, or "
+    )
+
+
 def _poor_fit(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> str:
     """A sentence if the best numbers explain the data badly, which then is the first thing to know; else nothing."""
     if not is_poor(data, end.z, end.sigma if is_noise_known else None):
@@ -214,7 +230,8 @@ def _poor_fit(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> str:
 def equation_of(system: Ode | SampledSystem | Loop, call: str) -> Ode:
     """The equations of a system in continuous time; any other is refused in the name of a call."""
     if not is_loop(system):
-        raise refusal(f"{call}(system=...)", LOOP, system)
+        is_plant = hasattr(system, "inputs") and hasattr(system, "rate")
+        raise refusal(f"{call}(system=...)", LOOP, system, f": {PLANT}" if is_plant else "")
     equation = equations_of(system, "loop")
     if isinstance(equation, SampledSystem):
         raise ValueError(
