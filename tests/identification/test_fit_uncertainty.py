@@ -111,7 +111,7 @@ def test_residuals_are_drawn_for_each_sensor_by_itself():
 
 def test_a_fit_that_failed_counts_as_beyond_both_ends():
     draws = np.random.default_rng(0).standard_normal((199, 1))
-    whole = Bootstrap(("a",), np.zeros(1), draws, "parametric", {"a": 0.0}, 0.0, 0.0)
+    whole = Bootstrap(("a",), np.zeros(1), draws, "parametric", {"a": 0.0}, 0.0, 0.0, ("a",))
     assert whole.intervals()["a"] == (np.sort(draws[:, 0])[4], np.sort(draws[:, 0])[194])
     broken = replace(whole, draws=np.where(np.arange(199)[:, np.newaxis] < 4, np.nan, draws))
     low, high = broken.intervals()["a"]
@@ -120,6 +120,9 @@ def test_a_fit_that_failed_counts_as_beyond_both_ends():
     assert np.isnan(broken.standard_errors["a"])
     assert "2.01 % of the fits did not converge" in repr(broken)
     assert (whole.is_passed, broken.is_passed) == (True, False)
+    with pytest.raises(ValueError, match="2.01 % of the fits"):
+        broken.plants()
+    assert whole.plants("plant.")[3] == {"plant.a": draws[3, 0]}
     broken = replace(whole, draws=np.where(np.arange(199)[:, np.newaxis] < 5, np.nan, draws))
     assert broken.intervals()["a"] == (-np.inf, np.inf)
     with pytest.raises(ValueError, match="at least 199 draws"):

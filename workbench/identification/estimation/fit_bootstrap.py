@@ -42,6 +42,8 @@ class Bootstrap:
     to_minimum, by_half_step
         In standard errors, the largest next step of a converged fit, and the largest change by half the integration
         step of the draws with the least and the largest value of each number.
+    parameters
+        The names of those numbers that are parameters of the system.
 
     References
     ----------
@@ -67,6 +69,7 @@ class Bootstrap:
     shares_at_bounds: Mapping[str, float]
     to_minimum: float
     by_half_step: float
+    parameters: tuple[str, ...]
 
     @property
     def is_passed(self) -> bool:
@@ -114,6 +117,25 @@ class Bootstrap:
         """(count,), the draws of a number."""
         return np.asarray(self.draws[:, self.names.index(known_name(name, self.names, "numbers of this fit"))])
 
+    @check_arguments
+    def plants(self, path: str = "") -> tuple[dict[str, float], ...]:
+        """The parameters of each draw by name after `path`, such as "plant.", as `wb.tune(plants=...)` takes them.
+
+        Raises
+        ------
+        ValueError
+            If a fit did not converge, as the plants that are left would be the easy ones, or no number is a parameter.
+        """
+        if self.share_failed or not self.parameters:
+            failed = f"{100 * self.share_failed:.3g} % of the fits did not converge, and {len(self.parameters)}"
+            raise ValueError(
+                "`Bootstrap.plants(...)` must have draws that all converged, and numbers that are parameters of the "
+                f"system; {failed} of {len(self.names)} numbers are parameters."
+            )
+        places = [self.names.index(name) for name in self.parameters]
+        labels = [f"{path}{name}" for name in self.parameters]
+        return tuple(dict(zip(labels, row, strict=True)) for row in self.draws[:, places].tolist())
+
     def __repr__(self) -> str:
         failed = f"; {100 * self.share_failed:.3g} % of the fits did not converge" if self.share_failed else ""
         shares = (f"{name} in {100 * share:.3g} %" for name, share in self.shares_at_bounds.items() if share)
@@ -145,7 +167,8 @@ def draw_bootstrap(deviance: Deviance, theta: Array, sigma: Array, count: int, s
     low, high = deviance.bounds
     shares = np.mean((draws <= low) | (draws >= high), axis=0).tolist()
     names = tuple(number.name for number in numbers)
-    return Bootstrap(names, theta, draws, kind, dict(zip(names, shares, strict=True)), largest, change)
+    own = tuple(number.name for number in numbers if number.kind == "parameter")
+    return Bootstrap(names, theta, draws, kind, dict(zip(names, shares, strict=True)), largest, change, own)
 
 
 def _pools(errors: Array, places: Integers, numbers: int) -> tuple[Array, ...]:
