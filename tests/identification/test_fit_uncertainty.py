@@ -33,14 +33,23 @@ def wide():
     return fit(MOTOR, log(T, V, X, WIDE_NOISE["i"]), ("J", "R"), noise=WIDE_NOISE, hold_out=0.0)
 
 
-@pytest.mark.parametrize("noise", [{"omega": SIGMA}, None])
-def test_the_profile_of_a_linear_model_is_its_linear_interval(noise):
-    found = fit(MOTOR, SPEED, LINEAR, noise=noise, hold_out=0.0)
+@pytest.fixture(scope="module")
+def linear():
+    """Fits of an offset and a scale, in which the outputs are linear, with noise that is known and estimated."""
+    return {
+        known: fit(MOTOR, SPEED, LINEAR, noise={"omega": SIGMA} if known else None, hold_out=0.0)
+        for known in (False, True)
+    }
+
+
+@pytest.mark.parametrize("is_noise_known", [True, False])
+def test_the_profile_of_a_linear_model_is_its_linear_interval(linear, is_noise_known):
+    found = linear[is_noise_known]
     for name, (low, high) in found.intervals(0.9).items():
         profile = found.profile(name, 0.9)
         assert profile.interval == pytest.approx((low, high), abs=AT_END * (high - low) / 2)
         assert profile.remarks == ()
-        if noise:  # the ratio of a linear model is the square of the distance in standard errors
+        if is_noise_known:  # the ratio of a linear model is the square of the distance in standard errors
             distance = (profile.values - found.values[name]) / found.standard_errors[name]
             assert profile.ratios == pytest.approx(distance**2, rel=1e-4, abs=1e-5)
 
@@ -90,8 +99,8 @@ def test_a_better_minimum_on_a_profile_is_said(known):
     assert "There is a better minimum" in replace(profile, ratios=profile.ratios - 0.1).remarks[-1]
 
 
-def test_a_parametric_bootstrap_of_a_linear_model_has_its_covariance():
-    found = fit(MOTOR, SPEED, LINEAR, hold_out=0.0)
+def test_a_parametric_bootstrap_of_a_linear_model_has_its_covariance(linear):
+    found = linear[False]
     drawn = found.bootstrap(200, seed=2)
     ratios = [drawn.standard_errors[name] / found.standard_errors[name] for name in LINEAR]
     assert ratios == pytest.approx([1.0, 1.0], abs=4 / np.sqrt(400))  # four standard errors of a deviation of 200 draws
