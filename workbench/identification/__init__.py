@@ -16,6 +16,7 @@ from workbench.core.lazy_names import lazy_names
 
 _FILES = {
     "datasets": "Dataset Experiment",
-    "estimation": "Fit FitCertificate Identifiability ResidualTest fit identifiability simulate_log",
+    "estimation": "Bootstrap Fit FitCertificate Identifiability ProfileLikelihood ResidualTest fit identifiability "
+    "simulate_log",
 }
 __all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

@@ -2,9 +2,11 @@
 
 from workbench.identification.datasets import Dataset, Experiment
 from workbench.identification.estimation import (
+    Bootstrap,
     Fit,
     FitCertificate,
     Identifiability,
+    ProfileLikelihood,
     ResidualTest,
     fit,
     identifiability,
@@ -12,11 +14,13 @@ from workbench.identification.estimation import (
 )
 
 __all__ = [
+    "Bootstrap",
     "Dataset",
     "Experiment",
     "Fit",
     "FitCertificate",
     "Identifiability",
+    "ProfileLikelihood",
     "ResidualTest",
     "fit",
     "identifiability",

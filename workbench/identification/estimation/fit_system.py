@@ -13,7 +13,8 @@ from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.datasets.experiment import Marks
-from workbench.identification.estimation.fit import Fit, FitCertificate
+from workbench.identification.estimation.fit import Fit
+from workbench.identification.estimation.fit_certificate import FitCertificate
 from workbench.identification.estimation.fit_search import SearchEnd, is_poor, search, spread
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.input_record import HOLDS, MeasuredInput
