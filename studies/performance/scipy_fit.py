@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import cos, sin, tanh
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ import workbench as wb
 
 LENGTH, GRAVITY = 0.5, 9.81  # of the first link in m; in m/s^2
 DIFFERENCE = 1e-3  # of a parameter, relative: the best of 1e-4, 1e-3 and 1e-2
+Differences = Literal["2-point", "3-point"]
 Rate = Callable[[float, wb.Array], tuple[float, ...]]
 
 
@@ -57,7 +58,7 @@ def run_arm(theta: wb.Array, t: wb.Array, u: wb.Array, tolerance: float) -> wb.A
 
 
 def scipy_estimate(
-    t: wb.Array, u: wb.Array, q: wb.Array, start: wb.Array, tolerance: float, differences: str = "2-point"
+    t: wb.Array, u: wb.Array, q: wb.Array, start: wb.Array, tolerance: float, differences: Differences
 ) -> ScipyEnd:
     """The least squares of the errors of the angles q (N, 2) from a start (10,), with all parameters positive."""
     from scipy.optimize import least_squares
@@ -69,7 +70,6 @@ def scipy_estimate(
         runs += 1
         return (run_arm(theta, t, u, tolerance) - q).ravel()
 
-    end = least_squares(
-        errors, start, differences, bounds=(0.0, np.inf), x_scale="jac", diff_step=DIFFERENCE, ftol=1e-10
-    )
+    relative = np.full(start.shape, DIFFERENCE)
+    end = least_squares(errors, start, differences, bounds=(0.0, np.inf), x_scale="jac", diff_step=relative, ftol=1e-10)
     return ScipyEnd(np.asarray(end.x), runs)

@@ -1,6 +1,6 @@
 """Speed of the batch engine on this machine, and its error.
 
-Runs in about three minutes on two cores. It measures time: the page is not the same twice.
+Runs in about five minutes on two cores. It measures time: the page is not the same twice.
 """
 
 from __future__ import annotations
