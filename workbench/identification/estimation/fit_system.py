@@ -53,15 +53,20 @@ def fit(
         A plant as `wb.open_loop(plant)` or a loop in continuous time, and the log. Each signal of the log is an input,
         output or state of the system, by its name or as `signals` says. The first sample is at t = 0.
     free
-        Names to estimate: paths of parameters, and `omega(0)`, `delay of v`, `offset of omega`, `scale of omega`.
+        Names of the numbers to estimate: paths of parameters, such as `plant.J`, initial states as `omega(0)`, and
+        `delay of v`, `offset of omega`, `scale of omega`. All other numbers keep their values.
     noise
         The standard deviation of each output's noise; by default it is estimated, too.
-    hold, hold_out
-        "hold" if an input keeps its value until the next sample; "linear" for straight lines. And the last part of each
-        experiment, as a share, that the fit does not see.
-    start, starts, seed
-        Values of parameters, states, delays, offsets and scales at the start, by default those of the system, and the
-        number of searches; others than the first begin at random numbers between half and twice the start.
+    hold
+        "hold" if an input keeps its value until the next sample; "linear" for straight lines between the samples.
+    hold_out
+        The last share of each experiment, from 0 to below 1, that the fit does not see.
+    start
+        Values of parameters, states, delays, offsets and scales at which the search starts, and of numbers that are not
+        estimated; by default those of the system.
+    starts, seed
+        The number of searches. The first begins at the start, the others at random numbers, which `seed` chooses,
+        between half and twice the start.
     answers
         Answers to the questions of `wb.check_data` on the log, by point.
 
@@ -191,8 +196,8 @@ def _fit_of(
     identifiability = Identifiability.of(names, end.z, last.derivatives)
     if not identifiability.is_complete:
         raise ValueError(
-            f"{_poor_fit(data, end, is_known)}`fit(...)` cannot tell "
-            f"{', '.join(identifiability.ambiguous_names)} apart from these data. "
+            f"{_poor_fit(data, end, is_known)}From these data `fit(...)` cannot tell "
+            f"{', '.join(identifiability.ambiguous_names)} apart. "
             f"{' '.join(identifiability.sentences)} Leave out of `free` one number for each such direction."
         )
     covariance = np.linalg.inv(last.derivatives.T @ last.derivatives)
