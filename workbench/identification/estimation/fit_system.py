@@ -54,19 +54,15 @@ def fit(
         output or state of the system, by its name or as `signals` says. The first sample is at t = 0.
     free
         Names of the numbers to estimate: paths of parameters, such as `plant.J`, initial states as `omega(0)`, and
-        `delay of v`, `offset of omega`, `scale of omega`. All other numbers keep their values.
+        `delay of v`, `offset of omega`, `scale of omega`.
     noise
         The standard deviation of each output's noise; by default it is estimated, too.
-    hold
-        "hold" if an input keeps its value until the next sample; "linear" for straight lines between the samples.
-    hold_out
-        The last share of each experiment, from 0 to below 1, that the fit does not see.
-    start
-        Values of parameters, states, delays, offsets and scales at which the search starts, and of numbers that are not
-        estimated; by default those of the system.
-    starts, seed
-        The number of searches. The first begins at the start, the others at random numbers, which `seed` chooses,
-        between half and twice the start.
+    hold, hold_out
+        "hold" if an input keeps its value until the next sample; "linear" for straight lines between the samples. And
+        the last share of each experiment that the fit does not see.
+    start, starts, seed
+        Values at the start, by default those of the system; they hold for numbers that are not estimated, too. And the
+        number of searches: all but the first begin at random numbers between half and twice the start.
     answers
         Answers to the questions of `wb.check_data` on the log, by point.
 
