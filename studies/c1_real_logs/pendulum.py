@@ -71,8 +71,6 @@ def published_torque(model: str, motion: wb.arms.log_regression.PreparedMotion) 
     return np.column_stack([tau1, tau2]) + np.column_stack(friction)
 
 
-
-
 def fold(held_out: str) -> Fold:
     """One excitation held out, and the fit on the other four."""
     log, arm, name = read(EXCITATIONS), pendulum_arm(0.3, 0.2), held_out.rpartition("/")[2][9:15]
@@ -90,9 +88,7 @@ def fold(held_out: str) -> Fold:
     weighs = motions[0].weighs & motions[1].weighs
     published = []
     for model in MODELS:
-        pairs = [
-            np.sqrt(np.mean((published_torque(model, one) - one.tau)[weighs] ** 2, axis=0)) for one in motions
-        ]
+        pairs = [np.sqrt(np.mean((published_torque(model, one) - one.tau)[weighs] ** 2, axis=0)) for one in motions]
         first, second = np.min(pairs, axis=0)
         published.append((float(first), float(second)))
     ours = np.sqrt(np.mean((fit.torque(motions[0]) - motions[0].tau)[weighs] ** 2, axis=0))

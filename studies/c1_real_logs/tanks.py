@@ -66,8 +66,8 @@ class TankFit:
 
 def read() -> tuple[wb.Dataset, wb.Dataset]:
     """The records of the fit and of the hold-out, with samples at the limit of the sensor marked."""
-    rows = np.genfromtxt(log_path(TANKS), delimiter=",", skip_header=1)[:, :4]
-    t = PERIOD * np.arange(len(rows))
+    rows = np.asarray(np.genfromtxt(log_path(TANKS), delimiter=",", skip_header=1)[:, :4], dtype=np.float64)
+    t = PERIOD * np.arange(len(rows), dtype=np.float64)
     first, second = (
         wb.Dataset.of(t, {"u": rows[:, i], "h2": rows[:, i + 2]}, {"u": "V", "h2": "V"}, name=name).mark_limits(
             "h2", high=LIMIT

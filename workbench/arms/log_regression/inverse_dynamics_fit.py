@@ -170,7 +170,9 @@ class InverseDynamicsFit:
             unused = 1 - moving(one, self.terms)[one.weighs].mean(axis=0)
             slow = [f"{100 * share:.2g} % of joint {i + 1}" for i, share in enumerate(unused) if share > 0]
             if slow:
-                said.append(f"Slower than {self.terms.least_speed:g} and not weighed in '{one.name}': {', '.join(slow)}.")
+                said.append(
+                    f"Slower than {self.terms.least_speed:g} and not weighed in '{one.name}': {', '.join(slow)}."
+                )
         return tuple(said)
 
     def to_frame(self) -> pd.DataFrame:

@@ -112,7 +112,8 @@ def pseudo_inertias(names: tuple[str, ...], theta: Array) -> dict[str, Array]:
     [True, True]
     """
     return {
-        link: np.sum([theta[i] * part for i, part in entries.items()], axis=0) for link, entries in _bases(names).items()
+        link: np.sum([theta[i] * part for i, part in entries.items()], axis=0)
+        for link, entries in _bases(names).items()
     }
 
 
