@@ -43,26 +43,45 @@ CHECKSUMS = {
 }
 
 
-def log_path(file: str) -> Path:
-    """The path of a log in the folder that LOGS names, if its checksum is right."""
-    folder = os.environ.get("LOGS", "")
-    path = Path(folder) / file
+
+
+def read_folder(folder: str) -> tuple[dict[str, str], dict[str, str]]:
+    """The paths of the logs in a folder whose checksums are right, and the checksums of the others."""
+    paths, wrong = {}, {}
+    for file, checksum in CHECKSUMS.items():
+        path = Path(folder) / file
+        if folder and path.is_file():
+            own = hashlib.sha256(path.read_bytes()).hexdigest()
+            if own == checksum:
+                paths[file] = str(path)
+            else:
+                wrong[file] = own
+    return paths, wrong
+
+
+def read_model(path: str) -> dict[str, float]:
+    """The numbers of a published model by letter."""
+    lines = Path(path).read_text(encoding="utf-8").splitlines()
+    pairs = (line.partition(":") for line in lines if ":" in line)
+    return {name.strip(): float(value) for name, _, value in pairs}
+
+
+# when the module is loaded, so that an answer of the study belongs to the logs that it was computed from
+PATHS, WRONG = read_folder(os.environ.get("LOGS", ""))
+PUBLISHED_MODELS = {name: read_model(PATHS[file]) for name, file in MODELS.items() if file in PATHS}
+
+
+def log_path(file: str) -> str:
+    """The path of a log, whose checksum is right."""
     source = SOURCES[file.partition("/")[0]]
-    if not folder or not path.is_file():
+    if file in WRONG:
+        raise ValueError(
+            f"The log {file} must be the one of {source}, with the SHA-256 {CHECKSUMS[file]}; this one has "
+            f"{WRONG[file]}."
+        )
+    if file not in PATHS:
         raise FileNotFoundError(
             f"The study needs the log {file} in the folder that LOGS names, as in 'make reports LOGS=FOLDER'; "
             f"it comes from {source}."
         )
-    checksum = hashlib.sha256(path.read_bytes()).hexdigest()
-    if checksum != CHECKSUMS[file]:
-        raise ValueError(
-            f"The log {file} must be the one of {source}, with the SHA-256 {CHECKSUMS[file]}; this one has {checksum}."
-        )
-    return path
-
-
-def published_numbers(model: str) -> dict[str, float]:
-    """The numbers of a published model of the double pendulum by letter."""
-    lines = log_path(MODELS[model]).read_text(encoding="utf-8").splitlines()
-    pairs = (line.partition(":") for line in lines if ":" in line)
-    return {name.strip(): float(value) for name, _, value in pairs}
+    return PATHS[file]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import workbench as wb
-from studies.c1_real_logs.logs import EXCITATIONS, MODELS, POOR_LOGS, log_path, published_numbers
+from studies.c1_real_logs.logs import EXCITATIONS, MODELS, POOR_LOGS, PUBLISHED_MODELS, log_path
 
 CUTOFF = 8.0  # Hz: the torques swing at up to 4 Hz, and what lies above is vibration of the frame
 DELAYS = (0.0, 0.005, 0.01, 0.015)  # s, of which each fold takes the one with the least error on its own four logs
@@ -58,7 +58,7 @@ def read(files: tuple[str, ...]) -> wb.Dataset:
 
 def published_torque(model: str, motion: wb.arms.log_regression.PreparedMotion) -> wb.Array:
     """The torques (N, 2) of a published model along a motion, by the equations of its authors' program."""
-    p, (q, qd, qdd) = published_numbers(model), (motion.q, motion.qd, motion.qdd)
+    p, (q, qd, qdd) = PUBLISHED_MODELS[model], (motion.q, motion.qd, motion.qdd)
     gear, rotor, l1 = p["gr"], p["Ir"], p["l1"]
     c2, s2 = np.cos(q[:, 1]), np.sin(q[:, 1])
     h, low = p["m2"] * l1 * p["r2"], p["g"] * p["m2"] * p["r2"] * np.sin(q.sum(axis=1))

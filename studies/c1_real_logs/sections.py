@@ -54,7 +54,7 @@ def pendulum_section(results: wb.Results) -> wb.Section:
         "better of that delay and none. The errors are against the torques as measured. Model 2.0 was made from logs "
         "of this machine, among which these may be; a fit of ours has never seen its hold-out. The form of the model "
         "(first moments beside the links, slow samples without weight) and the cutoff were chosen with all five logs "
-        "in view. The Coulomb friction of the published models is cf arctan(100 qd), quoted from memory of their program. "
+        "in view. The Coulomb friction of the published models is cf arctan(100 qd), quoted from memory. "
         f"Samples below {TERMS.least_speed:g} rad/s have no weight in a fit and count in the errors."
     )
     refusals = [

@@ -10,6 +10,7 @@ import numpy as np
 import workbench as wb
 from studies.c1_real_logs.logs import TANKS, log_path
 
+UNITS = {"u": "V", "h2": "V"}
 PERIOD, LIMIT = 4.0, 10.0  # s between samples, and V where the sensor ends
 EDGE, WEIR, SMALL = 0.1, 1.0, 0.1  # V of the edge of a tank, 1/s of its overflow, and V^0.5 that rounds the root at 0
 FREE = ("k1", "k2", "k3", "k4", "k6", "d", "h1(0)", "h2(0)")
@@ -66,15 +67,12 @@ class TankFit:
 
 def read() -> tuple[wb.Dataset, wb.Dataset]:
     """The records of the fit and of the hold-out, with samples at the limit of the sensor marked."""
-    rows = np.asarray(np.genfromtxt(log_path(TANKS), delimiter=",", skip_header=1)[:, :4], dtype=np.float64)
-    t = PERIOD * np.arange(len(rows), dtype=np.float64)
-    first, second = (
-        wb.Dataset.of(t, {"u": rows[:, i], "h2": rows[:, i + 2]}, {"u": "V", "h2": "V"}, name=name).mark_limits(
-            "h2", high=LIMIT
-        )
-        for i, name in enumerate(("estimation", "hold-out"))
-    )
-    return first, second
+    logs = []
+    for end, name in (("Est", "estimation"), ("Val", "hold-out")):
+        names = {f"u{end}": "u", f"y{end}": "h2"}
+        log = wb.Dataset.from_csv(log_path(TANKS), ["u", "h2"], names=names, units=UNITS, time=PERIOD, name=name)
+        logs.append(log.mark_limits("h2", high=LIMIT))
+    return logs[0], logs[1]
 
 
 def tank_fit(what: str) -> TankFit:

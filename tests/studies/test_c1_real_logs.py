@@ -12,11 +12,17 @@ needs_logs = pytest.mark.skipif(not FOLDER.is_dir(), reason="needs the measured 
 
 @pytest.fixture(autouse=True)
 def folder(monkeypatch):
-    monkeypatch.setenv("LOGS", str(FOLDER))
+    """The folder beside the repository, whatever LOGS says."""
+    paths, wrong = logs.read_folder(str(FOLDER))
+    monkeypatch.setattr(logs, "PATHS", paths)
+    monkeypatch.setattr(logs, "WRONG", wrong)
+    for name, file in logs.MODELS.items():
+        if file in paths:
+            monkeypatch.setitem(logs.PUBLISHED_MODELS, name, logs.read_model(paths[file]))
 
 
 def test_a_log_that_is_not_there_is_named_with_its_source(monkeypatch):
-    monkeypatch.delenv("LOGS")
+    monkeypatch.setattr(logs, "PATHS", logs.read_folder("")[0])
     with pytest.raises(FileNotFoundError, match=r"make reports LOGS=FOLDER.*commit 947f1c5edd3f"):
         logs.log_path(logs.EXCITATIONS[0])
 
@@ -25,7 +31,9 @@ def test_a_log_with_other_bytes_is_refused(monkeypatch, tmp_path):
     path = tmp_path / logs.TANKS
     path.parent.mkdir()
     path.write_text("uEst\n1\n", encoding="utf-8")
-    monkeypatch.setenv("LOGS", str(tmp_path))
+    paths, wrong = logs.read_folder(str(tmp_path))
+    assert paths == {}
+    monkeypatch.setattr(logs, "WRONG", wrong)
     with pytest.raises(ValueError, match="with the SHA-256 ef2388"):
         logs.log_path(logs.TANKS)
 
