@@ -27,12 +27,12 @@ class Fold:
     condition: float
     distance: float
     ours: tuple[float, float]
-    published: tuple[tuple[float, float], ...]  # in the order of MODELS
+    published_errors: tuple[tuple[float, float], ...]  # in the order of MODELS
     numbers: dict[str, tuple[float, float]]  # estimates with their standard errors
 
     def beaten(self, joint: int) -> int:
         """The number of published models whose error of a joint is larger."""
-        return sum(self.ours[joint] < errors[joint] for errors in self.published)
+        return sum(self.ours[joint] < errors[joint] for errors in self.published_errors)
 
 
 def pendulum_arm(first: float, second: float) -> wb.arms.mechanics.PlanarArm:

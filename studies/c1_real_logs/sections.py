@@ -70,7 +70,7 @@ def fold_table(every: Sequence[Fold]) -> wb.document.ReportTable:
     rows: list[tuple[wb.document.Cell, ...]] = []
     for one in every:
         for j, joint in enumerate(JOINTS):
-            others = [errors[j] for errors in one.published]
+            others = [errors[j] for errors in one.published_errors]
             verdict = "yes" if one.beaten(j) == len(MODELS) else "no"
             rows.append((one.name, joint, one.ours[j], *others, verdict, 1000 * one.delay, one.condition))
     columns = (
@@ -152,7 +152,7 @@ def tank_section(results: wb.Results) -> wb.Section:
         f"and by {one.error:.3g} V on the other (root mean square). {one.warnings}"
     )
     method = (
-        f"Source: {SOURCES['cascaded_tanks']}. The sensor ends at 10 V: {one.marked[0]} and {one.marked[1]} samples "
+        f"Source: {SOURCES['cascaded_tanks']}. The sensor ends at 10 V: {one.marked_samples[0]} and {one.marked_samples[1]} samples "
         "there are marked, have no weight, and count in the error of the hold-out, where the model is cut off at 10 V "
         "too. Both initial levels of the hold-out were estimated from it, and nothing else. The form of the model was "
         "chosen among six with the hold-out in view."

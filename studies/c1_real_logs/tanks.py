@@ -61,7 +61,7 @@ class TankFit:
     standard_errors: dict[str, float]
     error: float
     hold_out_error: float  # of all samples of the second record, the model cut off at 10 V as the sensor is
-    marked: tuple[int, int]
+    marked_samples: tuple[int, int]
     warnings: str
 
 

@@ -1,12 +1,13 @@
 """The study of measured logs: what it reads, what it refuses, and what its fits reach on logs that they did not see."""
 
+import os
 from pathlib import Path
 
 import pytest
 
 from studies.c1_real_logs import logs, pendulum, positioning
 
-FOLDER = Path(__file__).parents[3] / "shared" / "data"
+FOLDER = Path(os.environ.get("LOGS") or Path(__file__).parents[3] / "shared" / "data")
 needs_logs = pytest.mark.skipif(not FOLDER.is_dir(), reason="needs the measured logs beside the repository")
 
 

@@ -73,6 +73,19 @@ def fit_inverse_dynamics(
     References
     ----------
     Khalil and Dombre (2002), Modeling, Identification and Control of Robots, chapter 12.
+
+    Examples
+    --------
+    >>> arm, t = wb.robot("planar-1r"), np.arange(0.0, 5.0, 0.002)
+    >>> q, qdd = np.sin(3 * t) + 0.5 * np.sin(7 * t), -9 * np.sin(3 * t) - 24.5 * np.sin(7 * t)
+    >>> Y = wb.regressor(arm)
+    >>> tau = Y.at(q[:, None], 0 * q[:, None], qdd[:, None]) @ Y.theta
+    >>> log = wb.Dataset.of(t, {"q": q, "tau": tau}, {"q": "rad", "tau": "N m"})
+    >>> terms = wb.arms.log_regression.JointTerms(drive=False, coulomb=False)
+    >>> fit = wb.fit_inverse_dynamics(arm, log, ["q"], ["tau"], cutoff=50.0, terms=terms)
+    >>> bodies, motion = fit.bodies, fit.motions[0]
+    >>> {name: round(fit.values[name], 3) for name in fit.names if name != "link1.mc_y"}
+    {'link1.mc_x': 0.5, 'link1.I_zz': 0.333, 'link1.viscous': -0.0}
     """
     one_of("fit_inverse_dynamics(physical=...)", physical, PHYSICAL)
     if len(positions) != arm.dof:
@@ -83,7 +96,7 @@ def fit_inverse_dynamics(
     answer = solve([equations_of(base, motion, terms) for motion in inside])
     bodies = None
     if physical != "ignore" and columns_apart(answer.singular_values):
-        bodies = nearest_rigid_bodies(base, answer.theta, answer.covariance)
+        bodies = nearest_rigid_bodies(base, answer.theta, answer.covariance + np.diag(answer.least_errors**2))
     fit = InverseDynamicsFit(base, terms, answer, bodies, physical == "impose", inside, outside)
     if fit.reasons_to_refuse and not even_if_refused:
         raise ValueError(f"`fit_inverse_dynamics(...)` refuses this log. {' '.join(fit.reasons_to_refuse)}")

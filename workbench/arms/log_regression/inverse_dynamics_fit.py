@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ from scipy import stats
 
 from workbench.arms.log_regression.prepared_motion import PreparedMotion
 from workbench.arms.log_regression.regressed_joints import JointTerms
-from workbench.arms.log_regression.regression import Regression, moving
+from workbench.arms.log_regression.regression import Regression, moving_samples
 from workbench.arms.log_regression.rigid_bodies import RigidBodies
 from workbench.arms.mechanics.parameter_reduction import BaseParameters
 from workbench.core.validation.notebook_display import table_to_html
@@ -114,7 +113,7 @@ class InverseDynamicsFit:
         return {one.name: self._explained_share(one) for one in self.held_out}
 
     def _explained_share(self, motion: PreparedMotion) -> Array:
-        error, counts = self.torque(motion) - motion.filtered_tau, moving(motion, self.terms)
+        error, counts = self.torque(motion) - motion.filtered_tau, moving_samples(motion, self.terms)
         shares = []
         for j in range(error.shape[1]):
             rows = counts[:, j]
@@ -167,7 +166,7 @@ class InverseDynamicsFit:
         if not self.bodies:
             said.append("Whether rigid bodies have these numbers was not asked.")
         for one in self.motions:
-            unused = 1 - moving(one, self.terms)[one.weighs].mean(axis=0)
+            unused = 1 - moving_samples(one, self.terms)[one.weighs].mean(axis=0)
             slow = [f"{100 * share:.2g} % of joint {i + 1}" for i, share in enumerate(unused) if share > 0]
             if slow:
                 said.append(
@@ -186,9 +185,13 @@ class InverseDynamicsFit:
         )
 
     def __repr__(self) -> str:
-        pairs: Mapping[str, float] = self.standard_errors
-        text = ", ".join(f"{name} = {value:.4g} +- {pairs[name]:.1g}" for name, value in self.values.items())
-        return f"<InverseDynamicsFit: {' '.join((*self.warnings, text))}>"
+        least = min((float(np.nanmin(share)) for share in self.explained_shares.values()), default=np.nan)
+        said = len(self.warnings)
+        notes = f"; {said} warning{'' if said == 1 else 's'}" if said else ""
+        return (
+            f"<InverseDynamicsFit: {len(self.names)} numbers, condition {self.condition:.3g}, "
+            f"{100 * least:.4g} % of the hold-out explained{notes}>"
+        )
 
     def _repr_html_(self) -> str:
         frame = self.to_frame().reset_index()

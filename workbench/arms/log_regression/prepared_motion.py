@@ -84,6 +84,14 @@ def prepare_motion(
     References
     ----------
     Gautier (1997), Dynamic identification of robots with power model, ICRA, 1922-1927 (the parallel filter).
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 5.0, 0.002)
+    >>> log = wb.Dataset.of(t, {"q": np.sin(t), "tau": np.cos(t)}, {"q": "rad", "tau": "N m"})
+    >>> motion = wb.arms.log_regression.prepare_motion(log, ["q"], ["tau"], cutoff=20.0)[0]
+    >>> bool(abs(motion.qdd[1000, 0] + np.sin(t[1000])) < 1e-4)
+    True
     """
     if not positions or len(positions) != len(torques):
         raise refusal("prepare_motion(torques=...)", f"{len(positions)} labels, as there are positions", torques)

@@ -21,6 +21,7 @@ from workbench.identification.datasets.experiment import Marks
 
 ROUNDS = 2  # of weights behind the first fit
 UNCORRELATED = 0.1  # the autocorrelation of residuals below which they count as apart
+SMALL_SHARE = 1e-3  # of the torque
 LEAST = 1e-9  # of the largest singular value: what is below is rounding
 
 
@@ -40,15 +41,16 @@ class Regression(NamedTuple):
     sigma: Array  # (n,), root mean square of the residuals by joint
     singular_values: Array  # of the weighed columns, each of length one
     directions: Array  # (b, b), in rows
+    least_errors: Array  # (b,), of numbers whose torque is a thousandth of all: filters err by as much
 
 
 def equations_of(base: BaseParameters, motion: PreparedMotion, terms: JointTerms) -> Equations:
     """The equations of one experiment."""
     Y = base.at(motion.q, motion.qd, motion.qdd).reshape(len(motion.t), base.regressor.dof, -1)
-    return Equations(Y, motion.filtered_tau, np.sqrt(motion.period) * moving(motion, terms))
+    return Equations(Y, motion.filtered_tau, np.sqrt(motion.period) * moving_samples(motion, terms))
 
 
-def moving(motion: PreparedMotion, terms: JointTerms) -> Marks:
+def moving_samples(motion: PreparedMotion, terms: JointTerms) -> Marks:
     """(N, n), true where an equation counts: the filter has settled, and the joint moves fast enough."""
     return np.asarray(motion.weighs[:, np.newaxis] & (np.abs(motion.qd) >= terms.least_speed))
 
@@ -75,11 +77,12 @@ def solve(parts: Sequence[Equations]) -> Regression:
             _root_mean_square([(e[:, j], p.weights[:, j]) for e, p in zip(left, parts, strict=True)]) for j in range(n)
         ]
         sigma, used = np.maximum(fresh, 1e-12 * sigma), sigma
+    least = SMALL_SHARE * float(np.linalg.norm(b)) / unit
     if not columns_apart(values):
-        return Regression(theta, np.full((len(theta), len(theta)), np.inf), sigma, values, directions)
+        return Regression(theta, np.full((len(theta), len(theta)), np.inf), sigma, values, directions, least)
     inverse = np.linalg.inv((A / unit).T @ (A / unit)) / np.outer(unit, unit)
     scores = sum((_scores(p, e, used) for p, e in zip(parts, left, strict=True)), np.zeros_like(inverse))
-    return Regression(theta, inverse @ scores @ inverse, sigma, values, directions)
+    return Regression(theta, inverse @ scores @ inverse, sigma, values, directions, least)
 
 
 def _root_mean_square(columns: Sequence[tuple[Array, Array]]) -> float:
