@@ -1,0 +1,81 @@
+"""Plain excitations within the limits of a design, to compare: random steps and a chirp."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from workbench.core.validation.refusals import Array
+from workbench.identification.experiments.constrained_search import largest_within
+from workbench.identification.experiments.design_problem import DesignProblem
+from workbench.identification.experiments.input_shapes import chirp, random_steps
+
+STEPS = (5, 10, 20, 40)  # in an experiment
+DRAWS = 5  # of each
+
+
+def plain_errors(problem: DesignProblem, generator: np.random.Generator) -> dict[str, Array]:
+    """By kind, the standard errors (nz,) of the best of several plain excitations, each as large as the limits allow."""
+    kinds = {"random steps": _random_steps(problem, generator), "chirp": _chirps(problem)}
+    errors = {}
+    for kind, signals in kinds.items():
+        values = [_best(problem, signal) for signal in signals]
+        goal, own = min(values, key=lambda pair: pair[0])
+        if np.isfinite(goal):
+            errors[kind] = own
+    return errors
+
+
+def _times(problem: DesignProblem) -> Array:
+    return problem.response.model.dataset.experiments[0].t
+
+
+def _random_steps(problem: DesignProblem, generator: np.random.Generator) -> Iterator[Array]:
+    """Signals (N, nu) of random steps."""
+    t, inputs = _times(problem), problem.response.limits.inputs
+    for count in STEPS:
+        for _ in range(DRAWS):
+            yield np.column_stack([random_steps(t, problem.until, count, generator) for _ in inputs])
+
+
+def _chirps(problem: DesignProblem) -> Iterator[Array]:
+    """Signals (N, nu) of chirps up to the highest frequency of the design, and up to a tenth of it."""
+    t, count = _times(problem), len(problem.response.limits.inputs)
+    first = 1 / problem.until
+    for last in (problem.highest, np.sqrt(first * problem.highest)):
+        for begin in (0.0, np.pi / 2):
+            phases = begin + np.arange(count) * np.pi / count
+            yield np.column_stack([chirp(t, problem.until, first, max(last, 1.01 * first), p) for p in phases])
+
+
+def _best(problem: DesignProblem, signal: Array) -> tuple[float, Array]:
+    """The criterion and the standard errors of a signal (N, nu) of amplitude 1, as large as the limits allow."""
+    count = signal.shape[1]
+    basis = np.column_stack([np.ones(len(signal)), _ramped(problem, signal)])
+    response = problem.response.with_basis(basis)
+    rest = np.zeros((count, count + 1))
+    rest[:, 0] = (problem.shape.basis @ problem.rest.T)[0]
+    unit = rest + np.column_stack([np.zeros(count), np.eye(count)])
+    c = largest_within(response, np.zeros((len(response.limits.all_names), 2)), rest, unit)
+    if c is None:
+        return np.inf, np.zeros(0)
+    J = response.derivatives(c)
+    goal = problem.criterion.value(J)
+    return goal, np.sqrt(np.diag(problem.criterion.covariance(J))) if np.isfinite(goal) else np.zeros(0)
+
+
+def _ramped(problem: DesignProblem, signal: Array) -> Array:
+    """The signal with ramps in the place of jumps, for each input whose rate is limited."""
+    limits, t = problem.response.limits, _times(problem)
+    out = signal.copy()
+    for i, low, high in limits.slopes:
+        label = limits.inputs[i]
+        if label not in limits.names:
+            continue
+        span = float(np.diff(limits.all_ends[limits.names.index(label)])[0]) / min(abs(low), abs(high))
+        width = int(np.ceil(span / (t[1] - t[0])))
+        if np.isfinite(span) and 1 < width < len(t):
+            padded = np.concatenate([np.zeros(width - 1), out[:, i]])  # it begins at rest
+            out[:, i] = np.convolve(padded, np.full(width, 1 / width), mode="valid")
+    return out
