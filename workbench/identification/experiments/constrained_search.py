@@ -7,15 +7,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import optimize
 
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.refusals import Array, Integers
 from workbench.identification.experiments.driven_response import DrivenResponse
 from workbench.identification.experiments.information_criterion import InformationCriterion
 
 NEAR = 0.15  # margin, as a share of the range, below which a least margin takes part in a round
-MOST_PLACES = 300  # that take part in a round
+MOST_PLACES = 160  # near to a limit that take part in a round
+SPREAD = 32  # instants at which every limit takes part in every round
 BEYOND = 1e9  # the goal of an experiment that tells nothing or diverges: larger than any other
 TOLERANCE = 1e-6  # of margins, as a share of the range
-SETTLED = 1e-5  # change of the goal by a round that ends a search
+REACH = 0.5  # of a coefficient in a round, in units of the largest at the start
+LARGE = 0.1  # violation, as a share of a range, from which a round does not go on
+SETTLED = 1e-4  # change of the coefficients by a round that ends a search, in the same units
 
 
 @dataclass(eq=False)
@@ -28,26 +31,32 @@ class ConstrainedSearch:
 
     response: DrivenResponse
     criterion: InformationCriterion
+    rest: Array  # (nu, nb), coefficients that keep all limits
     kept: Array  # (all limits, 2), margins that must be left, as shares of each range
     rounds: int
-    iterations: int = 12  # of SLSQP in a round
+    iterations: int = 20  # of SLSQP in a round
     evaluations: int = field(default=0, init=False)
 
     def improve(self, c: Array, unit: Array) -> tuple[Array, float]:
-        """Better coefficients (nu, nb) from a start, in steps of `unit` (nu, 1), and the goal there."""
-        places = np.zeros((0, 3), dtype=int)
-        goal = self.goal(c)[0]
-        best, lowest = c, goal if self.violation(c) <= TOLERANCE else np.inf
+        """Better coefficients (nu, nb) from a start within the limits, in steps of `unit` (nu, 1), and the goal there.
+
+        The end of a round that broke a limit is drawn back towards the rest until all limits hold.
+        """
+        everywhere, places = self._spread(c), np.zeros((0, 3), dtype=int)
+        best, lowest = c, self.goal(c)[0]
         for _ in range(self.rounds):
-            places = np.unique(np.vstack([places, self._near(c)]), axis=0)[:MOST_PLACES]
-            c = self._round(c, unit, places)
-            before, goal = goal, self.goal(c)[0]
-            violation = self.violation(c)
-            if violation <= TOLERANCE and goal < lowest:
-                best, lowest = c, goal
-            if violation <= TOLERANCE and abs(before - goal) < SETTLED:
-                break
-            if not np.isfinite(self.response.margins(c)).any():
+            near = self._near(c)
+            places = np.unique(np.vstack([places[: MOST_PLACES - len(near)], near]), axis=0)
+            before, c = c, self._round(c, unit, np.unique(np.vstack([places, everywhere]), axis=0))
+            inside = c
+            if self.violation(c) > TOLERANCE:
+                drawn = largest_within(self.response, self.kept, self.rest, c)
+                inside = best if drawn is None else drawn
+                c = c if self.violation(c) < LARGE else inside  # a linear limit is worth little so far away
+            goal = self.goal(inside)[0]
+            if goal < lowest:
+                best, lowest = inside, goal
+            if float(np.max(np.abs(c - before) / unit)) < SETTLED:
                 break
         return best, lowest
 
@@ -60,7 +69,7 @@ class ConstrainedSearch:
         """The largest lack of margin at any instant, or 0."""
         return float(max(0.0, np.max(self.kept - self.response.margins(c), initial=-np.inf)))
 
-    def _near(self, c: Array) -> Array:
+    def _near(self, c: Array) -> Integers:
         """The places (M, 3) of the local minima of the margins that are near to a limit."""
         left = self.response.margins(c) - self.kept
         padded = np.pad(left, ((1, 1), (0, 0), (0, 0)), constant_values=np.inf)
@@ -70,7 +79,15 @@ class ConstrainedSearch:
         order = np.argsort(left[tuple(places.T)], kind="stable")
         return places[order[: MOST_PLACES // 2]]
 
-    def _round(self, c: Array, unit: Array, places: Array) -> Array:
+    def _spread(self, c: Array) -> Integers:
+        """The places (M, 3) of all limits at even steps."""
+        margins = self.response.margins(c)
+        rows = np.linspace(0, len(margins) // 2 - 1, SPREAD).astype(int)
+        is_some = np.zeros(margins.shape, dtype=bool)
+        is_some[rows] = np.isfinite(margins[rows])
+        return np.argwhere(is_some)
+
+    def _round(self, c: Array, unit: Array, places: Integers) -> Array:
         """The end of some steps of SLSQP with the margins at some places."""
         shape, kept = c.shape, self.kept[tuple(places[:, 1:].T)]
 
@@ -93,6 +110,7 @@ class ConstrainedSearch:
             jac=True,
             method="SLSQP",
             constraints=limits,
+            bounds=optimize.Bounds((c / unit).ravel() - REACH, (c / unit).ravel() + REACH),
             options={"maxiter": self.iterations, "ftol": 1e-9},
         )
         moved = np.asarray(end.x).reshape(shape) * unit

@@ -19,7 +19,7 @@ from workbench.identification.experiments.experiment_design import DesignCertifi
 from workbench.identification.experiments.information_criterion import CRITERIA
 from workbench.identification.experiments.plain_excitations import plain_errors
 
-ROUNDS = 12  # of the last search
+ROUNDS = 10  # of the last search
 
 
 @check_arguments

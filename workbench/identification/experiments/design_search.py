@@ -11,6 +11,7 @@ from workbench.identification.estimation.experiment_check import identifiability
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.experiments.constrained_search import TOLERANCE, ConstrainedSearch, largest_within
 from workbench.identification.experiments.design_problem import CALL, DesignProblem, dataset_of
+from workbench.identification.experiments.plain_excitations import chirp_signals, random_step_signals
 
 DRAWS = 6  # random inputs for each search
 HALVINGS = 8  # of the step, at most
@@ -36,11 +37,11 @@ def search(
     problem, candidates = _candidates(problem, starts, generator)
     _refuse_ambiguity(problem, candidates[0], inputs)
     kept = np.full((len(problem.response.limits.all_names), 2), SPARE)
-    first = ConstrainedSearch(problem.response, problem.criterion, kept, 3)
+    first = ConstrainedSearch(problem.response, problem.criterion, problem.rest, kept, 2)
     ends = [first.improve(c, _unit(problem, c)) for c in candidates[:starts]]
     ends.sort(key=lambda end: end[1])
     c = ends[0][0]
-    c, goal = ConstrainedSearch(problem.response, problem.criterion, kept, rounds).improve(c, _unit(problem, c))
+    c, goal = ConstrainedSearch(problem.response, problem.criterion, problem.rest, kept, rounds).improve(c, _unit(problem, c))
     goals = (min(goal, ends[0][1]), *(end[1] for end in ends[1:]))
     c = _between_steps(problem, c, kept)
     return DesignEnd(problem, c, goals, _step_error(problem, c))
@@ -50,7 +51,9 @@ def _candidates(
     problem: DesignProblem, starts: int, generator: np.random.Generator
 ) -> tuple[DesignProblem, list[Array]]:
     """Random inputs as large as the limits allow, the best first, at a step that is short enough for it."""
-    draws = problem.rest + problem.shape.draw(DRAWS * starts, len(problem.rest), generator)
+    random = problem.shape.draw(DRAWS * starts, len(problem.rest), generator)
+    plain = (*random_step_signals(problem, generator), *chirp_signals(problem))
+    draws = problem.rest + np.concatenate([random, [problem.shape.nearest(signals) for signals in plain]])
     kept = np.full((len(problem.response.limits.all_names), 2), 2 * SPARE)
     for _ in range(HALVINGS):
         scaled = [largest_within(problem.response, kept, problem.rest, c) for c in draws]
@@ -124,7 +127,7 @@ def _between_steps(problem: DesignProblem, c: Array, kept: Array) -> Array:
         inside = largest_within(problem.response, kept, problem.rest, c)
         if inside is None:
             break
-        c = ConstrainedSearch(problem.response, problem.criterion, kept, 2).improve(inside, _unit(problem, inside))[0]
+        c = ConstrainedSearch(problem.response, problem.criterion, problem.rest, kept, 2).improve(inside, _unit(problem, inside))[0]
     inside = largest_within(finer, np.zeros_like(kept), problem.rest, c)
     if inside is None:
         raise ValueError(

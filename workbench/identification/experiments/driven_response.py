@@ -115,22 +115,18 @@ class DrivenResponse:
         out, nx = np.zeros((len(places), nu * nb)), x.shape[1]
         dx = self._state_slopes(x, c)
         t, at, u = self._instants(x, c)
-        both = np.vstack(self.bases)
-        steps = len(self.bases[0])
-        path = places[:, 1] < len(self.limits.names)
-        some = np.unique(places[path, 0])
-        local = self.limits.derivatives(t[some], at[some], self.model.p, u[some]) if some.size else ()
-        slopes = dict(zip(some, local, strict=True))
-        for m, (row, limit, end) in enumerate(places):
-            if path[m]:
-                slope = slopes[row][limit]
-                k = row if row < steps else row - steps + 1
-                out[m] = slope[:nx] @ dx[k] + np.kron(slope[nx:], both[row])
-            else:
-                i = self.limits.slopes[limit - len(self.limits.names)][0]
-                out[m, i * nb : (i + 1) * nb] = self.input_slopes[row]
-            out[m] *= (1.0 if end == 0 else -1.0) / self.limits.scales[limit]
-        return out
+        is_path, sign = places[:, 1] < len(self.limits.names), np.where(places[:, 2] == 0, 1.0, -1.0)
+        row, limit = places[is_path, 0], places[is_path, 1]
+        if row.size:
+            local = self.limits.derivatives(t[row], at[row], self.model.p, u[row])[np.arange(row.size), limit]
+            steps = len(self.bases[0])
+            k = np.where(row < steps, row, row - steps + 1)
+            direct = local[:, nx:, np.newaxis] * np.vstack(self.bases)[row, np.newaxis]
+            out[is_path] = np.einsum("mi,mij->mj", local[:, :nx], dx[k]) + direct.reshape(row.size, -1)
+        for m in np.flatnonzero(~is_path):
+            i = self.limits.slopes[places[m, 1] - len(self.limits.names)][0]
+            out[m, i * nb : (i + 1) * nb] = self.input_slopes[places[m, 0]]
+        return np.asarray(out * (sign / self.limits.scales[places[:, 1]])[:, np.newaxis])
 
     def _state_slopes(self, x: Array, c: Array) -> Array:
         """The derivatives (K + 1, nx, nu nb) of the states by the coefficients."""

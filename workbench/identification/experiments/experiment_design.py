@@ -144,6 +144,17 @@ class ExperimentDesign:
         orders = np.array([float(name.split()[1]) for name in self.shape.names[1::2]])
         return float(own[0]), np.hypot(sine, cosine), 2 * np.pi / self.period * orders, np.arctan2(cosine, sine)
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on what speaks against the design."""
+        better = [
+            f"The best {plain} tell more than this design, D = {value:.4g}: allow more harmonics or steps, or more starts."
+            for plain, value in self.plain_values.items()
+            if value < self.value
+        ]
+        failed = "A limit is broken, or the step is too long for the errors to be exact: see `certificate`."
+        return (*better, *([] if self.certificate.is_passed else [failed]))
+
     def __repr__(self) -> str:
         held = f"; held back by {', '.join(self.active_limits)}" if self.active_limits else ""
         return f"<ExperimentDesign: {self.criterion} = {self.value:.6g} for {', '.join(self.names)}{held}>"

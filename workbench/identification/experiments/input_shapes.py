@@ -28,6 +28,11 @@ class InputShape:
         return np.asarray(generator.standard_normal((count, inputs, len(self.names))) * self.weights)
 
 
+    def nearest(self, signals: Array) -> Array:
+        """Coefficients (nu, nb) of the signal of this shape that is nearest to signals (N, nu), by least squares."""
+        return np.asarray(np.linalg.lstsq(self.basis, signals, rcond=None)[0].T)
+
+
 def harmonics(t: Array, period: float, orders: Sequence[int]) -> InputShape:
     """A constant, and sines and cosines of multiples of the fundamental frequency 2 pi / period."""
     angles = [2 * np.pi * order / period * t for order in orders]

@@ -59,12 +59,12 @@ class PathLimits:
         """The names of all limits: those along the path, then those of the rates of inputs."""
         return (*self.names, *(RATE + self.inputs[i] for i, _, _ in self.slopes))
 
-    @property
+    @cached_property
     def all_ends(self) -> Array:
         """(all limits, 2), the ends of each."""
         return np.vstack([np.column_stack([self.low, self.high]), np.reshape([e[1:] for e in self.slopes], (-1, 2))])
 
-    @property
+    @cached_property
     def scales(self) -> Array:
         """(all limits,), the range of each limit, or the size of its only finite end."""
         ends = self.all_ends

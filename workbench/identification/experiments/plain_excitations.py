@@ -17,7 +17,7 @@ DRAWS = 5  # of each
 
 def plain_errors(problem: DesignProblem, generator: np.random.Generator) -> dict[str, Array]:
     """By kind, the standard errors (nz,) of the best of several plain excitations, each as large as the limits allow."""
-    kinds = {"random steps": _random_steps(problem, generator), "chirp": _chirps(problem)}
+    kinds = {"random steps": random_step_signals(problem, generator), "chirp": chirp_signals(problem)}
     errors = {}
     for kind, signals in kinds.items():
         values = [_best(problem, signal) for signal in signals]
@@ -31,7 +31,7 @@ def _times(problem: DesignProblem) -> Array:
     return problem.response.model.dataset.experiments[0].t
 
 
-def _random_steps(problem: DesignProblem, generator: np.random.Generator) -> Iterator[Array]:
+def random_step_signals(problem: DesignProblem, generator: np.random.Generator) -> Iterator[Array]:
     """Signals (N, nu) of random steps."""
     t, inputs = _times(problem), problem.response.limits.inputs
     for count in STEPS:
@@ -39,7 +39,7 @@ def _random_steps(problem: DesignProblem, generator: np.random.Generator) -> Ite
             yield np.column_stack([random_steps(t, problem.until, count, generator) for _ in inputs])
 
 
-def _chirps(problem: DesignProblem) -> Iterator[Array]:
+def chirp_signals(problem: DesignProblem) -> Iterator[Array]:
     """Signals (N, nu) of chirps up to the highest frequency of the design, and up to a tenth of it."""
     t, count = _times(problem), len(problem.response.limits.inputs)
     first = 1 / problem.until
