@@ -8,6 +8,7 @@ import numpy as np
 from scipy import optimize
 
 from workbench.core.validation.refusals import Array, Integers
+from workbench.identification.datasets.experiment import Marks
 from workbench.identification.experiments.driven_response import DrivenResponse
 from workbench.identification.experiments.information_criterion import InformationCriterion
 
@@ -18,6 +19,7 @@ BEYOND = 1e9  # the goal of an experiment that tells nothing or diverges: larger
 TOLERANCE = 1e-6  # of margins, as a share of the range
 REACH = 0.5  # of a coefficient in a round, in units of the largest at the start
 LARGE = 0.1  # violation, as a share of a range, from which a round does not go on
+SCALES, CLOSE = 16, 0.99  # sizes of an input that are tried, and the share of the room that is enough
 SETTLED = 1e-4  # change of the coefficients by a round that ends a search, in the same units
 
 
@@ -33,6 +35,7 @@ class ConstrainedSearch:
     criterion: InformationCriterion
     rest: Array  # (nu, nb), coefficients that keep all limits
     kept: Array  # (all limits, 2), margins that must be left, as shares of each range
+    is_free: Marks  # (nb,), false for coefficients that stay
     rounds: int
     iterations: int = 20  # of SLSQP in a round
     evaluations: int = field(default=0, init=False)
@@ -89,49 +92,54 @@ class ConstrainedSearch:
 
     def _round(self, c: Array, unit: Array, places: Integers) -> Array:
         """The end of some steps of SLSQP with the margins at some places."""
-        shape, kept = c.shape, self.kept[tuple(places[:, 1:].T)]
+        kept, free, size = self.kept[tuple(places[:, 1:].T)], self.is_free, (len(c), int(self.is_free.sum()))
+
+        def full(q: Array) -> Array:
+            every = c.copy()
+            every[:, free] = q.reshape(size) * unit
+            return every
 
         def goal(q: Array) -> tuple[float, Array]:
-            value, slopes = self.goal(q.reshape(shape) * unit)
-            return (value, (slopes * unit).ravel()) if np.isfinite(value) else (BEYOND, np.zeros(q.size))
+            value, slopes = self.goal(full(q))
+            return (value, (slopes * unit)[:, free].ravel()) if np.isfinite(value) else (BEYOND, np.zeros(q.size))
 
         def left(q: Array) -> Array:
-            margins = self.response.margins(q.reshape(shape) * unit)
+            margins = self.response.margins(full(q))
             return margins[tuple(places.T)] - kept if len(margins) > 1 else np.full(len(places), -1e3)
 
         def slopes(q: Array) -> Array:
-            every = self.response.margin_slopes(q.reshape(shape) * unit, places)
-            return np.asarray((every.reshape(-1, *shape) * unit).reshape(len(places), -1))
+            every = self.response.margin_slopes(full(q), places).reshape(-1, *c.shape)
+            return np.asarray((every * unit)[:, :, free].reshape(len(places), -1))
 
-        limits = [{"type": "ineq", "fun": left, "jac": slopes}] if len(places) else []
+        start = (c[:, free] / unit).ravel()
         end = optimize.minimize(
             goal,
-            (c / unit).ravel(),
+            start,
             jac=True,
             method="SLSQP",
-            constraints=limits,
-            bounds=optimize.Bounds((c / unit).ravel() - REACH, (c / unit).ravel() + REACH),
+            constraints=[{"type": "ineq", "fun": left, "jac": slopes}],
+            bounds=optimize.Bounds(start - REACH, start + REACH),
             options={"maxiter": self.iterations, "ftol": 1e-9},
         )
-        moved = np.asarray(end.x).reshape(shape) * unit
+        moved = full(np.asarray(end.x))
         return moved if np.isfinite(moved).all() else c
 
 
 def largest_within(response: DrivenResponse, kept: Array, rest: Array, c: Array) -> Array | None:
-    """The input rest + s (c - rest) within all limits, with s as large as a few secant steps find; None if there is none."""
-    scale, best = 1.0, None
-    at_rest = np.maximum(np.min(response.margins(rest), axis=0) - kept, 1e-12)
-    low, high = 0.0, np.inf
-    for _ in range(14):
+    """The input rest + s (c - rest) within all limits; s is the largest to one per cent. None if there is no such s."""
+    at_rest = np.maximum(np.min(response.margins(rest), axis=0) - kept, np.finfo(float).tiny)
+    low, high, scale, best = 0.0, np.inf, 1.0, None
+    for _ in range(SCALES):
         trial = rest + scale * (c - rest)
-        left = np.min(response.margins(trial), axis=0) - kept
-        if (left >= 0).all():
+        used = (at_rest - (np.min(response.margins(trial), axis=0) - kept)) / at_rest  # shares of the room
+        most = float(np.max(used[np.isfinite(at_rest)], initial=0.0))
+        if most <= 1.0:
             low, best = scale, trial
         else:
             high = scale
-        used = float(np.max(np.where(np.isfinite(left), (at_rest - left) / at_rest, 0.0 if best is not None else 2.0)))
-        guess = scale * 0.999 / used if used > 0 and np.isfinite(used) else scale * 2
-        scale = guess if low < guess < high else (np.sqrt(low * high) if low and np.isfinite(high) else scale / 3)
-        if np.isfinite(high) and low > 0.99 * high:
-            break
+        if low > CLOSE * high or CLOSE < most <= 1.0:
+            return best
+        guess = scale * (1 + CLOSE) / 2 / most if 0 < most < np.inf else np.inf
+        between = float(np.sqrt(low * high)) if low and np.isfinite(high) else (2 * scale if low else scale / 4)
+        scale = guess if low < guess < high and np.isfinite(guess) else between
     return best

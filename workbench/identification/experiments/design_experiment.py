@@ -17,7 +17,7 @@ from workbench.identification.experiments.design_problem import CALL, Schedule, 
 from workbench.identification.experiments.design_search import DesignEnd, search
 from workbench.identification.experiments.experiment_design import DesignCertificate, ExperimentDesign
 from workbench.identification.experiments.information_criterion import CRITERIA
-from workbench.identification.experiments.plain_excitations import plain_errors
+from workbench.identification.experiments.plain_excitations import PlainExcitation, plain_excitations
 
 ROUNDS = 10  # of the last search
 
@@ -61,8 +61,8 @@ def design_experiment(
     until, every, period
         Duration, time between samples and period of the inputs in s. The period divides the duration.
     harmonics, steps
-        The harmonics of the period in each input, by their count or by their orders; or the number of levels in a
-        period, if the inputs shall be steps.
+        The harmonics of the period in each input, by their count or by their orders, of which 0 is the constant; or
+        the number of levels in a period, if the inputs shall be steps.
     criterion, hold
         "D" or "A"; and "hold" if an input keeps its value until the next sample, "linear" for straight lines.
     starts, seed
@@ -100,11 +100,11 @@ def design_experiment(
     generator = np.random.default_rng(check_seed(f"{CALL}(seed=...)", seed))
     problem = problem_of(ode, free, inputs, outputs, noise, limits, schedule, criterion, hold, values)
     end = search(problem, count, ROUNDS, generator, tuple(inputs))
-    return _design_of(end, schedule, tuple(inputs), plain_errors(end.problem, generator))
+    return _design_of(end, schedule, tuple(inputs), plain_excitations(end.problem, generator))
 
 
 def _design_of(
-    end: DesignEnd, schedule: Schedule, inputs: tuple[str, ...], plain: Mapping[str, np.ndarray]
+    end: DesignEnd, schedule: Schedule, inputs: tuple[str, ...], plain: Mapping[str, PlainExcitation]
 ) -> ExperimentDesign:
     """The answer at the end of a search."""
     problem, c = end.problem, end.c
@@ -123,6 +123,6 @@ def _design_of(
         shape=problem.shape,
         coefficients=c,
         period=schedule.period,
-        plain_errors=plain,
+        plain=plain,
         certificate=DesignCertificate(named, end.by_half_step, end.goals),
     )

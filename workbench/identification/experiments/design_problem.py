@@ -60,9 +60,9 @@ class Schedule:
             number = whole(f"{CALL}(steps=...)", steps, 2)
             multiple(f"{CALL}(steps=...): the length of a step", one / number, sample, "the time between samples")
             return Schedule(end, sample, one, (), number)
-        every_order = range(1, whole(f"{CALL}(harmonics=...)", orders) + 1) if isinstance(orders, int) else orders
-        numbers = tuple(sorted({whole(f"{CALL}(harmonics=...)", order) for order in every_order}))
-        if not numbers or 2 * numbers[-1] >= count:
+        every_order = range(whole(f"{CALL}(harmonics=...)", orders) + 1) if isinstance(orders, int) else orders
+        numbers = tuple(sorted({whole(f"{CALL}(harmonics=...)", order, 0) for order in every_order}))
+        if not any(numbers) or 2 * numbers[-1] >= count:
             raise ValueError(
                 f"`{CALL}(harmonics=...)` must be at least one harmonic, and each below half of the {count} samples of "
                 f"a period, as faster ones look like slower ones; got {describe(numbers)}: take fewer or sample faster."
@@ -126,7 +126,7 @@ def problem_of(
     if not path.all_names:
         raise ValueError(f"`{CALL}(limits=...)` must limit something, else a larger input always tells more; got none.")
     z = model.starts
-    response = DrivenResponse(model, path, shape.basis, _sigma(noise, names))
+    response = DrivenResponse(model, path, shape.basis, _sigma(ode, noise, names))
     rest = _rest(response, shape)
     sizes = np.where(z == 0, 1.0, np.abs(z))
     return DesignProblem(response, shape, InformationCriterion(criterion, sizes), rest, schedule.until, schedule.highest)
@@ -152,16 +152,19 @@ def _outputs(ode: Ode, name: str) -> list[str]:
     return [layout.labels[i] for i in layout.indices(name)]
 
 
-def _sigma(noise: Mapping[str, float], names: Sequence[str]) -> Array:
+def _sigma(ode: Ode, noise: Mapping[str, float], names: Sequence[str]) -> Array:
     """The standard deviations (ny,) of the outputs."""
-    for name in noise:
-        known_name(name, names, "outputs of this design")
-    if missing := [name for name in names if name not in noise]:
+    every: dict[str, float] = {}
+    for name, value in noise.items():
+        own = dict.fromkeys(_outputs(ode, name), finite(f"{CALL}(noise={{{name!r}: ...}})", value))
+        known_name(next(iter(own)), names, "outputs of this design")
+        every |= own
+    if missing := [name for name in names if name not in every]:
         raise ValueError(
             f"`{CALL}(noise=...)` must have a standard deviation for each output, as errors are in its proportion; "
             f"there is none for '{missing[0]}'."
         )
-    sigma = np.array([finite(f"{CALL}(noise={{{name!r}: ...}})", noise[name]) for name in names])
+    sigma = np.array([every[name] for name in names])
     if not (sigma > 0).all():
         raise ValueError(f"`{CALL}(noise=...)` must be positive standard deviations; got {sigma.min():g}.")
     return sigma

@@ -37,14 +37,18 @@ def search(
     problem, candidates = _candidates(problem, starts, generator)
     _refuse_ambiguity(problem, candidates[0], inputs)
     kept = np.full((len(problem.response.limits.all_names), 2), SPARE)
-    first = ConstrainedSearch(problem.response, problem.criterion, problem.rest, kept, 2)
+    first = _searcher(problem, kept, 2)
     ends = [first.improve(c, _unit(problem, c)) for c in candidates[:starts]]
     ends.sort(key=lambda end: end[1])
     c = ends[0][0]
-    c, goal = ConstrainedSearch(problem.response, problem.criterion, problem.rest, kept, rounds).improve(c, _unit(problem, c))
+    c, goal = _searcher(problem, kept, rounds).improve(c, _unit(problem, c))
     goals = (min(goal, ends[0][1]), *(end[1] for end in ends[1:]))
     c = _between_steps(problem, c, kept)
     return DesignEnd(problem, c, goals, _step_error(problem, c))
+
+
+def _searcher(problem: DesignProblem, kept: Array, rounds: int) -> ConstrainedSearch:
+    return ConstrainedSearch(problem.response, problem.criterion, problem.rest, kept, problem.shape.is_free, rounds)
 
 
 def _candidates(
@@ -127,7 +131,7 @@ def _between_steps(problem: DesignProblem, c: Array, kept: Array) -> Array:
         inside = largest_within(problem.response, kept, problem.rest, c)
         if inside is None:
             break
-        c = ConstrainedSearch(problem.response, problem.criterion, problem.rest, kept, 2).improve(inside, _unit(problem, inside))[0]
+        c = _searcher(problem, kept, 2).improve(inside, _unit(problem, inside))[0]
     inside = largest_within(finer, np.zeros_like(kept), problem.rest, c)
     if inside is None:
         raise ValueError(

@@ -14,6 +14,7 @@ from workbench.core.validation.refusals import Array, finite, known_name
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
 from workbench.identification.experiments.input_shapes import InputShape
+from workbench.identification.experiments.plain_excitations import PlainExcitation
 
 ACTIVE = 0.01  # margin, as a share of the range, below which a limit holds the experiment back
 STEP_ERROR = 1e-3  # relative change of a standard error by half the step that is passed
@@ -65,8 +66,8 @@ class ExperimentDesign:
         (nz, nz), expected of the estimates.
     shape, coefficients
         The shape of the inputs, and the coefficients (nu, nb) of each.
-    plain_errors
-        By plain excitation, its standard errors (nz,) within the same limits: of random steps, the best of several.
+    plain
+        By kind, the best of several plain excitations within the same limits: 20 of random steps, and 4 chirps.
     certificate
         The checks of limits and step.
 
@@ -86,7 +87,7 @@ class ExperimentDesign:
     shape: InputShape
     coefficients: Array
     period: float
-    plain_errors: Mapping[str, Array]
+    plain: Mapping[str, PlainExcitation]
     certificate: DesignCertificate
 
     @cached_property
@@ -111,9 +112,18 @@ class ExperimentDesign:
         """By plain excitation and name, the length of its interval divided by that of the design."""
         own = np.sqrt(np.diag(self.covariance))
         return {
-            plain: dict(zip(self.names, (errors / own).tolist(), strict=True))
-            for plain, errors in self.plain_errors.items()
+            kind: dict(zip(self.names, (plain.errors / own).tolist(), strict=True)) for kind, plain in self.plain.items()
         }
+
+    @property
+    def mean_ratios(self) -> dict[str, float]:
+        """By plain excitation, the ratio that the criterion counts.
+
+        For D it is the geometric mean of the axes of the ellipsoid, for A the quadratic mean of the relative errors.
+        """
+        if self.criterion == "D":
+            return {kind: float(np.exp((p.value - self.value) / 2 / len(self.names))) for kind, p in self.plain.items()}
+        return {kind: float(np.sqrt(p.value / self.value)) for kind, p in self.plain.items()}
 
     @property
     def active_limits(self) -> tuple[str, ...]:
@@ -148,9 +158,10 @@ class ExperimentDesign:
     def warnings(self) -> tuple[str, ...]:
         """Sentences on what speaks against the design."""
         better = [
-            f"The best {plain} tell more than this design, D = {value:.4g}: allow more harmonics or steps, or more starts."
-            for plain, value in self.plain_values.items()
-            if value < self.value
+            f"The best {kind} told more: the design's errors are {1 / ratio:.3g} times as large; allow more harmonics, "
+            "steps or starts."
+            for kind, ratio in self.mean_ratios.items()
+            if ratio < 1
         ]
         failed = "A limit is broken, or the step is too long for the errors to be exact: see `certificate`."
         return (*better, *([] if self.certificate.is_passed else [failed]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,16 +16,22 @@ STEPS = (5, 10, 20, 40)  # in an experiment
 DRAWS = 5  # of each
 
 
-def plain_errors(problem: DesignProblem, generator: np.random.Generator) -> dict[str, Array]:
-    """By kind, the standard errors (nz,) of the best of several plain excitations, each as large as the limits allow."""
+class PlainExcitation(NamedTuple):
+    """The best of several plain excitations of a kind: the criterion, and standard errors (nz,)."""
+
+    value: float
+    errors: Array
+
+
+def plain_excitations(problem: DesignProblem, generator: np.random.Generator) -> dict[str, PlainExcitation]:
+    """By kind, the best of several plain excitations, each as large as the limits allow."""
     kinds = {"random steps": random_step_signals(problem, generator), "chirp": chirp_signals(problem)}
-    errors = {}
-    for kind, signals in kinds.items():
-        values = [_best(problem, signal) for signal in signals]
-        goal, own = min(values, key=lambda pair: pair[0])
-        if np.isfinite(goal):
-            errors[kind] = own
-    return errors
+    best = {kind: min((_largest(problem, one) for one in signals), key=_value) for kind, signals in kinds.items()}
+    return {kind: plain for kind, plain in best.items() if np.isfinite(plain.value)}
+
+
+def _value(plain: PlainExcitation) -> float:
+    return plain.value
 
 
 def _times(problem: DesignProblem) -> Array:
@@ -49,8 +56,8 @@ def chirp_signals(problem: DesignProblem) -> Iterator[Array]:
             yield np.column_stack([chirp(t, problem.until, first, max(last, 1.01 * first), p) for p in phases])
 
 
-def _best(problem: DesignProblem, signal: Array) -> tuple[float, Array]:
-    """The criterion and the standard errors of a signal (N, nu) of amplitude 1, as large as the limits allow."""
+def _largest(problem: DesignProblem, signal: Array) -> PlainExcitation:
+    """A signal (N, nu) of amplitude 1, made as large as the limits allow; of infinite value if it tells nothing."""
     count = signal.shape[1]
     basis = np.column_stack([np.ones(len(signal)), _ramped(problem, signal)])
     response = problem.response.with_basis(basis)
@@ -59,10 +66,11 @@ def _best(problem: DesignProblem, signal: Array) -> tuple[float, Array]:
     unit = rest + np.column_stack([np.zeros(count), np.eye(count)])
     c = largest_within(response, np.zeros((len(response.limits.all_names), 2)), rest, unit)
     if c is None:
-        return np.inf, np.zeros(0)
+        return PlainExcitation(np.inf, np.zeros(0))
     J = response.derivatives(c)
-    goal = problem.criterion.value(J)
-    return goal, np.sqrt(np.diag(problem.criterion.covariance(J))) if np.isfinite(goal) else np.zeros(0)
+    value = problem.criterion.value(J)
+    is_some = np.isfinite(value)
+    return PlainExcitation(value, np.sqrt(np.diag(problem.criterion.covariance(J))) if is_some else np.zeros(0))
 
 
 def _ramped(problem: DesignProblem, signal: Array) -> Array:
