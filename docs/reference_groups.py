@@ -216,6 +216,7 @@ GROUPS = (
             "Dataset": "Measured signals over time, with names, units and experiments.",
             "fit": "Parameters of a plant or a loop from a log, with their uncertainty.",
             "identifiability": "Which parameters an experiment can tell apart.",
+            "design_experiment": "Inputs that tell most within limits, and what they tell before they are run.",
             "check_data": "The questions that a log raises before a fit: time, gaps, units, limits, excitation.",
         },
     ),

@@ -9,14 +9,18 @@ from workbench.identification.estimation import (
     fit,
     identifiability,
 )
+from workbench.identification.experiments import DesignCertificate, ExperimentDesign, design_experiment
 
 __all__ = [
     "Dataset",
+    "DesignCertificate",
     "Experiment",
+    "ExperimentDesign",
     "Fit",
     "FitCertificate",
     "Identifiability",
     "ResidualTest",
+    "design_experiment",
     "fit",
     "identifiability",
 ]

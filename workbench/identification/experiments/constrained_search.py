@@ -19,7 +19,8 @@ BEYOND = 1e9  # the goal of an experiment that tells nothing or diverges: larger
 TOLERANCE = 1e-6  # of margins, as a share of the range
 REACH = 0.5  # of a coefficient in a round, in units of the largest at the start
 LARGE = 0.1  # violation, as a share of a range, from which a round does not go on
-SCALES, CLOSE = 16, 0.99  # sizes of an input that are tried, and the share of the room that is enough
+CLOSE = 0.9999  # share of the room that an input uses at least that is drawn back
+SCALES = 20  # sizes of an input that are tried
 SETTLED = 1e-4  # change of the coefficients by a round that ends a search, in the same units
 
 
@@ -53,7 +54,7 @@ class ConstrainedSearch:
             before, c = c, self._round(c, unit, np.unique(np.vstack([places, everywhere]), axis=0))
             inside = c
             if self.violation(c) > TOLERANCE:
-                drawn = largest_within(self.response, self.kept, self.rest, c)
+                drawn = largest_within(self.response, self.kept, self.rest, c, CLOSE)
                 inside = best if drawn is None else drawn
                 c = c if self.violation(c) < LARGE else inside  # a linear limit is worth little so far away
             goal = self.goal(inside)[0]
@@ -125,8 +126,13 @@ class ConstrainedSearch:
         return moved if np.isfinite(moved).all() else c
 
 
-def largest_within(response: DrivenResponse, kept: Array, rest: Array, c: Array) -> Array | None:
-    """The input rest + s (c - rest) within all limits; s is the largest to one per cent. None if there is no such s."""
+def largest_within(
+    response: DrivenResponse, kept: Array, rest: Array, c: Array, close: float = 0.99
+) -> Array | None:
+    """The input rest + s (c - rest) within all limits; None if there is no such s.
+
+    s is the largest one for which a limit has the share `close` of its room used.
+    """
     at_rest = np.maximum(np.min(response.margins(rest), axis=0) - kept, np.finfo(float).tiny)
     low, high, scale, best = 0.0, np.inf, 1.0, None
     for _ in range(SCALES):
@@ -137,9 +143,9 @@ def largest_within(response: DrivenResponse, kept: Array, rest: Array, c: Array)
             low, best = scale, trial
         else:
             high = scale
-        if low > CLOSE * high or CLOSE < most <= 1.0:
+        if low > close * high or close < most <= 1.0:
             return best
-        guess = scale * (1 + CLOSE) / 2 / most if 0 < most < np.inf else np.inf
+        guess = scale * (1 + close) / 2 / most if 0 < most < np.inf else np.inf
         between = float(np.sqrt(low * high)) if low and np.isfinite(high) else (2 * scale if low else scale / 4)
         scale = guess if low < guess < high and np.isfinite(guess) else between
     return best

@@ -9,7 +9,7 @@ import numpy as np
 from workbench.core.validation.refusals import Array
 from workbench.identification.estimation.experiment_check import identifiability
 from workbench.identification.estimation.identifiability import Identifiability
-from workbench.identification.experiments.constrained_search import TOLERANCE, ConstrainedSearch, largest_within
+from workbench.identification.experiments.constrained_search import CLOSE, TOLERANCE, ConstrainedSearch, largest_within
 from workbench.identification.experiments.design_problem import CALL, DesignProblem, dataset_of
 from workbench.identification.experiments.plain_excitations import chirp_signals, random_step_signals
 
@@ -132,7 +132,7 @@ def _between_steps(problem: DesignProblem, c: Array, kept: Array) -> Array:
         if inside is None:
             break
         c = _searcher(problem, kept, 2).improve(inside, _unit(problem, inside))[0]
-    inside = largest_within(finer, np.zeros_like(kept), problem.rest, c)
+    inside = largest_within(finer, np.zeros_like(kept), problem.rest, c, CLOSE)
     if inside is None:
         raise ValueError(
             f"`{CALL}(...)` found no input that keeps its limits between the steps: widen them, or sample faster."

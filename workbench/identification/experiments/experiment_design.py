@@ -67,7 +67,7 @@ class ExperimentDesign:
     shape, coefficients
         The shape of the inputs, and the coefficients (nu, nb) of each.
     plain
-        By kind, the best of several plain excitations within the same limits: 20 of random steps, and 4 chirps.
+        By kind, the best of several plain excitations within the same limits: 12 of random steps, and 4 chirps.
     certificate
         The checks of limits and step.
 

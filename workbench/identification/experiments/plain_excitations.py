@@ -13,12 +13,13 @@ from workbench.identification.experiments.design_problem import DesignProblem
 from workbench.identification.experiments.input_shapes import chirp, random_steps
 
 STEPS = (5, 10, 20, 40)  # in an experiment
-DRAWS = 5  # of each
+DRAWS = 3  # of each
 
 
 class PlainExcitation(NamedTuple):
-    """The best of several plain excitations of a kind: the criterion, and standard errors (nz,)."""
+    """The best of several plain excitations of a kind: its inputs (N, nu), the criterion, and standard errors (nz,)."""
 
+    inputs: Array
     value: float
     errors: Array
 
@@ -66,11 +67,11 @@ def _largest(problem: DesignProblem, signal: Array) -> PlainExcitation:
     unit = rest + np.column_stack([np.zeros(count), np.eye(count)])
     c = largest_within(response, np.zeros((len(response.limits.all_names), 2)), rest, unit)
     if c is None:
-        return PlainExcitation(np.inf, np.zeros(0))
+        return PlainExcitation(signal, np.inf, np.zeros(0))
     J = response.derivatives(c)
     value = problem.criterion.value(J)
-    is_some = np.isfinite(value)
-    return PlainExcitation(value, np.sqrt(np.diag(problem.criterion.covariance(J))) if is_some else np.zeros(0))
+    errors = np.sqrt(np.diag(problem.criterion.covariance(J))) if np.isfinite(value) else np.zeros(0)
+    return PlainExcitation(basis @ c.T, value, errors)
 
 
 def _ramped(problem: DesignProblem, signal: Array) -> Array:
