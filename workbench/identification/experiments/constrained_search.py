@@ -113,7 +113,8 @@ class ConstrainedSearch:
             return np.asarray((every * unit)[:, :, free].reshape(len(places), -1))
 
         start = (c[:, free] / unit).ravel()
-        end = optimize.minimize(
+        # SciPy's stub has no objective that returns its slopes, too
+        end = optimize.minimize(  # type: ignore[call-overload]
             goal,
             start,
             jac=True,
@@ -126,9 +127,7 @@ class ConstrainedSearch:
         return moved if np.isfinite(moved).all() else c
 
 
-def largest_within(
-    response: DrivenResponse, kept: Array, rest: Array, c: Array, close: float = 0.99
-) -> Array | None:
+def largest_within(response: DrivenResponse, kept: Array, rest: Array, c: Array, close: float = 0.99) -> Array | None:
     """The input rest + s (c - rest) within all limits; None if there is no such s.
 
     s is the largest one for which a limit has the share `close` of its room used.

@@ -1,4 +1,4 @@
-"""The problem of a design: the response of the system, the shape of its inputs, and an input that rests within limits."""
+"""The problem of a design: the response of the system, the shape of its inputs, and an input at rest."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Schedule:
     @property
     def t(self) -> Array:
         """The times (N,) of the samples in s."""
-        return np.arange(round(self.until / self.every) + 1) * self.every
+        return np.asarray(np.arange(round(self.until / self.every) + 1) * self.every)
 
     @property
     def shape(self) -> InputShape:
@@ -129,7 +129,9 @@ def problem_of(
     response = DrivenResponse(model, path, shape.basis, _sigma(ode, noise, names))
     rest = _rest(response, shape)
     sizes = np.where(z == 0, 1.0, np.abs(z))
-    return DesignProblem(response, shape, InformationCriterion(criterion, sizes), rest, schedule.until, schedule.highest)
+    return DesignProblem(
+        response, shape, InformationCriterion(criterion, sizes), rest, schedule.until, schedule.highest
+    )
 
 
 def _inputs(ode: Ode, inputs: Sequence[str], values: Mapping[str, float], hold: str) -> tuple[MeasuredInput, ...]:

@@ -66,7 +66,11 @@ def _candidates(
         candidates = [within[i] for i in np.argsort(goals, kind="stable")]
         if candidates and _step_error(problem, candidates[0]) <= STEP_CHANGE:
             return problem, candidates
-        if candidates and not np.isfinite(min(goals)) and np.isfinite(problem.response.derivatives(candidates[0])).all():
+        if (
+            candidates
+            and not np.isfinite(min(goals))
+            and np.isfinite(problem.response.derivatives(candidates[0])).all()
+        ):
             return problem, candidates
         problem = problem.at_half_step()
     if candidates:

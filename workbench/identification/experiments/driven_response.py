@@ -10,12 +10,11 @@ import numpy as np
 
 from workbench.core.expressions import rows
 from workbench.core.recorded_step import record_rows
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.refusals import Array, Integers
 from workbench.identification.estimation.input_record import InputRecord, input_record
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.experiments.path_limits import PathLimits
 from workbench.identification.experiments.step_functions import StepFunctions, backward, march, step_functions
-
 
 Weigh = Callable[[Array], tuple[float, Array | None]]  # a value and its derivatives, or None where it has none
 
@@ -109,7 +108,7 @@ class DrivenResponse:
         distances = np.stack([every - ends[:, 0], ends[:, 1] - every], axis=2)
         return np.where(np.isnan(distances), np.inf, distances) / self.limits.scales[:, np.newaxis]
 
-    def margin_slopes(self, c: Array, places: Array) -> Array:
+    def margin_slopes(self, c: Array, places: Integers) -> Array:
         """The derivatives (M, nu nb) of margins at `places` (M, 3): row, limit and end."""
         x, (nu, nb) = self.states(c), c.shape
         out, nx = np.zeros((len(places), nu * nb)), x.shape[1]
@@ -135,7 +134,9 @@ class DrivenResponse:
         slopes = flat.reshape(len(d), nx, nx + d.shape[1])
         begins, ends = self.bases
         A, middle, change = slopes[:, :, :nx], slopes[:, :, nx + 2 : nx + 2 + nu], slopes[:, :, nx + 2 + nu :]
-        drive = np.einsum("kiu,kb->kiub", middle, (begins + ends) / 2) + np.einsum("kiu,kb->kiub", change, ends - begins)
+        drive = np.einsum("kiu,kb->kiub", middle, (begins + ends) / 2) + np.einsum(
+            "kiu,kb->kiub", change, ends - begins
+        )
         drive = drive.reshape(len(d), nx, nu * nb)
         out = np.zeros((len(d) + 1, nx, nu * nb))
         for k in range(len(d)):

@@ -112,7 +112,8 @@ class ExperimentDesign:
         """By plain excitation and name, the length of its interval divided by that of the design."""
         own = np.sqrt(np.diag(self.covariance))
         return {
-            kind: dict(zip(self.names, (plain.errors / own).tolist(), strict=True)) for kind, plain in self.plain.items()
+            kind: dict(zip(self.names, (plain.errors / own).tolist(), strict=True))
+            for kind, plain in self.plain.items()
         }
 
     @property

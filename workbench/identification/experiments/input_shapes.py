@@ -29,7 +29,6 @@ class InputShape:
         """Coefficients (count, inputs, nb) of random signals."""
         return np.asarray(generator.standard_normal((count, inputs, len(self.names))) * self.weights)
 
-
     def nearest(self, signals: Array) -> Array:
         """Coefficients (nu, nb) of the signal of this shape that is nearest to signals (N, nu), by least squares."""
         return np.asarray(np.where(self.is_free, np.linalg.lstsq(self.basis, signals, rcond=None)[0].T, 0.0))
