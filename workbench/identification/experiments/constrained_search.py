@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import optimize
@@ -24,9 +24,9 @@ SCALES = 20  # sizes of an input that are tried
 SETTLED = 1e-4  # change of the coefficients by a round that ends a search, in the same units
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class ConstrainedSearch:
-    """min goal(c) with margins(c) >= `kept` at each instant of the steps of a response.
+    """min goal(c) with margins(c) >= `reserve` at each instant of the steps of a response.
 
     An exchange method for limits at infinitely many instants (Hettich and Kortanek 1993, section 7.1): SLSQP (Kraft
     1988) takes the least margins only, and a round adds those that it broke.
@@ -35,11 +35,10 @@ class ConstrainedSearch:
     response: DrivenResponse
     criterion: InformationCriterion
     rest: Array  # (nu, nb), coefficients that keep all limits
-    kept: Array  # (all limits, 2), margins that must be left, as shares of each range
+    reserve: Array  # (all limits, 2), margins that must be left, as shares of each range
     is_free: Marks  # (nb,), false for coefficients that stay
     rounds: int
     iterations: int = 20  # of SLSQP in a round
-    evaluations: int = field(default=0, init=False)
 
     def improve(self, c: Array, unit: Array) -> tuple[Array, float]:
         """Better coefficients (nu, nb) from a start within the limits, in steps of `unit` (nu, 1), and the goal there.
@@ -54,7 +53,7 @@ class ConstrainedSearch:
             before, c = c, self._round(c, unit, np.unique(np.vstack([places, everywhere]), axis=0))
             inside = c
             if self.violation(c) > TOLERANCE:
-                drawn = largest_within(self.response, self.kept, self.rest, c, CLOSE)
+                drawn = largest_within(self.response, self.reserve, self.rest, c, CLOSE)
                 inside = best if drawn is None else drawn
                 c = c if self.violation(c) < LARGE else inside  # a linear limit is worth little so far away
             goal = self.goal(inside)[0]
@@ -66,16 +65,15 @@ class ConstrainedSearch:
 
     def goal(self, c: Array) -> tuple[float, Array]:
         """The goal and its gradient (nu, nb)."""
-        self.evaluations += 1
         return self.response.pull_back(c, self.criterion.goal)
 
     def violation(self, c: Array) -> float:
         """The largest lack of margin at any instant, or 0."""
-        return float(max(0.0, np.max(self.kept - self.response.margins(c), initial=-np.inf)))
+        return float(max(0.0, np.max(self.reserve - self.response.margins(c), initial=-np.inf)))
 
     def _near(self, c: Array) -> Integers:
         """The places (M, 3) of the local minima of the margins that are near to a limit."""
-        left = self.response.margins(c) - self.kept
+        left = self.response.margins(c) - self.reserve
         padded = np.pad(left, ((1, 1), (0, 0), (0, 0)), constant_values=np.inf)
         least = (left <= padded[:-2]) & (left <= padded[2:])
         plateau = (left == padded[:-2]) & (left == padded[2:])  # as an input has that is held
@@ -93,7 +91,7 @@ class ConstrainedSearch:
 
     def _round(self, c: Array, unit: Array, places: Integers) -> Array:
         """The end of some steps of SLSQP with the margins at some places."""
-        kept, free, size = self.kept[tuple(places[:, 1:].T)], self.is_free, (len(c), int(self.is_free.sum()))
+        kept, free, size = self.reserve[tuple(places[:, 1:].T)], self.is_free, (len(c), int(self.is_free.sum()))
 
         def full(q: Array) -> Array:
             every = c.copy()

@@ -13,7 +13,7 @@ from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.estimation.fit_system import equation_of, start_values
 from workbench.identification.estimation.input_record import HOLDS
-from workbench.identification.experiments.design_problem import CALL, Schedule, dataset_of, problem_of
+from workbench.identification.experiments.design_problem import CALL, InputSchedule, dataset_of, problem_of
 from workbench.identification.experiments.design_search import DesignEnd, search
 from workbench.identification.experiments.experiment_design import DesignCertificate, ExperimentDesign
 from workbench.identification.experiments.information_criterion import CRITERIA
@@ -42,27 +42,22 @@ def design_experiment(
     starts: int = 4,
     seed: int = 0,
 ) -> ExperimentDesign:
-    """Design inputs that make the expected covariance of estimates small, within limits, before anything is measured.
+    """Design inputs that make the expected covariance P of estimates small, within limits, before anything is measured.
 
         min over c of log det P (D) or trace P (A),   P = (sum_k J_k^T J_k)^-1,   J_k = (dy(t_k)/dz) / sigma
-
-    P is relative to the sizes of the numbers z, and J follows from exact sensitivities at the system's values.
 
     Parameters
     ----------
     system, free, start
-        As for `wb.fit`, without delays.
-    inputs, outputs
-        Names of the inputs that are designed, and of the outputs and states that are measured at each sample.
-    noise
-        The standard deviation of each output's noise.
+        As for `wb.fit`, without delays. P counts relative to the sizes of the numbers z, and is exact at their values.
+    inputs, outputs, noise
+        Names of the inputs that are designed and of the outputs that are measured, whose noise has these deviations.
     limits
         Low and high ends by name: of inputs, states and outputs, and of rates, as "rate of omega".
     until, every, period
         Duration, time between samples and period of the inputs in s. The period divides the duration.
     harmonics, steps
-        The harmonics of the period in each input, by their count or by their orders, of which 0 is the constant; or
-        the number of levels in a period, if the inputs shall be steps.
+        The harmonics in each input, by count or orders, of which 0 is the constant; or the number of steps in a period.
     criterion, hold
         "D" or "A"; and "hold" if an input keeps its value until the next sample, "linear" for straight lines.
     starts, seed
@@ -71,15 +66,9 @@ def design_experiment(
     Raises
     ------
     ValueError
-        If no input tells the numbers apart, limits cross or leave no room, the run leaves them while the inputs rest,
-        the period does not divide the duration, or an argument is out of its bounds.
+        If no input tells the numbers apart, limits cross or leave no room, or an argument is out of its bounds.
     LookupError
         If a name is unknown.
-
-    References
-    ----------
-    Goodwin and Payne (1977), Dynamic System Identification, chapter 6.
-    Swevers, Ganseman, Tükel, de Schutter and van Brussel (1997), IEEE Trans. Robotics and Automation 13(5), 730-740.
 
     Examples
     --------
@@ -92,19 +81,19 @@ def design_experiment(
     >>> design.ratios["chirp"]["J"] > 1.0  # its interval is longer than that of the design
     True
     """
-    ode = equation_of(system, CALL)
-    one_of(f"{CALL}(criterion=...)", criterion, CRITERIA)
-    one_of(f"{CALL}(hold=...)", hold, HOLDS)
-    schedule, values = Schedule.of(until, every, period, harmonics, steps), start_values(CALL, start)
-    count = whole(f"{CALL}(starts=...)", starts)
-    generator = np.random.default_rng(check_seed(f"{CALL}(seed=...)", seed))
-    problem = problem_of(ode, free, inputs, outputs, noise, limits, schedule, criterion, hold, values)
+    ode, schedule = equation_of(system, CALL), InputSchedule.of(until, every, period, harmonics, steps)
+    which = one_of(f"{CALL}(criterion=...)", criterion, CRITERIA), one_of(f"{CALL}(hold=...)", hold, HOLDS)
+    problem = problem_of(ode, free, inputs, outputs, noise, limits, schedule, *which, start_values(CALL, start))
+    count, generator = (
+        whole(f"{CALL}(starts=...)", starts),
+        np.random.default_rng(check_seed(f"{CALL}(seed=...)", seed)),
+    )
     end = search(problem, count, ROUNDS, generator, tuple(inputs))
     return _design_of(end, schedule, tuple(inputs), plain_excitations(end.problem, generator))
 
 
 def _design_of(
-    end: DesignEnd, schedule: Schedule, inputs: tuple[str, ...], plain: Mapping[str, PlainExcitation]
+    end: DesignEnd, schedule: InputSchedule, inputs: tuple[str, ...], plain: Mapping[str, PlainExcitation]
 ) -> ExperimentDesign:
     """The answer at the end of a search."""
     problem, c = end.problem, end.c

@@ -23,7 +23,7 @@ CALL = "design_experiment"
 
 @dataclass(frozen=True, eq=False)
 class DesignProblem:
-    """What a design searches: the coefficients of a shape, from an input `rest` (nu, nb) that keeps all limits."""
+    """The problem of a design: coefficients of a shape, and an input `rest` (nu, nb) that keeps all limits."""
 
     response: DrivenResponse
     shape: InputShape
@@ -38,7 +38,7 @@ class DesignProblem:
 
 
 @dataclass(frozen=True)
-class Schedule:
+class InputSchedule:
     """The samples of an experiment and the shape of its inputs: harmonics, or steps if `steps` is not zero."""
 
     until: float
@@ -50,7 +50,7 @@ class Schedule:
     @staticmethod
     def of(
         until: float, every: float, period: float | None, orders: int | Sequence[int], steps: int | None
-    ) -> Schedule:
+    ) -> InputSchedule:
         """Checked: the period divides the duration, and the samples tell the highest harmonic."""
         end, sample = seconds(f"{CALL}(until=...)", until), seconds(f"{CALL}(every=...)", every)
         one = end if period is None else seconds(f"{CALL}(period=...)", period)
@@ -59,7 +59,7 @@ class Schedule:
         if steps is not None:
             number = whole(f"{CALL}(steps=...)", steps, 2)
             multiple(f"{CALL}(steps=...): the length of a step", one / number, sample, "the time between samples")
-            return Schedule(end, sample, one, (), number)
+            return InputSchedule(end, sample, one, (), number)
         every_order = range(whole(f"{CALL}(harmonics=...)", orders) + 1) if isinstance(orders, int) else orders
         numbers = tuple(sorted({whole(f"{CALL}(harmonics=...)", order, 0) for order in every_order}))
         if not any(numbers) or 2 * numbers[-1] >= count:
@@ -67,7 +67,7 @@ class Schedule:
                 f"`{CALL}(harmonics=...)` must be at least one harmonic, and each below half of the {count} samples of "
                 f"a period, as faster ones look like slower ones; got {describe(numbers)}: take fewer or sample faster."
             )
-        return Schedule(end, sample, one, numbers, 0)
+        return InputSchedule(end, sample, one, numbers, 0)
 
     @property
     def t(self) -> Array:
@@ -104,7 +104,7 @@ def problem_of(
     outputs: Sequence[str],
     noise: Mapping[str, float],
     limits: Mapping[str, tuple[float, float]],
-    schedule: Schedule,
+    schedule: InputSchedule,
     criterion: str,
     hold: str,
     values: Mapping[str, float],

@@ -168,8 +168,12 @@ class ExperimentDesign:
         return (*better, *([] if self.certificate.is_passed else [failed]))
 
     def __repr__(self) -> str:
-        held = f"; held back by {', '.join(self.active_limits)}" if self.active_limits else ""
-        return f"<ExperimentDesign: {self.criterion} = {self.value:.6g} for {', '.join(self.names)}{held}>"
+        names = ", ".join(self.names) if len(self.names) <= 4 else f"{len(self.names)} numbers"
+        active = self.active_limits
+        limits = ", ".join(active) if len(active) <= 3 else f"{len(active)} limits"
+        return (
+            f"<ExperimentDesign: {self.criterion} = {self.value:.6g} for {names}{f'; at {limits}' if limits else ''}>"
+        )
 
     def _repr_html_(self) -> str:
         ratios, ends = self.ratios, self.intervals()
