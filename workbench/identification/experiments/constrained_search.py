@@ -91,7 +91,7 @@ class ConstrainedSearch:
 
     def _round(self, c: Array, unit: Array, places: Integers) -> Array:
         """The end of some steps of SLSQP with the margins at some places."""
-        kept, free, size = self.reserve[tuple(places[:, 1:].T)], self.is_free, (len(c), int(self.is_free.sum()))
+        reserve, free, size = self.reserve[tuple(places[:, 1:].T)], self.is_free, (len(c), int(self.is_free.sum()))
 
         def full(q: Array) -> Array:
             every = c.copy()
@@ -104,7 +104,7 @@ class ConstrainedSearch:
 
         def left(q: Array) -> Array:
             margins = self.response.margins(full(q))
-            return margins[tuple(places.T)] - kept if len(margins) > 1 else np.full(len(places), -1e3)
+            return margins[tuple(places.T)] - reserve if len(margins) > 1 else np.full(len(places), -1e3)
 
         def slopes(q: Array) -> Array:
             every = self.response.margin_slopes(full(q), places).reshape(-1, *c.shape)
@@ -125,16 +125,18 @@ class ConstrainedSearch:
         return moved if np.isfinite(moved).all() else c
 
 
-def largest_within(response: DrivenResponse, kept: Array, rest: Array, c: Array, close: float = 0.99) -> Array | None:
+def largest_within(
+    response: DrivenResponse, reserve: Array, rest: Array, c: Array, close: float = 0.99
+) -> Array | None:
     """The input rest + s (c - rest) within all limits; None if there is no such s.
 
     s is the largest one for which a limit has the share `close` of its room used.
     """
-    at_rest = np.maximum(np.min(response.margins(rest), axis=0) - kept, np.finfo(float).tiny)
+    at_rest = np.maximum(np.min(response.margins(rest), axis=0) - reserve, np.finfo(float).tiny)
     low, high, scale, best = 0.0, np.inf, 1.0, None
     for _ in range(SCALES):
         trial = rest + scale * (c - rest)
-        used = (at_rest - (np.min(response.margins(trial), axis=0) - kept)) / at_rest  # shares of the room
+        used = (at_rest - (np.min(response.margins(trial), axis=0) - reserve)) / at_rest  # shares of the room
         most = float(np.max(used[np.isfinite(at_rest)], initial=0.0))
         if most <= 1.0:
             low, best = scale, trial

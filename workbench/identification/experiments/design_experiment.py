@@ -50,18 +50,14 @@ def design_experiment(
     ----------
     system, free, start
         As for `wb.fit`, without delays. P counts relative to the sizes of the numbers z, and is exact at their values.
-    inputs, outputs, noise
-        Names of the inputs that are designed and of the outputs that are measured, whose noise has these deviations.
-    limits
-        Low and high ends by name: of inputs, states and outputs, and of rates, as "rate of omega".
-    until, every, period
-        Duration, time between samples and period of the inputs in s. The period divides the duration.
-    harmonics, steps
-        The harmonics in each input, by count or orders, of which 0 is the constant; or the number of steps in a period.
-    criterion, hold
-        "D" or "A"; and "hold" if an input keeps its value until the next sample, "linear" for straight lines.
-    starts, seed
-        The number of searches from random inputs, and the key of these.
+    inputs, outputs, noise, limits
+        Names of the inputs that are designed and of the outputs that are measured, with standard deviations of their
+        noise; and low and high ends of inputs, states, outputs and rates by name, as "rate of omega".
+    until, every, period, harmonics, steps
+        Duration, time between samples, and period in s, which divides the duration. The harmonics of the period by
+        count or orders, of which 0 is the constant; or the number of steps in a period.
+    criterion, hold, starts, seed
+        "D" or "A"; "hold" if an input keeps its value until the next sample, or "linear"; searches and their key.
 
     Raises
     ------
@@ -84,10 +80,8 @@ def design_experiment(
     ode, schedule = equation_of(system, CALL), InputSchedule.of(until, every, period, harmonics, steps)
     which = one_of(f"{CALL}(criterion=...)", criterion, CRITERIA), one_of(f"{CALL}(hold=...)", hold, HOLDS)
     problem = problem_of(ode, free, inputs, outputs, noise, limits, schedule, *which, start_values(CALL, start))
-    count, generator = (
-        whole(f"{CALL}(starts=...)", starts),
-        np.random.default_rng(check_seed(f"{CALL}(seed=...)", seed)),
-    )
+    count, key = whole(f"{CALL}(starts=...)", starts), check_seed(f"{CALL}(seed=...)", seed)
+    generator = np.random.default_rng(key)
     end = search(problem, count, ROUNDS, generator, tuple(inputs))
     return _design_of(end, schedule, tuple(inputs), plain_excitations(end.problem, generator))
 

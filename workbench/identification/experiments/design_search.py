@@ -36,19 +36,19 @@ def search(
     """The best input of several searches, all of whose limits hold on steps half as long."""
     problem, candidates = _candidates(problem, starts, generator)
     _refuse_ambiguity(problem, candidates[0], inputs)
-    kept = np.full((len(problem.response.limits.all_names), 2), SPARE)
-    first = _searcher(problem, kept, 2)
+    reserve = np.full((len(problem.response.limits.all_names), 2), SPARE)
+    first = _searcher(problem, reserve, 2)
     ends = [first.improve(c, _unit(problem, c)) for c in candidates[:starts]]
     ends.sort(key=lambda end: end[1])
     c = ends[0][0]
-    c, goal = _searcher(problem, kept, rounds).improve(c, _unit(problem, c))
+    c, goal = _searcher(problem, reserve, rounds).improve(c, _unit(problem, c))
     goals = (min(goal, ends[0][1]), *(end[1] for end in ends[1:]))
-    c = _between_steps(problem, c, kept)
+    c = _between_steps(problem, c, reserve)
     return DesignEnd(problem, c, goals, _step_error(problem, c))
 
 
-def _searcher(problem: DesignProblem, kept: Array, rounds: int) -> ConstrainedSearch:
-    return ConstrainedSearch(problem.response, problem.criterion, problem.rest, kept, problem.shape.is_free, rounds)
+def _searcher(problem: DesignProblem, reserve: Array, rounds: int) -> ConstrainedSearch:
+    return ConstrainedSearch(problem.response, problem.criterion, problem.rest, reserve, problem.shape.is_free, rounds)
 
 
 def _candidates(
@@ -58,9 +58,9 @@ def _candidates(
     random = problem.shape.draw(DRAWS * starts, len(problem.rest), generator)
     plain = (*random_step_signals(problem, generator), *chirp_signals(problem))
     draws = problem.rest + np.concatenate([random, [problem.shape.nearest(signals) for signals in plain]])
-    kept = np.full((len(problem.response.limits.all_names), 2), 2 * SPARE)
+    reserve = np.full((len(problem.response.limits.all_names), 2), 2 * SPARE)
     for _ in range(HALVINGS):
-        scaled = [largest_within(problem.response, kept, problem.rest, c) for c in draws]
+        scaled = [largest_within(problem.response, reserve, problem.rest, c) for c in draws]
         within = [c for c in scaled if c is not None]
         goals = [problem.criterion.value(problem.response.derivatives(c)) for c in within]
         candidates = [within[i] for i in np.argsort(goals, kind="stable")]
@@ -124,19 +124,19 @@ def _unit(problem: DesignProblem, c: Array) -> Array:
     return np.asarray(np.where(size > 0, size, max(float(size.max()), 1e-12)))
 
 
-def _between_steps(problem: DesignProblem, c: Array, kept: Array) -> Array:
+def _between_steps(problem: DesignProblem, c: Array, reserve: Array) -> Array:
     """Coefficients near to c with which all limits hold on steps half as long, too."""
     finer = problem.response.at_half_step()
     for _ in range(CORRECTIONS):
         left = np.min(finer.margins(c), axis=0)
         if (left >= 0).all():
             return c
-        kept = kept + np.where(left < 0, 1.5 * np.minimum(-left, 0.1) + TOLERANCE, 0.0)
-        inside = largest_within(problem.response, kept, problem.rest, c)
+        reserve = reserve + np.where(left < 0, 1.5 * np.minimum(-left, 0.1) + TOLERANCE, 0.0)
+        inside = largest_within(problem.response, reserve, problem.rest, c)
         if inside is None:
             break
-        c = _searcher(problem, kept, 2).improve(inside, _unit(problem, inside))[0]
-    inside = largest_within(finer, np.zeros_like(kept), problem.rest, c, CLOSE)
+        c = _searcher(problem, reserve, 2).improve(inside, _unit(problem, inside))[0]
+    inside = largest_within(finer, np.zeros_like(reserve), problem.rest, c, CLOSE)
     if inside is None:
         raise ValueError(
             f"`{CALL}(...)` found no input that keeps its limits between the steps: widen them, or sample faster."
