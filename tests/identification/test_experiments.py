@@ -146,6 +146,14 @@ def test_sines_and_table_are_the_designed_input(design):
         motor_design(free=("J",), steps=2).sines("v")
 
 
+def test_a_limit_with_one_end_and_inputs_that_must_not_rest_at_zero_are_kept():
+    found = motor_design(free=("J", "R"), limits={"v": (2.0, 12.0), "omega": (-np.inf, 0.3)}, steps=4)
+    t, v = found.table("v")
+    assert v.min() >= 2.0
+    assert motion(MOTOR, "v", t, v)[:, 0].max() <= 0.3
+    assert "omega" in found.active_limits
+
+
 def test_a_design_is_the_same_for_the_same_seed():
     one, two, other = (motor_design(free=("J", "R"), steps=2, seed=seed) for seed in (5, 5, 6))
     assert np.array_equal(one.dataset["v"], two.dataset["v"])
@@ -154,7 +162,9 @@ def test_a_design_is_the_same_for_the_same_seed():
 
 REFUSALS = {
     "cross": ({"limits": {"v": (1.0, -1.0)}}, "limits that cross"),
-    "nothing limited": ({"limits": {}}, "must limit something"),
+    "nothing limited": ({"limits": {}}, "must limit an input, state or output"),
+    "rates alone": ({"limits": {"rate of v": (-20.0, 20.0)}}, "must limit an input, state or output"),
+    "nothing free": ({"free": ()}, "at least one number"),
     "start beyond": ({"limits": {"omega": (1.0, 2.0)}}, "'omega' is 0, and its limits are 1 and 2"),
     "ambiguous": ({"free": ("J", "b", "K", "R", "L"), "outputs": ("omega",)}, "no input of this shape tells J, b, K"),
     "period": ({"period": 0.3}, "multiple of the period 0.3 s"),

@@ -133,11 +133,13 @@ def largest_within(
     s is the largest one for which a limit has the share `close` of its room used.
     """
     at_rest = np.maximum(np.min(response.margins(rest), axis=0) - reserve, np.finfo(float).tiny)
+    is_limit = np.isfinite(at_rest)
     low, high, scale, best = 0.0, np.inf, 1.0, None
     for _ in range(SCALES):
         trial = rest + scale * (c - rest)
-        used = (at_rest - (np.min(response.margins(trial), axis=0) - reserve)) / at_rest  # shares of the room
-        most = float(np.max(used[np.isfinite(at_rest)], initial=0.0))
+        left = np.min(response.margins(trial), axis=0) - reserve
+        used = (at_rest[is_limit] - left[is_limit]) / at_rest[is_limit]  # shares of the room
+        most = float(np.max(used, initial=0.0))
         if most <= 1.0:
             low, best = scale, trial
         else:

@@ -19,6 +19,8 @@ from workbench.identification.experiments.input_shapes import InputShape, harmon
 from workbench.identification.experiments.path_limits import PathLimits
 
 CALL = "design_experiment"
+SHARES = (0.5, 0.2, 0.8, 0.05, 0.95)  # of the way from the low to the high ends, where an input may rest
+HALVINGS = 8  # of the step, at most, for a run that diverges
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +118,8 @@ def problem_of(
         raise ValueError(f"`{CALL}(outputs=...)` must name at least one output or state that is measured; got none.")
     pairs, t, shape = tuple((name, name) for name in names), schedule.t, schedule.shape
     dataset = dataset_of(ode, inputs, t, np.zeros((t.size, len(driven))))
+    if not free:
+        raise ValueError(f"`{CALL}(free=...)` must name at least one number to estimate; got none.")
     source = number_source(ode, dataset, driven, pairs, values)
     numbers = source.numbers(free)
     refuse_inputs(numbers, driven)
@@ -123,8 +127,11 @@ def problem_of(
         raise ValueError(f"`{CALL}(free=...)` does not design for delays; got '{delays[0]}': leave it out.")
     model = OutputModel(ode, dataset, driven, pairs, numbers, source.p, source.x0, (schedule.every,), (0.0,))
     path = PathLimits.of(ode, tuple(one.label for one in driven), limits)
-    if not path.all_names:
-        raise ValueError(f"`{CALL}(limits=...)` must limit something, else a larger input always tells more; got none.")
+    if not path.names:
+        raise ValueError(
+            f"`{CALL}(limits=...)` must limit an input, state or output, else a larger constant always tells more; got "
+            f"{describe(tuple(limits))}."
+        )
     z = model.starts
     response = DrivenResponse(model, path, shape.basis, _sigma(ode, noise, names))
     rest = _rest(response, shape)
@@ -150,7 +157,8 @@ def _inputs(ode: Ode, inputs: Sequence[str], values: Mapping[str, float], hold: 
 
 def _outputs(ode: Ode, name: str) -> list[str]:
     layout = ode.outputs if name in ode.outputs or name in ode.outputs.labels else ode.states
-    known_name(name, (*layout.names, *layout.labels, *ode.outputs.names), f"outputs and states of '{ode.name}'")
+    known = dict.fromkeys((*layout.names, *layout.labels, *ode.outputs.names))
+    known_name(name, known, f"outputs and states of '{ode.name}'")
     return [layout.labels[i] for i in layout.indices(name)]
 
 
@@ -173,22 +181,26 @@ def _sigma(ode: Ode, noise: Mapping[str, float], names: Sequence[str]) -> Array:
 
 
 def _rest(response: DrivenResponse, shape: InputShape) -> Array:
-    """Coefficients of a constant input whose run keeps all limits: the system's own, or the middle of the limits."""
+    """Coefficients of a constant input whose run keeps all limits: the system's own, or one between the limits."""
     model, limits = response.model, response.limits
     own = np.array([model.p[model.ode.parameters.labels.index(label)] for label in limits.inputs])
-    middle = own.copy()
+    low, high = own.copy(), own.copy()
     for i, label in enumerate(limits.inputs):
         if label in limits.names:
             ends = limits.all_ends[limits.names.index(label)]
-            middle[i] = np.mean(ends) if np.isfinite(ends).all() else ends[np.isfinite(ends)][0]
-    for constant in (own, middle):
+            low[i], high[i] = np.where(np.isfinite(ends), ends, ends[np.isfinite(ends)][0])
+    for constant in (own, *(low + share * (high - low) for share in SHARES)):
         c = constant[:, np.newaxis] * shape.constant
         finer = response
-        for _ in range(8):  # a step that is too long makes a stable system leave its limits
-            if (finer.margins(c) > 0).all():
+        for _ in range(HALVINGS):  # a step that is too long makes a stable system leave its limits
+            margins = finer.margins(c)
+            if (margins > 0).all():
                 return c
+            if finer is not response and (margins > -np.inf).all():
+                break
             finer = finer.at_half_step()
-    _refuse_rest(finer, middle[:, np.newaxis] * shape.constant)
+    inner = np.clip(own, low, high)
+    _refuse_rest(finer, inner[:, np.newaxis] * shape.constant)
     raise AssertionError
 
 
