@@ -195,7 +195,7 @@ def _rest(response: DrivenResponse, shape: InputShape) -> Array:
         for _ in range(HALVINGS):  # a step that is too long makes a stable system leave its limits
             margins = finer.margins(c)
             if (margins > 0).all():
-                return c
+                return np.asarray(c)
             if finer is not response and (margins > -np.inf).all():
                 break
             finer = finer.at_half_step()
