@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+import workbench as wb
 from tests.support.plain_plants import SPEED, VOLTAGE, Counter, Motor
 from workbench.blocks.laws import PID
 from workbench.blocks.loop import AbstractPlant, ClosedLoop
@@ -226,3 +227,39 @@ def test_it_drives_a_plant_in_discrete_time():
 def test_a_pid_that_cannot_be_is_refused(make, says):
     with pytest.raises(ValueError, match=says):
         make()
+
+
+def test_a_law_without_integral_and_derivative_is_a_gain_without_states():
+    motor = wb.DCMotor()
+    law = wb.PID(motor.outputs, motor.inputs, Kp=5.0, Ki=None, Kd=None)
+    assert law.memory.size == 0
+    reference = wb.Constant("omega", "rad/s", 1.0)
+    linear, integral = (
+        wb.linear_loop(wb.ClosedLoop(motor, reference=reference, controller=one))
+        for one in (law, wb.PID(motor.outputs, motor.inputs, Kp=5.0, Kd=None))
+    )
+    assert linear.stable
+    assert not integral.stable  # its integral rests on any value
+    assert len(linear.poles) == len(integral.poles) - 1
+
+
+def test_a_law_without_an_integral_and_with_a_derivative_is_that_of_a_zero_gain():
+    motor, reference = wb.DCMotor(), wb.Constant("omega", "rad/s", 1.0)
+    runs = [
+        wb.simulate(
+            wb.rk4(
+                wb.ClosedLoop(
+                    motor, reference=reference, controller=wb.PID(motor.outputs, motor.inputs, 5.0, Ki, 0.1)
+                ).ode(),
+                1e-3,
+            ),
+            until=0.5,
+        )
+        for Ki in (None, 0.0)
+    ]
+    np.testing.assert_array_equal(runs[0]["omega"], runs[1]["omega"])
+
+
+def test_back_calculation_without_an_integral_is_refused():
+    with pytest.raises(ValueError, match="needs an integral"):
+        wb.PID(wb.layout(y="m"), wb.layout(u="N"), 1.0, None, high=1.0, Tt=1.0, anti_windup="back-calculation")

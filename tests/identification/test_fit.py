@@ -1,52 +1,15 @@
 """Fits: the numbers come back, their errors are those of the theory, and what speaks against a fit is said."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.stats import binom
 
 import workbench as wb
-from workbench.identification.estimation import fit, identifiability
+from tests.support.motor_logs import FREE, MOTOR, START, TRUE, UNITS, T, V, X, log, motion, steps
+from workbench.identification.estimation import fit, identifiability, simulate_log
 from workbench.identification.estimation.input_record import MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.unknown_numbers import NumberSource
-
-MOTOR = wb.open_loop(wb.DCMotor())
-TRUE = dict(zip(MOTOR.parameters.labels, MOTOR.parameters.default.tolist(), strict=True))
-UNITS = {"v": "V", "omega": "rad/s", "i": "A"}
-FREE = ("J", "b", "R", "L")
-START = {"J": 1.5 * TRUE["J"], "b": 0.5 * TRUE["b"], "R": 1.5 * TRUE["R"], "L": 0.7 * TRUE["L"]}
-
-
-def steps(count, seed, t_end=4.0):
-    """Times and a voltage in random steps."""
-    t = np.linspace(0.0, t_end, count)
-    levels = 12 * np.random.default_rng(seed).choice([-1.0, 1.0], 20)
-    return t, levels[np.minimum((t / t_end * 20).astype(int), 19)]
-
-
-def motion(t, v, x0=(0.0, 0.0), delay=0.0, **values):
-    """Speed and current of the motor under a held voltage that acts `delay` later, by SciPy, piece by piece."""
-    p = np.array([{**TRUE, **values}[label] for label in MOTOR.parameters.labels])
-    edges = np.unique(np.concatenate([t, (t + delay)[t + delay < t[-1]]]))
-    x, rows = np.array(x0), [np.array(x0)]
-    for a, b in pairwise(edges):
-        p[-1] = v[max(int(np.searchsorted(t + delay, (a + b) / 2, side="right")) - 1, 0)]
-        # its equation is linear in x, so its matrix exponential would do, but another program is the judge here
-        x = solve_ivp(lambda s, x: MOTOR.rate_at(s, x, p), (a, b), x, method="DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
-        rows.append(x)
-    return np.array(rows)[np.searchsorted(edges, t)]
-
-
-def log(t, v, x, noise=0.0, seed=1):
-    e = noise * np.random.default_rng(seed).standard_normal(x.shape)
-    return wb.Dataset.of(t, {"v": v, "omega": x[:, 0] + e[:, 0], "i": x[:, 1] + e[:, 1]}, UNITS)
-
-
-T, V = steps(161, 0)
-X = motion(T, V)
 
 
 def test_a_log_without_noise_gives_its_parameters_back():
@@ -203,3 +166,30 @@ def test_a_log_without_its_input_and_one_of_another_unit_are_refused():
         fit(MOTOR, wb.Dataset.of(T, {"omega": X[:, 0]}), ("J",))
     with pytest.raises(ValueError, match="unit of 'omega'"):
         fit(MOTOR, wb.Dataset.of(T, {"v": V, "omega": X[:, 0]}, {"omega": "kg"}), ("J",))
+
+
+def test_a_system_along_a_log_is_that_of_an_independent_solver():
+    made = simulate_log(MOTOR, log(T, V, X), ["omega", "i"])
+    for name, column in (("omega", X[:, 0]), ("i", X[:, 1])):
+        # half the step changes it by 1e-6 at most, so the rest of a method of fourth order is 1e-7
+        np.testing.assert_allclose(made[name], column, atol=1e-7 * np.abs(column).max())
+    assert made.signals["omega"].unit == "rad/s"
+    with pytest.raises(LookupError, match="speed"):
+        simulate_log(MOTOR, log(T, V, X), ["speed"])
+
+
+def test_a_closed_loop_is_fitted_to_what_it_shows_and_a_name_stands_for_its_only_number():
+    motor = wb.DCMotor()
+    law = wb.PID(motor.outputs, motor.inputs, 5.0, 20.0, None)
+    loop = wb.ClosedLoop(motor, reference=wb.Constant("omega", "rad/s", 1.0), controller=law)
+    run = wb.simulate(loop, until=2.0, every=0.02)
+    data = wb.Dataset.of(run.t, {"omega": run["omega"][0, :, 0]}, {"omega": "rad/s"})
+    found = fit(loop, data, ["plant.J", "plant.b"], start={"plant.J": 0.015})
+    assert found.values["plant.J"] == pytest.approx(motor.J, rel=1e-4)  # the run keeps 1e-3 of its states at most
+
+
+def test_a_plant_that_is_no_system_and_a_log_in_other_seconds_are_told_what_to_do():
+    with pytest.raises(ValueError, match="open_loop"):
+        fit(wb.DCMotor(), log(T, V, X), ("J",))
+    with pytest.raises(ValueError, match="unit of the log's times"):
+        fit(MOTOR, log(1000 * T, V, X), ("J",))

@@ -9,11 +9,45 @@ from typing import Literal
 import numpy as np
 
 from workbench.core.layout import Layout
-from workbench.core.validation.refusals import Array, Integers, nearest, numbers
+from workbench.core.validation.refusals import Array, Integers, finite, nearest, numbers
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.distributions import AbstractDistribution
 
 Mark = Literal["stated", "derived", "assumed"]  # of a number: where it comes from
+
+
+@dataclass(frozen=True)
+@check_arguments
+class FactorDirection:
+    """A direction in which a factor moves several numbers together, by different amounts.
+
+    A number is its centre, plus its change times the value of the factor, plus the changes of all other factors that
+    move it along directions of their own. Independent factors thus give numbers that are correlated.
+
+    Raises
+    ------
+    ValueError
+        If there is no number, a number is not finite, there are more centres than changes, or no number moves.
+
+    Examples
+    --------
+    >>> way = wb.uncertainty.FactorDirection(centres=(0.01, 1.0), changes=(0.001, -0.05))
+    >>> wb.Factor("direction 1", ("J", "R"), wb.uncertainty.Normal(0.0, 1.0, -4.0, 4.0), direction=way).paths
+    ('J', 'R')
+    """
+
+    centres: tuple[float, ...]
+    changes: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.centres) != len(self.changes) or not any(self.changes):
+            raise ValueError(
+                "`FactorDirection(centres=..., changes=...)` must have a centre and a change for each path, and "
+                f"move at least one; got {len(self.centres)} centres and the changes {self.changes}."
+            )
+        for name in ("centres", "changes"):
+            for value in getattr(self, name):
+                finite(f"FactorDirection({name}=...)", value)
 
 
 @dataclass(frozen=True)
@@ -24,12 +58,13 @@ class Factor:
     `paths` name parameters or initial states, or single numbers of them, as `controller.K[0,1]`; a vector takes the
     same value at each of its places. `origin` is where the distribution comes from. With `share` the distribution is
     for a factor by which the numbers of the loop are multiplied: several paths, and all places of a matrix, keep their
-    proportions.
+    proportions. With a `direction` each path is a single number, which moves by an amount of its own.
 
     Raises
     ------
     ValueError
-        If there is no name or no path, a path comes twice, or `distribution` or `origin` is not one.
+        If there is no name or no path, a path comes twice, `distribution` or `origin` is not one, or a direction has
+        not as many numbers as there are paths or is a share.
 
     Examples
     --------
@@ -42,8 +77,14 @@ class Factor:
     distribution: AbstractDistribution
     origin: Mark = "assumed"
     share: bool = False
+    direction: FactorDirection | None = None
 
     def __post_init__(self) -> None:
+        if (way := self.direction) is not None and (self.share or len(way.changes) != len(self.paths)):
+            raise ValueError(
+                f"`Factor({self.name!r}, direction=...)` must have a change for each of the {len(self.paths)} paths, "
+                f"and be no share; got {len(way.changes)} changes{' of a share' if self.share else ''}."
+            )
         if not self.name or not self.paths or len(set(self.paths)) < len(self.paths):
             raise ValueError(
                 f"`Factor({self.name!r}, paths=...)` needs a name, and at least one path, each once; got {self.paths}."
@@ -60,8 +101,8 @@ class Space:
     Raises
     ------
     ValueError
-        If two factors have one name or move one number, a distribution reaches beyond the bounds of a
-        number, a share is taken of zero, or a matrix is given one value for all its places.
+        If two factors have one name or move one number, except by directions with one centre, a distribution reaches
+        beyond the bounds of a number, a share is taken of zero, or a matrix is given one value for all its places.
     LookupError
         If a path is neither that of a parameter nor that of a state; the message names the nearest.
 
@@ -81,20 +122,28 @@ class Space:
         names = [factor.name for factor in self.factors]
         if len(set(names)) < len(names):
             raise ValueError(f"`Space(factors=...)` needs factors, each of another name; got {names}.")
-        owners: dict[int, str] = {}
+        self._check_owners()
         for factor, places in zip(self.factors, self.places, strict=True):
-            for place in places:
-                if (other := owners.setdefault(int(place), factor.name)) != factor.name:
-                    raise ValueError(
-                        f"`Space(factors=...)` takes each number once; '{other}' and '{factor.name}' both move "
-                        f"'{self._labels[place]}'."
-                    )
             if factor.share and not self._default[places].any():
                 raise ValueError(
                     f"`Factor({factor.name!r}, share=True)` needs numbers that are not zero, as any share of zero is "
                     "zero: give the values themselves."
                 )
             self._check_reach(factor, places)
+
+    def _check_owners(self) -> None:
+        """Refuse a number that two factors move, unless both do so along directions from the same centre."""
+        owners: dict[int, tuple[str, float | None]] = {}
+        for factor, places in zip(self.factors, self.places, strict=True):
+            way = factor.direction
+            for i, place in enumerate(places):
+                centre = None if way is None else way.centres[i]
+                other, at = owners.setdefault(int(place), (factor.name, centre))
+                if other != factor.name and (at is None or at != centre):
+                    raise ValueError(
+                        f"`Space(factors=...)` takes each number once; '{other}' and '{factor.name}' both move "
+                        f"'{self._labels[place]}'{'' if at is None or centre is None else ', from different centres'}."
+                    )
 
     def rows(self, points: Array) -> tuple[Array, Array]:
         """Parameters (B, np) and initial states (B, nx) of the runs at points (B, d) of the unit cube.
@@ -105,7 +154,7 @@ class Space:
             If the points are not (B, d) in the unit cube, or if a row is not allowed.
         """
         points = self._cube("rows", points)
-        rows = np.tile(self._default, (len(points), 1))
+        rows = np.tile(self._central, (len(points), 1))
         for factor, places, u in zip(self.factors, self.places, points.T, strict=True):
             values = factor.distribution.quantile(u)[:, np.newaxis]
             if not np.isfinite(values).all():
@@ -113,9 +162,20 @@ class Space:
                     f"`rows(points)` needs a bounded distribution where a design goes to its ends; that of "
                     f"'{factor.name}' has none: cut it off by `low` and `high`."
                 )
-            rows[:, places] = values * self._default[places] if factor.share else values
+            if factor.direction is not None:
+                rows[:, places] += values * np.array(factor.direction.changes)
+            else:
+                rows[:, places] = values * self._default[places] if factor.share else values
         split = self.parameters.size
-        self._check(rows)
+        try:
+            self._check(rows)
+        except ValueError as refusal:
+            if not any(factor.direction for factor in self.factors):
+                raise
+            raise ValueError(
+                f"`rows(points)`: the directions of the factors lead together too far: {refusal} Cut their "
+                "distributions off nearer to the centre."
+            ) from None
         return rows[:, :split], rows[:, split:]
 
     def values(self, points: Array) -> Array:
@@ -142,6 +202,8 @@ class Space:
 
     def _check_reach(self, factor: Factor, places: Integers) -> None:
         """Refuse a factor whose range leads beyond the bounds of a number."""
+        if factor.direction is not None:
+            return  # only together with others does it lead anywhere, which `rows` checks
         rows = np.tile(self._default, (2, 1))
         reach = np.array(factor.distribution.reach())[:, np.newaxis]
         rows[:, places] = reach * self._default[places] if factor.share else reach
@@ -150,6 +212,15 @@ class Space:
         except ValueError as refusal:
             ends = f"from {reach[0, 0]:g} to {reach[1, 0]:g}{' of its own value' if factor.share else ''}"
             raise ValueError(f"`Space(factors=...)`: '{factor.name}' goes {ends}, too far: {refusal}") from None
+
+    @cached_property
+    def _central(self) -> Array:
+        """The default numbers, and the centres of those that directions move."""
+        row = self._default.copy()
+        for factor, places in zip(self.factors, self.places, strict=True):
+            if factor.direction is not None:
+                row[places] = factor.direction.centres
+        return row
 
     @cached_property
     def _default(self) -> Array:
@@ -168,6 +239,11 @@ class Space:
         for layout, offset in ((self.parameters, 0), (self.states, self.parameters.size)):
             if path in layout or path in layout.labels:
                 places = [offset + i for i in layout.indices(path)]
+                if factor.direction is not None and len(places) > 1:
+                    raise ValueError(
+                        f"`Factor({factor.name!r}, direction=...)` moves single numbers, and '{path}' has "
+                        f"{len(places)}: name each, such as '{layout[path].labels()[0]}'."
+                    )
                 if path in layout and len(layout[path].shape) == 2 and not factor.share and len(places) > 1:
                     raise ValueError(
                         f"`Factor({factor.name!r}, paths=...)` would give all {len(places)} numbers of the matrix "

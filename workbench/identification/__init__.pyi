@@ -2,16 +2,20 @@
 
 from workbench.identification.datasets import Dataset, Experiment
 from workbench.identification.estimation import (
+    Bootstrap,
     Fit,
     FitCertificate,
     Identifiability,
+    ProfileLikelihood,
     ResidualTest,
     fit,
     identifiability,
+    simulate_log,
 )
 from workbench.identification.experiments import DesignCertificate, ExperimentDesign, design_experiment
 
 __all__ = [
+    "Bootstrap",
     "Dataset",
     "DesignCertificate",
     "Experiment",
@@ -19,8 +23,10 @@ __all__ = [
     "Fit",
     "FitCertificate",
     "Identifiability",
+    "ProfileLikelihood",
     "ResidualTest",
     "design_experiment",
     "fit",
     "identifiability",
+    "simulate_log",
 ]

@@ -8,11 +8,13 @@ from workbench.core.plot_registry import PLOTTERS, draw
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.engine import Trajectories
+from workbench.identification.estimation.fit import Fit
 from workbench.report.figures.trajectory_figure import plot_runs
 from workbench.report.linear_loop_plots import draw_loops
 from workbench.report.linear_row_plots import draw_rows
+from workbench.report.pictures.fit_pictures import draw_fit
 
-PLOTTERS |= {Trajectories: plot_runs, LinearLoop: draw_loops, LinearRows: draw_rows}
+PLOTTERS |= {Trajectories: plot_runs, LinearLoop: draw_loops, LinearRows: draw_rows, Fit: draw_fit}
 
 
 @check_arguments
@@ -22,7 +24,7 @@ def plot(thing: object, *names: str, **options: object) -> Any:
     Parameters
     ----------
     thing
-        `Trajectories`, a `LinearLoop`, `LinearRows`, or a mapping from names to several of one of these classes.
+        `Trajectories`, a `LinearLoop`, `LinearRows`, a `Fit`, or a mapping from names to several of one class.
     names
         For runs, the signals to draw over time, one panel each, see `Trajectories.plot`. For a loop, the kind of
         picture, such as "bode", see `LinearLoop.plot`; for its rows, see `LinearRows.plot`.

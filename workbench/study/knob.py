@@ -68,7 +68,18 @@ class Knob:
     @staticmethod
     @check_arguments
     def of(factor: Factor) -> Knob:
-        """The knob of a factor of a sweep, over the range of its distribution."""
+        """The knob of a factor of a sweep, over the range of its distribution.
+
+        Raises
+        ------
+        ValueError
+            If the factor moves numbers along a direction, which a knob cannot.
+        """
+        if factor.direction is not None:
+            raise ValueError(
+                f"`Knob.of(factor)` must be a factor whose numbers are equal or keep their proportions; "
+                f"'{factor.name}' moves {', '.join(factor.paths)} along a direction: make a knob for each of them."
+            )
         low, high = factor.distribution.reach()
         ends = factor.distribution.quantile(np.array(TAILS))
         low, high = (float(end if np.isfinite(end) else tail) for end, tail in zip((low, high), ends, strict=True))

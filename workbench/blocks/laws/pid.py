@@ -30,7 +30,8 @@ class PID(AbstractController):
 
         f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup)
 
-    With `Kd=None` it is a PI law: it has no filter, and so no state f and no hidden pole at -N.
+    With `Kd=None` it is a PI law: it has no filter, and so no state f and no hidden pole at -N. With `Ki=None` the law
+    has no integral, and so no state I and no hidden pole at 0.
 
     Parameters
     ----------
@@ -41,7 +42,8 @@ class PID(AbstractController):
     Kp
         Proportional gain, in the unit of u over that of y.
     Ki
-        Integral gain, in the unit of u over that of y, per second.
+        Integral gain, in the unit of u over that of y, per second; None for a law without an integral. With 0 the law
+        has the state I all the same.
     Kd
         Derivative gain, in the unit of u over that of y, times second; None for a law without a derivative. With 0 the
         law has the state of its filter all the same.
@@ -67,7 +69,8 @@ class PID(AbstractController):
     ------
     ValueError
         If `reads` or `drives` has no signal, or they have different numbers of components; a lower limit is not below
-        the upper; back-calculation is asked for without limits or without Tt; or a derivative has no filter.
+        the upper; back-calculation is asked for without limits, without Tt or without an integral; or a derivative has
+        no filter.
 
     References
     ----------
@@ -90,7 +93,7 @@ class PID(AbstractController):
     reads: Layout = Layout()
     drives: Layout = Layout()
     Kp: Vector = parameter(default=0.0, unit="{unit_of_Kp}", shape=("n",), symbol="K_p")
-    Ki: Vector = parameter(default=0.0, unit="{unit_of_Ki}", shape=("n",), symbol="K_i")
+    Ki: Vector | None = parameter(default=0.0, unit="{unit_of_Ki}", shape=("n",), symbol="K_i")
     Kd: Vector | None = parameter(default=0.0, unit="{unit_of_Kd}", shape=("n",), symbol="K_d")
     N: Vector | None = parameter(default=100.0, unit="1/s", low=0, strict=True, shape=("n",), symbol="N")
     b: Vector = parameter(default=1.0, unit="", shape=("n",), symbol="b")
@@ -128,6 +131,8 @@ class PID(AbstractController):
                 "`PID(anti_windup='back-calculation')` needs limits and the time Tt in which the integral follows "
                 f"them; got low = {self.low}, high = {self.high} and Tt = {self.Tt}."
             )
+        if self.anti_windup == "back-calculation" and self.Ki is None:
+            raise ValueError("`PID(anti_windup='back-calculation')` needs an integral; got Ki = None.")
 
     @staticmethod
     def of(
@@ -204,10 +209,9 @@ class PID(AbstractController):
     @property
     def memory(self) -> Layout:
         zero = np.zeros(self.dof)
-        integral = Entry("integral", zero, self.unit_of_u, symbol="I")
-        if self.Kd is None:
-            return Layout((integral,))
-        return Layout((integral, Entry("filter", zero, self.unit_of_y, symbol="f")))
+        integral = (Entry("integral", zero, self.unit_of_u, symbol="I"),) if self.Ki is not None else ()
+        derivative = (Entry("filter", zero, self.unit_of_y, symbol="f"),) if self.Kd is not None else ()
+        return Layout((*integral, *derivative))
 
     @property
     def recursion(self) -> bool:
@@ -218,31 +222,28 @@ class PID(AbstractController):
         return Signals(self.drives.view(self._limit(self._unlimited_command(z, est, ref))))
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        growth = self._growth(z, est, ref)
+        integral = {} if self.Ki is None else {"integral": self._growth(z, est, ref)}
         if self.Kd is None or self.N is None:
-            return {"integral": growth}
-        return {"integral": growth, "filter": self.N * (self._weighted_error(est, ref) - z["filter"])}
+            return integral
+        return {**integral, "filter": self.N * (self._weighted_error(est, ref) - z["filter"])}
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The memory after one `period` of the computer."""
         return self.advance(t, z, est, ref, self._period)
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        integral = z["integral"] + period * self._growth(z, est, ref)
+        integral = {} if self.Ki is None else {"integral": z["integral"] + period * self._growth(z, est, ref)}
         if self.Kd is None or self.N is None:
-            return {"integral": integral}
+            return integral
         share = self.N * period / (1 + self.N * period)
-        return {
-            "integral": integral,
-            "filter": z["filter"] + share * (self._weighted_error(est, ref) - z["filter"]),
-        }
+        return {**integral, "filter": z["filter"] + share * (self._weighted_error(est, ref) - z["filter"])}
 
     @property
     def method(self) -> str:
         return "forward difference of the integral, backward difference of the derivative"
 
     def without(self) -> Mapping[str, AbstractController]:
-        integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
+        integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki is not None and self.Ki.any() else {}
         derivative = (
             {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd is not None and self.Kd.any() else {}
         )
@@ -265,13 +266,15 @@ class PID(AbstractController):
     def _unlimited_command(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The command v before its limits."""
         y, r = self._signals(est, ref)
+        v: ca.SX = self.u0 + self.Kp * (self.b * r - y)
+        if self.Ki is not None:
+            v += z["integral"]
         if self.Kd is None or self.N is None:
-            pi: ca.SX = self.u0 + self.Kp * (self.b * r - y) + z["integral"]
-            return pi
+            return v
         behind = (self._weighted_error(est, ref) - z["filter"]) / (
             1 + self.N * self._period
         )  # w - f, the f of this instant
-        v: ca.SX = self.u0 + self.Kp * (self.b * r - y) + z["integral"] + self.Kd * self.N * behind
+        v += self.Kd * self.N * behind
         return v
 
     def _limit(self, v: ca.SX) -> ca.SX:
@@ -282,7 +285,7 @@ class PID(AbstractController):
         """The derivative of the integral, with the anti-windup."""
         y, r = self._signals(est, ref)
         v = self._unlimited_command(z, est, ref)
-        growth: ca.SX = self.Ki * (r - y)
+        growth: ca.SX = (0.0 if self.Ki is None else self.Ki) * (r - y)
         if self.anti_windup == "back-calculation":
             growth += (self._limit(v) - v) / self.Tt
         if self.anti_windup == "clamping" and self.low is not None:

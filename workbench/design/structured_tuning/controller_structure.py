@@ -11,6 +11,8 @@ from workbench.core.validation.refusals import Array, as_array, refusal, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.structured_tuning.system_jets import SystemJet
 
+MOST_SIGNALS = 1000  # measurements or controls of one controller
+
 MOST_STATES = 40
 
 
@@ -57,6 +59,7 @@ class ControllerStructure:
                     f"`ControllerStructure({name}=...)` needs an order above 0, as a static gain has D alone."
                 )
 
+    @check_arguments
     def pattern(self, ny: int, nu: int) -> tuple[Array, int]:
         """The matrix [D C; B A] (nu + order, ny + order) with NaN at its free numbers, and how many these are.
 
@@ -65,6 +68,8 @@ class ControllerStructure:
         ValueError
             If a matrix has another shape, or no number is free.
         """
+        for name, count in (("ny", ny), ("nu", nu)):
+            whole(f"ControllerStructure.pattern({name}=...)", count, most=MOST_SIGNALS)
         k = self.order
         shapes = {"D": (nu, ny), "C": (nu, k), "B": (k, ny), "A": (k, k)}
         parts = {}

@@ -2,62 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from scipy import stats
 
+from workbench.core.plot_registry import draw
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
+from workbench.engine.factors import Factor
 from workbench.identification.datasets.experiment import Marks
+from workbench.identification.estimation.fit_bootstrap import Bootstrap, draw_bootstrap
+from workbench.identification.estimation.fit_certificate import FitCertificate
+from workbench.identification.estimation.fit_factors import apply_values, chosen_parameters, direction_factors
 from workbench.identification.estimation.fit_search import LEAST_NOISE, SearchEnd, has_noise, spread
+from workbench.identification.estimation.fit_warnings import hold_out_sentences, misfit_sentences
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.output_model import OutputModel
+from workbench.identification.estimation.profile_likelihood import Limits, ProfileLikelihood, profile_of
+from workbench.identification.estimation.refit import Deviance
 from workbench.identification.estimation.residual_tests import ResidualTest, dependence, whiteness
 from workbench.identification.estimation.weighed_data import WeighedData
 
 if TYPE_CHECKING:
     import pandas as pd
 
-MISFIT = 1.5  # root mean square of the residuals in standard deviations of a known noise that a model does not explain
-WORSE = 1.5  # ratio of the hold-out's residuals to those of the fit
+T = TypeVar("T")
+SHORT = 4  # numbers in one line
 CLOSE = 1e-6  # relative distance to a bound that is none
-
-
-@dataclass(frozen=True)
-class FitCertificate:
-    """The accuracy of the computation: the largest figure of all estimates.
-
-    Parameters
-    ----------
-    to_minimum
-        The next step of Newton's method, in standard errors; relative to the estimate for a log without noise.
-    by_half_step
-        The change of an estimate by half the integration step, in the same unit.
-    limit
-        The largest figure of both that is passed.
-    condition
-        The ratio of the largest to the least singular value of the derivatives, each column of length one.
-    reason
-        Why the search ended, in a clause.
-    """
-
-    to_minimum: float
-    by_half_step: float
-    limit: float
-    condition: float
-    reason: str
-
-    def __repr__(self) -> str:
-        return f"<FitCertificate: {self.to_minimum:.1e} to the minimum, {self.by_half_step:.1e} by half the step>"
-
-    @property
-    def is_passed(self) -> bool:
-        """True if the estimates are the minimum to 1 % of a standard error, or to 1e-6 for a log without noise."""
-        return self.to_minimum <= self.limit and self.by_half_step <= self.limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +122,58 @@ class Fit:
         errors = self.standard_errors
         return {name: (v - quantile * errors[name], v + quantile * errors[name]) for name, v in self.values.items()}
 
+    @check_arguments
+    def profile(self, name: str, level: float = 0.95, *, limits: Limits = None) -> ProfileLikelihood:
+        """The profile likelihood of one number, and the interval where it is below its quantile.
+
+        The search ends at `limits`, or at 10 half widths of `intervals` from the estimate, and at the number's bounds.
+        A ValueError is raised if the log has no noise, or the level or the limits do not fit.
+        """
+        self._refuse_exact("profile")
+        return profile_of(self._deviance, self.theta, self.covariance, name, level, limits)
+
+    @check_arguments
+    def bootstrap(self, count: int, seed: int = 0, kind: str = "parametric") -> Bootstrap:
+        """The fit repeated on `count` logs with noise drawn anew: "parametric", normal, or "residual", its residuals.
+
+        A ValueError is raised if the log has no noise, or the kind is no other.
+        """
+        self._refuse_exact("bootstrap")
+        unbiased = 1.0 if self.is_noise_known else np.sqrt(self.data.counts.sum() / self.degrees)
+        return draw_bootstrap(self._deviance, self.theta, unbiased * self.end.sigma, count, seed, kind)
+
+    @check_arguments
+    def factors(self, names: Sequence[str] | None = None, *, path: str = "", cut: float = 4.0) -> tuple[Factor, ...]:
+        """Factors of a sweep that draw the estimated parameters together, with their covariance.
+
+        Each is a standard normal number, cut off at `cut`, along a principal axis of the correlation: indices of a
+        sweep are those of these directions. `path` is that of the fitted system in the loop, such as "plant.". A
+        ValueError is raised if more than 0.1 % of the normal distribution lie beyond the bounds of a number.
+        """
+        self._refuse_exact("factors")
+        at = chosen_parameters(self.model.numbers, names, cut)
+        numbers = [self.model.numbers[i] for i in at]
+        return direction_factors(numbers, self.theta[at], self.covariance[np.ix_(at, at)], path, cut)
+
+    @check_arguments
+    def apply(self, target: T, *, values: Mapping[str, float] | None = None, path: str = "") -> T:
+        """A block or an `Ode` with the estimates in place, or with other `values` by name.
+
+        `path` is that of the block in the fitted system, such as "plant."; an unknown one raises a LookupError.
+        """
+        return apply_values(self.model.numbers, self.theta, target, values or {}, path)
+
+    @cached_property
+    def _deviance(self) -> Deviance:
+        return Deviance(self.data, self.end.sigma if self.is_noise_known else None)
+
+    def _refuse_exact(self, call: str) -> None:
+        if self.is_exact:
+            raise ValueError(
+                f"`Fit.{call}(...)` needs a log with noise; this one has none beyond rounding, so that nothing is left "
+                "in doubt: use `values`, or give `noise`."
+            )
+
     @property
     def noise(self) -> dict[str, float]:
         """The standard deviation of the noise of each sensor: given, or estimated from the residuals."""
@@ -174,14 +202,14 @@ class Fit:
     def misfit(self) -> dict[str, float]:
         """By sensor, the root mean square of the errors over the noise that is known, or over the signal's spread."""
         unit = self.end.sigma if self.is_noise_known else spread(self.data)
-        return {name: value / size for (name, value), size in zip(self.root_mean_squares.items(), unit, strict=True)}
+        return {name: float(value / size) for (name, value), size in zip(self.root_mean_squares.items(), unit, strict=True)}
 
     @property
     def hold_out(self) -> dict[str, float]:
         """By sensor, the root mean square of the errors on the hold-out over that on the fit; NaN if none was made."""
         inside, outside = self.root_mean_squares, self._root_mean_squares(self.held_out)
         floors = LEAST_NOISE * spread(self.data)
-        return {name: outside[name] / max(inside[name], floor) for name, floor in zip(inside, floors, strict=True)}
+        return {name: float(outside[name] / max(inside[name], floor)) for name, floor in zip(inside, floors, strict=True)}
 
     @cached_property
     def residual_tests(self) -> tuple[ResidualTest, ...]:
@@ -214,22 +242,7 @@ class Fit:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences that speak against the fit, the misfit first."""
-        said = []
-        for name, size in self.misfit.items():
-            if self.is_noise_known and size > MISFIT:
-                said.append(
-                    f"The model does not explain '{name}': its residuals are {size:.3g} times the noise that was given."
-                )
-            elif not self.is_noise_known and size > 0.5:
-                said.append(f"The model explains little of '{name}': {100 * size:.2g} % of its spread is left.")
-        ratios = self.hold_out
-        if all(np.isnan(ratio) for ratio in ratios.values()):
-            said.append("No sample was held out: the fit was not tried on data that it did not see.")
-        said += [
-            f"The residuals of '{name}' are {ratio:.3g} times as large on the hold-out as on the fit."
-            for name, ratio in ratios.items()
-            if ratio > WORSE
-        ]
+        said = misfit_sentences(self.misfit, self.is_noise_known) + hold_out_sentences(self.hold_out)
         failed = [f"{test.about} ({test.kind})" for test in self.residual_tests if not test.is_passed]
         if failed and not self.is_exact:
             said.append(
@@ -239,11 +252,7 @@ class Fit:
         if at := self.numbers_at_bounds:
             said.append(f"An estimate lies on its bound, where its interval does not hold: {', '.join(at)}.")
         if not self.certificate.is_passed:
-            said.append(
-                f"The estimates are not computed to {self.certificate.limit:g} of their unit: they are "
-                f"{self.certificate.to_minimum:.2g} from the minimum, and half the step moves them by "
-                f"{self.certificate.by_half_step:.2g}."
-            )
+            said.append(self.certificate.refusal)
         if self.end.agreeing < self.end.starts:
             said.append(f"{self.end.agreeing} of {self.end.starts} searches ended in the best minimum.")
         return (*said, *self.remarks)
@@ -265,12 +274,19 @@ class Fit:
         columns = ["unit", "start", "estimate", "standard error", "from", "to"]
         return pd.DataFrame(rows, index=pd.Index(self.names, name="number"), columns=columns)
 
+    def plot(self, kind: str = "outputs") -> object:
+        """The picture of a kind: "outputs", "residuals" or "correlations", as `workbench.plot` draws it."""
+        return draw(self, kind=kind)
+
     def __repr__(self) -> str:
         values = ", ".join(
             f"{name} = {value:.4g} +- {error:.1g}"
-            for (name, value), error in zip(self.values.items(), self.standard_errors.values(), strict=True)
+            for (name, value), error in list(zip(self.values.items(), self.standard_errors.values(), strict=True))[
+                :SHORT
+            ]
         )
-        return f"<Fit: {values}{'; ' if self.warnings else ''}{' '.join(self.warnings)}>"
+        values += f" and {len(self.names) - SHORT} more" if len(self.names) > SHORT else ""
+        return f"<Fit: {values}; {len(self.warnings) or 'no'} warning{'' if len(self.warnings) == 1 else 's'}>"
 
     def _repr_html_(self) -> str:
         frame = self.to_frame().reset_index()

@@ -13,7 +13,8 @@ from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.datasets.experiment import Marks
-from workbench.identification.estimation.fit import Fit, FitCertificate
+from workbench.identification.estimation.fit import Fit
+from workbench.identification.estimation.fit_certificate import FitCertificate
 from workbench.identification.estimation.fit_search import SearchEnd, is_poor, search, spread
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.input_record import HOLDS, MeasuredInput
@@ -22,6 +23,9 @@ from workbench.identification.estimation.signal_matching import match_signals
 from workbench.identification.estimation.step_refinement import coarse_enough, refine
 from workbench.identification.estimation.unknown_numbers import SENSOR_OR_DELAY, NumberSource, UnknownNumber
 from workbench.identification.estimation.weighed_data import WeighedData
+
+PLANT = "a plant becomes one by `wb.open_loop(plant)`"
+FAR = 20.0  # time constants between two samples, beyond which a log hardly shows a mode
 
 
 @check_arguments
@@ -49,15 +53,20 @@ def fit(
         A plant as `wb.open_loop(plant)` or a loop in continuous time, and the log. Each signal of the log is an input,
         output or state of the system, by its name or as `signals` says. The first sample is at t = 0.
     free
-        Names to estimate: paths of parameters, and `omega(0)`, `delay of v`, `offset of omega`, `scale of omega`.
+        Names of the numbers to estimate: paths of parameters, such as `plant.J`, initial states as `omega(0)`, and
+        `delay of v`, `offset of omega`, `scale of omega`. All other numbers keep their values.
     noise
         The standard deviation of each output's noise; by default it is estimated, too.
-    hold, hold_out
-        "hold" if an input keeps its value until the next sample; "linear" for straight lines. And the last part of each
-        experiment, as a share, that the fit does not see.
-    start, starts, seed
-        Values of parameters, states, delays, offsets and scales at the start, by default those of the system, and the
-        number of searches; others than the first begin at random numbers between half and twice the start.
+    hold
+        "hold" if an input keeps its value until the next sample; "linear" for straight lines between the samples.
+    hold_out
+        The last share of each experiment, from 0 to below 1, that the fit does not see.
+    start
+        Values of parameters, states, delays, offsets and scales at which the search starts, and of numbers that are not
+        estimated; by default those of the system.
+    starts, seed
+        The number of searches. The first begins at the start, the others at random numbers, which `seed` chooses,
+        between half and twice the start.
     answers
         Answers to the questions of `wb.check_data` on the log, by point.
 
@@ -179,7 +188,7 @@ def _fit_of(
     if end is None:
         raise ValueError(
             "`fit(...)` needs a start from which a run lasts; all runs from the start, and from segments of the log, "
-            "diverge: give other values by `start`."
+            f"diverge: {_time_advice(data.model)}give other values by `start`."
         )
     at_end = refine(data, end, is_known)
     data, end, last = at_end.data, at_end.end, at_end.last
@@ -187,8 +196,8 @@ def _fit_of(
     identifiability = Identifiability.of(names, end.z, last.derivatives)
     if not identifiability.is_complete:
         raise ValueError(
-            f"{_poor_fit(data, end, is_known)}`fit(...)` cannot tell "
-            f"{', '.join(identifiability.ambiguous_names)} apart from these data. "
+            f"{_poor_fit(data, end, is_known)}From these data `fit(...)` cannot tell "
+            f"{', '.join(identifiability.ambiguous_names)} apart. "
             f"{' '.join(identifiability.sentences)} Leave out of `free` one number for each such direction."
         )
     covariance = np.linalg.inv(last.derivatives.T @ last.derivatives)
@@ -198,6 +207,19 @@ def _fit_of(
     condition = float(np.linalg.cond(last.derivatives / norms))
     certificate = FitCertificate(at_end.to_minimum, at_end.by_half_step, at_end.limit, condition, end.minimum.reason)
     return Fit(data, held_out, end, is_known, np.asarray(factor * covariance), certificate, identifiability, remarks)
+
+
+def _time_advice(model: OutputModel) -> str:
+    """The advice to look at the unit of time if samples are far apart for the modes of the system; else nothing."""
+    A = np.array(model.ode.A(0.0, model.x0[0], model.p))
+    fastest = float(np.abs(np.linalg.eigvals(A)).max(initial=0.0)) if np.isfinite(A).all() else 0.0
+    apart = float(np.median(np.diff(model.dataset.experiments[0].t)))
+    if apart * fastest < FAR:
+        return ""
+    return (
+        f"the samples are {apart:.3g} s apart, and the fastest mode of the system has a time constant of "
+        f"{1 / fastest:.3g} s; look at the unit of the log's times, or "
+    )
 
 
 def _poor_fit(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> str:
@@ -213,7 +235,8 @@ def _poor_fit(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> str:
 def equation_of(system: Ode | SampledSystem | Loop, call: str) -> Ode:
     """The equations of a system in continuous time; any other is refused in the name of a call."""
     if not is_loop(system):
-        raise refusal(f"{call}(system=...)", LOOP, system)
+        is_plant = hasattr(system, "inputs") and hasattr(system, "rate")
+        raise refusal(f"{call}(system=...)", LOOP, system, f": {PLANT}" if is_plant else "")
     equation = equations_of(system, "loop")
     if isinstance(equation, SampledSystem):
         raise ValueError(

@@ -31,7 +31,7 @@ def match_signals(
         if target in ode.outputs.labels or target in ode.states.labels:
             _refuse_unit(dataset.signals, label, ode.outputs if target in ode.outputs.labels else ode.states, target)
             outputs.append((label, target))
-        elif target != label:
+        elif target != _only_number(ode, label):
             known = (*ode.parameters.labels, *ode.outputs.labels, *ode.states.labels)
             raise LookupError(
                 f"There is no {describe(target)} among the parameters, outputs and states of '{ode.name}'."
@@ -56,8 +56,9 @@ def match_inputs(
         dataset.signals.indices(name)
     inputs, others = [], {}
     driven = {label for name in ode.inputs for label in ode.parameters[name].labels()}
-    for label, target in _targets(dataset.signals, signals).items():
-        if target in ode.parameters.labels and (target in driven or target != label):
+    for label, name in _targets(dataset.signals, signals).items():
+        target = _only_number(ode, name)
+        if target in ode.parameters.labels and (target in driven or name != label):
             _refuse_unit(dataset.signals, label, ode.parameters, target)
             inputs.append(MeasuredInput(label, target, hold))
         else:
@@ -68,6 +69,14 @@ def match_inputs(
             f"there is none for '{missing[0]}': name it by `signals`, or hold it at a number by `start`."
         )
     return tuple(inputs), others
+
+
+def _only_number(ode: Ode, name: str) -> str:
+    """The label of the only number of a quantity, as `omega[0]` of `omega`; any other name as it is."""
+    for layout in (ode.parameters, ode.outputs, ode.states):
+        if name in layout and name not in layout.labels and layout[name].size == 1:
+            return layout[name].labels()[0]
+    return name
 
 
 def _targets(layout: Layout, signals: Mapping[str, str]) -> dict[str, str]:

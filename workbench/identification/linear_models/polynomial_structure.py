@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.refusals import Array, refusal
 from workbench.core.validation.signatures import check_arguments
 
 Complex = NDArray[np.complex128]
@@ -98,8 +98,11 @@ class PolynomialStructure:
             at += count
         raise LookupError(f"There is no polynomial '{letter}' of input {i} in this structure.")
 
+    @check_arguments
     def polynomials(self, theta: Array) -> Polynomials:
         """The polynomials of parameters theta (size,), each in rising powers of q^-1, B with its delay."""
+        if theta.shape != (self.size,):
+            raise refusal("PolynomialStructure.polynomials(theta=...)", f"of shape ({self.size},)", theta)
 
         def monic(letter: str, i: int = 0) -> Array:
             return np.concatenate([[1.0], theta[self.places(letter, i)]])

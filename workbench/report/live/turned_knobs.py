@@ -117,10 +117,15 @@ def _at_knobs(
 
 
 def knobs_of_sweeps(study: Study, steps: Sequence[StepMap]) -> tuple[Knob, ...]:
-    """The factors of the sweeps of a study, of which some loop has a path; those of one name are one knob."""
+    """The factors of the sweeps of a study, of which some loop has a path; those of one name are one knob.
+
+    A factor along a direction has no knob, as it moves each of its numbers by another amount.
+    """
     knobs: dict[str, Knob] = {}
     for sweep in () if callable(study.sweeps) else study.sweeps:
         for factor in sweep.factors:
+            if factor.direction is not None:
+                continue
             new = Knob.of(factor)
             knobs[new.name] = new.together(knobs.get(new.name, new))
     return tuple(knob for knob in knobs.values() if any(has(step, path) for step in steps for path in knob.paths))

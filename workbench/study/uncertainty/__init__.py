@@ -17,7 +17,7 @@ from workbench.engine.distributions import (
     Triangular,
     Uniform,
 )
-from workbench.engine.factors import Factor, Space
+from workbench.engine.factors import Factor, FactorDirection, Space
 from workbench.study.uncertainty.designs import (
     AbstractDesign,
     LatinHypercube,
@@ -39,6 +39,7 @@ __all__ = [
     "AbstractDistribution",
     "Estimate",
     "Factor",
+    "FactorDirection",
     "Flags",
     "LatinHypercube",
     "ListedPoints",

@@ -23,8 +23,16 @@ def factor_table(space: Space, name: str, caption: str) -> ReportTable:
     units = [superscript_powers(entry.unit) for entry in entries for _ in range(entry.size)]
     for factor, places in zip(space.factors, space.places, strict=True):
         words = factor.distribution.words()
-        spread = f"share of the value: {words}" if factor.share else words
-        unit = None if factor.share else ", ".join(dict.fromkeys(units[place] for place in places)) or None
-        rows.append((factor.name, ", ".join(factor.paths), spread, unit, factor.origin))
+        paths, spread = ", ".join(factor.paths), f"share of the value: {words}" if factor.share else words
+        if (way := factor.direction) is not None:
+            moves = zip(factor.paths, way.centres, way.changes, strict=True)
+            paths = ", ".join(f"{path} = {centre:.4g} {change:+.2g} z" for path, centre, change in moves)
+            spread = f"z of a direction: {words}"
+        unit = (
+            None
+            if factor.share or way is not None
+            else ", ".join(dict.fromkeys(units[place] for place in places)) or None
+        )
+        rows.append((factor.name, paths, spread, unit, factor.origin))
     columns = tuple(map(TableColumn, ("factor", "numbers", "distribution", "unit", "origin")))
     return ReportTable(name, caption, columns, tuple(rows))
