@@ -217,6 +217,7 @@ GROUPS = (
             "fit": "Parameters of a plant or a loop from a log, with their uncertainty.",
             "fit_inverse_dynamics": "The numbers of an arm, its frictions and drives from the torques of a log.",
             "identifiability": "Which parameters an experiment can tell apart.",
+            "design_experiment": "Inputs that tell most within limits, and what they tell before they are run.",
             "check_data": "The questions that a log raises before a fit: time, gaps, units, limits, excitation.",
         },
     ),

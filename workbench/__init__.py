@@ -45,6 +45,7 @@ _ROOMS = {
     "design.synthesis": "coprime_margin h2_controller hinf_controller least_sensitivity lqg_integral mixed_sensitivity",
     "identification.estimation": "fit identifiability",
     "identification.datasets": "Dataset check_data",
+    "identification.experiments": "design_experiment",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "
     "SobolDesign Study Sweep Uniform Variation Work side_by_side sobol",
     "study.citation": "cite",

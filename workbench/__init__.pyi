@@ -142,6 +142,7 @@ from workbench.identification import filters as filters
 from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import fit, identifiability
+from workbench.identification.experiments import design_experiment
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
 from workbench.report.live.turned_knobs import linear_loop_at_knobs, turn_knobs
@@ -284,6 +285,7 @@ __all__ = [
     "coprime_margin",
     "core",
     "d2c",
+    "design_experiment",
     "document",
     "effort",
     "equilibria",

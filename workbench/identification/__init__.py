@@ -1,7 +1,8 @@
 """Identification: from measured signals to models with their uncertainty.
 
-A `Dataset` holds a log, `fit` estimates parameters of any plant or loop from it, and `identifiability` says before what
-an experiment can tell. Read `datasets/dataset.py` first, then `estimation/fit_system.py`.
+A `Dataset` holds a log, `fit` estimates parameters of any plant or loop from it, `identifiability` says before what
+an experiment can tell, and `design_experiment` finds the one that tells most. Read `datasets/dataset.py` first, then
+`estimation/fit_system.py` and `experiments/design_experiment.py`.
 
 Examples
 --------
@@ -18,5 +19,6 @@ _FILES = {
     "datasets": "Dataset Experiment",
     "estimation": "Bootstrap Fit FitCertificate Identifiability ProfileLikelihood ResidualTest fit identifiability "
     "simulate_log",
+    "experiments": "DesignCertificate ExperimentDesign design_experiment",
 }
 __all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

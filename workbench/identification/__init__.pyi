@@ -12,16 +12,20 @@ from workbench.identification.estimation import (
     identifiability,
     simulate_log,
 )
+from workbench.identification.experiments import DesignCertificate, ExperimentDesign, design_experiment
 
 __all__ = [
     "Bootstrap",
     "Dataset",
+    "DesignCertificate",
     "Experiment",
+    "ExperimentDesign",
     "Fit",
     "FitCertificate",
     "Identifiability",
     "ProfileLikelihood",
     "ResidualTest",
+    "design_experiment",
     "fit",
     "identifiability",
     "simulate_log",
