@@ -215,6 +215,7 @@ GROUPS = (
         {
             "Dataset": "Measured signals over time, with names, units and experiments.",
             "fit": "Parameters of a plant or a loop from a log, with their uncertainty.",
+            "fit_inverse_dynamics": "The numbers of an arm, its frictions and drives from the torques of a log.",
             "identifiability": "Which parameters an experiment can tell apart.",
             "check_data": "The questions that a log raises before a fit: time, gaps, units, limits, excitation.",
         },

@@ -26,6 +26,7 @@ _ROOMS = {
     "blocks.signals": "Chirp Constant PulseTrain Ramp Sines SineTorque SquareWave Step Table CombinedReference "
     "Trapezoid WayPoints",
     "arms.laws": "ArmPID ArmStateFeedback SlidingMode",
+    "arms.log_regression": "fit_inverse_dynamics",
     "arms.manipulator": "Manipulator",
     "arms.mechanics": "base_parameters robot paper_arm regressor",
     "arms.mechanics.urdf": "read_urdf",

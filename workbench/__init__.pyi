@@ -8,6 +8,7 @@ from workbench import proofs as proofs
 from workbench import study as study
 from workbench import testing as testing
 from workbench.arms.laws import ArmPID, ArmStateFeedback, SlidingMode
+from workbench.arms.log_regression import fit_inverse_dynamics
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import base_parameters, paper_arm, regressor, robot
 from workbench.arms.mechanics.urdf import read_urdf as read_urdf
@@ -290,6 +291,7 @@ __all__ = [
     "export",
     "filters",
     "fit",
+    "fit_inverse_dynamics",
     "fmu",
     "frequency",
     "h2_controller",

@@ -1,6 +1,6 @@
 """Speed of the batch engine on this machine, and its error.
 
-Runs in about three minutes on two cores. It measures time: the page is not the same twice.
+Runs in about five minutes on two cores. It measures time: the page is not the same twice.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from functools import cache
 import workbench as wb
 from studies.paper.workload import SEED, VARIATION_RANGES, loop
 from studies.performance.figures import compile_figure, flat_figure, precision_figure, speed_figure
+from studies.performance.fit_rate import fit_rows
 from studies.performance.frequency_rate import frequency_rows
 from studies.performance.live_page import live_rows
 from studies.performance.measurements import AT_ERROR, Effort, Row, table_rows
@@ -26,6 +27,7 @@ rows = cache(
         *frequency_rows(EFFORT),
         *pid_rows(EFFORT),
         *synthesis_rows(EFFORT),
+        *fit_rows(EFFORT),
         *live_rows(EFFORT),
     )
 )

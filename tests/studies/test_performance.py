@@ -14,12 +14,14 @@ from tests.support.browsers import needs_chromium
 
 pytest.importorskip("llvmlite", reason="the study of speed is that of the compiled march")
 
+import workbench as wb
 from studies.paper.workload import rows_of, run
-from studies.performance import frequency_rate, live_page, measurements, pid_rate, study, synthesis_rate
+from studies.performance import fit_rate, frequency_rate, live_page, measurements, pid_rate, study, synthesis_rate
 from studies.performance.arithmetic import CHAINS, UNROLL_COUNT, flops, peak_sum
 from studies.performance.figures import speed_figure
 from studies.performance.measurements import Effort, Row
 from studies.performance.peers import IN_MATRICES, PEERS, Peer, casadi_cvodes
+from studies.performance.scipy_fit import ScipyEnd, run_arm
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.study import Results
 from workbench.study.document.document import Figure, Panel, Series, Strong
@@ -232,6 +234,37 @@ def test_a_synthesis_is_timed_beside_that_of_slycot_where_it_is_installed(monkey
     assert row.value >= 0
     assert len(calls) == 3 * TINY.repetitions
     assert "3 random plants of order 2" in row.note
+
+
+def test_a_fit_is_timed_beside_scipy_only_if_both_end_at_the_same_estimates(monkeypatch):
+    two_seconds, ends = replace(TINY, horizon=2.0), []
+    monkeypatch.setattr(fit_rate, "scipy_estimate", lambda t, u, q, start, *options: ScipyEnd(start, len(q)))
+    (row,) = fit_rate.fit_rows(two_seconds)
+    assert row.value is None  # SciPy is said to end where it began
+    assert row.note.startswith("not measured, as both end apart")
+
+    def same(t, u, q, start, *options):
+        errors = (run_arm(start, t, u, 1e-9) - q) / fit_rate.SIGMA
+        ends.append(float(np.sqrt(np.mean(errors**2))))
+        return ScipyEnd(start, 1)
+
+    monkeypatch.setattr(fit_rate, "SAME", 1e9)
+    monkeypatch.setattr(fit_rate, "START", (1.0,) * 10)
+    monkeypatch.setattr(fit_rate, "scipy_estimate", same)
+    (row,) = fit_rate.fit_rows(two_seconds)
+    assert row.value > 0
+    assert ends == pytest.approx([1.0, 1.0], abs=0.05)  # 4,002 samples of noise, whose spread is known to 1 %
+
+
+def test_the_arm_of_the_fit_moves_alike_by_scipy_and_by_the_engine():
+    t = np.arange(501) / fit_rate.RATE
+    arm = wb.open_loop(fit_rate.FrictionArm())
+    truth = arm.parameters.default[: len(fit_rate.START)]
+    log = fit_rate.arm_log(t, truth)
+    fit = wb.fit(arm, log, ["J1"], hold="linear", hold_out=0.0)
+    quiet = run_arm(np.append(fit.theta, truth[1:]), t, fit_rate.torques(t), 1e-10)
+    noise = np.column_stack([log["q1"], log["q2"]]) - quiet
+    np.testing.assert_allclose(fit.errors[0], -noise, atol=1e-7)  # the step of the fit is chosen to 3 % of its noise
 
 
 @needs_chromium

@@ -12,7 +12,7 @@ Examples
 from workbench.core.lazy_names import lazy_names
 
 _FILES = {
-    "": "laws mechanics observer_gains observers paper_equations properties",
+    "": "laws log_regression mechanics observer_gains observers paper_equations properties",
     "arm_contracts": "AbstractArmController AbstractArmObserver",
     "dynamics": "AbstractArm Dynamics solve_definite",
     "manipulator": "DirectDrive FirstOrderLag Friction Manipulator",

@@ -1,6 +1,6 @@
 """The room for editors and mypy: each of its names, and the file that it comes from."""
 
-from workbench.arms import laws, mechanics, observer_gains, observers, paper_equations, properties
+from workbench.arms import laws, log_regression, mechanics, observer_gains, observers, paper_equations, properties
 from workbench.arms.arm_contracts import AbstractArmController, AbstractArmObserver
 from workbench.arms.dynamics import AbstractArm, Dynamics, solve_definite
 from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Friction, Manipulator
@@ -16,6 +16,7 @@ __all__ = [
     "Friction",
     "Manipulator",
     "laws",
+    "log_regression",
     "mechanics",
     "observer_gains",
     "observers",

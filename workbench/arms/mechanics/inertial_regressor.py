@@ -94,7 +94,9 @@ class Regressor:
         states = [np.atleast_2d(numbers(f"Regressor.at({name}=...)", each)) for name, each in parts.items()]
         for name, each in zip(parts, states, strict=True):
             matrix(f"Regressor.at({name}=...)", each, len(states[0]), self.dof)
-        return np.vstack([np.array(self._function(*state)) for state in zip(*states, strict=True)])
+        count, k = len(states[0]), len(self.names)
+        columns = np.array(self._function.map(count)(*(state.T for state in states)))  # (n, count k)
+        return np.ascontiguousarray(columns.reshape(self.dof, count, k).swapaxes(0, 1).reshape(-1, k))
 
     @cached_property
     def _function(self) -> ca.Function:

@@ -99,7 +99,12 @@ def base_parameters(arm: PlanarArm | SpatialArm, seed: int = 0) -> BaseParameter
     >>> print(base.combinations[0])
     link1.mc_x + link2.m
     """
-    rng, Y = np.random.default_rng(check_seed("base_parameters(seed=...)", seed)), regressor(arm)
+    return reduce_regressor(regressor(arm), check_seed("base_parameters(seed=...)", seed))
+
+
+def reduce_regressor(Y: Regressor, seed: int) -> BaseParameters:
+    """The base parameters of a regressor, which may have columns beside those of the arm's bodies."""
+    rng = np.random.default_rng(seed)
     W, fresh = _random_rows(Y, rng), _random_rows(Y, rng)
     size = np.linalg.norm(W, axis=0)
     felt = size > SMALL * size.max()  # an entry that no torque feels has a column of zeros

@@ -139,17 +139,17 @@ def check_data(
     dataset
         The log.
     inputs, outputs
-        The signals that drive the system, and those that it answers; the default are those that the system names.
+        The signals that drive the system, and those with which it answers; by default the ones that the system names.
     system
-        The loop or `Ode` to be fitted: names and units are held against it, and the length against its slowest mode.
+        The loop or `Ode` to be fitted. Names and units are compared with it, and the length with its slowest mode.
     parameters
-        The parameters to be found; their number says how much excitation and how many samples are needed.
+        The parameters to be fitted; their number says how much excitation and how many samples are needed.
     rate
-        The rate in Hz that the recorder states; times in another unit are found by it.
+        The stated sampling rate in Hz, which shows if the times are in another unit than s.
     units
         The units that signals must have, by name, beside those of the system.
     x, p
-        The point of the slowest mode: a state (nx,) and parameters (np,); the default are those of the system.
+        The point of the slowest mode: a state (nx,) and parameters (np,); by default those of the system.
 
     Raises
     ------

@@ -202,14 +202,16 @@ class Fit:
     def misfit(self) -> dict[str, float]:
         """By sensor, the root mean square of the errors over the noise that is known, or over the signal's spread."""
         unit = self.end.sigma if self.is_noise_known else spread(self.data)
-        return {name: value / size for (name, value), size in zip(self.root_mean_squares.items(), unit, strict=True)}
+        pairs = zip(self.root_mean_squares.items(), unit, strict=True)
+        return {name: float(value / size) for (name, value), size in pairs}
 
     @property
     def hold_out(self) -> dict[str, float]:
         """By sensor, the root mean square of the errors on the hold-out over that on the fit; NaN if none was made."""
         inside, outside = self.root_mean_squares, self._root_mean_squares(self.held_out)
         floors = LEAST_NOISE * spread(self.data)
-        return {name: outside[name] / max(inside[name], floor) for name, floor in zip(inside, floors, strict=True)}
+        pairs = zip(inside, floors, strict=True)
+        return {name: float(outside[name] / max(inside[name], floor)) for name, floor in pairs}
 
     @cached_property
     def residual_tests(self) -> tuple[ResidualTest, ...]:

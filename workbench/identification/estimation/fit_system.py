@@ -50,18 +50,19 @@ def fit(
     Parameters
     ----------
     system, dataset, signals
-        A plant as `wb.open_loop(plant)` or a loop in continuous time, and the log. Each signal of the log is an input,
-        output or state of the system, by its name or as `signals` says. The first sample is at t = 0.
+        A plant as `wb.open_loop(plant)` or a loop in continuous time, and the log, whose signals are inputs, outputs or
+        states of the system by name, or as `signals` says. The first sample is at t = 0.
     free
-        Names to estimate: paths of parameters, and `omega(0)`, `delay of v`, `offset of omega`, `scale of omega`.
+        Names of the numbers to estimate: paths of parameters, such as `plant.J`, initial states as `omega(0)`, and
+        `delay of v`, `offset of omega`, `scale of omega`.
     noise
         The standard deviation of each output's noise; by default it is estimated, too.
     hold, hold_out
-        "hold" if an input keeps its value until the next sample; "linear" for straight lines. And the last part of each
-        experiment, as a share, that the fit does not see.
+        "hold" if an input keeps its value until the next sample; "linear" for straight lines between the samples. And
+        the last share of each experiment that the fit does not see.
     start, starts, seed
-        Values of parameters, states, delays, offsets and scales at the start, by default those of the system, and the
-        number of searches; others than the first begin at random numbers between half and twice the start.
+        Values at the start, by default those of the system; they hold for numbers that are not estimated, too. And the
+        number of searches: all but the first begin at random numbers between half and twice the start.
     answers
         Answers to the questions of `wb.check_data` on the log, by point.
 
@@ -83,8 +84,7 @@ def fit(
     >>> {name: round(value, 6) for name, value in found.values.items()}
     {'J': 0.01, 'R': 1.0}
     """
-    values = start_values("fit", start)
-    model, unused = _model_of(system, dataset, free, signals or {}, one_of("fit(hold=...)", hold, HOLDS), values)
+    model, unused = _model_of(system, dataset, free, signals or {}, hold, start_values("fit", start))
     remarks = _check(model, answers or {}, unused)
     sigma, (weighs, held_out) = _noise(noise, model), _masks(model, finite("fit(hold_out=...)", hold_out))
     data = coarse_enough(_enough_samples(WeighedData(model, weighs)), sigma)
@@ -119,8 +119,8 @@ def _model_of(
     values: Mapping[str, float],
 ) -> tuple[OutputModel, tuple[str, ...]]:
     """The model of a fit, with steps as long as the intervals between samples, and the signals that it does not use."""
-    ode = equation_of(system, "fit")
-    inputs, outputs, unused = match_signals(ode, dataset, signals, hold, frozenset(values))
+    ode, rule = equation_of(system, "fit"), one_of("fit(hold=...)", hold, HOLDS)
+    inputs, outputs, unused = match_signals(ode, dataset, signals, rule, frozenset(values))
     source = number_source(ode, dataset, inputs, outputs, values)
     steps = tuple(float(np.median(np.diff(experiment.t))) for experiment in dataset)
     numbers, begins = source.numbers(free), (0.0,) * len(steps)
@@ -191,8 +191,8 @@ def _fit_of(
     identifiability = Identifiability.of(names, end.z, last.derivatives)
     if not identifiability.is_complete:
         raise ValueError(
-            f"{_poor_fit(data, end, is_known)}`fit(...)` cannot tell "
-            f"{', '.join(identifiability.ambiguous_names)} apart from these data. "
+            f"{_poor_fit(data, end, is_known)}From these data `fit(...)` cannot tell "
+            f"{', '.join(identifiability.ambiguous_names)} apart. "
             f"{' '.join(identifiability.sentences)} Leave out of `free` one number for each such direction."
         )
     covariance = np.linalg.inv(last.derivatives.T @ last.derivatives)
