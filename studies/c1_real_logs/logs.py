@@ -43,8 +43,6 @@ CHECKSUMS = {
 }
 
 
-
-
 def read_folder(folder: str) -> tuple[dict[str, str], dict[str, str]]:
     """The paths of the logs in a folder whose checksums are right, and the checksums of the others."""
     paths, wrong = {}, {}

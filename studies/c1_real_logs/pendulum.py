@@ -99,7 +99,7 @@ def fold(held_out: str) -> Fold:
 
 
 def refusal_of(file: str) -> str:
-    """What the regression says of one log of the design C.1 alone."""
+    """The sentence by which the regression refuses one log of the design C.1 alone."""
     try:
         wb.fit_inverse_dynamics(pendulum_arm(0.2, 0.3), read((file,)), POSITIONS, TORQUES, cutoff=CUTOFF, terms=TERMS)
     except ValueError as refused:

@@ -151,8 +151,9 @@ def tank_section(results: wb.Results) -> wb.Section:
         f"The model misses the level of the lower tank by {one.hold_out_error:.3g} V on the record that was held out "
         f"and by {one.error:.3g} V on the other (root mean square). {one.warnings}"
     )
+    marked = " and ".join(map(str, one.marked_samples))
     method = (
-        f"Source: {SOURCES['cascaded_tanks']}. The sensor ends at 10 V: {one.marked_samples[0]} and {one.marked_samples[1]} samples "
+        f"Source: {SOURCES['cascaded_tanks']}. The sensor ends at 10 V: {marked} samples "
         "there are marked, have no weight, and count in the error of the hold-out, where the model is cut off at 10 V "
         "too. Both initial levels of the hold-out were estimated from it, and nothing else. The form of the model was "
         "chosen among six with the hold-out in view."

@@ -12,7 +12,7 @@ from workbench.arms.log_regression.prepared_motion import PreparedMotion, prepar
 from workbench.arms.log_regression.regressed_joints import JointTerms, regressor_with_joints
 from workbench.arms.log_regression.regression import columns_apart, equations_of, solve
 from workbench.arms.log_regression.rigid_bodies import nearest_rigid_bodies
-from workbench.arms.mechanics.parameter_reduction import reduce_regressor
+from workbench.arms.mechanics.parameter_reduction import BaseParameters, reduce_regressor
 from workbench.arms.mechanics.planar_arm import PlanarArm
 from workbench.arms.mechanics.spatial import SpatialArm
 from workbench.core.validation.refusals import finite, known_name, one_of, refusal
@@ -41,25 +41,20 @@ def fit_inverse_dynamics(
 ) -> InverseDynamicsFit:
     """Estimate the numbers of an arm from its torques, which are linear in them: tau = Y(q, qd, qdd) theta.
 
-    The masses of `arm` do not count, only its shape and gravity. Positions and torques go through one filter
-    (`wb.arms.log_regression.prepare_motion`), and the equations of each joint are weighed by its residuals in two
-    rounds. The covariance allows for residuals that are correlated over time. Noise of the positions makes an estimate
-    too small, as it stands on the right side: a lower cutoff says whether it does.
+    Only the shape and gravity of `arm` count. The equations of each joint are weighed by its residuals in two rounds;
+    standard errors allow for correlated residuals. Noise of the positions makes estimates too small: vary the cutoff.
 
     Parameters
     ----------
-    arm, dataset, positions, torques
-        The arm, the log, and the labels of its positions [rad or m] and torques [N m or N], joint by joint.
-    cutoff, period, delay
-        The cutoff in Hz, the period and the delay of the motion in s, as of `prepare_motion`.
+    arm, dataset, positions, torques, cutoff, period, delay
+        The arm, and what `wb.arms.log_regression.prepare_motion` needs of its log.
     terms
         The frictions, drives and offsets of the joints.
     hold_out, share
         The experiments that the fit does not see; if none is named, the last `share` of each.
-    physical
-        "check" whether rigid bodies have the estimate (extra `lmi`), "impose" that they do, or "ignore" it.
-    even_if_refused
-        True to have the answer though it is worthless, with `reasons_to_refuse`.
+    physical, even_if_refused
+        "check" whether rigid bodies have the estimate (extra `lmi`), "impose" that they do, or "ignore" it. And True
+        to have the answer though it is worthless, with `reasons_to_refuse`.
 
     Raises
     ------
@@ -84,23 +79,32 @@ def fit_inverse_dynamics(
     >>> terms = wb.arms.log_regression.JointTerms(drive=False, coulomb=False)
     >>> fit = wb.fit_inverse_dynamics(arm, log, ["q"], ["tau"], cutoff=50.0, terms=terms)
     >>> bodies, motion = fit.bodies, fit.motions[0]
-    >>> {name: round(fit.values[name], 3) for name in fit.names if name != "link1.mc_y"}
-    {'link1.mc_x': 0.5, 'link1.I_zz': 0.333, 'link1.viscous': -0.0}
+    >>> {name: round(fit.values[name], 3) for name in ("link1.mc_x", "link1.I_zz")}
+    {'link1.mc_x': 0.5, 'link1.I_zz': 0.333}
     """
     one_of("fit_inverse_dynamics(physical=...)", physical, PHYSICAL)
     if len(positions) != arm.dof:
         raise refusal("fit_inverse_dynamics(positions=...)", f"{arm.dof} labels, one a joint", positions)
     motions = prepare_motion(dataset, positions, torques, cutoff, period=period, delay=delay)
-    inside, outside = _parted(motions, tuple(hold_out), finite("fit_inverse_dynamics(share=...)", share))
-    base = reduce_regressor(regressor_with_joints(arm, terms), 0)
-    answer = solve([equations_of(base, motion, terms) for motion in inside])
-    bodies = None
-    if physical != "ignore" and columns_apart(answer.singular_values):
-        bodies = nearest_rigid_bodies(base, answer.theta, answer.covariance + np.diag(answer.least_errors**2))
-    fit = InverseDynamicsFit(base, terms, answer, bodies, physical == "impose", inside, outside)
+    parts = _parted(motions, tuple(hold_out), finite("fit_inverse_dynamics(share=...)", share))
+    fit = _fit_of(reduce_regressor(regressor_with_joints(arm, terms), 0), terms, parts, physical)
     if fit.reasons_to_refuse and not even_if_refused:
         raise ValueError(f"`fit_inverse_dynamics(...)` refuses this log. {' '.join(fit.reasons_to_refuse)}")
     return fit
+
+
+def _fit_of(
+    base: BaseParameters,
+    terms: JointTerms,
+    parts: tuple[tuple[PreparedMotion, ...], tuple[PreparedMotion, ...]],
+    physical: str,
+) -> InverseDynamicsFit:
+    """The answer for the motions of the fit and those that are held out."""
+    answer = solve([equations_of(base, motion, terms) for motion in parts[0]])
+    bodies = None
+    if physical != "ignore" and columns_apart(answer.singular_values):
+        bodies = nearest_rigid_bodies(base, answer.theta, answer.covariance + np.diag(answer.least_errors**2))
+    return InverseDynamicsFit(base, terms, answer, bodies, physical == "impose", *parts)
 
 
 def _parted(

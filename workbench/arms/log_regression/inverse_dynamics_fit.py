@@ -15,6 +15,7 @@ from workbench.arms.log_regression.rigid_bodies import RigidBodies
 from workbench.arms.mechanics.parameter_reduction import BaseParameters
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import check_arguments
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -88,11 +89,13 @@ class InverseDynamicsFit:
         weak = rows[values * CONDITION < values[0]]
         return tuple(name for name, part in zip(self.names, weak.T, strict=True) if (np.abs(part) > SHARE).any())
 
+    @check_arguments
     def torque(self, motion: PreparedMotion) -> Array:
         """The torques (N, n) of the model along a motion."""
         rows = self.base.at(motion.q, motion.qd, motion.qdd) @ self.theta
         return np.asarray(rows.reshape(len(motion.t), -1))
 
+    @check_arguments
     def errors(self, motion: PreparedMotion, is_filtered: bool = False) -> Array:
         """(n,). The root mean square by joint of the model less the measured torque, where the filter has settled."""
         measured = motion.filtered_tau if is_filtered else motion.tau

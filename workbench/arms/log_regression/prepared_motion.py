@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite, positive, refusal, seconds
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification import Dataset, Experiment
@@ -17,6 +18,7 @@ POINTS, DEGREE = 5, 2  # of the local polynomials behind the filter, which has s
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class PreparedMotion:
     """One experiment at even times: N samples of n joints.
 
