@@ -193,3 +193,9 @@ def test_a_plant_that_is_no_system_and_a_log_in_other_seconds_are_told_what_to_d
         fit(wb.DCMotor(), log(T, V, X), ("J",))
     with pytest.raises(ValueError, match="unit of the log's times"):
         fit(MOTOR, log(1000 * T, V, X), ("J",))
+
+
+def test_a_delay_that_is_none_is_estimated_beside_others():
+    found = fit(MOTOR, log(T, V, X), ("J", "R", "delay of v"), start={"J": 0.012})
+    assert abs(found.values["delay of v"]) < 1e-6  # s, of a period of 25 ms
+    assert found.values["J"] == pytest.approx(TRUE["J"], rel=1e-4)

@@ -188,7 +188,7 @@ def _fit_of(
     at_end = refine(data, end, is_known)
     data, end, last = at_end.data, at_end.end, at_end.last
     names = tuple(number.name for number in data.model.numbers)
-    identifiability = Identifiability.of(names, end.z, last.derivatives)
+    identifiability = Identifiability.of(names, end.z, last.derivatives, data.model.starts)
     if not identifiability.is_complete:
         raise ValueError(
             f"{_poor_fit(data, end, is_known)}From these data `fit(...)` cannot tell "

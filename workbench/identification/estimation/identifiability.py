@@ -11,6 +11,7 @@ from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
 
 RANK = 1e-7  # of singular values, relative to the largest: far above rounding, and below what noise leaves of use
+AS_ZERO = 1e-9  # of a number, in its unit: it has no size of its own
 PART = 1e-3  # the least entry of a number in a direction of unit length
 
 
@@ -49,9 +50,13 @@ class Identifiability:
 
     @staticmethod
     @check_arguments
-    def of(names: tuple[str, ...], values: Array, derivatives: Array) -> Identifiability:
-        """From the derivatives (M, nz) of all weighted outputs."""
-        sizes = np.where(values == 0, 1.0, np.abs(values))
+    def of(names: tuple[str, ...], values: Array, derivatives: Array, starts: Array | None = None) -> Identifiability:
+        """From the derivatives (M, nz) of all weighted outputs.
+
+        The size of a number is its value, or its value at the `starts` (nz,) of a search if that is larger.
+        """
+        sizes = np.maximum(np.abs(values), np.abs(values if starts is None else starts))
+        sizes = np.where(sizes < AS_ZERO, 1.0, sizes)
         _, singular, directions = np.linalg.svd(_at_least_square(derivatives * sizes), full_matrices=False)
         return Identifiability(names, values, sizes, singular, directions)
 
