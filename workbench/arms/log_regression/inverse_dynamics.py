@@ -1,4 +1,9 @@
-"""`fit_inverse_dynamics`: the base parameters, frictions and drives of an arm from the torques of a log."""
+"""`fit_inverse_dynamics`: the base parameters, frictions and drives of an arm from the torques of a log.
+
+References
+----------
+Khalil and Dombre (2002), Modeling, Identification and Control of Robots, chapter 12.
+"""
 
 from __future__ import annotations
 
@@ -64,10 +69,6 @@ def fit_inverse_dynamics(
         If no rigid bodies were computed that pass the check of their eigenvalues.
     LookupError
         If there is no such signal or experiment.
-
-    References
-    ----------
-    Khalil and Dombre (2002), Modeling, Identification and Control of Robots, chapter 12.
 
     Examples
     --------
