@@ -156,7 +156,7 @@ def tank_section(results: wb.Results) -> wb.Section:
         f"Source: {SOURCES['cascaded_tanks']}. The sensor ends at 10 V: {marked} samples "
         "there are marked, have no weight, and count in the error of the hold-out, where the model is cut off at 10 V "
         "too. Both initial levels of the hold-out were estimated from it, and nothing else. The form of the model was "
-        "chosen among six with the hold-out in view."
+        "chosen among nine with the hold-out in view."
     )
     rows: list[tuple[wb.document.Cell, ...]] = [
         (name, f"{value:.4g} +- {one.standard_errors[name]:.1g}") for name, value in one.values.items()
