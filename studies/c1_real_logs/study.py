@@ -36,8 +36,8 @@ def sections(results: wb.Results) -> wb.Page:
         statistic="Root mean square of the error of each measured torque, where the filter has settled.",
         sample=f"{len(every)} excitations of 10 s.",
         information="Measured positions and torques.",
-        assumptions="The cutoff, and the slow samples without weight. Both were chosen among more than 200 variants with "
-        "all five logs in view, so the errors on the logs held out are flattered.",
+        assumptions="The cutoff, and the slow samples without weight. Both were chosen among more than 200 variants "
+        "with all five logs in view, so the errors on the logs held out are flattered.",
         fitted_numbers="Eleven base parameters and a delay.",
         answer="all" if beaten == len(every) else "some",
         limitations="A frame that vibrates, torque that is a current times a constant, and stiction.",
