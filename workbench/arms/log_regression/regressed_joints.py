@@ -36,7 +36,7 @@ class JointTerms:
 
     References
     ----------
-    Armstrong-Helouvry, Dupont and Canudas de Wit (1994), Automatica 30(7), 1083-1138, section 2.
+    Armstrong-Helouvry, Dupont and Canudas-de-Wit (1994), Automatica 30(7), 1083-1138, section 2.
     """
 
     drive: bool = True

@@ -88,15 +88,18 @@ class Identifiability:
         return tuple(map(self._sentence, _sparse_basis(self.null_directions)))
 
     def _sentence(self, direction: Array) -> str:
-        largest = int(np.argmax(np.abs(direction)))
-        shares = direction / direction[largest]
+        places = np.flatnonzero(np.abs(direction) > PART * np.max(np.abs(direction))).tolist()
+        if len(places) == 1:
+            return f"No output changes if {self.names[places[0]]} changes alone."
+        changes, values = direction * self.sizes, np.abs(self.values)
+        first = places[0]  # which changes by 1 %, or by 0.01 if it is zero
+        changes = 0.01 * changes / changes[first] * (values[first] if values[first] >= AS_ZERO else 1.0)
         moves = [
-            f"{name} by {100 * share * (1 if value >= 0 else -1):+.3g} %" if value else f"{name} by {share:+.3g}"
-            for name, share, value in zip(self.names, shares / 100, self.values, strict=True)
-            if abs(share) > PART / 100
+            f"{self.names[i]} by {100 * changes[i] / values[i]:+.3g} %"
+            if values[i] >= AS_ZERO
+            else f"{self.names[i]} by {changes[i]:+.3g}"
+            for i in places
         ]
-        if len(moves) == 1:
-            return f"No output changes if {self.names[largest]} changes alone."
         return f"No output changes if these change at once: {', '.join(moves)}."
 
 
@@ -107,12 +110,17 @@ def _at_least_square(matrix: Array) -> Array:
 
 
 def _sparse_basis(directions: Array) -> Array:
-    """A basis of the same directions; each has an entry that is zero in all others (a reduced row echelon form)."""
-    rows = directions.copy()
-    for i in range(len(rows)):
-        column = int(np.argmax(np.abs(rows[i])))
-        rows[i] /= rows[i, column]
-        for j in range(len(rows)):
-            if j != i:
-                rows[j] -= rows[j, column] * rows[i]
+    """The reduced row echelon form of some directions: the same for every basis of them, up to rounding."""
+    rows, place = directions.copy(), 0
+    for column in range(rows.shape[1]):
+        if place == len(rows):
+            break
+        best = place + int(np.argmax(np.abs(rows[place:, column])))
+        if abs(rows[best, column]) <= PART:
+            continue
+        rows[[place, best]] = rows[[best, place]]
+        rows[place] /= rows[place, column]
+        others = np.arange(len(rows)) != place
+        rows[others] -= np.outer(rows[others, column], rows[place])
+        place += 1
     return rows
