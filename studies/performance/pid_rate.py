@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from statistics import median
 
 import numpy as np
@@ -59,7 +59,7 @@ def pid_rows(effort: Effort) -> tuple[Row, ...]:
         wb.pid_design.pi_optimum(plant, PEAK, PEAK, delay)
     with wb.study.one_core():
         times = [
-            [cpu_seconds(lambda: wb.pid_design.pi_optimum(plant, PEAK, PEAK, delay)) for plant, delay in plants]  # noqa: B023
+            [cpu_seconds(partial(wb.pid_design.pi_optimum, plant, PEAK, PEAK, delay)) for plant, delay in plants]
             for _ in range(effort.repetitions)
         ]
         found: list[float] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from statistics import median
 
 import numpy as np
@@ -37,8 +38,8 @@ def synthesis_rows(effort: Effort) -> tuple[Row, ...]:
         ratios, times = [], []
         for _ in range(effort.repetitions):
             for plant in plants:
-                mine = cpu_seconds(lambda: wb.hinf_controller(plant))  # noqa: B023
-                theirs = cpu_seconds(lambda: control_hinfsyn(plant))  # noqa: B023
+                mine = cpu_seconds(partial(wb.hinf_controller, plant))
+                theirs = cpu_seconds(partial(control_hinfsyn, plant))
                 times.append(mine)
                 ratios.append(theirs / mine)
     note = (
