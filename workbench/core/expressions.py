@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol, TypeVar
 
 import casadi as ca
@@ -185,8 +185,12 @@ def evaluate_sx(
     inputs: Callable[[int, int], T],
     constant: Callable[[float], T],
     operation: Callable[..., T],
+    call: Callable[[ca.Function, Sequence[T]], Sequence[T]] | None = None,
 ) -> list[dict[int, T]]:
-    """The stored entries of each result of an SX function, computed in an arithmetic of one's own."""
+    """The stored entries of each result of an SX function, computed in an arithmetic of one's own.
+
+    A `call` gives the stored entries of all results of a called function; without it a call is an `operation`.
+    """
     registers, results = dict[int, T](), [dict[int, T]() for _ in range(function.n_out())]
     for line in range(function.n_instructions()):
         code = function.instruction_id(line)
@@ -197,6 +201,9 @@ def evaluate_sx(
             registers[writes[0]] = inputs(reads[0], reads[1])
         elif code == ca.OP_CONST:
             registers[writes[0]] = constant(function.instruction_constant(line))
+        elif code == ca.OP_CALL and call is not None:
+            called = function.instructions_sx()[line].which_function()
+            registers |= zip(writes, call(called, [registers[read] for read in reads]), strict=True)
         else:
             value = operation(code, *(registers[read] for read in reads))
             registers |= dict.fromkeys(writes, value)  # a call writes several, of which none is known here

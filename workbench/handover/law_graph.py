@@ -136,7 +136,8 @@ def _same(graph: Graph, numbers: Mapping[int, float]) -> list[int]:
             other = given[1] if numbers[given[0]] != 0.0 else given[2]
         elif node.operands and place not in numbers:
             key = tuple(numbers[i].hex() if i in numbers else i for i in given)
-            other = first.setdefault((node.op, *(sorted(key, key=str) if node.op in COMMUTATIVE else key)), place)
+            same_kind = (node.op, node.value, node.entry, node.loop)
+            other = first.setdefault((*same_kind, *(sorted(key, key=str) if node.op in COMMUTATIVE else key)), place)
         same.append(place if place in numbers else other)
     return same
 

@@ -13,10 +13,12 @@ from functools import lru_cache
 import casadi as ca
 
 from workbench.core import StepMap, StepRule
+from workbench.core.bounded_loop import LoopBody, called_loop
 from workbench.core.expressions import evaluate_sx
 from workbench.core.notation.program import NAMES
 from workbench.engine.kernel.graph import CONSTANT_FOLDS, LEVELS, SOURCES, Graph, Level, Node, Nodes
 from workbench.engine.kernel.graph_rewriting import BARRIER, join_parts
+from workbench.engine.kernel.loop_reading import ReadLoop, add_loop, body_source, read_loop
 from workbench.engine.machines.operations import Role, with_role
 
 # Operations of CasADi by their names here; what is missing is built of these, or refused by name.
@@ -89,6 +91,18 @@ def _unknown_operation(graph: Graph) -> tuple[str, int] | None:
     return None
 
 
+_loops: dict[str, ReadLoop] = {}  # by the names of their functions, which are digests of their bodies
+
+
+def _loop(loop: LoopBody) -> ReadLoop:
+    """A loop as the graphs of this process hold it: one object, so that equal loops on equal values are one node."""
+    if loop.name not in _loops:
+        reader = _BodyReader(loop)
+        results = reader.read(loop.function)
+        _loops[loop.name] = read_loop(loop, reader.nodes, results)
+    return _loops[loop.name]
+
+
 def read_with(step: StepMap, values: Sequence[ca.SX]) -> tuple[Graph, list[int | None]]:
     """The graph of a step, as `read` has it, whose last results are those of the values (1, 1) that it makes anyway.
 
@@ -114,12 +128,19 @@ class _Reader:
 
     def read(self, function: ca.Function) -> list[int]:
         """The places of the results of the function."""
-        results = evaluate_sx(function, self._source, self.nodes.constant, self._operation)
+        results = evaluate_sx(function, self._source, self.nodes.constant, self._operation, self._call)
         zero = self.nodes.constant(0.0)
         return [part.get(i, zero) for k, part in enumerate(results) for i in range(function.size1_out(k))]
 
     def _source(self, part: int, entry: int) -> int:
         return self.nodes.add(SOURCES[part], entry=entry)
+
+    def _call(self, function: ca.Function, operands: Sequence[int]) -> Sequence[int]:
+        """The places of the results of a bounded loop; any other call is an operation that no kernel knows."""
+        loop = called_loop(function)
+        if loop is None:
+            return [self._operation(ca.OP_CALL, *operands)] * function.nnz_out()
+        return add_loop(self.nodes, _loop(loop), operands)
 
     def _operation(self, code: int, *operands: int) -> int:
         match code:
@@ -213,3 +234,14 @@ class _Reader:
         below = add("if_else", (whole, signed, add("log", (base,))))  # of a negative number: there is none
         result = add("if_else", (add("lt", (base, zero)), below, size))
         return add("if_else", (add("eq", (exponent, zero)), one, result))
+
+
+class _BodyReader(_Reader):
+    """The reader of the body of a loop, whose sources are the carried values, the row and the shared values."""
+
+    def __init__(self, loop: LoopBody) -> None:
+        super().__init__()
+        self.loop = loop
+
+    def _source(self, part: int, entry: int) -> int:
+        return body_source(self.nodes, self.loop, part, entry)

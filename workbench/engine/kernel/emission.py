@@ -5,16 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from workbench.engine.kernel.graph import Graph
+from workbench.engine.kernel.loop_emission import LoopEmission, Room
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.machines.llvm_spelling import instructions, literal
 
+NO_ROOM = Room("", 0)  # of lines that have no loops
 
-class Emission:
-    """The machine that writes each operation as a line of LLVM IR."""
+
+class Emission(LoopEmission):
+    """The machine that writes each operation as a line of LLVM IR, from a block of some label on.
+
+    The arrays of its loops are in a `room`.
+    """
 
     def __init__(
-        self, graph: Graph, width: int, fused_products: bool, prefix: str, load: Callable[[Emission, int], str]
+        self,
+        graph: Graph,
+        width: int,
+        fused_products: bool,
+        prefix: str,
+        load: Callable[[Emission, int], str],
+        block: str = "",
+        room: Room = NO_ROOM,
     ) -> None:
+        super().__init__(block, room)
         self.width = width
         self.fused_products = fused_products
         self.prefix = prefix

@@ -29,16 +29,23 @@ class Level(enum.IntEnum):
 
 
 class Node(NamedTuple):
-    """One operation on the values of earlier nodes; `value` is that of a constant, `entry` that of an input."""
+    """One operation on the values of earlier nodes; `value` is that of a constant, `entry` that of an input.
+
+    The nodes of a `loop` and of arrays are described in `loops`; the value of an array is its length.
+    """
 
     op: str
     operands: tuple[int, ...] = ()
     value: float = 0.0
     entry: int = 0
+    loop: Loop | None = None
 
 
 # v is what an earlier part hands over, d the recorded numbers of a step, m the middle of a step or segment, s the
 # offset at which a segment begins, z the state there, and e the state at the end of the step without its segments.
+# Operations that give an array, and the sources of the body of a loop: see `Loop`.
+ARRAYS = ("array", "slice", "loop_end", "loop_rows")
+LOOP_SOURCES = ("carried", "row", "shared")
 SOURCES = ("h", "k", "t", "x", "p", "w", "v", "m", "d", "s", "e")
 LEVELS = {
     "const": Level.LENGTH,
@@ -54,6 +61,7 @@ LEVELS = {
     "w": Level.STATE,
     "v": Level.STATE,
     "d": Level.STATE,
+    **dict.fromkeys((*ARRAYS, *LOOP_SOURCES, "loop", "item"), Level.STATE),
 }
 COMMUTATIVE = {name for name, row in OPERATIONS.items() if row.symmetric}
 CONSTANT_FOLDS: Mapping[str, Callable[..., float]] = {
@@ -95,7 +103,7 @@ class Graph:
         """The values of the nodes that change with the length of the step alone, for one of h [s]."""
         values: dict[int, float] = {}
         for place in (i for i, level in enumerate(self.levels) if level is Level.LENGTH):
-            op, operands, value, _ = self.nodes[place]
+            op, operands, value, *_ = self.nodes[place]
             values[place] = (
                 CONSTANT_FOLDS[op](*(values[i] for i in operands)) if operands else h if op == "h" else value
             )
@@ -136,10 +144,44 @@ class Graph:
         for place in places:
             node = replacements.get(place) or self.nodes[place]
             if node.operands:
-                node = Node(node.op, tuple([new[i] for i in node.operands]), node.value, node.entry)
+                node = node._replace(operands=tuple([new[i] for i in node.operands]))
             new[place] = len(nodes)
             nodes.append(node)
         return Graph(tuple(nodes), tuple(new[i] for i in self.results))
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """A body that is passed `count` times; see `core.bounded_loop` for its values.
+
+    The operands of its node are the parts of the first carried values, `entry` many; then the array of the rows, if
+    they have entries; then the shared values. Of the body, "carried" and "row" are arrays, and "shared" is a value of
+    an operand, which is an array where the node has a length. Its first `ends` results are the parts of the next
+    carried values, the others the parts of the row that it makes. A part is a number or an array.
+
+    `loop_end` and `loop_rows` are the arrays of the carried values at the end and of all rows that were made, `array`
+    puts parts together, `slice` is a part of an array from `entry` on, and `item` is its number at `entry`.
+    """
+
+    count: int
+    backward: bool
+    carried: int
+    row: int
+    made: int
+    body: Graph
+    ends: int
+
+    @property
+    def carries_items(self) -> bool:
+        """True if the body reads the carried values one by one, and nowhere as an array."""
+        return not any(
+            self.body.nodes[i].op == "carried" and node.op != "item" for node in self.body.nodes for i in node.operands
+        )
+
+
+def length(node: Node) -> int:
+    """The number of entries of an array; 0 of a number."""
+    return int(node.value) if node.op in ARRAYS or node.op in LOOP_SOURCES else 0
 
 
 class Nodes:
@@ -156,7 +198,9 @@ class Nodes:
         """A number; minus zero is zero, as the two are one key."""
         return self.add("const", value=float(value) + 0.0)
 
-    def add(self, op: str, operands: tuple[int, ...] = (), value: float = 0.0, entry: int = 0) -> int:
+    def add(
+        self, op: str, operands: tuple[int, ...] = (), value: float = 0.0, entry: int = 0, loop: Loop | None = None
+    ) -> int:
         """The place of an operation on the values at earlier places."""
         if op in CONSTANT_FOLDS and self.nodes[operands[0]].op == "const":
             given = [self.nodes[i] for i in operands]
@@ -164,7 +208,7 @@ class Nodes:
                 return self.constant(CONSTANT_FOLDS[op](*[node.value for node in given]))
         if op in COMMUTATIVE and operands[0] > operands[1]:
             operands = operands[::-1]
-        node = Node(op, operands, value, entry)
+        node = Node(op, operands, value, entry, loop)
         place = self.places.setdefault(node, len(self.nodes))
         if place == len(self.nodes):
             self.nodes.append(node)
@@ -204,7 +248,7 @@ def expand_angle_sums(graph: Graph) -> Graph:
         else:
             new[place] = len(nodes)
             operands = tuple([new[i] for i in node.operands])
-            nodes.append(Node(node.op, operands, node.value, node.entry) if operands else node)
+            nodes.append(node._replace(operands=operands) if operands else node)
     return Graph(tuple(nodes), tuple(new[place] for place in graph.results))
 
 

@@ -52,4 +52,4 @@ def _renumber(node: Node, new: Sequence[int]) -> Node:
     """The node with its operands at their new places."""
     if not node.operands:
         return node
-    return Node(node.op, tuple([new[i] for i in node.operands]), node.value, node.entry)
+    return node._replace(operands=tuple([new[i] for i in node.operands]))

@@ -10,7 +10,7 @@ The first makes the table of what depends on time alone, for groups of `width` s
 width). The second advances one block after the other by `rows` times `stride` steps, and says if a run is finite then.
 `p` holds the parameters (blocks, np, width), `runs` and `seed` the keys of the noise, `x` the states (blocks, nx,
 width), which it receives again; `out` (blocks, kept, nx, width) receives the rows from `row` on. `scratch` has room for
-the values made once a run (nl, width). For a recorded step there is one argument more: `recorded`, its numbers
+the values made once a run, and for the arrays of loops (nl, width). For a recorded step there is one argument more: `recorded`, its numbers
 (steps, nd) from step `begin` on.
 """
 
@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from functools import reduce
 
 from workbench.engine.kernel.emission import Emission
+from workbench.engine.kernel.loop_emission import Room
 from workbench.engine.kernel.noise import normals_on
 from workbench.engine.kernel.plan import Plan
 from workbench.engine.machines.llvm_spelling import declarations
@@ -158,12 +159,13 @@ def _piece(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
         return _noise(e, place, steps) if node.op == "w" else e.do("signed", steps)
 
     before = Emission(graph, width, fused_products, "u", outside)
-    body = Emission(graph, width, fused_products, "v", inside)
+    room = Room("%scratch", len(plan.lanes))
+    body = Emission(graph, width, fused_products, "v", inside, "step", room)
     before.evaluation.make(plan.per_run)
     before.store("%scratch", map(before.evaluation.value, plan.lanes))
     body.evaluation.make(plan.inside)
     ends = [body.evaluation.value(place) for place in graph.results[: plan.states]]
-    latch, segments, ends = _segments(plan, body, ends) if plan.segments else ("step", "", ends)
+    latch, segments, ends = _segments(plan, body, ends) if plan.segments else (body.block, "", ends)
     enter, keep, last = (Emission(graph, width, fused_products, prefix, inside) for prefix in ("s", "t", "w"))
     starts = [enter.lane("%x_here", i) for i in range(plan.states)]
     for base in ("%x_here", "%out_here"):
@@ -216,7 +218,7 @@ def _segments(plan: Plan, step: Emission, ends: Sequence[str]) -> tuple[str, str
         return "%s" if node.op == "s" else f"%z{node.entry}"
 
     e, chosen = (
-        Emission(graph, width, step.fused_products, "q", load),
+        Emission(graph, width, step.fused_products, "q", load, "segment", step.room),
         Emission(graph, width, step.fused_products, "c", load),
     )
     begins = [step.evaluation.value(place) for place in places.start]
@@ -224,10 +226,12 @@ def _segments(plan: Plan, step: Emission, ends: Sequence[str]) -> tuple[str, str
     e.evaluation.make(plan.aside)
     end, z = e.evaluation.value(places.end), [e.evaluation.value(place) for place in places.ends]
     more = _some(e, e.evaluation.truth(places.more).value)
-    phis = [f"  %s = phi {number} [ {step.constant(0.0)}, %step ], [ {end}, %segment ]"]
-    phis += [f"  %z{i} = phi {number} [ {begins[i]}, %step ], [ {z[i]}, %segment ]" for i in range(len(z))]
+    phis = [f"  %s = phi {number} [ {step.constant(0.0)}, %{step.block} ], [ {end}, %{e.block} ]"]
+    phis += [f"  %z{i} = phi {number} [ {begins[i]}, %{step.block} ], [ {z[i]}, %{e.block} ]" for i in range(len(z))]
     picked = [chosen.do("select", several, new, old) for new, old in zip(z, ends, strict=False)]
-    joined = (f"  %whole{i} = phi {number} [ {ends[i]}, %step ], [ {picked[i]}, %segmented ]" for i in range(len(z)))
+    joined = (
+        f"  %whole{i} = phi {number} [ {ends[i]}, %{step.block} ], [ {picked[i]}, %segmented ]" for i in range(len(z))
+    )
     text = SEGMENTS.format(
         several=_some(step, several), phis="\n".join(phis), body=e, more=more, chosen=chosen, ends="\n".join(joined)
     )

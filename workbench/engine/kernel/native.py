@@ -94,7 +94,7 @@ def _advance(compiled_kernel: Kernel, job: Job, lot: slice, x: Array, stage: lis
     p, state, keys = lanes(job.p[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
     groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)
-    scratch, table = _room(len(plan.lanes), width), _room(groups, len(plan.table), width)
+    scratch, table = _room(plan.scratch, width), _room(groups, len(plan.table), width)
     # all of it is held while the march runs
     memory = (_align(keys), _constants(plan, job.step.h), p, scratch, table, state, out)
     places = [array.ctypes.data for array in memory]

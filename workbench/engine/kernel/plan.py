@@ -9,15 +9,18 @@ from typing import Generic, NamedTuple
 
 from workbench.core import StepMap
 from workbench.engine.kernel.casadi_to_graph import read, read_segments
-from workbench.engine.kernel.graph import Graph, Level, Node
+from workbench.engine.kernel.graph import ARRAYS, Graph, Level, Node, length
 from workbench.engine.kernel.graph_rewriting import rewrite
+from workbench.engine.kernel.loop_emission import room_of
 from workbench.engine.kernel.step_graph import step_graph
 from workbench.engine.machines.elementary_functions import Angle
 from workbench.engine.machines.formula_table import IN_DOUBLE, QUARTERS, FormulaTable
-from workbench.engine.machines.machine import Machine, MachineNumber, MachineTruth, Value, select
+from workbench.engine.machines.machine import MachineNumber, MachineTruth, Value, select
+from workbench.engine.machines.loop_machine import Adopt, LoopingMachine, LoopShape, Part, Pass
 from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
+OF_ARRAYS = frozenset((*ARRAYS, "loop", "item"))
 PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)
 
 
@@ -88,6 +91,11 @@ class Plan:
         return SegmentPlaces(more[0], more[1 : n + 1], more[n + 1], more[n + 2], more[n + 3 :]) if more else None
 
     @cached_property
+    def scratch(self) -> int:
+        """The numbers of a run that a kernel needs memory for: those made once a run, and the arrays of loops."""
+        return len(self.lanes) + room_of(self.graph)
+
+    @cached_property
     def behind_table(self) -> tuple[int, ...]:
         """The nodes made once a run that the table needs."""
         return tuple(i for i in self.graph.before(self.table) if self.graph.levels[i] is Level.PARAMETERS)
@@ -140,7 +148,11 @@ class Evaluation(Generic[Value]):
     """The evaluation of nodes in their order; a value that is not made here is loaded when it is first needed."""
 
     def __init__(
-        self, graph: Graph, machine: Machine[Value], load: Callable[[int], Value], functions: FormulaTable = IN_DOUBLE
+        self,
+        graph: Graph,
+        machine: LoopingMachine[Value],
+        load: Callable[[int], Value],
+        functions: FormulaTable = IN_DOUBLE,
     ) -> None:
         self.graph = graph
         self.machine = machine
@@ -149,6 +161,8 @@ class Evaluation(Generic[Value]):
         self.numbers: dict[int, MachineNumber[Value]] = {}
         self.truths: dict[int, MachineTruth[Value]] = {}
         self.angles: dict[int, Angle[Value]] = {}
+        self.arrays: dict[int, Value] = {}
+        self.loops: dict[int, tuple[Value, Value]] = {}  # the arrays at the end of each loop
 
     def make(self, places: Iterable[int]) -> None:
         """The values of these nodes, whose operands are made before them or loaded."""
@@ -178,7 +192,9 @@ class Evaluation(Generic[Value]):
 
     def _make(self, place: int, node: Node) -> None:
         op, operands = node.op, node.operands
-        if not operands:
+        if op in OF_ARRAYS or length(node):
+            self._make_of_arrays(place, node)
+        elif not operands:
             self.number(place)
         elif op in QUARTERS:
             if operands[0] not in self.angles:
@@ -192,6 +208,53 @@ class Evaluation(Generic[Value]):
             else:
                 assert isinstance(made, MachineTruth)
                 self.truths[place] = made
+
+    def _make_of_arrays(self, place: int, node: Node) -> None:
+        """A loop, an array, or an entry of one."""
+        machine, operands = self.machine, node.operands
+        match node.op:
+            case "loop":
+                self.loops[place] = self._loop(node)
+            case "loop_end" | "loop_rows":
+                self.arrays[place] = self.loops[operands[0]][node.op == "loop_rows"]
+            case "item":
+                self.numbers[place] = MachineNumber(machine, machine.item(self.part(operands[0]).value, node.entry))
+            case "slice":
+                self.arrays[place] = machine.slice(self.part(operands[0]).value, node.entry, length(node))
+            case "array":
+                self.arrays[place] = machine.array([self.part(i) for i in operands])
+            case _:
+                self.arrays[place] = self.load(place)
+
+    def part(self, place: int) -> Part[Value]:
+        """A value as a part of an array: a number, or an array with its length."""
+        size = length(self.graph.nodes[place])
+        return Part(self.arrays[place] if size else self.value(place), size)
+
+    def _loop(self, node: Node) -> tuple[Value, Value]:
+        loop, parts = node.loop, [self.part(i) for i in node.operands]
+        assert loop is not None
+        start, shared = parts[: node.entry], parts[node.entry + (loop.row > 0) :]
+        rows = parts[node.entry].value if loop.row else None
+
+        def body(
+            machine: LoopingMachine[Value], carried: Value | None, row: Value | None, adopt: Adopt[Value]
+        ) -> Pass[Value]:
+            sources = {"carried": carried, "row": row}
+
+            def load(place: int) -> Value:
+                source = loop.body.nodes[place]
+                value = adopt(shared[source.entry]) if source.op == "shared" else sources[source.op]
+                assert value is not None  # the body has no node for what it does not take
+                return value
+
+            inner = Evaluation(loop.body, machine, load, self.functions)
+            inner.make(range(len(loop.body.nodes)))
+            made = [inner.part(place) for place in loop.body.results]
+            return made[: loop.ends], made[loop.ends :]
+
+        shape = LoopShape(loop.count, loop.backward, loop.carried, loop.row, loop.made, loop.carries_items)
+        return self.machine.loop(shape, start, rows, body)
 
     def _operands(self, op: str, places: Sequence[int]) -> Iterator[MachineNumber[Value] | MachineTruth[Value]]:
         kinds = zip(places, OPERATIONS[op].operands, strict=True)

@@ -101,7 +101,7 @@ def _put_results(
     """The places of some results once their graph is among others, at `node` of a span, this state, and x+ `after`."""
     new: dict[int, int] = {}
     for place in graph.before(results):
-        op, operands, value, entry = graph.nodes[place]
+        op, operands, value, entry, loop = graph.nodes[place]
         if op in ("t", "m"):
             new[place] = span.time(0.5 if op == "m" else node)
         elif op == "x":
@@ -109,5 +109,5 @@ def _put_results(
         elif op == "e":
             new[place] = after[entry]
         else:
-            new[place] = nodes.add(op, tuple([new[i] for i in operands]), value, entry)
+            new[place] = nodes.add(op, tuple([new[i] for i in operands]), value, entry, loop)
     return [new[place] for place in results]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
+from operator import itemgetter
 
 import numpy as np
 
-from workbench.engine.machines.numpy_spelling import SPELLING, Lanes
+from workbench.engine.machines.loop_machine import Body, LoopShape, Part, Parts
+from workbench.engine.machines.numpy_spelling import SPELLING, Lanes, join_lanes, pass_rows
 
 # A place, a function, the places of its operands, and those that nothing behind it needs.
 Line = tuple[int, Callable[..., Lanes], tuple[int, ...], tuple[int, ...]]
@@ -23,9 +25,7 @@ class Tape:
 
     def do(self, operation: str, *operands: int) -> int:
         """The place of a result."""
-        place = self.place((operation, operands))
-        self.notes.setdefault(place, (SPELLING[operation], operands))
-        return place
+        return self._note(operation, SPELLING[operation], operands)
 
     def constant(self, value: float) -> int:
         """The place of a double; 0 and -0 are two."""
@@ -37,6 +37,57 @@ class Tape:
         """The place of 64 bits."""
         place = self.place(("word", value))
         self.constants[place] = np.uint64(value % 2**64)
+        return place
+
+    def array(self, parts: Parts[int]) -> int:
+        """The place of an array."""
+        lengths = tuple(part.length for part in parts)
+
+        def join(*values: Lanes) -> Lanes:
+            return join_lanes(list(zip(values, lengths, strict=True)))
+
+        return self._note(("array", lengths), join, tuple(part.value for part in parts))
+
+    def slice(self, array: int, start: int, length: int) -> int:
+        """The place of a part of an array."""
+        return self._note(("slice", start, length), lambda all_: np.asarray(all_)[start : start + length], (array,))
+
+    def item(self, array: int, place: int) -> int:
+        """The place of a number of an array."""
+        return self._note(("item", place), lambda all_: np.asarray(all_)[place], (array,))
+
+    def loop(self, shape: LoopShape, start: Parts[int], rows: int | None, body: Body[int]) -> tuple[int, int]:
+        """The places of the arrays at the end of a loop, whose body has a tape of its own."""
+        inner, adopted = Tape(self.fused_products), dict[int, int]()
+        carried, row = inner.place("carried"), inner.place("row")
+
+        def adopt(part: Part[int]) -> int:
+            return adopted.setdefault(part.value, inner.place(("outside", part.value)))
+
+        ends, made = (inner.array(parts) for parts in body(inner, carried, row, adopt))
+        lines, held = inner.lines([ends, made]), tuple(adopted.values())
+
+        def run(first: Lanes, all_rows: Lanes | None, *shared: Lanes) -> tuple[Lanes, Lanes]:
+            known = inner.constants | dict(zip(held, shared, strict=True))
+
+            def one_pass(now: Lanes, one_row: Lanes | None) -> tuple[Lanes, Lanes]:
+                values = known | {carried: now} | ({} if one_row is None else {row: one_row})
+                play(lines, values)
+                return values[ends], values[made]
+
+            return pass_rows(shape, first, all_rows, one_pass)
+
+        first = self.array(start)
+        if rows is None:
+            both = self._note(("loop", id(run)), lambda c, *others: run(c, None, *others), (first, *adopted))
+        else:
+            both = self._note(("loop", id(run)), run, (first, rows, *adopted))
+        return self._note(("of", 0), itemgetter(0), (both,)), self._note(("of", 1), itemgetter(1), (both,))
+
+    def _note(self, operation: object, function: Callable[..., Lanes], operands: tuple[int, ...]) -> int:
+        """The place of the result of a function, noted once for each operation on the same operands."""
+        place = self.place((operation, operands))
+        self.notes.setdefault(place, (function, operands))
         return place
 
     def place(self, of: object) -> int:

@@ -9,15 +9,17 @@ IEEE Transactions on Computers 57, section 4.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array
 from workbench.engine.machines.elementary_functions import halves
+from workbench.engine.machines.loop_machine import Body, LoopingMachine, LoopShape, Parts
 
 Lanes = NDArray[np.generic] | np.generic  # numbers, truths or words of NumPy
 Reals = Array | np.float64
@@ -130,8 +132,55 @@ IN_SINGLE: Mapping[str, Callable[..., Lanes]] = {
 }
 
 
+class _AtOnce:
+    """The arrays and loops of a machine that computes each operation at once; an array has its entries in front."""
+
+    def array(self, parts: Parts[Lanes]) -> Lanes:
+        """The array of some parts."""
+        return join_lanes([(part.value, part.length) for part in parts])
+
+    def slice(self, array: Lanes, start: int, length: int) -> Lanes:
+        """A part of an array."""
+        return np.asarray(array)[start : start + length]
+
+    def item(self, array: Lanes, place: int) -> Lanes:
+        """A number of an array."""
+        lanes: Lanes = np.asarray(array)[place]
+        return lanes
+
+    def loop(self, shape: LoopShape, start: Parts[Lanes], rows: Lanes | None, body: Body[Lanes]) -> tuple[Lanes, Lanes]:
+        """The arrays at the end of a loop."""
+
+        def one_pass(carried: Lanes, row: Lanes | None) -> tuple[Lanes, Lanes]:
+            ends, made = body(cast(LoopingMachine[Lanes], self), carried, row, lambda part: part.value)
+            return self.array(ends), self.array(made)
+
+        return pass_rows(shape, self.array(start), rows, one_pass)
+
+
+def join_lanes(parts: Sequence[tuple[Lanes, int]]) -> Lanes:
+    """The array (n, ...) of numbers, and of arrays with a length, one behind the other."""
+    pieces = [np.asarray(value) if length else np.asarray(value)[np.newaxis] for value, length in parts]
+    if not pieces:
+        return np.zeros(0)
+    lanes = np.broadcast_shapes(*(piece.shape[1:] for piece in pieces))
+    return np.concatenate([np.broadcast_to(piece, (len(piece), *lanes)) for piece in pieces])
+
+
+def pass_rows(
+    shape: LoopShape, carried: Lanes, rows: Lanes | None, one_pass: Callable[[Lanes, Lanes | None], tuple[Lanes, Lanes]]
+) -> tuple[Lanes, Lanes]:
+    """The carried values at the end of a loop, and the rows that it made, one behind the other in their order."""
+    made = list[tuple[Lanes, int]]()
+    for k in range(shape.count):
+        first = (shape.count - 1 - k if shape.backward else k) * shape.row
+        carried, row = one_pass(carried, None if rows is None else np.asarray(rows)[first : first + shape.row])
+        made.append((row, shape.made))
+    return carried, join_lanes(made[::-1] if shape.backward else made)
+
+
 @dataclass(frozen=True)
-class Arrays:
+class Arrays(_AtOnce):
     """A machine that computes each operation at once."""
 
     fused_products: bool
@@ -150,7 +199,7 @@ class Arrays:
 
 
 @dataclass(frozen=True)
-class Singles:
+class Singles(_AtOnce):
     """A machine that computes each operation at once, on arrays of floats and of words of 32 bits."""
 
     fused_products: bool = False

@@ -68,7 +68,7 @@ def _write(law: SampledLaw, recording: Recording, folder: Path) -> None:
     p, start = law.step.parameters.default[chosen], law.memory.default
     numbers = [np.array(constants), p, start, np.zeros(law.commands.size)]
     (folder / NUMBERS).write_bytes(np.concatenate(numbers).astype("<f8").tobytes())
-    sizes = {"constants": len(constants), "p": len(chosen), "lanes": len(plan.lanes), "table": len(plan.table)}
+    sizes = {"constants": len(constants), "p": len(chosen), "lanes": plan.scratch, "table": len(plan.table)}
     sizes |= {"states": law.step.states.size, "inputs": law.readings.size + law.references.size}
     varied = [(place, i - outside) for i, place in plan.parameters.items() if i >= outside]
     head = {**sizes, "periods": recording.periods, "block": BLOCK, "varied": varied}

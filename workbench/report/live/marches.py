@@ -53,7 +53,7 @@ def march(step: StepMap, stride: int, modules: Modules, has_switches: bool = Tru
         "states": step.states.size,
         "parameters": list(plan.parameters),
         "constants": plain(plan.constants(step.h)),
-        "lanes": len(plan.lanes),
+        "lanes": plan.scratch,
         "table": len(plan.table),
     }
 

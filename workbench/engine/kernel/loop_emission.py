@@ -1,0 +1,162 @@
+"""Arrays and loops as lines of LLVM IR: an array is a place in memory, or a few registers that a loop carries."""
+
+from __future__ import annotations
+
+import itertools
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+
+from workbench.engine.kernel.graph import Graph, length
+from workbench.engine.machines.loop_machine import Body, LoopShape, Part, Parts
+
+MOST_REGISTERS = 24  # carried values that stay in registers; more are in memory, where the processor would put them
+UNROLLED = 8  # entries that are copied one by one; more are copied by a loop
+
+
+def room_of(graph: Graph) -> int:
+    """The numbers that the arrays of a graph and of its loops have in memory."""
+    total = 0
+    for node in graph.nodes:
+        total += length(node) if node.op == "array" else 0
+        if node.loop is not None:
+            total += node.loop.carried + node.loop.made * node.loop.count + room_of(node.loop.body)
+    return total
+
+
+class Room:
+    """The memory of the arrays of a function: `base` is a pointer to vectors, of which the first `start` are taken."""
+
+    def __init__(self, base: str, start: int) -> None:
+        self.base, self.used = base, start
+
+    def reserve(self, size: int) -> int:
+        """The place of so many vectors."""
+        self.used += size
+        return self.used - size
+
+
+class LoopEmission:
+    """The arrays and loops of a machine that writes lines; `block` is the label of the block that it writes."""
+
+    type: str
+    prefix: str
+    lines: list[str]
+
+    def __init__(self, block: str, room: Room) -> None:
+        self.block, self.room = block, room
+        self.registers: dict[str, list[str]] = {}  # the numbers of the arrays that are registers
+        self.labels = itertools.count(1)
+
+    @abstractmethod
+    def line(self, text: str) -> str:
+        """One instruction; its name."""
+
+    @abstractmethod
+    def lane(self, base: str, place: int) -> str:
+        """The vector at a place of an array of vectors."""
+
+    # of arrays
+
+    def array(self, parts: Parts[str]) -> str:
+        """The array of some parts, in memory."""
+        place = self._reserve(sum(part.size for part in parts))
+        self._write(place, parts)
+        return place
+
+    def slice(self, array: str, start: int, length: int) -> str:
+        """A part of an array, where it is."""
+        if array in self.registers:
+            return self._of_registers(self.registers[array][start : start + length])
+        return self.line(f"getelementptr {self.type}, ptr {array}, i64 {start}")
+
+    def item(self, array: str, place: int) -> str:
+        """A number of an array."""
+        return self.registers[array][place] if array in self.registers else self.lane(array, place)
+
+    def _of_registers(self, names: Sequence[str]) -> str:
+        """An array of some registers."""
+        array = f"registers {len(self.registers)}"
+        self.registers[array] = list(names)
+        return array
+
+    def _reserve(self, size: int) -> str:
+        return self.line(f"getelementptr {self.type}, ptr {self.room.base}, i64 {self.room.reserve(size)}")
+
+    def _numbers(self, parts: Parts[str]) -> list[str]:
+        """The numbers of some parts."""
+        items = ([self.item(p.value, i) for i in range(p.length)] if p.length else [p.value] for p in parts)
+        return list(itertools.chain.from_iterable(items))
+
+    def _write(self, place: str, parts: Parts[str]) -> None:
+        """Put some parts into memory, one behind the other."""
+        first = 0
+        for part in parts:
+            if part.length > UNROLLED and part.value not in self.registers:
+                self._copy(self.line(f"getelementptr {self.type}, ptr {place}, i64 {first}"), part.value, part.length)
+            else:
+                for i, name in enumerate(self._numbers([part])):
+                    pointer = self.line(f"getelementptr {self.type}, ptr {place}, i64 {first + i}")
+                    self.lines.append(f"  store {self.type} {name}, ptr {pointer}")
+            first += part.size
+
+    def _copy(self, place: str, source: str, size: int) -> None:
+        """Copy an array from one place in memory to another."""
+
+        def entry(k: str) -> None:
+            value = self.line(f"load {self.type}, ptr {self.line(f'getelementptr {self.type}, ptr {source}, i64 {k}')}")
+            pointer = self.line(f"getelementptr {self.type}, ptr {place}, i64 {k}")
+            self.lines.append(f"  store {self.type} {value}, ptr {pointer}")
+
+        self._repeat(size, entry)
+
+    # of loops
+
+    def loop(self, shape: LoopShape, start: Parts[str], rows: str | None, body: Body[str]) -> tuple[str, str]:
+        """The arrays at the end of a loop: its carried values, and the rows that it made."""
+        made = self._reserve(shape.made * shape.count)
+        kept = shape.carries_items and shape.carried <= MOST_REGISTERS
+        first = self._numbers(start) if kept else []
+        memory = "" if kept else self.array(start)
+        ends = list[str]()
+
+        def one_pass(k: str) -> None:
+            index = self.line(f"sub i64 {shape.count - 1}, {k}") if shape.backward else k
+            row = None if rows is None else self._row(rows, index, shape.row)
+            label = k.removesuffix("_k")
+            carried = self._of_registers([f"{label}_c{i}" for i in range(shape.carried)]) if kept else memory
+            following, made_row = body(self, carried, row, _outside)
+            self._write(self._row(made, index, shape.made), made_row)
+            if kept:
+                ends.extend(self._numbers(following))
+            else:
+                self._write(memory, following)
+
+        self._repeat(shape.count, one_pass, lambda: list(zip(first, ends, strict=True)))
+        return self._of_registers(ends) if kept else memory, made
+
+    def _row(self, array: str, index: str, size: int) -> str:
+        """The place of a row in an array of rows."""
+        return self.line(f"getelementptr [{size} x {self.type}], ptr {array}, i64 {index}")
+
+    def _repeat(
+        self, count: int, body: Callable[[str], None], carried: Callable[[], list[tuple[str, str]]] = list
+    ) -> None:
+        """A loop of so many passes over `body`, which gets the number of the pass; the first and next `carried`."""
+        label = f"{self.prefix}_loop_{next(self.labels)}"
+        before = self.block
+        self.lines += [f"  br label %{label}", f"{label}:"]
+        self.block, top = label, len(self.lines)
+        k = f"%{label}_k"
+        body(k)
+        self.lines += [f"  {k}_1 = add i64 {k}, 1", f"  {k}_more = icmp slt i64 {k}_1, {count}"]
+        self.lines += [f"  br i1 {k}_more, label %{label}, label %{label}_end", f"{label}_end:"]
+        phis = [f"  {k} = phi i64 [ 0, %{before} ], [ {k}_1, %{self.block} ]"]
+        for i, (first, after) in enumerate(carried()):
+            phis.append(f"  %{label}_c{i} = phi {self.type} [ {first}, %{before} ], [ {after}, %{self.block} ]")
+        self.lines[top:top] = phis
+        self.block = f"{label}_end"
+
+
+def _outside(part: Part[str]) -> str:
+    """A value from before a loop, which a line of its body can name."""
+    return part.value

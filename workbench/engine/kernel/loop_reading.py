@@ -1,0 +1,136 @@
+"""The bounded loops of an equation as nodes of a graph, with all that does not change in a loop moved before it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from workbench.core.bounded_loop import LoopBody
+from workbench.engine.kernel.graph import (
+    LOOP_SOURCES,
+    Graph,
+    Loop,
+    Node,
+    Nodes,
+    expand_angle_sums,
+    fuse_products,
+    length,
+    order_nodes,
+)
+
+CARRIED, ROW, SHARED = LOOP_SOURCES
+
+
+@dataclass(frozen=True, eq=False)
+class ReadLoop:
+    """A loop, and what stands before it.
+
+    `before` are the nodes that change in no pass, of which "shared" is a value that the call hands over, and
+    `captured` the places among them of the values that the body shares, in its order.
+    """
+
+    loop: Loop
+    before: tuple[Node, ...]
+    captured: tuple[int, ...]
+
+
+def body_source(nodes: Nodes, loop: LoopBody, part: int, entry: int) -> int:
+    """The place of an entry of the carried values, of the row, or of the shared values of a body."""
+    op, size = LOOP_SOURCES[part], float(loop.sizes[part])
+    return nodes.add(op, entry=entry) if op == SHARED else nodes.add("item", (nodes.add(op, value=size),), entry=entry)
+
+
+def read_loop(loop: LoopBody, nodes: Nodes, results: Sequence[int]) -> ReadLoop:
+    """A loop from the nodes of its body as they are read, and the places of the next carried values and of the row."""
+    carried, row, _, made = loop.sizes
+    parts = [_parts(nodes, places, hazard=CARRIED) for places in (results[:carried], results[carried:])]
+    moving = set[int]()
+    for place, node in enumerate(nodes.nodes):
+        if node.op in (CARRIED, ROW) or not moving.isdisjoint(node.operands):
+            moving.add(place)
+    before, earlier, captured = list[Node](), dict[int, int](), dict[int, int]()
+    body, new = list[Node](), dict[int, int]()
+
+    def inside(place: int) -> int:
+        """The place in the body of an operand."""
+        node = nodes[place]
+        if place not in new:
+            if node.op != "const" or node.value not in (0.0, 1.0):
+                shared = captured.setdefault(earlier[place], len(captured))
+                node = Node(SHARED, value=float(length(node)), entry=shared)
+            new[place] = len(body)
+            body.append(node)
+        return new[place]
+
+    for place, node in enumerate(nodes.nodes):
+        if place not in moving:
+            earlier[place] = len(before)
+            before.append(node._replace(operands=tuple([earlier[i] for i in node.operands])))
+            continue
+        operands = tuple([inside(i) for i in node.operands])
+        new[place] = len(body)
+        body.append(node._replace(operands=operands))
+    ends = tuple(inside(i) for part in parts for i in part)
+    graph = order_nodes(fuse_products(expand_angle_sums(Graph(tuple(body), ends))))
+    whole = Loop(loop.count, loop.backward, carried, row, made, graph, len(parts[0]))
+    return ReadLoop(whole, tuple(before), tuple(captured))
+
+
+def add_loop(nodes: Nodes, read: ReadLoop, operands: Sequence[int]) -> list[int]:
+    """The places of the results of a loop among nodes: the carried values at its end, and all rows that it made."""
+    loop = read.loop
+    rows_end = loop.carried + loop.row * loop.count
+    start, rows, shared = operands[: loop.carried], operands[loop.carried : rows_end], operands[rows_end:]
+    places = list[int]()
+    for op, inner, value, entry, own in read.before:
+        handed = op == SHARED and not value
+        places.append(shared[entry] if handed else nodes.add(op, tuple([places[i] for i in inner]), value, entry, own))
+    first = _parts(nodes, start)
+    array = [_array(nodes, rows)] if rows else []
+    captured = [places[i] for i in read.captured]
+    place = nodes.add("loop", (*first, *array, *captured), entry=len(first), loop=loop)
+    results = list[int]()
+    for op, size in (("loop_end", loop.carried), ("loop_rows", loop.made * loop.count)):
+        if size:
+            whole = nodes.add(op, (place,), float(size))
+            results += [nodes.add("item", (whole,), entry=i) for i in range(size)]
+    return results
+
+
+def _array(nodes: Nodes, places: Sequence[int]) -> int:
+    """The array of some numbers: one that is there already, or a new one."""
+    parts = _parts(nodes, places)
+    whole = len(parts) == 1 and length(nodes[parts[0]])
+    return parts[0] if whole else nodes.add("array", tuple(parts), float(len(places)))
+
+
+def _parts(nodes: Nodes, places: Sequence[int], hazard: str = "") -> list[int]:
+    """The parts of which an array of some numbers is put together: whole parts of arrays, and single numbers.
+
+    Numbers of the source `hazard` stay single: a loop reads all of them before it writes the first.
+    """
+    parts = list[int]()
+    for run in _runs(nodes, places):
+        node = nodes[run[0]]
+        if len(run) == 1 or nodes[node.operands[0]].op == hazard:
+            parts += run
+            continue
+        (array,) = node.operands
+        whole = length(nodes[array]) == len(run)
+        parts.append(array if whole else nodes.add("slice", (array,), float(len(run)), node.entry))
+    return parts
+
+
+def _runs(nodes: Nodes, places: Sequence[int]) -> Iterator[list[int]]:
+    """The places in groups: numbers that stand one behind the other in one array, or a single one."""
+    run = list[int]()
+    for place in places:
+        node, last = nodes[place], nodes[run[-1]] if run else None
+        if last and node.op == last.op == "item" and (node.operands, node.entry) == (last.operands, last.entry + 1):
+            run.append(place)
+            continue
+        if run:
+            yield run
+        run = [place]
+    if run:
+        yield run

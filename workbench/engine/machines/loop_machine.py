@@ -1,0 +1,68 @@
+"""Looping machine: a machine that has arrays, and passes a body a fixed number of times over their rows.
+
+All machines pass a loop in the same order, so a loop has the bits of the operations of its passes, one after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeAlias
+
+from workbench.engine.machines.machine import Machine, Value
+
+
+@dataclass(frozen=True)
+class Part(Generic[Value]):
+    """A part of an array: one number, of length 0, or an array with its length."""
+
+    value: Value
+    length: int = 0
+
+    @property
+    def size(self) -> int:
+        """The number of entries."""
+        return self.length or 1
+
+
+@dataclass(frozen=True)
+class LoopShape:
+    """The passes of a loop, their direction, and the lengths of the arrays.
+
+    Attributes
+    ----------
+    carried, row, made
+        The entries of the carried values, of a row that is read, and of a row that is made.
+    carries_items
+        True if the body reads the carried values one by one.
+    """
+
+    count: int
+    backward: bool
+    carried: int
+    row: int
+    made: int
+    carries_items: bool
+
+
+Parts: TypeAlias = Sequence[Part[Value]]
+Pass: TypeAlias = tuple[Sequence[Part[Value]], Sequence[Part[Value]]]  # the next carried values, and the row
+Adopt: TypeAlias = Callable[[Part[Value]], Value]  # gives a value from outside a loop as one of the machine of its body
+# A pass on a machine, from the carried values and the row; None for one without entries.
+Body: TypeAlias = Callable[["LoopingMachine[Value]", Value | None, Value | None, Adopt[Value]], Pass[Value]]
+
+
+class LoopingMachine(Machine[Value], Protocol[Value]):
+    """A machine with arrays and loops."""
+
+    def array(self, parts: Parts[Value]) -> Value:
+        """The array of some parts, one behind the other."""
+
+    def slice(self, array: Value, start: int, length: int) -> Value:
+        """A part of an array."""
+
+    def item(self, array: Value, place: int) -> Value:
+        """A number of an array."""
+
+    def loop(self, shape: LoopShape, start: Parts[Value], rows: Value | None, body: Body[Value]) -> tuple[Value, Value]:
+        """The arrays of the carried values at the end, and of all rows that the passes made."""
