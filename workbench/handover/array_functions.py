@@ -28,7 +28,7 @@ from workbench.engine.machines.operations import Tightness
 from workbench.engine.machines.python_elementary_functions import PYTHON_FUNCTIONS
 from workbench.engine.machines.python_elementary_functions import definitions as definitions_in_python
 from workbench.engine.machines.python_spelling import HELPERS
-from workbench.handover.c99.c_assignments import Assignments, Demand, Scope, ValueForm, assignments
+from workbench.handover.c99.c_assignments import ROOM, Assignments, Demand, Scope, ValueForm, assignments
 from workbench.handover.c99.c_names import Variables, prefix_of
 from workbench.handover.c99.c_source import guards
 from workbench.handover.law_graph import StepGraph, graph_of_law
@@ -168,7 +168,8 @@ def _in_c(laws: Sequence[SampledLaw], words: Words) -> str:
             for entry, rows in _outputs(law.commands, made.answers[-1].texts)
             for i, text in enumerate(text for row in rows for text in row)
         ]
-        lines = [line for answer in made.answers for line in answer.lines]
+        lines = [f"double {ROOM}[{made.room}];"] if made.room else []
+        lines += [line for answer in made.answers for line in answer.lines]
         functions.append(
             _words(law) | {"arguments": arguments, "unread": unread, "reads": reads, "lines": lines, "results": flat}
         )

@@ -11,7 +11,7 @@ import numpy as np
 from workbench.core import SampledLaw, StepMap
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.kernel.casadi_to_graph import read_with
-from workbench.engine.kernel.graph import COMMUTATIVE, Graph, Node
+from workbench.engine.kernel.graph import ARRAYS, COMMUTATIVE, Graph, Node
 from workbench.engine.kernel.graph_rewriting import rewrite, without_barriers
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.kernel.step_graph import step_graph
@@ -96,7 +96,7 @@ def behind_limits(graph: Graph) -> list[int]:
 def _groups(graph: Graph, parameters: int) -> dict[str, list[int]]:
     """The places of the nodes by what they depend on."""
     kinds = ("number", "parameter", "time", "state")
-    own = {"const": 0, "h": 0, "k": 2, "t": 2, "x": 3, "w": 3}
+    own = {"const": 0, "h": 0, "k": 2, "t": 2, "x": 3, "w": 3, **dict.fromkeys((*ARRAYS, "loop"), 3)}
     levels: list[int] = []
     for node in graph.nodes:
         level = own.get(node.op, 0) if node.op != "p" else 1 if node.entry < parameters else 3

@@ -8,14 +8,15 @@ from __future__ import annotations
 import enum
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
-from typing import NamedTuple
+from itertools import accumulate, chain
+from typing import NamedTuple, TypeVar
 
 from workbench.engine.machines.operations import OPERATIONS
 
+Result = TypeVar("Result")
 DEEPEST = 32  # sums of sums of angles that are opened: each adds its rounding
 
 
@@ -154,22 +155,28 @@ class Graph:
 class Loop:
     """A body that is passed `count` times; see `core.bounded_loop` for its values.
 
-    The operands of its node are the parts of the first carried values, `entry` many; then the array of the rows, if
-    they have entries; then the shared values. Of the body, "carried" and "row" are arrays, and "shared" is a value of
-    an operand, which is an array where the node has a length. Its first `ends` results are the parts of the next
-    carried values, the others the parts of the row that it makes. A part is a number or an array.
+    The operands of its node are the parts of the first carried values, `entry` many; then an array for each of `rows`;
+    then the shared values. Of the body, "carried" and "row" (of the array `entry`) are arrays, and "shared" is the
+    value of the operand `entry` behind the rows, an array where the node has a length. The results of the body are the
+    parts of the next carried values, and of each row that it makes: `parts` has their numbers. A part is a number or an
+    array.
 
-    `loop_end` and `loop_rows` are the arrays of the carried values at the end and of all rows that were made, `array`
-    puts parts together, `slice` is a part of an array from `entry` on, and `item` is its number at `entry`.
+    `loop_end` is the array of the carried values at the end, and `loop_rows` that of all rows `entry` that were made.
+    `array` puts parts together, `slice` is a part of an array from `entry` on, and `item` is its number at `entry`.
     """
 
     count: int
     backward: bool
     carried: int
-    row: int
-    made: int
+    rows: tuple[int, ...]
+    made: tuple[int, ...]
     body: Graph
-    ends: int
+    parts: tuple[int, ...]
+
+    def split(self, results: Sequence[Result]) -> list[Sequence[Result]]:
+        """What belongs to the results of the body, by the carried values and each row that it makes."""
+        ends = list(accumulate(self.parts))
+        return [results[end - size : end] for end, size in zip(ends, self.parts, strict=True)]
 
     @property
     def carries_items(self) -> bool:

@@ -19,7 +19,7 @@ def room_of(graph: Graph) -> int:
     for node in graph.nodes:
         total += length(node) if node.op == "array" else 0
         if node.loop is not None:
-            total += node.loop.carried + node.loop.made * node.loop.count + room_of(node.loop.body)
+            total += node.loop.carried + sum(node.loop.made) * node.loop.count + room_of(node.loop.body)
     return total
 
 
@@ -111,9 +111,9 @@ class LoopEmission:
 
     # of loops
 
-    def loop(self, shape: LoopShape, start: Parts[str], rows: str | None, body: Body[str]) -> tuple[str, str]:
+    def loop(self, shape: LoopShape, start: Parts[str], rows: Sequence[str], body: Body[str]) -> Sequence[str]:
         """The arrays at the end of a loop: its carried values, and the rows that it made."""
-        made = self._reserve(shape.made * shape.count)
+        made = [self._reserve(size * shape.count) for size in shape.made]
         kept = shape.carries_items and shape.carried <= MOST_REGISTERS
         first = self._numbers(start) if kept else []
         memory = "" if kept else self.array(start)
@@ -121,18 +121,19 @@ class LoopEmission:
 
         def one_pass(k: str) -> None:
             index = self.line(f"sub i64 {shape.count - 1}, {k}") if shape.backward else k
-            row = None if rows is None else self._row(rows, index, shape.row)
+            own = [self._row(part, index, size) for part, size in zip(rows, shape.rows, strict=True)]
             label = k.removesuffix("_k")
             carried = self._of_registers([f"{label}_c{i}" for i in range(shape.carried)]) if kept else memory
-            following, made_row = body(self, carried, row, _outside)
-            self._write(self._row(made, index, shape.made), made_row)
+            following, *made_rows = body(self, [carried, *own], _outside)
+            for array, size, row in zip(made, shape.made, made_rows, strict=True):
+                self._write(self._row(array, index, size), row)
             if kept:
                 ends.extend(self._numbers(following))
             else:
                 self._write(memory, following)
 
         self._repeat(shape.count, one_pass, lambda: list(zip(first, ends, strict=True)))
-        return self._of_registers(ends) if kept else memory, made
+        return [self._of_registers(ends) if kept else memory, *made]
 
     def _row(self, array: str, index: str, size: int) -> str:
         """The place of a row in an array of rows."""

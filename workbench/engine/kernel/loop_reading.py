@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 from workbench.core.bounded_loop import LoopBody
 from workbench.engine.kernel.graph import (
@@ -35,15 +36,19 @@ class ReadLoop:
 
 
 def body_source(nodes: Nodes, loop: LoopBody, part: int, entry: int) -> int:
-    """The place of an entry of the carried values, of the row, or of the shared values of a body."""
-    op, size = LOOP_SOURCES[part], float(loop.sizes[part])
-    return nodes.add(op, entry=entry) if op == SHARED else nodes.add("item", (nodes.add(op, value=size),), entry=entry)
+    """The place of an entry of the carried values, of a row, or of the shared values of a body."""
+    if part > len(loop.rows):
+        return nodes.add(SHARED, entry=entry)
+    if part == 0:
+        return nodes.add("item", (nodes.add(CARRIED, value=float(loop.carried)),), entry=entry)
+    row = nodes.add(ROW, value=float(loop.rows[part - 1]), entry=part - 1)
+    return nodes.add("item", (row,), entry=entry)
 
 
 def read_loop(loop: LoopBody, nodes: Nodes, results: Sequence[int]) -> ReadLoop:
-    """A loop from the nodes of its body as they are read, and the places of the next carried values and of the row."""
-    carried, row, _, made = loop.sizes
-    parts = [_parts(nodes, places, hazard=CARRIED) for places in (results[:carried], results[carried:])]
+    """A loop from the nodes of its body as they are read, and the places of the next carried values and of the rows."""
+    sizes = (loop.carried, *loop.made)
+    parts = [_parts(nodes, own, hazard=CARRIED) for own in _split(results, sizes)]
     moving = set[int]()
     for place, node in enumerate(nodes.nodes):
         if node.op in (CARRIED, ROW) or not moving.isdisjoint(node.operands):
@@ -72,29 +77,36 @@ def read_loop(loop: LoopBody, nodes: Nodes, results: Sequence[int]) -> ReadLoop:
         body.append(node._replace(operands=operands))
     ends = tuple(inside(i) for part in parts for i in part)
     graph = order_nodes(fuse_products(expand_angle_sums(Graph(tuple(body), ends))))
-    whole = Loop(loop.count, loop.backward, carried, row, made, graph, len(parts[0]))
+    counts = tuple(map(len, parts))
+    whole = Loop(loop.count, loop.backward, loop.carried, loop.rows, loop.made, graph, counts)
     return ReadLoop(whole, tuple(before), tuple(captured))
 
 
 def add_loop(nodes: Nodes, read: ReadLoop, operands: Sequence[int]) -> list[int]:
     """The places of the results of a loop among nodes: the carried values at its end, and all rows that it made."""
     loop = read.loop
-    rows_end = loop.carried + loop.row * loop.count
-    start, rows, shared = operands[: loop.carried], operands[loop.carried : rows_end], operands[rows_end:]
+    start, *rows, shared = _split(operands, (loop.carried, *(size * loop.count for size in loop.rows), len(operands)))
     places = list[int]()
     for op, inner, value, entry, own in read.before:
         handed = op == SHARED and not value
         places.append(shared[entry] if handed else nodes.add(op, tuple([places[i] for i in inner]), value, entry, own))
     first = _parts(nodes, start)
-    array = [_array(nodes, rows)] if rows else []
+    arrays = [_array(nodes, part) for part in rows]
     captured = [places[i] for i in read.captured]
-    place = nodes.add("loop", (*first, *array, *captured), entry=len(first), loop=loop)
+    place = nodes.add("loop", (*first, *arrays, *captured), entry=len(first), loop=loop)
     results = list[int]()
-    for op, size in (("loop_end", loop.carried), ("loop_rows", loop.made * loop.count)):
+    for i, size in enumerate((loop.carried, *(size * loop.count for size in loop.made))):
         if size:
-            whole = nodes.add(op, (place,), float(size))
-            results += [nodes.add("item", (whole,), entry=i) for i in range(size)]
+            array = nodes.add("loop_end", (place,), float(size)) if i == 0 else None
+            array = nodes.add("loop_rows", (place,), float(size), i - 1) if array is None else array
+            results += [nodes.add("item", (array,), entry=k) for k in range(size)]
     return results
+
+
+def _split(places: Sequence[int], sizes: Sequence[int]) -> list[Sequence[int]]:
+    """The places in groups of these sizes; the last has what is left."""
+    ends = list(accumulate(sizes))
+    return [places[end - size : end] for end, size in zip(ends, sizes, strict=True)]
 
 
 def _array(nodes: Nodes, places: Sequence[int]) -> int:

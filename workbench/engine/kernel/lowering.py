@@ -10,8 +10,8 @@ The first makes the table of what depends on time alone, for groups of `width` s
 width). The second advances one block after the other by `rows` times `stride` steps, and says if a run is finite then.
 `p` holds the parameters (blocks, np, width), `runs` and `seed` the keys of the noise, `x` the states (blocks, nx,
 width), which it receives again; `out` (blocks, kept, nx, width) receives the rows from `row` on. `scratch` has room for
-the values made once a run, and for the arrays of loops (nl, width). For a recorded step there is one argument more: `recorded`, its numbers
-(steps, nd) from step `begin` on.
+the values made once a run, and for the arrays of loops (nl, width). For a recorded step there is one argument more:
+`recorded`, its numbers (steps, nd) from step `begin` on.
 """
 
 from __future__ import annotations

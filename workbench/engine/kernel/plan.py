@@ -15,8 +15,8 @@ from workbench.engine.kernel.loop_emission import room_of
 from workbench.engine.kernel.step_graph import step_graph
 from workbench.engine.machines.elementary_functions import Angle
 from workbench.engine.machines.formula_table import IN_DOUBLE, QUARTERS, FormulaTable
-from workbench.engine.machines.machine import MachineNumber, MachineTruth, Value, select
 from workbench.engine.machines.loop_machine import Adopt, LoopingMachine, LoopShape, Part, Pass
+from workbench.engine.machines.machine import MachineNumber, MachineTruth, Value, select
 from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
@@ -162,7 +162,7 @@ class Evaluation(Generic[Value]):
         self.truths: dict[int, MachineTruth[Value]] = {}
         self.angles: dict[int, Angle[Value]] = {}
         self.arrays: dict[int, Value] = {}
-        self.loops: dict[int, tuple[Value, Value]] = {}  # the arrays at the end of each loop
+        self.loops: dict[int, Sequence[Value]] = {}  # the arrays at the end of each loop
 
     def make(self, places: Iterable[int]) -> None:
         """The values of these nodes, whose operands are made before them or loaded."""
@@ -215,8 +215,10 @@ class Evaluation(Generic[Value]):
         match node.op:
             case "loop":
                 self.loops[place] = self._loop(node)
-            case "loop_end" | "loop_rows":
-                self.arrays[place] = self.loops[operands[0]][node.op == "loop_rows"]
+            case "loop_end":
+                self.arrays[place] = self.loops[operands[0]][0]
+            case "loop_rows":
+                self.arrays[place] = self.loops[operands[0]][1 + node.entry]
             case "item":
                 self.numbers[place] = MachineNumber(machine, machine.item(self.part(operands[0]).value, node.entry))
             case "slice":
@@ -231,30 +233,23 @@ class Evaluation(Generic[Value]):
         size = length(self.graph.nodes[place])
         return Part(self.arrays[place] if size else self.value(place), size)
 
-    def _loop(self, node: Node) -> tuple[Value, Value]:
+    def _loop(self, node: Node) -> Sequence[Value]:
         loop, parts = node.loop, [self.part(i) for i in node.operands]
         assert loop is not None
-        start, shared = parts[: node.entry], parts[node.entry + (loop.row > 0) :]
-        rows = parts[node.entry].value if loop.row else None
+        first, last = node.entry, node.entry + len(loop.rows)
+        rows, shared = [part.value for part in parts[first:last]], parts[last:]
 
-        def body(
-            machine: LoopingMachine[Value], carried: Value | None, row: Value | None, adopt: Adopt[Value]
-        ) -> Pass[Value]:
-            sources = {"carried": carried, "row": row}
-
+        def body(machine: LoopingMachine[Value], own: Sequence[Value], adopt: Adopt[Value]) -> Pass[Value]:
             def load(place: int) -> Value:
-                source = loop.body.nodes[place]
-                value = adopt(shared[source.entry]) if source.op == "shared" else sources[source.op]
-                assert value is not None  # the body has no node for what it does not take
-                return value
+                op, _, _, entry, _ = loop.body.nodes[place]
+                return adopt(shared[entry]) if op == "shared" else own[0 if op == "carried" else 1 + entry]
 
             inner = Evaluation(loop.body, machine, load, self.functions)
             inner.make(range(len(loop.body.nodes)))
-            made = [inner.part(place) for place in loop.body.results]
-            return made[: loop.ends], made[loop.ends :]
+            return loop.split([inner.part(place) for place in loop.body.results])
 
-        shape = LoopShape(loop.count, loop.backward, loop.carried, loop.row, loop.made, loop.carries_items)
-        return self.machine.loop(shape, start, rows, body)
+        shape = LoopShape(loop.count, loop.backward, loop.carried, loop.rows, loop.made, loop.carries_items)
+        return self.machine.loop(shape, parts[:first], rows, body)
 
     def _operands(self, op: str, places: Sequence[int]) -> Iterator[MachineNumber[Value] | MachineTruth[Value]]:
         kinds = zip(places, OPERATIONS[op].operands, strict=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from operator import itemgetter
 
 import numpy as np
@@ -56,33 +56,29 @@ class Tape:
         """The place of a number of an array."""
         return self._note(("item", place), lambda all_: np.asarray(all_)[place], (array,))
 
-    def loop(self, shape: LoopShape, start: Parts[int], rows: int | None, body: Body[int]) -> tuple[int, int]:
+    def loop(self, shape: LoopShape, start: Parts[int], rows: Sequence[int], body: Body[int]) -> Sequence[int]:
         """The places of the arrays at the end of a loop, whose body has a tape of its own."""
         inner, adopted = Tape(self.fused_products), dict[int, int]()
-        carried, row = inner.place("carried"), inner.place("row")
+        own = [inner.place(("own", i)) for i in range(1 + len(rows))]
 
         def adopt(part: Part[int]) -> int:
             return adopted.setdefault(part.value, inner.place(("outside", part.value)))
 
-        ends, made = (inner.array(parts) for parts in body(inner, carried, row, adopt))
-        lines, held = inner.lines([ends, made]), tuple(adopted.values())
+        results = [inner.array(parts) for parts in body(inner, own, adopt)]
+        lines, held = inner.lines(results), tuple(adopted.values())
 
-        def run(first: Lanes, all_rows: Lanes | None, *shared: Lanes) -> tuple[Lanes, Lanes]:
-            known = inner.constants | dict(zip(held, shared, strict=True))
+        def run(first: Lanes, *others: Lanes) -> Sequence[Lanes]:
+            known = inner.constants | dict(zip(held, others[len(rows) :], strict=True))
 
-            def one_pass(now: Lanes, one_row: Lanes | None) -> tuple[Lanes, Lanes]:
-                values = known | {carried: now} | ({} if one_row is None else {row: one_row})
+            def one_pass(arrays: Sequence[Lanes]) -> Sequence[Lanes]:
+                values = known | dict(zip(own, arrays, strict=True))
                 play(lines, values)
-                return values[ends], values[made]
+                return [values[place] for place in results]
 
-            return pass_rows(shape, first, all_rows, one_pass)
+            return pass_rows(shape, first, others[: len(rows)], one_pass)
 
-        first = self.array(start)
-        if rows is None:
-            both = self._note(("loop", id(run)), lambda c, *others: run(c, None, *others), (first, *adopted))
-        else:
-            both = self._note(("loop", id(run)), run, (first, rows, *adopted))
-        return self._note(("of", 0), itemgetter(0), (both,)), self._note(("of", 1), itemgetter(1), (both,))
+        whole = self._note(("loop", id(run)), run, (self.array(start), *rows, *adopted))
+        return [self._note(("of", i), itemgetter(i), (whole,)) for i in range(len(results))]
 
     def _note(self, operation: object, function: Callable[..., Lanes], operands: tuple[int, ...]) -> int:
         """The place of the result of a function, noted once for each operation on the same operands."""

@@ -31,8 +31,8 @@ class LoopShape:
 
     Attributes
     ----------
-    carried, row, made
-        The entries of the carried values, of a row that is read, and of a row that is made.
+    carried, rows, made
+        The number of carried values, and the lengths of the rows that a pass reads and makes.
     carries_items
         True if the body reads the carried values one by one.
     """
@@ -40,16 +40,16 @@ class LoopShape:
     count: int
     backward: bool
     carried: int
-    row: int
-    made: int
+    rows: tuple[int, ...]
+    made: tuple[int, ...]
     carries_items: bool
 
 
 Parts: TypeAlias = Sequence[Part[Value]]
-Pass: TypeAlias = tuple[Sequence[Part[Value]], Sequence[Part[Value]]]  # the next carried values, and the row
+Pass: TypeAlias = Sequence[Sequence[Part[Value]]]  # the parts of the next carried values, and of each row
 Adopt: TypeAlias = Callable[[Part[Value]], Value]  # gives a value from outside a loop as one of the machine of its body
-# A pass on a machine, from the carried values and the row; None for one without entries.
-Body: TypeAlias = Callable[["LoopingMachine[Value]", Value | None, Value | None, Adopt[Value]], Pass[Value]]
+# A pass on a machine, from the arrays of the carried values and of each row.
+Body: TypeAlias = Callable[["LoopingMachine[Value]", Sequence[Value], Adopt[Value]], Pass[Value]]
 
 
 class LoopingMachine(Machine[Value], Protocol[Value]):
@@ -64,5 +64,5 @@ class LoopingMachine(Machine[Value], Protocol[Value]):
     def item(self, array: Value, place: int) -> Value:
         """A number of an array."""
 
-    def loop(self, shape: LoopShape, start: Parts[Value], rows: Value | None, body: Body[Value]) -> tuple[Value, Value]:
+    def loop(self, shape: LoopShape, start: Parts[Value], rows: Sequence[Value], body: Body[Value]) -> Sequence[Value]:
         """The arrays of the carried values at the end, and of all rows that the passes made."""

@@ -148,12 +148,12 @@ class _AtOnce:
         lanes: Lanes = np.asarray(array)[place]
         return lanes
 
-    def loop(self, shape: LoopShape, start: Parts[Lanes], rows: Lanes | None, body: Body[Lanes]) -> tuple[Lanes, Lanes]:
+    def loop(self, shape: LoopShape, start: Parts[Lanes], rows: Sequence[Lanes], body: Body[Lanes]) -> Sequence[Lanes]:
         """The arrays at the end of a loop."""
 
-        def one_pass(carried: Lanes, row: Lanes | None) -> tuple[Lanes, Lanes]:
-            ends, made = body(cast(LoopingMachine[Lanes], self), carried, row, lambda part: part.value)
-            return self.array(ends), self.array(made)
+        def one_pass(arrays: Sequence[Lanes]) -> Sequence[Lanes]:
+            made = body(cast(LoopingMachine[Lanes], self), arrays, lambda part: part.value)
+            return [self.array(parts) for parts in made]
 
         return pass_rows(shape, self.array(start), rows, one_pass)
 
@@ -168,15 +168,21 @@ def join_lanes(parts: Sequence[tuple[Lanes, int]]) -> Lanes:
 
 
 def pass_rows(
-    shape: LoopShape, carried: Lanes, rows: Lanes | None, one_pass: Callable[[Lanes, Lanes | None], tuple[Lanes, Lanes]]
-) -> tuple[Lanes, Lanes]:
+    shape: LoopShape,
+    carried: Lanes,
+    rows: Sequence[Lanes],
+    one_pass: Callable[[Sequence[Lanes]], Sequence[Lanes]],
+) -> Sequence[Lanes]:
     """The carried values at the end of a loop, and the rows that it made, one behind the other in their order."""
-    made = list[tuple[Lanes, int]]()
+    passes = list[Sequence[Lanes]]()
     for k in range(shape.count):
-        first = (shape.count - 1 - k if shape.backward else k) * shape.row
-        carried, row = one_pass(carried, None if rows is None else np.asarray(rows)[first : first + shape.row])
-        made.append((row, shape.made))
-    return carried, join_lanes(made[::-1] if shape.backward else made)
+        place = shape.count - 1 - k if shape.backward else k
+        own = [np.asarray(part)[place * n : (place + 1) * n] for part, n in zip(rows, shape.rows, strict=True)]
+        carried, *made = one_pass([carried, *own])
+        passes.append(made)
+    in_order = passes[::-1] if shape.backward else passes
+    sizes = enumerate(shape.made)
+    return [carried, *(join_lanes([(made[i], size) for made in in_order]) for i, size in sizes)]
 
 
 @dataclass(frozen=True)

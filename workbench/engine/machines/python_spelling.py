@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 WORD = 2**64
 
@@ -79,8 +80,9 @@ class PythonLines:
 
     fused_products = False
 
-    def __init__(self) -> None:
+    def __init__(self, counts: Iterator[int] | None = None) -> None:
         self.lines: list[str] = []
+        self.counts = itertools.count(1) if counts is None else counts  # of variables
 
     def do(self, operation: str, *operands: str) -> str:
         """One assignment; its variable."""
@@ -96,6 +98,6 @@ class PythonLines:
 
     def line(self, text: str) -> str:
         """One assignment; its variable."""
-        name = f"v{len(self.lines) + 1}"
+        name = f"v{next(self.counts)}"
         self.lines.append(f"{name} = {text}")
         return name

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from workbench.core.sampled_law import Stage
-from workbench.handover.c99.c_assignments import CCall, Demand, DemandCode, Scope, ValueForm, assignments
+from workbench.handover.c99.c_assignments import ROOM, CCall, Demand, DemandCode, Scope, ValueForm, assignments
 from workbench.handover.c99.c_equations import opening, printed_equation
 from workbench.handover.c99.c_header import block, prototype
 from workbench.handover.c99.c_names import comment, places_of
@@ -17,10 +17,11 @@ from workbench.handover.law_graph import StepGraph, behind_limits
 
 
 class Advance(NamedTuple):
-    """The lines of the function, and what they call."""
+    """The lines of the function, what they call, and the numbers of the room for the arrays of its loops."""
 
     lines: tuple[str, ...]
     calls: tuple[CCall, ...]
+    room: int = 0
 
 
 class _StageValue(NamedTuple):
@@ -52,7 +53,9 @@ def advance_of(request: Request, graph: StepGraph, variables: LawVariables) -> A
     lines += ["if (done) {", *_stores(request, ends.texts), "}", "return done;"]
     calls = (*variables.calls, *written.calls, CCall("finite", request.real))
     calls += (CCall("defined", request.real),) if hidden else ()
-    return Advance((prototype(request, "static bool", "advance"), "{", *_body(request, variables, lines), "}"), calls)
+    return Advance(
+        (prototype(request, "static bool", "advance"), "{", *_body(request, variables, lines), "}"), calls, written.room
+    )
 
 
 def _scope(request: Request, graph: StepGraph, variables: LawVariables) -> Scope:
@@ -66,6 +69,7 @@ def _scope(request: Request, graph: StepGraph, variables: LawVariables) -> Scope
         variables.names,
         request.fused_products,
         frozenset((*graph.parameter_nodes, *graph.instant_nodes)) if request.precision == "single" else frozenset(),
+        f"state->{ROOM}",
     )
 
 
@@ -117,6 +121,7 @@ def _stores(request: Request, ends: tuple[str, ...]) -> list[str]:
 
 def _body(request: Request, variables: LawVariables, lines: list[str]) -> list[str]:
     """The lines of the function, indented, behind a mention of each struct that they do not read."""
-    unread = [f"(void){struct};" for struct in (*request.inputs, "state") if struct not in variables.reads]
+    reads = {*variables.reads, *(["state"] if any(f"state->{ROOM}" in line for line in lines) else [])}
+    unread = [f"(void){struct};" for struct in (*request.inputs, "state") if struct not in reads]
     text = [*unread, *lines] if unread or lines[0] else lines[1:]
     return [f"    {line}" if line else "" for line in text]

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from workbench.engine.kernel.graph import Graph
+from workbench.engine.kernel.graph import Graph, Node, length
 from workbench.engine.machines.c_real import DOUBLE, Real, word_text
 from workbench.engine.machines.c_spelling import (
     FUSED_ARGUMENTS,
@@ -22,8 +22,19 @@ from workbench.engine.machines.c_spelling import (
     truth_of_number,
 )
 from workbench.engine.machines.operations import OPERATIONS, Kind, Tightness, gives_truth
+from workbench.handover.c99.c_loops import (
+    OF_ARRAYS,
+    LoopNames,
+    LoopText,
+    PartText,
+    array_lines,
+    item_text,
+    loop_lines,
+    slice_text,
+)
 
 WIDTH = 84  # letters of an expression, beyond which its longest part gets a variable
+ROOM = "loop_room"  # the array for the arrays of loops
 MEMBERS = {"sin": "sine", "cos": "cosine"}  # of the pair that one call gives for one angle
 
 
@@ -45,6 +56,8 @@ class Scope:
         True if products are rounded together with sums.
     doubles
         The nodes that are made in doubles whatever the format.
+    room
+        The array of the format in which the arrays of loops have their places.
     """
 
     graph: Graph
@@ -55,6 +68,7 @@ class Scope:
     names: Mapping[int, str] = field(default_factory=dict)
     fused_products: bool = False
     doubles: Collection[int] = frozenset()
+    room: str = ROOM
 
     def format_of(self, place: int) -> Real:
         """The format in which a value is made."""
@@ -97,17 +111,21 @@ class CCall(NamedTuple):
 
 @dataclass(frozen=True)
 class Assignments:
-    """The answers to some demands, in their order, and what their lines call, in the order of the first calls."""
+    """The answers to some demands, in their order, and what their lines call, in the order of the first calls.
+
+    `room` is the length of the array for the arrays of loops.
+    """
 
     answers: tuple[DemandCode, ...]
     calls: tuple[CCall, ...]
+    room: int = 0
 
 
 def assignments(scope: Scope, demands: Sequence[Demand]) -> Assignments:
     """The assignments that meet one demand after the other, each value made once."""
     writer = _Writer(scope)
     answers = tuple(writer.answer(demand) for demand in demands)
-    return Assignments(answers, tuple(writer.calls))
+    return Assignments(answers, tuple(writer.calls), writer.loop_names.room)
 
 
 def uses_of(graph: Graph, numbers: Collection[int]) -> Counter[int]:
@@ -127,18 +145,24 @@ def paired_angles(graph: Graph, numbers: Collection[int]) -> frozenset[int]:
 
 
 class _Writer:
-    """The state of `assignments`: the text of each value so far, and the variables that are taken."""
+    """The state of `assignments`: the text of each value so far, and the variables that are taken.
 
-    def __init__(self, scope: Scope) -> None:
+    The body of a loop has a writer of its own, which shares the names of the one around it.
+    """
+
+    def __init__(self, scope: Scope, around: _Writer | None = None) -> None:
         self.scope, self.nodes = scope, scope.graph.nodes
         self.uses = uses_of(scope.graph, scope.numbers)
         self.paired = paired_angles(scope.graph, scope.numbers)
         self.texts: dict[int, Text] = {}
         self.narrow: dict[int, Text] = {}  # of values in doubles, rounded to the format
         self.turns: dict[int, str] = {}  # the pairs of sine and cosine, by their angles
-        self.calls: dict[CCall, None] = {}
         self.lines: list[str] = []
-        self.fresh = itertools.count(1)
+        self.calls: dict[CCall, None] = around.calls if around else {}
+        self.fresh = around.fresh if around else itertools.count(1)
+        self.fresh_turns = around.fresh_turns if around else itertools.count(1)
+        self.loop_names = around.loop_names if around else LoopNames()
+        self.loops: dict[int, LoopText] = {}
 
     def answer(self, demand: Demand) -> DemandCode:
         self.lines = []
@@ -166,6 +190,9 @@ class _Writer:
         node = self.nodes[place]
         if not node.operands:
             self.texts[place] = self.scope.sources[place]
+            return
+        if node.op in OF_ARRAYS:
+            self.texts[place] = Text(self._array(place, node), Tightness.ATOM, plain=True)
             return
         text = self._composed(place)
         while len(text.text) > WIDTH and (longest := self._longest_operand(place)) is not None:
@@ -201,6 +228,8 @@ class _Writer:
         """The expression of a value from those of its operands."""
         op, operands, *_ = self.nodes[place]
         real = self.scope.format_of(place)
+        if op == "item":
+            return Text(item_text(self.texts[operands[0]].text, self.nodes[place].entry), Tightness.ATOM)
         if op in MEMBERS and operands[0] in self.paired:
             return Text(f"{self._turn(operands[0], real)}.{MEMBERS[op]}", Tightness.ATOM)
         if op in FUSED_ARGUMENTS and self.scope.fused_products:
@@ -221,10 +250,61 @@ class _Writer:
     def _turn(self, angle: int, real: Real) -> str:
         """The variable with sine and cosine of an angle."""
         if angle not in self.turns:
-            name = f"turn_{len(self.turns) + 1}"
+            name = f"turn_{next(self.fresh_turns)}"
             text = self._call("turn", real, self._number(angle, real).text)
             self.turns[angle] = self._variable(f"{self.scope.prefix}_pair{real.mark}", name, text).text
         return self.turns[angle]
+
+    def _array(self, place: int, node: Node) -> str:
+        """The expression of an array; the lines that make it stand before it. Of a loop it is not used."""
+        type_, room, first = self.scope.real.type, self.scope.room, node.operands[0]
+        match node.op:
+            case "loop":
+                self.loops[place] = self._loop(node)
+                return ""
+            case "loop_end":
+                return self.loops[first].carried
+            case "loop_rows":
+                return self.loops[first].made[node.entry]
+            case "slice":
+                return slice_text(self.texts[first].text, node.entry)
+        name, lines = array_lines(type_, room, self.loop_names, [self._part(i) for i in node.operands])
+        self.lines += lines
+        return name
+
+    def _part(self, place: int) -> PartText:
+        """A value as a part of an array; a number is a variable, or stands as it is."""
+        if size := length(self.nodes[place]):
+            return PartText(self.texts[place].text, size)
+        number = self._number(place, self.scope.real)
+        return PartText((number if number.plain else self._variable(self.scope.real.type, self._new(), number)).text)
+
+    def _loop(self, node: Node) -> LoopText:
+        loop, parts = node.loop, [self._part(i) for i in node.operands]
+        assert loop is not None
+        first, last = node.entry, node.entry + len(loop.rows)
+        rows, shared = [part.text for part in parts[first:last]], parts[last:]
+        real, body = self.scope.real, loop.body
+
+        def one_pass(carried: str, own: Sequence[str]) -> tuple[list[str], list[PartText]]:
+            def source(op: str, entry: int) -> Text:
+                text = carried if op == "carried" else own[entry] if op == "row" else shared[entry].text
+                return Text(text, Tightness.ATOM, plain=True)
+
+            given = [(i, one) for i, one in enumerate(body.nodes) if not one.operands and one.op != "const"]
+            sources = {i: source(one.op, one.entry) for i, one in given}
+            numbers = {i: one.value for i, one in enumerate(body.nodes) if one.op == "const"}
+            scope = Scope(body, self.scope.prefix, real, numbers, sources, {}, self.scope.fused_products, (), room)
+            inner = _Writer(scope, self)
+            for place in inner._lacking(body.results):
+                inner._make(place)
+            results = [inner._part(place) for place in body.results]
+            return inner.lines, results
+
+        room = self.scope.room
+        written = loop_lines((real.type, room), self.loop_names, loop, parts[:first], rows, one_pass)
+        self.lines += written.lines
+        return written
 
     def _truth(self, place: int, real: Real) -> Text:
         if self.scope.is_truth(place):

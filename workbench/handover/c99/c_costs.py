@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from workbench.engine.machines.operations import OPERATIONS
+from workbench.handover.c99.c_loops import operations
 from workbench.handover.law_graph import StepGraph
 
 PLURALS = {  # of the kinds of operations, in the order of the sentence
@@ -18,29 +19,38 @@ PLURALS = {  # of the kinds of operations, in the order of the sentence
     "change of sign": "changes of sign",
 }
 FUNCTION = re.compile(r"^(?:static )?[\w ]+?\b(\w+)\(([^;{]*?)\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
-VARIABLE = re.compile(r"^ +(?:const )?(?:\w+|union \{[^}]*\}) (?:\w+)(?: =|;)", re.MULTILINE)
+ARRAY = re.compile(r"^ +(?:double|float) \w+\[(\d+)\];", re.MULTILINE)
+VARIABLE = re.compile(r"^ +(?:for \()?(?:const )?(?:\w+|union \{[^}]*\}) (?:\*const )?(?:\w+)(?: =|;)", re.MULTILINE)
 FRAME = 96  # bytes of a frame beside its variables: what is saved of registers, the address to return to, alignment
 
 
 class CallCost(NamedTuple):
-    """The sentence on the operations of a call, and the bytes of stack that it takes at most, as counted."""
+    """The sentence on the operations of a call, and the bytes of stack that it takes at most, as counted.
+
+    `room` is the length of the array in the state for the arrays of loops.
+    """
 
     operations: str
     stack: int
+    room: int = 0
 
 
-def costs_of(graph: StepGraph, text: str, name: str) -> CallCost:
+def costs_of(graph: StepGraph, text: str, name: str, room: int) -> CallCost:
     """The costs of a law from its graph, and from the text of its functions for NAME_step."""
     needed = [i for i in graph.graph.before(graph.graph.results) if i not in graph.numbers]
-    ops = [graph.graph.nodes[i].op for i in needed if graph.graph.nodes[i].operands]
-    kinds = Counter(kind for op in ops for kind in OPERATIONS[op].count_words)
-    calls = Counter(op for op in ops if not OPERATIONS[op].count_words)
+    kinds, calls = Counter[str](), Counter[str]()
+    for op, times in operations(graph.graph, needed):
+        words = OPERATIONS[op].count_words
+        for kind in words:
+            kinds[kind] += times
+        if not words:
+            calls[op] += times
     used = set(needed)
     fixed = sum(bool(graph.graph.nodes[i].operands) for i in graph.parameter_nodes if i in used)
     parts = [f"{kinds[one]} {one if kinds[one] == 1 else many}" for one, many in PLURALS.items() if kinds[one]]
     parts += [f"{count} {op}" for op, count in sorted(calls.items())]
     also = f"; {fixed} of them depend on numbers of the law alone" if fixed else ""
-    return CallCost(f"{', '.join(parts) or 'nothing to compute'}{also}", deepest_chain(text, f"{name}_step"))
+    return CallCost(f"{', '.join(parts) or 'nothing to compute'}{also}", deepest_chain(text, f"{name}_step"), room)
 
 
 def deepest_chain(text: str, start: str) -> int:
@@ -52,7 +62,13 @@ def deepest_chain(text: str, start: str) -> int:
 
     def depth(name: str) -> int:
         arguments, body = bodies[name]
-        own = len(VARIABLE.findall(body)) + arguments.count(",") + 1 + sum(1 for _ in called_functions(body))
+        own = (
+            len(VARIABLE.findall(body))
+            + sum(map(int, ARRAY.findall(body)))
+            + arguments.count(",")
+            + 1
+            + sum(1 for _ in called_functions(body))
+        )
         return FRAME + 8 * own + max((depth(other) for other in set(called_functions(body))), default=0)
 
     return depth(start)

@@ -13,6 +13,7 @@ from workbench.core import Entry, Layout, SampledLaw
 from workbench.core.units import ANY
 from workbench.core.validation.refusals import Array
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
+from workbench.handover.c99.c_assignments import ROOM
 from workbench.handover.c99.c_costs import FRAME, CallCost
 from workbench.handover.c99.c_names import comment, members
 from workbench.handover.c99.c_request import Request
@@ -61,6 +62,7 @@ def header_of(request: Request, costs: CallCost) -> str:
     lines += [f"    {name}_parameters parameters;"] if request.settable and law.parameters.size else []
     lines += ["    uint64_t k; /* number of the instant */"] if law.uses_time else []
     lines += list(_members(law.memory, request.real.type))
+    lines += [f"    {request.real.type} {ROOM}[{costs.room}]; /* of the loops of a call */"] if costs.room else []
     lines += [f"    unsigned flags; /* those of the last {name}_step */", f"}} {name}_state;", ""]
     lines += _functions(request)
     lines += ["", "#ifdef __cplusplus", "}", "#endif", "", "#endif"]

@@ -40,7 +40,7 @@ HEADERS = frozenset(
 MACRO = re.compile(r"(FLT|DBL|LDBL|DECIMAL|U?INT)\w*_\w+|M_\w+")
 KEYWORDS = frozenset(WORDS.split())
 # Names that the code itself uses.
-OWN = frozenset(("state", "readings", "references", "commands", "flags", "parameters", "k", "t", "done"))
+OWN = frozenset(("state", "readings", "references", "commands", "flags", "loop_room", "parameters", "k", "t", "done"))
 LONGEST = 40  # letters, so that a function's name is within the 63 that C99 tells apart
 TRIGRAPH = re.compile(r"\?(?=\?)")
 IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -87,7 +87,7 @@ class Variables:
     def new(self, name: str) -> str:
         """The name, or one like it that is not taken."""
         variable = member(name)
-        if re.fullmatch(r"(w|turn|c)_\d+", variable):
+        if re.fullmatch(r"(w|turn|c|array|carried|copy|made|pass|row)_\d+", variable):
             variable = f"x_{variable}"
         while variable in self.taken:
             variable += "_"

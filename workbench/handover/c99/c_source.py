@@ -42,7 +42,7 @@ def source_of(request: Request) -> CSource:
     parts = [*_called(request, advance.calls), "\n".join(advance.lines)]
     parts += ["\n".join(lines) for lines in (step_of(request), reset_of(request), init_of(request))]
     functions = "\n\n".join(parts) + "\n"
-    costs = costs_of(graph, functions, request.name)
+    costs = costs_of(graph, functions, request.name, advance.room)
     return CSource(_around(request, costs, functions), costs)
 
 

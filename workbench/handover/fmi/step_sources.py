@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from workbench.core import Layout, SampledLaw
 from workbench.core.templates import fill, template_text
@@ -13,7 +13,7 @@ from workbench.engine.machines.c_elementary_functions import definitions
 from workbench.engine.machines.c_real import DOUBLE
 from workbench.engine.machines.c_spelling import Text
 from workbench.engine.machines.operations import Tightness
-from workbench.handover.c99.c_assignments import Demand, DemandCode, Scope, ValueForm, assignments
+from workbench.handover.c99.c_assignments import ROOM, Assignments, Demand, Scope, ValueForm, assignments
 from workbench.handover.c99.c_files import c_code
 from workbench.handover.c99.c_names import members
 from workbench.handover.c99.c_source import guards
@@ -64,9 +64,9 @@ def _functions(model: Model) -> list[str]:
     step, outputs = _scope(graph_of(model.step), model), _scope(model.readout, model)
     steps, reads = (assignments(scope, _demands(scope)) for scope in (step, outputs))
     texts = [
-        *_function("int model_step", "next", step, steps.answers, ["return 1;"]),
+        *_function("int model_step", "next", step, steps, ["return 1;"]),
         "",
-        *_function("void model_outputs", "y", outputs, reads.answers, []),
+        *_function("void model_outputs", "y", outputs, reads, []),
     ]
     called = definitions("model", DOUBLE, [call.name for call in (*steps.calls, *reads.calls)])
     return [*(line for text in called for line in (text, "")), *texts]
@@ -86,13 +86,14 @@ def _scope(graph: Graph, model: Model) -> Scope:
     return Scope(graph, "model", DOUBLE, graph.numbers(model.step.h), sources)
 
 
-def _function(head: str, target: str, scope: Scope, answers: Sequence[DemandCode], ends: list[str]) -> list[str]:
-    made, asked = answers
+def _function(head: str, target: str, scope: Scope, written: Assignments, ends: list[str]) -> list[str]:
+    made, asked = written.answers
     results = [f"{target}[{i}] = {text};" for i, text in enumerate(asked.texts)]
     ops = {scope.graph.nodes[i].op for i in scope.graph.before(scope.graph.results)}
     unread = [f"(void){name};" for name, op in (("time", "k"), ("x", "x"), ("p", "p")) if op not in ops]
     unread += [] if results else [f"(void){target};"]
-    lines = ["const double time = (double)k; /* steps */", *unread, *made.lines, *asked.lines, *results, *ends]
+    room = [f"double {ROOM}[{written.room}];"] if written.room else []
+    lines = ["const double time = (double)k; /* steps */", *unread, *room, *made.lines, *asked.lines, *results, *ends]
     return [f"static {head}{HEAD.format(target)}", "{", *(f"    {line}" for line in lines), "}"]
 
 
