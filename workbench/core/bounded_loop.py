@@ -69,7 +69,7 @@ def bounded_loop(
             f"The body of a `bounded_loop` must return as many carried values as it takes, {c.numel()}; "
             f"got {following.numel()}."
         )
-    own = {symbol.element_hash() for part in (c, *r) for symbol in part.elements()}
+    own = {symbol.element_hash() for symbol in ca.vertsplit(ca.vertcat(c, *r))}
     others = [s for s in ca.symvar(ca.vertcat(following, *made)) if s.element_hash() not in own]
     shared = ca.vertcat(ca.SX(0, 1), *others)
     function = ca.Function("body", [c, *r, shared], [following, *made])
@@ -111,6 +111,26 @@ def called_loop(function: ca.Function) -> LoopBody | None:
         return None
     count, way, digest = match.groups()
     return LoopBody(function.name(), int(count), way == "backward", function.find_function(f"{BODY}{digest}"))
+
+
+def operation_count(function: ca.Function, of_passes: bool = True) -> int:
+    """The number of operations of an SX function with those of its loops: of each pass, or as they are written."""
+    inner = (operation_count(loop.function, of_passes) * (loop.count if of_passes else 1) for loop in _loops(function))
+    return int(function.n_instructions()) + sum(inner)
+
+
+def operation_codes(function: ca.Function) -> list[int]:
+    """CasADi's codes of the operations of an SX function, in order, and behind them those of its loops."""
+    own = [function.instruction_id(line) for line in range(function.n_instructions())]
+    return [*own, *(code for loop in _loops(function) for code in operation_codes(loop.function))]
+
+
+def _loops(function: ca.Function) -> list[LoopBody]:
+    """The loops that an SX function calls itself."""
+    calls = [line for line in range(function.n_instructions()) if function.instruction_id(line) == ca.OP_CALL]
+    lines = function.instructions_sx() if calls else []
+    loops = (called_loop(lines[line].which_function()) for line in calls)
+    return [loop for loop in loops if loop is not None]
 
 
 def _loop(body: ca.Function, count: int, backward: bool) -> ca.Function:

@@ -180,6 +180,14 @@ def memory(place: Array) -> memoryview:
     return place.data
 
 
+def call_again(function: ca.Function, operands: Sequence[ca.SX]) -> list[ca.SX]:
+    """The stored entries of all results of a called function, for `evaluate_sx` in CasADi's own expressions."""
+    ends = np.cumsum([function.nnz_in(i) for i in range(function.n_in())])
+    parts = [operands[end - function.nnz_in(i) : end] for i, end in enumerate(ends)]
+    arguments = [ca.SX(function.sparsity_in(i), ca.vertcat(ca.SX(0, 1), *part)) for i, part in enumerate(parts)]
+    return [entry for result in function.call(arguments) for entry in ca.vertsplit(ca.vertcat(*result.nonzeros()))]
+
+
 def evaluate_sx(
     function: ca.Function,
     inputs: Callable[[int, int], T],

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import casadi as ca
 
+from workbench.core.bounded_loop import operation_count
 from workbench.core.crossing import Crossing, refuse_strangers, without_crossings
 from workbench.core.expressions import refuse_misfit
 from workbench.core.layout import Layout
@@ -120,7 +121,16 @@ class StepRule:
     @property
     def operations(self) -> int:
         """The number of operations of a step, roughly."""
-        return int(self.parts.n_instructions()) * (len(self.method.nodes) if self.rate.numel() else 1)
+        return operation_count(self.parts) * self._stages
+
+    @property
+    def written_operations(self) -> int:
+        """The number of operations of a step in which each loop is passed once, roughly: the size of its code."""
+        return operation_count(self.parts, of_passes=False) * self._stages
+
+    @property
+    def _stages(self) -> int:
+        return len(self.method.nodes) if self.rate.numel() else 1
 
     @property
     def written_out(self) -> StepRule:

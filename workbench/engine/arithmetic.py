@@ -56,7 +56,7 @@ def default_for(step: StepMap) -> str:
         pass_of(step)
     except ValueError:  # an operation that the graph does not know
         return CASADI
-    if step.operations > MOST_COMPILED:
+    if step.rule.written_operations > MOST_COMPILED:
         return CASADI
     return next((name for name in (FUSED, PORTABLE) if is_compiled(step, name)), CASADI)
 
@@ -64,7 +64,7 @@ def default_for(step: StepMap) -> str:
 @check_arguments
 def is_compiled(step: StepMap, name: str) -> bool:
     """True if this machine compiles the step in this arithmetic: one at half of the step, which is longer, as well."""
-    if step.operations > 2 * MOST_COMPILED:
+    if step.rule.written_operations > 2 * MOST_COMPILED:
         return False
     try:
         native(name)

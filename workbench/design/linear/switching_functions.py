@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core import Ode
-from workbench.core.expressions import evaluate_sx
+from workbench.core.expressions import call_again, evaluate_sx
 from workbench.core.notation.program import NAMES
 from workbench.core.validation.refusals import Array, describe, finite, known_name
 from workbench.design.linear.operating_point import LATEST, inputs_of, jacobians, places_of
@@ -74,7 +74,7 @@ class SwitchingFunctions:
             return ca.SX.unary(code, *a) if len(a) == 1 else ca.SX.binary(code, *a)
 
         if any(function.instruction_id(k) in CORNERS for k in range(function.n_instructions())):
-            evaluate_sx(function, lambda part, entry: symbols[part][entry], ca.SX, operation)
+            evaluate_sx(function, lambda part, entry: symbols[part][entry], ca.SX, operation, call_again)
         return SwitchingFunctions(ode, tuple(texts), ca.vertcat(ca.SX(0, 1), *sigma))
 
     @cached_property

@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.core import Layout, Ode, SampledSystem
 from workbench.core.equations import Loop
-from workbench.core.expressions import evaluate_sx
+from workbench.core.expressions import call_again, evaluate_sx
 from workbench.core.validation.number_types import Numbers, Values
 from workbench.core.validation.refusals import Array, finite, known_name, nearest, refusal, several
 from workbench.design.frequency import common_period
@@ -147,7 +147,7 @@ def instants_of(system: SampledSystem) -> tuple[int, float]:
 
     function = ca.Function("jump", [*symbols], [jump.rate], {"cse": True})
     if any(function.instruction_id(k) == ca.OP_FMOD for k in range(function.n_instructions())):
-        evaluate_sx(function, lambda part, entry: symbols[part][entry], ca.SX, operation)
+        evaluate_sx(function, lambda part, entry: symbols[part][entry], ca.SX, operation, call_again)
     length, counts = common_period([system.period, *(system.period * m for m in sorted(moduli))])
     return counts[0], length
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import itertools
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from typing import cast
 
 from workbench.engine.kernel.graph import Graph, length
-from workbench.engine.machines.loop_machine import Body, LoopShape, Part, Parts
+from workbench.engine.machines.loop_machine import Body, LoopingMachine, LoopShape, Part, Parts
 
 MOST_REGISTERS = 24  # carried values that stay in registers; more are in memory, where the processor would put them
 UNROLLED = 8  # entries that are copied one by one; more are copied by a loop
@@ -124,7 +125,7 @@ class LoopEmission:
             own = [self._row(part, index, size) for part, size in zip(rows, shape.rows, strict=True)]
             label = k.removesuffix("_k")
             carried = self._of_registers([f"{label}_c{i}" for i in range(shape.carried)]) if kept else memory
-            following, *made_rows = body(self, [carried, *own], _outside)
+            following, *made_rows = body(cast(LoopingMachine[str], self), [carried, *own], _outside)
             for array, size, row in zip(made, shape.made, made_rows, strict=True):
                 self._write(self._row(array, index, size), row)
             if kept:

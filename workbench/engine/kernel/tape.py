@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from operator import itemgetter
+from typing import cast
 
 import numpy as np
 
@@ -77,7 +78,8 @@ class Tape:
 
             return pass_rows(shape, first, others[: len(rows)], one_pass)
 
-        whole = self._note(("loop", id(run)), run, (self.array(start), *rows, *adopted))
+        arrays = cast(Callable[..., Lanes], run)  # of which the next lines take one each
+        whole = self._note(("loop", id(run)), arrays, (self.array(start), *rows, *adopted))
         return [self._note(("of", i), itemgetter(i), (whole,)) for i in range(len(results))]
 
     def _note(self, operation: object, function: Callable[..., Lanes], operands: tuple[int, ...]) -> int:

@@ -6,7 +6,7 @@ import enum
 import itertools
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -159,9 +159,9 @@ class _Writer:
         self.turns: dict[int, str] = {}  # the pairs of sine and cosine, by their angles
         self.lines: list[str] = []
         self.calls: dict[CCall, None] = around.calls if around else {}
-        self.fresh = around.fresh if around else itertools.count(1)
-        self.fresh_turns = around.fresh_turns if around else itertools.count(1)
-        self.loop_names = around.loop_names if around else LoopNames()
+        self.fresh: Iterator[int] = around.fresh if around else itertools.count(1)
+        self.fresh_turns: Iterator[int] = around.fresh_turns if around else itertools.count(1)
+        self.loop_names: LoopNames = around.loop_names if around else LoopNames()
         self.loops: dict[int, LoopText] = {}
 
     def answer(self, demand: Demand) -> DemandCode:

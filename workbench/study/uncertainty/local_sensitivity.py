@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.core import Entry, Layout, Ode, SampledSystem, StepMap
+from workbench.core.bounded_loop import operation_codes
 from workbench.core.validation.refusals import Array, describe, known_name, matrix, seconds, vector
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine import simulate
@@ -155,8 +156,7 @@ def local_sensitivities(
     value, gradient = _gradients(step, metrics, places, p, x0, until)
     slope, wide_slope = (_slopes(step, metrics, loop, places, here, until, width) for width, _ in (NARROW, WIDE))
     labels = loop.parameters.labels + loop.states.labels
-    F = step_with_metrics(equation, (), h).rule.F
-    codes = [F.instruction_id(k) for k in range(F.n_instructions())]
+    codes = operation_codes(step_with_metrics(equation, (), h).rule.F)
     switches = tuple(dict.fromkeys(SWITCHES[code] for code in codes if code in SWITCHES))
     at = here[places]
     return LocalSensitivities(tuple(labels[i] for i in places), at, value, gradient, slope, wide_slope, switches)
