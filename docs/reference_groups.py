@@ -24,6 +24,7 @@ GROUPS = (
             "parameter": "A number, vector or matrix of a block, with its unit and bounds.",
             "initial": "The initial value of a state of a block.",
             "option": "A named choice among readings of an equation.",
+            "bounded_loop": "A body that is passed a fixed number of times, in an equation.",
             "layout": "A port: names with their units and shapes.",
             "Layout": "The place of each named quantity in a flat vector.",
             "Signals": "The values of a port, by name or as attributes.",

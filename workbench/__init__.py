@@ -15,6 +15,7 @@ __version__ = "0.1.0"
 
 _ROOMS = {
     "core": "Layout Ode SampledSystem SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
+    "core.bounded_loop": "bounded_loop",
     "core.validation.refusals": "Array",
     "blocks.laws": "Cascade LimitedLaw LinearLaw PID ScheduledLaw StateFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "

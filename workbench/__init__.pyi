@@ -89,6 +89,7 @@ from workbench.core import (
     runge_kutta_step,
 )
 from workbench.core import notation as notation
+from workbench.core.bounded_loop import bounded_loop
 from workbench.core.validation.refusals import Array
 from workbench.design import chattering as chattering
 from workbench.design import frequency as frequency
@@ -275,6 +276,7 @@ __all__ = [
     "bandwidth",
     "base_parameters",
     "block",
+    "bounded_loop",
     "bode",
     "c2d",
     "c_code",

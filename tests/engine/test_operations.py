@@ -22,7 +22,7 @@ from workbench.engine.machines import (
     webassembly_spelling,
 )
 from workbench.engine.machines.operations import OPERATIONS, Kind, Role, with_role
-from workbench.handover.single.rounding_bounds import ALL_RULES
+from workbench.handover.single.loop_bounds import ALL_RULES
 
 MACHINE, NODE, SHORT, FUNCTION, PROGRAM = (set(with_role(role)) for role in Role)
 IN_PYTHON = {*python_spelling.SPELLING, *python_elementary_functions.NAMES, *python_elementary_functions.TURNS}

@@ -21,19 +21,11 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.machines.numpy_spelling import Arrays, Lanes
 from workbench.handover.law_graph import StepGraph
-from workbench.handover.single.further_rounding_rules import FURTHER_REASONS, FURTHER_RULES
-from workbench.handover.single.rounding_rules import (
-    INFINITY,
-    LARGEST,
-    RULES,
-    SLACK,
-    BoundedValue,
-    Reals,
-    never_negative,
-)
+from workbench.handover.single.further_rounding_rules import FURTHER_REASONS
+from workbench.handover.single.loop_bounds import OF_ARRAYS, LoopBounds, bound_of
+from workbench.handover.single.rounding_rules import BoundedValue, Reals
 from workbench.handover.single.single_precision import LawArguments, input_place, instant_values, rows_of, step_graph
 
-ALL_RULES = {**RULES, **FURTHER_RULES}
 NO_CAUSE = -1  # where there is a bound
 REASONS = {
     "sign": "sign of {}",
@@ -139,6 +131,11 @@ class RoundingAnalysis:
     bounded_values: dict[int, BoundedValue]
     causes: dict[int, NDArray[np.int64]]
 
+    @cached_property
+    def lists(self) -> LoopBounds:
+        """The arrays and loops, with the values of this walk."""
+        return LoopBounds(self.graph.graph, self.bounded_values)
+
     @staticmethod
     def of(law: SampledLaw, graph: StepGraph, rows: LawArguments) -> RoundingAnalysis:
         """The walk at its start: all that single precision reads is a double, rounded once."""
@@ -182,13 +179,14 @@ class RoundingAnalysis:
         self._keep(place, BoundedValue(value, bound, positive), ())
 
     def _node(self, place: int) -> None:
-        op, operands, *_ = self.graph.graph.nodes[place]
+        node = self.graph.graph.nodes[place]
+        if node.op in OF_ARRAYS:
+            self.lists.make_of_arrays(place, node)
+            if place in self.bounded_values:  # of an item: what has no bound in an array has lost it in a loop
+                self._keep(place, self.bounded_values[place], ())
+            return
         value = np.asarray(self.evaluation.value(place), float)
-        bound = ALL_RULES[op](value, *[self.bounded_values[i] for i in operands]) * SLACK
-        finite = np.abs(value) + bound <= LARGEST  # false for a value or a bound that is no number
-        positive = {i: self.bounded_values[i].positive for i in operands}
-        enclosed = BoundedValue(value, np.where(finite, bound, INFINITY), never_negative(op, operands, positive))
-        self._keep(place, enclosed, operands)
+        self._keep(place, bound_of(node.op, node.operands, value, self.bounded_values), node.operands)
 
     def _keep(self, place: int, enclosed: BoundedValue, operands: tuple[int, ...]) -> None:
         """Keep a value; where it has no bound, the cause is that of the first operand without one, or itself."""
