@@ -1,0 +1,155 @@
+r"""The law's solver: a fixed number of sweeps of a splitting of the dual problem, in a metric of diagonal and low rank.
+
+The multipliers lambda of half the cost minimise half lambda'D lambda - lambda'y0 + (support function of the box), where
+y0 = Y x are the rows of the LQR law and y = y0 - D lambda (`prediction_maps`). One vector zeta holds both splits,
+
+    v = clip(zeta, low, high),    lambda = (zeta - v) / sigma,    residual = y0 - D lambda - v,
+
+and residual = 0 is the optimum: then v = y lies in the box, and lambda pushes where y touches it. Where no limit acts
+lambda is 0 and v is the LQR answer itself. A sweep is a Newton step in which D is replaced by the metric
+M = diag(sigma) + W L W', so that only a matrix of r rows is factorised:
+
+    a      = 1 where zeta is outside the box, else 0
+    t      = (L^-1 + W' diag(a / sigma) W)^-1  W' diag(a / sigma) residual
+    change = residual - W t
+    zeta  <- zeta + change min(1, cap / max |change / span|)
+
+Without W it is the dual proximal gradient method (forward-backward splitting). The kept modes are those of D far from
+sigma: D is R^-1 but for the few modes in which the plant answers slowly, and these decide how fast ADMM converges.
+L^-1 + W' diag(a / sigma) W is quasidefinite for every a, so that its L D L' factors exist without pivoting (Vanderbei
+1995). Between two periods the memory is zeta of the next stages less the LQR answer at the predicted state, (N nc,).
+
+References
+----------
+Robinson (1992), Normal maps induced by linear transformations, Math. Oper. Res. 17: zeta and its residual.
+Becker and Fadili (2012), A quasi-Newton proximal splitting method, NIPS: metrics of diagonal and low rank.
+Vanderbei (1995), Symmetric quasidefinite matrices, SIAM J. Optim. 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class SplittingNumbers:
+    """All constants of the solver; rows are stage by stage, the nu inputs of a stage first.
+
+    Parameters
+    ----------
+    A, B
+        (nx, nx) and (nx, nu), the model that predicts the next state.
+    Y, D
+        (M, nx) and (M, M) with M = N nc: rows of the LQR law, and the dual matrix with 1 / w of soft rows on it.
+    low, high
+        (M,), the bounds.
+    sigma
+        (M,), the diagonal of the metric: reciprocal penalties.
+    W, L
+        (M, r) and (r,), the kept modes.
+    rows_of_stage
+        nc.
+    sweeps
+        The number of sweeps of a period.
+    cap
+        The most that a sweep changes a row, in spans high - low; one-sided and free rows do not count.
+    contraction
+        The largest |1 - eigenvalue of M^-1 D| over the modes of D that are not zero: the factor by which a sweep
+        reduces the error once its active rows are right.
+    """
+
+    A: Array
+    B: Array
+    Y: Array
+    D: Array
+    low: Array
+    high: Array
+    sigma: Array
+    W: Array
+    L: Array
+    rows_of_stage: int
+    sweeps: int
+    cap: float
+    contraction: float
+
+    @property
+    def inverse_span(self) -> Array:
+        """(M,), 1 / (high - low); 0 where a bound is infinite."""
+        return np.asarray(1 / (self.high - self.low))
+
+
+class SplittingAnswer(NamedTuple):
+    """The first input (..., nu), the memory (..., M), and the residual (...,) before the last sweep, in spans."""
+
+    u: Array
+    memory: Array
+    residual: Array
+
+
+def no_memory(numbers: SplittingNumbers, *batch: int) -> Array:
+    """The memory of a cold start, which is the LQR answer: zeros (..., M)."""
+    return np.zeros((*batch, len(numbers.low)))
+
+
+def solve_period(
+    numbers: SplittingNumbers, memory: Array, x: Array, sweeps: int | None = None
+) -> SplittingAnswer:
+    """The law's answer at a state x (..., nx), from the memory of the period before."""
+    lqr = x @ numbers.Y.T
+    zeta, residual = memory + lqr, np.zeros(lqr.shape[:-1])
+    for _ in range(numbers.sweeps if sweeps is None else sweeps):
+        zeta, residual = sweep(numbers, lqr, zeta)
+    nu = numbers.B.shape[1]
+    u = np.clip(zeta[..., :nu], numbers.low[:nu], numbers.high[:nu])
+    after = x @ numbers.A.T + u @ numbers.B.T
+    return SplittingAnswer(u, shift(zeta, numbers.rows_of_stage) - after @ numbers.Y.T, residual)
+
+
+def sweep(numbers: SplittingNumbers, lqr: Array, zeta: Array) -> tuple[Array, Array]:
+    """One sweep: the next zeta (..., M), and the residual (...,) of the zeta that came, in spans."""
+    v = np.clip(zeta, numbers.low, numbers.high)
+    weight = np.where(zeta == v, 0.0, 1 / numbers.sigma)
+    change = gap = lqr - ((zeta - v) / numbers.sigma) @ numbers.D - v
+    if len(numbers.L):
+        weighted = weight[..., None] * numbers.W
+        small = np.einsum("...mr,ms->...rs", weighted, numbers.W) + np.diag(1 / numbers.L)
+        right = np.einsum("...mr,...m->...r", weighted, gap)
+        change = gap - solve_quasidefinite(small, right) @ numbers.W.T
+    largest = (np.abs(change) * numbers.inverse_span).max(axis=-1)
+    scale = np.minimum(1.0, numbers.cap / np.maximum(largest, numbers.cap))
+    return zeta + change * scale[..., None], (np.abs(gap) * numbers.inverse_span).max(axis=-1)
+
+
+def solve_quasidefinite(G: Array, right: Array) -> Array:
+    """x of G x = right by L D L' without pivoting, (..., r, r) and (..., r)."""
+    r = G.shape[-1]
+    factor, x = G.copy(), right.copy()
+    for j in range(r):  # column by column; the diagonal holds D, the strict lower part L
+        column = factor[..., j + 1 :, j] / factor[..., j, j, None]
+        factor[..., j + 1 :, j + 1 :] -= column[..., :, None] * factor[..., j, None, j + 1 :]
+        factor[..., j + 1 :, j] = column
+        x[..., j + 1 :] -= column * x[..., j, None]
+    for j in reversed(range(r)):
+        x[..., j] /= factor[..., j, j]
+        x[..., j] -= (factor[..., j + 1 :, j] * x[..., j + 1 :]).sum(axis=-1)
+    return x
+
+
+def shift(zeta: Array, rows_of_stage: int) -> Array:
+    """The rows (..., M) of the next stages, the last stage twice."""
+    return np.concatenate([zeta[..., rows_of_stage:], zeta[..., -rows_of_stage:]], axis=-1)
+
+
+def residual_of(numbers: SplittingNumbers, memory: Array, x: Array) -> Array:
+    """The residual (..., M) of the zeta that a memory means at x, before any sweep, in the units of the rows."""
+    lqr = x @ numbers.Y.T
+    zeta = memory + lqr
+    v = np.clip(zeta, numbers.low, numbers.high)
+    return np.asarray(lqr - ((zeta - v) / numbers.sigma) @ numbers.D - v)
