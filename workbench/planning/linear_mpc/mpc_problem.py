@@ -36,6 +36,8 @@ class LinearMpc:
         The limits of a stage.
     K
         (nu, nx), the gain of u = -K x, whose cost is x'P x without limits; None if P was given.
+    x0, u0
+        (nx,) and (nu,), the rest about which x and u are deviations; None for zero. The rows are for deviations.
     """
 
     A: Array
@@ -46,6 +48,8 @@ class LinearMpc:
     horizon: int
     rows: LimitRows
     K: Array | None = None
+    x0: Array | None = None
+    u0: Array | None = None
 
     def __repr__(self) -> str:
         nx, nu = self.B.shape
@@ -63,7 +67,7 @@ class LinearMpc:
 
     def about(self, x0: Array, u0: Array) -> LinearMpc:
         """The problem of deviations from a rest x0 (nx,), u0 (nu,): its limits are moved by the rest."""
-        return replace(self, rows=self.rows.shifted(x0, u0))
+        return replace(self, rows=self.rows.shifted(x0, u0), x0=x0, u0=u0)
 
 
 @check_arguments

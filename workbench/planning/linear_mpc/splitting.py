@@ -46,6 +46,8 @@ class SplittingNumbers:
     ----------
     A, B
         (nx, nx) and (nx, nu), the model that predicts the next state.
+    F, E
+        (nc, nx) and (nc, nu), the rows of a stage.
     Y, D
         (M, nx) and (M, M) with M = N nc: rows of the LQR law, and the dual matrix with 1 / w of soft rows on it.
     low, high
@@ -54,8 +56,6 @@ class SplittingNumbers:
         (M,), the diagonal of the metric: reciprocal penalties.
     W, L
         (M, r) and (r,), the kept modes.
-    rows_of_stage
-        nc.
     sweeps
         The number of sweeps of a period.
     cap
@@ -63,10 +63,14 @@ class SplittingNumbers:
     contraction
         The largest |1 - eigenvalue of M^-1 D| over the modes of D that are not zero: the factor by which a sweep
         reduces the error once its active rows are right.
+    is_proved
+        True if D is regular, so that this factor holds for every active set (`splitting_metric`).
     """
 
     A: Array
     B: Array
+    F: Array
+    E: Array
     Y: Array
     D: Array
     low: Array
@@ -74,10 +78,15 @@ class SplittingNumbers:
     sigma: Array
     W: Array
     L: Array
-    rows_of_stage: int
     sweeps: int
     cap: float
     contraction: float
+    is_proved: bool
+
+    @property
+    def rows_of_stage(self) -> int:
+        """The number nc of rows of a stage."""
+        return len(self.F)
 
     @property
     def inverse_span(self) -> Array:
@@ -99,17 +108,29 @@ def no_memory(numbers: SplittingNumbers, *batch: int) -> Array:
 
 
 def solve_period(
-    numbers: SplittingNumbers, memory: Array, x: Array, sweeps: int | None = None
+    numbers: SplittingNumbers,
+    memory: Array,
+    x: Array,
+    target: tuple[Array, Array] | None = None,
+    sweeps: int | None = None,
 ) -> SplittingAnswer:
-    """The law's answer at a state x (..., nx), from the memory of the period before."""
-    lqr = x @ numbers.Y.T
+    """The law's answer at a state x (..., nx), from the memory of the period before, about a target or zero.
+
+    The target is a state (..., nx) and an input (..., nu) at which the model rests; x and the bounds stay absolute.
+    """
+    rest, at = 0.0, np.zeros(x.shape[-1])
+    if target is not None:
+        at, stage = target[0], target[0] @ numbers.F.T + target[1] @ numbers.E.T
+        rest = np.concatenate([stage] * (len(numbers.low) // numbers.rows_of_stage), axis=-1)
+    lqr = (x - at) @ numbers.Y.T + rest
     zeta, residual = memory + lqr, np.zeros(lqr.shape[:-1])
     for _ in range(numbers.sweeps if sweeps is None else sweeps):
         zeta, residual = sweep(numbers, lqr, zeta)
     nu = numbers.B.shape[1]
     u = np.clip(zeta[..., :nu], numbers.low[:nu], numbers.high[:nu])
-    after = x @ numbers.A.T + u @ numbers.B.T
-    return SplittingAnswer(u, shift(zeta, numbers.rows_of_stage) - after @ numbers.Y.T, residual)
+    move = u if target is None else u - target[1]
+    after = (x - at) @ numbers.A.T + move @ numbers.B.T
+    return SplittingAnswer(u, shift(zeta, numbers.rows_of_stage) - after @ numbers.Y.T - rest, residual)
 
 
 def sweep(numbers: SplittingNumbers, lqr: Array, zeta: Array) -> tuple[Array, Array]:

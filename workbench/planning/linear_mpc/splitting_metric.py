@@ -8,8 +8,9 @@ The metric keeps r modes at the ends of the spectrum and sets sigma = c f with c
 **The contraction holds for every active set.** -gamma M <= M - D <= gamma M, and this stays true for any rows and the
 same columns of both. A sweep whose active set a does not change maps the error e of the active multipliers to
 M_aa^-1 (M - D)_aa e. This matrix is symmetric in the inner product of M_aa, with eigenvalues within [-gamma, gamma]. So
-each sweep reduces the error by gamma, whichever limits act. With gamma = 1 (hard limits on states, whose D is singular)
-the bound says nothing, and the sampled error of `worst_case` decides.
+each sweep reduces the error by gamma, whichever limits act. With hard limits on states D is singular: then gamma is
+taken over its modes that are not zero, it is no bound (`is_proved` is False), and the errors that `sampled_loss` finds
+decide.
 
 The floors are (R^-1)_ii of an input, twice that of its rate, and for other rows a share of the largest diagonal of D
 that is chosen with r, such that (operations of a sweep) log(accuracy) / log(gamma) is least, with three sweeps or more:
@@ -41,12 +42,13 @@ FEWEST_SWEEPS, MOST_SWEEPS = 3, 40  # fewer than 3 lost loops in which the refer
 @dataclass(frozen=True, eq=False)
 @show
 class SplittingMetric:
-    """The diagonal sigma (M,), kept modes W (M, r) with L (r,), and the contraction of a sweep."""
+    """The diagonal sigma (M,), kept modes W (M, r) with L (r,), the contraction of a sweep, and whether it is proved."""
 
     sigma: Array
     W: Array
     L: Array
     contraction: float
+    is_proved: bool
 
 
 @check_arguments
@@ -92,6 +94,8 @@ def splitting_numbers(
     return SplittingNumbers(
         problem.A,
         problem.B,
+        problem.rows.F,
+        problem.rows.E,
         maps.Y,
         D,
         problem.low,
@@ -99,10 +103,10 @@ def splitting_numbers(
         metric.sigma,
         metric.W,
         metric.L,
-        problem.rows.count,
         count,
         CAP,
         metric.contraction,
+        metric.is_proved,
     )
 
 
@@ -130,7 +134,7 @@ def choose_metric(problem: LinearMpc, D: Array, accuracy: float, modes: int | No
             sweeps = max(log(accuracy) / log(min(max(gamma, 1e-9), 1 - 1e-9)), FEWEST_SWEEPS)
             work = sweeps * len(D) * (len(D) + 2 * r + r * (r + 1) / 2)
             if best is None or work < 0.95 * best[0]:  # a mode more must earn its place
-                metric = SplittingMetric(c * floors, scale[:, None] * V[:, kept], h[kept] - c, gamma)
+                metric = SplittingMetric(c * floors, scale[:, None] * V[:, kept], h[kept] - c, gamma, bool(h[0] > NULL * h[-1]))
                 best = work, metric
     assert best is not None
     return best[1]
