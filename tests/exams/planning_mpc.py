@@ -30,5 +30,5 @@ def solve(case: dict[str, Any]) -> dict[str, Any]:
 def solver(case: dict[str, Any]) -> ExactMpc:
     """The exact law of a case."""
     A, B, Q, R, P, N = (case[name] for name in ("A", "B", "Q", "R", "P", "N"))
-    limits = {"state_limits": (case["x_min"], case["x_max"]), "input_limits": (case["u_min"], case["u_max"])}
-    return exact_mpc(linear_mpc(A, B, Q, R, int(N), P=P, **limits))
+    inputs, states = (case["u_min"], case["u_max"]), (case["x_min"], case["x_max"])
+    return exact_mpc(linear_mpc(A, B, Q, R, int(N), P=P, input_limits=inputs, state_limits=states))

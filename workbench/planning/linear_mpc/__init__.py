@@ -1,7 +1,7 @@
 """Linear predictive control: its problem, the numbers of a law with a fixed number of sweeps, and the exact solution.
 
-This package takes matrices and linear systems, and knows no plant. Read `mpc_problem.py` and `prediction_maps.py` first,
-then `splitting.py`, which is the law, and `exact_solution.py`, which judges it.
+This package takes matrices and linear systems, and knows no plant. Read `mpc_problem.py` and `prediction_maps.py`
+first, then `splitting.py`, which is the law, and `exact_solution.py`, which judges it.
 
 Examples
 --------
@@ -26,10 +26,11 @@ from workbench.planning.linear_mpc.limit_rows import LimitRows
 from workbench.planning.linear_mpc.mpc_problem import LinearMpc, linear_mpc
 from workbench.planning.linear_mpc.offset_free import OffsetFree, limited_target, offset_free
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
-from workbench.planning.linear_mpc.sampled_loss import SampledLoss, plan_gap, sampled_loss
+from workbench.planning.linear_mpc.sampled_loss import SampledLoss, exact_loops, plan_gap, sampled_loss
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import SplittingAnswer, SplittingNumbers, no_memory, solve_period, sweep
 from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
+from workbench.planning.linear_mpc.splitting_tuning import SplittingTuning, TuningRow, tune_splitting
 from workbench.planning.linear_mpc.terminal_set import TerminalSet, terminal_set
 
 __all__ = [
@@ -47,8 +48,11 @@ __all__ = [
     "SampledLoss",
     "SplittingAnswer",
     "SplittingNumbers",
+    "SplittingTuning",
     "TerminalSet",
+    "TuningRow",
     "dual_product",
+    "exact_loops",
     "exact_mpc",
     "limited_target",
     "linear_mpc",
@@ -64,4 +68,5 @@ __all__ = [
     "splitting_numbers",
     "sweep",
     "terminal_set",
+    "tune_splitting",
 ]

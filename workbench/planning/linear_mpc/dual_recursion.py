@@ -17,9 +17,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
 from workbench.planning.linear_mpc.mpc_problem import LinearMpc
-from workbench.planning.linear_mpc.splitting import SplittingNumbers
-
-SHARE_OF_LOADS = 1  # a product of a constant and a variable counts as one operation in both forms
+from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +51,8 @@ def recursion_numbers(problem: LinearMpc) -> RecursionNumbers:
     A, B, rows = problem.A, problem.B, problem.rows
     S = problem.R + B.T @ problem.P @ B
     loop, outputs = A - B @ problem.K, rows.F - rows.E @ problem.K
-    return RecursionNumbers(loop, B, outputs, rows.E, np.linalg.inv((S + S.T) / 2), rows.softness, problem.horizon)
+    inverse = np.asarray(np.linalg.inv((S + S.T) / 2), dtype=float)
+    return RecursionNumbers(loop, B, outputs, rows.E, inverse, rows.softness, problem.horizon)
 
 
 def dual_product(numbers: RecursionNumbers, multipliers: Array) -> Array:
@@ -101,7 +100,8 @@ def operation_count(numbers: SplittingNumbers) -> OperationCount:
     stage = 2 * nx * nx + 2 * nx * nu + 2 * nx * nc + 2 * other * nu + nu * nu
     small = sum(j * (j + 1) // 2 for j in range(r)) + r * (r - 1)  # factors, then two triangular solutions
     metric = M * (2 * r + r * (r + 1) // 2) + small
-    sweep = min(dense, N * stage) + metric + 4 * M
+    product = dense if numbers.method == ADMM else min(dense, N * stage)
+    sweep = product + metric + 4 * M
     period = numbers.sweeps * sweep + 2 * M * nx + nx * (nx + nu)
     return OperationCount(
         dense, N * stage, metric, sweep, period, numbers.sweeps * (2 * r + 1), numbers.sweeps * 5 * M, M

@@ -106,8 +106,8 @@ class ExactMpc:
         sides = np.where(zeta > self.problem.high, 1, 0) - np.where(zeta < self.problem.low, 1, 0)
         polished = _polish(self, y, sides)
         if polished is None:
-            sides, weights = _lawson_hanson(self.T, y, self.problem.low, self.problem.high)
-            polished = None if sides is None else _polish(self, y, sides)
+            signs, weights = _lawson_hanson(self.T, y, self.problem.low, self.problem.high)
+            polished = None if signs is None else _polish(self, y, signs)
             if polished is None:
                 raise self._refusal(state, weights)
         return self._solution(state, y, *polished)
@@ -122,7 +122,7 @@ class ExactMpc:
         inputs = maps.V @ x + maps.G @ solve_triangular(maps.roots, z[: maps.G.shape[1]])
         start = float(x @ maps.P0 @ x)
         names = problem.rows.names
-        active = tuple((names[i % len(names)], i // len(names)) for i in np.flatnonzero(lam))
+        active = tuple((names[i % len(names)], int(i) // len(names)) for i in np.flatnonzero(lam))
         return MpcSolution(
             inputs.reshape(problem.horizon, -1),
             start + float(z @ z),
@@ -219,6 +219,8 @@ def _lawson_hanson(T: Array, y0: Array, low: Array, high: Array) -> tuple[Array 
     upper, lower = np.flatnonzero(np.isfinite(high)), np.flatnonzero(np.isfinite(low))
     G = np.vstack([-T[upper], T[lower]])
     h = np.r_[y0[upper] - high[upper], low[lower] - y0[lower]]
+    if len(h) == 0:
+        return np.zeros(len(y0), dtype=int), np.zeros(len(y0))
     sizes = np.maximum(np.linalg.norm(G, axis=1), np.finfo(float).tiny)
     reach = max(float(np.abs(h / sizes).max()), np.finfo(float).tiny)
     system = np.vstack([(G / sizes[:, None]).T, h / sizes / reach])

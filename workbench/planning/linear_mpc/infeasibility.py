@@ -85,7 +85,7 @@ def farkas_margin(problem: LinearMpc, x: Array, multipliers: Array) -> tuple[flo
 
 def _exact(matrix: Array) -> list[list[tuple[int, Fraction]]]:
     """The columns of a matrix by their entries that are not zero."""
-    return [[(i, Fraction(float(column[i]))) for i in np.flatnonzero(column)] for column in matrix.T]
+    return [[(int(i), Fraction(float(column[i]))) for i in np.flatnonzero(column)] for column in matrix.T]
 
 
 def _sum(

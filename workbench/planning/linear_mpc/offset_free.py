@@ -92,8 +92,8 @@ def offset_free(
     C
         (ny, nx).
     Bd, Cd
-        (nx, ny) and (ny, ny), how the disturbances act. By default they act as the first ny inputs; where that cannot be
-        observed, on the outputs, or else on the rows of the first ny states that can be.
+        (nx, ny) and (ny, ny), how the disturbances act. By default they act as the first ny inputs; where that
+        cannot be observed, on the outputs, or else on the rows of the first ny states that can be.
     process_noise
         (nx, nx), the covariance of a period's noise on the states; 1e-6 of the identity by default.
     disturbance_noise, reading_noise
@@ -114,7 +114,7 @@ def offset_free(
     >>> x, u  # 1 = 0.9 + 0.1 (u + 0.5)
     (array([1.]), array([0.5]))
     """
-    nx, nu = problem.B.shape
+    nx = len(problem.A)
     c = matrix("offset_free(C=...)", "C", C, columns=nx)
     ny = len(c)
     bd, cd = _disturbances(problem, c, Bd, Cd)
@@ -128,7 +128,9 @@ def offset_free(
     seen = np.hstack([c, cd])
     v = positive("offset_free(reading_noise=...)", reading_noise) * np.eye(ny)
     X = lqe(grown, np.eye(nx + ny), seen, wide, v, discrete=True).X
-    L = np.linalg.solve(seen @ X @ seen.T + v, seen @ X).T  # of the filter: K of the predictor is A L
+    L = np.asarray(
+        np.linalg.solve(seen @ X @ seen.T + v, seen @ X).T, dtype=float
+    )  # of the filter: K of the predictor is A L
     poles = np.linalg.eigvals(grown - grown @ L @ seen)
     return OffsetFree(problem.A, problem.B, c, bd, cd, L, _target(problem, bd, c, cd), poles)
 
@@ -199,6 +201,6 @@ def _least_share(A: Array, C: Array, Bd: Array, Cd: Array) -> float:
 def _refuse_hidden(A: Array, Bd: Array, C: Array, Cd: Array) -> None:
     if _least_share(A, C, Bd, Cd) < RANK:
         raise DesignError(
-            "`offset_free(Bd=..., Cd=...)`: a constant disturbance cannot be told from the states, as [A - I, Bd; C, Cd]"
-            " is singular. Let it act elsewhere: an integrator hides a disturbance of its output."
+            "`offset_free(Bd=..., Cd=...)`: a constant disturbance cannot be told from the states, as [A - I, Bd; C, "
+            "Cd] is singular. Let it act elsewhere: an integrator hides a disturbance of its output."
         )

@@ -126,6 +126,23 @@ def plan_gap(exact: ExactMpc, x: Array, multipliers: Array) -> tuple[float, floa
     return lower, upper + float(state @ problem.P @ state)
 
 
+@check_arguments
+def exact_loops(exact: ExactMpc, states: Numbers, periods: int) -> tuple[Array, Array]:
+    """The states (B, periods, nx) and moves (B, periods, nu) of the exact law from states (B, nx) that have solutions.
+
+    Raises
+    ------
+    ValueError
+        If the states have no row of size nx, or every state is infeasible.
+    """
+    X = matrix("exact_loops(states=...)", states, None, len(exact.problem.A))
+    periods = whole("exact_loops(periods=...)", periods)
+    loops = [loop for x in X if (loop := _exact_loop(exact, x, periods)) is not None]
+    if not loops:
+        raise ValueError("`exact_loops(states=...)` must have a state from which the limits can be kept; none has.")
+    return np.array([loop[0] for loop in loops]), np.array([loop[1] for loop in loops])
+
+
 def _exact_loop(exact: ExactMpc, x: Array, periods: int) -> tuple[Array, Array] | None:
     """The states (periods, nx) and inputs (periods, nu) of the exact law, or None where it meets a conflict."""
     states, moves = [], []

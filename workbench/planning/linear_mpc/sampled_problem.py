@@ -39,7 +39,7 @@ def sampled_mpc(
     rate_limits: Pair | None = None,
     soft_weight: Numbers | None = None,
 ) -> LinearMpc:
-    """The problem for a linearised plant at its rest, sampled exactly at a period, with limits in the plant's own units.
+    """The problem for a linearised plant at its rest, sampled exactly, with limits in the units of the plant.
 
     Parameters
     ----------

@@ -12,9 +12,17 @@ M = diag(sigma) + W L W', so that only a matrix of r rows is factorised:
     a      = 1 where zeta is outside the box, else 0
     t      = (L^-1 + W' diag(a / sigma) W)^-1  W' diag(a / sigma) residual
     change = residual - W t
-    zeta  <- zeta + change min(1, cap / max |change / span|)
+    beyond = how far zeta + change lies beyond a bound that zeta had not passed, in spans high - low
+    zeta  <- zeta + change min(1, cap / max beyond)
 
-Without W it is the dual proximal gradient method (forward-backward splitting). The kept modes are those of D far from
+Without W it is the dual proximal gradient method (forward-backward splitting). ADMM is another preconditioner of the
+same residual on the same vector zeta, with penalties 1 / sigma and the over-relaxation alpha,
+
+    zeta  <- zeta + alpha (y - v),   y = y0 + G (2 v - zeta - y0),   G = (I + D / sigma)^-1 D / sigma,
+    y - v  = (I + D / sigma)^-1 residual,
+
+which treats all rows as active; it needs more sweeps where few limits act, and fewer where nearly all of them do.
+ The kept modes are those of D far from
 sigma: D is R^-1 but for the few modes in which the plant answers slowly, and these decide how fast ADMM converges.
 L^-1 + W' diag(a / sigma) W is quasidefinite for every a, so that its L D L' factors exist without pivoting (Vanderbei
 1995). Between two periods the memory is zeta of the next stages less the LQR answer at the predicted state, (N nc,).
@@ -36,6 +44,8 @@ import numpy as np
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 
+METRIC, ADMM = METHODS = ("metric", "admm")
+
 
 @dataclass(frozen=True, eq=False)
 @show
@@ -48,21 +58,23 @@ class SplittingNumbers:
         (nx, nx) and (nx, nu), the model that predicts the next state.
     F, E
         (nc, nx) and (nc, nu), the rows of a stage.
-    Y, D
-        (M, nx) and (M, M) with M = N nc: rows of the LQR law, and the dual matrix with 1 / w of soft rows on it.
+    Y
+        (M, nx) with M = N nc, the rows of the LQR law.
+    method, matrix
+        "metric", with D (M, M), which has 1 / w of soft rows on its diagonal; or "admm", with G (M, M).
     low, high
         (M,), the bounds.
     sigma
         (M,), the diagonal of the metric: reciprocal penalties.
     W, L
-        (M, r) and (r,), the kept modes.
+        (M, r) and (r,), the kept modes; none for ADMM.
     sweeps
         The number of sweeps of a period.
     cap
-        The most that a sweep changes a row, in spans high - low; one-sided and free rows do not count.
+        How far a sweep may pass a bound, in spans high - low; one-sided and free rows do not count. For ADMM, alpha.
     contraction
         The largest |1 - eigenvalue of M^-1 D| over the modes of D that are not zero: the factor by which a sweep
-        reduces the error once its active rows are right.
+        reduces the error once its active rows are right; NaN for ADMM.
     is_proved
         True if D is regular, so that this factor holds for every active set (`splitting_metric`).
     """
@@ -72,7 +84,8 @@ class SplittingNumbers:
     F: Array
     E: Array
     Y: Array
-    D: Array
+    method: str
+    matrix: Array
     low: Array
     high: Array
     sigma: Array
@@ -118,7 +131,7 @@ def solve_period(
 
     The target is a state (..., nx) and an input (..., nu) at which the model rests; x and the bounds stay absolute.
     """
-    rest, at = 0.0, np.zeros(x.shape[-1])
+    rest, at = np.zeros(len(numbers.low)), np.zeros(x.shape[-1])
     if target is not None:
         at, stage = target[0], target[0] @ numbers.F.T + target[1] @ numbers.E.T
         rest = np.concatenate([stage] * (len(numbers.low) // numbers.rows_of_stage), axis=-1)
@@ -136,16 +149,28 @@ def solve_period(
 def sweep(numbers: SplittingNumbers, lqr: Array, zeta: Array) -> tuple[Array, Array]:
     """One sweep: the next zeta (..., M), and the residual (...,) of the zeta that came, in spans."""
     v = np.clip(zeta, numbers.low, numbers.high)
+    if numbers.method == ADMM:
+        gap = lqr - v - (lqr - v + zeta - v) @ numbers.matrix.T
+        return zeta + numbers.cap * gap, _in_spans(numbers, gap)
     weight = np.where(zeta == v, 0.0, 1 / numbers.sigma)
-    change = gap = lqr - ((zeta - v) / numbers.sigma) @ numbers.D - v
+    change = gap = lqr - ((zeta - v) / numbers.sigma) @ numbers.matrix - v
     if len(numbers.L):
         weighted = weight[..., None] * numbers.W
         small = np.einsum("...mr,ms->...rs", weighted, numbers.W) + np.diag(1 / numbers.L)
         right = np.einsum("...mr,...m->...r", weighted, gap)
         change = gap - solve_quasidefinite(small, right) @ numbers.W.T
-    largest = (np.abs(change) * numbers.inverse_span).max(axis=-1)
-    scale = np.minimum(1.0, numbers.cap / np.maximum(largest, numbers.cap))
-    return zeta + change * scale[..., None], (np.abs(gap) * numbers.inverse_span).max(axis=-1)
+    after = zeta + change
+    above = np.where(zeta <= numbers.high, after - numbers.high, 0.0)  # beyond a bound that zeta had not passed
+    below = np.where(zeta >= numbers.low, numbers.low - after, 0.0)
+    beyond = _in_spans(numbers, np.maximum(np.maximum(above, below), 0.0))
+    scale = np.minimum(1.0, numbers.cap / np.maximum(beyond, numbers.cap))
+    return zeta + change * scale[..., None], _in_spans(numbers, gap)
+
+
+def _in_spans(numbers: SplittingNumbers, rows: Array) -> Array:
+    """The largest entry (...,) of rows (..., M), in spans of their limits; rows without two bounds do not count."""
+    counted = numbers.inverse_span > 0
+    return np.asarray((np.abs(rows[..., counted]) * numbers.inverse_span[counted]).max(axis=-1, initial=0.0))
 
 
 def solve_quasidefinite(G: Array, right: Array) -> Array:
@@ -166,11 +191,3 @@ def solve_quasidefinite(G: Array, right: Array) -> Array:
 def shift(zeta: Array, rows_of_stage: int) -> Array:
     """The rows (..., M) of the next stages, the last stage twice."""
     return np.concatenate([zeta[..., rows_of_stage:], zeta[..., -rows_of_stage:]], axis=-1)
-
-
-def residual_of(numbers: SplittingNumbers, memory: Array, x: Array) -> Array:
-    """The residual (..., M) of the zeta that a memory means at x, before any sweep, in the units of the rows."""
-    lqr = x @ numbers.Y.T
-    zeta = memory + lqr
-    v = np.clip(zeta, numbers.low, numbers.high)
-    return np.asarray(lqr - ((zeta - v) / numbers.sigma) @ numbers.D - v)

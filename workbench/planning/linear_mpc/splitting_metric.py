@@ -30,19 +30,19 @@ from workbench.core.validation.refusals import Array, finite, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.planning.linear_mpc.mpc_problem import LinearMpc
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
-from workbench.planning.linear_mpc.splitting import SplittingNumbers
+from workbench.planning.linear_mpc.splitting import METRIC, SplittingNumbers
 
 SHARES = (1.0, 0.3, 0.1, 0.03, 0.01)
 MOST_MODES = 16
 NULL = 1e-9  # of the largest eigenvalue: below it a mode of D moves no row
-CAP = 1.0  # spans: a sweep that went farther was seen to cycle between opposite bounds
+CAP = 0.5  # spans: sweeps that passed a bound by more were seen to cycle between opposite bounds
 FEWEST_SWEEPS, MOST_SWEEPS = 3, 40  # fewer than 3 lost loops in which the reference jumps
 
 
 @dataclass(frozen=True, eq=False)
 @show
 class SplittingMetric:
-    """The diagonal sigma (M,), kept modes W (M, r) with L (r,), the contraction of a sweep, and whether it is proved."""
+    """The diagonal sigma (M,), kept modes W (M, r) with L (r,), and the contraction, proved if D is regular."""
 
     sigma: Array
     W: Array
@@ -97,6 +97,7 @@ def splitting_numbers(
         problem.rows.F,
         problem.rows.E,
         maps.Y,
+        METRIC,
         D,
         problem.low,
         problem.high,
@@ -134,7 +135,9 @@ def choose_metric(problem: LinearMpc, D: Array, accuracy: float, modes: int | No
             sweeps = max(log(accuracy) / log(min(max(gamma, 1e-9), 1 - 1e-9)), FEWEST_SWEEPS)
             work = sweeps * len(D) * (len(D) + 2 * r + r * (r + 1) / 2)
             if best is None or work < 0.95 * best[0]:  # a mode more must earn its place
-                metric = SplittingMetric(c * floors, scale[:, None] * V[:, kept], h[kept] - c, gamma, bool(h[0] > NULL * h[-1]))
+                metric = SplittingMetric(
+                    c * floors, scale[:, None] * V[:, kept], h[kept] - c, gamma, bool(h[0] > NULL * h[-1])
+                )
                 best = work, metric
     assert best is not None
     return best[1]

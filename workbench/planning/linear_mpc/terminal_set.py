@@ -94,8 +94,8 @@ def terminal_set(problem: LinearMpc) -> TerminalSet:
     K, P = regulator(problem.A, problem.B, problem.Q, problem.R) if problem.K is None else (problem.K, problem.P)
     if np.abs(P - problem.P).max() > 1e-6 * np.abs(P).max():
         raise DesignError(
-            "`terminal_set(problem)` needs P to be the cost of the LQR law, which keeps the limits in the ellipsoid; this"
-            " problem has another P. Leave P out of `linear_mpc`."
+            "`terminal_set(problem)` needs P to be the cost of the LQR law, which keeps the limits in the ellipsoid; "
+            "this problem has another P. Leave P out of `linear_mpc`."
         )
     level, limit = _level(problem, K, P)
     values = np.linalg.eigvalsh(problem.Q)
@@ -114,8 +114,8 @@ def _level(problem: LinearMpc, K: Array, P: Array) -> tuple[float, str]:
     values, rows = np.linalg.eigvalsh(P), problem.rows
     if not values[0] > 1e-12 * values[-1]:
         raise DesignError(
-            "`terminal_set(problem)` needs a cost that every state adds to, so that x'P x <= level is an ellipsoid; the "
-            f"eigenvalues of P run from {values[0]:.3g} to {values[-1]:.3g}. Give every state a weight, and leave out "
+            "`terminal_set(problem)` needs a cost that every state adds to, so that x'P x <= level is an ellipsoid; "
+            f"the eigenvalues of P run from {values[0]:.3g} to {values[-1]:.3g}. Give every state a weight, and leave out "
             "limits on rates, whose state is the last input."
         )
     reach = rows.F - rows.E @ K
@@ -141,9 +141,7 @@ def _falls(loop: Array, P: Array) -> bool:
     F = [[Fraction(float(v)) for v in row] for row in loop]
     X = [[Fraction(float(v)) for v in row] for row in (P + P.T) / 2]
     half = [[sum((X[i][k] * F[k][j] for k in range(n)), Fraction(0)) for j in range(n)] for i in range(n)]
-    G = [
-        [X[i][j] - sum((F[k][i] * half[k][j] for k in range(n)), Fraction(0)) for j in range(n)] for i in range(n)
-    ]
+    G = [[X[i][j] - sum((F[k][i] * half[k][j] for k in range(n)), Fraction(0)) for j in range(n)] for i in range(n)]
     for j in range(n):  # Gauss without pivoting: all pivots are positive exactly for a positive definite matrix
         if G[j][j] <= 0:
             return False
