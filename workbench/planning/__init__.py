@@ -1,0 +1,1 @@
+"""Planning: numbers of laws that plan."""

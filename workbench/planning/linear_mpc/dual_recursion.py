@@ -1,0 +1,108 @@
+r"""The product D lambda by one pass backward and one forward over the stages, for long horizons and few states.
+
+    p_N = 0,      d_k = S^-1 (B'p_{k+1} + E'lambda_k),     p_k = (A - B K)'p_{k+1} + (F - E K)'lambda_k
+    x_0 = 0,      y_k = (F - E K) x_k + E d_k,             x_{k+1} = (A - B K) x_k + B d_k
+
+give y = D lambda. Where P is the cost of the LQR law, K and S are the same at all stages: the cached Riccati recursion
+of TinyMPC, but without a penalty in it. References: Nguyen et al. (2024), TinyMPC, ICRA, section III.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import check_arguments
+from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class RecursionNumbers:
+    """The constants of the passes: A - B K, B, F - E K, E and S^-1, and the softness of the rows of a stage."""
+
+    loop: Array
+    B: Array
+    rows: Array
+    E: Array
+    inverse: Array
+    softness: Array
+    horizon: int
+
+
+@check_arguments
+def recursion_numbers(problem: LinearMpc) -> RecursionNumbers:
+    """The constants of the passes for a problem whose P is the cost of its LQR law.
+
+    Raises
+    ------
+    ValueError
+        If P was given, as the gains then change from stage to stage.
+    """
+    if problem.K is None:
+        raise ValueError(
+            "`recursion_numbers(problem)` needs one gain for all stages, which the cost of the LQR law as P gives; "
+            "this problem has a P of its own. Leave P out of `linear_mpc`, or use the dense matrix D."
+        )
+    A, B, rows = problem.A, problem.B, problem.rows
+    S = problem.R + B.T @ problem.P @ B
+    loop, outputs = A - B @ problem.K, rows.F - rows.E @ problem.K
+    inverse = np.asarray(np.linalg.inv((S + S.T) / 2), dtype=float)
+    return RecursionNumbers(loop, B, outputs, rows.E, inverse, rows.softness, problem.horizon)
+
+
+def dual_product(numbers: RecursionNumbers, multipliers: Array) -> Array:
+    """D lambda (..., M), with the softness of soft rows, by the two passes."""
+    lam = multipliers.reshape(*multipliers.shape[:-1], numbers.horizon, -1)
+    p = np.zeros((*multipliers.shape[:-1], len(numbers.loop)))
+    moves = []
+    for k in reversed(range(numbers.horizon)):
+        moves.append((p @ numbers.B + lam[..., k, :] @ numbers.E) @ numbers.inverse.T)
+        p = p @ numbers.loop + lam[..., k, :] @ numbers.rows
+    x, y = np.zeros_like(p), []
+    for k in range(numbers.horizon):
+        d = moves[numbers.horizon - 1 - k]
+        y.append(x @ numbers.rows.T + d @ numbers.E.T + lam[..., k, :] * numbers.softness)
+        x = x @ numbers.loop.T + d @ numbers.B.T
+    return np.stack(y, axis=-2).reshape(multipliers.shape)
+
+
+@dataclass(frozen=True)
+@show
+class OperationCount:
+    """Multiplications with one addition each, divisions, and comparisons or selections of a sweep, and of a period.
+
+    `dense` and `recursion` are the multiply-adds of D lambda in both forms; `sweep` has the smaller of them.
+    """
+
+    dense: int
+    recursion: int
+    metric: int
+    sweep: int
+    period: int
+    divisions: int
+    selections: int
+    memory: int
+
+
+@check_arguments
+def operation_count(numbers: SplittingNumbers) -> OperationCount:
+    """The exact operations of the law: each entry of a matrix that is no unit row counts, zeros of E and F do not."""
+    M, nx = numbers.Y.shape
+    nu, r, nc = numbers.B.shape[1], len(numbers.L), numbers.rows_of_stage
+    N = M // nc
+    dense = M * M
+    other = nc - nu  # rows beyond the inputs, whose E is the identity
+    stage = 2 * nx * nx + 2 * nx * nu + 2 * nx * nc + 2 * other * nu + nu * nu
+    small = sum(j * (j + 1) // 2 for j in range(r)) + r * (r - 1)  # factors, then two triangular solutions
+    metric = M * (2 * r + r * (r + 1) // 2) + small
+    product = dense if numbers.method == ADMM else min(dense, N * stage)
+    sweep = product + metric + 4 * M
+    period = numbers.sweeps * sweep + 2 * M * nx + nx * (nx + nu)
+    return OperationCount(
+        dense, N * stage, metric, sweep, period, numbers.sweeps * (2 * r + 1), numbers.sweeps * 5 * M, M
+    )

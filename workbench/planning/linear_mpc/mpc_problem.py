@@ -1,0 +1,225 @@
+"""The problem that a linear predictive controller solves every period, checked once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
+from workbench.core.validation.refusals import Array, whole
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import definite, matrix, semidefinite, square
+from workbench.design.riccati import lqr
+from workbench.planning.linear_mpc.limit_rows import LimitRows, Pair, bounds, limit_rows
+
+LONGEST_HORIZON = 1000
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class LinearMpc:
+    """The problem min sum_{k<N} (x_k'Q x_k + u_k'R u_k) + x_N'P x_N + soft terms, x_{k+1} = A x_k + B u_k, within rows.
+
+    `linear_mpc` makes one from matrices and limits.
+
+    Parameters
+    ----------
+    A, B
+        (nx, nx) and (nx, nu).
+    Q, R, P
+        Weights of the states, (nx, nx), the inputs, (nu, nu), and the last state, (nx, nx).
+    horizon
+        The number N of stages.
+    rows
+        The limits of a stage.
+    K
+        (nu, nx), the gain of u = -K x, whose cost is x'P x without limits; None if P was given.
+    x0, u0
+        (nx,) and (nu,), the rest about which x and u are deviations; None for zero. The rows are for deviations.
+    """
+
+    A: Array
+    B: Array
+    Q: Array
+    R: Array
+    P: Array
+    horizon: int
+    rows: LimitRows
+    K: Array | None = None
+    x0: Array | None = None
+    u0: Array | None = None
+
+    def __repr__(self) -> str:
+        nx, nu = self.B.shape
+        return f"<LinearMpc: {nx} states, {nu} inputs, horizon {self.horizon}, limits on {', '.join(self.rows.names)}>"
+
+    @property
+    def low(self) -> Array:
+        """The lower bounds of all stages, (N nc,)."""
+        return np.tile(self.rows.low, self.horizon)
+
+    @property
+    def high(self) -> Array:
+        """The upper bounds of all stages, (N nc,)."""
+        return np.tile(self.rows.high, self.horizon)
+
+    def about(self, x0: Array, u0: Array) -> LinearMpc:
+        """The problem of deviations from a rest x0 (nx,), u0 (nu,): its limits are moved by the rest."""
+        return replace(self, rows=self.rows.shifted(x0, u0), x0=x0, u0=u0)
+
+
+@check_arguments
+def linear_mpc(
+    A: Numbers,
+    B: Numbers,
+    Q: Numbers,
+    R: Numbers,
+    horizon: int,
+    *,
+    P: Numbers | None = None,
+    input_limits: Pair | None = None,
+    state_limits: Pair | None = None,
+    outputs: tuple[Numbers, Pair] | None = None,
+    rate_limits: Pair | None = None,
+    soft_weight: Numbers | None = None,
+    state_names: tuple[str, ...] = (),
+    input_names: tuple[str, ...] = (),
+    delay: int = 0,
+) -> LinearMpc:
+    """The problem of linear predictive control for x+ = A x + B u, with limits on inputs, rates, states and outputs.
+
+    Limits on inputs and rates hold at the stages 0 to N - 1, limits on states and outputs C x at 1 to N. Bounds of size
+    1e30 or more are none.
+
+    Parameters
+    ----------
+    A, B
+        (nx, nx) and (nx, nu).
+    Q, R
+        Weights, (nx, nx) positive semidefinite and (nu, nu) positive definite.
+    horizon
+        The number N of stages, above the delay.
+    P
+        The weight of the last state, (nx, nx) positive semidefinite. By default it is the cost of the LQR law without
+        limits, from the certified Riccati solver: then the law equals LQR where no limit acts.
+    input_limits, state_limits, rate_limits
+        Pairs (low, high) of numbers or of arrays (nu,), (nx,) and (nu,). With limits on rates, u_k - u_{k-1}, the state
+        is (x_k, u_{k-1}), of size nx + nu.
+    outputs
+        The pair (C, (low, high)), with C (ny, nx).
+    soft_weight
+        w > 0, a number or one for each limited state and output: its violation s costs w s^2 and is not forbidden. By
+        default these limits are hard.
+    delay
+        The whole number of periods until an input acts; the state is then (x_k, u_{k-delay}, ..., u_{k-1}).
+
+    Raises
+    ------
+    ValueError
+        If a matrix has the wrong shape or definiteness, bounds cross, or the horizon does not exceed the delay.
+    DesignError
+        If no gain stabilises A, B.
+
+    References
+    ----------
+    Rawlings, Mayne and Diehl (2017), Model Predictive Control, sections 1.3 and 2.5.
+
+    Examples
+    --------
+    >>> from workbench.planning.linear_mpc import linear_mpc
+    >>> linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, input_limits=(-1.0, 1.0))
+    <LinearMpc: 2 states, 1 inputs, horizon 20, limits on u[0]>
+    """
+    a, b, q, r = _matrices(A, B, Q, R)
+    delay = whole("linear_mpc(delay=...)", delay, least=0)
+    must = "the horizon must exceed the delay, as no input of it would act otherwise"
+    horizon = whole("linear_mpc(horizon=...)", horizon, delay + 1, LONGEST_HORIZON, " of stages", must)
+    a, b, q = _delayed(a, b, q, delay)
+    nx, nu = b.shape
+    p = None if P is None else semidefinite("linear_mpc(P=...)", "P", P, nx)
+    K = None
+    if p is None:
+        K, p = regulator(a, b, q, r)
+    states = _names("linear_mpc(state_names=...)", state_names, nx, "x")
+    inputs = _names("linear_mpc(input_names=...)", input_names, nu, "u")
+    rows = limit_rows(a, b, input_limits, _padded(state_limits, nx), _wide(outputs, nx), soft_weight, states, inputs)
+    problem = LinearMpc(a, b, q, r, p, horizon, rows, K)
+    return problem if rate_limits is None else _with_rates(problem, rate_limits, inputs)
+
+
+def regulator(A: Array, B: Array, Q: Array, R: Array) -> tuple[Array, Array]:
+    """The gain K and the cost P of u = -K x, from the certified solver."""
+    answer = lqr(A, B, Q, R, discrete=True)
+    return np.array(answer.K, dtype=float), np.array(answer.X, dtype=float)
+
+
+def _matrices(A: Numbers, B: Numbers, Q: Numbers, R: Numbers) -> tuple[Array, Array, Array, Array]:
+    a = square("linear_mpc(A=...)", "A", A)
+    b = matrix("linear_mpc(B=...)", "B", B, rows=len(a))
+    return a, b, semidefinite("linear_mpc(Q=...)", "Q", Q, len(a)), definite("linear_mpc(R=...)", "R", R, b.shape[1])
+
+
+def _delayed(A: Array, B: Array, Q: Array, delay: int) -> tuple[Array, Array, Array]:
+    """The matrices with the inputs on their way as states, oldest first."""
+    for _ in range(delay):
+        nx, nu = B.shape
+        last = A.shape[0] - nx
+        A = np.block([[A, B], [np.zeros((nu, nx + last + nu))]])
+        B = np.vstack([np.zeros((nx, nu)), np.eye(nu)])
+        Q = np.block([[Q, np.zeros((len(Q), nu))], [np.zeros((nu, len(Q) + nu))]])
+    return A, B, Q
+
+
+def _names(call: str, names: tuple[str, ...], n: int, letter: str) -> tuple[str, ...]:
+    own = tuple(f"{letter}[{i}]" for i in range(n))
+    if len(names) > n:
+        raise ValueError(f"`{call}` must have at most {n} names; got {len(names)}.")
+    return tuple(names) + own[len(names) :]
+
+
+def _padded(limits: Pair | None, nx: int) -> Pair | None:
+    """Limits on the states of a plant, without limits on the inputs that are on their way."""
+    if limits is None or not isinstance(limits, tuple | list) or len(limits) != 2:
+        return limits
+    ends = [np.asarray(end, dtype=float) for end in limits]
+    grown = [
+        np.r_[end, np.full(nx - len(end), sign * np.inf)] if end.ndim == 1 and len(end) < nx else end
+        for end, sign in zip(ends, (-1, 1), strict=True)
+    ]
+    return grown[0], grown[1]
+
+
+def _wide(outputs: tuple[Numbers, Pair] | None, nx: int) -> tuple[Numbers, Pair] | None:
+    if outputs is None:
+        return None
+    C = matrix("linear_mpc(outputs=...)", "C", outputs[0])
+    return np.hstack([C, np.zeros((len(C), max(nx - C.shape[1], 0)))]), outputs[1]
+
+
+def _with_rates(problem: LinearMpc, limits: Pair, input_names: tuple[str, ...]) -> LinearMpc:
+    """The problem with the last input as a state, and rows u_k - u_{k-1}."""
+    nx, nu = problem.B.shape
+    names = tuple(f"rate of {name}" for name in input_names)
+    low, high = bounds("linear_mpc(rate_limits=...)", limits, names)
+    old, wide = problem.rows, np.zeros((problem.rows.count, nu))
+    rows = LimitRows(
+        np.block([[old.F, wide], [np.zeros((nu, nx)), -np.eye(nu)]]),
+        np.vstack([old.E, np.eye(nu)]),
+        np.r_[old.low, low],
+        np.r_[old.high, high],
+        np.r_[old.softness, np.zeros(nu)],
+        old.names + names,
+    )
+    corner = np.zeros((nu, nu))
+    return LinearMpc(
+        np.block([[problem.A, np.zeros((nx, nu))], [np.zeros((nu, nx + nu))]]),
+        np.vstack([problem.B, np.eye(nu)]),
+        np.block([[problem.Q, np.zeros((nx, nu))], [np.zeros((nu, nx)), corner]]),
+        problem.R,
+        np.block([[problem.P, np.zeros((nx, nu))], [np.zeros((nu, nx)), corner]]),
+        problem.horizon,
+        rows,
+        None if problem.K is None else np.hstack([problem.K, np.zeros((nu, nu))]),
+    )

@@ -1,0 +1,127 @@
+r"""A problem from a plant in continuous time: exact sampling behind a zero-order hold, with an input delay.
+
+With the delay = d h + theta, 0 <= theta < h, the input that acts in a period changes once, after theta:
+
+    x+ = Phi x + Gamma_1 u_{k-d-1} + Gamma_0 u_{k-d},
+    Gamma_0 = int_0^{h - theta} e^{A s} ds B,     Gamma_1 = e^{A (h - theta)} int_0^theta e^{A s} ds B.
+
+Reference: Astrom and Wittenmark (1997), Computer-Controlled Systems, section 2.3.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import expm
+
+from workbench.core.point import OperatingPoint
+from workbench.core.validation.number_types import Numbers
+from workbench.core.validation.refusals import Array, finite, seconds
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.control_system import System
+from workbench.design.matrices import DesignError, semidefinite
+from workbench.planning.linear_mpc.limit_rows import Pair
+from workbench.planning.linear_mpc.mpc_problem import LinearMpc, linear_mpc
+
+WHOLE = 1e-9  # of a period: a delay this near to whole periods is whole
+
+
+@check_arguments
+def sampled_mpc(
+    system: System,
+    period: float,
+    Q: Numbers,
+    R: Numbers,
+    horizon: int,
+    *,
+    delay: float = 0.0,
+    input_limits: Pair | None = None,
+    state_limits: Pair | None = None,
+    rate_limits: Pair | None = None,
+    soft_weight: Numbers | None = None,
+) -> LinearMpc:
+    """The problem for a linearised plant at its rest, sampled exactly, with limits in the units of the plant.
+
+    Parameters
+    ----------
+    system
+        A `StateSpace` in continuous time, as `linearize` gives it at a rest; one without a point is about zero.
+    period, delay
+        Of the computer and of its inputs, in s. The state grows by the inputs on their way, oldest first.
+    Q, R, horizon
+        As in `linear_mpc`, the weights for a period.
+    input_limits, state_limits
+        Pairs (low, high) in the units of the plant; the answer's rows are for deviations from the rest.
+    rate_limits, soft_weight
+        As in `linear_mpc`; rates are changes of a period.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its range, or the horizon does not exceed the delay.
+    DesignError
+        If the system is sampled already, or no gain stabilises it.
+
+    Examples
+    --------
+    >>> from workbench.planning.linear_mpc import sampled_mpc
+    >>> cart = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=np.zeros(4), at_rest=True)
+    >>> sampled_mpc(cart, 0.02, np.diag([100.0, 0.0, 10.0, 0.0]), [[0.1]], 20, delay=0.03, input_limits=(-5.0, 5.0))
+    <LinearMpc: 6 states, 1 inputs, horizon 20, limits on F>
+    """
+    h = seconds("sampled_mpc(period=...)", period)
+    wait = finite("sampled_mpc(delay=...)", delay, " of seconds", low=0.0, high=1000 * h)
+    if system.dt:
+        raise DesignError(
+            f"`sampled_mpc(system)` must be in continuous time, as its delay is no whole number of periods otherwise; "
+            f"this one is sampled at {system.dt} s. Give its matrices to `linear_mpc`."
+        )
+    A, new, old, whole = delayed_zoh(np.asarray(system.A), np.asarray(system.B), h, wait)
+    (nx, nu), q = new.shape, semidefinite("sampled_mpc(Q=...)", "Q", Q, len(A))
+    names = tuple(system.state_labels)
+    if old.any():
+        A = np.block([[A, old], [np.zeros((nu, nx + nu))]])
+        new = np.vstack([new, np.eye(nu)])
+        q = np.block([[q, np.zeros((nx, nu))], [np.zeros((nu, nx + nu))]])
+    point = getattr(system, "point", None)
+    rest = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(nx), np.zeros(nu))
+    problem = linear_mpc(
+        A,
+        new,
+        q,
+        R,
+        horizon,
+        input_limits=input_limits,
+        state_limits=_states_of_plant(state_limits, nx, len(A)),
+        rate_limits=rate_limits,
+        soft_weight=soft_weight,
+        state_names=names,
+        input_names=tuple(system.input_labels),
+        delay=whole,
+    )
+    past = (len(problem.A) - nx) // nu
+    return problem.about(np.concatenate([rest[0], *[rest[1]] * past]), rest[1])
+
+
+def delayed_zoh(A: Array, B: Array, period: float, delay: float) -> tuple[Array, Array, Array, int]:
+    """Phi, Gamma_0, Gamma_1 and the whole periods d of a delay, for x' = A x + B u."""
+    whole = int(np.floor(delay / period + WHOLE))
+    rest = max(delay - whole * period, 0.0)
+    rest = 0.0 if rest < WHOLE * period else rest
+    first, second = _hold(A, B, period - rest), _hold(A, B, rest)
+    return first[0] @ second[0], first[1], first[0] @ second[1], whole
+
+
+def _hold(A: Array, B: Array, span: float) -> tuple[Array, Array]:
+    """e^{A span} and the integral of e^{A s} B."""
+    nx, nu = B.shape
+    grown = expm(np.block([[A, B], [np.zeros((nu, nx + nu))]]) * span)
+    return np.asarray(grown[:nx, :nx]), np.asarray(grown[:nx, nx:])
+
+
+def _states_of_plant(limits: Pair | None, nx: int, size: int) -> Pair | None:
+    """Limits on the plant's states, with none on an input that is on its way."""
+    if limits is None or not isinstance(limits, tuple | list) or len(limits) != 2:
+        return limits
+    low, high = (np.broadcast_to(np.asarray(end, dtype=float), (nx,)) for end in limits)
+    more = np.full(size - nx, np.inf)
+    return np.r_[low, -more], np.r_[high, more]
