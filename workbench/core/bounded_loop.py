@@ -22,7 +22,12 @@ BODY = "bounded_loop_body_"
 
 @check_arguments
 def bounded_loop(
-    count: int, body: Callable[..., tuple[ca.SX, ...]], carried: ca.SX, *rows: ca.SX, backward: bool = False
+    count: int,
+    body: Callable[..., tuple[ca.SX, ...]],
+    carried: ca.SX,
+    *rows: ca.SX,
+    shared: tuple[ca.SX, ...] = (),
+    backward: bool = False,
 ) -> tuple[ca.SX, ...]:
     """The values that a body carries through `count` passes, and the rows that it makes in them:
 
@@ -33,12 +38,16 @@ def bounded_loop(
     count
         The number N of passes, at least 1.
     body
-        A function of c (nc, 1) and of a column r (m, 1) of each of `rows`, which returns the next c (nc, 1) and any
-        number of columns y (n, 1). It is called once, with symbols, and may use all other symbols of the equation.
+        A function of c (nc, 1), of a column r (m, 1) of each of `rows`, and of all of `shared`, which returns the next
+        c (nc, 1) and any number of columns y (n, 1). It is called once, with symbols, and may use all other symbols of
+        the equation.
     carried
         The values c[0] (nc, 1).
     rows
         Matrices (m, N), of which each pass gets one column.
+    shared
+        Values that all passes get, of any shape. A body may use an expression of the equation without it, but then the
+        expression is a part of the body: hand over the results of another loop.
     backward
         True to take the columns from the last to the first. The column y[i] belongs to r[i] then, too.
 
@@ -63,17 +72,18 @@ def bounded_loop(
     if wrong := [part.shape for part in given if part.shape[1] != N]:
         raise ValueError(f"`bounded_loop(*rows)` must have a column for each of {N} passes; got the shape {wrong[0]}.")
     c, r = ca.SX.sym("c", start.numel()), [ca.SX.sym("r", part.shape[0]) for part in given]
-    following, *made = (ca.densify(ca.vec(ca.SX(part))) for part in body(c, *r))
+    handed = [ca.densify(ca.SX(part)) for part in shared]
+    s = [ca.SX.sym("s", *part.shape) for part in handed]
+    following, *made = (ca.densify(ca.vec(ca.SX(part))) for part in body(c, *r, *s))
     if following.numel() != c.numel():
         raise ValueError(
             f"The body of a `bounded_loop` must return as many carried values as it takes, {c.numel()}; "
             f"got {following.numel()}."
         )
-    own = {symbol.element_hash() for symbol in ca.vertsplit(ca.vertcat(c, *r))}
+    own = {symbol.element_hash() for symbol in ca.vertsplit(ca.veccat(c, *r, *s))}
     others = [s for s in ca.symvar(ca.vertcat(following, *made)) if s.element_hash() not in own]
-    shared = ca.vertcat(ca.SX(0, 1), *others)
-    function = ca.Function("body", [c, *r, shared], [following, *made])
-    return tuple(_loop(function, N, backward).call([start, *given, shared]))
+    function = ca.Function("body", [c, *r, ca.veccat(ca.SX(0, 1), *s, *others)], [following, *made])
+    return tuple(_loop(function, N, backward).call([start, *given, ca.veccat(ca.SX(0, 1), *handed, *others)]))
 
 
 @dataclass(frozen=True)

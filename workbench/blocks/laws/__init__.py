@@ -6,6 +6,7 @@ Its ports declare the signals that it reads, follows and drives. Read `state_fee
 
 from workbench.blocks.laws.cascade import Cascade
 from workbench.blocks.laws.limited_law import LimitedLaw
+from workbench.blocks.laws.model_predictive import ModelPredictive
 from workbench.blocks.laws.pid import PID
 from workbench.blocks.laws.scheduled_law import ScheduledLaw
 from workbench.blocks.laws.state_feedback import StateFeedback
@@ -14,6 +15,7 @@ from workbench.blocks.loop.linear_blocks import LinearLaw
 __all__ = [
     "Cascade",
     "LimitedLaw",
+    "ModelPredictive",
     "PID",
     "ScheduledLaw",
     "StateFeedback",

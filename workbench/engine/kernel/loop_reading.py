@@ -82,14 +82,19 @@ def read_loop(loop: LoopBody, nodes: Nodes, results: Sequence[int]) -> ReadLoop:
     return ReadLoop(whole, tuple(before), tuple(captured))
 
 
-def add_loop(nodes: Nodes, read: ReadLoop, operands: Sequence[int]) -> list[int]:
-    """The places of the results of a loop among nodes: the carried values at its end, and all rows that it made."""
+def add_loop(nodes: Nodes, read: ReadLoop, handed: Sequence[int]) -> list[int]:
+    """The places of the results of a loop that is handed some values: the carried ones at its end, and all rows."""
     loop = read.loop
-    start, *rows, shared = _split(operands, (loop.carried, *(size * loop.count for size in loop.rows), len(operands)))
+    start, *rows, shared = _split(handed, (loop.carried, *(size * loop.count for size in loop.rows), len(handed)))
     places = list[int]()
     for op, inner, value, entry, own in read.before:
-        handed = op == SHARED and not value
-        places.append(shared[entry] if handed else nodes.add(op, tuple([places[i] for i in inner]), value, entry, own))
+        operands = [places[i] for i in inner]
+        if op == SHARED and not value:
+            places.append(shared[entry])
+        elif op == "array":  # of numbers that may be there as an array already
+            places.append(_array(nodes, operands))
+        else:
+            places.append(nodes.add(op, tuple(operands), value, entry, own))
     first = _parts(nodes, start)
     arrays = [_array(nodes, part) for part in rows]
     captured = [places[i] for i in read.captured]

@@ -26,6 +26,7 @@ from workbench.planning.linear_mpc.limit_rows import LimitRows
 from workbench.planning.linear_mpc.mpc_problem import LinearMpc, linear_mpc
 from workbench.planning.linear_mpc.offset_free import OffsetFree, limited_target, offset_free
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
+from workbench.planning.linear_mpc.predictive_design import PredictiveDesign, predictive_design
 from workbench.planning.linear_mpc.sampled_loss import SampledLoss, exact_loops, plan_gap, sampled_loss
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import SplittingAnswer, SplittingNumbers, no_memory, solve_period, sweep
@@ -44,6 +45,7 @@ __all__ = [
     "OffsetFree",
     "OperationCount",
     "PredictionMaps",
+    "PredictiveDesign",
     "RecursionNumbers",
     "SampledLoss",
     "SplittingAnswer",
@@ -61,6 +63,7 @@ __all__ = [
     "operation_count",
     "plan_gap",
     "prediction_maps",
+    "predictive_design",
     "recursion_numbers",
     "sampled_loss",
     "sampled_mpc",

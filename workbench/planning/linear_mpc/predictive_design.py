@@ -1,0 +1,167 @@
+"""The design of a predictive law for a linearised plant: its problem, the numbers of its solver, and its exact solution."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
+from workbench.core.validation.refusals import Array, known_name, refusal
+from workbench.core.validation.signatures import check_arguments
+from workbench.design.control_system import System
+from workbench.planning.linear_mpc.dual_recursion import recursion_numbers
+from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
+from workbench.planning.linear_mpc.limit_rows import Pair
+from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
+from workbench.planning.linear_mpc.splitting import SplittingNumbers
+from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class PredictiveDesign:
+    """A predictive law as it is designed: `ModelPredictive.of(plant, design)` makes the law.
+
+    Parameters
+    ----------
+    states, inputs
+        The names of the plant's states and inputs.
+    period
+        The period of the computer in s.
+    problem
+        The problem that is solved in each period, in deviations from the rest.
+    numbers
+        The constants of the solver, with the number of sweeps and how much a sweep reduces an error.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    period: float
+    problem: LinearMpc
+    numbers: SplittingNumbers
+
+    def __repr__(self) -> str:
+        n = self.numbers
+        proof = "proved" if n.is_proved else "not proved"
+        return (
+            f"<PredictiveDesign: {self.problem.horizon} stages of {self.period:g} s, limits on "
+            f"{', '.join(self.problem.rows.names)}, {n.sweeps} sweeps, contraction {n.contraction:.2g} ({proof})>"
+        )
+
+    @cached_property
+    def exact(self) -> ExactMpc:
+        """The exact solver of the same problem, outside the graph."""
+        return exact_mpc(self.problem)
+
+    @property
+    def law_arguments(self) -> Mapping[str, object]:
+        """The arguments of `ModelPredictive`."""
+        own, numbers, nc = recursion_numbers(self.problem), self.numbers, self.problem.rows.count
+        nx, nu = len(self.states), len(self.inputs)
+        return {
+            "state_names": self.states,
+            "input_names": self.inputs,
+            "period": self.period,
+            "horizon": self.problem.horizon,
+            "sweeps": numbers.sweeps,
+            "A": self.problem.A,
+            "B": self.problem.B,
+            "K": self.problem.K,
+            "S": own.inverse,
+            "F": self.problem.rows.F,
+            "E": self.problem.rows.E,
+            "low": self.problem.rows.low,
+            "high": self.problem.rows.high,
+            "softness": self.problem.rows.softness,
+            "sigma": numbers.sigma[:nc],
+            "W": numbers.W,
+            "L": numbers.L,
+            "cap": numbers.cap,
+            "x0": np.zeros(nx) if self.problem.x0 is None else self.problem.x0[:nx],
+            "u0": np.zeros(nu) if self.problem.u0 is None else self.problem.u0,
+        }
+
+
+@check_arguments
+def predictive_design(
+    system: System,
+    period: float,
+    Q: Numbers,
+    R: Numbers,
+    horizon: int,
+    *,
+    limits: Mapping[str, Pair],
+    rate_limits: Mapping[str, Pair] | None = None,
+    soft_weight: Numbers | None = None,
+    delay: float = 0.0,
+    sweeps: int | None = None,
+) -> PredictiveDesign:
+    """Design a predictive law for a linearised plant that a computer controls once in a period.
+
+    Parameters
+    ----------
+    system
+        The plant at its rest, as `linearize` gives it.
+    period, delay
+        Of the computer and of its inputs, in s.
+    Q, R, horizon
+        Weights of the states, (nx, nx) positive semidefinite, and inputs, (nu, nu) positive definite, for a period; and
+        the number of stages.
+    limits
+        Pairs (low, high) of states and inputs by name, in the units of the plant.
+    rate_limits
+        Pairs of the change of an input in a period, by name.
+    soft_weight
+        The weight w of a violation s of a limit of a state, w s^2. By default these limits are hard.
+    sweeps
+        The number of sweeps in a period. By default it follows from how much a sweep reduces an error.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its range, limits cross, or a limit excludes the rest.
+    LookupError
+        If the plant has no state or input of a name.
+    DesignError
+        If no gain stabilises the plant.
+
+    Examples
+    --------
+    >>> cart = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=np.zeros(4), at_rest=True)
+    >>> wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-3.0, 3.0)})
+    <PredictiveDesign: 20 stages of 0.02 s, limits on F, 3 sweeps, contraction 0.027 (proved)>
+    """
+    states, inputs = tuple(system.state_labels), tuple(system.input_labels)
+    if not limits and not rate_limits:
+        raise refusal("predictive_design(limits=...)", "a limit at least, else take `lqr`", limits)
+    for name in limits:
+        known_name(name, (*states, *inputs), "states and inputs of the plant")
+    for name in rate_limits or {}:
+        known_name(name, inputs, "inputs of the plant")
+    problem = sampled_mpc(
+        system,
+        period,
+        Q,
+        R,
+        horizon,
+        delay=delay,
+        input_limits=_ends(inputs, limits),
+        state_limits=_ends(states, limits),
+        rate_limits=_ends(inputs, rate_limits or {}),
+        soft_weight=soft_weight,
+    )
+    return PredictiveDesign(states, inputs, float(period), problem, splitting_numbers(problem, sweeps=sweeps))
+
+
+def _ends(names: tuple[str, ...], limits: Mapping[str, Pair]) -> tuple[Array, Array] | None:
+    """The two ends of the limits of some signals, infinite where there are none; None without any."""
+    if not any(name in limits for name in names):
+        return None
+    pairs = [limits.get(name, (-np.inf, np.inf)) for name in names]
+    low, high = (np.array([pair[i] for pair in pairs], dtype=float) for i in (0, 1))
+    return low, high
