@@ -170,7 +170,7 @@ class ModelPredictive(AbstractController):
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The plan of the next period about its LQR answer, the inputs on their way, and the residual."""
-        nx, nu, nc = self._counts
+        nc = self._counts[2]
         zeta, residual = self._solve(z, est, ref)
         v, shifted = self._first_input(zeta), ca.reshape(ca.vertcat(zeta[nc:], zeta[-nc:]), nc, self.horizon)
         at = self._rest(ref)
@@ -183,7 +183,7 @@ class ModelPredictive(AbstractController):
         _, plan = bounded_loop(self.horizon, about_lqr, after - at, shifted)
         following: dict[str, ca.SX] = {"plan": ca.vec(plan), "residual": residual}
         if self._waiting:
-            following["sent"] = ca.vertcat(z["sent"][nu:], v)
+            following["sent"] = after[self.states.size :]
         return following
 
     def _rest(self, ref: Follows) -> ca.SX:

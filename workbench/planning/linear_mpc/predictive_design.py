@@ -1,4 +1,4 @@
-"""The design of a predictive law for a linearised plant: its problem, the numbers of its solver, and its exact solution."""
+"""The design of a predictive law for a linearised plant: its problem, and the numbers of its solver."""
 
 from __future__ import annotations
 

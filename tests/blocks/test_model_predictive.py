@@ -1,0 +1,107 @@
+"""The predictive law in the graph: its reference in NumPy, LQR where no limit acts, delays, and bad arguments."""
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.planning.linear_mpc import no_memory, solve_period
+
+WEIGHTS = np.diag([10.0, 1.0, 10.0, 1.0]), [[0.1]]
+STATES = ("x", "xd", "phi", "phid")
+
+
+def cart_design(**options):
+    plant = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=np.zeros(4), at_rest=True)
+    limits = {"F": (-3.0, 3.0)} | options.pop("also", {})
+    return wb.predictive_design(plant, 0.02, *WEIGHTS, options.pop("horizon", 20), limits=limits, **options)
+
+
+def run_of(design, phi=0.2, step=0.5, until=1.0, **digital):
+    plant = wb.CartPole(phi=phi)
+    law = wb.ModelPredictive.of(plant, design, follow=("x",))
+    reference = wb.Step("x", "m", step)
+    loop = wb.ClosedLoop(plant, observer=wb.FullState.of(plant), controller=law, reference=reference)
+    return wb.simulate(loop.digital(0.02, **digital).step(1), until=until)
+
+
+def readings(run):
+    """States (K, 4) and forces (K,) of a run, at the instants of the computer."""
+    return np.stack([run[name][0].ravel() for name in STATES], axis=1), run["F"][0].ravel()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"sweeps": 1},
+        {"horizon": 7},
+        {"also": {"phi": (-0.1, 0.21)}, "soft_weight": 1e3},
+    ],
+    ids=["as designed", "one sweep", "short", "soft limit on a state"],
+)
+def test_the_law_in_a_loop_is_the_splitting_in_numpy(options):
+    design = cart_design(**options)
+    x, forces = readings(run_of(design))
+    numbers, memory = design.numbers, no_memory(design.numbers)
+    extra = design.problem.B.shape[0] - 4
+    sent = np.zeros(extra)
+    target = np.r_[0.5, np.zeros(3 + extra)], np.zeros(1)
+    for k in range(len(x) - 1):
+        answer = solve_period(numbers, memory, np.r_[x[k], sent], target)
+        memory, sent = answer.memory, answer.u[:extra] if extra else sent
+        np.testing.assert_allclose(forces[k], answer.u[0], rtol=0, atol=1e-10)  # of some 10^4 roundings
+    assert np.abs(forces).max() == pytest.approx(3.0)  # the limit acts
+
+
+def test_where_no_limit_acts_the_law_is_lqr():
+    design = cart_design()
+    x, forces = readings(run_of(design, phi=0.01, step=0.02))
+    linear = -(x - [0.02, 0, 0, 0]) @ np.ravel(design.problem.K)
+    assert np.abs(forces[:-1]).max() < 3.0
+    np.testing.assert_allclose(forces[:-1], linear[:-1], rtol=0, atol=1e-9)  # as the issue of the law asks
+
+
+def test_more_sweeps_come_nearer_to_the_exact_law():
+    errors = []
+    for sweeps in (1, 3, 30):
+        design = cart_design(sweeps=sweeps)
+        x, forces = readings(run_of(design, phi=-0.15, step=2.0))
+        exact = [design.exact.first_move(row - [2.0, 0, 0, 0])[0] for row in x[:-1]]
+        errors.append(np.abs(forces[:-1] - exact).max())
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 1e-6
+
+
+def test_a_law_knows_the_inputs_that_are_on_their_way():
+    def cost(design):
+        x, forces = readings(run_of(design, phi=0.1, step=0.1, until=3.0, delay=True))
+        return np.sum(((x - [0.1, 0, 0, 0]) ** 2) @ np.diag(WEIGHTS[0])) + 0.1 * np.sum(forces**2)
+
+    assert cost(cart_design(delay=0.02)) < 0.99 * cost(cart_design())
+
+
+def test_the_residual_says_how_far_a_plan_is_from_done():
+    run = run_of(cart_design(sweeps=2))
+    residual = run.x[0, :, run.step.states.slice("controller.residual")].ravel()
+    assert residual.max() > 1e-2
+    assert residual[-1] < residual.max()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"also": {"y": (0.0, 1.0)}}, "There is no 'y' among the 5 states and inputs of the plant"),
+        ({"also": {"F": (1.0, -1.0)}}, "must have its low end below its high end; 'F' has 1 and -1"),
+        ({"horizon": 1, "delay": 0.04}, "the horizon must exceed the delay"),
+    ],
+)
+def test_bad_designs_are_refused_in_one_sentence(change, message):
+    with pytest.raises((ValueError, LookupError), match=message):
+        cart_design(**change)
+
+
+def test_a_design_for_another_plant_is_refused():
+    with pytest.raises(ValueError, match="a design for the plant's own signals, omega, i; it is for x, xd, phi, phid"):
+        wb.ModelPredictive.of(wb.DCMotor(), cart_design())
+    with pytest.raises(ValueError, match="must be the result of `predictive_design`"):
+        wb.ModelPredictive.of(wb.CartPole(), np.eye(4))
