@@ -15,7 +15,7 @@ from workbench.arms.mechanics.urdf import read_urdf as read_urdf
 from workbench.arms.observers import ArmFullState, ExtendedStateObserver
 from workbench.blocks import loop as loop
 from workbench.blocks import plants as plants
-from workbench.blocks.laws import PID, Cascade, LimitedLaw, LinearLaw, ScheduledLaw, StateFeedback
+from workbench.blocks.laws import PID, Cascade, LimitedLaw, LinearLaw, ModelPredictive, ScheduledLaw, StateFeedback
 from workbench.blocks.loop import AbstractController as Controller
 from workbench.blocks.loop import AbstractObserver as Observer
 from workbench.blocks.loop import AbstractPlant as Plant
@@ -144,6 +144,7 @@ from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import fit, identifiability
 from workbench.identification.experiments import design_experiment
+from workbench.planning.linear_mpc import predictive_design
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
 from workbench.report.live.turned_knobs import linear_loop_at_knobs, turn_knobs
@@ -224,6 +225,7 @@ __all__ = [
     "LogUniform",
     "LoopLimits",
     "Manipulator",
+    "ModelPredictive",
     "Observer",
     "Ode",
     "OdePlant",
@@ -344,6 +346,7 @@ __all__ = [
     "plot",
     "pole_zero_map",
     "pole_zero_structure",
+    "predictive_design",
     "proofs",
     "provenance",
     "read_urdf",

@@ -24,9 +24,9 @@ BODY = "bounded_loop_body_"
 def bounded_loop(
     count: int,
     body: Callable[..., tuple[ca.SX, ...]],
-    carried: ca.SX,
+    carry: ca.SX,
     *rows: ca.SX,
-    shared: tuple[ca.SX, ...] = (),
+    constants: tuple[ca.SX, ...] = (),
     backward: bool = False,
 ) -> tuple[ca.SX, ...]:
     """The values that a body carries through `count` passes, and the rows that it makes in them:
@@ -38,14 +38,14 @@ def bounded_loop(
     count
         The number N of passes, at least 1.
     body
-        A function of c (nc, 1), of a column r (m, 1) of each of `rows`, and of all of `shared`, which returns the next
+        A function of c (nc, 1), of a column r (m, 1) of each of `rows`, and of all `constants`, which returns the next
         c (nc, 1) and any number of columns y (n, 1). It is called once, with symbols, and may use all other symbols of
         the equation.
-    carried
+    carry
         The values c[0] (nc, 1).
     rows
         Matrices (m, N), of which each pass gets one column.
-    shared
+    constants
         Values that all passes get, of any shape. A body may use an expression of the equation without it, but then the
         expression is a part of the body: hand over the results of another loop.
     backward
@@ -62,28 +62,35 @@ def bounded_loop(
 
     Examples
     --------
+    >>> import casadi as ca
     >>> x = ca.SX.sym("x")
     >>> end, powers = wb.bounded_loop(3, lambda c: (c * x, c * x), ca.SX(1))
-    >>> [float(v) for v in ca.Function("f", [x], [powers])(2.0).elements()]
+    >>> ca.Function("f", [x], [powers])(2.0).elements()
     [2.0, 4.0, 8.0]
     """
-    N = whole("bounded_loop(count=...)", count, least=1)
-    given, start = [ca.densify(part) for part in rows], ca.vec(ca.densify(carried))
+    N, start = whole("bounded_loop(count=...)", count, least=1), ca.vec(ca.densify(carry))
+    given, handed = ([ca.densify(ca.SX(part)) for part in parts] for parts in (rows, constants))
     if wrong := [part.shape for part in given if part.shape[1] != N]:
         raise ValueError(f"`bounded_loop(*rows)` must have a column for each of {N} passes; got the shape {wrong[0]}.")
-    c, r = ca.SX.sym("c", start.numel()), [ca.SX.sym("r", part.shape[0]) for part in given]
-    handed = [ca.densify(ca.SX(part)) for part in shared]
-    s = [ca.SX.sym("s", *part.shape) for part in handed]
-    following, *made = (ca.densify(ca.vec(ca.SX(part))) for part in body(c, *r, *s))
-    if following.numel() != c.numel():
+    function, others = _body(body, start.numel(), given, handed)
+    return tuple(_loop(function, N, backward).call([start, *given, ca.veccat(ca.SX(0, 1), *handed, *others)]))
+
+
+def _body(
+    body: Callable[..., tuple[ca.SX, ...]], size: int, rows: list[ca.SX], constants: list[ca.SX]
+) -> tuple[ca.Function, list[ca.SX]]:
+    """The body as a function (c, r, ..., shared), and the symbols of the equation behind its constants in `shared`."""
+    c, r = ca.SX.sym("c", size), [ca.SX.sym("r", part.shape[0]) for part in rows]
+    s = [ca.SX.sym("s", *part.shape) for part in constants]
+    following, *columns = (ca.densify(ca.vec(ca.SX(part))) for part in body(c, *r, *s))
+    if following.numel() != size:
         raise ValueError(
-            f"The body of a `bounded_loop` must return as many carried values as it takes, {c.numel()}; "
+            f"The body of a `bounded_loop` must return as many carried values as it takes, {size}; "
             f"got {following.numel()}."
         )
     own = {symbol.element_hash() for symbol in ca.vertsplit(ca.veccat(c, *r, *s))}
-    others = [s for s in ca.symvar(ca.vertcat(following, *made)) if s.element_hash() not in own]
-    function = ca.Function("body", [c, *r, ca.veccat(ca.SX(0, 1), *s, *others)], [following, *made])
-    return tuple(_loop(function, N, backward).call([start, *given, ca.veccat(ca.SX(0, 1), *handed, *others)]))
+    others = [s for s in ca.symvar(ca.vertcat(following, *columns)) if s.element_hash() not in own]
+    return ca.Function("body", [c, *r, ca.veccat(ca.SX(0, 1), *s, *others)], [following, *columns]), others
 
 
 @dataclass(frozen=True)
@@ -99,17 +106,17 @@ class LoopBody:
     function: ca.Function
 
     @property
-    def carried(self) -> int:
+    def carry_size(self) -> int:
         """The number of carried values."""
         return int(self.function.numel_in(0))
 
     @property
-    def rows(self) -> tuple[int, ...]:
+    def row_sizes(self) -> tuple[int, ...]:
         """The numbers of entries of the columns that a pass gets."""
         return tuple(self.function.numel_in(i) for i in range(1, self.function.n_in() - 1))
 
     @property
-    def made(self) -> tuple[int, ...]:
+    def result_sizes(self) -> tuple[int, ...]:
         """The numbers of entries of the columns that a pass makes."""
         return tuple(self.function.numel_out(i) for i in range(1, self.function.n_out()))
 

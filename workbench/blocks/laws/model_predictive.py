@@ -68,7 +68,7 @@ class ModelPredictive(AbstractController):
     >>> design = wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-3.0, 3.0)})
     >>> law = wb.ModelPredictive.of(plant, design, follow=("x",))
     >>> law.reads.names, law.follows.names, law.sweeps
-    (('x', 'xd', 'phi', 'phid'), ('x',), 3)
+    (('x', 'xd', 'phi', 'phid'), ('x',), 4)
     """
 
     states: Layout
@@ -215,7 +215,7 @@ class ModelPredictive(AbstractController):
         def sweep(both: ca.SX, lqr: ca.SX) -> tuple[ca.SX, ...]:
             return (ca.vertcat(*self._sweep(ca.reshape(both[:-1], nc, self.horizon), lqr)),)
 
-        (both,) = bounded_loop(self.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), shared=(answer,))
+        (both,) = bounded_loop(self.sweeps, sweep, ca.vertcat(ca.vec(zeta), 0.0), constants=(answer,))
         return both[:-1], both[-1]
 
     def _sweep(self, zeta: ca.SX, answer: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -255,13 +255,13 @@ class ModelPredictive(AbstractController):
                 step = own - ca.reshape(W, nc, r) @ t
                 return ca.fmax(most, ca.mmax(ca.fabs(step) * self._shares)), step
 
-            largest, change = bounded_loop(self.horizon, without_modes, ca.SX(0.0), gap, modes, shared=(t,))
+            largest, change = bounded_loop(self.horizon, without_modes, ca.SX(0.0), gap, modes, constants=(t,))
         scale = ca.fmin(1.0, self.cap / ca.fmax(largest, self.cap))
 
         def take(none: ca.SX, own: ca.SX, step: ca.SX, share: ca.SX) -> tuple[ca.SX, ...]:
             return none, own + step * share
 
-        _, following = bounded_loop(self.horizon, take, ca.SX(0, 1), zeta, change, shared=(scale,))
+        _, following = bounded_loop(self.horizon, take, ca.SX(0, 1), zeta, change, constants=(scale,))
         return ca.vec(following), residual
 
     @property

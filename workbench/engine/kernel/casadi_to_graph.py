@@ -7,8 +7,8 @@ operand does.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
 
 import casadi as ca
 
@@ -53,10 +53,10 @@ def read(step: StepMap) -> Graph:
 def _graph(rule: StepRule) -> Graph:
     earlier = []
     for crossing in rule.crossings:
-        reader = _Reader()
+        reader = _Reader(_source)
         results = reader.read(_function(rule, crossing.values))
         earlier.append(Graph(tuple(reader.nodes.nodes), tuple(results)))
-    reader = _Reader()
+    reader = _Reader(_source)
     results = reader.read(_function(rule, rule.rate, rule.update))
     return Graph(tuple(reader.nodes.nodes), tuple(results), tuple(earlier))
 
@@ -75,7 +75,7 @@ def read_segments(step: StepMap) -> Graph | None:
 def _segments(rule: StepRule) -> Graph | None:
     if rule.segment_parts is None:
         return None
-    reader = _Reader()
+    reader = _Reader(_source)
     results = tuple(reader.read(rule.segment_parts))
     return Graph(tuple(reader.nodes.nodes), results, _graph(rule).earlier)
 
@@ -97,7 +97,7 @@ _loops: dict[str, ReadLoop] = {}  # by the names of their functions, which are d
 def _loop(loop: LoopBody) -> ReadLoop:
     """A loop as the graphs of this process hold it: one object, so that equal loops on equal values are one node."""
     if loop.name not in _loops:
-        reader = _BodyReader(loop)
+        reader = _Reader(partial(body_source, loop))
         results = reader.read(loop.function)
         _loops[loop.name] = read_loop(loop, reader.nodes, results)
     return _loops[loop.name]
@@ -108,7 +108,7 @@ def read_with(step: StepMap, values: Sequence[ca.SX]) -> tuple[Graph, list[int |
 
     Beside it, for each value its place among the results, or None where the step has no use of it.
     """
-    reader, rule, earlier = _Reader(), step.rule, read(step).earlier
+    reader, rule, earlier = _Reader(_source), step.rule, read(step).earlier
     results = reader.read(_function(rule, rule.rate, rule.update))
     found = reader.read(_function(rule, ca.vertcat(ca.SX(0, 1), *values)))
     both = join_parts(Graph(tuple(reader.nodes.nodes), (*results, *found), earlier))
@@ -121,19 +121,25 @@ def read_with(step: StepMap, values: Sequence[ca.SX]) -> tuple[Graph, list[int |
     return Graph(nodes, (*results, *kept), earlier), [places.get(place) for place in found]
 
 
+def _source(nodes: Nodes, part: int, entry: int) -> int:
+    """The place of an entry of a step's symbols."""
+    return nodes.add(SOURCES[part], entry=entry)
+
+
 class _Reader:
-    def __init__(self) -> None:
-        self.nodes = Nodes()
+    """The nodes of a function while it is read; `source` adds that of an entry of an argument."""
+
+    def __init__(self, source: Callable[[Nodes, int, int], int]) -> None:
+        self.nodes, self.source = Nodes(), source
         self.quotients: dict[int, tuple[int, ...]] = {}  # what a product with a reciprocal was a quotient of
 
     def read(self, function: ca.Function) -> list[int]:
         """The places of the results of the function."""
-        results = evaluate_sx(function, self._source, self.nodes.constant, self._operation, self._call)
+        results = evaluate_sx(
+            function, partial(self.source, self.nodes), self.nodes.constant, self._operation, self._call
+        )
         zero = self.nodes.constant(0.0)
         return [part.get(i, zero) for k, part in enumerate(results) for i in range(function.size1_out(k))]
-
-    def _source(self, part: int, entry: int) -> int:
-        return self.nodes.add(SOURCES[part], entry=entry)
 
     def _call(self, function: ca.Function, operands: Sequence[int]) -> Sequence[int]:
         """The places of the results of a bounded loop; any other call is an operation that no kernel knows."""
@@ -234,14 +240,3 @@ class _Reader:
         below = add("if_else", (whole, signed, add("log", (base,))))  # of a negative number: there is none
         result = add("if_else", (add("lt", (base, zero)), below, size))
         return add("if_else", (add("eq", (exponent, zero)), one, result))
-
-
-class _BodyReader(_Reader):
-    """The reader of the body of a loop, whose sources are the carried values, the row and the shared values."""
-
-    def __init__(self, loop: LoopBody) -> None:
-        super().__init__()
-        self.loop = loop
-
-    def _source(self, part: int, entry: int) -> int:
-        return body_source(self.nodes, self.loop, part, entry)

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable
 
 from workbench.engine.kernel.graph import Graph
-from workbench.engine.kernel.loop_emission import LoopEmission, Room
+from workbench.engine.kernel.loop_emission import AbstractLoopEmission, Room
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.machines.llvm_spelling import instructions, literal
 
 NO_ROOM = Room("", 0)  # of lines that have no loops
 
 
-class Emission(LoopEmission):
+class Emission(AbstractLoopEmission):
     """The machine that writes each operation as a line of LLVM IR, from a block of some label on.
 
     The arrays of its loops are in a `room`.
@@ -28,7 +29,7 @@ class Emission(LoopEmission):
         block: str = "",
         room: Room = NO_ROOM,
     ) -> None:
-        super().__init__(block, room)
+        self.block, self.room, self.registers, self.labels = block, room, {}, itertools.count(1)
         self.width = width
         self.fused_products = fused_products
         self.prefix = prefix

@@ -8,15 +8,15 @@ from __future__ import annotations
 import enum
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate, chain
-from typing import NamedTuple, TypeVar
+from itertools import chain
+from typing import NamedTuple
 
+from workbench.engine.kernel.loop_node import ARRAYS, LOOP_SOURCES, GraphLoop
 from workbench.engine.machines.operations import OPERATIONS
 
-Result = TypeVar("Result")
 DEEPEST = 32  # sums of sums of angles that are opened: each adds its rounding
 
 
@@ -32,21 +32,18 @@ class Level(enum.IntEnum):
 class Node(NamedTuple):
     """One operation on the values of earlier nodes; `value` is that of a constant, `entry` that of an input.
 
-    The nodes of a `loop` and of arrays are described in `loops`; the value of an array is its length.
+    The nodes of loops and arrays are described in `loop_node`; the value of an array is its length.
     """
 
     op: str
     operands: tuple[int, ...] = ()
     value: float = 0.0
     entry: int = 0
-    loop: Loop | None = None
+    loop: GraphLoop | None = None
 
 
 # v is what an earlier part hands over, d the recorded numbers of a step, m the middle of a step or segment, s the
 # offset at which a segment begins, z the state there, and e the state at the end of the step without its segments.
-# Operations that give an array, and the sources of the body of a loop: see `Loop`.
-ARRAYS = ("array", "slice", "loop_end", "loop_rows")
-LOOP_SOURCES = ("carried", "row", "shared")
 SOURCES = ("h", "k", "t", "x", "p", "w", "v", "m", "d", "s", "e")
 LEVELS = {
     "const": Level.LENGTH,
@@ -151,46 +148,6 @@ class Graph:
         return Graph(tuple(nodes), tuple(new[i] for i in self.results))
 
 
-@dataclass(frozen=True, eq=False)
-class Loop:
-    """A body that is passed `count` times; see `core.bounded_loop` for its values.
-
-    The operands of its node are the parts of the first carried values, `entry` many; then an array for each of `rows`;
-    then the shared values. Of the body, "carried" and "row" (of the array `entry`) are arrays, and "shared" is the
-    value of the operand `entry` behind the rows, an array where the node has a length. The results of the body are the
-    parts of the next carried values, and of each row that it makes: `parts` has their numbers. A part is a number or an
-    array.
-
-    `loop_end` is the array of the carried values at the end, and `loop_rows` that of all rows `entry` that were made.
-    `array` puts parts together, `slice` is a part of an array from `entry` on, and `item` is its number at `entry`.
-    """
-
-    count: int
-    backward: bool
-    carried: int
-    rows: tuple[int, ...]
-    made: tuple[int, ...]
-    body: Graph
-    parts: tuple[int, ...]
-
-    def split(self, results: Sequence[Result]) -> list[Sequence[Result]]:
-        """What belongs to the results of the body, by the carried values and each row that it makes."""
-        ends = list(accumulate(self.parts))
-        return [results[end - size : end] for end, size in zip(ends, self.parts, strict=True)]
-
-    @property
-    def carries_items(self) -> bool:
-        """True if the body reads the carried values one by one, and nowhere as an array."""
-        return not any(
-            self.body.nodes[i].op == "carried" and node.op != "item" for node in self.body.nodes for i in node.operands
-        )
-
-
-def length(node: Node) -> int:
-    """The number of entries of an array; 0 of a number."""
-    return int(node.value) if node.op in ARRAYS or node.op in LOOP_SOURCES else 0
-
-
 class Nodes:
     """The nodes of a graph while it is built, each one once, with constants folded."""
 
@@ -206,7 +163,7 @@ class Nodes:
         return self.add("const", value=float(value) + 0.0)
 
     def add(
-        self, op: str, operands: tuple[int, ...] = (), value: float = 0.0, entry: int = 0, loop: Loop | None = None
+        self, op: str, operands: tuple[int, ...] = (), value: float = 0.0, entry: int = 0, loop: GraphLoop | None = None
     ) -> int:
         """The place of an operation on the values at earlier places."""
         if op in CONSTANT_FOLDS and self.nodes[operands[0]].op == "const":

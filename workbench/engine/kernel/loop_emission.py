@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
 from typing import cast
 
-from workbench.engine.kernel.graph import Graph, length
+from workbench.engine.kernel.graph import Graph
+from workbench.engine.kernel.loop_node import length
 from workbench.engine.machines.loop_machine import Body, LoopingMachine, LoopShape, Part, Parts
 
 MOST_REGISTERS = 24  # carried values that stay in registers; more are in memory, where the processor would put them
@@ -20,7 +21,7 @@ def room_of(graph: Graph) -> int:
     for node in graph.nodes:
         total += length(node) if node.op == "array" else 0
         if node.loop is not None:
-            total += node.loop.carried + sum(node.loop.made) * node.loop.count + room_of(node.loop.body)
+            total += node.loop.carry_size + sum(node.loop.result_sizes) * node.loop.count + room_of(node.loop.body)
     return total
 
 
@@ -36,17 +37,24 @@ class Room:
         return self.used - size
 
 
-class LoopEmission:
-    """The arrays and loops of a machine that writes lines; `block` is the label of the block that it writes."""
+class AbstractLoopEmission(ABC):
+    """The arrays and loops of a machine that writes lines; `block` is the label of the block that it writes.
+
+    Attributes
+    ----------
+    registers
+        The numbers of the arrays that are registers.
+    labels
+        The numbers of the next labels.
+    """
 
     type: str
     prefix: str
     lines: list[str]
-
-    def __init__(self, block: str, room: Room) -> None:
-        self.block, self.room = block, room
-        self.registers: dict[str, list[str]] = {}  # the numbers of the arrays that are registers
-        self.labels = itertools.count(1)
+    block: str
+    room: Room
+    registers: dict[str, list[str]]
+    labels: Iterator[int]
 
     @abstractmethod
     def line(self, text: str) -> str:
@@ -114,19 +122,19 @@ class LoopEmission:
 
     def loop(self, shape: LoopShape, start: Parts[str], rows: Sequence[str], body: Body[str]) -> Sequence[str]:
         """The arrays at the end of a loop: its carried values, and the rows that it made."""
-        made = [self._reserve(size * shape.count) for size in shape.made]
-        kept = shape.carries_items and shape.carried <= MOST_REGISTERS
+        made = [self._reserve(size * shape.count) for size in shape.result_sizes]
+        kept = shape.carries_items and shape.carry_size <= MOST_REGISTERS
         first = self._numbers(start) if kept else []
         memory = "" if kept else self.array(start)
         ends = list[str]()
 
         def one_pass(k: str) -> None:
             index = self.line(f"sub i64 {shape.count - 1}, {k}") if shape.backward else k
-            own = [self._row(part, index, size) for part, size in zip(rows, shape.rows, strict=True)]
+            own = [self._row(part, index, size) for part, size in zip(rows, shape.row_sizes, strict=True)]
             label = k.removesuffix("_k")
-            carried = self._of_registers([f"{label}_c{i}" for i in range(shape.carried)]) if kept else memory
+            carried = self._of_registers([f"{label}_c{i}" for i in range(shape.carry_size)]) if kept else memory
             following, *made_rows = body(cast(LoopingMachine[str], self), [carried, *own], _outside)
-            for array, size, row in zip(made, shape.made, made_rows, strict=True):
+            for array, size, row in zip(made, shape.result_sizes, made_rows, strict=True):
                 self._write(self._row(array, index, size), row)
             if kept:
                 ends.extend(self._numbers(following))

@@ -7,17 +7,8 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from workbench.core.bounded_loop import LoopBody
-from workbench.engine.kernel.graph import (
-    LOOP_SOURCES,
-    Graph,
-    Loop,
-    Node,
-    Nodes,
-    expand_angle_sums,
-    fuse_products,
-    length,
-    order_nodes,
-)
+from workbench.engine.kernel.graph import Graph, Node, Nodes, expand_angle_sums, fuse_products, order_nodes
+from workbench.engine.kernel.loop_node import LOOP_SOURCES, GraphLoop, length
 
 CARRIED, ROW, SHARED = LOOP_SOURCES
 
@@ -27,27 +18,27 @@ class ReadLoop:
     """A loop, and what stands before it.
 
     `before` are the nodes that change in no pass, of which "shared" is a value that the call hands over, and
-    `captured` the places among them of the values that the body shares, in its order.
+    `places` those among them that the body shares, in its order.
     """
 
-    loop: Loop
+    loop: GraphLoop
     before: tuple[Node, ...]
-    captured: tuple[int, ...]
+    places: tuple[int, ...]
 
 
-def body_source(nodes: Nodes, loop: LoopBody, part: int, entry: int) -> int:
+def body_source(loop: LoopBody, nodes: Nodes, part: int, entry: int) -> int:
     """The place of an entry of the carried values, of a row, or of the shared values of a body."""
-    if part > len(loop.rows):
+    if part > len(loop.row_sizes):
         return nodes.add(SHARED, entry=entry)
     if part == 0:
-        return nodes.add("item", (nodes.add(CARRIED, value=float(loop.carried)),), entry=entry)
-    row = nodes.add(ROW, value=float(loop.rows[part - 1]), entry=part - 1)
+        return nodes.add("item", (nodes.add(CARRIED, value=float(loop.carry_size)),), entry=entry)
+    row = nodes.add(ROW, value=float(loop.row_sizes[part - 1]), entry=part - 1)
     return nodes.add("item", (row,), entry=entry)
 
 
 def read_loop(loop: LoopBody, nodes: Nodes, results: Sequence[int]) -> ReadLoop:
     """A loop from the nodes of its body as they are read, and the places of the next carried values and of the rows."""
-    sizes = (loop.carried, *loop.made)
+    sizes = (loop.carry_size, *loop.result_sizes)
     parts = [_parts(nodes, own, hazard=CARRIED) for own in _split(results, sizes)]
     moving = set[int]()
     for place, node in enumerate(nodes.nodes):
@@ -78,14 +69,16 @@ def read_loop(loop: LoopBody, nodes: Nodes, results: Sequence[int]) -> ReadLoop:
     ends = tuple(inside(i) for part in parts for i in part)
     graph = order_nodes(fuse_products(expand_angle_sums(Graph(tuple(body), ends))))
     counts = tuple(map(len, parts))
-    whole = Loop(loop.count, loop.backward, loop.carried, loop.rows, loop.made, graph, counts)
+    whole = GraphLoop(loop.count, loop.backward, loop.carry_size, loop.row_sizes, loop.result_sizes, graph, counts)
     return ReadLoop(whole, tuple(before), tuple(captured))
 
 
-def add_loop(nodes: Nodes, read: ReadLoop, handed: Sequence[int]) -> list[int]:
+def add_loop(nodes: Nodes, read: ReadLoop, values: Sequence[int]) -> list[int]:
     """The places of the results of a loop that is handed some values: the carried ones at its end, and all rows."""
     loop = read.loop
-    start, *rows, shared = _split(handed, (loop.carried, *(size * loop.count for size in loop.rows), len(handed)))
+    start, *rows, shared = _split(
+        values, (loop.carry_size, *(size * loop.count for size in loop.row_sizes), len(values))
+    )
     places = list[int]()
     for op, inner, value, entry, own in read.before:
         operands = [places[i] for i in inner]
@@ -97,10 +90,10 @@ def add_loop(nodes: Nodes, read: ReadLoop, handed: Sequence[int]) -> list[int]:
             places.append(nodes.add(op, tuple(operands), value, entry, own))
     first = _parts(nodes, start)
     arrays = [_array(nodes, part) for part in rows]
-    captured = [places[i] for i in read.captured]
+    captured = [places[i] for i in read.places]
     place = nodes.add("loop", (*first, *arrays, *captured), entry=len(first), loop=loop)
     results = list[int]()
-    for i, size in enumerate((loop.carried, *(size * loop.count for size in loop.made))):
+    for i, size in enumerate((loop.carry_size, *(size * loop.count for size in loop.result_sizes))):
         if size:
             array = nodes.add("loop_end", (place,), float(size)) if i == 0 else None
             array = nodes.add("loop_rows", (place,), float(size), i - 1) if array is None else array

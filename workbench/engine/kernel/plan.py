@@ -9,9 +9,10 @@ from typing import Generic, NamedTuple
 
 from workbench.core import StepMap
 from workbench.engine.kernel.casadi_to_graph import read, read_segments
-from workbench.engine.kernel.graph import ARRAYS, Graph, Level, Node, length
+from workbench.engine.kernel.graph import Graph, Level, Node
 from workbench.engine.kernel.graph_rewriting import rewrite
 from workbench.engine.kernel.loop_emission import room_of
+from workbench.engine.kernel.loop_node import ARRAYS, length
 from workbench.engine.kernel.step_graph import step_graph
 from workbench.engine.machines.elementary_functions import Angle
 from workbench.engine.machines.formula_table import IN_DOUBLE, QUARTERS, FormulaTable
@@ -236,7 +237,7 @@ class Evaluation(Generic[Value]):
     def _loop(self, node: Node) -> Sequence[Value]:
         loop, parts = node.loop, [self.part(i) for i in node.operands]
         assert loop is not None
-        first, last = node.entry, node.entry + len(loop.rows)
+        first, last = node.entry, node.entry + len(loop.row_sizes)
         rows, shared = [part.value for part in parts[first:last]], parts[last:]
 
         def body(machine: LoopingMachine[Value], own: Sequence[Value], adopt: Adopt[Value]) -> Pass[Value]:
@@ -248,7 +249,9 @@ class Evaluation(Generic[Value]):
             inner.make(range(len(loop.body.nodes)))
             return loop.split([inner.part(place) for place in loop.body.results])
 
-        shape = LoopShape(loop.count, loop.backward, loop.carried, loop.rows, loop.made, loop.carries_items)
+        shape = LoopShape(
+            loop.count, loop.backward, loop.carry_size, loop.row_sizes, loop.result_sizes, loop.carries_items
+        )
         return self.machine.loop(shape, parts[:first], rows, body)
 
     def _operands(self, op: str, places: Sequence[int]) -> Iterator[MachineNumber[Value] | MachineTruth[Value]]:

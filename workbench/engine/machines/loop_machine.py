@@ -31,7 +31,7 @@ class LoopShape:
 
     Attributes
     ----------
-    carried, rows, made
+    carry_size, row_sizes, result_sizes
         The number of carried values, and the lengths of the rows that a pass reads and makes.
     carries_items
         True if the body reads the carried values one by one.
@@ -39,9 +39,9 @@ class LoopShape:
 
     count: int
     backward: bool
-    carried: int
-    rows: tuple[int, ...]
-    made: tuple[int, ...]
+    carry_size: int
+    row_sizes: tuple[int, ...]
+    result_sizes: tuple[int, ...]
     carries_items: bool
 
 

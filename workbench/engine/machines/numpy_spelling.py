@@ -9,6 +9,7 @@ IEEE Transactions on Computers 57, section 4.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -132,8 +133,12 @@ IN_SINGLE: Mapping[str, Callable[..., Lanes]] = {
 }
 
 
-class _AtOnce:
+class AbstractLanes(ABC):
     """The arrays and loops of a machine that computes each operation at once; an array has its entries in front."""
+
+    @abstractmethod
+    def do(self, operation: str, *operands: Lanes) -> Lanes:
+        """The result."""
 
     def array(self, parts: Parts[Lanes]) -> Lanes:
         """The array of some parts."""
@@ -169,7 +174,7 @@ def join_lanes(parts: Sequence[tuple[Lanes, int]]) -> Lanes:
 
 def pass_rows(
     shape: LoopShape,
-    carried: Lanes,
+    carry: Lanes,
     rows: Sequence[Lanes],
     one_pass: Callable[[Sequence[Lanes]], Sequence[Lanes]],
 ) -> Sequence[Lanes]:
@@ -177,16 +182,16 @@ def pass_rows(
     passes = list[Sequence[Lanes]]()
     for k in range(shape.count):
         place = shape.count - 1 - k if shape.backward else k
-        own = [np.asarray(part)[place * n : (place + 1) * n] for part, n in zip(rows, shape.rows, strict=True)]
-        carried, *made = one_pass([carried, *own])
+        own = [np.asarray(part)[place * n : (place + 1) * n] for part, n in zip(rows, shape.row_sizes, strict=True)]
+        carry, *made = one_pass([carry, *own])
         passes.append(made)
     in_order = passes[::-1] if shape.backward else passes
-    sizes = enumerate(shape.made)
-    return [carried, *(join_lanes([(made[i], size) for made in in_order]) for i, size in sizes)]
+    sizes = enumerate(shape.result_sizes)
+    return [carry, *(join_lanes([(made[i], size) for made in in_order]) for i, size in sizes)]
 
 
 @dataclass(frozen=True)
-class Arrays(_AtOnce):
+class Arrays(AbstractLanes):
     """A machine that computes each operation at once."""
 
     fused_products: bool
@@ -205,7 +210,7 @@ class Arrays(_AtOnce):
 
 
 @dataclass(frozen=True)
-class Singles(_AtOnce):
+class Singles(AbstractLanes):
     """A machine that computes each operation at once, on arrays of floats and of words of 32 bits."""
 
     fused_products: bool = False

@@ -7,10 +7,10 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from workbench.engine.kernel.graph import Graph, Node, length
+from workbench.engine.kernel.graph import Graph
 from workbench.engine.machines.c_real import DOUBLE, Real, word_text
 from workbench.engine.machines.c_spelling import (
     FUSED_ARGUMENTS,
@@ -22,16 +22,8 @@ from workbench.engine.machines.c_spelling import (
     truth_of_number,
 )
 from workbench.engine.machines.operations import OPERATIONS, Kind, Tightness, gives_truth
-from workbench.handover.c99.c_loops import (
-    OF_ARRAYS,
-    LoopNames,
-    LoopText,
-    PartText,
-    array_lines,
-    item_text,
-    loop_lines,
-    slice_text,
-)
+from workbench.handover.c99.c_loop_writer import AbstractLoopWriter
+from workbench.handover.c99.c_loops import OF_ARRAYS, LoopNames, LoopText, PartText, item_text
 
 WIDTH = 84  # letters of an expression, beyond which its longest part gets a variable
 ROOM = "loop_room"  # the array for the arrays of loops
@@ -144,7 +136,7 @@ def paired_angles(graph: Graph, numbers: Collection[int]) -> frozenset[int]:
     return frozenset(sines & cosines)
 
 
-class _Writer:
+class _Writer(AbstractLoopWriter):
     """The state of `assignments`: the text of each value so far, and the variables that are taken.
 
     The body of a loop has a writer of its own, which shares the names of the one around it.
@@ -192,7 +184,7 @@ class _Writer:
             self.texts[place] = self.scope.sources[place]
             return
         if node.op in OF_ARRAYS:
-            self.texts[place] = Text(self._array(place, node), Tightness.ATOM, plain=True)
+            self.texts[place] = Text(self.array(place, node), Tightness.ATOM, plain=True)
             return
         text = self._composed(place)
         while len(text.text) > WIDTH and (longest := self._longest_operand(place)) is not None:
@@ -255,56 +247,22 @@ class _Writer:
             self.turns[angle] = self._variable(f"{self.scope.prefix}_pair{real.mark}", name, text).text
         return self.turns[angle]
 
-    def _array(self, place: int, node: Node) -> str:
-        """The expression of an array; the lines that make it stand before it. Of a loop it is not used."""
-        type_, room, first = self.scope.real.type, self.scope.room, node.operands[0]
-        match node.op:
-            case "loop":
-                self.loops[place] = self._loop(node)
-                return ""
-            case "loop_end":
-                return self.loops[first].carried
-            case "loop_rows":
-                return self.loops[first].made[node.entry]
-            case "slice":
-                return slice_text(self.texts[first].text, node.entry)
-        name, lines = array_lines(type_, room, self.loop_names, [self._part(i) for i in node.operands])
-        self.lines += lines
-        return name
+    def number(self, place: int) -> Text:
+        """A value as a number of the scope's format."""
+        return self._number(place, self.scope.real)
 
-    def _part(self, place: int) -> PartText:
-        """A value as a part of an array; a number is a variable, or stands as it is."""
-        if size := length(self.nodes[place]):
-            return PartText(self.texts[place].text, size)
-        number = self._number(place, self.scope.real)
-        return PartText((number if number.plain else self._variable(self.scope.real.type, self._new(), number)).text)
+    def variable(self, text: Text) -> Text:
+        """A new variable with a value."""
+        return self._variable(self.scope.real.type, self._new(), text)
 
-    def _loop(self, node: Node) -> LoopText:
-        loop, parts = node.loop, [self._part(i) for i in node.operands]
-        assert loop is not None
-        first, last = node.entry, node.entry + len(loop.rows)
-        rows, shared = [part.text for part in parts[first:last]], parts[last:]
-        real, body = self.scope.real, loop.body
-
-        def one_pass(carried: str, own: Sequence[str]) -> tuple[list[str], list[PartText]]:
-            def source(op: str, entry: int) -> Text:
-                text = carried if op == "carried" else own[entry] if op == "row" else shared[entry].text
-                return Text(text, Tightness.ATOM, plain=True)
-
-            given = [(i, one) for i, one in enumerate(body.nodes) if not one.operands and one.op != "const"]
-            sources = {i: source(one.op, one.entry) for i, one in given}
-            numbers = {i: one.value for i, one in enumerate(body.nodes) if one.op == "const"}
-            scope = Scope(body, self.scope.prefix, real, numbers, sources, {}, self.scope.fused_products, (), room)
-            inner = _Writer(scope, self)
-            for place in inner._lacking(body.results):
-                inner._make(place)
-            results = [inner._part(place) for place in body.results]
-            return inner.lines, results
-
-        room = self.scope.room
-        written = loop_lines((real.type, room), self.loop_names, loop, parts[:first], rows, one_pass)
-        self.lines += written.lines
-        return written
+    def inside(self, body: Graph, sources: Mapping[int, Text]) -> tuple[list[str], list[PartText]]:
+        """The lines of a pass of a body, and its results."""
+        numbers = {i: one.value for i, one in enumerate(body.nodes) if one.op == "const"}
+        scope = replace(self.scope, graph=body, numbers=numbers, sources=sources, names={}, doubles=())
+        inner = _Writer(scope, self)
+        for place in inner._lacking(body.results):
+            inner._make(place)
+        return inner.lines, [inner.part(place) for place in body.results]
 
     def _truth(self, place: int, real: Real) -> Text:
         if self.scope.is_truth(place):

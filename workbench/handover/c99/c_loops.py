@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from workbench.engine.kernel.graph import ARRAYS, Graph, Loop, Node
+from workbench.engine.kernel.graph import Graph, Node
 from workbench.engine.kernel.loop_emission import MOST_REGISTERS
+from workbench.engine.kernel.loop_node import ARRAYS, GraphLoop
 
 OF_ARRAYS = frozenset((*ARRAYS, "loop"))
 COPIED_ONE_BY_ONE = 4  # entries; more are copied by a loop
 
 
-@dataclass
 class LoopNames:
     """The names that the loops of a function have taken, and the numbers of the room for their arrays."""
 
-    room: int = 0
-    counts: Iterator[int] = field(default_factory=lambda: itertools.count(1))
+    def __init__(self) -> None:
+        self.room, self.counts = 0, itertools.count(1)
 
     def reserve(self, size: int) -> int:
         """The place of so many numbers in the room."""
@@ -62,15 +62,15 @@ def store(name: str, parts: Sequence[PartText], number: int, first: str = "") ->
 class LoopText:
     """The arrays of a loop at its end, and its lines."""
 
-    carried: str
-    made: list[str]
+    carry: str
+    rows: list[str]
     lines: list[str]
 
 
 def loop_lines(
     scope: tuple[str, str],
     names: LoopNames,
-    loop: Loop,
+    loop: GraphLoop,
     start: Sequence[PartText],
     rows: Sequence[str],
     body: Callable[[str, Sequence[str]], tuple[list[str], list[PartText]]],
@@ -84,14 +84,14 @@ def loop_lines(
     k, carried = f"pass_{number}", f"carried_{number}"
     own, made = (
         [f"{word}_{number}{'abcdefghijklmnopqrstuvwxyz'[i] if len(sizes) > 1 else ''}" for i in range(len(sizes))]
-        for word, sizes in (("row", loop.rows), ("made", loop.made))
+        for word, sizes in (("row", loop.row_sizes), ("made", loop.result_sizes))
     )
     lines = list[str]()
-    if loop.carries_items and loop.carried <= MOST_REGISTERS:
-        lines += [f"{type_} {carried}[{loop.carried}];"] if loop.carried else []
+    if loop.carries_items and loop.carry_size <= MOST_REGISTERS:
+        lines += [f"{type_} {carried}[{loop.carry_size}];"] if loop.carry_size else []
     else:
-        lines.append(f"{type_} *const {carried} = {_behind(room, names.reserve(loop.carried))};")
-    for array, size in zip(made, loop.made, strict=True):
+        lines.append(f"{type_} *const {carried} = {_behind(room, names.reserve(loop.carry_size))};")
+    for array, size in zip(made, loop.result_sizes, strict=True):
         lines.append(f"{type_} *const {array} = {_behind(room, names.reserve(size * loop.count))};")
     lines += store(carried, start, number)
     inner, results = body(carried, own)
@@ -99,9 +99,9 @@ def loop_lines(
     last = loop.count - 1
     way = f"int {k} = {last}; {k} >= 0; --{k}" if loop.backward else f"int {k} = 0; {k} < {loop.count}; ++{k}"
     lines.append(f"for ({way}) {{")
-    for name, array, size in zip(own, rows, loop.rows, strict=True):
+    for name, array, size in zip(own, rows, loop.row_sizes, strict=True):
         lines.append(f"    const {type_} *const {name} = {array} + {_times(size, k)};")
-    for array, size, row in zip(made, loop.made, made_rows, strict=True):
+    for array, size, row in zip(made, loop.result_sizes, made_rows, strict=True):
         inner += store(array, row, number, _times(size, k))
     inner += store(carried, ends, number)
     return LoopText(carried, made, [*lines, *(f"    {line}" for line in inner), "}"])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from workbench.engine.kernel.graph import ARRAYS, Graph, Level, Node, length
+from workbench.engine.kernel.graph import Graph, Level, Node
+from workbench.engine.kernel.loop_node import ARRAYS, length
 from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind
 from workbench.engine.machines.python_elementary_functions import NAMES, TURNS
 from workbench.engine.machines.python_spelling import PythonLines, literal
@@ -99,14 +100,14 @@ class _Graph:
         """The lists of the carried values at the end of a loop, and of the rows that it made."""
         loop, names = node.loop, [self.number_of(i) for i in node.operands[node.entry :]]
         assert loop is not None
-        rows, shared = names[: len(loop.rows)], names[len(loop.rows) :]
+        rows, shared = names[: len(loop.row_sizes)], names[len(loop.row_sizes) :]
         machine, last = self.machine, loop.count - 1
         carried = machine.line(self._list(node.operands[: node.entry]))
-        made = [machine.line(f"[0.0] * {size * loop.count}") for size in loop.made]
+        made = [machine.line(f"[0.0] * {size * loop.count}") for size in loop.result_sizes]
         k = f"k{next(machine.counts)}"
         machine.lines.append(f"for {k} in range({f'{last}, -1, -1' if loop.backward else loop.count}):")
         own = [f"row{next(machine.counts)}" for _ in rows]
-        inner = [_part(array, name, k, size) for array, name, size in zip(own, rows, loop.rows, strict=True)]
+        inner = [_part(array, name, k, size) for array, name, size in zip(own, rows, loop.row_sizes, strict=True)]
 
         def source(op: str, entry: int) -> str:
             return carried if op == "carried" else own[entry] if op == "row" else shared[entry]
@@ -118,7 +119,7 @@ class _Graph:
         inner += body.machine.lines
         inner += [
             f"{array}[{_range(k, size)}] = {body._list(row)}"
-            for array, size, row in zip(made, loop.made, made_rows, strict=True)
+            for array, size, row in zip(made, loop.result_sizes, made_rows, strict=True)
         ]
         machine.lines += [f"    {line}" for line in (*inner, f"{carried} = {body._list(ends)}")]
         return [carried, *made]

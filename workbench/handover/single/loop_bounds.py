@@ -8,7 +8,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from workbench.engine.kernel.graph import ARRAYS, Graph, Node, length
+from workbench.engine.kernel.graph import Graph, Node
+from workbench.engine.kernel.loop_node import ARRAYS, length
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.machines.machine import MachineNumber
 from workbench.engine.machines.numpy_spelling import Arrays, Lanes
@@ -81,17 +82,17 @@ class LoopBounds:
         """The carried values at the end of a loop, and each array of rows that it made."""
         loop, last = node.loop, node.entry
         assert loop is not None
-        carried, behind = self._joined(node.operands[:last]), last + len(loop.rows)
+        carried, behind = self._joined(node.operands[:last]), last + len(loop.row_sizes)
         rows = [self._joined([i]) for i in node.operands[last:behind]]
         shared = [self._part(i) for i in node.operands[behind:]]
         passes = list[list[list[BoundedValue]]]()
         for k in range(loop.count):
             i = loop.count - 1 - k if loop.backward else k
-            own = [part[i * size : (i + 1) * size] for part, size in zip(rows, loop.rows, strict=True)]
+            own = [part[i * size : (i + 1) * size] for part, size in zip(rows, loop.row_sizes, strict=True)]
             carried, *made = _one_pass(loop.body, loop.split(loop.body.results), [carried, *own], shared)
             passes.append(made)
         in_order = passes[::-1] if loop.backward else passes
-        return [carried, *([value for made in in_order for value in made[i]] for i in range(len(loop.made)))]
+        return [carried, *([value for made in in_order for value in made[i]] for i in range(len(loop.result_sizes)))]
 
 
 def _one_pass(

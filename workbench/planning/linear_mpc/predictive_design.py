@@ -134,7 +134,7 @@ def predictive_design(
     --------
     >>> cart = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=np.zeros(4), at_rest=True)
     >>> wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-3.0, 3.0)})
-    <PredictiveDesign: 20 stages of 0.02 s, limits on F, 3 sweeps, contraction 0.027 (proved)>
+    <PredictiveDesign: 20 stages of 0.02 s, limits on F, 4 sweeps, contraction 0.25 (proved)>
     """
     states, inputs = tuple(system.state_labels), tuple(system.input_labels)
     if not limits and not rate_limits:
