@@ -8,7 +8,8 @@ from tests.support.equations import decay, oscillator
 from workbench.arms.mechanics.arm_catalogue import planar
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.engine.kernel.casadi_to_graph import read
-from workbench.engine.kernel.graph import Graph, Level, Node, Nodes, expand_angle_sums, fuse_products
+from workbench.engine.kernel.graph import Graph, Level, Node, Nodes
+from workbench.engine.kernel.graph_rewriting import expand_angle_sums, fuse_products
 from workbench.engine.kernel.plan import graph_of
 
 

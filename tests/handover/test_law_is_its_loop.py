@@ -216,6 +216,6 @@ class SharingLaw(AbstractController):
 
 def _law_part(step):
     from workbench.engine.kernel.casadi_to_graph import read
-    from workbench.engine.kernel.graph import expand_angle_sums, fuse_products
+    from workbench.engine.kernel.graph_rewriting import expand_angle_sums, fuse_products
 
     return [node._replace(entry=0) for node in fuse_products(expand_angle_sums(read(step).earlier[-1])).nodes]

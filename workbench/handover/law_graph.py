@@ -11,9 +11,8 @@ import numpy as np
 from workbench.core import SampledLaw, StepMap
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.kernel.casadi_to_graph import read_with
-from workbench.engine.kernel.graph import COMMUTATIVE, Graph, Node
+from workbench.engine.kernel.graph import ARRAYS, COMMUTATIVE, Graph, Node
 from workbench.engine.kernel.graph_rewriting import rewrite, without_barriers
-from workbench.engine.kernel.loop_node import ARRAYS
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.kernel.step_graph import step_graph
 from workbench.engine.machines.numpy_spelling import Arrays

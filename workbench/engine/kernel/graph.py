@@ -1,23 +1,16 @@
-"""Graph: a block of operations, each of them once; and the same with less work in it.
-
-The rewriting depends on the graph alone and not on which parameters vary, so neither do the bits of a run.
-"""
+"""Graph: a block of operations, each of them once, with its loops."""
 
 from __future__ import annotations
 
 import enum
 import math
-from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
-from typing import NamedTuple
+from itertools import accumulate
+from typing import NamedTuple, TypeVar
 
-from workbench.engine.kernel.loop_node import ARRAYS, LOOP_SOURCES, GraphLoop
 from workbench.engine.machines.operations import OPERATIONS
-
-DEEPEST = 32  # sums of sums of angles that are opened: each adds its rounding
 
 
 class Level(enum.IntEnum):
@@ -32,7 +25,7 @@ class Level(enum.IntEnum):
 class Node(NamedTuple):
     """One operation on the values of earlier nodes; `value` is that of a constant, `entry` that of an input.
 
-    The nodes of loops and arrays are described in `loop_node`; the value of an array is its length.
+    The nodes of loops and arrays are described in `GraphLoop`; the value of an array is its length.
     """
 
     op: str
@@ -42,6 +35,10 @@ class Node(NamedTuple):
     loop: GraphLoop | None = None
 
 
+# Operations that give an array, and the sources of the body of a loop: see `GraphLoop`.
+ARRAYS = ("array", "slice", "loop_end", "loop_rows")
+LOOP_SOURCES = ("carried", "row", "shared")
+Result = TypeVar("Result")
 # v is what an earlier part hands over, d the recorded numbers of a step, m the middle of a step or segment, s the
 # offset at which a segment begins, z the state there, and e the state at the end of the step without its segments.
 SOURCES = ("h", "k", "t", "x", "p", "w", "v", "m", "d", "s", "e")
@@ -148,6 +145,46 @@ class Graph:
         return Graph(tuple(nodes), tuple(new[i] for i in self.results))
 
 
+@dataclass(frozen=True, eq=False)
+class GraphLoop:
+    """A body that is passed `count` times; see `core.bounded_loop` for its values.
+
+    The operands of its node are the parts of the first carried values, `entry` many; then an array for each of `rows`;
+    then the shared values. Of the body, "carried" and "row" (of the array `entry`) are arrays, and "shared" is the
+    value of the operand `entry` behind the rows, an array where the node has a length. The results of the body are the
+    parts of the next carried values, and of each row that it makes: `parts` has their numbers. A part is a number or an
+    array.
+
+    `loop_end` is the array of the carried values at the end, and `loop_rows` that of all rows `entry` that were made.
+    `array` puts parts together, `slice` is a part of an array from `entry` on, and `item` is its number at `entry`.
+    """
+
+    count: int
+    backward: bool
+    carry_size: int
+    row_sizes: tuple[int, ...]
+    result_sizes: tuple[int, ...]
+    body: Graph
+    parts: tuple[int, ...]
+
+    def split(self, results: Sequence[Result]) -> list[Sequence[Result]]:
+        """The parts that belong to the results of the body, by the carried values and each row that it makes."""
+        ends = list(accumulate(self.parts))
+        return [results[end - size : end] for end, size in zip(ends, self.parts, strict=True)]
+
+    @property
+    def carries_items(self) -> bool:
+        """True if the body reads the carried values one by one, and nowhere as an array."""
+        return not any(
+            self.body.nodes[i].op == "carried" and node.op != "item" for node in self.body.nodes for i in node.operands
+        )
+
+
+def length(node: Node) -> int:
+    """The number of entries of an array; 0 of a number."""
+    return int(node.value) if node.op in ARRAYS or node.op in LOOP_SOURCES else 0
+
+
 class Nodes:
     """The nodes of a graph while it is built, each one once, with constants folded."""
 
@@ -177,86 +214,3 @@ class Nodes:
         if place == len(self.nodes):
             self.nodes.append(node)
         return place
-
-
-def expand_angle_sums(graph: Graph) -> Graph:
-    """The same graph, with sin(a + b) made of the sines and cosines of a and b where these are needed anyway."""
-    angles = {node.operands[0] for node in graph.nodes if node.op in ("sin", "cos")}
-    depth = dict.fromkeys(angles, 0)
-    for angle in sorted(angles):
-        depth[angle] = 1 + max([depth.get(i, 0) for i in graph.nodes[angle].operands], default=0)
-    nodes: list[Node] = []
-    new: dict[int, int] = {}
-    made: dict[tuple[str, int], int] = {}
-
-    def add(op: str, *operands: int) -> int:
-        nodes.append(Node(op, operands))
-        return len(nodes) - 1
-
-    def sine_or_cosine(op: str, angle: int) -> int:
-        if (op, angle) not in made:
-            node = graph.nodes[angle]
-            summed = node.op in ("add", "sub") and angles.issuperset(node.operands) and depth[angle] <= DEEPEST
-            made[op, angle] = apart(op, node) if summed else add(op, new[angle])
-        return made[op, angle]
-
-    def apart(op: str, node: Node) -> int:
-        (sin_a, cos_a), (sin_b, cos_b) = ((sine_or_cosine("sin", i), sine_or_cosine("cos", i)) for i in node.operands)
-        if op == "sin":
-            return add(node.op, add("mul", sin_a, cos_b), add("mul", cos_a, sin_b))
-        return add("sub" if node.op == "add" else "add", add("mul", cos_a, cos_b), add("mul", sin_a, sin_b))
-
-    for place, node in enumerate(graph.nodes):
-        if node.op in ("sin", "cos"):
-            new[place] = sine_or_cosine(node.op, node.operands[0])
-        else:
-            new[place] = len(nodes)
-            operands = tuple([new[i] for i in node.operands])
-            nodes.append(node._replace(operands=operands) if operands else node)
-    return Graph(tuple(nodes), tuple(new[place] for place in graph.results))
-
-
-def fuse_products(graph: Graph) -> Graph:
-    """The same graph without unused nodes, and with each product rounded together with the sum it is for.
-
-    The product must have no other use, and change with no less than the sum: else it would be made more often.
-    """
-    needed, nodes, levels = graph.before(graph.results), graph.nodes, graph.levels
-    uses = Counter(chain.from_iterable(set(nodes[place].operands) for place in needed))
-    uses.update(graph.results)
-    gone: set[int] = set()
-    changed: dict[int, Node] = {}
-
-    def product(place: int, of: int) -> tuple[int, ...]:
-        alone = nodes[place].op == "mul" and uses[place] == 1 and levels[place] == levels[of] > Level.LENGTH
-        return nodes[place].operands if alone else ()
-
-    for place in needed:
-        op, operands = nodes[place].op, nodes[place].operands
-        if op not in ("add", "sub") or operands[0] == operands[1]:
-            continue
-        a, b = operands
-        if pair := product(b, place):
-            gone.add(b)
-            changed[place] = Node("fma" if op == "add" else "fnma", (*pair, a))
-        elif pair := product(a, place):
-            gone.add(a)
-            changed[place] = Node("fma" if op == "add" else "fms", (*pair, b))
-    return graph.part((place for place in needed if place not in gone), changed)
-
-
-def order_nodes(graph: Graph) -> Graph:
-    """The same graph in an order with few values alive at once: deepest operand first, shallowest result first."""
-    height: list[int] = []
-    for node in graph.nodes:
-        height.append(1 + max([height[i] for i in node.operands], default=0))
-    order: dict[int, None] = {}
-    stack = sorted(set(graph.results), key=lambda place: -height[place])
-    while stack:
-        place = stack[-1]
-        waiting = [i for i in graph.nodes[place].operands if i not in order]
-        if place in order or not waiting:
-            order.setdefault(stack.pop())
-        else:
-            stack += sorted(waiting, key=lambda i: height[i])
-    return graph.part(order, {})

@@ -7,8 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from typing import cast
 
-from workbench.engine.kernel.graph import Graph
-from workbench.engine.kernel.loop_node import length
+from workbench.engine.kernel.graph import Graph, length
 from workbench.engine.machines.loop_machine import Body, LoopingMachine, LoopShape, Part, Parts
 
 MOST_REGISTERS = 24  # carried values that stay in registers; more are in memory, where the processor would put them

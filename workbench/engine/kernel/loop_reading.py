@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from workbench.core.bounded_loop import LoopBody
-from workbench.engine.kernel.graph import Graph, Node, Nodes, expand_angle_sums, fuse_products, order_nodes
-from workbench.engine.kernel.loop_node import LOOP_SOURCES, GraphLoop, length
+from workbench.engine.kernel.graph import LOOP_SOURCES, Graph, GraphLoop, Node, Nodes, length
+from workbench.engine.kernel.graph_rewriting import expand_angle_sums, fuse_products, order_nodes
 
 CARRIED, ROW, SHARED = LOOP_SOURCES
 

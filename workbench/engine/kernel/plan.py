@@ -9,10 +9,9 @@ from typing import Generic, NamedTuple
 
 from workbench.core import StepMap
 from workbench.engine.kernel.casadi_to_graph import read, read_segments
-from workbench.engine.kernel.graph import Graph, Level, Node
+from workbench.engine.kernel.graph import ARRAYS, Graph, Level, Node, length
 from workbench.engine.kernel.graph_rewriting import rewrite
 from workbench.engine.kernel.loop_emission import room_of
-from workbench.engine.kernel.loop_node import ARRAYS, length
 from workbench.engine.kernel.step_graph import step_graph
 from workbench.engine.machines.elementary_functions import Angle
 from workbench.engine.machines.formula_table import IN_DOUBLE, QUARTERS, FormulaTable

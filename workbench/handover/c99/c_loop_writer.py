@@ -6,8 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from workbench.engine.kernel.graph import Graph, Node
-from workbench.engine.kernel.loop_node import length
+from workbench.engine.kernel.graph import Graph, Node, length
 from workbench.engine.machines.c_real import Real
 from workbench.engine.machines.c_spelling import Text
 from workbench.engine.machines.operations import Tightness

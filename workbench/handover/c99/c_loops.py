@@ -6,9 +6,8 @@ import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from workbench.engine.kernel.graph import Graph, Node
+from workbench.engine.kernel.graph import ARRAYS, Graph, GraphLoop, Node
 from workbench.engine.kernel.loop_emission import MOST_REGISTERS
-from workbench.engine.kernel.loop_node import ARRAYS, GraphLoop
 
 OF_ARRAYS = frozenset((*ARRAYS, "loop"))
 COPIED_ONE_BY_ONE = 4  # entries; more are copied by a loop

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from workbench.engine.kernel.graph import Graph, Level, Node
-from workbench.engine.kernel.loop_node import ARRAYS, length
+from workbench.engine.kernel.graph import ARRAYS, Graph, Level, Node, length
 from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind
 from workbench.engine.machines.python_elementary_functions import NAMES, TURNS
 from workbench.engine.machines.python_spelling import PythonLines, literal

@@ -8,8 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from workbench.engine.kernel.graph import Graph, Node
-from workbench.engine.kernel.loop_node import ARRAYS, length
+from workbench.engine.kernel.graph import ARRAYS, Graph, Node, length
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.machines.machine import MachineNumber
 from workbench.engine.machines.numpy_spelling import Arrays, Lanes
