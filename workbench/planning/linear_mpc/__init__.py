@@ -5,8 +5,10 @@ first, then `splitting.py`, which is the law, and `exact_solution.py`, which jud
 
 Examples
 --------
->>> from workbench.planning.linear_mpc import exact_mpc, linear_mpc, no_memory, solve_period, splitting_numbers
->>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, input_limits=(-1.0, 1.0))
+>>> from workbench.planning.linear_mpc import MpcLimits, exact_mpc, linear_mpc
+>>> from workbench.planning.linear_mpc import no_memory, solve_period, splitting_numbers
+>>> limits = MpcLimits(inputs=(-1.0, 1.0))
+>>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
 >>> numbers, x = splitting_numbers(problem), np.array([1.0, 0.0])
 >>> law, exact = solve_period(numbers, no_memory(numbers), x), exact_mpc(problem).solve(x)
 >>> np.abs(law.u - exact.u[0]).max() < 1e-3
@@ -22,7 +24,7 @@ from workbench.planning.linear_mpc.dual_recursion import (
 )
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, KktCertificate, MpcSolution, exact_mpc
 from workbench.planning.linear_mpc.infeasibility import InfeasibilityProof, MpcConflictError
-from workbench.planning.linear_mpc.limit_rows import LimitRows
+from workbench.planning.linear_mpc.limit_rows import LimitRows, MpcLimits
 from workbench.planning.linear_mpc.mpc_problem import LinearMpc, linear_mpc
 from workbench.planning.linear_mpc.offset_free import OffsetFree, limited_target, offset_free
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
@@ -40,6 +42,7 @@ __all__ = [
     "LimitRows",
     "LinearMpc",
     "MpcConflictError",
+    "MpcLimits",
     "MpcSolution",
     "OffsetFree",
     "OperationCount",

@@ -39,7 +39,7 @@ DEPENDENT = 1e-11  # a row within this share of the others' span is no row of it
 @dataclass(frozen=True)
 @show
 class KktCertificate:
-    """How exactly a solution meets its conditions, each relative to the terms of its row or sum.
+    """The errors of a solution in its conditions, each relative to the terms of its row or sum.
 
     `violation` is the largest excess of a row over its bound, `sign` the largest multiplier of a wrong sign, `gap` the
     difference of primal and dual cost.
@@ -85,7 +85,7 @@ class ExactMpc:
     def T(self) -> Array:
         """(M, N nu + soft rows), the map of z to the rows, with a column for each soft row's violation."""
         soft = np.tile(self.problem.rows.softness, self.problem.horizon)
-        return np.hstack([self.maps.scaled, np.diag(np.sqrt(soft))[:, soft > 0]])
+        return np.hstack([self.maps.unit_rows, np.diag(np.sqrt(soft))[:, soft > 0]])
 
     @check_arguments
     def solve(self, x: Numbers) -> MpcSolution:
@@ -154,8 +154,9 @@ def exact_mpc(problem: LinearMpc) -> ExactMpc:
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import exact_mpc, linear_mpc
-    >>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, input_limits=(-1.0, 1.0))
+    >>> from workbench.planning.linear_mpc import MpcLimits, exact_mpc, linear_mpc
+    >>> limits = MpcLimits(inputs=(-1.0, 1.0))
+    >>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
     >>> answer = exact_mpc(problem).solve([3.0, 0.0])
     >>> answer.u[0].round(9), answer.certificate.is_passed
     (array([-1.]), True)

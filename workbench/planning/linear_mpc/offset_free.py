@@ -108,8 +108,8 @@ def offset_free(
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import linear_mpc, offset_free
-    >>> problem = linear_mpc([[0.9]], [[0.1]], [[1.0]], [[0.1]], 10, input_limits=(-5.0, 5.0))
+    >>> from workbench.planning.linear_mpc import MpcLimits, linear_mpc, offset_free
+    >>> problem = linear_mpc([[0.9]], [[0.1]], [[1.0]], [[0.1]], 10, MpcLimits(inputs=(-5.0, 5.0)))
     >>> x, u = offset_free(problem, [[1.0]]).target_of(np.array([0.5]), np.array([1.0]))
     >>> x, u  # 1 = 0.9 + 0.1 (u + 0.5)
     (array([1.]), array([0.5]))

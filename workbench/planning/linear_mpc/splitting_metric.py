@@ -76,8 +76,9 @@ def splitting_numbers(
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import linear_mpc, splitting_numbers
-    >>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, input_limits=(-1.0, 1.0))
+    >>> from workbench.planning.linear_mpc import MpcLimits, linear_mpc, splitting_numbers
+    >>> limits = MpcLimits(inputs=(-1.0, 1.0))
+    >>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
     >>> numbers = splitting_numbers(problem)
     >>> numbers.sweeps, numbers.contraction < 0.3
     (3, True)

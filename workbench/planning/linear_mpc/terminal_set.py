@@ -85,8 +85,9 @@ def terminal_set(problem: LinearMpc) -> TerminalSet:
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import linear_mpc, terminal_set
-    >>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, input_limits=(-1.0, 1.0))
+    >>> from workbench.planning.linear_mpc import MpcLimits, linear_mpc, terminal_set
+    >>> limits = MpcLimits(inputs=(-1.0, 1.0))
+    >>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
     >>> ends = terminal_set(problem)
     >>> ends.limit, ends.decrease_is_proved, ends.is_safe(2 * ends.level)
     ('u[0]', True, True)
@@ -115,7 +116,7 @@ def _level(problem: LinearMpc, K: Array, P: Array) -> tuple[float, str]:
     if not values[0] > 1e-12 * values[-1]:
         raise DesignError(
             "`terminal_set(problem)` needs a cost that every state adds to, so that x'P x <= level is an ellipsoid; "
-            f"the eigenvalues of P run from {values[0]:.3g} to {values[-1]:.3g}. Give every state a weight, and leave out "
+            f"the eigenvalues of P run from {values[0]:.3g} to {values[-1]:.3g}. Weigh every state, and leave out "
             "limits on rates, whose state is the last input."
         )
     reach = rows.F - rows.E @ K
