@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.planning.linear_mpc import ExactMpc, MpcConflictError, MpcLimits, exact_mpc, linear_mpc
+from workbench.planning.linear_mpc import ExactMpc, MpcConflictError, MpcLimits, exact_mpc, mpc_problem
 
 
 def solve(case: dict[str, Any]) -> dict[str, Any]:
@@ -31,4 +31,4 @@ def solver(case: dict[str, Any]) -> ExactMpc:
     """The exact law of a case."""
     A, B, Q, R, P, N = (case[name] for name in ("A", "B", "Q", "R", "P", "N"))
     limits = MpcLimits(inputs=(case["u_min"], case["u_max"]), states=(case["x_min"], case["x_max"]))
-    return exact_mpc(linear_mpc(A, B, Q, R, int(N), limits, P=P))
+    return exact_mpc(mpc_problem(A, B, Q, R, int(N), limits, P=P))

@@ -25,12 +25,12 @@ from workbench.core.validation.refusals import Array, vector
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
 from workbench.planning.linear_mpc.infeasibility import InfeasibilityProof, MpcConflictError, farkas_margin
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
 from workbench.planning.linear_mpc.splitting import SplittingNumbers, no_memory, sweep
 from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
 
-SWEEPS = 60
+SWEEPS = 25
 MOST_CHANGES = 40  # of the active set
 TOLERANCE = 1e-8  # of a certificate, relative: half the digits, as an active row is found by them
 DEPENDENT = 1e-11  # a row within this share of the others' span is no row of its own
@@ -96,7 +96,8 @@ class ExactMpc:
         MpcConflictError
             If no input keeps the limits from x, with the limits at fault and the proof.
         DesignError
-            If neither a solution nor a conflict can be certified, as at the very edge between them.
+            If neither a solution nor a conflict can be certified: at the very edge between them, or where an unstable
+            plant runs away whatever its inputs do.
         """
         state = vector("ExactMpc.solve(x=...)", x, len(self.problem.A), "numbers, one a state")
         y = self.maps.Y @ state
@@ -137,7 +138,8 @@ class ExactMpc:
         if not margin > 0:
             return DesignError(
                 "`ExactMpc.solve(x)`: neither an optimum nor a conflict of the limits can be certified from this state;"
-                " it lies within rounding of the edge between them. Move it, or make limits on states soft."
+                " it lies within rounding of the edge between them, or no input stops the plant from running away. Move"
+                " it, or make limits on states soft."
             )
         proof = InfeasibilityProof((), weights.reshape(self.problem.horizon, -1), margin, is_proved)
         proof = replace(proof, limits=_conflict(self, x))
@@ -154,9 +156,9 @@ def exact_mpc(problem: LinearMpc) -> ExactMpc:
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import MpcLimits, exact_mpc, linear_mpc
+    >>> from workbench.planning.linear_mpc import MpcLimits, exact_mpc, mpc_problem
     >>> limits = MpcLimits(inputs=(-1.0, 1.0))
-    >>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
+    >>> problem = mpc_problem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
     >>> answer = exact_mpc(problem).solve([3.0, 0.0])
     >>> answer.u[0].round(9), answer.certificate.is_passed
     (array([-1.]), True)

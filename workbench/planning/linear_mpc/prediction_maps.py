@@ -22,7 +22,7 @@ from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.linear_problem import LinearMpc
 
 
 @dataclass(frozen=True, eq=False)

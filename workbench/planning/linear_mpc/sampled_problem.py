@@ -22,7 +22,7 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import DesignError, semidefinite
 from workbench.planning.linear_mpc.limit_rows import MpcLimits, Pair
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc, linear_mpc
+from workbench.planning.linear_mpc.linear_problem import LinearMpc, mpc_problem
 
 WHOLE = 1e-9  # of a period: a delay this near to whole periods is whole
 
@@ -40,7 +40,7 @@ def sampled_mpc(
     period, delay
         Of the computer and of its inputs, in s. The state grows by the inputs on their way, oldest first.
     Q, R, horizon
-        As in `linear_mpc`, the weights for a period.
+        As in `mpc_problem`, the weights for a period.
     limits
         In the units of the plant; the answer's rows are for deviations from the rest. Rates are changes of a period.
 
@@ -63,7 +63,7 @@ def sampled_mpc(
     if system.dt:
         raise DesignError(
             f"`sampled_mpc(system)` must be in continuous time, as its delay is no whole number of periods otherwise; "
-            f"this one is sampled at {system.dt} s. Give its matrices to `linear_mpc`."
+            f"this one is sampled at {system.dt} s. Give its matrices to `mpc_problem`."
         )
     A, new, old, whole = delayed_zoh(np.asarray(system.A), np.asarray(system.B), h, wait)
     (nx, nu), q = new.shape, semidefinite("sampled_mpc(Q=...)", "Q", Q, len(A))
@@ -73,7 +73,7 @@ def sampled_mpc(
         q = np.block([[q, np.zeros((nx, nu))], [np.zeros((nu, nx + nu))]])
     names = tuple(system.state_labels), tuple(system.input_labels)
     own = replace(limits, states=_states_of_plant(limits.states, nx, len(A)))
-    problem = linear_mpc(A, new, q, R, horizon, own, delay=whole, names=names)
+    problem = mpc_problem(A, new, q, R, horizon, own, delay=whole, names=names)
     point = getattr(system, "point", None)
     rest = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(nx), np.zeros(nu))
     past = (len(problem.A) - nx) // nu

@@ -22,7 +22,7 @@ LONGEST_HORIZON = 1000
 class LinearMpc:
     """The problem min sum_{k<N} (x_k'Q x_k + u_k'R u_k) + x_N'P x_N + soft terms, x_{k+1} = A x_k + B u_k, within rows.
 
-    `linear_mpc` makes one from matrices and limits.
+    `mpc_problem` makes one from matrices and limits.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class LinearMpc:
 
 
 @check_arguments
-def linear_mpc(
+def mpc_problem(
     A: Numbers,
     B: Numbers,
     Q: Numbers,
@@ -112,14 +112,14 @@ def linear_mpc(
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import MpcLimits, linear_mpc
-    >>> linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, MpcLimits(inputs=(-1.0, 1.0)))
+    >>> from workbench.planning.linear_mpc import MpcLimits, mpc_problem
+    >>> mpc_problem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, MpcLimits(inputs=(-1.0, 1.0)))
     <LinearMpc: 2 states, 1 inputs, horizon 20, limits on u[0]>
     """
-    matrices = _delayed(*_matrices(A, B, Q, R), whole("linear_mpc(delay=...)", delay, least=0))
+    matrices = _delayed(*_matrices(A, B, Q, R), whole("mpc_problem(delay=...)", delay, least=0))
     must = "above the delay, as no input of it would act otherwise"
-    N = whole("linear_mpc(horizon=...)", horizon, delay + 1, LONGEST_HORIZON, " of stages", must)
-    P = None if P is None else semidefinite("linear_mpc(P=...)", "P", P, len(matrices[0]))
+    N = whole("mpc_problem(horizon=...)", horizon, delay + 1, LONGEST_HORIZON, " of stages", must)
+    P = None if P is None else semidefinite("mpc_problem(P=...)", "P", P, len(matrices[0]))
     return _problem(*matrices, P, N, limits, names)
 
 
@@ -148,9 +148,9 @@ def regulator(A: Array, B: Array, Q: Array, R: Array) -> tuple[Array, Array]:
 
 
 def _matrices(A: Numbers, B: Numbers, Q: Numbers, R: Numbers) -> tuple[Array, Array, Array, Array]:
-    a = square("linear_mpc(A=...)", "A", A)
-    b = matrix("linear_mpc(B=...)", "B", B, rows=len(a))
-    return a, b, semidefinite("linear_mpc(Q=...)", "Q", Q, len(a)), definite("linear_mpc(R=...)", "R", R, b.shape[1])
+    a = square("mpc_problem(A=...)", "A", A)
+    b = matrix("mpc_problem(B=...)", "B", B, rows=len(a))
+    return a, b, semidefinite("mpc_problem(Q=...)", "Q", Q, len(a)), definite("mpc_problem(R=...)", "R", R, b.shape[1])
 
 
 def _delayed(A: Array, B: Array, Q: Array, R: Array, delay: int) -> tuple[Array, Array, Array, Array]:
@@ -167,7 +167,7 @@ def _delayed(A: Array, B: Array, Q: Array, R: Array, delay: int) -> tuple[Array,
 def _names(names: tuple[str, ...], n: int, letter: str) -> tuple[str, ...]:
     own = tuple(f"{letter}[{i}]" for i in range(n))
     if len(names) > n:
-        raise ValueError(f"`linear_mpc(names=...)` must have at most {n} names; got {len(names)}.")
+        raise ValueError(f"`mpc_problem(names=...)` must have at most {n} names; got {len(names)}.")
     return tuple(names) + own[len(names) :]
 
 
