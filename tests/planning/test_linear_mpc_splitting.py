@@ -11,6 +11,7 @@ from workbench.planning import (
     dual_product,
     exact_loops,
     exact_mpc,
+    move_bound,
     mpc_problem,
     no_memory,
     operation_count,
@@ -132,6 +133,21 @@ def test_tuning_takes_the_fewest_operations_that_are_accurate_enough():
     good = [row for row in tuning.table if row.error <= 1e-3]
     assert chosen == min(row.operations for row in good)
     assert len(tuning.table) > len(good)
+
+
+def test_the_residual_bounds_the_error_of_a_move():
+    exact = exact_mpc(cart_pole(states=([-NO, -NO, -0.1, -NO], [NO, NO, 0.1, NO]), soft_weight=1e4))
+    numbers, ratios = exact.numbers, []
+    for x in np.random.default_rng(8).uniform(-1, 1, (12, 4)) * [0.2, 0.2, 0.08, 0.3]:
+        lqr, u = numbers.Y @ x, exact.first_move(x)
+        zeta = lqr
+        for _ in range(4):
+            bound = move_bound(exact, numbers, x, zeta)
+            error = np.abs(np.clip(zeta[:1], -3.0, 3.0) - u)
+            assert error <= bound + 1e-10  # rounding
+            ratios.append(float(error[0] / bound[0]) if bound[0] > 1e-6 else 0.0)
+            zeta, _ = sweep(numbers, lqr, zeta)
+    assert max(ratios) > 0.02  # a bound that says something: the error is in one entry, the residual in forty
 
 
 def test_factors_without_pivoting_solve_quasidefinite_systems():

@@ -27,7 +27,7 @@ from workbench.planning.linear_mpc.exact_solution import ExactMpc, KktCertificat
 from workbench.planning.linear_mpc.infeasibility import InfeasibilityProof, MpcConflictError
 from workbench.planning.linear_mpc.limit_rows import LimitRows, MpcLimits
 from workbench.planning.linear_mpc.linear_problem import LinearMpc, mpc_problem
-from workbench.planning.linear_mpc.loss_samples import SampledLoss, exact_loops, plan_gap, sampled_loss
+from workbench.planning.linear_mpc.loss_samples import SampledLoss, exact_loops, move_bound, plan_gap, sampled_loss
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import SplittingAnswer, SplittingNumbers, no_memory, solve_period, sweep
@@ -58,6 +58,7 @@ __all__ = [
     "exact_loops",
     "exact_mpc",
     "limited_target",
+    "move_bound",
     "mpc_problem",
     "no_memory",
     "offset_free",
