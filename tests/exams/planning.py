@@ -12,28 +12,21 @@ from .graders import Grader, Loaded
 
 Part = Callable[[Loaded], tuple[bool | None, str]]
 
-# The file of the solver of each kind of case.
-FILES = {
-    "plan": "planning_plans",
-    "conflict": "planning_conflicts",
-    "mpc": "planning_mpc",
-    "loop": "planning_loops",
-    "offset": "planning_offsets",
-}
+KINDS = ("plan", "conflict", "mpc", "loop", "offset")
 HALVES = ("visible", "held")
 
 
 def solve(case: dict[str, Any]) -> Any:
     """The answer to a case of any kind that has a solver."""
-    return import_module(f".{FILES[case['kind']]}", __package__).solve(case)
+    return import_module(f".planning_{case['kind']}", __package__).solve(case)
 
 
 def parts() -> Iterator[tuple[str, Part]]:
     """Each kind with the function that sits its cases; for a kind without a solver it says that it is not sat."""
-    for kind, file in FILES.items():
+    for kind in KINDS:
 
-        def part(exam: Loaded, kind: str = kind, file: str = file) -> tuple[bool | None, str]:
-            if not find_spec(f"{__package__}.{file}"):
+        def part(exam: Loaded, kind: str = kind) -> tuple[bool | None, str]:
+            if not find_spec(f"{__package__}.planning_{kind}"):
                 return None, "not sat, it has no solver here"
             lines = [line for half in _halves(exam) for line in _graded(exam, kind, half)]
             missed = [line for line in lines if ": MISSED" in line]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.planning.linear_mpc import ExactMpc, MpcConflictError, exact_mpc, linear_mpc
+from workbench.planning.linear_mpc import ExactMpc, MpcConflictError, MpcLimits, exact_mpc, mpc_problem
 
 
 def solve(case: dict[str, Any]) -> dict[str, Any]:
@@ -30,5 +30,5 @@ def solve(case: dict[str, Any]) -> dict[str, Any]:
 def solver(case: dict[str, Any]) -> ExactMpc:
     """The exact law of a case."""
     A, B, Q, R, P, N = (case[name] for name in ("A", "B", "Q", "R", "P", "N"))
-    inputs, states = (case["u_min"], case["u_max"]), (case["x_min"], case["x_max"])
-    return exact_mpc(linear_mpc(A, B, Q, R, int(N), P=P, input_limits=inputs, state_limits=states))
+    limits = MpcLimits(inputs=(case["u_min"], case["u_max"]), states=(case["x_min"], case["x_max"]))
+    return exact_mpc(mpc_problem(A, B, Q, R, int(N), limits, P=P))

@@ -1,18 +1,21 @@
 """Linear predictive control: its problem, the numbers of a law with a fixed number of sweeps, and the exact solution.
 
-This package takes matrices and linear systems, and knows no plant. Read `mpc_problem.py` and `prediction_maps.py`
+This package takes matrices and linear systems, and knows no plant. Read `linear_problem.py` and `prediction_maps.py`
 first, then `splitting.py`, which is the law, and `exact_solution.py`, which judges it.
 
 Examples
 --------
->>> from workbench.planning.linear_mpc import exact_mpc, linear_mpc, no_memory, solve_period, splitting_numbers
->>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, input_limits=(-1.0, 1.0))
+>>> from workbench.planning.linear_mpc import MpcLimits, exact_mpc, mpc_problem
+>>> from workbench.planning.linear_mpc import no_memory, solve_period, splitting_numbers
+>>> limits = MpcLimits(inputs=(-1.0, 1.0))
+>>> problem = mpc_problem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
 >>> numbers, x = splitting_numbers(problem), np.array([1.0, 0.0])
 >>> law, exact = solve_period(numbers, no_memory(numbers), x), exact_mpc(problem).solve(x)
 >>> np.abs(law.u - exact.u[0]).max() < 1e-3
 True
 """
 
+from workbench.planning.linear_mpc.disturbance_observer import OffsetFree, limited_target, offset_free
 from workbench.planning.linear_mpc.dual_recursion import (
     OperationCount,
     RecursionNumbers,
@@ -22,9 +25,9 @@ from workbench.planning.linear_mpc.dual_recursion import (
 )
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, KktCertificate, MpcSolution, exact_mpc
 from workbench.planning.linear_mpc.infeasibility import InfeasibilityProof, MpcConflictError
-from workbench.planning.linear_mpc.limit_rows import LimitRows
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc, linear_mpc
-from workbench.planning.linear_mpc.offset_free import OffsetFree, limited_target, offset_free
+from workbench.planning.linear_mpc.limit_rows import LimitRows, MpcLimits
+from workbench.planning.linear_mpc.linear_problem import LinearMpc, mpc_problem
+from workbench.planning.linear_mpc.loss_samples import SampledLoss, exact_loops, move_bound, plan_gap, sampled_loss
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
 from workbench.planning.linear_mpc.predictive_design import PredictiveDesign, predictive_design
 from workbench.planning.linear_mpc.sampled_loss import SampledLoss, exact_loops, plan_gap, sampled_loss
@@ -32,7 +35,7 @@ from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import SplittingAnswer, SplittingNumbers, no_memory, solve_period, sweep
 from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
 from workbench.planning.linear_mpc.splitting_tuning import SplittingTuning, TuningRow, tune_splitting
-from workbench.planning.linear_mpc.terminal_set import TerminalSet, terminal_set
+from workbench.planning.linear_mpc.terminal_ellipsoid import TerminalSet, terminal_set
 
 __all__ = [
     "ExactMpc",
@@ -41,6 +44,7 @@ __all__ = [
     "LimitRows",
     "LinearMpc",
     "MpcConflictError",
+    "MpcLimits",
     "MpcSolution",
     "OffsetFree",
     "OperationCount",
@@ -57,7 +61,8 @@ __all__ = [
     "exact_loops",
     "exact_mpc",
     "limited_target",
-    "linear_mpc",
+    "move_bound",
+    "mpc_problem",
     "no_memory",
     "offset_free",
     "operation_count",

@@ -16,7 +16,7 @@ import numpy as np
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
 
 
@@ -46,7 +46,7 @@ def recursion_numbers(problem: LinearMpc) -> RecursionNumbers:
     if problem.K is None:
         raise ValueError(
             "`recursion_numbers(problem)` needs one gain for all stages, which the cost of the LQR law as P gives; "
-            "this problem has a P of its own. Leave P out of `linear_mpc`, or use the dense matrix D."
+            "this problem has a P of its own. Leave P out of `mpc_problem`, or use the dense matrix D."
         )
     A, B, rows = problem.A, problem.B, problem.rows
     S = problem.R + B.T @ problem.P @ B

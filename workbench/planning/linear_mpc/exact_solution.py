@@ -25,12 +25,12 @@ from workbench.core.validation.refusals import Array, vector
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
 from workbench.planning.linear_mpc.infeasibility import InfeasibilityProof, MpcConflictError, farkas_margin
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
 from workbench.planning.linear_mpc.splitting import SplittingNumbers, no_memory, sweep
 from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
 
-SWEEPS = 60
+SWEEPS = 25
 MOST_CHANGES = 40  # of the active set
 TOLERANCE = 1e-8  # of a certificate, relative: half the digits, as an active row is found by them
 DEPENDENT = 1e-11  # a row within this share of the others' span is no row of its own
@@ -39,7 +39,7 @@ DEPENDENT = 1e-11  # a row within this share of the others' span is no row of it
 @dataclass(frozen=True)
 @show
 class KktCertificate:
-    """How exactly a solution meets its conditions, each relative to the terms of its row or sum.
+    """The errors of a solution in its conditions, each relative to the terms of its row or sum.
 
     `violation` is the largest excess of a row over its bound, `sign` the largest multiplier of a wrong sign, `gap` the
     difference of primal and dual cost.
@@ -85,7 +85,7 @@ class ExactMpc:
     def T(self) -> Array:
         """(M, N nu + soft rows), the map of z to the rows, with a column for each soft row's violation."""
         soft = np.tile(self.problem.rows.softness, self.problem.horizon)
-        return np.hstack([self.maps.scaled, np.diag(np.sqrt(soft))[:, soft > 0]])
+        return np.hstack([self.maps.unit_rows, np.diag(np.sqrt(soft))[:, soft > 0]])
 
     @check_arguments
     def solve(self, x: Numbers) -> MpcSolution:
@@ -96,7 +96,8 @@ class ExactMpc:
         MpcConflictError
             If no input keeps the limits from x, with the limits at fault and the proof.
         DesignError
-            If neither a solution nor a conflict can be certified, as at the very edge between them.
+            If neither a solution nor a conflict can be certified: at the very edge between them, or where an unstable
+            plant runs away whatever its inputs do.
         """
         state = vector("ExactMpc.solve(x=...)", x, len(self.problem.A), "numbers, one a state")
         y = self.maps.Y @ state
@@ -137,7 +138,8 @@ class ExactMpc:
         if not margin > 0:
             return DesignError(
                 "`ExactMpc.solve(x)`: neither an optimum nor a conflict of the limits can be certified from this state;"
-                " it lies within rounding of the edge between them. Move it, or make limits on states soft."
+                " it lies within rounding of the edge between them, or no input stops the plant from running away. Move"
+                " it, or make limits on states soft."
             )
         proof = InfeasibilityProof((), weights.reshape(self.problem.horizon, -1), margin, is_proved)
         proof = replace(proof, limits=_conflict(self, x))
@@ -154,8 +156,9 @@ def exact_mpc(problem: LinearMpc) -> ExactMpc:
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import exact_mpc, linear_mpc
-    >>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, input_limits=(-1.0, 1.0))
+    >>> from workbench.planning.linear_mpc import MpcLimits, exact_mpc, mpc_problem
+    >>> limits = MpcLimits(inputs=(-1.0, 1.0))
+    >>> problem = mpc_problem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
     >>> answer = exact_mpc(problem).solve([3.0, 0.0])
     >>> answer.u[0].round(9), answer.certificate.is_passed
     (array([-1.]), True)

@@ -19,7 +19,7 @@ import numpy as np
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.linear_problem import LinearMpc
 
 KEPT = 1e-9  # of the largest multiplier: smaller ones are rounding, and the proof does without them
 

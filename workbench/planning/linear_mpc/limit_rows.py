@@ -9,6 +9,7 @@ import numpy as np
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, as_array, describe
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import matrix
 
 NO_LIMIT = 1e30  # a bound of this size or larger is none
@@ -47,7 +48,7 @@ class LimitRows:
         """The number of rows of a stage."""
         return len(self.low)
 
-    def shifted(self, x0: Array, u0: Array) -> LimitRows:
+    def about(self, x0: Array, u0: Array) -> LimitRows:
         """The rows for deviations from x0 (nx,) and u0 (nu,)."""
         at = self.F @ x0 + self.E @ u0
         return LimitRows(self.F, self.E, self.low - at, self.high - at, self.softness, self.names)
@@ -85,33 +86,60 @@ def softness(call: str, value: object, n: int) -> Array:
     return np.broadcast_to(1 / array, (n,)).copy()
 
 
+@dataclass(frozen=True, eq=False)
+@check_arguments
+@show
+class MpcLimits:
+    """The limits of a predictive controller, each a pair (low, high); bounds of size 1e30 or more are none.
+
+    Parameters
+    ----------
+    inputs
+        Numbers or arrays (nu,), kept at the stages 0 to N - 1.
+    states
+        Numbers or arrays (nx,), kept at 1 to N.
+    outputs
+        The pair (C, (low, high)) for C x at 1 to N, with C (ny, nx).
+    rates
+        Numbers or arrays (nu,) for u_k - u_{k-1}. The state of the problem is then (x_k, u_{k-1}), of size nx + nu.
+    soft_weight
+        w > 0, a number or one for each limited state and output: its violation s costs w s^2 and is not forbidden. By
+        default these limits are hard.
+
+    Examples
+    --------
+    >>> from workbench.planning.linear_mpc import MpcLimits
+    >>> MpcLimits(inputs=(-1.0, 1.0)).inputs
+    (-1.0, 1.0)
+    """
+
+    inputs: Pair | None = None
+    states: Pair | None = None
+    outputs: tuple[Numbers, Pair] | None = None
+    rates: Pair | None = None
+    soft_weight: Numbers | None = None
+
+
 def limit_rows(
-    A: Array,
-    B: Array,
-    input_limits: Pair | None,
-    state_limits: Pair | None,
-    outputs: tuple[Numbers, Pair] | None,
-    soft_weight: Numbers | None,
-    state_names: tuple[str, ...],
-    input_names: tuple[str, ...],
+    A: Array, B: Array, limits: MpcLimits, state_names: tuple[str, ...], input_names: tuple[str, ...]
 ) -> LimitRows:
     """The rows of inputs, of states of the next stage, and of outputs C x of the next stage."""
     nx, nu = B.shape
     low, high = np.full(nu, -np.inf), np.full(nu, np.inf)
-    if input_limits is not None:
-        low, high = bounds("linear_mpc(input_limits=...)", input_limits, input_names)
+    if limits.inputs is not None:
+        low, high = bounds("MpcLimits(inputs=...)", limits.inputs, input_names)
     C, ends, names = np.zeros((0, nx)), (np.zeros(0), np.zeros(0)), list(input_names)
-    if state_limits is not None:
-        ends = bounds("linear_mpc(state_limits=...)", state_limits, state_names)
-        limited = np.isfinite(ends[0]) | np.isfinite(ends[1])
-        C, ends = np.eye(nx)[limited], (ends[0][limited], ends[1][limited])
-        names += [name for name, is_limited in zip(state_names, limited, strict=True) if is_limited]
-    if outputs is not None:
-        more = matrix("linear_mpc(outputs=...)", "C", outputs[0], columns=nx)
+    if limits.states is not None:
+        ends = bounds("MpcLimits(states=...)", limits.states, state_names)
+        has_limit = np.isfinite(ends[0]) | np.isfinite(ends[1])
+        C, ends = np.eye(nx)[has_limit], (ends[0][has_limit], ends[1][has_limit])
+        names += [name for name, has in zip(state_names, has_limit, strict=True) if has]
+    if limits.outputs is not None:
+        more = matrix("MpcLimits(outputs=...)", "C", limits.outputs[0], columns=nx)
         labels = tuple(f"output[{i}]" for i in range(len(more)))
-        own = bounds("linear_mpc(outputs=...)", outputs[1], labels)
+        own = bounds("MpcLimits(outputs=...)", limits.outputs[1], labels)
         C, ends = np.vstack([C, more]), (np.r_[ends[0], own[0]], np.r_[ends[1], own[1]])
         names += labels
-    soft = np.r_[np.zeros(nu), softness("linear_mpc(soft_weight=...)", soft_weight, len(C))]
+    soft = np.r_[np.zeros(nu), softness("MpcLimits(soft_weight=...)", limits.soft_weight, len(C))]
     F, E = np.vstack([np.zeros((nu, nx)), C @ A]), np.vstack([np.eye(nu), C @ B])
     return LimitRows(F, E, np.r_[low, ends[0]], np.r_[high, ends[1]], soft, tuple(names))

@@ -22,7 +22,7 @@ from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.linear_problem import LinearMpc
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +53,14 @@ class PredictionMaps:
     gains: Array
 
     @cached_property
-    def scaled(self) -> Array:
+    def unit_rows(self) -> Array:
         """T roots^-1, (N nc, N nu), the map of inputs of unit weight to the rows."""
         return np.asarray(solve_triangular(self.roots, self.T.T, trans="T").T)
 
     @cached_property
     def dual(self) -> Array:
         """D = T S^-1 T', (N nc, N nc)."""
-        return np.asarray(self.scaled @ self.scaled.T)
+        return np.asarray(self.unit_rows @ self.unit_rows.T)
 
 
 @check_arguments

@@ -10,6 +10,8 @@ Reference: Astrom and Wittenmark (1997), Computer-Controlled Systems, section 2.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.linalg import expm
 
@@ -19,25 +21,15 @@ from workbench.core.validation.refusals import Array, finite, seconds
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import DesignError, semidefinite
-from workbench.planning.linear_mpc.limit_rows import Pair
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc, linear_mpc
+from workbench.planning.linear_mpc.limit_rows import MpcLimits, Pair
+from workbench.planning.linear_mpc.linear_problem import LinearMpc, mpc_problem
 
 WHOLE = 1e-9  # of a period: a delay this near to whole periods is whole
 
 
 @check_arguments
 def sampled_mpc(
-    system: System,
-    period: float,
-    Q: Numbers,
-    R: Numbers,
-    horizon: int,
-    *,
-    delay: float = 0.0,
-    input_limits: Pair | None = None,
-    state_limits: Pair | None = None,
-    rate_limits: Pair | None = None,
-    soft_weight: Numbers | None = None,
+    system: System, period: float, Q: Numbers, R: Numbers, horizon: int, limits: MpcLimits, *, delay: float = 0.0
 ) -> LinearMpc:
     """The problem for a linearised plant at its rest, sampled exactly, with limits in the units of the plant.
 
@@ -48,11 +40,9 @@ def sampled_mpc(
     period, delay
         Of the computer and of its inputs, in s. The state grows by the inputs on their way, oldest first.
     Q, R, horizon
-        As in `linear_mpc`, the weights for a period.
-    input_limits, state_limits
-        Pairs (low, high) in the units of the plant; the answer's rows are for deviations from the rest.
-    rate_limits, soft_weight
-        As in `linear_mpc`; rates are changes of a period.
+        As in `mpc_problem`, the weights for a period.
+    limits
+        In the units of the plant; the answer's rows are for deviations from the rest. Rates are changes of a period.
 
     Raises
     ------
@@ -63,9 +53,9 @@ def sampled_mpc(
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import sampled_mpc
+    >>> from workbench.planning.linear_mpc import MpcLimits, sampled_mpc
     >>> cart = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=np.zeros(4), at_rest=True)
-    >>> sampled_mpc(cart, 0.02, np.diag([100.0, 0.0, 10.0, 0.0]), [[0.1]], 20, delay=0.03, input_limits=(-5.0, 5.0))
+    >>> sampled_mpc(cart, 0.02, np.eye(4), [[0.1]], 20, MpcLimits(inputs=(-5.0, 5.0)), delay=0.03)
     <LinearMpc: 6 states, 1 inputs, horizon 20, limits on F>
     """
     h = seconds("sampled_mpc(period=...)", period)
@@ -73,31 +63,19 @@ def sampled_mpc(
     if system.dt:
         raise DesignError(
             f"`sampled_mpc(system)` must be in continuous time, as its delay is no whole number of periods otherwise; "
-            f"this one is sampled at {system.dt} s. Give its matrices to `linear_mpc`."
+            f"this one is sampled at {system.dt} s. Give its matrices to `mpc_problem`."
         )
     A, new, old, whole = delayed_zoh(np.asarray(system.A), np.asarray(system.B), h, wait)
     (nx, nu), q = new.shape, semidefinite("sampled_mpc(Q=...)", "Q", Q, len(A))
-    names = tuple(system.state_labels)
     if old.any():
         A = np.block([[A, old], [np.zeros((nu, nx + nu))]])
         new = np.vstack([new, np.eye(nu)])
         q = np.block([[q, np.zeros((nx, nu))], [np.zeros((nu, nx + nu))]])
+    names = tuple(system.state_labels), tuple(system.input_labels)
+    own = replace(limits, states=_states_of_plant(limits.states, nx, len(A)))
+    problem = mpc_problem(A, new, q, R, horizon, own, delay=whole, names=names)
     point = getattr(system, "point", None)
     rest = (point.x0, point.u0) if isinstance(point, OperatingPoint) else (np.zeros(nx), np.zeros(nu))
-    problem = linear_mpc(
-        A,
-        new,
-        q,
-        R,
-        horizon,
-        input_limits=input_limits,
-        state_limits=_states_of_plant(state_limits, nx, len(A)),
-        rate_limits=rate_limits,
-        soft_weight=soft_weight,
-        state_names=names,
-        input_names=tuple(system.input_labels),
-        delay=whole,
-    )
     past = (len(problem.A) - nx) // nu
     return problem.about(np.concatenate([rest[0], *[rest[1]] * past]), rest[1])
 

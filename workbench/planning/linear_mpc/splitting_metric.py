@@ -28,7 +28,7 @@ import numpy as np
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite, whole
 from workbench.core.validation.signatures import check_arguments
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
 from workbench.planning.linear_mpc.splitting import METRIC, SplittingNumbers
 
@@ -76,8 +76,9 @@ def splitting_numbers(
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import linear_mpc, splitting_numbers
-    >>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, input_limits=(-1.0, 1.0))
+    >>> from workbench.planning.linear_mpc import MpcLimits, mpc_problem, splitting_numbers
+    >>> limits = MpcLimits(inputs=(-1.0, 1.0))
+    >>> problem = mpc_problem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
     >>> numbers = splitting_numbers(problem)
     >>> numbers.sweeps, numbers.contraction < 0.3
     (3, True)

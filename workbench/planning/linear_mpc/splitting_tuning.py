@@ -52,13 +52,13 @@ class SplittingTuning:
 
 @check_arguments
 def tune_splitting(
-    exact: ExactMpc, visited: Array, moves: Array, *, accuracy: float = 1e-3, warm: bool = True
+    exact: ExactMpc, states: Array, moves: Array, *, accuracy: float = 1e-3, warm: bool = True
 ) -> SplittingTuning:
     """The constants of the law with the fewest operations that follow the exact law along sequences of states.
 
     Parameters
     ----------
-    visited, moves
+    states, moves
         States (B, T, nx) that the exact law visits, and its moves (B, T, nu): `exact_loops` gives both.
     accuracy
         The root mean square error of a move, in spans of its limits.
@@ -78,7 +78,7 @@ def tune_splitting(
             work = operation_count(trial).period
             if best is not None and work >= best[0]:
                 break
-            error = move_error(trial, visited, moves, warm)
+            error = move_error(trial, states, moves, warm)
             table.append(TuningRow(trial.method, setting, sweeps, work, error))
             if error <= wanted:
                 best = work, trial
@@ -93,13 +93,13 @@ def tune_splitting(
     return SplittingTuning(best[1], tuple(table))
 
 
-def move_error(numbers: SplittingNumbers, visited: Array, moves: Array, warm: bool) -> float:
+def move_error(numbers: SplittingNumbers, states: Array, moves: Array, warm: bool) -> float:
     """The root mean square error of first moves along sequences of states (B, T, nx), in spans."""
-    memory, errors, nu = no_memory(numbers, len(visited)), [], moves.shape[-1]
+    memory, errors, nu = no_memory(numbers, len(states)), [], moves.shape[-1]
     span = numbers.high[:nu] - numbers.low[:nu]
     span = np.where(np.isfinite(span), span, np.maximum(np.abs(moves).max(axis=(0, 1)), 1e-12))
-    for k in range(visited.shape[1]):
-        answer = solve_period(numbers, memory, visited[:, k], sweeps=100 if warm and k == 0 else None)
+    for k in range(states.shape[1]):
+        answer = solve_period(numbers, memory, states[:, k], sweeps=100 if warm and k == 0 else None)
         memory = answer.memory
         errors.append((answer.u - moves[:, k]) / span)
     size = float(np.sqrt(np.mean(np.square(errors))))

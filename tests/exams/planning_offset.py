@@ -9,8 +9,9 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array
 from workbench.planning.linear_mpc import (
+    MpcLimits,
     limited_target,
-    linear_mpc,
+    mpc_problem,
     no_memory,
     offset_free,
     solve_period,
@@ -20,8 +21,8 @@ from workbench.planning.linear_mpc import (
 
 def solve(case: dict[str, Any]) -> Callable[[Array], Array]:
     """The law with a fixed number of sweeps, about the target of its disturbance observer."""
-    limits = (case["u_min"], case["u_max"])
-    problem = linear_mpc(case["A"], case["B"], case["Q"], case["R"], int(case["N"]), input_limits=limits)
+    limits = MpcLimits(inputs=(case["u_min"], case["u_max"]))
+    problem = mpc_problem(case["A"], case["B"], case["Q"], case["R"], int(case["N"]), limits)
     numbers, offset = splitting_numbers(problem), offset_free(problem, case["C"])
     nx, r = len(problem.A), np.asarray(case["r"], dtype=float)
     estimate = np.concatenate([case["x0"], np.zeros(len(r))])

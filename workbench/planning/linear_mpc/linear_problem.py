@@ -12,7 +12,7 @@ from workbench.core.validation.refusals import Array, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import definite, matrix, semidefinite, square
 from workbench.design.riccati import lqr
-from workbench.planning.linear_mpc.limit_rows import LimitRows, Pair, bounds, limit_rows
+from workbench.planning.linear_mpc.limit_rows import LimitRows, MpcLimits, Pair, bounds, limit_rows
 
 LONGEST_HORIZON = 1000
 
@@ -22,7 +22,7 @@ LONGEST_HORIZON = 1000
 class LinearMpc:
     """The problem min sum_{k<N} (x_k'Q x_k + u_k'R u_k) + x_N'P x_N + soft terms, x_{k+1} = A x_k + B u_k, within rows.
 
-    `linear_mpc` makes one from matrices and limits.
+    `mpc_problem` makes one from matrices and limits.
 
     Parameters
     ----------
@@ -67,31 +67,23 @@ class LinearMpc:
 
     def about(self, x0: Array, u0: Array) -> LinearMpc:
         """The problem of deviations from a rest x0 (nx,), u0 (nu,): its limits are moved by the rest."""
-        return replace(self, rows=self.rows.shifted(x0, u0), x0=x0, u0=u0)
+        return replace(self, rows=self.rows.about(x0, u0), x0=x0, u0=u0)
 
 
 @check_arguments
-def linear_mpc(
+def mpc_problem(
     A: Numbers,
     B: Numbers,
     Q: Numbers,
     R: Numbers,
     horizon: int,
+    limits: MpcLimits,
     *,
     P: Numbers | None = None,
-    input_limits: Pair | None = None,
-    state_limits: Pair | None = None,
-    outputs: tuple[Numbers, Pair] | None = None,
-    rate_limits: Pair | None = None,
-    soft_weight: Numbers | None = None,
-    state_names: tuple[str, ...] = (),
-    input_names: tuple[str, ...] = (),
     delay: int = 0,
+    names: tuple[tuple[str, ...], tuple[str, ...]] = ((), ()),
 ) -> LinearMpc:
-    """The problem of linear predictive control for x+ = A x + B u, with limits on inputs, rates, states and outputs.
-
-    Limits on inputs and rates hold at the stages 0 to N - 1, limits on states and outputs C x at 1 to N. Bounds of size
-    1e30 or more are none.
+    """The problem of linear predictive control for x+ = A x + B u with limits.
 
     Parameters
     ----------
@@ -104,23 +96,15 @@ def linear_mpc(
     P
         The weight of the last state, (nx, nx) positive semidefinite. By default it is the cost of the LQR law without
         limits, from the certified Riccati solver: then the law equals LQR where no limit acts.
-    input_limits, state_limits, rate_limits
-        Pairs (low, high) of numbers or of arrays (nu,), (nx,) and (nu,). With limits on rates, u_k - u_{k-1}, the state
-        is (x_k, u_{k-1}), of size nx + nu.
-    outputs
-        The pair (C, (low, high)), with C (ny, nx).
-    soft_weight
-        w > 0, a number or one for each limited state and output: its violation s costs w s^2 and is not forbidden. By
-        default these limits are hard.
     delay
         The whole number of periods until an input acts; the state is then (x_k, u_{k-delay}, ..., u_{k-1}).
+    names
+        Names of states and of inputs, for messages.
 
     Raises
     ------
-    ValueError
-        If a matrix has the wrong shape or definiteness, bounds cross, or the horizon does not exceed the delay.
-    DesignError
-        If no gain stabilises A, B.
+    ValueError, DesignError
+        If a matrix, a bound or the horizon does not fit, or if no gain stabilises A, B.
 
     References
     ----------
@@ -128,25 +112,33 @@ def linear_mpc(
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import linear_mpc
-    >>> linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, input_limits=(-1.0, 1.0))
+    >>> from workbench.planning.linear_mpc import MpcLimits, mpc_problem
+    >>> mpc_problem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, MpcLimits(inputs=(-1.0, 1.0)))
     <LinearMpc: 2 states, 1 inputs, horizon 20, limits on u[0]>
     """
-    a, b, q, r = _matrices(A, B, Q, R)
-    delay = whole("linear_mpc(delay=...)", delay, least=0)
-    must = "the horizon must exceed the delay, as no input of it would act otherwise"
-    horizon = whole("linear_mpc(horizon=...)", horizon, delay + 1, LONGEST_HORIZON, " of stages", must)
-    a, b, q = _delayed(a, b, q, delay)
-    nx, nu = b.shape
-    p = None if P is None else semidefinite("linear_mpc(P=...)", "P", P, nx)
-    K = None
-    if p is None:
-        K, p = regulator(a, b, q, r)
-    states = _names("linear_mpc(state_names=...)", state_names, nx, "x")
-    inputs = _names("linear_mpc(input_names=...)", input_names, nu, "u")
-    rows = limit_rows(a, b, input_limits, _padded(state_limits, nx), _wide(outputs, nx), soft_weight, states, inputs)
-    problem = LinearMpc(a, b, q, r, p, horizon, rows, K)
-    return problem if rate_limits is None else _with_rates(problem, rate_limits, inputs)
+    matrices = _delayed(*_matrices(A, B, Q, R), whole("mpc_problem(delay=...)", delay, least=0))
+    must = "above the delay, as no input of it would act otherwise"
+    N = whole("mpc_problem(horizon=...)", horizon, delay + 1, LONGEST_HORIZON, " of stages", must)
+    P = None if P is None else semidefinite("mpc_problem(P=...)", "P", P, len(matrices[0]))
+    return _problem(*matrices, P, N, limits, names)
+
+
+def _problem(
+    A: Array,
+    B: Array,
+    Q: Array,
+    R: Array,
+    P: Array | None,
+    horizon: int,
+    limits: MpcLimits,
+    names: tuple[tuple[str, ...], tuple[str, ...]],
+) -> LinearMpc:
+    nx, nu = B.shape
+    K, cost = regulator(A, B, Q, R) if P is None else (None, P)
+    states, inputs = _names(names[0], nx, "x"), _names(names[1], nu, "u")
+    limits = replace(limits, states=_padded(limits.states, nx), outputs=_wide(limits.outputs, nx))
+    problem = LinearMpc(A, B, Q, R, cost, horizon, limit_rows(A, B, limits, states, inputs), K)
+    return problem if limits.rates is None else _with_rates(problem, limits.rates, inputs)
 
 
 def regulator(A: Array, B: Array, Q: Array, R: Array) -> tuple[Array, Array]:
@@ -156,12 +148,12 @@ def regulator(A: Array, B: Array, Q: Array, R: Array) -> tuple[Array, Array]:
 
 
 def _matrices(A: Numbers, B: Numbers, Q: Numbers, R: Numbers) -> tuple[Array, Array, Array, Array]:
-    a = square("linear_mpc(A=...)", "A", A)
-    b = matrix("linear_mpc(B=...)", "B", B, rows=len(a))
-    return a, b, semidefinite("linear_mpc(Q=...)", "Q", Q, len(a)), definite("linear_mpc(R=...)", "R", R, b.shape[1])
+    a = square("mpc_problem(A=...)", "A", A)
+    b = matrix("mpc_problem(B=...)", "B", B, rows=len(a))
+    return a, b, semidefinite("mpc_problem(Q=...)", "Q", Q, len(a)), definite("mpc_problem(R=...)", "R", R, b.shape[1])
 
 
-def _delayed(A: Array, B: Array, Q: Array, delay: int) -> tuple[Array, Array, Array]:
+def _delayed(A: Array, B: Array, Q: Array, R: Array, delay: int) -> tuple[Array, Array, Array, Array]:
     """The matrices with the inputs on their way as states, oldest first."""
     for _ in range(delay):
         nx, nu = B.shape
@@ -169,13 +161,13 @@ def _delayed(A: Array, B: Array, Q: Array, delay: int) -> tuple[Array, Array, Ar
         A = np.block([[A, B], [np.zeros((nu, nx + last + nu))]])
         B = np.vstack([np.zeros((nx, nu)), np.eye(nu)])
         Q = np.block([[Q, np.zeros((len(Q), nu))], [np.zeros((nu, len(Q) + nu))]])
-    return A, B, Q
+    return A, B, Q, R
 
 
-def _names(call: str, names: tuple[str, ...], n: int, letter: str) -> tuple[str, ...]:
+def _names(names: tuple[str, ...], n: int, letter: str) -> tuple[str, ...]:
     own = tuple(f"{letter}[{i}]" for i in range(n))
     if len(names) > n:
-        raise ValueError(f"`{call}` must have at most {n} names; got {len(names)}.")
+        raise ValueError(f"`mpc_problem(names=...)` must have at most {n} names; got {len(names)}.")
     return tuple(names) + own[len(names) :]
 
 
@@ -194,7 +186,7 @@ def _padded(limits: Pair | None, nx: int) -> Pair | None:
 def _wide(outputs: tuple[Numbers, Pair] | None, nx: int) -> tuple[Numbers, Pair] | None:
     if outputs is None:
         return None
-    C = matrix("linear_mpc(outputs=...)", "C", outputs[0])
+    C = matrix("MpcLimits(outputs=...)", "C", outputs[0])
     return np.hstack([C, np.zeros((len(C), max(nx - C.shape[1], 0)))]), outputs[1]
 
 
@@ -202,7 +194,7 @@ def _with_rates(problem: LinearMpc, limits: Pair, input_names: tuple[str, ...]) 
     """The problem with the last input as a state, and rows u_k - u_{k-1}."""
     nx, nu = problem.B.shape
     names = tuple(f"rate of {name}" for name in input_names)
-    low, high = bounds("linear_mpc(rate_limits=...)", limits, names)
+    low, high = bounds("MpcLimits(rates=...)", limits, names)
     old, wide = problem.rows, np.zeros((problem.rows.count, nu))
     rows = LimitRows(
         np.block([[old.F, wide], [np.zeros((nu, nx)), -np.eye(nu)]]),

@@ -1,11 +1,14 @@
 r"""The loss of a fixed number of sweeps: sampled over states, and bounded for each plan by duality.
 
 `sampled_loss` runs the law and the exact law from the same states in closed loop. What it finds is the worst of the
-samples, not of the set. Three statements are proved instead, without sampling:
+samples, not of the set. Four statements are proved instead, without sampling:
 
 - `contraction` of `splitting_numbers`, for every active set where D is regular;
 - the gap of a plan, `plan_gap`: any multipliers give a lower bound of the optimum, and a plan that keeps its limits an
   upper bound, whatever the sweeps were (weak duality);
+- the error of a move, `move_bound`, from the residual g of the zeta that gives it. As lambda pushes against v and
+  lambda* against v*, (lambda - lambda*)'(v - v*) >= 0; with v - v* = -D (lambda - lambda*) - g this gives
+  |z - z*| = |lambda - lambda*|_D <= |g|_{D^-1}, where D is regular;
 - where no limit acts, the law is LQR.
 """
 
@@ -141,6 +144,22 @@ def exact_loops(exact: ExactMpc, states: Numbers, periods: int) -> tuple[Array, 
     if not loops:
         raise ValueError("`exact_loops(states=...)` must have a state from which the limits can be kept; none has.")
     return np.array([loop[0] for loop in loops]), np.array([loop[1] for loop in loops])
+
+
+@check_arguments
+def move_bound(exact: ExactMpc, numbers: SplittingNumbers, x: Array, zeta: Array) -> Array:
+    """A bound of the error of each first input (nu,) that zeta (M,) gives at x (nx,); infinite where D is singular.
+
+    Rounding is not enclosed.
+    """
+    v = np.clip(zeta, numbers.low, numbers.high)
+    D, nu = exact.numbers.matrix, numbers.B.shape[1]
+    gap = numbers.Y @ x - D @ ((zeta - v) / numbers.sigma) - v
+    if not exact.numbers.is_proved:
+        return np.full(nu, np.inf)
+    distance = float(np.sqrt(gap @ np.linalg.solve(D, gap)))
+    first = np.linalg.inv(exact.maps.roots[:nu, :nu])
+    return np.abs(gap[:nu]) + np.linalg.norm(first, axis=1) * distance
 
 
 def _exact_loop(exact: ExactMpc, x: Array, periods: int) -> tuple[Array, Array] | None:

@@ -27,7 +27,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc, regulator
+from workbench.planning.linear_mpc.linear_problem import LinearMpc, regulator
 
 SHRUNK = 1 - 1e-9  # of the level, for rounding
 LARGEST_EXACT = 12  # states: exact rational factors of larger matrices take seconds
@@ -85,8 +85,9 @@ def terminal_set(problem: LinearMpc) -> TerminalSet:
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import linear_mpc, terminal_set
-    >>> problem = linear_mpc([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, input_limits=(-1.0, 1.0))
+    >>> from workbench.planning.linear_mpc import MpcLimits, mpc_problem, terminal_set
+    >>> limits = MpcLimits(inputs=(-1.0, 1.0))
+    >>> problem = mpc_problem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
     >>> ends = terminal_set(problem)
     >>> ends.limit, ends.decrease_is_proved, ends.is_safe(2 * ends.level)
     ('u[0]', True, True)
@@ -95,7 +96,7 @@ def terminal_set(problem: LinearMpc) -> TerminalSet:
     if np.abs(P - problem.P).max() > 1e-6 * np.abs(P).max():
         raise DesignError(
             "`terminal_set(problem)` needs P to be the cost of the LQR law, which keeps the limits in the ellipsoid; "
-            "this problem has another P. Leave P out of `linear_mpc`."
+            "this problem has another P. Leave P out of `mpc_problem`."
         )
     level, limit = _level(problem, K, P)
     values = np.linalg.eigvalsh(problem.Q)
@@ -115,7 +116,7 @@ def _level(problem: LinearMpc, K: Array, P: Array) -> tuple[float, str]:
     if not values[0] > 1e-12 * values[-1]:
         raise DesignError(
             "`terminal_set(problem)` needs a cost that every state adds to, so that x'P x <= level is an ellipsoid; "
-            f"the eigenvalues of P run from {values[0]:.3g} to {values[-1]:.3g}. Give every state a weight, and leave out "
+            f"the eigenvalues of P run from {values[0]:.3g} to {values[-1]:.3g}. Weigh every state, and leave out "
             "limits on rates, whose state is the last input."
         )
     reach = rows.F - rows.E @ K

@@ -25,7 +25,7 @@ from workbench.core.validation.refusals import Array, positive
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError, matrix, semidefinite
 from workbench.design.riccati import lqe
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.linear_problem import LinearMpc
 
 RANK = 1e-9  # of the largest singular value: below it a disturbance cannot be told from a state
 
@@ -108,8 +108,8 @@ def offset_free(
 
     Examples
     --------
-    >>> from workbench.planning.linear_mpc import linear_mpc, offset_free
-    >>> problem = linear_mpc([[0.9]], [[0.1]], [[1.0]], [[0.1]], 10, input_limits=(-5.0, 5.0))
+    >>> from workbench.planning.linear_mpc import MpcLimits, mpc_problem, offset_free
+    >>> problem = mpc_problem([[0.9]], [[0.1]], [[1.0]], [[0.1]], 10, MpcLimits(inputs=(-5.0, 5.0)))
     >>> x, u = offset_free(problem, [[1.0]]).target_of(np.array([0.5]), np.array([1.0]))
     >>> x, u  # 1 = 0.9 + 0.1 (u + 0.5)
     (array([1.]), array([0.5]))
