@@ -144,7 +144,7 @@ from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import fit, identifiability
 from workbench.identification.experiments import design_experiment
-from workbench.planning.linear_mpc import predictive_design
+from workbench.planning import predictive_design
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
 from workbench.report.live.turned_knobs import linear_loop_at_knobs, turn_knobs

@@ -30,7 +30,6 @@ from workbench.planning.linear_mpc.linear_problem import LinearMpc, mpc_problem
 from workbench.planning.linear_mpc.loss_samples import SampledLoss, exact_loops, move_bound, plan_gap, sampled_loss
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
 from workbench.planning.linear_mpc.predictive_design import PredictiveDesign, predictive_design
-from workbench.planning.linear_mpc.sampled_loss import SampledLoss, exact_loops, plan_gap, sampled_loss
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import SplittingAnswer, SplittingNumbers, no_memory, solve_period, sweep
 from workbench.planning.linear_mpc.splitting_metric import splitting_numbers

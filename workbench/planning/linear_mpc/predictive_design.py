@@ -15,8 +15,8 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.planning.linear_mpc.dual_recursion import recursion_numbers
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
-from workbench.planning.linear_mpc.limit_rows import Pair
-from workbench.planning.linear_mpc.mpc_problem import LinearMpc
+from workbench.planning.linear_mpc.limit_rows import MpcLimits, Pair
+from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
 from workbench.planning.linear_mpc.splitting import SplittingNumbers
 from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
@@ -143,18 +143,13 @@ def predictive_design(
         known_name(name, (*states, *inputs), "states and inputs of the plant")
     for name in rate_limits or {}:
         known_name(name, inputs, "inputs of the plant")
-    problem = sampled_mpc(
-        system,
-        period,
-        Q,
-        R,
-        horizon,
-        delay=delay,
-        input_limits=_ends(inputs, limits),
-        state_limits=_ends(states, limits),
-        rate_limits=_ends(inputs, rate_limits or {}),
+    ends = MpcLimits(
+        inputs=_ends(inputs, limits),
+        states=_ends(states, limits),
+        rates=_ends(inputs, rate_limits or {}),
         soft_weight=soft_weight,
     )
+    problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
     return PredictiveDesign(states, inputs, float(period), problem, splitting_numbers(problem, sweeps=sweeps))
 
 
