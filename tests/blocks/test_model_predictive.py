@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.design.matrices import DesignError
 from workbench.planning.linear_mpc import no_memory, solve_period
 
 WEIGHTS = np.diag([10.0, 1.0, 10.0, 1.0]), [[0.1]]
@@ -92,12 +93,19 @@ def test_the_residual_says_how_far_a_plan_is_from_done():
     [
         ({"also": {"y": (0.0, 1.0)}}, "There is no 'y' among the 5 states and inputs of the plant"),
         ({"also": {"F": (1.0, -1.0)}}, "must have its low end below its high end; 'F' has 1 and -1"),
-        ({"horizon": 1, "delay": 0.04}, "the horizon must exceed the delay"),
+        ({"horizon": 1, "delay": 0.04}, "from 3 to 1000, above the delay"),
     ],
 )
 def test_bad_designs_are_refused_in_one_sentence(change, message):
     with pytest.raises((ValueError, LookupError), match=message):
         cart_design(**change)
+
+
+@pytest.mark.parametrize("change", [{"also": {"phi": (-0.1, 0.3)}}, {"rate_limits": {"F": (-0.4, 0.4)}}])
+def test_sweeps_that_nothing_proves_are_refused(change):
+    with pytest.raises(DesignError, match="no number of sweeps is proved to suffice for hard limits on states"):
+        cart_design(**change)
+    assert cart_design(sweeps=9, **change).numbers.sweeps == 9
 
 
 def test_a_design_for_another_plant_is_refused():

@@ -13,6 +13,7 @@ from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, known_name, refusal
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
+from workbench.design.matrices import DesignError
 from workbench.planning.linear_mpc.dual_recursion import recursion_numbers
 from workbench.planning.linear_mpc.exact_solution import ExactMpc, exact_mpc
 from workbench.planning.linear_mpc.limit_rows import MpcLimits, Pair
@@ -123,12 +124,10 @@ def predictive_design(
 
     Raises
     ------
-    ValueError
-        If an argument is out of its range, limits cross, or a limit excludes the rest.
-    LookupError
-        If the plant has no state or input of a name.
+    ValueError, LookupError
+        If an argument is out of its range, limits cross, or the plant has no state or input of a name.
     DesignError
-        If no gain stabilises the plant.
+        If no gain stabilises the plant, or no number of sweeps is proved to suffice.
 
     Examples
     --------
@@ -136,21 +135,39 @@ def predictive_design(
     >>> wb.predictive_design(cart, 0.02, np.eye(4), [[0.1]], 20, limits={"F": (-3.0, 3.0)})
     <PredictiveDesign: 20 stages of 0.02 s, limits on F, 4 sweeps, contraction 0.25 (proved)>
     """
-    states, inputs = tuple(system.state_labels), tuple(system.input_labels)
+    names = tuple(system.state_labels), tuple(system.input_labels)
+    ends = _limits(names, limits, rate_limits or {}, soft_weight)
+    problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
+    numbers = splitting_numbers(problem, sweeps=sweeps)
+    if sweeps is None and not numbers.is_proved:
+        raise DesignError(
+            "`predictive_design(limits=...)`: no number of sweeps is proved to suffice for hard limits on states, or on "
+            "inputs and their rates together, as their rows depend on each other. Make limits on states soft by "
+            "`soft_weight`, leave out limits on rates, or give `sweeps` and judge the runs by their `residual`."
+        )
+    return PredictiveDesign(*names, float(period), problem, numbers)
+
+
+def _limits(
+    names: tuple[tuple[str, ...], tuple[str, ...]],
+    limits: Mapping[str, Pair],
+    rate_limits: Mapping[str, Pair],
+    soft_weight: Numbers | None,
+) -> MpcLimits:
+    """The limits of a problem from those by name."""
+    states, inputs = names
     if not limits and not rate_limits:
         raise refusal("predictive_design(limits=...)", "a limit at least, else take `lqr`", limits)
     for name in limits:
         known_name(name, (*states, *inputs), "states and inputs of the plant")
-    for name in rate_limits or {}:
+    for name in rate_limits:
         known_name(name, inputs, "inputs of the plant")
-    ends = MpcLimits(
+    return MpcLimits(
         inputs=_ends(inputs, limits),
         states=_ends(states, limits),
-        rates=_ends(inputs, rate_limits or {}),
+        rates=_ends(inputs, rate_limits),
         soft_weight=soft_weight,
     )
-    problem = sampled_mpc(system, period, Q, R, horizon, ends, delay=delay)
-    return PredictiveDesign(states, inputs, float(period), problem, splitting_numbers(problem, sweeps=sweeps))
 
 
 def _ends(names: tuple[str, ...], limits: Mapping[str, Pair]) -> tuple[Array, Array] | None:
