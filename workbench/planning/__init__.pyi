@@ -35,7 +35,6 @@ from workbench.planning.linear_mpc import (
     sampled_mpc,
     solve_period,
     splitting_numbers,
-    sweep,
     terminal_set,
     tune_splitting,
 )
@@ -75,7 +74,6 @@ __all__ = [
     "sampled_mpc",
     "solve_period",
     "splitting_numbers",
-    "sweep",
     "terminal_set",
     "tune_splitting",
 ]

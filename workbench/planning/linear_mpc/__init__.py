@@ -30,7 +30,7 @@ from workbench.planning.linear_mpc.linear_problem import LinearMpc, mpc_problem
 from workbench.planning.linear_mpc.loss_samples import SampledLoss, exact_loops, move_bound, plan_gap, sampled_loss
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
 from workbench.planning.linear_mpc.sampled_problem import sampled_mpc
-from workbench.planning.linear_mpc.splitting import SplittingAnswer, SplittingNumbers, no_memory, solve_period, sweep
+from workbench.planning.linear_mpc.splitting import SplittingAnswer, SplittingNumbers, no_memory, solve_period
 from workbench.planning.linear_mpc.splitting_metric import splitting_numbers
 from workbench.planning.linear_mpc.splitting_tuning import SplittingTuning, TuningRow, tune_splitting
 from workbench.planning.linear_mpc.terminal_ellipsoid import TerminalSet, terminal_set
@@ -70,7 +70,6 @@ __all__ = [
     "sampled_mpc",
     "solve_period",
     "splitting_numbers",
-    "sweep",
     "terminal_set",
     "tune_splitting",
 ]
