@@ -15,17 +15,20 @@ M = diag(sigma) + W L W', so that only a matrix of r rows is factorised:
     beyond = how far zeta + change lies beyond a bound that zeta had not passed, in spans high - low
     zeta  <- zeta + change min(1, cap / max beyond)
 
-Without W it is the dual proximal gradient method (forward-backward splitting). ADMM is another preconditioner of the
-same residual on the same vector zeta, with penalties 1 / sigma and the over-relaxation alpha,
+Without W it is the dual proximal gradient method (forward-backward splitting). The kept modes are those of D far from
+sigma: D is R^-1 but for the few modes in which the plant answers slowly, and these decide how fast ADMM converges.
+L^-1 + W' diag(a / sigma) W is quasidefinite for every a, so that its L D L' factors exist without pivoting (Vanderbei
+1995). A row inside its box has lambda = 0 and a = 0: a machine may leave out its column of D and its terms of the small
+matrix, and changes no bit. Between two periods the memory is zeta of the next stages less the LQR answer at the
+predicted state, (N nc,).
+
+ADMM is another preconditioner of the same residual on the same vector zeta, with penalties 1 / sigma and the
+over-relaxation alpha,
 
     zeta  <- zeta + alpha (y - v),   y = y0 + G (2 v - zeta - y0),   G = (I + D / sigma)^-1 D / sigma,
     y - v  = (I + D / sigma)^-1 residual,
 
-which treats all rows as active; it needs more sweeps where few limits act, and fewer where nearly all of them do.
- The kept modes are those of D far from
-sigma: D is R^-1 but for the few modes in which the plant answers slowly, and these decide how fast ADMM converges.
-L^-1 + W' diag(a / sigma) W is quasidefinite for every a, so that its L D L' factors exist without pivoting (Vanderbei
-1995). Between two periods the memory is zeta of the next stages less the LQR answer at the predicted state, (N nc,).
+which treats all rows as active. It needs more sweeps where few limits act, and fewer where nearly all of them do.
 
 References
 ----------
