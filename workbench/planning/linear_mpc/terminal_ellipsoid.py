@@ -74,7 +74,7 @@ class TerminalSet:
 
     def is_safe(self, cost: float) -> bool:
         """True if the exact law is feasible forever from a state of this optimal cost."""
-        return finite("TerminalSet.is_safe(cost=...)", cost) <= self.safe_cost
+        return bool(finite("TerminalSet.is_safe(cost=...)", cost) <= self.safe_cost)
 
 
 @check_arguments
