@@ -11,8 +11,8 @@ Examples
 >>> problem = mpc_problem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
 >>> numbers, x = splitting_numbers(problem), np.array([1.0, 0.0])
 >>> law, exact = solve_period(numbers, no_memory(numbers), x), exact_mpc(problem).solve(x)
->>> np.abs(law.u - exact.u[0]).max() < 1e-3
-True
+>>> law.u.round(3), exact.u[0].round(3)
+(array([-1.]), array([-1.]))
 """
 
 from workbench.planning.linear_mpc.disturbance_observer import OffsetFree, limited_target, offset_free

@@ -23,6 +23,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, matrix, whole
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import DesignError
 from workbench.planning.linear_mpc.array_doors import finite_vector
 from workbench.planning.linear_mpc.exact_solution import ExactMpc
 from workbench.planning.linear_mpc.infeasibility import MpcConflictError
@@ -48,7 +49,7 @@ class SampledLoss:
     worst_residual
         The largest residual that the law reported, in spans.
     infeasible
-        The number of starts from which the exact law met a state without a solution; they are left out.
+        The number of starts from which the exact law met a state without a certified move; they are left out.
     """
 
     cost_loss: Array
@@ -168,12 +169,12 @@ def move_bound(exact: ExactMpc, numbers: SplittingNumbers, x: Numbers, zeta: Num
 
 
 def _exact_loop(exact: ExactMpc, x: Array, periods: int) -> tuple[Array, Array] | None:
-    """The states (periods, nx) and inputs (periods, nu) of the exact law, or None where it meets a conflict."""
+    """The states (periods, nx) and inputs (periods, nu) of the exact law, or None where it meets a state without a certified move."""
     states, moves = [], []
     for _ in range(periods):
         try:
             u = exact.first_move(x)
-        except MpcConflictError:
+        except (MpcConflictError, DesignError):
             return None
         states.append(x)
         moves.append(u)
