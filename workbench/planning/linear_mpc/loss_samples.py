@@ -169,7 +169,7 @@ def move_bound(exact: ExactMpc, numbers: SplittingNumbers, x: Numbers, zeta: Num
 
 
 def _exact_loop(exact: ExactMpc, x: Array, periods: int) -> tuple[Array, Array] | None:
-    """The states (periods, nx) and inputs (periods, nu) of the exact law, or None where it meets a state without a certified move."""
+    """The states (periods, nx) and moves (periods, nu) of the exact law; None if one of them cannot be certified."""
     states, moves = [], []
     for _ in range(periods):
         try:
