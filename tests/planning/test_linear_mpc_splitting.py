@@ -19,10 +19,9 @@ from workbench.planning import (
     sampled_loss,
     solve_period,
     splitting_numbers,
-    sweep,
     tune_splitting,
 )
-from workbench.planning.linear_mpc.splitting import solve_quasidefinite
+from workbench.planning.linear_mpc.splitting import solve_quasidefinite, sweep
 from workbench.planning.linear_mpc.splitting_tuning import admm_numbers
 
 NO = np.inf

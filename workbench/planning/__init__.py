@@ -19,7 +19,7 @@ _FILES = {
     "MpcSolution OffsetFree OperationCount PredictionMaps PredictiveDesign RecursionNumbers SampledLoss "
     "SplittingAnswer SplittingNumbers SplittingTuning TerminalSet TuningRow dual_product exact_loops "
     "exact_mpc limited_target move_bound mpc_problem no_memory offset_free operation_count plan_gap "
-    "prediction_maps predictive_design recursion_numbers sampled_loss sampled_mpc solve_period splitting_numbers sweep "
+    "prediction_maps predictive_design recursion_numbers sampled_loss sampled_mpc solve_period splitting_numbers "
     "terminal_set tune_splitting"
 }
 __all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

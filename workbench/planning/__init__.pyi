@@ -37,7 +37,6 @@ from workbench.planning.linear_mpc import (
     sampled_mpc,
     solve_period,
     splitting_numbers,
-    sweep,
     terminal_set,
     tune_splitting,
 )
@@ -79,7 +78,6 @@ __all__ = [
     "sampled_mpc",
     "solve_period",
     "splitting_numbers",
-    "sweep",
     "terminal_set",
     "tune_splitting",
 ]

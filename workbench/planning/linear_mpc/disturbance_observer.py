@@ -25,6 +25,7 @@ from workbench.core.validation.refusals import Array, positive
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError, matrix, semidefinite
 from workbench.design.riccati import lqe
+from workbench.planning.linear_mpc.array_doors import finite_vector
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 
 RANK = 1e-9  # of the largest singular value: below it a disturbance cannot be told from a state
@@ -58,18 +59,24 @@ class OffsetFree:
     target: Array
     poles: Array
 
-    def correct(self, estimate: Array, y: Array) -> Array:
+    def correct(self, estimate: Numbers, y: Numbers) -> Array:
         """The estimate of (x, d), (nx + nd,), after a reading y (ny,)."""
+        estimate = finite_vector("OffsetFree.correct(estimate=...)", estimate, len(self.L), "numbers of (x, d)")
+        y = finite_vector("OffsetFree.correct(y=...)", y, len(self.C), "readings")
         return np.asarray(estimate + self.L @ (y - np.hstack([self.C, self.Cd]) @ estimate))
 
-    def predict(self, estimate: Array, u: Array) -> Array:
+    def predict(self, estimate: Numbers, u: Numbers) -> Array:
         """The estimate a period after the input u (nu,)."""
-        n = len(self.A)
+        n, nu = self.B.shape
+        estimate = finite_vector("OffsetFree.predict(estimate=...)", estimate, len(self.L), "numbers of (x, d)")
+        u = finite_vector("OffsetFree.predict(u=...)", u, nu, "inputs")
         x, d = estimate[:n], estimate[n:]
         return np.concatenate([self.A @ x + self.B @ u + self.Bd @ d, d])
 
-    def target_of(self, d: Array, r: Array) -> tuple[Array, Array]:
+    def target_of(self, d: Numbers, r: Numbers) -> tuple[Array, Array]:
         """The target x_s (nx,), u_s (nu,) for a disturbance d (nd,) and a reference r (ny,)."""
+        d = finite_vector("OffsetFree.target_of(d=...)", d, self.Bd.shape[1], "disturbances")
+        r = finite_vector("OffsetFree.target_of(r=...)", r, len(self.C), "references")
         both = self.target @ np.concatenate([d, r])
         return both[: len(self.A)], both[len(self.A) :]
 
@@ -135,13 +142,15 @@ def offset_free(
     return OffsetFree(problem.A, problem.B, c, bd, cd, L, _target(problem, bd, c, cd), poles)
 
 
-def limited_target(offset: OffsetFree, problem: LinearMpc, d: Array, r: Array) -> tuple[Array, Array]:
+@check_arguments
+def limited_target(offset: OffsetFree, problem: LinearMpc, d: Numbers, r: Numbers) -> tuple[Array, Array]:
     """The target whose outputs are nearest to r (ny,) among those whose inputs keep their limits.
 
     It is the target of `offset` where that keeps its limits. Otherwise the reference cannot be held, and the rest of
     least distance is returned, from a bounded least squares problem.
     """
     x, u = offset.target_of(d, r)
+    d, r = np.asarray(d, dtype=float), np.asarray(r, dtype=float)
     nu = problem.B.shape[1]
     low, high = problem.rows.low[:nu], problem.rows.high[:nu]
     if (u >= low).all() and (u <= high).all():

@@ -14,8 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.validation.notebook_display import show
+from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
+from workbench.planning.linear_mpc.array_doors import finite_batch
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.splitting import ADMM, SplittingNumbers
 
@@ -55,8 +57,11 @@ def recursion_numbers(problem: LinearMpc) -> RecursionNumbers:
     return RecursionNumbers(loop, B, outputs, rows.E, inverse, rows.softness, problem.horizon)
 
 
-def dual_product(numbers: RecursionNumbers, multipliers: Array) -> Array:
+@check_arguments
+def dual_product(numbers: RecursionNumbers, multipliers: Numbers) -> Array:
     """D lambda (..., M), with the softness of soft rows, by the two passes."""
+    M = numbers.horizon * len(numbers.rows)
+    multipliers = finite_batch("dual_product(multipliers=...)", multipliers, M, "multipliers")
     lam = multipliers.reshape(*multipliers.shape[:-1], numbers.horizon, -1)
     p = np.zeros((*multipliers.shape[:-1], len(numbers.loop)))
     moves = []

@@ -21,9 +21,10 @@ from scipy.optimize import nnls
 
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import Array, vector
+from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
+from workbench.planning.linear_mpc.array_doors import finite_vector
 from workbench.planning.linear_mpc.infeasibility import InfeasibilityProof, MpcConflictError, farkas_margin
 from workbench.planning.linear_mpc.linear_problem import LinearMpc
 from workbench.planning.linear_mpc.prediction_maps import PredictionMaps, prediction_maps
@@ -99,7 +100,7 @@ class ExactMpc:
             If neither a solution nor a conflict can be certified: at the very edge between them, or where an unstable
             plant runs away whatever its inputs do.
         """
-        state = vector("ExactMpc.solve(x=...)", x, len(self.problem.A), "numbers, one a state")
+        state = finite_vector("ExactMpc.solve(x=...)", x, len(self.problem.A), "states")
         y = self.maps.Y @ state
         zeta = no_memory(self.numbers) + y
         for _ in range(SWEEPS):
@@ -113,6 +114,7 @@ class ExactMpc:
                 raise self._refusal(state, weights)
         return self._solution(state, y, *polished)
 
+    @check_arguments
     def first_move(self, x: Numbers) -> Array:
         """The first input (nu,) of the optimum from x (nx,)."""
         return np.asarray(self.solve(x).u[0])

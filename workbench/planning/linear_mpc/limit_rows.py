@@ -11,6 +11,7 @@ from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, as_array, describe
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import matrix
+from workbench.planning.linear_mpc.array_doors import finite_vector
 
 NO_LIMIT = 1e30  # a bound of this size or larger is none
 Pair = tuple[Numbers, Numbers]
@@ -48,8 +49,10 @@ class LimitRows:
         """The number of rows of a stage."""
         return len(self.low)
 
-    def about(self, x0: Array, u0: Array) -> LimitRows:
+    def about(self, x0: Numbers, u0: Numbers) -> LimitRows:
         """The rows for deviations from x0 (nx,) and u0 (nu,)."""
+        x0 = finite_vector("LimitRows.about(x0=...)", x0, self.F.shape[1], "states")
+        u0 = finite_vector("LimitRows.about(u0=...)", u0, self.E.shape[1], "inputs")
         at = self.F @ x0 + self.E @ u0
         return LimitRows(self.F, self.E, self.low - at, self.high - at, self.softness, self.names)
 

@@ -12,6 +12,7 @@ from workbench.core.validation.refusals import Array, whole
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import definite, matrix, semidefinite, square
 from workbench.design.riccati import lqr
+from workbench.planning.linear_mpc.array_doors import finite_vector
 from workbench.planning.linear_mpc.limit_rows import LimitRows, MpcLimits, Pair, bounds, limit_rows
 
 LONGEST_HORIZON = 1000
@@ -65,8 +66,11 @@ class LinearMpc:
         """The upper bounds of all stages, (N nc,)."""
         return np.tile(self.rows.high, self.horizon)
 
-    def about(self, x0: Array, u0: Array) -> LinearMpc:
+    def about(self, x0: Numbers, u0: Numbers) -> LinearMpc:
         """The problem of deviations from a rest x0 (nx,), u0 (nu,): its limits are moved by the rest."""
+        nx, nu = self.B.shape
+        x0 = finite_vector("LinearMpc.about(x0=...)", x0, nx, "states")
+        u0 = finite_vector("LinearMpc.about(u0=...)", u0, nu, "inputs")
         return replace(self, rows=self.rows.about(x0, u0), x0=x0, u0=u0)
 
 

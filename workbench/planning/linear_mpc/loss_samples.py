@@ -23,6 +23,8 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array, matrix, whole
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import DesignError
+from workbench.planning.linear_mpc.array_doors import finite_vector
 from workbench.planning.linear_mpc.exact_solution import ExactMpc
 from workbench.planning.linear_mpc.infeasibility import MpcConflictError
 from workbench.planning.linear_mpc.splitting import SplittingNumbers, no_memory, solve_period
@@ -47,7 +49,7 @@ class SampledLoss:
     worst_residual
         The largest residual that the law reported, in spans.
     infeasible
-        The number of starts from which the exact law met a state without a solution; they are left out.
+        The number of starts from which the exact law met a state without a certified move; they are left out.
     """
 
     cost_loss: Array
@@ -101,13 +103,15 @@ def sampled_loss(
 
 
 @check_arguments
-def plan_gap(exact: ExactMpc, x: Array, multipliers: Array) -> tuple[float, float]:
+def plan_gap(exact: ExactMpc, x: Numbers, multipliers: Numbers) -> tuple[float, float]:
     """A lower and an upper bound of the optimum from x (nx,), by any multipliers (N nc,) of half the cost.
 
     The upper bound is the cost of the multipliers' plan with its inputs clipped to their limits; it is infinite where
     this plan breaks a hard limit. Rounding is not enclosed.
     """
     problem, maps = exact.problem, exact.maps
+    x = finite_vector("plan_gap(x=...)", x, len(problem.A), "states")
+    multipliers = finite_vector("plan_gap(multipliers=...)", multipliers, len(problem.low), "multipliers")
     y0 = maps.Y @ x
     end = np.where(multipliers > 0, problem.high, problem.low)
     z = -exact.T.T @ multipliers
@@ -147,11 +151,13 @@ def exact_loops(exact: ExactMpc, states: Numbers, periods: int) -> tuple[Array, 
 
 
 @check_arguments
-def move_bound(exact: ExactMpc, numbers: SplittingNumbers, x: Array, zeta: Array) -> Array:
+def move_bound(exact: ExactMpc, numbers: SplittingNumbers, x: Numbers, zeta: Numbers) -> Array:
     """A bound of the error of each first input (nu,) that zeta (M,) gives at x (nx,); infinite where D is singular.
 
     Rounding is not enclosed.
     """
+    x = finite_vector("move_bound(x=...)", x, len(numbers.A), "states")
+    zeta = finite_vector("move_bound(zeta=...)", zeta, len(numbers.low), "numbers")
     v = np.clip(zeta, numbers.low, numbers.high)
     D, nu = exact.numbers.matrix, numbers.B.shape[1]
     gap = numbers.Y @ x - D @ ((zeta - v) / numbers.sigma) - v
@@ -159,16 +165,16 @@ def move_bound(exact: ExactMpc, numbers: SplittingNumbers, x: Array, zeta: Array
         return np.full(nu, np.inf)
     distance = float(np.sqrt(gap @ np.linalg.solve(D, gap)))
     first = np.linalg.inv(exact.maps.roots[:nu, :nu])
-    return np.abs(gap[:nu]) + np.linalg.norm(first, axis=1) * distance
+    return np.asarray(np.abs(gap[:nu]) + np.linalg.norm(first, axis=1) * distance)
 
 
 def _exact_loop(exact: ExactMpc, x: Array, periods: int) -> tuple[Array, Array] | None:
-    """The states (periods, nx) and inputs (periods, nu) of the exact law, or None where it meets a conflict."""
+    """The states (periods, nx) and moves (periods, nu) of the exact law; None if one of them cannot be certified."""
     states, moves = [], []
     for _ in range(periods):
         try:
             u = exact.first_move(x)
-        except MpcConflictError:
+        except (MpcConflictError, DesignError):
             return None
         states.append(x)
         moves.append(u)

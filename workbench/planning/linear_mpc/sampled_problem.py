@@ -17,10 +17,11 @@ from scipy.linalg import expm
 
 from workbench.core.point import OperatingPoint
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import Array, finite, seconds
+from workbench.core.validation.refusals import Array, finite, refusal, seconds
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.control_system import System
 from workbench.design.matrices import DesignError, semidefinite
+from workbench.design.riccati.regulators import is_system
 from workbench.planning.linear_mpc.limit_rows import MpcLimits, Pair
 from workbench.planning.linear_mpc.linear_problem import LinearMpc, mpc_problem
 
@@ -60,6 +61,8 @@ def sampled_mpc(
     """
     h = seconds("sampled_mpc(period=...)", period)
     wait = finite("sampled_mpc(delay=...)", delay, " of seconds", low=0.0, high=1000 * h)
+    if not is_system(system):
+        raise refusal("sampled_mpc(system=...)", "a `StateSpace` of python-control, as `linearize` gives it", system)
     if system.dt:
         raise DesignError(
             f"`sampled_mpc(system)` must be in continuous time, as its delay is no whole number of periods otherwise; "

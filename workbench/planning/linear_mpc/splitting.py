@@ -15,17 +15,20 @@ M = diag(sigma) + W L W', so that only a matrix of r rows is factorised:
     beyond = how far zeta + change lies beyond a bound that zeta had not passed, in spans high - low
     zeta  <- zeta + change min(1, cap / max beyond)
 
-Without W it is the dual proximal gradient method (forward-backward splitting). ADMM is another preconditioner of the
-same residual on the same vector zeta, with penalties 1 / sigma and the over-relaxation alpha,
+Without W it is the dual proximal gradient method (forward-backward splitting). The kept modes are those of D far from
+sigma: D is R^-1 but for the few modes in which the plant answers slowly, and these decide how fast ADMM converges.
+L^-1 + W' diag(a / sigma) W is quasidefinite for every a, so that its L D L' factors exist without pivoting (Vanderbei
+1995). A row inside its box has lambda = 0 and a = 0: a machine may leave out its column of D and its terms of the small
+matrix, and changes no bit. Between two periods the memory is zeta of the next stages less the LQR answer at the
+predicted state, (N nc,).
+
+ADMM is another preconditioner of the same residual on the same vector zeta, with penalties 1 / sigma and the
+over-relaxation alpha,
 
     zeta  <- zeta + alpha (y - v),   y = y0 + G (2 v - zeta - y0),   G = (I + D / sigma)^-1 D / sigma,
     y - v  = (I + D / sigma)^-1 residual,
 
-which treats all rows as active; it needs more sweeps where few limits act, and fewer where nearly all of them do.
- The kept modes are those of D far from
-sigma: D is R^-1 but for the few modes in which the plant answers slowly, and these decide how fast ADMM converges.
-L^-1 + W' diag(a / sigma) W is quasidefinite for every a, so that its L D L' factors exist without pivoting (Vanderbei
-1995). Between two periods the memory is zeta of the next stages less the LQR answer at the predicted state, (N nc,).
+which treats all rows as active. It needs more sweeps where few limits act, and fewer where nearly all of them do.
 
 References
 ----------
@@ -42,7 +45,10 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.number_types import Numbers
+from workbench.core.validation.refusals import Array, whole
+from workbench.core.validation.signatures import check_arguments
+from workbench.planning.linear_mpc.array_doors import finite_batch
 
 METRIC, ADMM = METHODS = ("metric", "admm")
 
@@ -115,15 +121,18 @@ class SplittingAnswer(NamedTuple):
     residual: Array
 
 
-def no_memory(numbers: SplittingNumbers, *batch: int) -> Array:
-    """The memory of a cold start, which is the LQR answer: zeros (..., M)."""
-    return np.zeros((*batch, len(numbers.low)))
+@check_arguments
+def no_memory(numbers: SplittingNumbers, batch: int | None = None) -> Array:
+    """The memory of a cold start, which is the LQR answer: zeros (M,), or (batch, M)."""
+    M = len(numbers.low)
+    return np.zeros(M if batch is None else (whole("no_memory(batch=...)", batch, most=10**6), M))
 
 
+@check_arguments
 def solve_period(
     numbers: SplittingNumbers,
-    memory: Array,
-    x: Array,
+    memory: Numbers,
+    x: Numbers,
     target: tuple[Array, Array] | None = None,
     sweeps: int | None = None,
 ) -> SplittingAnswer:
@@ -131,18 +140,22 @@ def solve_period(
 
     The target is a state (..., nx) and an input (..., nu) at which the model rests; x and the bounds stay absolute.
     """
-    rest, at = np.zeros(len(numbers.low)), np.zeros(x.shape[-1])
+    x = finite_batch("solve_period(x=...)", x, len(numbers.A), "states")
+    memory = finite_batch("solve_period(memory=...)", memory, len(numbers.low), "numbers")
+    count = numbers.sweeps if sweeps is None else whole("solve_period(sweeps=...)", sweeps, 0)
+    rest, at, push = np.zeros(len(numbers.low)), np.zeros(x.shape[-1]), np.zeros(numbers.B.shape[1])
     if target is not None:
-        at, stage = target[0], target[0] @ numbers.F.T + target[1] @ numbers.E.T
+        at = finite_batch("solve_period(target=...)", target[0], len(numbers.A), "states")
+        push = finite_batch("solve_period(target=...)", target[1], numbers.B.shape[1], "inputs")
+        stage = at @ numbers.F.T + push @ numbers.E.T
         rest = np.concatenate([stage] * (len(numbers.low) // numbers.rows_of_stage), axis=-1)
     lqr = (x - at) @ numbers.Y.T + rest
     zeta, residual = memory + lqr, np.zeros(lqr.shape[:-1])
-    for _ in range(numbers.sweeps if sweeps is None else sweeps):
+    for _ in range(count):
         zeta, residual = sweep(numbers, lqr, zeta)
     nu = numbers.B.shape[1]
     u = np.clip(zeta[..., :nu], numbers.low[:nu], numbers.high[:nu])
-    move = u if target is None else u - target[1]
-    after = (x - at) @ numbers.A.T + move @ numbers.B.T
+    after = (x - at) @ numbers.A.T + (u - push) @ numbers.B.T
     return SplittingAnswer(u, shift(zeta, numbers.rows_of_stage) - after @ numbers.Y.T - rest, residual)
 
 

@@ -24,9 +24,11 @@ import numpy as np
 
 from workbench.core.claim import Claim
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.number_types import Numbers
+from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
+from workbench.planning.linear_mpc.array_doors import finite_vector
 from workbench.planning.linear_mpc.linear_problem import LinearMpc, regulator
 
 SHRUNK = 1 - 1e-9  # of the level, for rounding
@@ -65,13 +67,14 @@ class TerminalSet:
     decrease_is_proved: bool
     claims: tuple[Claim, ...]
 
-    def holds_state(self, x: Array) -> bool:
+    def holds_state(self, x: Numbers) -> bool:
         """True if x (nx,) lies in the ellipsoid."""
+        x = finite_vector("TerminalSet.holds_state(x=...)", x, len(self.P), "states")
         return bool(x @ self.P @ x <= self.level)
 
     def is_safe(self, cost: float) -> bool:
         """True if the exact law is feasible forever from a state of this optimal cost."""
-        return cost <= self.safe_cost
+        return bool(finite("TerminalSet.is_safe(cost=...)", cost) <= self.safe_cost)
 
 
 @check_arguments
