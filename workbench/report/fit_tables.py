@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 from workbench.identification.summaries.fit_summary import FitSummary
 from workbench.identification.summaries.summary_parts import NumberSummary
 from workbench.study.document.document import Cell, MissingCell, ReportTable, TableColumn
 from workbench.study.document.phrases_and_tables import superscript_powers
 
-RIGHT = "right"
+RIGHT: Literal["right"] = "right"
 UNKNOWN_UNIT = "?"
 
 
