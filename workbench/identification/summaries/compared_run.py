@@ -13,7 +13,7 @@ from workbench.core import Entry, Layout, StepMap
 from workbench.core.recorded_step import SignalRecord
 from workbench.core.validation.refusals import Array, Integers
 from workbench.core.validation.signatures import check_arguments
-from workbench.engine.metrics.value_program import MetricProgram
+from workbench.engine.metrics.value_program import MetricProgram, Written
 from workbench.engine.record_runs import run_along
 from workbench.identification.estimation.driven_steps import plain_step
 from workbench.identification.estimation.fit import Fit
@@ -108,16 +108,16 @@ class ComparedRun:
     @property
     def rows(self) -> int:
         """The number of kept rows behind the first."""
-        return (len(self.t) - 1) // self.stride
+        return (self.t.size - 1) // self.stride
 
     @property
     def kept_times(self) -> Array:
         """(rows + 1,), the instants in s of the kept rows."""
-        return self.t[:: self.stride]
+        return np.asarray(self.t[:: self.stride])
 
     def states(self, arithmetic: str = "portable") -> Array:
         """(N + 2, nx), the states at all instants, and behind the last one with all sums."""
-        return run_along(self.step, self.p[np.newaxis], self.x0[np.newaxis], arithmetic)[0]
+        return np.asarray(run_along(self.step, self.p[np.newaxis], self.x0[np.newaxis], arithmetic)[0])
 
     @cached_property
     def programs(self) -> dict[str, MetricProgram]:
@@ -126,10 +126,11 @@ class ComparedRun:
         for part, counts in self.counts.items():
             first = self.step.states.slice(f"squares {part}").start
             inputs = tuple(("z", first + j) for j in range(len(counts)))
-            n, nodes = len(counts), []
+            n = len(counts)
+            nodes: list[Written] = []
             for j, count in enumerate(counts.tolist()):
-                at = n + 3 * j
-                nodes += [("const", float(count)), ("div", j, at), ("sqrt", at + 1)]
+                at = n + 3 * j  # the node of the count
+                nodes.extend((("const", float(count)), ("div", j, at), ("sqrt", at + 1)))
             made[part] = MetricProgram(inputs, tuple(nodes), tuple(n + 3 * j + 2 for j in range(n)))
         return made
 
