@@ -142,6 +142,8 @@ def test_a_summary_alone_is_printed_and_that_of_another_fit_is_refused(fit):
     summary = wb.identification.FitSummary.of(fit)
     assert wb.fit_page(summary).live is None
     assert wb.fit_page(fit, summary=summary).live is not None
+    with pytest.raises(ValueError, match="must have one summary"):
+        wb.fit_page(summary, summary=summary)
     with pytest.raises(ValueError, match="summary of this fit"):
         wb.fit_page(wb.fit(MOTOR, LOG, ["J"]), summary=summary)
 

@@ -85,7 +85,7 @@ def fit_page(fit: Fit | FitSummary, title: str = "", *, summary: FitSummary | No
     Raises
     ------
     ValueError
-        If the summary is of another fit.
+        If the summary is of another fit, or there are two.
 
     Examples
     --------
@@ -130,7 +130,9 @@ def fit_page(fit: Fit | FitSummary, title: str = "", *, summary: FitSummary | No
 def _summary(fit: Fit | FitSummary, summary: FitSummary | None) -> FitSummary:
     """The summary to be shown; one of another fit is refused."""
     if isinstance(fit, FitSummary):
-        return fit if summary is None else summary
+        if summary is not None:
+            raise ValueError("`fit_page(fit, summary=...)` must have one summary; `fit` is one already: give the fit.")
+        return fit
     if summary is None:
         return FitSummary.of(fit)
     if [(one.name, one.estimate) for one in summary.numbers] != [*fit.values.items()]:

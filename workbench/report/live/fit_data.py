@@ -17,7 +17,7 @@ from workbench.identification.summaries.compared_run import ComparedRun
 from workbench.identification.summaries.fit_summary import FitSummary
 from workbench.report.live.links import Curve
 from workbench.report.live.live_data import FORMAT
-from workbench.report.live.marches import Modules, evaluation, march, packed, plain, switches
+from workbench.report.live.marches import Modules, evaluation, march, page_text, plain, switches
 from workbench.report.live.page_data import LiveData, Plain
 from workbench.report.pictures.fit_pictures import drawn_records, with_unit
 from workbench.study.document.document import Cell, ReportTable, TableColumn
@@ -106,7 +106,9 @@ class _Page:
         marches = {"whole": self._march(whole.step, whole.stride, place)}
         marches["half"] = self._march(half.step, 2 * whole.stride, place + 1)
         marches["outputs"] = self._march(evaluation(whole.step, whole.readings), 1, place)
-        self.records.extend(packed(np.ascontiguousarray(one.step.recorded_numbers).tobytes()) for one in (whole, half))
+        self.records.extend(
+            page_text(np.ascontiguousarray(one.step.recorded_numbers).tobytes()) for one in (whole, half)
+        )
         digest = hashlib.sha256(record.tobytes() + whole.p.tobytes() + whole.x0.tobytes()).hexdigest()
         return {
             "scenario": self.summary.experiments[experiment].name,

@@ -30,11 +30,11 @@ class Modules:
     def place(self, code: bytes) -> int:
         """The place of a module among them."""
         if code not in self.packed_modules:
-            self.packed_modules[code] = packed(code)
+            self.packed_modules[code] = page_text(code)
         return [*self.packed_modules].index(code)
 
 
-def packed(code: bytes) -> str:
+def page_text(code: bytes) -> str:
     """Bytes as a page holds them."""
     squeeze = zlib.compressobj(9, wbits=-15)  # raw, as a browser's "deflate-raw"
     return base64.b64encode(squeeze.compress(code) + squeeze.flush()).decode("ascii")
