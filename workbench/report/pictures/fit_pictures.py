@@ -21,6 +21,7 @@ MODELLED, MEASURED = 0, 1  # styles
 WIDEST = 12  # numbers in a picture of correlations
 CLOSE = 0.95  # correlation beyond which an experiment hardly tells two numbers apart
 MOST_PANELS = 12  # of a figure: a page has no room for more
+FEW = 600  # samples of which each is drawn
 MANY = 120  # samples that are drawn as dots
 FAR = 2.0  # ranges of a curve, beyond which a page does not move it
 RIM = 0.06  # of the range of an axis, beyond its numbers
@@ -131,6 +132,8 @@ def _over_time(
     pairs, total = drawn_records(fit), len(_records(fit))
     if len(pairs) < total:
         about += f" The {len(pairs)} of {total} records with the largest residuals are drawn."
+    if max(len(one.t) for one in fit.experiments) > FEW:
+        about += " Of very many samples some are drawn."
     several, experiments = len(fit.experiments) > 1, fit.experiments
     panels = tuple(panel(experiments[e], j, fit.sensors[j], experiments[e].name if several else "") for e, j in pairs)
     return Figure(name, about, panels, columns=2 if len(panels) > 1 else 1)

@@ -96,7 +96,9 @@ class KnobControl {
     track.classList.add("has-interval");
     track.style.setProperty("--from", this.scale.share(from));
     track.style.setProperty("--to", this.scale.share(to));
-    this.origin.textContent = `95\u00a0%: ${shortNumber(from)} to ${shortNumber(to)}`;
+    const size = Math.max(Math.abs(from), Math.abs(to)), narrow = Math.log10(size / (to - from)); // digits that both share
+    const digits = Math.min(12, Math.max(3, 2 + Math.ceil(narrow || 0)));
+    this.origin.textContent = `95\u00a0%: ${shortNumber(from, digits)} to ${shortNumber(to, digits)}`;
   }
 
   spoken() {
