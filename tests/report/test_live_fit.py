@@ -3,6 +3,7 @@
 import json
 import re
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -102,6 +103,33 @@ def test_a_turned_number_moves_the_curve_and_its_errors_with_the_bits_of_the_eng
         assert "RMSE of the fit" in said
         assert f"{whole[0]:.4g}" in said
         assert not page.complaints
+
+
+def blow_up(times):
+    """The fit of x' = a (x^3 - x) + u from a start below 1, above which x ends in a finite time."""
+    t, x, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("p", 2)
+    ode = wb.Ode("cubic", wb.layout(x="1"), wb.layout(a=("1", 1.0), u=("1", 0.0)), wb.layout(y="1"), t, x, p,
+                 p[0] * (x**3 - x) + p[1], x)  # fmt: skip
+    u = wb.Dataset.of(times, {"u": 0.05 * np.sign(np.sin(9.0 * times))}, {"u": "1"})
+    y = wb.identification.simulate_log(ode, u, ["y"], values={"x": 0.9})["y"]
+    y = y + 0.01 * np.random.default_rng(0).standard_normal(len(times))
+    log = wb.Dataset.of(times, {"u": u["u"], "y": y}, {"u": "1", "y": "1"})
+    return wb.fit(ode, log, ["a", "x(0)"], start={"x": 0.8})
+
+
+@needs_chromium
+@pytest.mark.parametrize("times", [T, T + 2e-3 * np.sin(7.0 * np.arange(121))], ids=["even", "uneven"])
+def test_a_run_that_ends_says_at_which_time_of_the_log(browser, tmp_path, times):
+    fit = blow_up(times)
+    page = wb.fit_page(fit)
+    value = page.live["knobs"][1]["high"]
+    run = ComparedRun.of(fit, 0).at({"x(0)": value})
+    lost = np.argmin(np.isfinite(run.states()).all(axis=1))
+    with open_page(page.write(tmp_path / "cubic") / "index.html", browser=browser) as shown:
+        opened(shown)
+        turned(shown, knob1=value)
+        assert shown.value("livePage.views.get(0).divergedAt") == pytest.approx(run.t[lost], rel=1e-9)
+        assert "diverged at" in shown.value("document.querySelector('.bench-results').textContent")
 
 
 @needs_chromium

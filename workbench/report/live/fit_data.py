@@ -103,8 +103,9 @@ class _Page:
             )
         times, until = whole.kept_times, float(whole.kept_times[-1])
         even = np.linspace(0.0, until, len(times))
-        marches = {"whole": self._march(whole.step, whole.stride, place)}
-        marches["half"] = self._march(half.step, 2 * whole.stride, place + 1)
+        h = until / (whole.rows * whole.stride)
+        marches = {"whole": self._march(whole.step, whole.stride, place) | {"h": h}}
+        marches["half"] = self._march(half.step, 2 * whole.stride, place + 1) | {"h": h / 2}
         marches["outputs"] = self._march(evaluation(whole.step, whole.readings), 1, place)
         self.records.extend(
             page_text(np.ascontiguousarray(one.step.recorded_numbers).tobytes()) for one in (whole, half)

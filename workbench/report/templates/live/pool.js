@@ -69,14 +69,14 @@ class Pool {
   }
 
   async hand(place) {
-    const { p, x0, rows, whole, half, outputs, coarse = [], linear = null } = this.data.loops[place], modules = {};
+    const { p, x0, rows, times = null, whole, half, outputs, coarse = [], linear = null } = this.data.loops[place], modules = {};
     const marches = [whole, half, outputs, ...(linear ? [linear.values, linear.jump, linear.flow] : [])].filter(Boolean);
     const records = {};
     for (const { module, record } of marches) {
       modules[module] = await this.module(module);
       if (record !== undefined) records[record] = await this.record(record);
     }
-    const loop = { p, x0, rows, whole, half, outputs, coarse, linear };
+    const loop = { p, x0, rows, times, whole, half, outputs, coarse, linear };
     this.workers[this.owners.get(place)].postMessage({ place, loop, modules, records });
   }
 

@@ -165,7 +165,8 @@ class Run {
       if (!allFinite(kernel.out, row * states, (row + 1) * states)) {
         const begin = this.rows * stride, state = x.slice(this.rows * states, (this.rows + 1) * states);
         const isCoarse = this.length !== kernel.march; // of which nobody asks at which step
-        this.divergedAt = (begin + (isCoarse ? 0 : firstLoss(kernel, state, begin, stride))) * h;
+        const step = begin + (isCoarse ? 0 : firstLoss(kernel, state, begin, stride)), { times } = this.loop;
+        this.divergedAt = times ? times[Math.ceil(step / stride)] : step * h; // those of a log may be uneven
         return;
       }
       x.set(kernel.out.subarray(row * states, (row + 1) * states), (this.rows + 1) * states);
