@@ -14,6 +14,7 @@ from workbench.core.plot_registry import draw
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import one_thread
 from workbench.engine.factors import Factor
 from workbench.identification.datasets.experiment import Marks
 from workbench.identification.estimation.fit_bootstrap import Bootstrap, draw_bootstrap
@@ -130,7 +131,8 @@ class Fit:
         A ValueError is raised if the log has no noise, or the level or the limits do not fit.
         """
         self._refuse_exact("profile")
-        return profile_of(self._deviance, self.theta, self.covariance, name, level, limits)
+        with one_thread():
+            return profile_of(self._deviance, self.theta, self.covariance, name, level, limits)
 
     @check_arguments
     def bootstrap(self, count: int, seed: int = 0, kind: str = "parametric") -> Bootstrap:
@@ -140,7 +142,8 @@ class Fit:
         """
         self._refuse_exact("bootstrap")
         unbiased = 1.0 if self.is_noise_known else np.sqrt(self.data.counts.sum() / self.degrees)
-        return draw_bootstrap(self._deviance, self.theta, unbiased * self.end.sigma, count, seed, kind)
+        with one_thread():
+            return draw_bootstrap(self._deviance, self.theta, unbiased * self.end.sigma, count, seed, kind)
 
     @check_arguments
     def factors(self, names: Sequence[str] | None = None, *, path: str = "", cut: float = 4.0) -> tuple[Factor, ...]:

@@ -11,6 +11,7 @@ from workbench.core.equations import LOOP, Loop, equations_of, is_loop
 from workbench.core.validation.refusals import Array, finite, known_name, one_of, refusal, whole
 from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import one_thread
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.datasets.experiment import Marks
 from workbench.identification.estimation.fit import Fit
@@ -87,9 +88,10 @@ def fit(
     model, unused = _model_of(system, dataset, free, signals or {}, hold, start_values("fit", start))
     remarks = _check(model, answers or {}, unused)
     sigma, (weighs, held_out) = _noise(noise, model), _masks(model, finite("fit(hold_out=...)", hold_out))
-    data = coarse_enough(_enough_samples(WeighedData(model, weighs)), sigma)
     count, generator = whole("fit(starts=...)", starts), np.random.default_rng(check_seed("fit(seed=...)", seed))
-    return _fit_of(data, held_out, search(data, sigma, count, generator), sigma is not None, remarks)
+    with one_thread():
+        data = coarse_enough(_enough_samples(WeighedData(model, weighs)), sigma)
+        return _fit_of(data, held_out, search(data, sigma, count, generator), sigma is not None, remarks)
 
 
 def start_values(call: str, start: Mapping[str, float] | None) -> dict[str, float]:

@@ -6,16 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.expressions import rows
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.record_runs import run_along
 from workbench.identification.datasets import Dataset
 from workbench.identification.estimation.driven_steps import directed_step, plain_step
 from workbench.identification.estimation.input_record import InputRecord, MeasuredInput, input_record
+from workbench.identification.estimation.output_map import OutputMap
 from workbench.identification.estimation.unknown_numbers import UnknownNumber
 
 
@@ -102,27 +101,31 @@ class OutputModel:
         start[:moving, 2 * nx :] = np.eye(moving)
         for row, i in enumerate(own[moving:], moving):
             start[row, nx + self.ode.states.labels.index(self.numbers[i].label)] = 1.0
-        x = run_along(step, np.broadcast_to(p, (m, p.size)), start)[:, drive.samples]
-        dp, du = np.zeros((m, p.size)), np.zeros((m, *drive.at_samples.shape))
-        dp[np.arange(len(parameters)), parameters] = 1.0
-        for row, name in enumerate(delayed, len(parameters)):
-            du[row] = drive.changes[name]
-        y = self._outputs(drive, x[0, :, :nx], p)
-        each = zip(x, dp, du, strict=True)
-        slopes = [self._changes(drive, states[:, : 2 * nx], p, dq, dv) for states, dq, dv in each]
-        return y, np.stack(slopes, axis=2)
+        x = run_along(step, np.broadcast_to(p, (m, p.size)), start)[:, drive.samples, : 2 * nx]
+        changes = [drive.changes[name] for name in delayed]
+        t = drive.record.t[drive.samples]
+        return self._map.derivatives(t, x[0, :, :nx], p, drive.at_samples, x[:, :, nx:], parameters, changes)
 
     def _drive(self, experiment: int, z: Array) -> InputRecord:
-        """The inputs of an experiment in substeps, with the delays of the first row of z."""
+        """The inputs of an experiment in substeps, with the delays of the first row of z; the last one is kept."""
         delays = {self.numbers[i].label: float(z[0, i]) for i in self.places["delay"]}
-        return input_record(
-            self.dataset.experiments[experiment],
-            self.inputs,
-            delays,
-            self._instants,
-            self.h[experiment],
-            self.begins[experiment],
-        )
+        key = tuple(delays.values())
+        if experiment not in self._drives or self._drives[experiment][0] != key:
+            record = input_record(
+                self.dataset.experiments[experiment],
+                self.inputs,
+                delays,
+                self._instants,
+                self.h[experiment],
+                self.begins[experiment],
+            )
+            self._drives[experiment] = key, record
+        return self._drives[experiment][1]
+
+    @cached_property
+    def _drives(self) -> dict[int, tuple[tuple[float, ...], InputRecord]]:
+        """The last record of each experiment, and its delays."""
+        return {}
 
     @cached_property
     def _instants(self) -> Array:
@@ -147,39 +150,11 @@ class OutputModel:
 
     def _outputs(self, drive: InputRecord, x: Array, p: Array) -> Array:
         """The outputs of the equation (N, ny) in states x (N, nx)."""
-        return rows(
-            self._output_functions[0], drive.record.t[drive.samples, np.newaxis], x, p[np.newaxis], drive.at_samples
-        )
-
-    def _changes(self, drive: InputRecord, x: Array, p: Array, dp: Array, du: Array) -> Array:
-        """The derivatives of the outputs (N, ny) along a direction; x (N, 2 nx) are states and their derivatives."""
-        t = drive.record.t[drive.samples, np.newaxis]
-        u = np.hstack([drive.at_samples, du])
-        return rows(self._output_functions[1], t, x, np.concatenate([p, dp])[np.newaxis], u)
+        return self._map.values(drive.record.t[drive.samples], x, p, drive.at_samples)
 
     @cached_property
-    def _output_functions(self) -> tuple[ca.Function, ca.Function]:
-        """The outputs of (t, x, p, u), and their derivatives along directions, of (t, [x; S], [p; dp], [u; du])."""
-        ode, u = self.ode, ca.SX.sym("u", len(self.inputs))
-        both = ca.vertcat(ode.x, ode.output)
-        labels = (*ode.states.labels, *ode.outputs.labels)
-        y = both[[labels.index(label) for _, label in self.outputs]]
-        places = [ode.parameters.labels.index(one.label) for one in self.inputs]
-        S, dp, du = (
-            ca.SX.sym(name, size) for name, size in (("S", ode.x.numel()), ("dp", ode.p.numel()), ("du", u.numel()))
-        )
-        directions = ca.SX(dp)
-        directions[places] += du
-        dy = ca.jtimes(y, ca.vertcat(ode.x, ode.p), ca.vertcat(S, directions))
-        y, dy = (ca.substitute(part, ode.p[places], u) if places else part for part in (y, dy))
-        return (
-            ca.Function("outputs", [ode.t, ode.x, ode.p, u], [ca.densify(y)]),
-            ca.Function(
-                "changes",
-                [ode.t, ca.vertcat(ode.x, S), ca.vertcat(ode.p, dp), ca.vertcat(u, du)],
-                [ca.densify(dy)],
-            ),
-        )
+    def _map(self) -> OutputMap:
+        return OutputMap(self.ode, tuple(label for _, label in self.outputs), tuple(one.label for one in self.inputs))
 
     def _scales(self, z: Array) -> Array:
         """The scales (B, ny) of the sensors."""
