@@ -8,9 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.core.recorded_step import SignalRecord, record_rows
+from workbench.core.sampled_record import SampledRecord
 from workbench.core.validation.refusals import Array, Integers
 from workbench.identification.datasets import Experiment
 from workbench.identification.datasets.experiment import Marks
+from workbench.identification.estimation.sampling_instants import sampling_instants, with_jumps
 
 HOLDS = {
     "hold": "the value of a sample until the next sample, as a computer holds its command",
@@ -46,7 +48,7 @@ class InputPieces(NamedTuple):
 class InputRecord(NamedTuple):
     """Inputs between instants in s, among which are the samples of an experiment."""
 
-    record: SignalRecord
+    record: SignalRecord | SampledRecord
     samples: Integers  # (N,), the places of the samples among the instants
     at_samples: Array  # (N, nd), the inputs at the samples
     changes: Mapping[str, Array]  # by input with a delay, the derivative of `at_samples` with respect to the delay
@@ -60,6 +62,7 @@ def input_record(
     instants: Array,
     h: float,
     begin: float = 0.0,
+    period: float | None = None,
 ) -> InputRecord:
     """The record of the inputs of an experiment.
 
@@ -78,9 +81,14 @@ def input_record(
         The longest interval in s; longer ones are divided into equal parts.
     begin
         The time of the first sample in s.
+    period
+        The sampling period in s of a computer in the system. A run that begins at 0 begins with the jump of the instant
+        0, a later one behind the jump that its first sample shows.
     """
     t = experiment.t - experiment.t[0] + begin
-    inner = np.setdiff1d(instants[(instants > t[0]) & (instants < t[-1])], t)
+    clock = None if period is None else sampling_instants(t, period)
+    known = instants if clock is None else np.union1d(instants, clock.times)
+    inner = np.setdiff1d(known[(known > t[0]) & (known < t[-1])], t)
     knots = {one.signal: t + delays[one.signal] for one in inputs if one.signal in delays}
     times, owner = _instants(t, [inner, *knots.values()])
     sources = {one.signal: 0 for one in inputs} | {signal: 2 + i for i, signal in enumerate(knots)}
@@ -99,10 +107,14 @@ def input_record(
         slopes[signal] = record_rows(*slope.divide(counts))
         changes[signal] = -np.vstack([own[samples[:-1]], own[-1:]])
     final = [ends[-1, i] if one.signal in delays else _values(experiment, one)[-1] for i, one in enumerate(inputs)]
-    at_samples = np.vstack([begins[samples[:-1]], np.reshape(final, (1, -1))])
-    places = np.append(0, np.cumsum(counts))[samples]
+    at_times = np.vstack([begins, np.reshape(final, (1, -1))])
+    places = np.append(0, np.cumsum(counts))
     record = SignalRecord(whole.t, tuple(one.label for one in inputs), whole.begins, whole.ends)
-    return InputRecord(record, places, at_samples, changes, slopes)
+    if clock is None:
+        return InputRecord(record, places[samples], at_times[samples], changes, slopes)
+    starts = begin == 0.0
+    jumping = with_jumps(record, places, times, at_times, clock, starts)
+    return InputRecord(jumping, places[samples] + starts, at_times[samples], changes, slopes)
 
 
 def _instants(t: Array, others: Sequence[Array]) -> tuple[Array, Integers]:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.core import Ode
+from workbench.core import Ode, SampledSystem
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.record_runs import run_along
 from workbench.identification.datasets import Dataset
@@ -20,12 +20,12 @@ from workbench.identification.estimation.unknown_numbers import UnknownNumber
 
 @dataclass(frozen=True, eq=False)
 class OutputModel:
-    """Outputs y(t; z) of an equation that is driven by the inputs of a log, for unknown numbers z (nz,).
+    """Outputs y(t; z) of a system that is driven by the inputs of a log, for unknown numbers z (nz,).
 
     y of a sensor is scale * h(t, x, p) + offset, at the samples of each experiment, the first of which is at `begins`.
     """
 
-    ode: Ode
+    system: Ode | SampledSystem
     dataset: Dataset
     inputs: tuple[MeasuredInput, ...]
     outputs: tuple[tuple[str, str], ...]  # the label in the log, and that of a state or an output of the equation
@@ -34,6 +34,11 @@ class OutputModel:
     x0: Array  # (E, nx), initial states of the experiments, likewise
     h: tuple[float, ...]  # the longest step in s of each experiment
     begins: tuple[float, ...]  # the time t of the equation in s at the first sample of each experiment
+
+    @property
+    def ode(self) -> Ode:
+        """The equation in continuous time: the system, or its flow between the instants of a computer."""
+        return self.system.flow if isinstance(self.system, SampledSystem) else self.system
 
     @cached_property
     def places(self) -> Mapping[str, Integers]:
@@ -55,7 +60,7 @@ class OutputModel:
     def values(self, z: Array, experiment: int) -> Array:
         """The outputs (B, N, ny) at the samples of an experiment, for numbers z (B, nz)."""
         drive = self._drive(experiment, z)
-        step = plain_step(self.ode, drive.record)
+        step = plain_step(self.system, drive.record)
         x = run_along(step, self._parameters(z), self._initial(z, experiment))[:, drive.samples]
         y = np.stack([self._outputs(drive, one, p) for one, p in zip(x, self._parameters(z), strict=True)])
         return self._sensed(y, z)
@@ -91,10 +96,10 @@ class OutputModel:
         parameters = tuple(self.ode.parameters.labels.index(self.numbers[i].label) for i in self.places["parameter"])
         delayed = tuple(self.numbers[i].label for i in self.places["delay"])
         if not m:
-            x = run_along(plain_step(self.ode, drive.record), p[np.newaxis], x0[np.newaxis])[0]
+            x = run_along(plain_step(self.system, drive.record), p[np.newaxis], x0[np.newaxis])[0]
             y = self._outputs(drive, x[drive.samples], p)
             return y, np.zeros((*y.shape, 0))
-        step = directed_step(self.ode, drive.record, parameters, tuple(drive.slopes[name] for name in delayed))
+        step = directed_step(self.system, drive.record, parameters, tuple(drive.slopes[name] for name in delayed))
         start = np.zeros((m, step.states.size))
         start[:, :nx] = x0
         moving = len(parameters) + len(delayed)
@@ -118,6 +123,7 @@ class OutputModel:
                 self._instants,
                 self.h[experiment],
                 self.begins[experiment],
+                self.system.period if isinstance(self.system, SampledSystem) else None,
             )
             self._drives[experiment] = key, record
         return self._drives[experiment][1]

@@ -71,6 +71,7 @@ class NumberSource:
     inputs: tuple[str, ...]
     units: Mapping[str, str]
     first: Mapping[str, float]
+    call: str = "fit"  # in whose name a refusal speaks
 
     def numbers(self, names: Sequence[str]) -> tuple[UnknownNumber, ...]:
         """The numbers of some names; a name of a vector or matrix has one for each entry.
@@ -84,10 +85,10 @@ class NumberSource:
         """
         numbers = [number for name in names for number in self._of(name)]
         if not numbers:
-            raise ValueError("`fit(free=...)` must name at least one unknown number; got none.")
+            raise ValueError(f"`{self.call}(free=...)` must name at least one unknown number; got none.")
         every = [number.name for number in numbers]
         if twice := sorted({name for name in every if every.count(name) > 1}):
-            raise ValueError(f"`fit(free=...)` must name each number once; {twice[0]!r} came more than once.")
+            raise ValueError(f"`{self.call}(free=...)` must name each number once; {twice[0]!r} came more than once.")
         return tuple(numbers)
 
     def _of(self, name: str) -> list[UnknownNumber]:
@@ -117,7 +118,7 @@ class NumberSource:
         return numbers
 
     def _sensor(self, kind: str, output: str) -> UnknownNumber:
-        known_name(output, self.units, "outputs of this fit")
+        known_name(output, self.units, f"outputs of `{self.call}(...)`")
         name = f"{kind} of {output}"
         if kind == "offset":
             start = self.first.get(name, 0.0)
@@ -125,6 +126,6 @@ class NumberSource:
         return UnknownNumber(name, "scale", output, "", self.first.get(name, 1.0), 0.0, np.inf, "")
 
     def _delay(self, signal: str) -> UnknownNumber:
-        known_name(signal, self.inputs, "inputs of this fit")
+        known_name(signal, self.inputs, f"inputs of `{self.call}(...)`")
         name = f"delay of {signal}"
         return UnknownNumber(name, "delay", signal, "", self.first.get(name, 0.0), 0.0, np.inf, "s")
