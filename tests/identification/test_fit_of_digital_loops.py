@@ -274,3 +274,16 @@ def test_a_log_that_lies_beside_the_instants_is_said():
     late = INSTANTS + np.where(np.arange(len(INSTANTS)) > 0, 1e-4, 0.0)
     found = wb.fit(DIGITAL, log(late, WANTED, Y), ["plant.J", "plant.b"], start=TRUE)
     assert any("beside the instants of the computer" in text for text in found.warnings)
+
+
+def test_a_command_that_follows_the_noise_of_a_reading_is_said():
+    e = 0.02 * np.random.default_rng(6).standard_normal(len(INSTANTS))
+    plan = {"angle_ref": (WANTED, "rad"), "angle_noise": (e, "rad")}
+    data = wb.Dataset.of(INSTANTS, {n: v for n, (v, _) in plan.items()}, {n: unit for n, (_, unit) in plan.items()})
+    values = {**TRUE, "plant.angle": 0.2}
+    run = wb.identification.simulate_log(DIGITAL, data, ["angle", "u"], values=values)
+    read = np.column_stack([run["angle"].ravel() + e, run["u"].ravel()])
+    found = wb.fit(DIGITAL, log(INSTANTS, WANTED, read), FREE, start=values)
+    assert "u on residuals of angle (dependence)" in found.warnings[0]
+    alone = wb.fit(DIGITAL, log(INSTANTS, WANTED, read).select(["angle_ref", "angle"]), FREE[:3], start=values)
+    assert not any("residuals of" in test.about for test in alone.residual_tests)

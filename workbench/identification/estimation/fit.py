@@ -26,7 +26,7 @@ from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.profile_likelihood import Limits, ProfileLikelihood, profile_of
 from workbench.identification.estimation.refit import Deviance
-from workbench.identification.estimation.residual_tests import ResidualTest, dependence, whiteness
+from workbench.identification.estimation.residual_tests import ResidualTest, residual_tests_of
 from workbench.identification.estimation.weighed_data import WeighedData
 
 if TYPE_CHECKING:
@@ -219,20 +219,7 @@ class Fit:
     @cached_property
     def residual_tests(self) -> tuple[ResidualTest, ...]:
         """Tests of each sensor's residuals in each experiment, for samples without a gap between them."""
-        tests = []
-        labels = self.model.dataset.signals.labels
-        several = len(self.errors) > 1
-        for experiment, error, mask in zip(self.model.dataset, self.errors, self.data.weighs, strict=True):
-            for j, (signal, _) in enumerate(self.model.outputs):
-                if mask[:, j].sum() < 2 * len(self.theta) + 8:
-                    continue
-                about = f"{signal} of {experiment.name}" if several else signal
-                residuals = error[mask[:, j], j]
-                tests.append(whiteness(about, residuals))
-                for one in self.model.inputs:
-                    column = experiment.values[mask[:, j], labels.index(one.signal)]
-                    tests.append(dependence(f"{about} on {one.signal}", residuals, column))
-        return tuple(tests)
+        return residual_tests_of(self.data, self.errors, 2 * len(self.theta) + 8)
 
     @property
     def numbers_at_bounds(self) -> tuple[str, ...]:

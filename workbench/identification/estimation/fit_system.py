@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,10 +26,16 @@ from workbench.identification.estimation.fit_search import SearchEnd, is_poor, s
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.input_record import HOLDS, MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
+from workbench.identification.estimation.sign_mirrors import mirror_sentence
 from workbench.identification.estimation.signal_matching import match_signals
 from workbench.identification.estimation.step_refinement import coarse_enough, refine
 from workbench.identification.estimation.system_equations import flow_of, system_of
-from workbench.identification.estimation.unknown_numbers import SENSOR_OR_DELAY, NumberSource, UnknownNumber
+from workbench.identification.estimation.unknown_numbers import (
+    SENSOR_OR_DELAY,
+    NumberSource,
+    UnknownNumber,
+    with_bounds,
+)
 from workbench.identification.estimation.weighed_data import WeighedData
 
 FAR = 20.0  # time constants between two samples, beyond which a log hardly shows a mode
@@ -44,6 +51,7 @@ def fit(
     signals: Mapping[str, str] | None = None,
     hold: str = "hold",
     start: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
     hold_out: float = 0.2,
     starts: int = 1,
     seed: int = 0,
@@ -70,6 +78,9 @@ def fit(
     start, starts, seed
         Values at the start, by default those of the system; they hold for numbers that are not estimated, too. And the
         number of searches: all but the first begin at random numbers between half and twice the start.
+    bounds
+        The least and the largest value of some of the numbers, as `{"w": (0.0, 10.0)}`, within the bounds that a block
+        declares for its parameters, which hold anyway.
     answers
         Answers to the questions of `wb.check_data` on the log, by point.
 
@@ -92,6 +103,7 @@ def fit(
     {'J': 0.01, 'R': 1.0}
     """
     model, remarks = _model_of(system, dataset, free, signals or {}, hold, start_values("fit", start))
+    model = replace(model, numbers=with_bounds("fit", model.numbers, bounds or {}))
     remarks = (*remarks, *_check(model, answers or {}))
     sigma, (weighs, held_out) = _noise(noise, model), _masks(model, finite("fit(hold_out=...)", hold_out))
     count, generator = whole("fit(starts=...)", starts), np.random.default_rng(check_seed("fit(seed=...)", seed))
@@ -214,6 +226,8 @@ def _fit_of(
     factor = 1.0 if is_known else total / (total - len(names))  # residuals of n numbers are too small
     norms = np.linalg.norm(last.derivatives, axis=0)
     condition = float(np.linalg.cond(last.derivatives / norms))
+    sentence = mirror_sentence(data, end.z, np.sqrt(np.diag(covariance)))
+    remarks = (sentence, *remarks) if sentence else remarks
     certificate = FitCertificate(at_end.to_minimum, at_end.by_half_step, at_end.limit, condition, end.minimum.reason)
     return Fit(data, held_out, end, is_known, np.asarray(factor * covariance), certificate, identifiability, remarks)
 

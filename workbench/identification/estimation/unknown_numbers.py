@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -129,3 +129,20 @@ class NumberSource:
         known_name(signal, self.inputs, f"inputs of `{self.call}(...)`")
         name = f"delay of {signal}"
         return UnknownNumber(name, "delay", signal, "", self.first.get(name, 0.0), 0.0, np.inf, "s")
+
+
+def with_bounds(
+    call: str, numbers: Sequence[UnknownNumber], bounds: Mapping[str, tuple[float, float]]
+) -> tuple[UnknownNumber, ...]:
+    """The numbers with narrower bounds of a call by name; a ValueError if a start lies beyond them."""
+    names = [number.name for number in numbers]
+    for name, ends in bounds.items():
+        known_name(name, names, f"unknown numbers of `{call}(...)`")
+        own = numbers[names.index(name)]
+        if not ends[0] < ends[1] or not ends[0] <= own.start <= ends[1]:
+            raise ValueError(
+                f"`{call}(bounds={{{name!r}: ...}})` must be two increasing numbers with the start {own.start:g} "
+                f"within them, as the search begins there; got {ends[0]:g} and {ends[1]:g}: choose another `start`."
+            )
+    pairs = [(one, bounds.get(one.name, (-np.inf, np.inf))) for one in numbers]
+    return tuple(replace(one, low=max(one.low, ends[0]), high=min(one.high, ends[1])) for one, ends in pairs)
