@@ -12,16 +12,17 @@ from scipy import stats
 
 from workbench.core.plot_registry import draw
 from workbench.core.validation.notebook_display import table_to_html
-from workbench.core.validation.refusals import Array, finite
+from workbench.core.validation.refusals import Array, finite, known_name
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import one_thread
 from workbench.engine.factors import Factor
 from workbench.identification.datasets.experiment import Marks
 from workbench.identification.estimation.fit_bootstrap import Bootstrap, draw_bootstrap
 from workbench.identification.estimation.fit_certificate import FitCertificate
-from workbench.identification.estimation.fit_factors import apply_values, chosen_parameters, direction_factors
+from workbench.identification.estimation.fit_factors import apply_values
 from workbench.identification.estimation.fit_search import LEAST_NOISE, SearchEnd, has_noise, spread
 from workbench.identification.estimation.fit_warnings import hold_out_sentences, misfit_sentences
+from workbench.identification.estimation.fitted_parameters import FittedParameters, fitted_parameters
 from workbench.identification.estimation.identifiability import Identifiability
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.profile_likelihood import Limits, ProfileLikelihood, profile_of
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 SHORT = 4  # numbers in one line
-CLOSE = 1e-6  # relative distance to a bound that is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,10 +153,7 @@ class Fit:
         sweep are those of these directions. `path` is that of the fitted system in the loop, such as "plant.". A
         ValueError is raised if more than 0.1 % of the normal distribution lie beyond the bounds of a number.
         """
-        self._refuse_exact("factors")
-        at = chosen_parameters(self.model.numbers, names, cut)
-        numbers = [self.model.numbers[i] for i in at]
-        return direction_factors(numbers, self.theta[at], self.covariance[np.ix_(at, at)], path, cut)
+        return self.parameters.factors(names, path=path, cut=cut)
 
     @check_arguments
     def apply(self, target: T, *, values: Mapping[str, float] | None = None, path: str = "") -> T:
@@ -164,7 +161,16 @@ class Fit:
 
         `path` is that of the block in the fitted system, such as "plant."; an unknown one raises a LookupError.
         """
-        return apply_values(self.model.numbers, self.theta, target, values or {}, path)
+        known = {known_name(name, self.names, "numbers of this fit"): value for name, value in (values or {}).items()}
+        own = {one.name: self.values[one.name] for one in self.model.numbers if one.kind == "parameter"}
+        return apply_values(own, target, {name: value for name, value in known.items() if name in own}, path)
+
+    @cached_property
+    def parameters(self) -> FittedParameters:
+        """The estimated parameters of the system with their covariance: for studies and files, without the log."""
+        self._refuse_exact("parameters")
+        source = self.model.dataset.source or ", ".join(one.name for one in self.model.dataset)
+        return fitted_parameters(self.model.numbers, self.theta, self.covariance, source, self.warnings)
 
     @cached_property
     def _deviance(self) -> Deviance:
@@ -224,12 +230,8 @@ class Fit:
     @property
     def numbers_at_bounds(self) -> tuple[str, ...]:
         """The numbers whose estimate lies on a bound of theirs."""
-        near = []
-        for number, value in zip(self.model.numbers, self.theta, strict=True):
-            size = max(abs(value), abs(number.start), 1e-300)
-            if min(abs(value - number.low), abs(number.high - value)) <= CLOSE * size:
-                near.append(number.name)
-        return tuple(near)
+        pairs = zip(self.model.numbers, self.theta, strict=True)
+        return tuple(number.name for number, value in pairs if number.is_at_bound(value))
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ Kind = Literal["parameter", "initial state", "delay", "offset", "scale"]
 
 
 SENSOR_OR_DELAY = re.compile(r"(delay|offset|scale) of (.+)")
+CLOSE = 1e-6  # relative distance to a bound that is none
 INITIAL = re.compile(r"(.+)\(0\)")
 
 
@@ -54,6 +55,11 @@ class UnknownNumber:
     low: float
     high: float
     unit: str
+
+    def is_at_bound(self, value: float) -> bool:
+        """True if a value lies on a bound of the number, or nearer than rounding of a search tells."""
+        size = max(abs(value), abs(self.start), 1e-300)
+        return min(abs(value - self.low), abs(self.high - value)) <= CLOSE * size
 
 
 @dataclass(frozen=True, eq=False)
