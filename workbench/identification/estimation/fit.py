@@ -12,14 +12,14 @@ from scipy import stats
 
 from workbench.core.plot_registry import draw
 from workbench.core.validation.notebook_display import table_to_html
-from workbench.core.validation.refusals import Array, finite, known_name
+from workbench.core.validation.refusals import Array, finite
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import one_thread
 from workbench.engine.factors import Factor
 from workbench.identification.datasets.experiment import Marks
 from workbench.identification.estimation.fit_bootstrap import Bootstrap, draw_bootstrap
 from workbench.identification.estimation.fit_certificate import FitCertificate
-from workbench.identification.estimation.fit_factors import apply_values
+from workbench.identification.estimation.fit_factors import apply_initial_states, apply_values, estimates_of
 from workbench.identification.estimation.fit_search import LEAST_NOISE, SearchEnd, has_noise, spread
 from workbench.identification.estimation.fit_warnings import hold_out_sentences, misfit_sentences
 from workbench.identification.estimation.fitted_parameters import FittedParameters, fitted_parameters
@@ -147,23 +147,33 @@ class Fit:
 
     @check_arguments
     def factors(self, names: Sequence[str] | None = None, *, path: str = "", cut: float = 4.0) -> tuple[Factor, ...]:
-        """Factors of a sweep that draw the estimated parameters together, with their covariance.
+        """Factors of a sweep that draw estimated numbers together, with their covariance: by default all parameters.
 
-        Each is a standard normal number, cut off at `cut`, along a principal axis of the correlation: indices of a
-        sweep are those of these directions. `path` is that of the fitted system in the loop, such as "plant.". A
-        ValueError is raised if more than 0.1 % of the normal distribution lie beyond the bounds of a number.
+        `names` may have initial states, too, such as "omega(0)", from which the runs then begin. Delays, offsets and
+        scales are numbers of the log and are refused. Each factor is a standard normal number, cut off at `cut`, along
+        a principal axis of the correlation: indices of a sweep are those of these directions. `path` is that of the
+        fitted system in the loop, such as "plant.". A ValueError is raised if more than 0.1 % of the normal
+        distribution lie beyond the bounds of a number.
         """
-        return self.parameters.factors(names, path=path, cut=cut)
+        if names is None:
+            return self.parameters.factors(path=path, cut=cut)
+        self._refuse_exact("factors")
+        some = fitted_parameters(self.model.numbers, self.theta, self.covariance, "", (), names)
+        return some.factors(path=path, cut=cut)
 
     @check_arguments
-    def apply(self, target: T, *, values: Mapping[str, float] | None = None, path: str = "") -> T:
-        """A block or an `Ode` with the estimates in place, or with other `values` by name.
+    def apply(
+        self, target: T, *, values: Mapping[str, float] | None = None, path: str = "", experiment: str | None = None
+    ) -> T:
+        """A block or an `Ode` with the estimated parameters in place, or with other `values` by name.
 
-        `path` is that of the block in the fitted system, such as "plant."; an unknown one raises a LookupError.
+        `path` is that of the block in the fitted system, such as "plant."; an unknown one raises a LookupError. With an
+        `experiment` it begins in the initial states that were estimated for it, too. Delays, offsets and scales are
+        numbers of the log, which no block has.
         """
-        known = {known_name(name, self.names, "numbers of this fit"): value for name, value in (values or {}).items()}
-        own = {one.name: self.values[one.name] for one in self.model.numbers if one.kind == "parameter"}
-        return apply_values(own, target, {name: value for name, value in known.items() if name in own}, path)
+        own, initial = estimates_of(self.model.numbers, self.theta, values or {}, experiment)
+        done = apply_values(own, target, {}, path) if own or not initial else target
+        return apply_initial_states(initial, done, path)
 
     @cached_property
     def parameters(self) -> FittedParameters:

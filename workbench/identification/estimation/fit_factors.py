@@ -8,10 +8,11 @@ from typing import TypeVar
 import numpy as np
 from scipy import stats
 
-from workbench.core.number_replacement import replace_numbers
+from workbench.core.number_replacement import replace_initial_states, replace_numbers
 from workbench.core.validation.refusals import Array, finite, known_name
 from workbench.engine.distributions import Normal
 from workbench.engine.factors import Factor, FactorDirection
+from workbench.identification.estimation.unknown_numbers import UnknownNumber
 
 T = TypeVar("T")
 BEYOND = 1e-3  # share of a normal distribution beyond the bounds of a number, from which it is no model of its doubt
@@ -63,6 +64,54 @@ def refuse_no_parameter(names: Sequence[str]) -> None:
             "`factors(names=...)` needs at least one parameter that was estimated, each once; got "
             f"{len(names)} names for {len(set(names))}."
         )
+
+
+NOT_OF_THE_SYSTEM = {
+    "delay": "a delay of the log's input; give the loop `delay=...` in whole periods, or the plant a `PadeDelay`",
+    "offset": "an error of the log's sensor, which no instrument of a loop has; a sweep measures true outputs",
+    "scale": "an error of the log's sensor, which no instrument of a loop has; a sweep measures true outputs",
+}
+
+
+def refuse_numbers_of_the_log(numbers: Sequence[UnknownNumber]) -> None:
+    """Refuse what is no number of the system: delays, offsets and scales, and a state of two experiments."""
+    for number in numbers:
+        if number.kind in NOT_OF_THE_SYSTEM:
+            raise ValueError(
+                f"`Fit.factors(names=...)` must name parameters and initial states, which a run of a loop has; "
+                f"'{number.name}' is {NOT_OF_THE_SYSTEM[number.kind]}."
+            )
+        if several := [one.name for one in numbers if one.kind == "initial state" and one.label == number.label][1:]:
+            raise ValueError(
+                f"`Fit.factors(names=...)` must name the initial state '{number.label}' of one experiment, as a run "
+                f"begins once; got '{several[0]}', too."
+            )
+
+
+def estimates_of(
+    numbers: Sequence[UnknownNumber], theta: Array, values: Mapping[str, float], experiment: str | None
+) -> tuple[dict[str, float], dict[str, float]]:
+    """By path, parameters and the initial states of an experiment at the estimates theta (nz,), or at other `values`.
+
+    Initial states are left out without an experiment.
+    """
+    for name, value in values.items():
+        known_name(name, [number.name for number in numbers], "numbers of this fit")
+        finite(f"apply(values={{{name!r}: ...}})", value)
+    now = [(one, float(values.get(one.name, value))) for one, value in zip(numbers, theta, strict=True)]
+    if experiment is not None:
+        begun = dict.fromkeys(one.experiment for one in numbers if one.kind == "initial state")
+        known_name(experiment, begun, "experiments with estimated initial states")
+    return (
+        {one.label: value for one, value in now if one.kind == "parameter"},
+        {one.label: value for one, value in now if one.kind == "initial state" and one.experiment == experiment},
+    )
+
+
+def apply_initial_states(states: Mapping[str, float], target: T, path: str) -> T:
+    """A block or an `Ode` with other initial states, whose names begin with `path`."""
+    inside = {name.removeprefix(path): value for name, value in states.items() if name.startswith(path)}
+    return replace_initial_states(target, inside) if inside else target
 
 
 def apply_values(estimates: Mapping[str, float], target: T, values: Mapping[str, float], path: str) -> T:

@@ -13,7 +13,12 @@ from workbench.core.validation.refusals import Array, describe, known_name, matr
 from workbench.core.validation.refusals import seed as checked_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.factors import Factor
-from workbench.identification.estimation.fit_factors import apply_values, direction_factors, refuse_no_parameter
+from workbench.identification.estimation.fit_factors import (
+    apply_values,
+    direction_factors,
+    refuse_no_parameter,
+    refuse_numbers_of_the_log,
+)
 from workbench.identification.estimation.parameter_file import LARGEST, read_parameter_file, write_parameter_file
 from workbench.identification.estimation.unknown_numbers import UnknownNumber
 
@@ -177,13 +182,26 @@ class FittedParameters:
 
 
 def fitted_parameters(
-    numbers: Sequence[UnknownNumber], theta: Array, covariance: Array, source: str, warnings: tuple[str, ...]
+    numbers: Sequence[UnknownNumber],
+    theta: Array,
+    covariance: Array,
+    source: str,
+    warnings: tuple[str, ...],
+    names: Sequence[str] | None = None,
 ) -> FittedParameters:
-    """The parameters among the numbers of a fit, with estimates theta (nz,) and covariance (nz, nz)."""
-    at = [i for i, number in enumerate(numbers) if number.kind == "parameter"]
+    """Numbers of the system among those of a fit, with estimates theta (nz,) and covariance (nz, nz).
+
+    They are all parameters, or parameters and initial states by `names`; each has its path in the system.
+    """
+    places = {number.name: i for i, number in enumerate(numbers)}
+    if names is None:
+        at = [i for i, number in enumerate(numbers) if number.kind == "parameter"]
+    else:
+        at = [places[known_name(name, places, "numbers of this fit")] for name in names]
+        refuse_numbers_of_the_log([numbers[i] for i in at])
     own = [numbers[i] for i in at]
-    names, units = tuple(number.name for number in own), tuple(number.unit for number in own)
-    refuse_no_parameter(names)
+    paths, units = tuple(number.label for number in own), tuple(number.unit for number in own)
+    refuse_no_parameter(paths)
     low, high = np.clip(np.array([(number.low, number.high) for number in own]).T, -LARGEST, LARGEST)
     square = covariance[np.ix_(at, at)]
-    return FittedParameters(names, units, theta[at], (square + square.T) / 2, low, high, source, warnings)
+    return FittedParameters(paths, units, theta[at], (square + square.T) / 2, low, high, source, warnings)
