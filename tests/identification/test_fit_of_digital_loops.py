@@ -91,7 +91,7 @@ Y = by_scipy(INSTANTS, INSTANTS, WANTED, truth())
 
 def model_of(data, free=FREE, hold="hold", step=PERIOD):
     start = {**TRUE, "plant.angle": 0.2}
-    model, _ = _model_of(DIGITAL, data, free, {}, hold, start)
+    model, _ = _model_of(DIGITAL, data, free, {}, hold, start, {})
     while max(model.h) > step:
         model = model.at_half_step()
     return model
@@ -151,7 +151,7 @@ def test_a_sampled_proportional_law_has_the_derivatives_of_its_closed_form():
         return ratio ** np.arange(n) * x0 + K * held * r * (1 - ratio ** np.arange(n)) / (1 - ratio)
 
     free = ["plant.a", "controller.Kp[0]", "plant.x(0)"]
-    model, _ = _model_of(system, wb.Dataset.of(t, {"x": closed_form(a, K, x0)}), free, {}, "hold", {})
+    model, _ = _model_of(system, wb.Dataset.of(t, {"x": closed_form(a, K, x0)}), free, {}, "hold", {}, {})
     y, J = model.derivatives(model.starts, 0)
     # one Runge-Kutta step a period: (a T)^5 / 120 = 3e-11 of the state
     np.testing.assert_allclose(y[:, 0], closed_form(a, K, x0), atol=1e-9)

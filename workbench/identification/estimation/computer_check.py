@@ -93,7 +93,7 @@ def _random_numbers(system: SampledSystem, p: Array, free: Sequence[int]) -> lis
 
 
 def _rough_operations(system: SampledSystem, p: Array, free: Sequence[int]) -> list[str]:
-    """What the jump does by operations that round, or take the sign of, a state or a free parameter."""
+    """The ways in which the jump rounds, or takes the sign of, a state or a free parameter, as clauses."""
     function, kinds = _jump_at(system, p, free), list[str]()
     moving = dict[int, bool]()
     for line in range(function.n_instructions()):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -64,46 +63,37 @@ def fit(
     Parameters
     ----------
     system, dataset, signals
-        A plant as `wb.open_loop(plant)`, or a loop, which a computer may close; and the log, whose signals are inputs,
-        outputs or states of the system by name, or as `signals` says. The first sample is at t = 0, an instant of the
-        computer.
+        A plant as `wb.open_loop(plant)` or a loop, perhaps with a computer, and the log, whose signals are its inputs,
+        outputs or states by name, or as `signals` says. The first sample is at t = 0.
     free
         Names of the numbers to estimate: paths of parameters, such as `plant.J`, initial states as `omega(0)`, and
         `delay of v`, `offset of omega`, `scale of omega`.
-    noise
-        The standard deviation of each output's noise; by default it is estimated, too.
+    noise, answers
+        The standard deviation of each output's noise; by default it is estimated, too. And answers to the questions of
+        `wb.check_data` on the log, by point.
     hold, hold_out
         "hold" if an input keeps its value until the next sample; "linear" for straight lines between the samples. And
         the last share of each experiment that the fit does not see.
-    start, starts, seed
-        Values at the start, by default those of the system; they hold for numbers that are not estimated, too. And the
-        number of searches: all but the first begin at random numbers between half and twice the start.
-    bounds
-        The least and the largest value of some of the numbers, as `{"w": (0.0, 10.0)}`, within the bounds that a block
-        declares for its parameters, which hold anyway.
-    answers
-        Answers to the questions of `wb.check_data` on the log, by point.
+    start, bounds, starts, seed
+        Values at the start, by default those of the system; they hold for numbers that are not estimated, too. Pairs
+        (low, high) of numbers to estimate, within the bounds that a block declares. And the number of searches: all but
+        the first begin at random numbers between half and twice the start.
 
     Raises
     ------
-    ValueError
-        If the log's check is not passed, the data do not tell the numbers apart, or every run diverges.
-    LookupError
-        If a name is unknown.
+    ValueError, LookupError
+        If the log's check fails, the data do not tell the numbers apart, every run diverges, or a name is unknown.
 
     Examples
     --------
     >>> motor = wb.open_loop(wb.DCMotor())
     >>> run = wb.simulate(motor, motor.parameters.pack({"v": 12.0}), until=2.0, every=0.02)
-    >>> signals = {"v": np.full(101, 12.0), "omega": run["omega"][0]}
-    >>> log = wb.Dataset.of(run.t, signals, {"v": "V", "omega": "rad/s"})
-    >>> answers = {"constant signal": "the voltage is a step"}
-    >>> found = wb.fit(motor, log, ["J", "R"], start={"J": 0.02, "R": 2.0}, answers=answers)
+    >>> log = wb.Dataset.of(run.t, {"v": np.full(101, 12.0), "omega": run["omega"][0]}, {"v": "V", "omega": "rad/s"})
+    >>> found = wb.fit(motor, log, ["J", "R"], start={"J": 0.02}, answers={"constant signal": "a step of the voltage"})
     >>> {name: round(value, 6) for name, value in found.values.items()}
     {'J': 0.01, 'R': 1.0}
     """
-    model, remarks = _model_of(system, dataset, free, signals or {}, hold, start_values("fit", start))
-    model = replace(model, numbers=with_bounds("fit", model.numbers, bounds or {}))
+    model, remarks = _model_of(system, dataset, free, signals or {}, hold, start_values("fit", start), bounds or {})
     remarks = (*remarks, *_check(model, answers or {}))
     sigma, (weighs, held_out) = _noise(noise, model), _masks(model, finite("fit(hold_out=...)", hold_out))
     count, generator = whole("fit(starts=...)", starts), np.random.default_rng(check_seed("fit(seed=...)", seed))
@@ -136,6 +126,7 @@ def _model_of(
     signals: Mapping[str, str],
     hold: str,
     values: Mapping[str, float],
+    bounds: Mapping[str, tuple[float, float]],
 ) -> tuple[OutputModel, tuple[str, ...]]:
     """The model of a fit, with steps as long as the intervals between samples, and remarks on log and system."""
     whole_system, rule = system_of(system, "fit"), one_of("fit(hold=...)", hold, HOLDS)
@@ -143,7 +134,7 @@ def _model_of(
     inputs, outputs, remarks = match_signals("fit", ode, dataset, signals, rule, frozenset(values))
     source = number_source("fit", ode, dataset, inputs, outputs, values)
     steps = tuple(float(np.median(np.diff(experiment.t))) for experiment in dataset)
-    numbers, begins = source.numbers(free), (0.0,) * len(steps)
+    numbers, begins = with_bounds("fit", source.numbers(free), bounds), (0.0,) * len(steps)
     refuse_inputs("fit", numbers, inputs)
     refuse_random_computer("fit", whole_system, source.p, "start")
     refuse_rough_computer("fit", whole_system, source.p, numbers)
