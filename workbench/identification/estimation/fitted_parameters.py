@@ -14,7 +14,12 @@ from workbench.core.validation.refusals import seed as checked_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.engine.factors import Factor
 from workbench.identification.estimation.fit_factors import apply_values, direction_factors, refuse_no_parameter
-from workbench.identification.estimation.parameter_file import LARGEST, read_parameter_file, write_parameter_file
+from workbench.identification.estimation.parameter_file import (
+    LARGEST,
+    ParameterFields,
+    read_parameter_file,
+    write_parameter_file,
+)
 from workbench.identification.estimation.unknown_numbers import UnknownNumber
 
 T = TypeVar("T")
@@ -155,7 +160,17 @@ class FittedParameters:
     @check_arguments
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the parameters into a file in JSON, which `from_file` reads without any loss."""
-        write_parameter_file(path, self)
+        fields = ParameterFields(
+            names=self.names,
+            units=self.units,
+            centre=self.centre,
+            covariance=self.covariance,
+            low=self.low,
+            high=self.high,
+            source=self.source,
+            warnings=self.warnings,
+        )
+        write_parameter_file(path, fields)
 
     @staticmethod
     @check_arguments
