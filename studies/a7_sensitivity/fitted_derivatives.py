@@ -13,21 +13,21 @@ from studies.paper.fitted_arm import FIT
 
 def derivatives_of_fit(law: str) -> Derivatives:
     """The derivatives of a law with respect to factors of which some are directions of a fit."""
-    ode, varied = loop(law).ode(), free(law)
-    labels = [factor.paths if factor.direction else tuple(numbers_of(ode, factor)) for factor in varied]
+    ode, some_factors = loop(law).ode(), free(law)
+    labels = [factor.paths if factor.direction else tuple(numbers_of(ode, factor)) for factor in some_factors]
     names = list(dict.fromkeys(name for some in labels for name in some))
     found = wb.uncertainty.local_sensitivities(ode, METRICS, names, until=UNTIL, h=STEPS[law])
-    moves = np.zeros((len(varied), len(found.labels)))
-    for row, factor, some in zip(moves, varied, labels, strict=True):
+    moves = np.zeros((len(some_factors), len(found.labels)))
+    for row, factor, some in zip(moves, some_factors, labels, strict=True):
         at = [found.labels.index(name) for name in some]
         row[at] = factor.direction.changes if factor.direction else found.at[at]
-    return Derivatives(tuple(factor.name for factor in varied), found, moves, deviations_of(varied))
+    return Derivatives(tuple(factor.name for factor in some_factors), found, moves, deviations_of(some_factors))
 
 
-def deviations_of(varied: Sequence[wb.Factor]) -> wb.Array:
+def deviations_of(some_factors: Sequence[wb.Factor]) -> wb.Array:
     """The standard deviations (d,) of factors."""
     u = (np.arange(4000) + 0.5) / 4000
-    return np.array([factor.distribution.quantile(u).std() for factor in varied])
+    return np.array([factor.distribution.quantile(u).std() for factor in some_factors])
 
 
 def with_equal_ranges(law: str, near: Derivatives) -> Derivatives:

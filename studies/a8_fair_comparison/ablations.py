@@ -78,7 +78,7 @@ def as_tuned(scenario: Scenario, numbers: Mapping[str, float]) -> dict[str, wb.D
 def posture_matrix(model: wb.arms.AbstractArm, q: tuple[float, float]) -> wb.Array:
     """M (2, 2) of a model in kg m^2 at the positions q."""
     if FIT is None:
-        return mass_matrices(np.array([q]))[0]
+        return np.asarray(mass_matrices(np.array([q]))[0], dtype=float)
     pose = ca.SX.sym("q", 2)
     M: wb.Array = np.array(ca.Function("M", [pose], [model.mass_matrix(pose)])(q))
     return M
