@@ -34,8 +34,8 @@ def answer(laws: Mapping[str, LawResults]) -> str:
 
     return (
         f"The arm causes {both(ours.shares, 'arm')} of the RMSE variance of {PROPOSED_LAW} at joints 1 and 2; the "
-        f"gains cause {both(ours.shares, 'gains')}, or {both(ours.equal_shares, 'gains')} if all vary by equal "
-        "percentages."
+        f"gains cause {both(ours.shares, 'gains')}, or {both(ours.equal_shares, 'gains')} if "
+        f"{'all' if FIT is None else 'they'} vary by equal percentages."
     )
 
 
