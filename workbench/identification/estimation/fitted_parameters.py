@@ -19,7 +19,12 @@ from workbench.identification.estimation.fit_factors import (
     refuse_no_parameter,
     refuse_numbers_of_the_log,
 )
-from workbench.identification.estimation.parameter_file import LARGEST, read_parameter_file, write_parameter_file
+from workbench.identification.estimation.parameter_file import (
+    LARGEST,
+    ParameterFields,
+    read_parameter_file,
+    write_parameter_file,
+)
 from workbench.identification.estimation.unknown_numbers import UnknownNumber
 
 T = TypeVar("T")
@@ -160,7 +165,17 @@ class FittedParameters:
     @check_arguments
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the parameters into a file in JSON, which `from_file` reads without any loss."""
-        write_parameter_file(path, self)
+        fields = ParameterFields(
+            names=self.names,
+            units=self.units,
+            centre=self.centre,
+            covariance=self.covariance,
+            low=self.low,
+            high=self.high,
+            source=self.source,
+            warnings=self.warnings,
+        )
+        write_parameter_file(path, fields)
 
     @staticmethod
     @check_arguments

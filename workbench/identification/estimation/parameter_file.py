@@ -5,16 +5,12 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn, TypedDict
+from typing import NoReturn, TypedDict
 
 import numpy as np
 
 from workbench.core.validation.refusals import Array, describe
-
-if TYPE_CHECKING:
-    from workbench.identification.estimation.fitted_parameters import FittedParameters
 
 FORMAT = "workbench fitted parameters, version 1"
 MOST_BYTES = 10_000_000  # of a file: 500 parameters with their covariance
@@ -37,14 +33,13 @@ class ParameterFields(TypedDict):
     warnings: tuple[str, ...]
 
 
-def write_parameter_file(path: str | os.PathLike[str], parameters: FittedParameters) -> None:
+def write_parameter_file(path: str | os.PathLike[str], parameters: ParameterFields) -> None:
     """Write the fields; a bound that is none becomes null."""
     made: dict[str, object] = {"format": FORMAT}
-    for field in fields(parameters):
-        value = getattr(parameters, field.name)
-        made[field.name] = np.asarray(value).tolist() if field.name in ARRAYS else value
-    for name in ("low", "high"):
-        made[name] = [end if abs(end) < LARGEST else None for end in np.asarray(getattr(parameters, name)).tolist()]
+    for name, value in parameters.items():
+        made[name] = np.asarray(value).tolist() if name in ARRAYS else value
+    for name, ends in (("low", parameters["low"]), ("high", parameters["high"])):
+        made[name] = [end if abs(end) < LARGEST else None for end in np.asarray(ends).tolist()]
     Path(path).write_text(json.dumps(made, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
