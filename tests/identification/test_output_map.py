@@ -30,14 +30,14 @@ class Tank(wb.Plant):
 
 
 @pytest.mark.parametrize("hold", ["hold", "linear"])
-def test_derivatives_of_outputs_that_are_no_states_are_differences_of_outputs(hold):
+@pytest.mark.parametrize("labels", [("outflow", "net", "h"), ("net",), ("h",)])
+def test_derivatives_of_outputs_that_are_no_states_are_differences_of_outputs(hold, labels):
     tank = wb.open_loop(Tank())
     t = np.linspace(0.0, 3.0, 31)
     log = wb.Dataset.of(t, {"u": 0.3 + 0.2 * np.sin(3 * t)}, {"u": "m^3/s"})
-    labels = ("outflow", "net", "h")
     units = dict.fromkeys(labels, "")
     source = NumberSource(tank, tank.parameters.default, np.array([[1.0]]), ("log",), ("u",), units, {})
-    numbers = source.numbers(("A", "a", "delay of u", "h(0)", "scale of net", "offset of outflow"))
+    numbers = source.numbers(("A", "a", "delay of u", "h(0)", f"scale of {labels[-1]}", f"offset of {labels[0]}"))
     pairs = tuple((label, label) for label in labels)
     inputs, p = (MeasuredInput("u", "u", hold),), tank.parameters.default
     model = OutputModel(tank, log, inputs, pairs, numbers, p, np.ones((1, 1)), (0.05,), (0.0,))

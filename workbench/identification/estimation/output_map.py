@@ -96,5 +96,5 @@ class OutputMap:
         """The outputs that are no states, of (t, x, p, u), and the same with the derivatives that are not zero."""
         u, y, J = self._slopes
         symbols = [self.ode.t, self.ode.x, self.ode.p, u]
-        both = ca.vertcat(y, J.nz[:])
+        both = ca.vertcat(y, ca.vec(J.nz[:]))  # which are a row if J is one
         return ca.Function("outputs", symbols, [y]), ca.Function("slopes", symbols, [both], {"cse": True})
