@@ -43,7 +43,7 @@ _ROOMS = {
     "design.riccati": "lqg lqr steady_kalman",
     "design.step_response": "step_info",
     "design.synthesis": "coprime_margin h2_controller hinf_controller least_sensitivity lqg_integral mixed_sensitivity",
-    "identification.estimation": "fit identifiability",
+    "identification.estimation": "FittedParameters fit identifiability",
     "identification.datasets": "Dataset check_data",
     "identification.experiments": "design_experiment",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "

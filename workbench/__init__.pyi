@@ -141,7 +141,7 @@ from workbench.handover.replays import replay
 from workbench.identification import filters as filters
 from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset, check_data
-from workbench.identification.estimation import fit, identifiability
+from workbench.identification.estimation import FittedParameters, fit, identifiability
 from workbench.identification.experiments import design_experiment
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
@@ -210,6 +210,7 @@ __all__ = [
     "Factor",
     "Finding",
     "FirstOrder",
+    "FittedParameters",
     "FrequencyCurve",
     "FullState",
     "FurutaPendulum",

@@ -148,7 +148,7 @@ def test_two_experiments_share_parameters_and_have_initial_states_of_their_own()
         ({"free": ("j",)}, "There is no 'j'"),
         ({"free": ()}, "at least one unknown number"),
         ({"free": ("J", "J")}, "more than once"),
-        ({"free": ("v",)}, "the log gives"),
+        ({"free": ("v",)}, "is an input and known"),
         ({"noise": {"omega": 0.1}}, "each output"),
         ({"hold_out": 1.0}, "below 1"),
         ({"start": {"J": -1.0}}, "J"),
@@ -159,6 +159,22 @@ def test_what_cannot_be_fitted_is_refused_by_name(changes, words):
     arguments = {"free": FREE, **changes}
     with pytest.raises((ValueError, LookupError), match=words):
         fit(MOTOR, log(T, V, X), **arguments)
+
+
+def test_a_refusal_names_the_call_that_was_made():
+    data, alone = log(T, V, X), wb.Dataset.of(T, {"omega": X[:, 0]}, {"omega": "rad/s"})
+    plan = {"noise": {"omega": 0.01}, "limits": {"v": (-12.0, 12.0)}, "until": 4.0, "every": 0.05}
+    for free, words in (((), "at least one"), (("J", "J"), "once"), (("v",), "is an input")):
+        with pytest.raises(ValueError, match=rf"`identifiability\(free=...\)`.*{words}"):
+            identifiability(MOTOR, data, free, ["omega"])
+        with pytest.raises(ValueError, match=rf"`design_experiment\(free=...\)`.*{words}"):
+            wb.design_experiment(MOTOR, free, ["v"], ["omega"], **plan)
+    with pytest.raises(LookupError, match=r"outputs of `identifiability\(...\)`"):
+        identifiability(MOTOR, data, ("offset of i",), ["omega"])
+    with pytest.raises(ValueError, match=r"`identifiability\(dataset=...\)`.*none for 'v'.*by `start`"):
+        identifiability(MOTOR, alone, ("J",), ["omega"])
+    with pytest.raises(ValueError, match=r"`simulate_log\(dataset=...\)`.*none for 'v'.*by `values`"):
+        simulate_log(MOTOR, alone, ["omega"])
 
 
 def test_a_log_without_its_input_and_one_of_another_unit_are_refused():

@@ -11,11 +11,13 @@ from workbench.core.equations import Loop
 from workbench.core.validation.refusals import Array, finite, known_name, one_of
 from workbench.core.validation.signatures import check_arguments
 from workbench.identification.datasets import Dataset
-from workbench.identification.estimation.fit_system import equation_of, number_source, refuse_inputs, start_values
+from workbench.identification.estimation.computer_check import refuse_random_computer, refuse_rough_computer
+from workbench.identification.estimation.fit_system import number_source, refuse_inputs, start_values
 from workbench.identification.estimation.identifiability import RANK, Identifiability
 from workbench.identification.estimation.input_record import HOLDS
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.signal_matching import match_inputs
+from workbench.identification.estimation.system_equations import flow_of, system_of
 
 SETTLED = 0.5  # least ratio of two singular values, at a step and at half of it, that are not errors of the step
 MOST_HALVINGS = 10
@@ -63,17 +65,20 @@ def identifiability(
     >>> wb.identifiability(motor, step, ["J", "b", "K", "R", "L"], ["omega"]).is_complete
     False
     """
-    ode = equation_of(system, "identifiability")
+    whole_system = system_of(system, "identifiability")
+    ode = flow_of(whole_system)
     values = start_values("identifiability", start)
     one_of("identifiability(hold=...)", hold, HOLDS)
-    inputs, _ = match_inputs(ode, dataset, dict(signals or {}), hold, frozenset(values))
+    inputs, _ = match_inputs("identifiability", ode, dataset, dict(signals or {}), hold, frozenset(values))
     labels = [label for name in outputs for label in _labels(ode, name)]
     pairs = tuple((label, label) for label in labels)
-    source = number_source(ode, dataset, inputs, pairs, values)
+    source = number_source("identifiability", ode, dataset, inputs, pairs, values)
     numbers = source.numbers(free)
-    refuse_inputs(numbers, inputs)
+    refuse_inputs("identifiability", numbers, inputs)
+    refuse_random_computer("identifiability", whole_system, source.p, "start")
+    refuse_rough_computer("identifiability", whole_system, source.p, numbers)
     steps = tuple(float(np.median(np.diff(experiment.t))) / 2 for experiment in dataset)
-    model = OutputModel(ode, dataset, inputs, pairs, numbers, source.p, source.x0, steps, (0.0,) * len(steps))
+    model = OutputModel(whole_system, dataset, inputs, pairs, numbers, source.p, source.x0, steps, (0.0,) * len(steps))
     sigma = np.array([finite(f"identifiability(noise={{{n!r}: ...}})", (noise or {}).get(n, 1.0)) for n in labels])
     return _settled(model, sigma)
 

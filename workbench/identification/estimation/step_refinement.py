@@ -45,18 +45,18 @@ def halve(data: WeighedData) -> WeighedData:
 def coarse_enough(data: WeighedData, sigma: Array | None) -> WeighedData:
     """A model whose outputs at the start keep still at half its step, as far as a search needs it."""
     limit = OF_NOISE * sigma if sigma is not None else OF_SPREAD * spread(data)
-    z, part = data.model.starts[np.newaxis], 1
+    z, part = data.model.starts, 1
+    errors = data.errors(z)
     while part < SUBSTEPS:
         finer, part = halve(data), 2 * part
-        changes = []
-        for i, mask in enumerate(data.weighs):
+        later, changes = finer.errors(z), []
+        for now, new, mask in zip(errors, later, data.weighs, strict=True):
             with np.errstate(all="ignore"):
-                change = np.abs(finer.model.values(z, i)[0] - data.model.values(z, i)[0]) / limit
-            changes.append(np.max(np.where(mask, change, 0.0), initial=0.0))
+                changes.append(np.max(np.where(mask, np.abs(new - now) / limit, 0.0), initial=0.0))
         worst = float(np.max(changes))
         if worst <= 1.0 or (part > 8 and not np.isfinite(worst)):  # a run that diverges at any step
             return data
-        data = finer
+        data, errors = finer, later
     return data
 
 

@@ -120,9 +120,9 @@ def problem_of(
     dataset = dataset_of(ode, inputs, t, np.zeros((t.size, len(driven))))
     if not free:
         raise ValueError(f"`{CALL}(free=...)` must name at least one number to estimate; got none.")
-    source = number_source(ode, dataset, driven, pairs, values)
+    source = number_source(CALL, ode, dataset, driven, pairs, values)
     numbers = source.numbers(free)
-    refuse_inputs(numbers, driven)
+    refuse_inputs(CALL, numbers, driven)
     if delays := [number.name for number in numbers if number.kind == "delay"]:
         raise ValueError(f"`{CALL}(free=...)` does not design for delays; got '{delays[0]}': leave it out.")
     model = OutputModel(ode, dataset, driven, pairs, numbers, source.p, source.x0, (schedule.every,), (0.0,))
