@@ -15,6 +15,7 @@ from workbench.engine.factors import Factor, FactorDirection
 from workbench.identification.estimation.unknown_numbers import UnknownNumber
 
 T = TypeVar("T")
+UNMOVED = 1e-12  # standard errors: rounding of an axis in which a number has no part
 BEYOND = 1e-3  # share of a normal distribution beyond the bounds of a number, from which it is no model of its doubt
 
 
@@ -30,7 +31,7 @@ def direction_factors(
     sizes, axes = np.linalg.eigh(covariance / np.outer(errors, errors))
     axes = axes[:, ::-1] * np.sqrt(np.maximum(sizes[::-1], 0.0))
     axes = axes * np.sign(axes[np.argmax(np.abs(axes), axis=0), np.arange(len(errors))])
-    changes = errors[:, np.newaxis] * axes
+    changes = errors[:, np.newaxis] * np.where(np.abs(axes) < UNMOVED, 0.0, axes)
     _refuse_beyond(names, bounds, theta, errors, cut * np.abs(changes).sum(axis=1))
     paths = tuple(f"{path}{name}" for name in names)
     spread, centres = Normal(0.0, 1.0, -cut, cut), tuple(theta.tolist())

@@ -48,8 +48,9 @@ def autocovariance_numbers(
     if np.abs(np.linalg.eigvals(F)).max() > STABLE:
         return None
     scale = 1 / np.sqrt(np.maximum(np.mean(np.concatenate(found) ** 2, axis=0), 1e-300))
-    target = sum(len(part) * _autocovariances(part * scale) for part in found) / sum(map(len, found))
-    lags = len(target)
+    lags = min(LAGS, *(len(part) // 4 for part in found))
+    sums = [len(part) * _autocovariances(part * scale, lags) for part in found]
+    target: Array = np.sum(sums, axis=0) / sum(map(len, found))
     columns = [_model(F, C, K, Q, R_part, lags) * np.outer(scale, scale) for Q, R_part in parts]
     matrix = np.column_stack([column.ravel() for column in columns])
     sizes = np.linalg.norm(matrix, axis=0)
@@ -82,9 +83,8 @@ def _settled(estimate: FilterEstimate) -> Array | None:
     return e if len(e) >= LEAST else None
 
 
-def _autocovariances(e: Array) -> Array:
+def _autocovariances(e: Array, lags: int) -> Array:
     """The sample autocovariances (lags, q, q) of innovations (N, q): the mean of e_{k+j} e_k'."""
-    lags = min(LAGS, len(e) // 4)
     return np.array([e[j:].T @ e[: len(e) - j] / (len(e) - j) for j in range(lags)])
 
 
