@@ -50,6 +50,14 @@ def test_a_csv_file_gives_its_names_units_and_numbers(file, head, name):
     assert (log.names, log.source, log.notes) == (("log",), f"'{name}'", ())
 
 
+def test_a_temperature_beside_the_time_is_no_time(file):
+    log = wb.Dataset.from_csv(file(text_of("T [K],t [s],omega [rad/s]")))
+    assert np.array_equal(log.experiments[0].t, [row[1] for row in ROWS])
+    assert np.array_equal(log["T"], [row[0] for row in ROWS])
+    table = wb.Table.from_csv(file(text_of("T [K],t [s],omega [rad/s]")), "omega", begin=1.0)
+    assert np.array_equal(table.times, [0.0, 1.0, 2.0])
+
+
 def test_a_frame_of_a_log_is_read_back_bit_by_bit(tmp_path):
     rng = np.random.default_rng(1)
     log = wb.Dataset.of(

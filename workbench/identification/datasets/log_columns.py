@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.core import Entry, Layout
-from workbench.core.csv_file import TIMES, name_and_unit
+from workbench.core.csv_file import TIMES, name_and_unit, time_names
 from workbench.core.units import checked_unit, join_units, read
 from workbench.core.validation.refusals import Array, describe, known_name, seconds
 from workbench.identification.datasets.experiment import Experiment
@@ -82,7 +82,8 @@ class LogChoice:
         if self.time is not None:
             known_name(self.time, [*own.values(), *own], f"columns of {self.source}")
             return next(head for head in own if self.time in (head, own[head]))
-        times = [head for head, name in own.items() if name.lower() in TIMES]
+        names = time_names(own.values())
+        times = [head for head, name in own.items() if name in names]
         if len(times) == 1:
             return times[0]
         listed = ", ".join(map(repr, list(own.values())[:12]))
