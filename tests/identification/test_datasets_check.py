@@ -70,6 +70,11 @@ ODD = {
         "question",
         "about 30 missing samples in all; the first gap is from 2 to",
     ),
+    "gap ": (
+        good(np.cumsum(np.random.default_rng(3).choice([0.01, 0.02], T.size, p=[0.85, 0.15]))),
+        "question",
+        "steps are longer than 0.0185 s, with about",
+    ),
     "missing samples: omega": (good(omega=np.where(T == 1, np.nan, np.sin(T))), "question", "first at 1 s"),
     "missing samples: v": (good(v=np.where(T == 1, np.nan, np.sign(np.sin(9 * T)))), "refused", "`log.resample`"),
     "constant signal: v": (good(v=np.full(T.size, 6.0)), "question", "constant at 6 in all 400 samples"),
