@@ -56,8 +56,8 @@ class AbstractLogReaders(ABC):
         The first line is as 't [s],omega [rad/s]', 't (s),omega (rad/s)' or 't:s,omega:rad/s', or a line of units
         follows it; spaces around a name do not count. Tabs, semicolons or commas separate the cells: the first of
         these that the line has. Between tabs and semicolons numbers may have decimal commas. An empty cell is NaN: no
-        sample. Lines of # are comments. The file is read in parts, so that its size is limited by the numbers that are kept:
-        134 million, 1 GiB.
+        sample. Lines of # are comments. The file is read in parts, so that its size is limited by the numbers that are
+        kept: 134 million, 1 GiB.
 
         Parameters
         ----------
