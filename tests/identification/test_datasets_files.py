@@ -3,6 +3,7 @@
 import gzip
 import re
 import sys
+import tracemalloc
 
 import numpy as np
 import pandas as pd
@@ -65,6 +66,21 @@ def test_decimal_commas_are_read_between_semicolons_and_tabs(file, separator):
         assert np.array_equal(log.experiments[0].t[:3], [0.0, 0.1, 0.2])
     with pytest.raises(ValueError, match="line 5 of 'log.csv' has '1.5,0' for 'v"):
         wb.Dataset.from_csv(file(text_of(head, [*rows, ["0,3", "1.5,0", "1"]], separator)))
+
+
+def test_the_memory_of_a_long_file_is_that_of_the_lines_that_are_kept(file, monkeypatch):
+    monkeypatch.setattr(csv_reader, "ROWS", 2**12)
+    lines = 100_000
+    path = file(text_of("t,a,b,c,d", [[str(i), "1.5", "2.5", "3.5", "4.5"] for i in range(lines)]))
+    wb.Dataset.from_csv(path, every=50_000)  # so that what pandas loads once is loaded
+    tracemalloc.start()
+    try:
+        log = wb.Dataset.from_csv(path, every=500)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert np.array_equal(log.experiments[0].t, np.arange(0, lines, 500))
+    assert peak < 2e6  # bytes; all lines have 4e6, and a chunk 1.6e5
 
 
 def test_a_bracket_of_no_unit_is_a_part_of_the_name(file):

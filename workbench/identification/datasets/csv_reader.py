@@ -152,19 +152,23 @@ def _decimal(separator: str, lines: Sequence[Sequence[str]]) -> str:
 def _streamed(sheet: _Sheet) -> Array | None:
     """The numbers (rows, wanted) by the C reader of pandas, or None if a cell or a line is odd."""
     parts, seen = [np.zeros((0, len(sheet.wanted)))], 0
-    size = sheet.path.stat().st_size if sheet.path.suffix != ".gz" else 0
     for numbers in _chunks(sheet):
         if numbers is None:
             return None
-        if not seen and size and len(numbers) == ROWS:
-            rows = ROWS * size / _bytes_of_rows(sheet)
-            sheet.choice.refuse_size(
-                rows / sheet.every, len(sheet.wanted), f"the file has {size / 1e6:.0f} MB; {FEWER}"
-            )
-        parts.append(numbers[-seen % sheet.every :: sheet.every])
+        if not seen and len(numbers) == ROWS:
+            _refuse_long(sheet)
+        parts.append(numbers[-seen % sheet.every :: sheet.every].copy())  # a view would keep the whole chunk
         seen += len(numbers)
         sheet.choice.refuse_size(seen / sheet.every, len(sheet.wanted), FEWER)
     return np.concatenate(parts)
+
+
+def _refuse_long(sheet: _Sheet) -> None:
+    """Refuse a file of too many numbers by its size and the length of its first lines."""
+    size = sheet.path.stat().st_size
+    if sheet.path.suffix != ".gz":
+        rows = ROWS * size / _bytes_of_rows(sheet) / sheet.every
+        sheet.choice.refuse_size(rows, len(sheet.wanted), f"the file has {size / 1e6:.0f} MB; {FEWER}")
 
 
 def _chunks(sheet: _Sheet) -> Iterator[Array | None]:
@@ -230,7 +234,7 @@ def _lines(sheet: _Sheet) -> Iterator[tuple[int, list[str]]]:
 
 def _cell_by_cell(sheet: _Sheet) -> Array:
     """The numbers (rows, wanted), each cell looked at; an odd one is refused by line and column."""
-    rows: list[list[float]] = []
+    parts, rows = [np.zeros((0, len(sheet.wanted)))], list[list[float]]()
     for count, (line, cells) in enumerate(_lines(sheet)):
         if len(cells) != len(sheet.heads):
             raise ValueError(
@@ -240,9 +244,12 @@ def _cell_by_cell(sheet: _Sheet) -> Array:
         if count % sheet.every:
             continue
         rows.append([_cell(sheet, line, place, cells[place].strip()) for place in sheet.wanted])
-        if not len(rows) % ROWS:
-            sheet.choice.refuse_size(len(rows), len(sheet.wanted), FEWER)
-    return np.array(rows).reshape(-1, len(sheet.wanted))
+        if len(rows) == ROWS:
+            if len(parts) == 1:
+                _refuse_long(sheet)
+            parts, rows = [*parts, np.array(rows)], []
+            sheet.choice.refuse_size(len(parts) * ROWS, len(sheet.wanted), FEWER)
+    return np.concatenate([*parts, np.array(rows).reshape(-1, len(sheet.wanted))])
 
 
 def _cell(sheet: _Sheet, line: int, place: int, cell: str) -> float:
