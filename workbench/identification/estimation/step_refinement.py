@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.identification.estimation.fit_search import SearchEnd, follow, has_noise, spread, with_noise
+from workbench.identification.estimation.fit_search import SearchEnd, follow, has_noise, is_poor, spread, with_noise
+from workbench.identification.estimation.least_squares import MOST_ROUNDS
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.weighed_data import WeighedData
 
@@ -89,7 +90,7 @@ class RefinedEnd:
 
 
 def refine(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> RefinedEnd:
-    """Halve the step and search again until half of it moves no estimate."""
+    """Halve the step and search again until half of it moves no estimate; not after a poor search without an end."""
     part = 1
     while True:
         finer, part = halve(data), 2 * part
@@ -98,7 +99,8 @@ def refine(data: WeighedData, end: SearchEnd, is_noise_known: bool) -> RefinedEn
         unit = last.errors if is_noisy else np.maximum(np.abs(end.z), np.finfo(float).tiny)
         shift, move = (float(np.max(np.abs(step) / unit)) for step in (later.move - last.move, last.move))
         limit = PASSED if is_noisy else PASSED_EXACTLY
-        if shift <= (OF_ERROR if is_noisy else OF_ESTIMATE) or part > SUBSTEPS or not np.isfinite(shift):
+        is_lost = end.minimum.rounds >= MOST_ROUNDS and is_poor(data, end.z, end.sigma if is_noise_known else None)
+        if shift <= (OF_ERROR if is_noisy else OF_ESTIMATE) or part > SUBSTEPS or not np.isfinite(shift) or is_lost:
             return RefinedEnd(data, end, shift, move, limit, last)
         data = finer
         minimum = follow(data, end.sigma, end.z)
