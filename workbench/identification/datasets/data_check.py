@@ -132,9 +132,7 @@ def check_data(
     x: Array | None = None,
     p: Array | None = None,
 ) -> DataCheck:
-    """The check of a log before a fit: time, gaps, units, length, excitation, and signals that cannot be right.
-
-    Such signals are missing, constant, saturated or stuck, have outliers, or are angles that jump by a full turn.
+    """The check of a log before a fit: time, gaps, units, length, excitation, and samples that cannot be right.
 
     A log whose check is not passed is not fitted: what is refused must be mended, and a question must be answered.
 

@@ -53,11 +53,10 @@ class AbstractLogReaders(ABC):
     ) -> Self:
         """A dataset from a CSV file, plain or gzipped, with the names and units of its first line.
 
-        The first line is as 't [s],omega [rad/s]', 't (s),omega (rad/s)' or 't:s,omega:rad/s', or a line of units
-        follows it; spaces around a name do not count. Tabs, semicolons or commas separate the cells: the first of
-        these that the line has. Between tabs and semicolons numbers may have decimal commas. An empty cell is NaN: no
-        sample. Lines of # are comments. The file is read in parts, so that its size is limited by the numbers that are
-        kept: 134 million, 1 GiB.
+        The first line is as 't [s],omega [rad/s]', 't (s),omega (rad/s)' or 't:s,omega:rad/s', or units follow it;
+        spaces around a name do not count. Tabs, semicolons or commas separate the cells: the first of these that it
+        has. Between tabs and semicolons numbers may have decimal commas. An empty cell is NaN: no sample. Lines of #
+        are comments. The file is read in parts: its size is limited by the numbers that are kept, 134 million, 1 GiB.
 
         Parameters
         ----------

@@ -63,8 +63,7 @@ def fit(
         the last share of each experiment that the fit does not see.
     start, starts, seed
         Values at the start, by default those of the system; they hold for numbers that are not estimated, too. And the
-        number of searches: all but the first begin at random numbers between half and twice the start. A single one
-        that ends in a doubtful minimum is followed by four of them.
+        number of searches: all but the first begin at random numbers between half and twice the start.
     answers
         Answers to the questions of `wb.check_data` on the log, by point.
 
