@@ -1,13 +1,15 @@
 """Fits: the numbers come back, their errors are those of the theory, and what speaks against a fit is said."""
 
+import casadi as ca
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.signal import cont2discrete
 from scipy.stats import binom
 
 import workbench as wb
 from tests.support.motor_logs import FREE, MOTOR, START, TRUE, UNITS, T, V, X, log, motion, steps
-from workbench.core import layout
+from workbench.core import Ode, layout
 from workbench.identification.estimation import fit, identifiability, simulate_log
 from workbench.identification.estimation.input_record import MeasuredInput
 from workbench.identification.estimation.output_model import OutputModel
@@ -36,6 +38,22 @@ def test_modes_much_faster_than_the_samples_are_fitted_and_told():
     for name, value in fast.items():
         assert found.values[name] == pytest.approx(value, rel=1e-6), name
     assert identifiability(run, data, tuple(fast), ["omega", "i"]).is_complete
+
+
+def test_a_system_without_inputs_is_fitted_from_its_free_motion():
+    """The energy of Lotka and Volterra's equations is a first integral: other numbers would not keep it."""
+    x, t, p = ca.SX.sym("x", 2), ca.SX.sym("t"), ca.SX.sym("p", 2)
+    states, own = layout(n=("", 12.0), q=("", 4.0)), layout(a=("1/s", 0.8), d=("1/s", 0.3))
+    rate = ca.vertcat(p[0] * x[0] - 0.1 * x[0] * x[1], 0.05 * x[0] * x[1] - p[1] * x[1])
+    ode = Ode("prey", states, own, layout(prey="", hunters=""), t, x, p, rate, x)
+    run = solve_ivp(
+        lambda s, z: [0.9 * z[0] - 0.1 * z[0] * z[1], 0.05 * z[0] * z[1] - 0.5 * z[1]],
+        (0, 20), [12.0, 4.0], "DOP853", np.linspace(0, 20, 101), rtol=1e-11, atol=1e-12,
+    )  # fmt: skip
+    log = wb.Dataset.of(run.t, {"prey": run.y[0], "hunters": run.y[1]}, {"prey": "1", "hunters": "1"})
+    found = fit(ode, log, ("a", "d"), hold_out=0.0)
+    assert found.values == pytest.approx({"a": 0.9, "d": 0.5}, rel=1e-7)
+    assert identifiability(ode, log, ("a", "d"), ["prey"]).is_complete
 
 
 def test_small_smooth_residuals_are_searched_for_a_better_minimum():

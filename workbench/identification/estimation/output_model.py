@@ -169,7 +169,8 @@ class OutputModel:
             ca.SX.sym(name, size) for name, size in (("S", ode.x.numel()), ("dp", ode.p.numel()), ("du", u.numel()))
         )
         directions = ca.SX(dp)
-        directions[places] += du
+        if places:
+            directions[places] += du
         dy = ca.jtimes(y, ca.vertcat(ode.x, ode.p), ca.vertcat(S, directions))
         y, dy = (ca.substitute(part, ode.p[places], u) if places else part for part in (y, dy))
         return (
