@@ -41,7 +41,7 @@ def test_modes_much_faster_than_the_samples_are_fitted_and_told():
 
 
 def test_a_system_without_inputs_is_fitted_from_its_free_motion():
-    """The energy of Lotka and Volterra's equations is a first integral: other numbers would not keep it."""
+    """Prey and hunters after Lotka and Volterra, by another program."""
     x, t, p = ca.SX.sym("x", 2), ca.SX.sym("t"), ca.SX.sym("p", 2)
     states, own = layout(n=("", 12.0), q=("", 4.0)), layout(a=("1/s", 0.8), d=("1/s", 0.3))
     rate = ca.vertcat(p[0] * x[0] - 0.1 * x[0] * x[1], 0.05 * x[0] * x[1] - p[1] * x[1])
