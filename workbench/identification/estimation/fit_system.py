@@ -12,8 +12,9 @@ from workbench.core.validation.refusals import Array, finite, known_name, one_of
 from workbench.core.validation.refusals import seed as check_seed
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import one_thread
-from workbench.identification.datasets import Dataset, check_data
+from workbench.identification.datasets import DataCheck, Dataset, check_data
 from workbench.identification.datasets.experiment import Marks
+from workbench.identification.datasets.system_checks import check_period
 from workbench.identification.estimation.computer_check import (
     refuse_random_computer,
     refuse_rough_computer,
@@ -27,7 +28,7 @@ from workbench.identification.estimation.input_record import HOLDS, MeasuredInpu
 from workbench.identification.estimation.output_model import OutputModel
 from workbench.identification.estimation.sign_mirrors import mirror_sentence
 from workbench.identification.estimation.signal_matching import match_signals
-from workbench.identification.estimation.step_refinement import coarse_enough, refine
+from workbench.identification.estimation.step_refinement import coarse_enough, fastest_rate, refine
 from workbench.identification.estimation.system_equations import flow_of, system_of
 from workbench.identification.estimation.unknown_numbers import (
     SENSOR_OR_DELAY,
@@ -113,7 +114,9 @@ def _check(model: OutputModel, answers: Mapping[str, str]) -> tuple[str, ...]:
     inputs, outputs = ([one.signal for one in model.inputs], [signal for signal, _ in model.outputs])
     both = [[e.name for e in known.entries if {e.name, *e.labels()} & set(names)] for names in (inputs, outputs)]
     names = [number.name for number in model.numbers]
-    check = check_data(model.dataset, inputs=both[0], outputs=both[1], parameters=names).answer(answers)
+    check = check_data(model.dataset, inputs=both[0], outputs=both[1], parameters=names)
+    periods = tuple(check_period(model.dataset, model.ode, model.x0[0], model.p))
+    check = DataCheck((*check.findings, *periods)).answer(answers)
     check.require()
     said = [f"{point}: {text}" for point, text in check.answers.items()]
     return (*(one.text for one in check.findings if one.severity == "remark"), *said)
@@ -225,8 +228,7 @@ def _fit_of(
 
 def _time_advice(model: OutputModel) -> str:
     """The advice to look at the unit of time if samples are far apart for the modes of the system; else nothing."""
-    A = np.array(model.ode.A(0.0, model.x0[0], model.p))
-    fastest = float(np.abs(np.linalg.eigvals(A)).max(initial=0.0)) if np.isfinite(A).all() else 0.0
+    fastest = fastest_rate(model)
     apart = float(np.median(np.diff(model.dataset.experiments[0].t)))
     if apart * fastest < FAR:
         return ""
