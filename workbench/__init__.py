@@ -54,6 +54,8 @@ _ROOMS = {
     "study.evidence": "LoopLimits largest_setting",
     "study.loop_tuning": "tune",
     "study.specifications": "Specification",
+    "report.fit_page": "fit_page",
+    "report.fit_section": "fit_section",
     "report.live.turned_knobs": "linear_loop_at_knobs turn_knobs",
     "report.loop_page": "live",
     "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values_plot step_response",

@@ -145,6 +145,8 @@ from workbench.identification.estimation import fit, identifiability
 from workbench.identification.experiments import design_experiment
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
+from workbench.report.fit_page import fit_page
+from workbench.report.fit_section import fit_section
 from workbench.report.live.turned_knobs import linear_loop_at_knobs, turn_knobs
 from workbench.report.loop_page import live
 from workbench.report.loop_plots import (
@@ -294,6 +296,8 @@ __all__ = [
     "filters",
     "fit",
     "fit_inverse_dynamics",
+    "fit_page",
+    "fit_section",
     "fmu",
     "frequency",
     "h2_controller",

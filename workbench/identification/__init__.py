@@ -20,5 +20,6 @@ _FILES = {
     "estimation": "Bootstrap Fit FitCertificate Identifiability ProfileLikelihood ResidualTest fit identifiability "
     "simulate_log",
     "experiments": "DesignCertificate ExperimentDesign design_experiment",
+    "summaries": "FitSummary",
 }
 __all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

@@ -13,6 +13,7 @@ from workbench.identification.estimation import (
     simulate_log,
 )
 from workbench.identification.experiments import DesignCertificate, ExperimentDesign, design_experiment
+from workbench.identification.summaries import FitSummary
 
 __all__ = [
     "Bootstrap",
@@ -22,6 +23,7 @@ __all__ = [
     "ExperimentDesign",
     "Fit",
     "FitCertificate",
+    "FitSummary",
     "Identifiability",
     "ProfileLikelihood",
     "ResidualTest",
