@@ -130,7 +130,8 @@ def solve(parts: Sequence[Rows], used: list[int], scale: float) -> tuple[wb.Arra
         scaled = normal[np.ix_(used, used)] / np.outer(unit, unit)
         theta[used] = np.linalg.lstsq(scaled, normal[used, -1] / unit, rcond=LEAST)[0] / unit
         both = np.append(theta, -1.0)
-        sigma = np.sqrt(np.array([both @ part @ both for part in products]) / total)
+        left = np.array([both @ part @ both for part in products])
+        sigma = np.sqrt(np.maximum(left, LEAST * products[:, -1, -1]) / total)  # rounding may be below zero
     return theta, sigma
 
 
