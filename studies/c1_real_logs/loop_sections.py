@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import workbench as wb
 from studies.c1_real_logs.logs import SOURCES
-from studies.c1_real_logs.pendulum_section import number_column
+from studies.c1_real_logs.pendulum_section import number_column, signed, with_error
 from studies.c1_real_logs.positioning import CUTOFF, PUBLISHED, UNITS, WAYS, Estimate
 from studies.c1_real_logs.tanks import TankFit
 
@@ -53,8 +53,8 @@ def positioning_table(every: Sequence[Estimate]) -> wb.document.ReportTable:
     """The numbers of the carriage beside the published ones."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for word, published in PUBLISHED.items():
-        cells = [f"{one.values[word]:.5g} +- {one.standard_errors[word]:.1g}" for one in every]
-        near = [f"{100 * (one.values[word] / published - 1):+.2f} %" for one in every]
+        cells = [with_error(one.values[word], one.standard_errors[word]) for one in every]
+        near = [f"{signed(round(100 * (one.values[word] / published - 1), 2) or 0.0)} %" for one in every]
         rows.append((f"{word} [{UNITS[word]}]", published, *(f"{a} ({b})" for a, b in zip(cells, near, strict=True))))
     columns = (
         wb.document.TableColumn("number"),

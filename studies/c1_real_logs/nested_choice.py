@@ -51,8 +51,8 @@ class Variant:
     @property
     def columns(self) -> list[int]:
         """The columns in use, but for the load: those of bodies and drive, then two for each term of the joints."""
-        used = [True] * COULOMB + [True] * 2 + [self.has_stribeck] * 2 + [self.has_offset] * 2
-        return [i for i, is_used in enumerate(used) if is_used]
+        active = [True] * COULOMB + [True] * 2 + [self.has_stribeck] * 2 + [self.has_offset] * 2
+        return [i for i, is_used in enumerate(active) if is_used]
 
     @property
     def equations(self) -> tuple[float, float, float]:
@@ -116,7 +116,7 @@ def with_load(rows: Rows, theta: wb.Array) -> Rows:
     return Rows(np.concatenate([rows.columns, load[:, :, np.newaxis] * np.eye(2)], axis=2), rows.torques, rows.weights)
 
 
-def solve(parts: Sequence[Rows], used: list[int], scale: float) -> tuple[wb.Array, wb.Array]:
+def solve(parts: Sequence[Rows], active: list[int], scale: float) -> tuple[wb.Array, wb.Array]:
     """The least squares (b,) with weights by joint, zero but for the columns in use, and what is left (2,) by joint."""
     scales, total = np.array([1.0, scale]), np.sum([part.weights.sum(axis=0) for part in parts], axis=0)
     products = np.sum([part.products for part in parts], axis=0)
@@ -125,10 +125,10 @@ def solve(parts: Sequence[Rows], used: list[int], scale: float) -> tuple[wb.Arra
     sigma, theta = np.ones(2), np.zeros(products.shape[1] - 1)
     for _ in range(ROUNDS + 1):
         normal = np.sum(products / sigma[:, np.newaxis, np.newaxis] ** 2, axis=0)
-        unit = np.sqrt(np.diag(normal)[used])
+        unit = np.sqrt(np.diag(normal)[active])
         unit[unit == 0] = 1.0
-        scaled = normal[np.ix_(used, used)] / np.outer(unit, unit)
-        theta[used] = np.linalg.lstsq(scaled, normal[used, -1] / unit, rcond=LEAST)[0] / unit
+        scaled = normal[np.ix_(active, active)] / np.outer(unit, unit)
+        theta[active] = np.linalg.lstsq(scaled, normal[active, -1] / unit, rcond=LEAST)[0] / unit
         both = np.append(theta, -1.0)
         left = np.array([both @ part @ both for part in products])
         sigma = np.sqrt(np.maximum(left, LEAST * products[:, -1, -1]) / total)  # rounding may be below zero
@@ -137,13 +137,13 @@ def solve(parts: Sequence[Rows], used: list[int], scale: float) -> tuple[wb.Arra
 
 def errors_of(variant: Variant, every: dict[str, Rows], motions: dict[str, Motion], names: Sequence[str]) -> wb.Array:
     """The errors (M, 2) in N m of the measured torques of some motions, by a fit of all others."""
-    used, training = variant.columns, [rows for name, rows in every.items() if name not in names]
-    theta, _ = solve(training, used, variant.scale)
+    active, training = variant.columns, [rows for name, rows in every.items() if name not in names]
+    theta, _ = solve(training, active, variant.scale)
     rows = {name: every[name] for name in names}
     if variant.has_load:
         rows = {name: with_load(one, theta) for name, one in rows.items()}
         training, last = [with_load(one, theta) for one in training], training[0].columns.shape[2]
-        theta, _ = solve(training, [*used, last, last + 1], variant.scale)
+        theta, _ = solve(training, [*active, last, last + 1], variant.scale)
     left = [rows[name].columns @ theta / np.array([1.0, variant.scale]) - motions[name].tau for name in names]
     return np.array(
         [np.sqrt(np.mean(one[motions[name].weighs] ** 2, axis=0)) for one, name in zip(left, names, strict=True)]
@@ -184,7 +184,7 @@ def errors_without(held_out: tuple[str, ...]) -> wb.Array:
     return errors_in(read(EXCITATIONS), [name_of(file) for file in held_out], VARIANTS)
 
 
-def errors_on(path: str, variant: Variant = USUAL) -> wb.Array:
+def errors_on(path: str, variant: Variant) -> wb.Array:
     """The errors (2,) in N m of shoulder and elbow on another log of the machine, by a fit of all five."""
     log = read(EXCITATIONS).with_experiments(read_log(path, "another"))
     return np.asarray(errors_in(log, ["another"], [variant])[0, 0])

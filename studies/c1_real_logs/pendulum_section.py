@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 import workbench as wb
 from studies.c1_real_logs.logs import MODELS, POOR_LOGS, SOURCES
 from studies.c1_real_logs.nested_choice import VARIANTS, NestedChoice, choose, choose_by_all
@@ -43,6 +45,17 @@ def is_beaten(choice: NestedChoice, one: Fold) -> bool:
     return all(error < least for error, least in zip(choice.errors, least_errors(one), strict=True))
 
 
+def with_error(value: float, error: float) -> str:
+    """A number and its standard error, which has one digit."""
+    digits = max(0, -int(np.floor(np.log10(error)))) if error > 0 else 4
+    return f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {error:.{digits}f}".replace("-", "\N{MINUS SIGN}")
+
+
+def signed(value: float) -> str:
+    """A number with its sign, in two digits."""
+    return f"{value:+.2g}".replace("-", "\N{MINUS SIGN}")
+
+
 def pendulum_section(results: wb.Results) -> wb.Section:
     """The double pendulum."""
     every, choices = folds(results), nested_choices(results)
@@ -51,7 +64,8 @@ def pendulum_section(results: wb.Results) -> wb.Section:
     misfit = (
         f"On the excitation that was held out, the model that the other four choose misses the torque by up to "
         f"{worst[0]:.3g} N m at the shoulder and {worst[1]:.3g} N m at the elbow (root mean square). In {count} of "
-        f"{len(every)} excitations both torques are nearer than those of all published models."
+        f"{len(every)} excitations both torques are nearer to the measured ones than those of all published "
+        f"models; missed: {misses([one.errors for one in choices], every)}."
     )
     chosen = (
         f"Nested choice: {len(VARIANTS)} variants differ in the filter, the smoothing of the sign, the weight of slow "
@@ -68,10 +82,14 @@ def pendulum_section(results: wb.Results) -> wb.Section:
     usual = (
         f"One model for all: filter of {CUTOFF:g} Hz, sign over {TERMS.smoothing:g} rad/s, samples below "
         f"{TERMS.least_speed:g} rad/s without weight. It was chosen among more than 200 with all five logs in view, so "
-        f"the errors of the next table are flattered. {misses(every)}"
+        f"the errors of the next table are flattered. In {sum(map(both_beaten, every))} of {len(every)} excitations it "
+        f"is best in both torques; missed: {misses([np.array(one.ours) for one in every], every)}."
     )
     refusals = [
-        wb.Paragraph(f"The log {file.rpartition('/')[2]} of the design C.1 alone is refused. {text}")
+        wb.Paragraph(
+            f"The log {file.rpartition('/')[2].partition('.')[0]} of the design C.1 alone is refused. "
+            f"{text.partition('refuses this log. ')[2] or text}"
+        )
         for file, text in zip(POOR_LOGS, results.work("poor"), strict=True)
     ]
     nested = (wb.Paragraph(misfit), nested_table(choices, every), wb.Paragraph(chosen), wb.Paragraph(sixth))
@@ -79,30 +97,32 @@ def pendulum_section(results: wb.Results) -> wb.Section:
     return wb.Section("The double pendulum", (*nested, *one, wb.Paragraph(method()), *refusals))
 
 
-def misses(every: Sequence[Fold]) -> str:
-    """What the usual model beats, and what it misses."""
-    lost = [f"{one.name} ({JOINTS[j]})" for one in every for j in range(2) if one.beaten(j) < len(MODELS)]
-    return (
-        f"In {sum(map(both_beaten, every))} of {len(every)} both torques are nearer than those of all published "
-        f"models; missed: {', '.join(lost) or 'none'}."
-    )
+def misses(errors: Sequence[wb.Array], every: Sequence[Fold]) -> str:
+    """The excitations and joints in which a published model has a smaller error than `errors` (2,), in words."""
+    pairs = [
+        f"{one.name} ({JOINTS[joint]})"
+        for own, one in zip(errors, every, strict=True)
+        for joint in range(2)
+        if own[joint] >= least_errors(one)[joint]
+    ]
+    return ", ".join(pairs) or "none"
 
 
 def regime(every: Sequence[Fold]) -> str:
-    """How the first excitation differs from the others."""
+    """The differences of the first excitation from the others."""
     odd, others = every[0], every[1:]
     biases, rough = [one.biases[0] for one in others], [one.roughness for one in others]
     return (
         f"{odd.name} is unlike the others. It swings all the time, where they rise slowly and then swing freely. "
         f"Its logged torque is smooth: the filter takes {odd.roughness:.2g} N m from the shoulder's, and "
         f"{min(rough):.2g} to {max(rough):.2g} N m from that of the others; it may be a command and not a current. The "
-        f"mean error of its shoulder is {odd.biases[0]:+.2g} N m, and {min(biases):+.2g} to {max(biases):+.2g} N m in "
-        "the others, so that none of them can tell it."
+        f"mean error of its shoulder is {signed(odd.biases[0])} N m, and {signed(min(biases))} to "
+        f"{signed(max(biases))} N m in the others, so that none of them can tell it."
     )
 
 
 def method() -> str:
-    """What holds for both tables."""
+    """The method of both tables."""
     return (
         f"The logs are from {SOURCES['double_pendulum_dfki']} (BSD-3). Positions and torques go through one filter. "
         f"The torque may come up to {1000 * max(DELAYS):g} ms before the motion: each fit takes the delay of the "
@@ -162,8 +182,7 @@ def fold_table(every: Sequence[Fold]) -> wb.document.ReportTable:
 def number_table(every: Sequence[Fold]) -> wb.document.ReportTable:
     """The numbers of all folds."""
     rows: list[tuple[wb.document.Cell, ...]] = [
-        (name, *(f"{one.numbers[name][0]:.4g} +- {one.numbers[name][1]:.1g}" for one in every))
-        for name in every[0].numbers
+        (name, *(with_error(*one.numbers[name]) for one in every)) for name in every[0].numbers
     ]
     columns = (wb.document.TableColumn("number"), *(wb.document.TableColumn(f"without {one.name}") for one in every))
     notes = (

@@ -9,7 +9,7 @@ import numpy as np
 
 import workbench as wb
 from studies.c1_real_logs.logs import DRIVE, PULSES, log_path
-from studies.c1_real_logs.thin_summary import thinned
+from studies.c1_real_logs.thin_summary import thin_out
 
 GAIN, KP, KV = 35.15065188248547, 160.18, 243.45  # N/V, 1/s and V s/m, as the file states
 PUBLISHED = {"mass": 95.1089, "viscous": 203.5034, "coulomb": 20.3935, "offset": -3.1648}
@@ -103,8 +103,8 @@ def by_inverse_dynamics() -> Estimate:
     left = {name: float(part[0]) for name, part in fit.root_mean_squares.items()}
     share = float(fit.explained_shares["pulses"][0])
     misfit = (
-        f"What is left of the force is {left['motion']:.3g} N in the log of the fit and {left['pulses']:.3g} N in the "
-        f"log with pulses, which was held out and of which {100 * share:.3g} % is explained."
+        f"The error of the force is {left['motion']:.3g} N in the log of the fit and {left['pulses']:.3g} N in the log "
+        f"with pulses, which was held out and of which {100 * share:.3g} % is explained."
     )
     words = {"m.m": "mass", "m.viscous": "viscous", "m.coulomb": "coulomb", "m.offset": "offset"}
     errors = fit.standard_errors
@@ -127,7 +127,54 @@ def loop_log(file: str, name: str) -> wb.Dataset:
 
 
 def controller_errors() -> tuple[float, float]:
-    """What the published controller, on logged readings, misses of the logged command in V; and if it were not late."""
+    """The errors in V of the published controller, on logged readings, against the logged command, and if not late."""
+    one = read(DRIVE, "motion").experiments[0]
+    q, qg, vir = (np.asarray(one[name]) for name in ("qm", "qg", "vir"))
+    late, now = (q[2:-1] - q[:-3]) / (2 * PERIOD), (q[3:] - q[1:-2]) / (2 * PERIOD)  # of samples 2 to N - 2
+    errors = [KV * (KP * (qg - q)[2:-1] - speed) - vir[2:-1] for speed in (late, now)]
+    return float(np.sqrt(np.mean(errors[0] ** 2))), float(np.sqrt(np.mean(errors[1] ** 2)))
+
+
+def by_output_errors(has_free_delays: bool) -> Estimate:
+    """Output errors of position and force in the closed loop that the reference drives, on all samples of a file."""
+    log, system = loop_log(DRIVE, "motion"), wb.open_loop(PositionLoop())
+    first = log.experiments[0]
+    speed = float(first["q"][10] - first["q"][0]) / (10 * PERIOD)
+    start = {"q": float(first["q"][0]), "qd": speed, "both": 2 * speed, "push": 0.0}
+    free = ["M", "Fv", "Fc", "c", "slow", *(["late", "hold"] if has_free_delays else []), "qd(0)", "vir(0)"]
+    fit = wb.fit(system, log, free, hold="linear", start=start, hold_out=0.0)
+    words = {"M": "mass", "Fv": "viscous", "Fc": "coulomb", "c": "offset", "slow": "slow"}
+    words |= {"late": "late", "hold": "hold"} if has_free_delays else {}
+    values = {name.removesuffix("(0)"): value for name, value in fit.values.items()}
+    other, starts = loop_log(PULSES, "pulses"), {**start, **values}
+    del starts["push"]
+    again = wb.fit(system, other, ["qd(0)", "vir(0)"], hold="linear", start=starts, hold_out=0.0)
+    left, outside, errors = fit.root_mean_squares, again.root_mean_squares, fit.standard_errors
+    sizes = [f"{one['vir']:.2g} V and {1e6 * one['q']:.2g} \N{MICRO SIGN}m" for one in (left, outside)]
+    misfit = (
+        f"The errors of command and position are {sizes[0]}. On the log with pulses, which was held out but for two "
+        f"initial states, they are {sizes[1]}."
+    )
+    return Estimate(
+        {word: fit.values[name] for name, word in words.items()},
+        {word: errors[name] for name, word in words.items()},
+        misfit,
+    )
+
+
+def loop_log(file: str, name: str) -> wb.Dataset:
+    """Reference, position and force of a file; at a sample the held command is the mean of both of its values."""
+    one = read(file, name).experiments[0]
+    held = (one["vir"] + np.append(one["vir"][:1], one["vir"][:-1])) / 2
+    columns, units = {"q": one["qm"], "qg": one["qg"], "vir": held}, {"q": "m", "qg": "m", "vir": "V"}
+    if file == PULSES:
+        push = wb.Dataset.from_mat(log_path(file), ["pulses_N"], units={"pulses_N": "V"}, time="t").experiments[0]
+        columns, units = {**columns, "push": push["pulses_N"]}, {**units, "push": "V"}
+    return wb.Dataset.of(one.t, columns, units, name=name)
+
+
+def controller_errors() -> tuple[float, float]:
+    """The errors in V of the published controller, on logged readings, against the logged command, and if not late."""
     one = read(DRIVE, "motion").experiments[0]
     q, qg, vir = (np.asarray(one[name]) for name in ("qm", "qg", "vir"))
     late, now = (q[2:-1] - q[:-3]) / (2 * PERIOD), (q[3:] - q[1:-2]) / (2 * PERIOD)  # of samples 2 to N - 2
@@ -151,15 +198,15 @@ def by_output_errors(has_free_delays: bool) -> Estimate:
     again = wb.fit(system, other, ["qd(0)", "vir(0)"], hold="linear", start=starts, hold_out=0.0)
     left, outside, errors = fit.root_mean_squares, again.root_mean_squares, fit.standard_errors
     misfit = (
-        f"What is left of the command is {left['vir']:.2g} V, and of the position {1e6 * left['q']:.2g} um. On the log "
+        f"What is left of the command is {left['vir']:.2g} V, and of the position {1e6 * left['q']:.2g} \N{MICRO SIGN}m. On the log "
         f"with pulses, which was held out but for two initial states, it is {outside['vir']:.2g} V and "
-        f"{1e6 * outside['q']:.2g} um."
+        f"{1e6 * outside['q']:.2g} \N{MICRO SIGN}m."
     )
     return Estimate(
         {word: fit.values[name] for name, word in words.items()},
         {word: errors[name] for name, word in words.items()},
         misfit,
-        None if has_free_delays else thinned(fit, SHOWN),
+        None if has_free_delays else thin_out(fit, SHOWN),
         controller_errors(),
     )
 

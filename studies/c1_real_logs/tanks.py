@@ -9,7 +9,7 @@ import numpy as np
 
 import workbench as wb
 from studies.c1_real_logs.logs import TANKS, log_path
-from studies.c1_real_logs.thin_summary import thinned
+from studies.c1_real_logs.thin_summary import thin_out
 
 UNITS = {"u": "V", "h2": "V"}
 PERIOD, LIMIT = 4.0, 10.0  # s between samples, and V where the sensor ends
@@ -93,5 +93,5 @@ def tank_fit(what: str) -> TankFit:
         fit.root_mean_squares["h2"],
         float(np.sqrt(np.mean((model - measured) ** 2))),
         (counts[0], counts[1]),
-        thinned(fit, SHOWN),
+        thin_out(fit, SHOWN),
     )

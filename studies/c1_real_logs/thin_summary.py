@@ -7,7 +7,7 @@ from dataclasses import replace
 import workbench as wb
 
 
-def thinned(fit: wb.identification.Fit, every: int) -> wb.identification.FitSummary:
+def thin_out(fit: wb.identification.Fit, every: int) -> wb.identification.FitSummary:
     """A summary with one in `every` samples, which is enough for a picture.
 
     Another log was held out, so that no warning says that none was.

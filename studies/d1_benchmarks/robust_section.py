@@ -138,13 +138,13 @@ class Score:
     """The figures of a group that are reached, and all of them: of those that were read, and of those from memory."""
 
     read: Counts
-    remembered: Counts
+    from_memory: Counts
 
     @staticmethod
     def of(verdicts: Sequence[tuple[bool, bool]]) -> Score:
         """The score of verdicts, each a pair: the figure was read, and it is reached."""
-        read, remembered = ([reached for was_read, reached in verdicts if was_read == side] for side in (True, False))
-        return Score((sum(read), len(read)), (sum(remembered), len(remembered)))
+        read, from_memory = ([reached for was_read, reached in verdicts if was_read == side] for side in (True, False))
+        return Score((sum(read), len(read)), (sum(from_memory), len(from_memory)))
 
 
 def scores(results: wb.Results) -> tuple[Score, Score]:
@@ -169,7 +169,7 @@ def finding(results: wb.Results) -> wb.Finding:
     """The published figures that are met."""
     robust, static = scores(results)
     met, count = count_read(results)
-    remembered = robust.remembered[0] + static.remembered[0], robust.remembered[1] + static.remembered[1]
+    from_memory = robust.from_memory[0] + static.from_memory[0], robust.from_memory[1] + static.from_memory[1]
     quoted = list(dict.fromkeys(one.name for one in PUBLISHED if not one.was_read))
     quoted += [name for name, problem in COMPLEIB.items() if not problem["figure_was_read"]]
     variations = [
@@ -177,7 +177,7 @@ def finding(results: wb.Results) -> wb.Finding:
         for words, (good, total) in (
             ("only figures of robust design that were read", robust.read),
             ("only static controllers whose published figures were read", static.read),
-            ("only figures that are quoted from memory", remembered),
+            ("only figures that are quoted from memory", from_memory),
         )
     ]
     return wb.Finding(
@@ -193,8 +193,8 @@ def finding(results: wb.Results) -> wb.Finding:
         sample=f"{count} figures in published papers and programs; the five problems of COMPleib were chosen before "
         "tuning.",
         information="All numbers of each plant are printed in its source.",
-        assumptions=f"{STARTS} starts of each search. {remembered[1]} more figures are quoted from memory and not "
-        f"counted, of which {remembered[0]} agree: {', '.join(quoted)}.",
+        assumptions=f"{STARTS} starts of each search. {from_memory[1]} more figures are quoted from memory and not "
+        f"counted, of which {from_memory[0]} agree: {', '.join(quoted)}.",
         answer="all" if met == count else "some",
         variations=tuple(variations),
         limitations="Figures that are printed with more digits than their data support.",

@@ -8,7 +8,7 @@ import pytest
 
 import workbench as wb
 from studies.c1_real_logs import logs, nested_choice, pendulum, positioning
-from studies.c1_real_logs.thin_summary import thinned
+from studies.c1_real_logs.thin_summary import thin_out
 
 FOLDER = Path(os.environ.get("LOGS") or Path(__file__).parents[3] / "shared" / "data")
 needs_logs = pytest.mark.skipif(not FOLDER.is_dir(), reason="needs the measured logs beside the repository")
@@ -114,6 +114,14 @@ def test_the_published_controller_gives_the_logged_command_from_the_logged_readi
 
 
 @needs_logs
+def test_a_log_that_the_fit_has_seen_is_predicted_better_than_the_same_log_held_out():
+    file = logs.EXCITATIONS[1]
+    log = pendulum.read(logs.EXCITATIONS)
+    held_out = nested_choice.errors_in(log, [logs.name_of(file)], [nested_choice.USUAL])[0, 0]
+    assert (nested_choice.errors_on(logs.log_path(file), nested_choice.USUAL) < held_out).all()
+
+
+@needs_logs
 @pytest.mark.release  # half a minute of CPU: all 24,841 samples count, as the mass rests on the edges of the reference
 def test_output_errors_in_the_loop_give_the_published_numbers_to_one_per_cent():
     found = positioning.by_output_errors(has_free_delays=False)
@@ -126,6 +134,6 @@ def test_a_summary_holds_no_copy_of_the_log():
     v = 12.0 * np.sign(np.sin(5.0 * t) + 0.1)
     log = wb.Dataset.of(t, {"v": v, "omega": np.cumsum(v) / 400}, {"v": "V", "omega": "rad/s"})
     fit = wb.fit(wb.open_loop(wb.DCMotor()), log, ["J", "R"], hold_out=0.0)
-    summary = thinned(fit, 10)
+    summary = thin_out(fit, 10)
     assert len(summary.experiments[0].t) == 11
     assert not any("held out" in text for text in summary.warnings)

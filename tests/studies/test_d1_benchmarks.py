@@ -101,7 +101,7 @@ def test_a_requirement_is_kept_by_both_bounds_or_missed():
 
 def test_figures_that_are_quoted_from_memory_are_counted_apart():
     score = Score.of([(True, True), (True, False), (False, True)])
-    assert (score.read, score.remembered) == ((1, 2), (1, 1))
+    assert (score.read, score.from_memory) == ((1, 2), (1, 1))
 
 
 def test_the_structured_problems_were_chosen_with_a_source():
