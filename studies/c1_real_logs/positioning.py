@@ -159,53 +159,6 @@ def by_output_errors(has_free_delays: bool) -> Estimate:
         {word: fit.values[name] for name, word in words.items()},
         {word: errors[name] for name, word in words.items()},
         misfit,
-    )
-
-
-def loop_log(file: str, name: str) -> wb.Dataset:
-    """Reference, position and force of a file; at a sample the held command is the mean of both of its values."""
-    one = read(file, name).experiments[0]
-    held = (one["vir"] + np.append(one["vir"][:1], one["vir"][:-1])) / 2
-    columns, units = {"q": one["qm"], "qg": one["qg"], "vir": held}, {"q": "m", "qg": "m", "vir": "V"}
-    if file == PULSES:
-        push = wb.Dataset.from_mat(log_path(file), ["pulses_N"], units={"pulses_N": "V"}, time="t").experiments[0]
-        columns, units = {**columns, "push": push["pulses_N"]}, {**units, "push": "V"}
-    return wb.Dataset.of(one.t, columns, units, name=name)
-
-
-def controller_errors() -> tuple[float, float]:
-    """The errors in V of the published controller, on logged readings, against the logged command, and if not late."""
-    one = read(DRIVE, "motion").experiments[0]
-    q, qg, vir = (np.asarray(one[name]) for name in ("qm", "qg", "vir"))
-    late, now = (q[2:-1] - q[:-3]) / (2 * PERIOD), (q[3:] - q[1:-2]) / (2 * PERIOD)  # of samples 2 to N - 2
-    errors = [KV * (KP * (qg - q)[2:-1] - speed) - vir[2:-1] for speed in (late, now)]
-    return float(np.sqrt(np.mean(errors[0] ** 2))), float(np.sqrt(np.mean(errors[1] ** 2)))
-
-
-def by_output_errors(has_free_delays: bool) -> Estimate:
-    """Output errors of position and force in the closed loop that the reference drives, on all samples of a file."""
-    log, system = loop_log(DRIVE, "motion"), wb.open_loop(PositionLoop())
-    first = log.experiments[0]
-    speed = float(first["q"][10] - first["q"][0]) / (10 * PERIOD)
-    start = {"q": float(first["q"][0]), "qd": speed, "both": 2 * speed, "push": 0.0}
-    free = ["M", "Fv", "Fc", "c", "slow", *(["late", "hold"] if has_free_delays else []), "qd(0)", "vir(0)"]
-    fit = wb.fit(system, log, free, hold="linear", start=start, hold_out=0.0)
-    words = {"M": "mass", "Fv": "viscous", "Fc": "coulomb", "c": "offset", "slow": "slow"}
-    words |= {"late": "late", "hold": "hold"} if has_free_delays else {}
-    values = {name.removesuffix("(0)"): value for name, value in fit.values.items()}
-    other, starts = loop_log(PULSES, "pulses"), {**start, **values}
-    del starts["push"]
-    again = wb.fit(system, other, ["qd(0)", "vir(0)"], hold="linear", start=starts, hold_out=0.0)
-    left, outside, errors = fit.root_mean_squares, again.root_mean_squares, fit.standard_errors
-    misfit = (
-        f"What is left of the command is {left['vir']:.2g} V, and of the position {1e6 * left['q']:.2g} \N{MICRO SIGN}m. On the log "
-        f"with pulses, which was held out but for two initial states, it is {outside['vir']:.2g} V and "
-        f"{1e6 * outside['q']:.2g} \N{MICRO SIGN}m."
-    )
-    return Estimate(
-        {word: fit.values[name] for name, word in words.items()},
-        {word: errors[name] for name, word in words.items()},
-        misfit,
         None if has_free_delays else thin_out(fit, SHOWN),
         controller_errors(),
     )
