@@ -51,7 +51,7 @@ def with_error(value: float, error: float) -> str:
     return f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {error:.{digits}f}".replace("-", "\N{MINUS SIGN}")
 
 
-def signed(value: float) -> str:
+def with_sign(value: float) -> str:
     """A number with its sign, in two digits."""
     return f"{value:+.2g}".replace("-", "\N{MINUS SIGN}")
 
@@ -116,8 +116,8 @@ def regime(every: Sequence[Fold]) -> str:
         f"{odd.name} is unlike the others. It swings all the time, where they rise slowly and then swing freely. "
         f"Its logged torque is smooth: the filter takes {odd.roughness:.2g} N m from the shoulder's, and "
         f"{min(rough):.2g} to {max(rough):.2g} N m from that of the others; it may be a command and not a current. The "
-        f"mean error of its shoulder is {signed(odd.biases[0])} N m, and {signed(min(biases))} to "
-        f"{signed(max(biases))} N m in the others, so that none of them can tell it."
+        f"mean error of its shoulder is {with_sign(odd.biases[0])} N m, and {with_sign(min(biases))} to "
+        f"{with_sign(max(biases))} N m in the others, so that none of them can tell it."
     )
 
 
