@@ -26,7 +26,7 @@ LEAST = 1e-10  # of the largest singular value: what is below is rounding
 
 @dataclass(frozen=True)
 class Variant:
-    """What a model holds beside rigid bodies, a drive at the elbow, and viscous and Coulomb friction."""
+    """The parts of a model beside rigid bodies, a drive at the elbow, and viscous and Coulomb friction."""
 
     cutoff: float  # Hz
     smoothing: float  # rad/s, of the sign in the Coulomb friction
@@ -56,7 +56,7 @@ class Variant:
 
     @property
     def equations(self) -> tuple[float, float, float]:
-        """What variants with the same equations share."""
+        """The numbers that variants with the same equations share."""
         return self.cutoff, self.smoothing, self.least_speed
 
 
