@@ -15,7 +15,18 @@ POSITIONS, TORQUES = ("pos1", "pos2"), ("tau1", "tau2")
 UNITS = {"pos1": "rad", "pos2": "rad", "tau1": "N m", "tau2": "N m"}
 MEASURED = {"pos_meas1": "pos1", "pos_meas2": "pos2", "tau_meas1": "tau1", "tau_meas2": "tau2"}
 TERMS = wb.arms.log_regression.JointTerms(smoothing=0.02, least_speed=0.05)
+SHOWN = 400  # samples of a log in a picture
 STEEP = 100.0  # s/rad, of the arctangent in the friction of the published models, quoted from memory
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Torques over time on a log that was held out, thinned: t (M,) in s, the others (M, 2) in N m."""
+
+    t: wb.Array
+    measured: wb.Array
+    ours: wb.Array
+    published: wb.Array  # of model 2.0
 
 
 @dataclass(frozen=True)
@@ -31,6 +42,7 @@ class Fold:
     roughness: float  # what the filter takes from the shoulder's torque, root mean square in N m
     published_errors: tuple[tuple[float, float], ...]  # in the order of MODELS
     numbers: dict[str, tuple[float, float]]  # estimates with their standard errors
+    trace: Trace
 
     def beaten(self, joint: int) -> int:
         """The number of published models whose error of a joint is larger."""
@@ -102,7 +114,17 @@ def fold(held_out: str) -> Fold:
     errors_of = fit.standard_errors
     numbers = {key: (value, errors_of[key]) for key, value in fit.values.items()}
     pair, means = (float(ours[0]), float(ours[1])), (float(biases[0]), float(biases[1]))
-    return Fold(name, delay, fit.condition, fit.bodies.distance, pair, means, roughness, tuple(published), numbers)
+    trace = trace_of(fit, motions[0])
+    return Fold(
+        name, delay, fit.condition, fit.bodies.distance, pair, means, roughness, tuple(published), numbers, trace
+    )
+
+
+def trace_of(fit: wb.arms.log_regression.InverseDynamicsFit, motion: wb.arms.log_regression.PreparedMotion) -> Trace:
+    """The torques of a motion where the filter has settled, thinned to some SHOWN samples."""
+    rows = np.flatnonzero(motion.weighs)
+    rows = rows[:: max(1, len(rows) // SHOWN)]
+    return Trace(motion.t[rows], motion.tau[rows], fit.torque(motion)[rows], published_torque("2.0", motion)[rows])
 
 
 def refusal_of(file: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -93,7 +94,13 @@ def pendulum_section(results: wb.Results) -> wb.Section:
         for file, text in zip(POOR_LOGS, results.work("poor"), strict=True)
     ]
     nested = (wb.Paragraph(misfit), nested_table(choices, every), wb.Paragraph(chosen), wb.Paragraph(sixth))
-    one = (wb.Paragraph(usual), fold_table(every), wb.Paragraph(regime(every)), number_table(every))
+    one = (
+        wb.Paragraph(usual),
+        fold_table(every),
+        wb.Paragraph(regime(every)),
+        torque_figure(every),
+        number_table(every),
+    )
     return wb.Section("The double pendulum", (*nested, *one, wb.Paragraph(method()), *refusals))
 
 
@@ -119,6 +126,20 @@ def regime(every: Sequence[Fold]) -> str:
         f"mean error of its shoulder is {with_sign(odd.biases[0])} N m, and {with_sign(min(biases))} to "
         f"{with_sign(max(biases))} N m in the others, so that none of them can tell it."
     )
+
+
+def torque_figure(every: Sequence[Fold]) -> wb.document.Figure:
+    """Both torques over time on the first two excitations, each held out."""
+    panels = []
+    for one, (joint, word) in itertools.product(every[:2], enumerate(JOINTS)):
+        series = (
+            wb.document.Series("measured", one.trace.t, one.trace.measured[:, joint], "reference"),
+            wb.document.Series("ours", one.trace.t, one.trace.ours[:, joint], 0),
+            wb.document.Series("model 2.0", one.trace.t, one.trace.published[:, joint], 1),
+        )
+        panels.append(wb.document.Panel("torque [N m]", series, title=f"{one.name}, {word}"))
+    caption = "Torques over time on two excitations that the fit did not see, in one of some samples."
+    return wb.document.Figure("pendulum_torques", caption, tuple(panels), columns=2)
 
 
 def method() -> str:
