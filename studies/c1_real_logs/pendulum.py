@@ -24,9 +24,9 @@ class Trace:
     """Torques over time on a log that was held out, thinned: t (M,) in s, the others (M, 2) in N m."""
 
     t: wb.Array
-    measured: wb.Array
+    samples: wb.Array
     ours: wb.Array
-    published: wb.Array  # of model 2.0
+    rival: wb.Array  # of model 2.0
 
 
 @dataclass(frozen=True)

@@ -133,9 +133,9 @@ def torque_figure(every: Sequence[Fold]) -> wb.document.Figure:
     panels = []
     for one, (joint, word) in itertools.product(every[:2], enumerate(JOINTS)):
         series = (
-            wb.document.Series("measured", one.trace.t, one.trace.measured[:, joint], "reference"),
+            wb.document.Series("measured", one.trace.t, one.trace.samples[:, joint], "reference"),
             wb.document.Series("ours", one.trace.t, one.trace.ours[:, joint], 0),
-            wb.document.Series("model 2.0", one.trace.t, one.trace.published[:, joint], 1),
+            wb.document.Series("model 2.0", one.trace.t, one.trace.rival[:, joint], 1),
         )
         panels.append(wb.document.Panel("torque [N m]", series, title=f"{one.name}, {word}"))
     caption = "Torques over time on two excitations that the fit did not see, in one of some samples."
