@@ -48,6 +48,8 @@ def test_parts_of_another_fit_are_refused(fit):
         FitSummary.of(fit, profiles=[other.profile("R")])
     with pytest.raises(ValueError, match="drawn from this fit"):
         FitSummary.of(fit, bootstrap=other.bootstrap(40))
+    with pytest.raises(ValueError, match="at least 39 draws"):
+        FitSummary.of(fit, bootstrap=fit.bootstrap(10))
     single = wb.fit(MOTOR, motor_log(), ["K"])
     with pytest.raises(LookupError, match="numbers of this fit"):
         FitSummary.of(single, profiles=[fit.profile("R")])

@@ -55,7 +55,7 @@ class OutputModel:
 
     def values(self, z: Array, experiment: int) -> Array:
         """The outputs (B, N, ny) at the samples of an experiment, for numbers z (B, nz)."""
-        drive = self._drive(experiment, z)
+        drive = self.drive(experiment, z)
         step = plain_step(self.ode, drive.record)
         x = run_along(step, self._parameters(z), self._initial(z, experiment))[:, drive.samples]
         y = np.stack([self._outputs(drive, one, p) for one, p in zip(x, self._parameters(z), strict=True)])
@@ -64,7 +64,7 @@ class OutputModel:
     def derivatives(self, z: Array, experiment: int) -> tuple[Array, Array]:
         """The outputs (N, ny) at the samples of an experiment, and their derivatives (N, ny, nz), for z (nz,)."""
         own = self._directions(experiment)
-        drive = self._drive(experiment, z[np.newaxis])
+        drive = self.drive(experiment, z[np.newaxis])
         p, x0 = self._parameters(z[np.newaxis])[0], self._initial(z[np.newaxis], experiment)[0]
         inner, dy = self._inner(drive, experiment, own, p, x0)
         y = self._sensed(inner[np.newaxis], z[np.newaxis])[0]
@@ -112,7 +112,7 @@ class OutputModel:
         slopes = [self._changes(drive, states[:, : 2 * nx], p, dq, dv) for states, dq, dv in each]
         return y, np.stack(slopes, axis=2)
 
-    def _drive(self, experiment: int, z: Array) -> InputRecord:
+    def drive(self, experiment: int, z: Array) -> InputRecord:
         """The inputs of an experiment in substeps, with the delays of the first row of z."""
         delays = {self.numbers[i].label: float(z[0, i]) for i in self.places["delay"]}
         return input_record(

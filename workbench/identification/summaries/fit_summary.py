@@ -17,6 +17,7 @@ from workbench.identification.estimation.profile_likelihood import ProfileLikeli
 from workbench.identification.estimation.residual_tests import ResidualTest
 from workbench.identification.experiments import ExperimentDesign
 from workbench.identification.summaries.summary_parts import (
+    LEVEL,
     ExperimentSummary,
     NumberSummary,
     PlanSummary,
@@ -99,7 +100,8 @@ class FitSummary:
         Raises
         ------
         ValueError
-            If a profile or the draws belong to another fit, or the plan has none of the numbers.
+            If a profile or the draws belong to another fit, the draws are too few for intervals of 95 %, or the plan
+            has none of the numbers.
 
         Examples
         --------
@@ -157,6 +159,8 @@ def _check_parts(
         bootstrap.names != fit.names or not np.allclose(bootstrap.theta, fit.theta, rtol=SAME)
     ):
         raise ValueError("`FitSummary.of(bootstrap=...)` must be drawn from this fit; its estimates are others.")
+    if bootstrap is not None:
+        bootstrap.intervals(LEVEL)  # refuses too few draws
     if plan is not None and not {*plan.names} & {*fit.names}:
         raise ValueError(
             f"`FitSummary.of(plan=...)` must be a design for numbers of this fit, {', '.join(fit.names)}; it is for "

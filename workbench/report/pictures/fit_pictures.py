@@ -21,7 +21,9 @@ MODELLED, MEASURED = 0, 1  # styles
 WIDEST = 12  # numbers in a picture of correlations
 CLOSE = 0.95  # correlation beyond which an experiment hardly tells two numbers apart
 MOST_PANELS = 12  # of a figure: a page has no room for more
+FEW = 600  # samples of which each is drawn
 MANY = 120  # samples that are drawn as dots
+FAR = 2.0  # ranges of a curve, beyond which a page does not move it
 RIM = 0.06  # of the range of an axis, beyond its numbers
 NO_UNIT = ("", "1", "?")
 
@@ -43,10 +45,9 @@ def outputs_figure(fit: FitSummary, name: str) -> Figure:
         used = one.weighs[:, j] | one.held_out[:, j]
         samples = Series("sample", one.t[used], one.samples[used, j], MEASURED, _look(used))
         model = Series("model", one.t, one.outputs[:, j], MODELLED)
-        limits = _limits(one.samples[used, j], one.outputs[:, j])
         label = with_unit(sensor.name, sensor.unit)
-        shade = _shade(one, j, limits)
-        return Panel(label, (model, samples, *shade), xlim=_span(one.t), ylim=limits, title=title)
+        shade = _shade(one, j, _limits(one.samples[used, j], one.outputs[:, j], rim=FAR))
+        return Panel(label, (model, samples, *shade), xlim=_span(one.t), title=title)  # whose ordinate may grow
 
     return _over_time(fit, name, about, panel)
 
@@ -127,17 +128,32 @@ KINDS: dict[str, Callable[[FitSummary, str], Figure]] = {
 def _over_time(
     fit: FitSummary, name: str, about: str, panel: Callable[[ExperimentSummary, int, SensorSummary, str], Panel]
 ) -> Figure:
-    """A panel for each sensor of each experiment; if they are too many, for those with the largest residuals."""
-    pairs = [(one, j) for one in fit.experiments for j in range(len(fit.sensors)) if one.weighs[:, j].any()]
-    if len(pairs) > MOST_PANELS:
-        about += f" The {MOST_PANELS} of {len(pairs)} records with the largest residuals are drawn."
-        sizes = [float(np.std((one.outputs - one.samples)[one.weighs[:, j], j])) for one, j in pairs]
-        sizes = [size / fit.sensors[j].noise for size, (_, j) in zip(sizes, pairs, strict=True)]
-        largest = sorted(np.argsort(sizes)[-MOST_PANELS:].tolist())
-        pairs = [pairs[i] for i in largest]
-    several = len(fit.experiments) > 1
-    panels = tuple(panel(one, j, fit.sensors[j], one.name if several else "") for one, j in pairs)
+    """A panel for each record that is drawn."""
+    pairs, total = drawn_records(fit), len(_records(fit))
+    if len(pairs) < total:
+        about += f" The {len(pairs)} of {total} records with the largest residuals are drawn."
+    if max(len(one.t) for one in fit.experiments) > FEW:
+        about += " Of very many samples some are drawn."
+    several, experiments = len(fit.experiments) > 1, fit.experiments
+    panels = tuple(panel(experiments[e], j, fit.sensors[j], experiments[e].name if several else "") for e, j in pairs)
     return Figure(name, about, panels, columns=2 if len(panels) > 1 else 1)
+
+
+def drawn_records(fit: FitSummary) -> list[tuple[int, int]]:
+    """The experiment and the sensor of each panel over time: all, or if they are too many the worst."""
+    pairs = _records(fit)
+    if len(pairs) <= MOST_PANELS:
+        return pairs
+    sizes = []
+    for e, j in pairs:
+        one = fit.experiments[e]
+        sizes.append(float(np.std((one.outputs - one.samples)[one.weighs[:, j], j])) / fit.sensors[j].noise)
+    return [pairs[i] for i in sorted(np.argsort(sizes)[-MOST_PANELS:].tolist())]
+
+
+def _records(fit: FitSummary) -> list[tuple[int, int]]:
+    every = range(len(fit.sensors))
+    return [(e, j) for e, one in enumerate(fit.experiments) for j in every if one.weighs[:, j].any()]
 
 
 def _look(used: Marks) -> Literal["marks", "dots"]:
@@ -148,13 +164,13 @@ def _span(t: Array) -> tuple[float, float]:
     return float(t[0]), float(t[-1])
 
 
-def _limits(*columns: Array) -> tuple[float, float]:
-    """The limits of an axis around all finite numbers of some columns."""
+def _limits(*columns: Array, rim: float = RIM) -> tuple[float, float]:
+    """The limits of an axis around all finite numbers of some columns, and a rim, as a share of their range."""
     numbers = np.concatenate(columns)
     numbers = numbers[np.isfinite(numbers)]
     low, high = (float(numbers.min()), float(numbers.max())) if numbers.size else (0.0, 1.0)
-    rim = RIM * (high - low) or max(abs(low), 1.0) * RIM
-    return low - rim, high + rim
+    beyond = rim * (high - low) or max(abs(low), 1.0) * rim
+    return low - beyond, high + beyond
 
 
 def _shade(one: ExperimentSummary, j: int, limits: tuple[float, float]) -> tuple[Area, ...]:

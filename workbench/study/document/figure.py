@@ -60,8 +60,8 @@ class Series(AbstractCurve):
     wanted), 'bound' (what is promised) and 'aid' (what helps to read) stand apart from all laws. `look` draws it as a
     line, as steps that hold each value until the next, as marks alone, or as dots, where marks are many. Series with
     the same label and style share one line of the legend; the label '' is left out of it. At most 600 points of a
-    series are drawn, its extremes among them. `sources` are the results that abscissa and ordinate show, as `curve`
-    gives them; numbers of another origin have none.
+    series are drawn, the extremes of each stretch among them; of dots those that show how they scatter. `sources` are
+    the results that abscissa and ordinate show, as `curve` gives them; numbers of another origin have none.
     """
 
     CURVES = ("x", "y")
