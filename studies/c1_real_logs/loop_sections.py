@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import workbench as wb
 from studies.c1_real_logs.logs import SOURCES
-from studies.c1_real_logs.pendulum_section import number_column, with_error, with_sign
+from studies.c1_real_logs.pendulum_section import number_column
 from studies.c1_real_logs.positioning import CUTOFF, PUBLISHED, UNITS, WAYS, Estimate
 from studies.c1_real_logs.tanks import TankFit
 
@@ -53,9 +53,10 @@ def positioning_table(every: Sequence[Estimate]) -> wb.document.ReportTable:
     """The numbers of the carriage beside the published ones."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for word, published in PUBLISHED.items():
-        cells = [with_error(one.values[word], one.standard_errors[word]) for one in every]
-        near = [f"{with_sign(round(100 * (one.values[word] / published - 1), 2) or 0.0)} %" for one in every]
-        rows.append((f"{word} [{UNITS[word]}]", published, *(f"{a} ({b})" for a, b in zip(cells, near, strict=True))))
+        cells = [f"{one.values[word]:.5g} \N{PLUS-MINUS SIGN} {one.standard_errors[word]:.1g}" for one in every]
+        near = [f"{round(100 * (one.values[word] / published - 1), 2) + 0.0:+.2f} %" for one in every]
+        texts = [f"{a} ({b})".replace("-", "\N{MINUS SIGN}") for a, b in zip(cells, near, strict=True)]
+        rows.append((f"{word} [{UNITS[word]}]", published, *texts))
     columns = (
         wb.document.TableColumn("number"),
         number_column("published", digits=6),
