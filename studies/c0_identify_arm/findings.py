@@ -1,0 +1,305 @@
+"""The findings of c0: what the logs tell, how biased other estimates are, and what a model is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+import workbench as wb
+from studies.c0_identify_arm.answers import FEW, REPEATED
+from studies.c0_identify_arm.arm import BASE, FREE, ODD, SPAN, TRUTH, WORDS
+from studies.c0_identify_arm.estimates import CUTOFFS
+from studies.c0_identify_arm.judgement import (
+    METRICS,
+    MISLED,
+    SMALL,
+    Change,
+    Evidence,
+    change,
+    of_base_numbers,
+    of_output_errors,
+    of_regressions,
+    verdict,
+    words_of,
+)
+from studies.c0_identify_arm.requirements import ARMS, SPECIFICATION, CheckedGains
+from studies.c0_identify_arm.worth import DRAWS, LAWS, MODELS, MOTIONS, PUSHES, SETTLED, Trial
+
+ENCODER = "Readings of encoders of 12 bits with noise of half a step, and the torques that the computer commands."
+SIMULATED = "The arm is simulated by the equations that are fitted: no flexible joints, no other friction."
+
+
+def findings(evidence: Evidence) -> tuple[wb.Finding, ...]:
+    """All findings."""
+    return (told(evidence), excitation(evidence), bias(evidence), cost(evidence), specification(evidence))
+
+
+def answer(evidence: Evidence) -> str:
+    """The answer of the page in at most forty words."""
+    share = largest_share(evidence)
+    costs = nominal_costs(evidence)
+    worst = max(costs, key=lambda law: costs[law].value)
+    return (
+        f"{SPAN:g} s under AOSMC-RGS tell all {len(FREE)} numbers to {100 * share:.1g} % or better; a designed "
+        f"excitation tells them {mean_ratio(evidence):.2g} times as well. Not knowing the arm costs {worst} "
+        f"{100 * costs[worst].value:.0f} % more error; either log recovers it."
+    )
+
+
+# What the logs tell
+
+
+def largest_share(evidence: Evidence) -> float:
+    """The largest standard error of the first log, in parts of the true number."""
+    return float((evidence.law.fit.errors / np.abs(TRUTH)).max())
+
+
+def told(evidence: Evidence) -> wb.Finding:
+    """The numbers that the log under the law tells."""
+    base = evidence.law_repeats[BASE.name]
+    held = of_output_errors(base)
+    misled = [case for case in ODD if verdict(evidence.law_repeats[case.name], case.true_values) == MISLED]
+    warned = [case for case in misled if evidence.law_repeats[case.name].warned.all()]
+    variations = [
+        wb.Variation(
+            f"{log}: {case.words}",
+            verdict(repeats[case.name], case.true_values),
+            words_of(repeats[case.name], case.true_values),
+        )
+        for log, repeats in (("law's log", evidence.law_repeats), ("designed log", evidence.designed_repeats))
+        for case in (BASE, *ODD)
+        if not (case is BASE and repeats is evidence.law_repeats)
+    ]
+    return wb.Finding(
+        name="told_by_the_law",
+        statement=f"A log of {SPAN:g} s under AOSMC-RGS tells all {len(FREE)} numbers of the arm; the largest standard "
+        f"error is {100 * largest_share(evidence):.1g} % of its number.",
+        evidence=f"In {held.count} logs, {100 * held.coverage.min():.0f} to {100 * held.coverage.max():.0f} % of the "
+        f"95 % intervals hold the true number. Of {len(misled)} conditions that mislead the fit, {len(warned)} "
+        "warn in each log. With gravity unknown, the scale of lengths and masses is told by no log.",
+        statistic="The squared distance of the estimates from the truth, in their own covariance, summed over logs; a "
+        "sum beyond chance at 99.9 % misleads. Not all is told if a standard error is above half of its number.",
+        sample=f"{REPEATED} logs with new noise, and {FEW} under each other condition.",
+        information=ENCODER,
+        assumptions=f"Gravity, the smoothing speed of Coulomb friction and the noise are known. {SIMULATED}",
+        fitted_numbers="Two masses, two lengths, two viscous and two Coulomb frictions.",
+        answer=verdict(base, TRUTH),
+        variations=tuple(variations),
+        limitations="Real friction, drives whose torque is not the command, and elastic joints.",
+    )
+
+
+# The designed excitation
+
+
+def error_ratios(evidence: Evidence) -> wb.Array:
+    """The standard errors of the law's log over those of the designed log, number by number."""
+    return np.asarray(evidence.law.fit.errors / evidence.designed.fit.errors)
+
+
+def mean_ratio(evidence: Evidence) -> float:
+    """Their geometric mean."""
+    return float(np.exp(np.log(error_ratios(evidence)).mean()))
+
+
+def shorter(ratio: float) -> str:
+    """The log with the smaller errors."""
+    return "the designed log" if ratio > 1 + SMALL else "the law's log" if ratio < 1 - SMALL else "neither"
+
+
+def excitation(evidence: Evidence) -> wb.Finding:
+    """The worth of an optimal excitation beside the log under the law."""
+    ratios, plan = error_ratios(evidence), evidence.designed.plan
+    spreads = (
+        of_output_errors(evidence.law_repeats[BASE.name]).spread
+        / of_output_errors(evidence.designed_repeats[BASE.name]).spread
+    )
+    blind = evidence.law.fit.errors / evidence.blind.fit.errors
+    promised = evidence.designed.fit.errors / np.array(plan.errors)
+    means = {
+        "by the spread of the estimates of repeated logs": spreads,
+        "the excitation is designed for the arm of the paper, before any log": blind,
+    }
+    variations = [
+        *(wb.Variation(f"{WORDS[name]} alone", shorter(r), f"{r:.2g}") for name, r in zip(FREE, ratios, strict=True)),
+        *(
+            wb.Variation(words, shorter(m), f"{m:.2g}")
+            for words, m in ((w, float(np.exp(np.log(r).mean()))) for w, r in means.items())
+        ),
+    ]
+    plain = ", ".join(f"{ratio:.2g} for {kind}" for kind, ratio in plan.plain)
+    return wb.Finding(
+        name="designed_excitation",
+        statement=f"A designed excitation of the same length has standard errors that are smaller by a factor of "
+        f"{mean_ratio(evidence):.2g} in the geometric mean, from {ratios.min():.2g} to {ratios.max():.2g}.",
+        evidence=f"The errors that the design promises are reached to a factor of {promised.min():.2f} to "
+        f"{promised.max():.2f}. Beside plain excitations within the same limits its mean error is smaller by {plain}.",
+        statistic="The ratio of standard errors, number by number, and its geometric mean.",
+        sample=f"One log of each kind; the spread in the variation is that of {REPEATED} logs of each.",
+        information=ENCODER,
+        assumptions="The limits of position, velocity and torque of the design. The law's log keeps those of position "
+        "and velocity; its drives may give more torque.",
+        fitted_numbers="The harmonics of both torques, for the arm that the law's log gave.",
+        answer=shorter(mean_ratio(evidence)),
+        variations=tuple(variations),
+        limitations="Other limits, other lengths, and a law with less chattering, which excites less.",
+    )
+
+
+# Bias
+
+
+def unbiased(evidence: Evidence, log: str) -> str:
+    """The estimators without significant bias on a log."""
+    repeats = evidence.law_repeats if log == "law" else evidence.designed_repeats
+    fits = {"output errors": of_base_numbers(repeats[BASE.name])}
+    fits |= {f"regression at {c:g} Hz": of_regressions(evidence.regressions[log, c]) for c in CUTOFFS}
+    return wb.document.join_names([words for words, one in fits.items() if one.is_unbiased]) or "none"
+
+
+def worst_bias(evidence: Evidence, log: str, cutoff: float) -> float:
+    """The largest relative bias of the inertias and moments of a regression."""
+    return float(np.abs(of_regressions(evidence.regressions[log, cutoff]).bias[:4]).max())
+
+
+def bias(evidence: Evidence) -> wb.Finding:
+    """The bias of the regression of torques in the closed loop, beside output errors."""
+    by_log = {
+        log: ", ".join(f"{100 * worst_bias(evidence, log, c):.2g} % at {c:g} Hz" for c in CUTOFFS)
+        for log in ("law", "designed")
+    }
+    least = {c: of_regressions(evidence.regressions["law", c]).coverage.min() for c in CUTOFFS}
+    return wb.Finding(
+        name="bias_in_the_loop",
+        statement="On the law's log, output errors have no significant bias. A regression of the torques shrinks "
+        f"inertias and moments by up to {by_log['law']}, the cutoff of its filter.",
+        evidence=f"On the designed log, which no reading changes, the same figures are {by_log['designed']}. "
+        "In the law's log, the least share of intervals of a number that hold the truth is "
+        + ", ".join(f"{100 * share:.0f} % at {c:g} Hz" for c, share in least.items())
+        + ".",
+        statistic="The mean of the estimates less the truth; significant beyond 3.3 standard errors of the mean.",
+        sample=f"{REPEATED} logs of each kind, the same for all estimators.",
+        information=ENCODER,
+        assumptions="The regression knows the smoothing speed of Coulomb friction, and that a torque is held for a "
+        f"period. {SIMULATED}",
+        fitted_numbers="Base parameters and frictions.",
+        answer=unbiased(evidence, "law"),
+        variations=(wb.Variation("on the designed log", unbiased(evidence, "designed"), by_log["designed"]),),
+        limitations="Finer encoders and measured velocities, with which a regression does better.",
+    )
+
+
+# The worth of a model
+
+
+def nominal_costs(evidence: Evidence) -> dict[str, Change]:
+    """By law, the change of the settled error by the paper's model in the place of the true one."""
+    return {law: change(evidence, Trial(law, "nominal"), Trial(law, "true"), SETTLED) for law in LAWS}
+
+
+def losers(changes: dict[str, Change]) -> str:
+    """The laws that lose."""
+    return wb.document.join_names([law for law, one in changes.items() if one.word == "higher"]) or "none"
+
+
+def cost_variations(evidence: Evidence) -> Iterator[wb.Variation]:
+    """The laws that lose by each model, in each motion, with each disturbance, by each metric."""
+    for model in MODELS[:-1]:
+        for motion in MOTIONS:
+            for push in PUSHES:
+                for metric, words in METRICS.items():
+                    if (model, motion, push, metric) == ("nominal", "paper", "", SETTLED):
+                        continue
+                    changes = {
+                        law: change(evidence, Trial(law, model, motion, push), Trial(law, "true", motion, push), metric)
+                        for law in LAWS
+                    }
+                    told_by = f"{model} model, {motion} motion{', disturbed' if push else ''}, {words}"
+                    figures = ", ".join(f"{law} {one.percent}" for law, one in changes.items())
+                    question = "" if model == "nominal" else "Which laws lose by the model of a log?"
+                    yield wb.Variation(told_by, losers(changes), figures, question)
+
+
+def cost(evidence: Evidence) -> wb.Finding:
+    """The cost of not having known the arm."""
+    changes = nominal_costs(evidence)
+    rest = {
+        law: max(
+            abs(change(evidence, Trial(law, model), Trial(law, "true"), SETTLED).value)
+            for model in ("law's log", "designed log")
+        )
+        for law in LAWS
+    }
+    figures = ", ".join(f"{law} {one.percent}" for law, one in changes.items())
+    efforts = {law: change(evidence, Trial(law, "nominal"), Trial(law, "true"), "effort") for law in LAWS}
+    return wb.Finding(
+        name="cost_of_not_knowing",
+        statement=f"With the paper's model in the place of the true one, the settled error changes: {figures}.",
+        evidence=f"With the model of either log it changes by at most {100 * max(rest.values()):.1g} %. The root mean "
+        f"square of the torque changes with the paper's model: "
+        + ", ".join(f"{law} {one.percent}" for law, one in efforts.items())
+        + ".",
+        statistic="The relative difference of the mean error of both joints from 2 s on, with its 95 % interval. A law "
+        f"loses if the whole interval is above {100 * SMALL:g} %.",
+        sample=f"{DRAWS} draws of the start and the noise, the same for all models.",
+        information="All laws read positions alone. AOSMC-RGS estimates the disturbance, and friction with it; the "
+        "others have an observer of the state alone, and compensate the modelled friction.",
+        assumptions="The gains of AOSMC-RGS are those of a1; the errors that count alike in the LQR, and 8 rad/s and a "
+        "damping of 1 for the computed torque; the motions.",
+        fitted_numbers="The model of each log; the gain of the LQR follows from it.",
+        answer=losers(changes),
+        variations=tuple(cost_variations(evidence)),
+        limitations="Laws tuned for each model; larger differences between the paper's arm and the true one.",
+    )
+
+
+# The specification
+
+
+def all_checks(evidence: Evidence) -> tuple[CheckedGains, ...]:
+    """All gains that were checked, on all arms."""
+    return (*evidence.law.checks, *evidence.designed.checks)
+
+
+def held_words(one: CheckedGains) -> str:
+    """Whether gains hold all limits on all arms."""
+    return "holds" if one.holds.all() else "fails"
+
+
+def failed_limits(one: CheckedGains) -> str:
+    """The limits that gains fail on some arm, in words."""
+    names = [
+        limit.words for limit, share in zip(SPECIFICATION.limits, one.holds.mean(axis=0), strict=True) if share < 1
+    ]
+    return wb.document.join_names(names) or "no limit fails"
+
+
+def specification(evidence: Evidence) -> wb.Finding:
+    """The limits on the linear loop, on the arms that the logs allow."""
+    nominal, own, *_ = evidence.law.checks
+    rest = [one for one in all_checks(evidence) if one is not own]
+    return wb.Finding(
+        name="specification",
+        statement=f"LQR gains for the paper's arm fail on every arm that the law's log allows: {failed_limits(nominal)}. "
+        "Gains for the log hold all limits on all these arms."
+        if not nominal.holds.all(axis=1).any() and own.holds.all()
+        else f"On the arms that the law's log allows, gains for the paper's arm: {failed_limits(nominal)}; gains for the "
+        f"log: {failed_limits(own)}.",
+        evidence=f"On the true arm, gains for the law's log: {failed_limits(evidence.law.checks[2])}. A search in the "
+        "box of all intervals at 99.9 % refutes no limit of theirs."
+        if "refuted" not in own.in_box
+        else "A search in the box of all intervals at 99.9 % refutes a limit of theirs, too.",
+        statistic="Each limit at each arm, from figures with proved bounds; all must hold.",
+        sample=f"{ARMS} arms drawn by the factors of the fit, corners and a search in the box of intervals.",
+        information="Positions; the loop is linear about the pose in which the arm hangs.",
+        assumptions="The limits were chosen with these figures in view, among round numbers. The arm slides: Coulomb "
+        "friction does not damp it.",
+        fitted_numbers="The gain of the LQR, from the model.",
+        answer=held_words(own),
+        variations=tuple(
+            wb.Variation(f"gains for {one.gains}, arms of {one.arms}", held_words(one), failed_limits(one))
+            for one in rest
+        ),
+        limitations="Other poses, and friction at rest.",
+    )

@@ -1,0 +1,62 @@
+"""The paper's arm with friction, identified from logs of its own: what do they tell, and what is it worth?
+
+Runs in about three minutes on two idle cores.
+"""
+
+from __future__ import annotations
+
+import workbench as wb
+from studies.c0_identify_arm.answers import FEW, REPEATED, Basis, batches, designed_log, law_log, law_logs
+from studies.c0_identify_arm.arm import ODD, PERIOD, SPAN
+from studies.c0_identify_arm.estimates import CUTOFFS
+from studies.c0_identify_arm.findings import answer, findings
+from studies.c0_identify_arm.judgement import gather
+from studies.c0_identify_arm.logs import LAW_LOG
+from studies.c0_identify_arm.sections import conditions_section, coverage_section, log_section, untold_section
+from studies.c0_identify_arm.worth import DRAWS, SEED, TRIALS, sweeps
+from studies.c0_identify_arm.worth_section import specification_section, worth_section
+from studies.paper.citation import introduction
+
+
+def sections(results: wb.Results) -> wb.Page:
+    """The whole page."""
+    evidence = gather(results, TRIALS)
+    return wb.Page(
+        answer(evidence),
+        findings(evidence),
+        (
+            log_section(evidence),
+            worth_section(evidence),
+            specification_section(evidence),
+            coverage_section(evidence),
+            untold_section(evidence),
+            conditions_section(evidence),
+        ),
+    )
+
+
+study = wb.Study(
+    name="c0_identify_arm",
+    title="The paper's arm, identified from its own logs",
+    question=(
+        "An arm has friction, and other masses and lengths than the paper states. What does a log under the paper's law "
+        "tell of it, what does an optimal excitation tell, what can no log tell, and what does it cost not to have known?"
+    ),
+    method=(
+        f"{introduction(10, 34, rivals=False)} The arm is simulated under AOSMC-RGS in a computer with a period of "
+        f"{1e3 * PERIOD:g} ms and coarse encoders, for {SPAN:g} s. Its numbers are fitted by output errors with exact "
+        "sensitivities. For the arm that is found, an excitation is designed within limits, run, and fitted. Both logs "
+        f"are repeated {REPEATED} times with new noise, and {FEW} times under each of {len(ODD)} other conditions. A "
+        f"regression of the torques with {len(CUTOFFS)} filters stands beside the fits. Then three laws are made for "
+        "the arm of the paper, for those of the logs and for the true one, and run on the true arm and on arms that "
+        f"the logs allow, with {DRAWS} draws each. Limits on margins, damping and overshoot are checked on these arms."
+    ),
+    works=(
+        wb.Work("designed_log", designed_log, (Basis(True, ODD), Basis(False)), seconds=90.0),
+        wb.Work("law_log", law_log, (LAW_LOG,), seconds=13.0),
+        wb.Work("law_logs", law_logs, batches(ODD), seconds=10.0),
+    ),
+    sweeps=sweeps,
+    sections=sections,
+    seed=SEED,
+)
