@@ -7,15 +7,29 @@ from __future__ import annotations
 
 import workbench as wb
 from studies.c0_identify_arm.answers import FEW, REPEATED, Basis, batches, designed_log, law_log, law_logs
-from studies.c0_identify_arm.arm import ODD, PERIOD, SPAN
+from studies.c0_identify_arm.arm import FREE, ODD, PERIOD, SPAN
 from studies.c0_identify_arm.estimates import CUTOFFS
-from studies.c0_identify_arm.findings import answer, findings
-from studies.c0_identify_arm.judgement import gather
+from studies.c0_identify_arm.findings import bias, excitation, largest_share, mean_ratio, told
+from studies.c0_identify_arm.judgement import Evidence, gather
 from studies.c0_identify_arm.logs import LAW_LOG
-from studies.c0_identify_arm.sections import conditions_section, coverage_section, log_section, untold_section
+from studies.c0_identify_arm.repeated_section import coverage_section
+from studies.c0_identify_arm.sections import conditions_section, log_section, untold_section
 from studies.c0_identify_arm.worth import DRAWS, SEED, TRIALS, sweeps
+from studies.c0_identify_arm.worth_findings import cost, nominal_costs, specification
 from studies.c0_identify_arm.worth_section import specification_section, worth_section
 from studies.paper.citation import introduction
+
+
+def answer(evidence: Evidence) -> str:
+    """The answer of the page in at most forty words."""
+    share = largest_share(evidence)
+    costs = nominal_costs(evidence)
+    worst = max(costs, key=lambda law: costs[law].value)
+    return (
+        f"{SPAN:g} s under AOSMC-RGS tell all {len(FREE)} numbers to {100 * share:.1g} % or better; a designed "
+        f"excitation tells them {mean_ratio(evidence):.2g} times as well. Not knowing the arm costs {worst} "
+        f"{100 * costs[worst].value:.0f} % more error; either log recovers it."
+    )
 
 
 def sections(results: wb.Results) -> wb.Page:
@@ -23,7 +37,7 @@ def sections(results: wb.Results) -> wb.Page:
     evidence = gather(results, TRIALS)
     return wb.Page(
         answer(evidence),
-        findings(evidence),
+        (told(evidence), excitation(evidence), bias(evidence), cost(evidence), specification(evidence)),
         (
             log_section(evidence),
             worth_section(evidence),
@@ -39,8 +53,9 @@ study = wb.Study(
     name="c0_identify_arm",
     title="The paper's arm, identified from its own logs",
     question=(
-        "An arm has friction, and other masses and lengths than the paper states. What does a log under the paper's law "
-        "tell of it, what does an optimal excitation tell, what can no log tell, and what does it cost not to have known?"
+        "An arm has friction, and other masses and lengths than the paper states. What does a log under the "
+        "paper's law tell of it, what does an optimal excitation tell, what can no log tell, and what does it cost not "
+        "to have known?"
     ),
     method=(
         f"{introduction(10, 34, rivals=False)} The arm is simulated under AOSMC-RGS in a computer with a period of "

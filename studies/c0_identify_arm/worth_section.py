@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from studies.c0_identify_arm.findings import all_checks
 from studies.c0_identify_arm.judgement import Evidence, both, change
 from studies.c0_identify_arm.requirements import ARMS, SPECIFICATION
 from studies.c0_identify_arm.sections import number_column
 from studies.c0_identify_arm.worth import EFFORT, LAWS, MODELS, MOTIONS, SETTLED, Trial
+from studies.c0_identify_arm.worth_findings import all_checks
 
 MOTION_WORDS = {"paper": "the paper's first motion", "fast": "a faster motion"}
 
@@ -17,14 +17,14 @@ MOTION_WORDS = {"paper": "the paper's first motion", "fast": "a faster motion"}
 def worth_section(evidence: Evidence) -> wb.Section:
     """Laws with each model on the true arm, and on the arms that the logs allow."""
     words = (
-        "Three laws run with the model of the paper, with those of the logs and with the true one. AOSMC-RGS has D_hat, "
-        "which makes up for friction and for errors of the model. LQR + model adds an LQR, designed for each model, to "
-        "the torque that the model needs for the reference; the computed torque has the same poles with each model. "
-        "Both add the friction of the model at the velocity of the reference."
+        "Three laws run with the model of the paper, with those of the logs and with the true one. AOSMC-RGS has "
+        "D_hat, which makes up for friction and for errors of the model. LQR + model adds an LQR, designed for each "
+        "model, to the torque that the model needs for the reference; the computed torque has the same poles with each "
+        "model. Both add the friction of the model at the velocity of the reference."
     )
     drawn = (
-        "Before the law is tried on the true arm, the fit predicts its error: the arm is drawn by the factors of the fit "
-        "with their correlations, and the law has the model of the estimates."
+        "Before the law is tried on the true arm, the fit predicts its error: the arm is drawn by the factors of "
+        "the fit, with their correlations, and the law has the model of the estimates."
     )
     blocks = (
         wb.Paragraph(words),
@@ -125,7 +125,8 @@ def prediction_table(evidence: Evidence) -> wb.document.ReportTable:
         ),
     )
     notes = (
-        "Means and quantiles over draws of the arm, the start and the noise; on the true arm, means over start and noise.",
+        "Means and quantiles over draws of the arm, the start and the noise; on the true arm, means over start and "
+        "noise.",
     )
     return wb.document.ReportTable(
         "predictions", "What each log predicts of a law, and what the true arm shows.", columns, tuple(rows), notes
@@ -136,8 +137,8 @@ def specification_section(evidence: Evidence) -> wb.Section:
     """The limits on the linear loop, on drawn arms."""
     words = (
         "The regulator LQR + model is linearised about the pose in which the arm hangs, with observer (10), on an arm "
-        f"that slides. Its limits are checked on {ARMS} arms that a log allows, drawn by the factors of its fit, and by "
-        "a search in the box of all intervals at 99.9 %. So a machine is refused or passed before it is run."
+        f"that slides. Its limits are checked on {ARMS} arms that a log allows, drawn by the factors of its fit, and "
+        "by a search in the box of all intervals at 99.9 %. So a machine is refused or passed before it is run."
     )
     rows: list[tuple[wb.document.Cell, ...]] = []
     for one in all_checks(evidence):
