@@ -22,8 +22,7 @@ from studies.c0_identify_arm.arm import (
     plant_of,
 )
 
-BASE_WORDS = ("(m1 + m2) l1^2", "(m1 + m2) l1", "m2 l2^2", "m2 l2")  # then the frictions
-BASE_UNITS = ("kg m^2", "kg m", "kg m^2", "kg m")
+BASE_WORDS = ("(m1 + m2) l1²", "(m1 + m2) l1", "m2 l2²", "m2 l2")  # then the frictions
 REGRESSED = ("link1.I_zz", "link1.mc_x", "link2.I_zz", "link2.mc_x")  # the same in a regression
 REGRESSED_FRICTIONS = ("link1.viscous", "link2.viscous", "link1.coulomb", "link2.coulomb")
 CUTOFFS = (5.0, 10.0, 20.0, 40.0)  # Hz

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 import workbench as wb
 from studies.c0_identify_arm.answers import FEW, REPEATED
-from studies.c0_identify_arm.arm import BASE, FREE, ODD, SPAN, TRUTH, WORDS
-from studies.c0_identify_arm.estimates import CUTOFFS
+from studies.c0_identify_arm.arm import BASE, FREE, ODD, SPAN, TRUTH, WORDS, Conditions
+from studies.c0_identify_arm.estimates import CUTOFFS, Repeated
 from studies.c0_identify_arm.judgement import (
     MISLED,
     SMALL,
     Evidence,
+    digits,
     of_base_numbers,
     of_output_errors,
     of_regressions,
@@ -38,14 +41,10 @@ def told(evidence: Evidence) -> wb.Finding:
     misled = [case for case in ODD if verdict(evidence.law_repeats[case.name], case.true_values) == MISLED]
     warned = [case for case in misled if evidence.law_repeats[case.name].warned.all()]
     variations = [
-        wb.Variation(
-            f"{log}: {case.words}",
-            verdict(repeats[case.name], case.true_values),
-            words_of(repeats[case.name], case.true_values),
-        )
+        wb.Variation(f"{log}: {case.words}", verdict(repeats[case.name], case.true_values), said(repeats, case))
         for log, repeats in (("law's log", evidence.law_repeats), ("designed log", evidence.designed_repeats))
         for case in (BASE, *ODD)
-        if not (case is BASE and repeats is evidence.law_repeats)
+        if case.name in repeats and not (case is BASE and repeats is evidence.law_repeats)
     ]
     return wb.Finding(
         name="told_by_the_law",
@@ -64,6 +63,11 @@ def told(evidence: Evidence) -> wb.Finding:
         variations=tuple(variations),
         limitations="Real friction, drives whose torque is not the command, and elastic joints.",
     )
+
+
+def said(repeats: Mapping[str, Repeated], case: Conditions) -> str:
+    """The largest error under some conditions, and whether the fits warn."""
+    return words_of(repeats[case.name], case.true_values)
 
 
 # The designed excitation
@@ -104,13 +108,13 @@ def excitation(evidence: Evidence) -> wb.Finding:
             for words, m in ((w, float(np.exp(np.log(r).mean()))) for w, r in means.items())
         ),
     ]
-    plain = ", ".join(f"{ratio:.2g} for {kind}" for kind, ratio in plan.plain)
+    plain = " and ".join(f"{ratio:.2g} times as large after {kind}" for kind, ratio in plan.plain)
     return wb.Finding(
         name="designed_excitation",
         statement=f"A designed excitation of the same length has standard errors that are smaller by a factor of "
         f"{mean_ratio(evidence):.2g} in the geometric mean, from {ratios.min():.2g} to {ratios.max():.2g}.",
         evidence=f"The errors that the design promises are reached to a factor of {promised.min():.2f} to "
-        f"{promised.max():.2f}. Beside plain excitations within the same limits its mean error is smaller by {plain}.",
+        f"{promised.max():.2f}. Within the same limits, mean errors are {plain}.",
         statistic="The ratio of standard errors, number by number, and its geometric mean.",
         sample=f"One log of each kind; the spread in the variation is that of {REPEATED} logs of each.",
         information=ENCODER,
@@ -142,7 +146,7 @@ def worst_bias(evidence: Evidence, log: str, cutoff: float) -> float:
 def bias(evidence: Evidence) -> wb.Finding:
     """The bias of the regression of torques in the closed loop, beside output errors."""
     by_log = {
-        log: ", ".join(f"{100 * worst_bias(evidence, log, c):.2g} % at {c:g} Hz" for c in CUTOFFS)
+        log: ", ".join(f"{digits(100 * worst_bias(evidence, log, c))} % at {c:g} Hz" for c in CUTOFFS)
         for log in ("law", "designed")
     }
     least = {c: of_regressions(evidence.regressions["law", c]).coverage.min() for c in CUTOFFS}

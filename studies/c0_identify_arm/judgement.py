@@ -9,7 +9,7 @@ import numpy as np
 
 import workbench as wb
 from studies.c0_identify_arm.answers import DesignedLog, LawLog, RepeatedLogs
-from studies.c0_identify_arm.arm import BASE, FREE, NAMES_OF_ODD, ODD, TRUTH, WORDS
+from studies.c0_identify_arm.arm import BASE, FREE, ODD, PLAYED, TRUTH, WORDS
 from studies.c0_identify_arm.estimates import BASE_WORDS, CUTOFFS, Repeated, base_numbers
 from studies.c0_identify_arm.worth import EFFORT, RMSE, SETTLED, Trial
 
@@ -47,7 +47,7 @@ def gather(results: wb.Results, trials: Sequence[Trial]) -> Evidence:
     count = len(batches) - len(ODD)
     law_repeats = {BASE.name: joined([one.output_errors for one in batches[:count]])}
     law_repeats |= {case.name: one.output_errors for case, one in zip(ODD, batches[count:], strict=True)}
-    names = (BASE.name, *NAMES_OF_ODD)
+    names = [case.name for case in (BASE, *PLAYED)]
     regressions = {
         ("law", cutoff): joined([one.regressions[i] for one in batches[:count]]) for i, cutoff in enumerate(CUTOFFS)
     }
@@ -75,7 +75,7 @@ def verdict(repeats: Repeated, truth: Sequence[float]) -> str:
     # the sum is a chi-square number of so many degrees, nearly normal
     if repeats.distances.sum() > degrees + SURE * np.sqrt(2 * degrees):
         return MISLED
-    share = (repeats.errors / np.abs(np.asarray(truth)))[:, :count].mean(axis=0)
+    share = (repeats.errors[:, :count] / np.abs(np.asarray(truth)[:count])).mean(axis=0)
     return PARTLY if (share > USEFUL).any() else TOLD
 
 
@@ -88,9 +88,14 @@ def words_of(repeats: Repeated, truth: Sequence[float]) -> str:
     worst = int(np.argmax(off))
     warned = int(repeats.warned.sum())
     return (
-        f"{WORDS[repeats.names[worst]]} is off by {100 * off[worst]:.2g} % in the mean of {len(repeats.theta)} logs; "
-        f"{warned} of the fits warn"
+        f"{WORDS[repeats.names[worst]]} is off by {digits(100 * off[worst])} % in the mean of {len(repeats.theta)} "
+        f"logs; {warned} of the fits warn"
     )
+
+
+def digits(value: float) -> str:
+    """A number with two digits, or with all before the point."""
+    return f"{value:.2g}" if abs(value) < 99.5 else f"{value:.0f}"
 
 
 @dataclass(frozen=True)
@@ -173,7 +178,8 @@ class Change:
     @property
     def percent(self) -> str:
         """The change in words, such as '+12 % (+10 to +14 %)'."""
-        value, low, high = (f"{100 * one:+.2g}".replace("-", "−") for one in (self.value, self.low, self.high))
+        parts = (100 * one for one in (self.value, self.low, self.high))
+        value, low, high = (f"{'−' if one < 0 else '+'}{digits(abs(one))}" for one in parts)
         return f"{value} % ({low} to {high} %)"
 
 

@@ -12,6 +12,7 @@ from studies.c0_identify_arm.judgement import Evidence, verdict, words_of
 from studies.c0_identify_arm.logs import LIMITS
 
 JOINTS = ("joint 1", "joint 2")
+SPARSE = 10  # of the thinned readings of a picture, those that are drawn beside the model
 NEAR_AXIS = 0.05  # of a direction: an entry above it is named
 
 
@@ -27,8 +28,8 @@ def log_section(evidence: Evidence) -> wb.Section:
         f"Both logs have {SPAN:g} s of encoder readings and torques, every {1e3 * PERIOD:g} ms. In the first, "
         "AOSMC-RGS follows the paper's first motion with the paper's model, which has other masses and lengths than "
         "the arm, and no friction. Its noisy estimates make the torque chatter. In the second, the computer plays "
-        "sines that were designed for the arm of the first log. The fit drives the equations of the arm by the torques, and compares "
-        "the positions with the readings; the last fifth of each log is held out."
+        "sines that were designed for the arm of the first log. The fit drives the equations of the arm by "
+        "the torques, and compares the positions with the readings; the last fifth of each log is held out."
     )
     blocks = (
         wb.Paragraph(about),
@@ -82,7 +83,7 @@ def log_figure(name: str, caption: str, curves: Curves) -> wb.document.Figure:
     kept = float(0.8 * SPAN)
     for j, joint in enumerate(JOINTS):
         model = wb.document.Series("model", curves.t, curves.q[:, j] + curves.errors[:, j], 0)
-        read = wb.document.Series("readings", curves.t, curves.q[:, j], 1, "marks")
+        read = wb.document.Series("readings", curves.t[::SPARSE], curves.q[::SPARSE, j], 1, "marks")
         panels.append(wb.document.Panel("position [rad]", (model, read), vlines=(kept,), title=joint))
     for j in (0, 1):
         left = wb.document.Series("", curves.t, 1e3 * curves.errors[:, j], 0, "marks")
@@ -155,6 +156,9 @@ def odd_table(evidence: Evidence) -> wb.document.ReportTable:
     for case in (BASE, *ODD):
         cells: list[wb.document.Cell] = [case.words]
         for repeats in (evidence.law_repeats, evidence.designed_repeats):
+            if case.name not in repeats:
+                cells += [None, None]
+                continue
             one = repeats[case.name]
             misfit = float(np.mean(one.worst_misfit)) if len(one.theta) else None
             cells += [verdict(one, case.true_values), misfit]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import workbench as wb
 from studies.c0_identify_arm.answers import FEW, REPEATED, Basis, batches, designed_log, law_log, law_logs
-from studies.c0_identify_arm.arm import FREE, ODD, PERIOD, SPAN
+from studies.c0_identify_arm.arm import FREE, ODD, PERIOD, PLAYED, SPAN
 from studies.c0_identify_arm.estimates import CUTOFFS
 from studies.c0_identify_arm.findings import bias, excitation, largest_share, mean_ratio, told
 from studies.c0_identify_arm.judgement import Evidence, gather
@@ -67,7 +67,7 @@ study = wb.Study(
         f"the logs allow, with {DRAWS} draws each. Limits on margins, damping and overshoot are checked on these arms."
     ),
     works=(
-        wb.Work("designed_log", designed_log, (Basis(True, ODD), Basis(False)), seconds=90.0),
+        wb.Work("designed_log", designed_log, (Basis(True, PLAYED), Basis(False)), seconds=90.0),
         wb.Work("law_log", law_log, (LAW_LOG,), seconds=13.0),
         wb.Work("law_logs", law_logs, batches(ODD), seconds=10.0),
     ),

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 import workbench as wb
 from studies.c0_identify_arm.judgement import METRICS, SMALL, Change, Evidence, change
 from studies.c0_identify_arm.requirements import ARMS, SPECIFICATION, CheckedGains
 from studies.c0_identify_arm.worth import DRAWS, LAWS, MODELS, MOTIONS, PUSHES, SETTLED, Trial
+
+LOOSER = (0.1, 0.2, -0.1, -0.2)  # shares by which limits may as well be looser
 
 
 def nominal_costs(evidence: Evidence) -> dict[str, Change]:
@@ -79,44 +83,60 @@ def all_checks(evidence: Evidence) -> tuple[CheckedGains, ...]:
     return (*evidence.law.checks, *evidence.designed.checks)
 
 
-def held_words(one: CheckedGains) -> str:
-    """Whether gains hold all limits on all arms."""
-    return "holds" if one.holds.all() else "fails"
+def limit_words(words: str) -> str:
+    """A limit in words."""
+    return (
+        words.replace("_", " ").replace(">=", "\N{GREATER-THAN OR EQUAL TO}").replace("<=", "\N{LESS-THAN OR EQUAL TO}")
+    )
 
 
 def failed_limits(one: CheckedGains) -> str:
     """The limits that gains fail on some arm, in words."""
-    names = [
-        limit.words for limit, share in zip(SPECIFICATION.limits, one.holds.mean(axis=0), strict=True) if share < 1
-    ]
-    return wb.document.join_names(names) or "no limit fails"
+    shares = one.holds.mean(axis=0)
+    names = [limit_words(limit.words) for limit, share in zip(SPECIFICATION.limits, shares, strict=True) if share < 1]
+    return wb.document.join_names(names) if names else "no limit"
+
+
+def is_held(one: CheckedGains, looser: float) -> bool:
+    """True if gains hold all limits on all arms, with limits that are looser by a share."""
+    low = np.array([limit.low for limit in SPECIFICATION.limits]) * (1 - looser)
+    high = np.array([limit.high for limit in SPECIFICATION.limits]) * (1 + looser)
+    return bool(((one.figures >= low) & (one.figures <= high)).all())
+
+
+def holders(nominal: CheckedGains, own: CheckedGains, looser: float = 0.0) -> str:
+    """The gains that hold all limits on all arms."""
+    names = {"gains for the paper's arm": is_held(nominal, looser), "gains for the log": is_held(own, looser)}
+    return wb.document.join_names([name for name, held in names.items() if held]) if any(names.values()) else "neither"
 
 
 def specification(evidence: Evidence) -> wb.Finding:
     """The limits on the linear loop, on the arms that the logs allow."""
-    nominal, own, *_ = evidence.law.checks
-    rest = [one for one in all_checks(evidence) if one is not own]
+    nominal, own, own_on_true = evidence.law.checks
+    later_nominal, later_own, later_on_true, nominal_on_true, _ = evidence.designed.checks
+    other = [
+        *(
+            wb.Variation(f"limits {100 * abs(r):g} % {'looser' if r > 0 else 'tighter'}", holders(nominal, own, r))
+            for r in LOOSER
+        ),
+        wb.Variation("gains and arms of the designed log", holders(later_nominal, later_own)),
+        wb.Variation("on the true arm", holders(nominal_on_true, own_on_true)),
+        wb.Variation("on the true arm, gains for the designed log", holders(nominal_on_true, later_on_true)),
+    ]
+    in_box = [kind for kind in own.in_box if kind == "refuted"]
     return wb.Finding(
         name="specification",
-        statement=f"On each of {ARMS} arms that the law's log allows, LQR gains for the paper's arm fail "
-        f"{failed_limits(nominal)}; gains for the log hold all limits."
-        if not nominal.holds.all(axis=1).any() and own.holds.all()
-        else "On some of the arms that the law's log allows, LQR gains for the paper's arm fail: "
-        f"{failed_limits(nominal)}; gains for the log: {failed_limits(own)}.",
-        evidence=f"On the true arm, gains for the law's log: {failed_limits(evidence.law.checks[2])}. A search in the "
-        "box of all intervals at 99.9 % refutes no limit of theirs."
-        if "refuted" not in own.in_box
-        else "A search in the box of all intervals at 99.9 % refutes a limit of theirs, too.",
-        statistic="Each limit at each arm, from figures with proved bounds; all must hold.",
-        sample=f"{ARMS} arms drawn by the factors of the fit, corners and a search in the box of intervals.",
+        statement=f"On {ARMS} arms that the law's log allows, LQR gains for the paper's arm fail "
+        f"{failed_limits(nominal)}; gains for the log fail {failed_limits(own)}.",
+        evidence=f"On the true arm, gains for the log fail {failed_limits(own_on_true)}. A search in the box of all "
+        f"intervals at 99.9 % refutes {len(in_box)} of their {len(own.in_box)} limits.",
+        statistic="The gains that hold all limits on all arms, by figures with proved bounds.",
+        sample=f"{ARMS} arms drawn by the factors of the fit; corners and other points of the box of its intervals.",
         information="Positions; the loop is linear about the pose in which the arm hangs.",
-        assumptions="The limits were chosen with these figures in view, among round numbers. The arm slides: Coulomb "
+        assumptions="The limits were chosen among round numbers with these figures in view. The arm slides: Coulomb "
         "friction does not damp it.",
         fitted_numbers="The gain of the LQR, from the model.",
-        answer=held_words(own),
-        variations=tuple(
-            wb.Variation(f"gains for {one.gains}, arms of {one.arms}", held_words(one), failed_limits(one))
-            for one in rest
-        ),
+        answer=holders(nominal, own),
+        variations=tuple(other),
         limitations="Other poses, and friction at rest.",
     )

@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from studies.c0_identify_arm.judgement import Evidence, both, change
+from studies.c0_identify_arm.judgement import Change, Evidence, both, change
 from studies.c0_identify_arm.requirements import ARMS, SPECIFICATION
 from studies.c0_identify_arm.sections import number_column
 from studies.c0_identify_arm.worth import EFFORT, LAWS, MODELS, MOTIONS, SETTLED, Trial
-from studies.c0_identify_arm.worth_findings import all_checks
+from studies.c0_identify_arm.worth_findings import all_checks, limit_words
 
+TABLES = {  # word, unit, units of it in one of SI, and the note
+    SETTLED: ("error", "mrad", 1e3, "Root mean square of both positions from 2 s on: means with standard errors."),
+    EFFORT: ("torque", "N m", 1.0, "Root mean square of both torques over the run: means with standard errors."),
+}
 MOTION_WORDS = {"paper": "the paper's first motion", "fast": "a faster motion"}
 
 
@@ -29,7 +33,8 @@ def worth_section(evidence: Evidence) -> wb.Section:
     blocks = (
         wb.Paragraph(words),
         worth_figure(evidence),
-        worth_table(evidence),
+        worth_table(evidence, SETTLED),
+        worth_table(evidence, EFFORT),
         wb.Paragraph(drawn),
         prediction_table(evidence),
     )
@@ -41,37 +46,38 @@ def mean_and_error(values: wb.Array) -> wb.document.ValueWithError:
     return wb.document.ValueWithError(float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))))
 
 
-def worth_table(evidence: Evidence) -> wb.document.ReportTable:
-    """Errors and torques by law and model, and their changes."""
+def worth_table(evidence: Evidence, metric: str) -> wb.document.ReportTable:
+    """A metric by law and model in both motions, and its change from the true model."""
+    word, unit, scale, text = TABLES[metric]
     rows: list[tuple[wb.document.Cell, ...]] = []
     for law in LAWS:
         for k, model in enumerate(MODELS):
             cells: list[wb.document.Cell] = [law if k == 0 else "", model]
-            for metric, scale in ((SETTLED, 1e3), (EFFORT, 1.0)):
-                for motion in MOTIONS:
-                    trial, true = Trial(law, model, motion), Trial(law, "true", motion)
-                    cells.append(mean_and_error(scale * both(evidence.samples[trial], metric)))
-                    cells.append("" if model == "true" else change(evidence, trial, true, metric).percent)
+            for motion in MOTIONS:
+                trial, true = Trial(law, model, motion), Trial(law, "true", motion)
+                cells.append(mean_and_error(scale * both(evidence.samples[trial], metric)))
+                cells.append(None if model == "true" else percent(change(evidence, trial, true, metric)))
             rows.append(tuple(cells))
     columns = (
         wb.document.TableColumn("law"),
         wb.document.TableColumn("model"),
         *(
             column
-            for words, unit in (("error", "mrad"), ("torque", "N m"))
             for motion in MOTIONS
             for column in (
-                wb.document.TableColumn(f"{words}, {motion}", unit, "right"),
-                wb.document.TableColumn("change", align="right"),
+                wb.document.TableColumn(f"{word}, {motion}", unit, "right"),
+                wb.document.TableColumn("change", "%", "right"),
             )
         ),
     )
-    notes = (
-        "Error: root mean square of both positions from 2 s on; torque: of both torques over the whole run. Means with "
-        "standard errors. Change: from the true model, with its 95 % interval, run by run.",
-    )
-    caption = "Errors and torques on the true arm, by the model that the law has; the paper's motion and a faster one."
-    return wb.document.ReportTable("worth", caption, columns, tuple(rows), notes)
+    notes = (f"{text} Change: from the true model, run by run, with half of its 95 % interval.",)
+    caption = f"{word.capitalize()} on the true arm, by the model that a law has; the paper's motion and a faster one."
+    return wb.document.ReportTable(f"worth_{word}", caption, columns, tuple(rows), notes)
+
+
+def percent(one: Change) -> wb.document.ValueWithError:
+    """A change in per cent with half of its interval."""
+    return wb.document.ValueWithError(100 * one.value, 50 * (one.high - one.low))
 
 
 def worth_figure(evidence: Evidence) -> wb.document.Figure:
@@ -91,12 +97,13 @@ def worth_figure(evidence: Evidence) -> wb.document.Figure:
                 tuple(marks),
                 "model",
                 title=MOTION_WORDS[motion],
+                xlim=(-0.5, len(MODELS) - 1.5),
                 xnames=MODELS[:-1],
                 hlines=(0.0,),
             )
         )
     caption = "The change of the error from 2 s on, if a law has another model than the true one, with 95 % intervals."
-    return wb.document.Figure("worth", caption, tuple(panels), columns=2)
+    return wb.document.Figure("worth_of_models", caption, tuple(panels), columns=2)
 
 
 def prediction_table(evidence: Evidence) -> wb.document.ReportTable:
@@ -152,11 +159,11 @@ def specification_section(evidence: Evidence) -> wb.Section:
     columns = (
         wb.document.TableColumn("gains for"),
         wb.document.TableColumn("arms"),
-        *(wb.document.TableColumn(limit.words, align="right") for limit in SPECIFICATION.limits),
+        *(wb.document.TableColumn(limit_words(limit.words), align="right") for limit in SPECIFICATION.limits),
         wb.document.TableColumn("refuted in the box", align="right"),
     )
     notes = ("Least and largest figure of the arms. Bold: the limit fails on some arm.",)
     table = wb.document.ReportTable(
-        "specification", "The limits on the loop, on arms that the logs allow.", columns, tuple(rows), notes
+        "limits_on_arms", "The limits on the loop, on arms that the logs allow.", columns, tuple(rows), notes
     )
     return wb.Section("Limits checked on the arms that a log allows", (wb.Paragraph(words), table))
