@@ -24,7 +24,7 @@ from studies.c0_identify_arm.estimates import (
     CUTOFFS,
     Curves,
     LogFit,
-    Repeated,
+    RepeatedFits,
     as_numbers,
     curves_of,
     output_error,
@@ -58,9 +58,9 @@ class DesignedLog:
     plan: Excitation
     fit: LogFit
     curves: Curves
-    reached: tuple[tuple[str, float], ...]  # the largest |q|, |qd| and |tau| of the true arm
-    output_errors: tuple[Repeated, ...]  # for the stated conditions, then the odd ones
-    regressions: tuple[Repeated, ...]  # by cutoff
+    largest_sizes: tuple[tuple[str, float], ...]  # the largest |q|, |qd| and |tau| of the true arm
+    output_errors: tuple[RepeatedFits, ...]  # for the stated conditions, then the odd ones
+    regressions: tuple[RepeatedFits, ...]  # by cutoff
     checks: tuple[CheckedGains, ...]
 
 
@@ -77,8 +77,8 @@ class Batch:
 class RepeatedLogs:
     """Their fits, and for the stated conditions their regressions by cutoff."""
 
-    output_errors: Repeated
-    regressions: tuple[Repeated, ...]
+    output_errors: RepeatedFits
+    regressions: tuple[RepeatedFits, ...]
 
 
 def batches(odd: tuple[Conditions, ...]) -> tuple[Batch, ...]:
@@ -112,7 +112,7 @@ def null_directions(log: wb.Dataset) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def law_logs(batch: Batch) -> RepeatedLogs:
-    """Repeated logs under the law of the paper."""
+    """RepeatedFits logs under the law of the paper."""
     loop = law_loop(batch.case)
     logs = [record(loop, LAW_LOG, batch.case, LAW_SEED + batch.first + k) for k in range(batch.count)]
     few = CUTOFFS if batch.case == BASE else ()
@@ -134,10 +134,10 @@ def designed_log(basis: Basis) -> DesignedLog:
     plan = design(numbers_of(basis))
     loop = played_loop(BASE, plan)
     log = record(loop, DESIGNED_LOG, BASE, DESIGNED_SEED + FIRST)
-    fit, reached = output_error(log, BASE), reached_limits(loop)
+    fit, largest_sizes = output_error(log, BASE), reached_limits(loop)
     held = as_numbers(fit)
     if not basis.after_log:
-        return DesignedLog(plan, held, curves_of(log, fit), reached, (), (), ())
+        return DesignedLog(plan, held, curves_of(log, fit), largest_sizes, (), (), ())
     logs = [record(loop, DESIGNED_LOG, BASE, DESIGNED_SEED + 1 + k) for k in range(REPEATED)]
     repeats = [repeated_output_errors(iter(logs), BASE)]
     for case in basis.odd:
@@ -145,7 +145,7 @@ def designed_log(basis: Basis) -> DesignedLog:
     regressions = tuple(repeated_regressions(iter(logs), one) for one in CUTOFFS)
     checks = all_checks("designed log", held)
     truths = (check_true("nominal", NOMINAL), check_true("true", TRUTH))
-    return DesignedLog(plan, held, curves_of(log, fit), reached, tuple(repeats), regressions, (*checks, *truths))
+    return DesignedLog(plan, held, curves_of(log, fit), largest_sizes, tuple(repeats), regressions, (*checks, *truths))
 
 
 def numbers_of(basis: Basis) -> Numbers:

@@ -64,7 +64,7 @@ class Curves:
 
 
 @dataclass(frozen=True)
-class Repeated:
+class RepeatedFits:
     """Fits of B logs that differ by their noise: estimates and standard errors (B, k) in the order of names."""
 
     names: tuple[str, ...]
@@ -72,7 +72,7 @@ class Repeated:
     errors: wb.Array
     distances: wb.Array  # (B,), squares of the distance to the truth in the covariance: chi-square of k if all is right
     worst_misfit: wb.Array  # (B,), of both sensors, in units of the noise that was stated
-    warned: wb.Array  # (B,), 1 if the fit has a warning
+    has_warning: wb.Array  # (B,), 1 if the fit has a warning
     refusals: tuple[str, ...]  # of logs without a fit
 
 
@@ -105,7 +105,7 @@ def curves_of(log: wb.Dataset, fit: wb.identification.Fit) -> Curves:
     return Curves(t[::THINNED], log["q"][::THINNED], log["tau"][::THINNED], fit.errors[0][::THINNED])
 
 
-def repeated_output_errors(logs: Iterator[wb.Dataset], case: Conditions) -> Repeated:
+def repeated_output_errors(logs: Iterator[wb.Dataset], case: Conditions) -> RepeatedFits:
     """The fits of some logs by output errors; a log whose fit is refused is counted."""
     truth, rows, refusals = np.array(case.true_values), [], []
     for log in logs:
@@ -121,11 +121,11 @@ def repeated_output_errors(logs: Iterator[wb.Dataset], case: Conditions) -> Repe
         rows.append(
             (fit.theta, np.sqrt(np.diag(fit.covariance)), distance, max(fit.misfit.values()), float(bool(said)))
         )
-    theta, errors, distances, misfits, warned = (np.array(part) for part in zip(*rows, strict=True))
-    return Repeated(case.free, theta, errors, distances, misfits, warned, tuple(refusals))
+    theta, errors, distances, misfits, has_warning = (np.array(part) for part in zip(*rows, strict=True))
+    return RepeatedFits(case.free, theta, errors, distances, misfits, has_warning, tuple(refusals))
 
 
-def repeated_regressions(logs: Iterator[wb.Dataset], cutoff: float) -> Repeated:
+def repeated_regressions(logs: Iterator[wb.Dataset], cutoff: float) -> RepeatedFits:
     """The regressions of the torques of some logs through a filter of a cutoff in Hz, and their standard errors."""
     terms = wb.arms.log_regression.JointTerms(drive=False, smoothing=SPEED)
     rows, names = [], (*REGRESSED, *REGRESSED_FRICTIONS)
@@ -146,7 +146,7 @@ def repeated_regressions(logs: Iterator[wb.Dataset], cutoff: float) -> Repeated:
         rows.append(([fit.values[name] for name in names], [fit.standard_errors[name] for name in names]))
     theta, errors = (np.array(part) for part in zip(*rows, strict=True))
     unknown = np.full(len(rows), np.nan)
-    return Repeated(names, theta, errors, unknown, unknown, unknown, tuple(refusals))
+    return RepeatedFits(names, theta, errors, unknown, unknown, unknown, tuple(refusals))
 
 
 def base_numbers(numbers: wb.Array) -> wb.Array:

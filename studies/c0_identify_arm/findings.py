@@ -9,7 +9,7 @@ import numpy as np
 import workbench as wb
 from studies.c0_identify_arm.answers import FEW, REPEATED
 from studies.c0_identify_arm.arm import BASE, FREE, ODD, SPAN, TRUTH, WORDS, Conditions
-from studies.c0_identify_arm.estimates import CUTOFFS, Repeated
+from studies.c0_identify_arm.estimates import CUTOFFS, RepeatedFits
 from studies.c0_identify_arm.judgement import (
     MISLED,
     SMALL,
@@ -34,14 +34,14 @@ def largest_share(evidence: Evidence) -> float:
     return float((evidence.law.fit.errors / np.abs(TRUTH)).max())
 
 
-def told(evidence: Evidence) -> wb.Finding:
+def told_by_the_law(evidence: Evidence) -> wb.Finding:
     """The numbers that the log under the law tells."""
     base = evidence.law_repeats[BASE.name]
     held = of_output_errors(base)
     misled = [case for case in ODD if verdict(evidence.law_repeats[case.name], case.true_values) == MISLED]
-    warned = [case for case in misled if evidence.law_repeats[case.name].warned.all()]
+    warned = [case for case in misled if evidence.law_repeats[case.name].has_warning.all()]
     variations = [
-        wb.Variation(f"{log}: {case.words}", verdict(repeats[case.name], case.true_values), said(repeats, case))
+        wb.Variation(f"{log}: {case.words}", verdict(repeats[case.name], case.true_values), case_words(repeats, case))
         for log, repeats in (("law's log", evidence.law_repeats), ("designed log", evidence.designed_repeats))
         for case in (BASE, *ODD)
         if case.name in repeats and not (case is BASE and repeats is evidence.law_repeats)
@@ -65,7 +65,7 @@ def told(evidence: Evidence) -> wb.Finding:
     )
 
 
-def said(repeats: Mapping[str, Repeated], case: Conditions) -> str:
+def case_words(repeats: Mapping[str, RepeatedFits], case: Conditions) -> str:
     """The largest error under some conditions, and whether the fits warn."""
     return words_of(repeats[case.name], case.true_values)
 
@@ -75,7 +75,7 @@ def said(repeats: Mapping[str, Repeated], case: Conditions) -> str:
 
 def error_ratios(evidence: Evidence) -> wb.Array:
     """The standard errors of the law's log over those of the designed log, number by number."""
-    return np.asarray(evidence.law.fit.errors / evidence.designed.fit.errors)
+    return np.asarray(evidence.law.fit.errors / evidence.designed_log.fit.errors)
 
 
 def mean_ratio(evidence: Evidence) -> float:
@@ -90,13 +90,13 @@ def shorter(ratio: float) -> str:
 
 def excitation(evidence: Evidence) -> wb.Finding:
     """The worth of an optimal excitation beside the log under the law."""
-    ratios, plan = error_ratios(evidence), evidence.designed.plan
+    ratios, plan = error_ratios(evidence), evidence.designed_log.plan
     spreads = (
         of_output_errors(evidence.law_repeats[BASE.name]).spread
         / of_output_errors(evidence.designed_repeats[BASE.name]).spread
     )
     blind = evidence.law.fit.errors / evidence.blind.fit.errors
-    promised = evidence.designed.fit.errors / np.array(plan.errors)
+    promised = evidence.designed_log.fit.errors / np.array(plan.errors)
     means = {
         "by the spread of the estimates of repeated logs": spreads,
         "the excitation is designed for the arm of the paper, before any log": blind,
@@ -130,7 +130,7 @@ def excitation(evidence: Evidence) -> wb.Finding:
 # Bias
 
 
-def unbiased(evidence: Evidence, log: str) -> str:
+def unbiased_estimators(evidence: Evidence, log: str) -> str:
     """The estimators without significant bias on a log."""
     repeats = evidence.law_repeats if log == "law" else evidence.designed_repeats
     fits = {"output errors": of_base_numbers(repeats[BASE.name])}
@@ -164,7 +164,9 @@ def bias(evidence: Evidence) -> wb.Finding:
         assumptions="The regression knows the smoothing speed of Coulomb friction, and that a torque is held for a "
         f"period. {SIMULATED}",
         fitted_numbers="Base parameters and frictions.",
-        answer=unbiased(evidence, "law"),
-        variations=(wb.Variation("on the designed log", unbiased(evidence, "designed"), by_log["designed"]),),
+        answer=unbiased_estimators(evidence, "law"),
+        variations=(
+            wb.Variation("on the designed log", unbiased_estimators(evidence, "designed"), by_log["designed"]),
+        ),
         limitations="Finer encoders and measured velocities, with which a regression does better.",
     )

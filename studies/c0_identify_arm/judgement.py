@@ -1,4 +1,4 @@
-"""What repeated logs say of an estimator, and what runs say of a model."""
+"""Judgements of estimators by repeated logs, and of models by runs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import workbench as wb
 from studies.c0_identify_arm.answers import DesignedLog, LawLog, RepeatedLogs
 from studies.c0_identify_arm.arm import BASE, FREE, ODD, PLAYED, TRUTH, WORDS
-from studies.c0_identify_arm.estimates import BASE_WORDS, CUTOFFS, Repeated, base_numbers
+from studies.c0_identify_arm.estimates import BASE_WORDS, CUTOFFS, RepeatedFits, base_numbers
 from studies.c0_identify_arm.worth import EFFORT, RMSE, SETTLED, Trial
 
 NORMAL, STUDENT = 1.96, 2.01  # 95 % quantiles, the latter for the mean of `DRAWS` runs
@@ -20,11 +20,11 @@ SMALL = 0.02  # of a cost: less is no difference to an engineer
 TOLD, PARTLY, MISLED, REFUSED = "told", "not all told", "misled", "refused"
 
 
-def joined(parts: Sequence[Repeated]) -> Repeated:
+def join_batches(parts: Sequence[RepeatedFits]) -> RepeatedFits:
     """Fits of several batches as one."""
-    fields = ("theta", "errors", "distances", "worst_misfit", "warned")
+    fields = ("theta", "errors", "distances", "worst_misfit", "has_warning")
     together = {name: np.concatenate([getattr(one, name) for one in parts]) for name in fields}
-    return Repeated(parts[0].names, **together, refusals=tuple(text for one in parts for text in one.refusals))
+    return RepeatedFits(parts[0].names, **together, refusals=tuple(text for one in parts for text in one.refusals))
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class Evidence:
     """All answers of the study, sorted."""
 
     law: LawLog
-    designed: DesignedLog
+    designed_log: DesignedLog
     blind: DesignedLog  # designed for the arm of the paper
-    law_repeats: Mapping[str, Repeated]  # by the name of the conditions
-    designed_repeats: Mapping[str, Repeated]
-    regressions: Mapping[tuple[str, float], Repeated]  # by log and cutoff
+    law_repeats: Mapping[str, RepeatedFits]  # by the name of the conditions
+    designed_repeats: Mapping[str, RepeatedFits]
+    regressions: Mapping[tuple[str, float], RepeatedFits]  # by log and cutoff
     samples: Mapping[Trial, wb.study.Sample]
 
 
@@ -45,11 +45,12 @@ def gather(results: wb.Results, trials: Sequence[Trial]) -> Evidence:
     designed, blind = results.work("designed_log")
     batches: tuple[RepeatedLogs, ...] = results.work("law_logs")
     count = len(batches) - len(ODD)
-    law_repeats = {BASE.name: joined([one.output_errors for one in batches[:count]])}
+    law_repeats = {BASE.name: join_batches([one.output_errors for one in batches[:count]])}
     law_repeats |= {case.name: one.output_errors for case, one in zip(ODD, batches[count:], strict=True)}
     names = [case.name for case in (BASE, *PLAYED)]
     regressions = {
-        ("law", cutoff): joined([one.regressions[i] for one in batches[:count]]) for i, cutoff in enumerate(CUTOFFS)
+        ("law", cutoff): join_batches([one.regressions[i] for one in batches[:count]])
+        for i, cutoff in enumerate(CUTOFFS)
     }
     regressions |= {("designed", cutoff): designed.regressions[i] for i, cutoff in enumerate(CUTOFFS)}
     return Evidence(
@@ -66,8 +67,8 @@ def gather(results: wb.Results, trials: Sequence[Trial]) -> Evidence:
 # Estimates
 
 
-def verdict(repeats: Repeated, truth: Sequence[float]) -> str:
-    """What some logs tell of an arm: misled if they are too far from the truth for their own standard errors."""
+def verdict(repeats: RepeatedFits, truth: Sequence[float]) -> str:
+    """The verdict on some logs of an arm: misled if they are too far from the truth for their own standard errors."""
     if not len(repeats.theta):
         return REFUSED
     count = sum(name in FREE for name in repeats.names)
@@ -79,17 +80,17 @@ def verdict(repeats: Repeated, truth: Sequence[float]) -> str:
     return PARTLY if (share > USEFUL).any() else TOLD
 
 
-def words_of(repeats: Repeated, truth: Sequence[float]) -> str:
+def words_of(repeats: RepeatedFits, truth: Sequence[float]) -> str:
     """The largest error and whether the fits warn, in words."""
     count = sum(name in FREE for name in repeats.names)
     if not len(repeats.theta):
         return "each fit is refused"
     off = np.abs(repeats.theta[:, :count].mean(axis=0) / np.asarray(truth)[:count] - 1)
     worst = int(np.argmax(off))
-    warned = int(repeats.warned.sum())
+    count_of_warnings = int(repeats.has_warning.sum())
     return (
         f"{WORDS[repeats.names[worst]]} is off by {digits(100 * off[worst])} % in the mean of {len(repeats.theta)} "
-        f"logs; {warned} of the fits warn"
+        f"logs; {count_of_warnings} of the fits warn"
     )
 
 
@@ -105,7 +106,7 @@ class Accuracy:
     bias: wb.Array  # (k,)
     bias_error: wb.Array  # (k,), 1.96 standard errors of the mean
     spread: wb.Array  # (k,), standard deviation of the estimates, relative
-    stated: wb.Array  # (k,), mean standard error, relative
+    mean_errors: wb.Array  # (k,), mean standard error, relative
     coverage: wb.Array  # (k,), of 95 % intervals
     count: int
 
@@ -130,19 +131,19 @@ def accuracy(estimates: wb.Array, errors: wb.Array, truth: wb.Array) -> Accuracy
     )
 
 
-def of_output_errors(repeats: Repeated) -> Accuracy:
+def of_output_errors(repeats: RepeatedFits) -> Accuracy:
     """The accuracy of fits by output errors, in the numbers of the arm."""
     return accuracy(repeats.theta, repeats.errors, np.array(TRUTH))
 
 
-def of_base_numbers(repeats: Repeated) -> Accuracy:
+def of_base_numbers(repeats: RepeatedFits) -> Accuracy:
     """The same in base parameters, whose standard errors come from the spread of the fits."""
     base = base_numbers(repeats.theta)
     errors = np.tile(base.std(axis=0, ddof=1), (len(base), 1))
     return accuracy(base, errors, base_numbers(np.array([TRUTH]))[0])
 
 
-def of_regressions(repeats: Repeated) -> Accuracy:
+def of_regressions(repeats: RepeatedFits) -> Accuracy:
     """The accuracy of regressions, in base parameters."""
     return accuracy(repeats.theta, repeats.errors, base_numbers(np.array([TRUTH]))[0])
 

@@ -19,7 +19,7 @@ from studies.c0_identify_arm.sections import number_column
 
 
 def coverage_section(evidence: Evidence) -> wb.Section:
-    """Repeated logs: coverage, spread, and the bias of regressions."""
+    """RepeatedFits logs: coverage, spread, and the bias of regressions."""
     words = (
         "Each kind of log is repeated with new noise. Output errors compare the whole run with the readings, so noise "
         "enters where it arises. A regression instead differentiates the readings. In the law's log the torque answers "
@@ -27,17 +27,18 @@ def coverage_section(evidence: Evidence) -> wb.Section:
         "the smaller the inertias become."
     )
     return wb.Section(
-        "Repeated logs", (wb.Paragraph(words), coverage_table(evidence), bias_figure(evidence), bias_table(evidence))
+        "RepeatedFits logs",
+        (wb.Paragraph(words), coverage_table(evidence), bias_figure(evidence), bias_table(evidence)),
     )
 
 
 def coverage_table(evidence: Evidence) -> wb.document.ReportTable:
     """The coverage of intervals, and spread beside stated errors."""
     both = [of_output_errors(one[BASE.name]) for one in (evidence.law_repeats, evidence.designed_repeats)]
-    promised = np.array(evidence.designed.plan.errors) / np.abs(TRUTH)
+    promised = np.array(evidence.designed_log.plan.errors) / np.abs(TRUTH)
     rows: list[tuple[wb.document.Cell, ...]] = []
     for i, name in enumerate(FREE):
-        cells = [c for one in both for c in (100 * one.stated[i], 100 * one.spread[i], 100 * one.coverage[i])]
+        cells = [c for one in both for c in (100 * one.mean_errors[i], 100 * one.spread[i], 100 * one.coverage[i])]
         rows.append((WORDS[name], *map(float, cells), float(100 * promised[i])))
     columns = (
         wb.document.TableColumn("number"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from studies.c0_identify_arm.answers import DesignedLog, LawLog
+from studies.c0_identify_arm.answers import LawLog
 from studies.c0_identify_arm.arm import BASE, CARD, FREE, ODD, PERIOD, SPAN, TRUTH, UNITS, WORDS
 from studies.c0_identify_arm.estimates import Curves, LogFit
 from studies.c0_identify_arm.judgement import Evidence, verdict, words_of
@@ -23,7 +23,7 @@ def number_column(header: str, unit: str = "", digits: int = 3) -> wb.document.T
 
 def log_section(evidence: Evidence) -> wb.Section:
     """Both logs and their fits."""
-    law, designed = evidence.law, evidence.designed
+    law, second = evidence.law, evidence.designed_log
     about = (
         f"Both logs have {SPAN:g} s of encoder readings and torques, every {1e3 * PERIOD:g} ms. In the first, "
         "AOSMC-RGS follows the paper's first motion with the paper's model, which has other masses and lengths than "
@@ -34,16 +34,16 @@ def log_section(evidence: Evidence) -> wb.Section:
     blocks = (
         wb.Paragraph(about),
         wb.Paragraph(fit_words("law's log", law.fit)),
-        wb.Paragraph(fit_words("designed log", designed.fit)),
-        estimate_table(law.fit, designed),
+        wb.Paragraph(fit_words("designed log", second.fit)),
+        estimate_table(law.fit, second.fit),
         log_figure("law_log", "The log under AOSMC-RGS", law.curves),
-        log_figure("designed_log", "The log of the designed excitation", designed.curves),
+        log_figure("designed_log", "The log of the designed excitation", second.curves),
     )
     return wb.Section("Both logs and their fits", blocks)
 
 
 def fit_words(name: str, fit: LogFit) -> str:
-    """What speaks for and against a fit."""
+    """The misfit, the hold-out and the residual tests of a fit, in words."""
     misfit = " and ".join(f"{value:.3f}" for _, value in fit.misfit)
     ratios = " and ".join(f"{value:.2f}" for _, value in fit.hold_out)
     least = min(fit.tests, key=lambda test: test[2])
@@ -55,13 +55,13 @@ def fit_words(name: str, fit: LogFit) -> str:
     )
 
 
-def estimate_table(fit: LogFit, designed: DesignedLog) -> wb.document.ReportTable:
+def estimate_table(first: LogFit, second: LogFit) -> wb.document.ReportTable:
     """The estimates of both logs beside the truth."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for i, name in enumerate(FREE):
-        both = [wb.document.ValueWithError(float(one.theta[i]), float(one.errors[i])) for one in (fit, designed.fit)]
-        z = [float((one.theta[i] - TRUTH[i]) / one.errors[i]) for one in (fit, designed.fit)]
-        ratio = float(fit.errors[i] / designed.fit.errors[i])
+        both = [wb.document.ValueWithError(float(one.theta[i]), float(one.errors[i])) for one in (first, second)]
+        z = [float((one.theta[i] - TRUTH[i]) / one.errors[i]) for one in (first, second)]
+        ratio = float(first.errors[i] / second.errors[i])
         rows.append((WORDS[name], UNITS[name], TRUTH[i], both[0], z[0], both[1], z[1], ratio))
     columns = (
         wb.document.TableColumn("number"),
@@ -99,7 +99,7 @@ def log_figure(name: str, caption: str, curves: Curves) -> wb.document.Figure:
 
 
 def untold_section(evidence: Evidence) -> wb.Section:
-    """What the logs cannot tell, and what they tell least."""
+    """The directions that the logs cannot tell, and those that they tell least."""
     law: LawLog = evidence.law
     masses = (
         "Angles and torques have no unit of length in them. If gravity is estimated as well, a fit is refused, and "
@@ -112,7 +112,7 @@ def untold_section(evidence: Evidence) -> wb.Section:
     )
     weak = [
         f"What the {name} tells least: {weak_direction(fit)}"
-        for name, fit in (("law's log", law.fit), ("designed log", evidence.designed.fit))
+        for name, fit in (("law's log", law.fit), ("designed log", evidence.designed_log.fit))
     ]
     held = evidence.law_repeats["held"]
     i = int(np.argmax(held.errors.mean(axis=0) / np.abs(TRUTH)))
@@ -151,7 +151,7 @@ def weak_direction(fit: LogFit) -> str:
 
 
 def odd_table(evidence: Evidence) -> wb.document.ReportTable:
-    """What both logs tell under other conditions."""
+    """The verdicts on both kinds of logs under other conditions."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for case in (BASE, *ODD):
         cells: list[wb.document.Cell] = [case.words]
@@ -180,15 +180,15 @@ def odd_table(evidence: Evidence) -> wb.document.ReportTable:
 
 
 def conditions_section(evidence: Evidence) -> wb.Section:
-    """What was assumed, and the limits of the design."""
-    reached = dict(evidence.designed.reached)
+    """The assumed numbers, and the limits of the design."""
+    sizes = dict(evidence.designed_log.largest_sizes)
     words = (
         "The design keeps limits for the arm that the law's log gave; the true arm is another one, and was run once "
         "beside them. Its torques are not corrected by any reading."
     )
     rows: list[tuple[wb.document.Cell, ...]] = []
     units = {"q": "rad", "qd": "rad/s", "tau": "N m"}
-    for name, value in reached.items():
+    for name, value in sizes.items():
         high = LIMITS[name][1] if name in LIMITS else LIMITS[name.partition("[")[0]][1]
         rows.append((name, units[name.partition("[")[0]], high, value, "yes" if value <= high else "no"))
     columns = (

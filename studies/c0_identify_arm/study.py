@@ -9,7 +9,7 @@ import workbench as wb
 from studies.c0_identify_arm.answers import FEW, REPEATED, Basis, batches, designed_log, law_log, law_logs
 from studies.c0_identify_arm.arm import FREE, ODD, PERIOD, PLAYED, SPAN
 from studies.c0_identify_arm.estimates import CUTOFFS
-from studies.c0_identify_arm.findings import bias, excitation, largest_share, mean_ratio, told
+from studies.c0_identify_arm.findings import bias, excitation, largest_share, mean_ratio, told_by_the_law
 from studies.c0_identify_arm.judgement import Evidence, gather
 from studies.c0_identify_arm.logs import LAW_LOG
 from studies.c0_identify_arm.repeated_section import coverage_section
@@ -37,7 +37,7 @@ def sections(results: wb.Results) -> wb.Page:
     evidence = gather(results, TRIALS)
     return wb.Page(
         answer(evidence),
-        (told(evidence), excitation(evidence), bias(evidence), cost(evidence), specification(evidence)),
+        (told_by_the_law(evidence), excitation(evidence), bias(evidence), cost(evidence), specification(evidence)),
         (
             log_section(evidence),
             worth_section(evidence),

@@ -80,7 +80,7 @@ def cost(evidence: Evidence) -> wb.Finding:
 
 def all_checks(evidence: Evidence) -> tuple[CheckedGains, ...]:
     """All gains that were checked, on all arms."""
-    return (*evidence.law.checks, *evidence.designed.checks)
+    return (*evidence.law.checks, *evidence.designed_log.checks)
 
 
 def limit_words(words: str) -> str:
@@ -113,7 +113,7 @@ def holders(nominal: CheckedGains, own: CheckedGains, looser: float = 0.0) -> st
 def specification(evidence: Evidence) -> wb.Finding:
     """The limits on the linear loop, on the arms that the logs allow."""
     nominal, own, own_on_true = evidence.law.checks
-    later_nominal, later_own, later_on_true, nominal_on_true, _ = evidence.designed.checks
+    later_nominal, later_own, later_on_true, nominal_on_true, _ = evidence.designed_log.checks
     other = [
         *(
             wb.Variation(f"limits {100 * abs(r):g} % {'looser' if r > 0 else 'tighter'}", holders(nominal, own, r))

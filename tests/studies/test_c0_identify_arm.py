@@ -37,7 +37,7 @@ def test_a_torque_that_acts_later_than_logged_misleads_the_fit_which_warns():
     late = next(case for case in ODD if case.name == "late")
     repeats = repeated_output_errors(iter([record(law_loop(late), "log", late, seed=5)]), late)
     assert verdict(repeats, TRUTH) == MISLED
-    assert repeats.warned[0]
+    assert repeats.has_warning[0]
 
 
 def test_a_regression_of_noisy_positions_shrinks_the_inertias(short_log):
