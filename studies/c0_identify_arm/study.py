@@ -10,25 +10,25 @@ from studies.c0_identify_arm.answers import FEW, REPEATED, Basis, batches, desig
 from studies.c0_identify_arm.arm import FREE, ODD, PERIOD, PLAYED, SPAN
 from studies.c0_identify_arm.estimates import CUTOFFS
 from studies.c0_identify_arm.findings import bias, excitation, largest_share, mean_ratio, told_by_the_law
-from studies.c0_identify_arm.judgement import Evidence, gather
+from studies.c0_identify_arm.judgement import Evidence, digits, gather
 from studies.c0_identify_arm.logs import LAW_LOG
 from studies.c0_identify_arm.repeated_section import coverage_section
 from studies.c0_identify_arm.sections import conditions_section, log_section, untold_section
 from studies.c0_identify_arm.worth import DRAWS, SEED, TRIALS, sweeps
-from studies.c0_identify_arm.worth_findings import cost, nominal_costs, specification
+from studies.c0_identify_arm.worth_findings import cost, log_costs, nominal_costs, specification
 from studies.c0_identify_arm.worth_section import specification_section, worth_section
 from studies.paper.citation import introduction
 
 
 def answer(evidence: Evidence) -> str:
     """The answer of the page in at most forty words."""
-    share = largest_share(evidence)
-    costs = nominal_costs(evidence)
+    share = digits(100 * largest_share(evidence))
+    costs, rest = nominal_costs(evidence), log_costs(evidence)
     worst = max(costs, key=lambda law: costs[law].value)
     return (
-        f"{SPAN:g} s under AOSMC-RGS tell all {len(FREE)} numbers to {100 * share:.1g} % or better; a designed "
-        f"excitation tells them {mean_ratio(evidence):.2g} times as well. Not knowing the arm costs {worst} "
-        f"{100 * costs[worst].value:.0f} % more error; either log recovers it."
+        f"{SPAN:g} s under AOSMC-RGS tell all {len(FREE)} numbers with standard errors up to {share} %; a designed "
+        f"excitation's are {mean_ratio(evidence):.2g} times smaller. Beside the true model, the paper's costs {worst} "
+        f"{100 * costs[worst].value:.0f} % more error, either log's {digits(100 * rest[worst])} %."
     )
 
 

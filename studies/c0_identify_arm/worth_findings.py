@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import workbench as wb
-from studies.c0_identify_arm.judgement import METRICS, SMALL, Change, Evidence, change
+from studies.c0_identify_arm.judgement import METRICS, SMALL, Change, Evidence, change, digits
 from studies.c0_identify_arm.requirements import ARMS, SPECIFICATION, CheckedGains
 from studies.c0_identify_arm.worth import DRAWS, LAWS, MODELS, MOTIONS, PUSHES, SETTLED, Trial
 
@@ -17,6 +17,17 @@ LOOSER = (0.1, 0.2, -0.1, -0.2)  # shares by which limits may as well be looser
 def nominal_costs(evidence: Evidence) -> dict[str, Change]:
     """By law, the change of the settled error by the paper's model in the place of the true one."""
     return {law: change(evidence, Trial(law, "nominal"), Trial(law, "true"), SETTLED) for law in LAWS}
+
+
+def log_costs(evidence: Evidence) -> dict[str, float]:
+    """By law, the larger size of the same change by the model of either log."""
+    return {
+        law: max(
+            abs(change(evidence, Trial(law, model), Trial(law, "true"), SETTLED).value)
+            for model in ("law's log", "designed log")
+        )
+        for law in LAWS
+    }
 
 
 def losers(changes: dict[str, Change]) -> str:
@@ -44,21 +55,15 @@ def cost_variations(evidence: Evidence) -> Iterator[wb.Variation]:
 
 def cost(evidence: Evidence) -> wb.Finding:
     """The cost of not having known the arm."""
-    changes = nominal_costs(evidence)
-    rest = {
-        law: max(
-            abs(change(evidence, Trial(law, model), Trial(law, "true"), SETTLED).value)
-            for model in ("law's log", "designed log")
-        )
-        for law in LAWS
-    }
+    changes, rest = nominal_costs(evidence), log_costs(evidence)
     figures = ", ".join(f"{law} {one.percent}" for law, one in changes.items())
     efforts = {law: change(evidence, Trial(law, "nominal"), Trial(law, "true"), "effort") for law in LAWS}
     return wb.Finding(
         name="cost_of_not_knowing",
         statement=f"With the paper's model in the place of the true one, the settled error changes: {figures}.",
-        evidence=f"With the model of either log it changes by at most {100 * max(rest.values()):.1g} %. The root mean "
-        f"square of the torque changes with the paper's model: "
+        evidence="With the model of either log it changes by at most "
+        + ", ".join(f"{digits(100 * value)} % of {law}" for law, value in rest.items())
+        + ". The root mean square of the torque changes with the paper's model: "
         + ", ".join(f"{law} {one.percent}" for law, one in efforts.items())
         + ".",
         statistic="The relative difference of the mean error of both joints from 2 s on, with its 95 % interval. A law "
