@@ -19,15 +19,16 @@ from studies.c0_identify_arm.sections import number_column
 
 
 def coverage_section(evidence: Evidence) -> wb.Section:
-    """RepeatedFits logs: coverage, spread, and the bias of regressions."""
+    """Repeated logs: coverage, spread, and the bias of regressions."""
     words = (
         "Each kind of log is repeated with new noise. Output errors compare the whole run with the readings, so noise "
         "enters where it arises. A regression instead differentiates the readings. In the law's log the torque answers "
         "the same noise, and the noise of the regressors is part of the result. The higher the cutoff of its filter, "
-        "the smaller the inertias become."
+        "the smaller the inertias become. They do so in the designed log as well, where the noise of the regressors is "
+        "the only cause."
     )
     return wb.Section(
-        "RepeatedFits logs",
+        "Repeated logs",
         (wb.Paragraph(words), coverage_table(evidence), bias_figure(evidence), bias_table(evidence)),
     )
 

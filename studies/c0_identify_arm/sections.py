@@ -73,7 +73,10 @@ def estimate_table(first: LogFit, second: LogFit) -> wb.document.ReportTable:
         number_column("off", "std. errors", 2),
         number_column("errors, law / designed", digits=2),
     )
-    notes = ("Errors are standard errors. Off: the estimate less the truth.",)
+    notes = (
+        "Errors in brackets are standard errors. Off: the estimate less the truth. The last fifth of each log is held "
+        "out.",
+    )
     return wb.document.ReportTable("estimates", "Estimates from one log of each kind.", columns, tuple(rows), notes)
 
 

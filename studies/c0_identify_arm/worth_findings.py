@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import workbench as wb
-from studies.c0_identify_arm.judgement import METRICS, SMALL, Change, Evidence, change, digits
+from studies.c0_identify_arm.judgement import METRICS, SMALL, Change, Evidence, both, change, digits
 from studies.c0_identify_arm.requirements import ARMS, SPECIFICATION, CheckedGains
 from studies.c0_identify_arm.worth import DRAWS, LAWS, MODELS, MOTIONS, PUSHES, SETTLED, Trial
 
@@ -53,14 +53,20 @@ def cost_variations(evidence: Evidence) -> Iterator[wb.Variation]:
                     yield wb.Variation(told_by, losers(changes), figures, question)
 
 
+def spans(evidence: Evidence, law: str) -> str:
+    """The settled error with the true model and with the paper's, in words."""
+    true, nominal = (1e3 * both(evidence.samples[Trial(law, model)], SETTLED).mean() for model in ("true", "nominal"))
+    return f"from {true:.3g} to {nominal:.3g} mrad,"
+
+
 def cost(evidence: Evidence) -> wb.Finding:
     """The cost of not having known the arm."""
     changes, rest = nominal_costs(evidence), log_costs(evidence)
-    figures = ", ".join(f"{law} {one.percent}" for law, one in changes.items())
+    figures = wb.document.join_names([f"{law} {spans(evidence, law)} {one.percent}" for law, one in changes.items()])
     efforts = {law: change(evidence, Trial(law, "nominal"), Trial(law, "true"), "effort") for law in LAWS}
     return wb.Finding(
         name="cost_of_not_knowing",
-        statement=f"With the paper's model in the place of the true one, the settled error changes: {figures}.",
+        statement=f"With the paper's model in the place of the true one, the error from 2 s on changes: {figures}.",
         evidence="With the model of either log it changes by at most "
         + ", ".join(f"{digits(100 * value)} % of {law}" for law, value in rest.items())
         + ". The root mean square of the torque changes with the paper's model: "
