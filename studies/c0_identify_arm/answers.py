@@ -112,7 +112,7 @@ def null_directions(log: wb.Dataset) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def law_logs(batch: Batch) -> RepeatedLogs:
-    """RepeatedFits logs under the law of the paper."""
+    """Repeated logs under the law of the paper."""
     loop = law_loop(batch.case)
     logs = [record(loop, LAW_LOG, batch.case, LAW_SEED + batch.first + k) for k in range(batch.count)]
     few = CUTOFFS if batch.case == BASE else ()

@@ -22,6 +22,7 @@ from studies.c0_identify_arm.judgement import (
     verdict,
     words_of,
 )
+from studies.c0_identify_arm.logs import limit_of
 
 ENCODER = "Readings of encoders of 12 bits with noise of half a step, and the torques that the computer commands."
 SIMULATED = "The arm is simulated by the equations that are fitted: no flexible joints, no other friction."
@@ -87,6 +88,15 @@ def mean_ratio(evidence: Evidence) -> float:
     return float(np.exp(np.log(error_ratios(evidence)).mean()))
 
 
+def broken_limits(evidence: Evidence) -> list[str]:
+    """The limits of the design that the true arm goes beyond, with the share of the limit."""
+    return [
+        f"{name} by {digits(100 * (value / limit_of(name) - 1))} %"
+        for name, value in evidence.designed_log.largest_sizes
+        if value > limit_of(name)
+    ]
+
+
 def shorter(ratio: float) -> str:
     """The log with the smaller errors."""
     return "the designed log" if ratio > 1 + SMALL else "the law's log" if ratio < 1 - SMALL else "neither"
@@ -116,13 +126,15 @@ def excitation(evidence: Evidence) -> wb.Finding:
             for words, m in ((w, float(np.exp(np.log(r).mean()))) for w, r in means.items())
         ),
     ]
+    beyond, count = broken_limits(evidence), len(evidence.designed_log.largest_sizes)
     plain = " and ".join(f"{ratio:.2g} times as large after {kind}" for kind, ratio in plan.plain)
     return wb.Finding(
         name="designed_excitation",
         statement=f"A designed excitation of the same length has standard errors that are smaller by a factor of "
-        f"{mean_ratio(evidence):.2g} in the geometric mean, from {ratios.min():.2g} to {ratios.max():.2g}.",
+        f"{mean_ratio(evidence):.1f} in the geometric mean, from {ratios.min():.1f} to {ratios.max():.1f}.",
         evidence=f"The errors that the design promises are met by those of the fits: their ratios are "
-        f"{promised.min():.3f} to {promised.max():.3f}. Within the same limits, mean errors are {plain}.",
+        f"{promised.min():.3f} to {promised.max():.3f}. Within the same limits, mean errors are {plain}. The true arm "
+        f"goes beyond {len(beyond)} of {count} limits{': ' if beyond else ''}{', '.join(beyond)}.",
         statistic="The ratio of the mean standard errors, number by number, and its geometric mean.",
         sample=f"{REPEATED} logs of each kind.",
         information=ENCODER,

@@ -105,3 +105,8 @@ def largest_motion(log: wb.Dataset) -> tuple[float, float, float, float]:
     """The largest positions in rad and torques in N m of a log, joint by joint."""
     q, tau = (np.abs(log[name]).max(axis=0) for name in ("q", "tau"))
     return float(q[0]), float(q[1]), float(tau[0]), float(tau[1])
+
+
+def limit_of(name: str) -> float:
+    """The limit of the size of a position, velocity or torque, such as `qd[1]`."""
+    return float(LIMITS[name if name in LIMITS else name.partition("[")[0]][1])

@@ -96,27 +96,30 @@ def bias_figure(evidence: Evidence) -> wb.document.Figure:
     return wb.document.Figure("bias", caption, tuple(panels), columns=2)
 
 
+def short_number(value: float) -> str:
+    """A number with two digits behind the point, or without any from 10 on."""
+    return (f"{value:.2f}" if abs(value) < 9.995 else f"{value:.0f}").replace("-", "−")
+
+
 def bias_table(evidence: Evidence) -> wb.document.ReportTable:
-    """The bias and coverage of all estimators, number by number."""
+    """The bias and coverage of all estimators."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for log, title in (("law", "law's log"), ("designed", "designed log")):
         for k, (words, one) in enumerate(estimators(evidence, log).items()):
             worst = 4 + int(np.argmax(np.abs(one.bias[4:])))  # of the frictions
-            cells = (
-                wb.document.ValueWithError(float(100 * one.bias[i]), float(100 * one.bias_error[i]))
-                for i in (0, 1, 2, 3, worst)
-            )
+            cells = [short_number(100 * one.bias[i]) for i in (0, 1, 2, 3, worst)]
             least = None if words == "output errors" else float(100 * one.coverage.min())
-            rows.append((title if k == 0 else "", words, *cells, least))
+            rows.append((title if k == 0 else "", words, *cells, "no" if one.is_unbiased else "yes", least))
     columns = (
         wb.document.TableColumn("log"),
         wb.document.TableColumn("estimator"),
         *(wb.document.TableColumn(one, "%", "right") for one in (*BASE_NAMES[:4], "worst friction")),
-        number_column("least coverage", "%"),
+        wb.document.TableColumn("biased"),
+        number_column("least coverage", "%", 2),
     )
     notes = (
-        "The mean of the estimates less the truth, in per cent of the truth, with 1.96 standard errors of the mean. "
-        "Worst friction: the largest bias of the four frictions. Least coverage: of the 95 % intervals of any number. "
-        "A cutoff in Hz is that of the filter of a regression.",
+        "The mean of the estimates less the truth, in per cent of the truth. Worst friction: the largest bias of the "
+        "four frictions. Biased: a number's mean is off by more than 3.3 standard errors of the mean. Least coverage: "
+        "of the 95 % intervals of any number. A cutoff in Hz is that of the filter of a regression.",
     )
     return wb.document.ReportTable("bias_numbers", "The bias of all estimators.", columns, tuple(rows), notes)

@@ -9,7 +9,7 @@ from studies.c0_identify_arm.answers import LawLog
 from studies.c0_identify_arm.arm import BASE, CARD, FREE, ODD, PERIOD, SPAN, TRUTH, UNITS, WORDS
 from studies.c0_identify_arm.estimates import Curves, LogFit
 from studies.c0_identify_arm.judgement import Evidence, verdict, words_of
-from studies.c0_identify_arm.logs import LIMITS
+from studies.c0_identify_arm.logs import limit_of
 
 JOINTS = ("joint 1", "joint 2")
 SPARSE = 10  # of the thinned readings of a picture, those that are drawn beside the model
@@ -59,10 +59,9 @@ def estimate_table(first: LogFit, second: LogFit) -> wb.document.ReportTable:
     """The estimates of both logs beside the truth."""
     rows: list[tuple[wb.document.Cell, ...]] = []
     for i, name in enumerate(FREE):
-        both = [wb.document.ValueWithError(float(one.theta[i]), float(one.errors[i])) for one in (first, second)]
+        both = [f"{one.theta[i]:.5f} ± {one.errors[i]:.5f}" for one in (first, second)]
         z = [float((one.theta[i] - TRUTH[i]) / one.errors[i]) for one in (first, second)]
-        ratio = float(first.errors[i] / second.errors[i])
-        rows.append((WORDS[name], UNITS[name], TRUTH[i], both[0], z[0], both[1], z[1], ratio))
+        rows.append((WORDS[name], UNITS[name], TRUTH[i], both[0], z[0], both[1], z[1]))
     columns = (
         wb.document.TableColumn("number"),
         wb.document.TableColumn("unit"),
@@ -71,11 +70,9 @@ def estimate_table(first: LogFit, second: LogFit) -> wb.document.ReportTable:
         number_column("off", "std. errors", 2),
         wb.document.TableColumn("designed log", align="right"),
         number_column("off", "std. errors", 2),
-        number_column("errors, law / designed", digits=2),
     )
     notes = (
-        "Errors in brackets are standard errors. Off: the estimate less the truth. The last fifth of each log is held "
-        "out.",
+        "Estimates with standard errors. Off: the estimate less the truth. The last fifth of each log is held out.",
     )
     return wb.document.ReportTable("estimates", "Estimates from one log of each kind.", columns, tuple(rows), notes)
 
@@ -192,7 +189,7 @@ def conditions_section(evidence: Evidence) -> wb.Section:
     rows: list[tuple[wb.document.Cell, ...]] = []
     units = {"q": "rad", "qd": "rad/s", "tau": "N m"}
     for name, value in sizes.items():
-        high = LIMITS[name][1] if name in LIMITS else LIMITS[name.partition("[")[0]][1]
+        high = limit_of(name)
         rows.append((name, units[name.partition("[")[0]], high, value, "yes" if value <= high else "no"))
     columns = (
         wb.document.TableColumn("largest size of"),

@@ -27,7 +27,7 @@ def answer(evidence: Evidence) -> str:
     worst = max(costs, key=lambda law: costs[law].value)
     return (
         f"{SPAN:g} s under AOSMC-RGS tell all {len(FREE)} numbers with standard errors up to {share} %; a designed "
-        f"excitation's are {mean_ratio(evidence):.2g} times smaller. Beside the true model, the paper's costs {worst} "
+        f"excitation's are {mean_ratio(evidence):.1f} times smaller. Beside the true model, the paper's costs {worst} "
         f"{100 * costs[worst].value:.0f} % more error, either log's {digits(100 * rest[worst])} %."
     )
 

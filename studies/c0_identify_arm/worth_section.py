@@ -11,6 +11,7 @@ from studies.c0_identify_arm.sections import number_column
 from studies.c0_identify_arm.worth import EFFORT, LAWS, MODELS, MOTIONS, SETTLED, Trial
 from studies.c0_identify_arm.worth_findings import all_checks, limit_words
 
+BESIDE = 0.27  # of a row, between the bars of two laws
 TABLES = {  # word, unit, units of it in one of SI, and the note
     SETTLED: ("error", "mrad", 1e3, "Root mean square of both positions from 2 s on: means with standard errors."),
     EFFORT: ("torque", "N m", 1.0, "Root mean square of both torques over the run: means with standard errors."),
@@ -81,28 +82,19 @@ def percent(one: Change) -> wb.document.ValueWithError:
 
 
 def worth_figure(evidence: Evidence) -> wb.document.Figure:
-    """The error with each model over that with the true one."""
+    """The error of each law with each model."""
     panels = []
     for motion in MOTIONS:
-        marks: list[wb.document.Mark] = []
+        bars: list[wb.document.Mark] = []
         for i, law in enumerate(LAWS):
-            true = Trial(law, "true", motion)
-            changes = [change(evidence, Trial(law, model, motion), true, SETTLED) for model in MODELS[:-1]]
-            x = np.asarray(np.arange(len(changes)) + 0.15 * (i - 1), dtype=float)
-            low, mid, high = (np.array([100 * getattr(c, end) for c in changes]) for end in ("low", "value", "high"))
-            marks.append(wb.document.Points(law, x, mid, style=i, ylow=low, yhigh=high))
+            trials = [Trial(law, model, motion) for model in MODELS]
+            ends = np.array([1e3 * both(evidence.samples[trial], SETTLED).mean() for trial in trials])
+            places = np.asarray(np.arange(len(MODELS)) + BESIDE * (i - 1), dtype=float)
+            bars.append(wb.document.Bars(law, places, ends, np.zeros(len(ends)), style=i, thick=0.8 * BESIDE))
         panels.append(
-            wb.document.Panel(
-                "change of the error [%]",
-                tuple(marks),
-                "model",
-                title=MOTION_WORDS[motion],
-                xlim=(-0.5, len(MODELS) - 1.5),
-                xnames=MODELS[:-1],
-                hlines=(0.0,),
-            )
+            wb.document.Panel("model", tuple(bars), "error [mrad]", title=MOTION_WORDS[motion], ynames=MODELS)
         )
-    caption = "The change of the error from 2 s on, if a law has another model than the true one, with 95 % intervals."
+    caption = "The root mean square of both positions from 2 s on, on the true arm, by law and model."
     return wb.document.Figure("worth_of_models", caption, tuple(panels), columns=2)
 
 
@@ -116,7 +108,8 @@ def prediction_table(evidence: Evidence) -> wb.document.ReportTable:
                 drawn = scale * both(evidence.samples[Trial(law, model, is_drawn=True)], metric)
                 reached = scale * both(evidence.samples[Trial(law, model)], metric)
                 low, high = np.quantile(drawn, (0.05, 0.95))
-                cells += [float(drawn.mean()), f"{low:.4g} to {high:.4g}", float(reached.mean())]
+                span = f"{low:.4g} to {high:.4g}" if metric == SETTLED else f"{low:.3g} to {high:.3g}"
+                cells += [float(drawn.mean()), span, float(reached.mean())]
             rows.append(tuple(cells))
     columns = (
         wb.document.TableColumn("law"),
