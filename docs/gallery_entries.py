@@ -50,6 +50,7 @@ LINES = {  # of reports, in plain words
     "b2_sobol_cost": "A study of 12,288 runs: its time and its memory.",
     "b3_any_plant": "Eight plants under LQG and PID, with a page to turn each.",
     "b4_handover": "Six laws on compilers, microcontrollers and a browser, bit by bit.",
+    "c0_identify_arm": "The paper's arm, fitted to its own logs: what they tell, and what that is worth.",
     "c1_real_logs": "Fits of measured logs on data that they did not see, beside published models.",
     "d0_frequency": "Linear answers of six laws beside their nonlinear runs.",
     "d1_benchmarks": "A batch of processes, robust benchmarks, and linear laws for the arm.",
