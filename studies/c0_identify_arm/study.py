@@ -1,6 +1,6 @@
 """The paper's arm with friction, identified from logs of its own: what do they tell, and what is it worth?
 
-Runs in about three minutes on two idle cores.
+Takes four to five minutes of processor time, on two cores at once.
 """
 
 from __future__ import annotations
