@@ -98,6 +98,7 @@ def bias_figure(evidence: Evidence) -> wb.document.Figure:
 
 def short_number(value: float) -> str:
     """A number with two digits behind the point, or without any from 10 on."""
+    value = round(value, 2) + 0.0  # no minus zero
     return (f"{value:.2f}" if abs(value) < 9.995 else f"{value:.0f}").replace("-", "−")
 
 

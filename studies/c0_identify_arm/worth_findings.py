@@ -76,8 +76,8 @@ def cost(evidence: Evidence) -> wb.Finding:
         sample=f"{DRAWS} draws of the start and the noise, the same for all models.",
         information="All laws read positions alone. AOSMC-RGS estimates the disturbance, and friction with it; the "
         "others have an observer of the state alone, and compensate the modelled friction.",
-        assumptions="The gains of AOSMC-RGS are those of a1; the errors that count alike in the LQR, and 8 rad/s and a "
-        "damping of 1 for the computed torque; the motions.",
+        assumptions="The gains of AOSMC-RGS are those of a1, not tuned; the errors that count alike in the LQR, "
+        "and 8 rad/s and a damping of 1 for the computed torque; the motions.",
         fitted_numbers="The model of each log; the gain of the LQR follows from it.",
         answer=losers(changes),
         variations=tuple(cost_variations(evidence)),
