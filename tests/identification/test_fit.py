@@ -163,6 +163,12 @@ def test_what_a_speed_alone_cannot_tell_is_refused_by_name():
     assert identifiability(MOTOR, data, ("J", "b"), ["omega"]).is_complete
 
 
+def test_noise_that_is_not_in_the_log_is_said_first():
+    found = fit(MOTOR, log(T, V, X, noise=0.3), FREE, noise={"omega": 0.3, "i": 300.0})
+    assert found.warnings[0].startswith("The noise that was given does not explain 'i': the residuals are 0.00")
+    assert "'omega'" not in found.warnings[0] + found.warnings[1]
+
+
 def test_data_of_another_system_are_said_first():
     swinging = X + np.column_stack([np.sin(9 * T), np.zeros_like(T)])
     found = fit(MOTOR, log(T, V, swinging), FREE, noise={"omega": 0.1, "i": 0.1})
