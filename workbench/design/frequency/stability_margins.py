@@ -56,9 +56,8 @@ def stability_margins(
 ) -> StabilityMargins:
     """The margins of the negative feedback of a loop L with one channel, continuous or discrete, with an exact delay.
 
-    Up to 40 states the bounds are proved, for the numbers as written. A phase crossover of a `StateSpace` that another
-    last digit of its matrices may undo is not listed, and `remarks` names it. For a `StateSpace` with more states the
-    bounds are estimates, and `remarks` says so.
+    Up to 40 states the bounds are proved for the numbers as written, else `remarks` calls them estimates. A phase
+    crossover of a `StateSpace` that another last digit of its matrices may undo is in `remarks`, and not listed.
 
     Parameters
     ----------

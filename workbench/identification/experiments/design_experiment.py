@@ -50,8 +50,7 @@ def design_experiment(
     Parameters
     ----------
     system, free, start
-        As for `wb.fit`; delays of inputs need hold "linear". P counts relative to the sizes of the numbers z, and is
-        exact at their values.
+        As for `wb.fit`; delays need hold "linear". P counts relative to the sizes of z, and is exact at its values.
     inputs, outputs, noise, limits
         Names of the inputs that are designed and of the outputs that are measured, with standard deviations of their
         noise; and low and high ends of inputs, states, outputs and rates by name, as "rate of omega".

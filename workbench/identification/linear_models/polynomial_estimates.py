@@ -86,7 +86,7 @@ def polynomial_model(
     signals, predictor, point = _problem(data, inputs, output, structure, (offsets, initial))
     count = whole("polynomial_model(starts=...)", starts, 0, 10_000)
     generator = np.random.default_rng(checked_seed("polynomial_model(seed=...)", seed))
-    first = replace(predictor, records=tuple(record.interpolated() for record in predictor.records))
+    first = replace(predictor, records=tuple(record.interpolate() for record in predictor.records))
     end, ends = search(predictor, starts_of(first, count, generator))
     return _model(signals, predictor, end, ends, point, holdout)
 
@@ -117,7 +117,7 @@ def _problem(
 
 def _refuse_many_gaps(call: str, predictor: Predictor) -> None:
     """Refuse missing outputs whose matrix of effects on the errors would be too large."""
-    count, most = sum(len(record.missing) for record in predictor.records), sum(len(one.y) for one in predictor.records)
+    count, most = sum(len(record.gaps) for record in predictor.records), sum(len(one.y) for one in predictor.records)
     if predictor.structure.nc and count * most > MOST_EFFECTS:
         raise ValueError(
             f"`{call}(data)` with C takes at most {MOST_EFFECTS // most:,} missing or marked outputs among "

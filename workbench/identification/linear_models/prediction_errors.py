@@ -33,11 +33,11 @@ class Record:
     counts: Marks | None = None
 
     @property
-    def missing(self) -> Integers:
+    def gaps(self) -> Integers:
         """The places of the missing outputs."""
         return np.zeros(0, dtype=int) if self.counts is None else np.flatnonzero(~self.counts)
 
-    def interpolated(self) -> Record:
+    def interpolate(self) -> Record:
         """The record with straight lines in place of missing outputs, for the start of a search."""
         if self.counts is None:
             return self
@@ -84,12 +84,12 @@ class Predictor:
         rows = self.rows
         if rows is not None:
             return int(rows.sum())
-        return sum(len(record.y) - len(record.missing) for record in self.records)
+        return sum(len(record.y) - len(record.gaps) for record in self.records)
 
     @cached_property
     def has_gaps(self) -> bool:
         """True if outputs are missing."""
-        return any(len(record.missing) for record in self.records)
+        return any(len(record.gaps) for record in self.records)
 
     @cached_property
     def rows(self) -> Marks | None:
@@ -100,7 +100,7 @@ class Predictor:
         for record in self.records:
             gone = np.zeros(len(record.y), dtype=bool)
             for delay in range(self.structure.na + self.structure.nd + 1):
-                gone[(places := record.missing + delay)[places < len(gone)]] = True
+                gone[(places := record.gaps + delay)[places < len(gone)]] = True
             kept.append(~gone)
         return np.concatenate(kept)
 
@@ -146,7 +146,7 @@ class Predictor:
         if not gradients:
             return Errors(scale * e, np.zeros((len(e), 0)), kappa, scale)
         if gaps is not None:
-            parts = [_Signals(self.structure, model, record) for record in gaps.filled(-values[self.nuisances :])]
+            parts = [_Signals(self.structure, model, record) for record in gaps.fill(-values[self.nuisances :])]
         J = self._gradients(model, parts, self.on_grid(e, 0.0), values, kappa)
         J = J if rows is None else J[rows]
         J = J - U @ (U.T @ J) if basis.shape[1] else J
@@ -251,21 +251,21 @@ class Gaps:
         """The responses (N, m) of above / below to an impulse at each missing output."""
         columns, at = [], 0
         for record, size in zip(self.records, self.sizes, strict=True):
-            block = np.zeros((sum(self.sizes), len(record.missing)))
+            block = np.zeros((sum(self.sizes), len(record.gaps)))
             impulse = np.zeros(size)
             impulse[0] = 1.0
-            block[at : at + size] = _shifted(lfilter(above, below, impulse), record.missing)
+            block[at : at + size] = _shifted(lfilter(above, below, impulse), record.gaps)
             columns.append(block)
             at += size
         return np.hstack(columns)
 
-    def filled(self, values: Array) -> list[Record]:
+    def fill(self, values: Array) -> list[Record]:
         """The records with these values (m,) in place of the missing outputs."""
-        parts = np.split(values, np.cumsum([len(record.missing) for record in self.records])[:-1])
+        parts = np.split(values, np.cumsum([len(record.gaps) for record in self.records])[:-1])
         made = []
         for record, part in zip(self.records, parts, strict=True):
             y = record.y.copy()
-            y[record.missing] = part
+            y[record.gaps] = part
             made.append(replace(record, y=y))
         return made
 

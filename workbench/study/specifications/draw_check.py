@@ -71,6 +71,15 @@ class DrawVerdicts:
         The number of draws at which the loop is not stable.
     reasons
         The reason why a draw has no answer, by its number.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.linear_loop(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
+    >>> factor = wb.Factor("R", ("plant.R",), wb.Uniform(0.9, 1.1))
+    >>> wb.Specification(damping=0.5).check_draws(loop, (factor,), draws=20).share.runs
+    20
     """
 
     figures: tuple[DrawnFigures, ...]
