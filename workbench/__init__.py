@@ -45,7 +45,7 @@ _ROOMS = {
     "design.riccati": "lqg lqr steady_kalman",
     "design.step_response": "step_info",
     "design.synthesis": "coprime_margin h2_controller hinf_controller least_sensitivity lqg_integral mixed_sensitivity",
-    "identification.estimation": "fit identifiability",
+    "identification.estimation": "FittedParameters fit identifiability",
     "identification.datasets": "Dataset check_data",
     "identification.experiments": "design_experiment",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "
@@ -56,6 +56,8 @@ _ROOMS = {
     "study.evidence": "LoopLimits largest_setting",
     "study.loop_tuning": "tune",
     "study.specifications": "Specification",
+    "report.fit_page": "fit_page",
+    "report.fit_section": "fit_section",
     "report.live.turned_knobs": "linear_loop_at_knobs turn_knobs",
     "report.loop_page": "live",
     "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values_plot step_response",

@@ -19,7 +19,8 @@ from workbench.arms.mechanics.inertial_regressor import FIRST, MOMENTS
 from workbench.arms.mechanics.parameter_reduction import BaseParameters
 from workbench.arms.observer_gains.matrix_inequalities import solvers
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.refusals import Array, vector
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ def _bases(names: tuple[str, ...]) -> dict[str, dict[int, Array]]:
     return result
 
 
+@check_arguments
 def pseudo_inertias(names: tuple[str, ...], theta: Array) -> dict[str, Array]:
     """The pseudo-inertia matrix of each link, which is positive definite for a body of positive density.
 
@@ -112,6 +114,7 @@ def pseudo_inertias(names: tuple[str, ...], theta: Array) -> dict[str, Array]:
     >>> [bool(np.linalg.eigvalsh(matrix)[0] > 0) for matrix in matrices.values()]
     [True, True]
     """
+    theta = vector("pseudo_inertias(names, theta)", theta, len(names), "names")
     return {
         link: np.sum([theta[i] * part for i, part in entries.items()], axis=0)
         for link, entries in _bases(names).items()
