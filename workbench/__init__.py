@@ -46,6 +46,7 @@ _ROOMS = {
     "identification.estimation": "fit identifiability",
     "identification.datasets": "Dataset check_data",
     "identification.experiments": "design_experiment",
+    "planning.trajectories": "plan",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "
     "SobolDesign Study Sweep Uniform Variation Work side_by_side sobol",
     "study.citation": "cite",
@@ -94,6 +95,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "notation": "core.notation",
     "pictures": "report.pictures",
     "pid_design": "design.pid_design",
+    "planning": "planning",
     "plants": "blocks.plants",
     "proofs": "proofs",
     "provenance": "study.provenance",

@@ -1,0 +1,138 @@
+"""Which limits and boundary values of a plan conflict: the least violation, and a set from which none can be left out.
+
+A deletion filter (Chinneck and Dravnieks 1991) over elastic programs: each item may be violated by a slack at a price,
+and is dropped where the others conflict without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.validation.refusals import Array
+from workbench.planning.trajectories.ipopt_solver import GOOD, QUIET
+from workbench.planning.trajectories.plan_items import ItemRows, PlanItem, item_rows
+from workbench.planning.trajectories.plan_values import Values
+from workbench.planning.trajectories.transcription import Transcription
+
+FEASIBLE = 1e-5  # sum of all violations, each over the size of its item, below which there is none
+CALM = 1e-7  # weight of the squares of all variables, which keeps those at bay on which nothing depends
+PRICED = 1e-4  # multiplier of an item, of 1, above which it takes part in a conflict
+MOST = 300  # iterations
+
+
+class PlanConflictError(ValueError):
+    """No trajectory meets all that was asked; the `items` conflict, and without any one of them the others can be met.
+
+    That the others can be met is shown by a trajectory. That all together cannot is the outcome of searches from several
+    starts, and no proof.
+    """
+
+    def __init__(self, items: tuple[PlanItem, ...], violation: float) -> None:
+        self.items, self.violation = items, violation
+        names = ", ".join(f"'{item}'" for item in items)
+        others = (
+            "without any one of them the others can be met: widen one of them"
+            if len(items) > 1
+            else "it cannot be met by itself: change it"
+        )
+        super().__init__(f"`plan(...)` found no trajectory, as these conflict: {names}; {others}.")
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticProgram:
+    """The program of a plan whose items may be violated at a price."""
+
+    transcription: Transcription
+
+    @cached_property
+    def rows(self) -> tuple[ItemRows, ...]:
+        """All items with their rows."""
+        return tuple(item_rows(self.transcription))
+
+    @cached_property
+    def _solver(self) -> ca.Function:
+        transcription, count = self.transcription, len(self.rows)
+        slack, price = ca.MX.sym("slack", count), ca.MX.sym("price", count)
+        periodic = len(transcription.problem.periodic)
+        links = transcription.links[: transcription.links.numel() - periodic]
+        hard = [links, *(ca.vec(terms.defects) for terms in transcription.terms)]
+        soft = [rows.excess - slack[i] for i, rows in enumerate(self.rows)]
+        calm = CALM * ca.sumsqr(transcription.w) / transcription.w.numel()
+        program = {
+            "x": ca.vertcat(transcription.w, slack),
+            "p": price,
+            "f": ca.dot(price, slack) + calm,
+            "g": ca.vertcat(*hard, *soft),
+        }
+        options = {**QUIET, "ipopt.tol": 1e-8, "ipopt.max_iter": MOST, "ipopt.mu_init": 1.0}
+        return ca.nlpsol("elastic", "ipopt", program, options)
+
+    def solve(self, keeps: Sequence[bool], start: Array) -> tuple[float, Array, Array]:
+        """The least violation of the items that are kept, their multipliers (items,), and the variables (nw,)."""
+        count, prices = len(self.rows), np.array(keeps, dtype=float)
+        sizes = [rows.excess.numel() for rows in self.rows]
+        hard = int(self._solver.size1_in("lbg")) - sum(sizes)
+        low = np.concatenate([np.zeros(hard), np.full(sum(sizes), -np.inf)])
+        lowest = np.full(start.size, -np.inf)
+        for parts in self.transcription.split(lowest):
+            parts[0][:] = 1e-4  # of a duration, which must not vanish
+        guess = np.concatenate([start, np.ones(count)])
+        answer = self._solver(
+            x0=guess, p=prices, lbx=np.concatenate([lowest, np.zeros(count)]), ubx=np.inf, lbg=low, ubg=0.0
+        )
+        x, lam = np.array(answer["x"]).ravel(), np.array(answer["lam_g"]).ravel()
+        ends = np.cumsum([hard, *sizes])
+        loads = np.array([np.abs(lam[a:b]).sum() for a, b in zip(ends[:-1], ends[1:], strict=True)])
+        w = x[: start.size]
+        solved = str(self._solver.stats()["return_status"]) in GOOD
+        violation = float(prices @ x[start.size :]) if solved else float("inf")
+        return violation, loads, w
+
+
+def find_conflict(transcription: Transcription, starts: Sequence[Values]) -> PlanConflictError | Values:
+    """The conflict of a problem, or a trajectory that meets all that was asked.
+
+    Raises
+    ------
+    ValueError
+        If no elastic program ends.
+    """
+    program = ElasticProgram(transcription)
+    guesses = [transcription.pack(start) for start in starts]
+    keeps = [True] * len(program.rows)
+    least, loads, w = _least(program, keeps, guesses)
+    if least <= FEASIBLE:
+        return transcription.unpack(w)
+    if least == np.inf:
+        raise ValueError(
+            "`plan(...)` found no trajectory, and could not tell which limits conflict: IPOPT did not end even where "
+            "each may be violated; look at the units and the guess, or take fewer `intervals`."
+        )
+    priced = [bool(load > PRICED) for load in loads]
+    if _least(program, priced, [*guesses, w])[0] > FEASIBLE:
+        keeps = priced
+    for i in np.argsort(loads):
+        if keeps[i]:
+            trial = [keep and k != i for k, keep in enumerate(keeps)]
+            if _least(program, trial, [w, *guesses])[0] > FEASIBLE:
+                keeps = trial
+    items = tuple(rows.item for rows, keep in zip(program.rows, keeps, strict=True) if keep)
+    return PlanConflictError(items, least)
+
+
+def _least(program: ElasticProgram, keeps: Sequence[bool], guesses: Sequence[Array]) -> tuple[float, Array, Array]:
+    """The least violation from some starts; the first below the threshold ends the search."""
+    best: tuple[float, Array, Array] | None = None
+    for guess in guesses:
+        end = program.solve(keeps, guess)
+        if best is None or end[0] < best[0]:
+            best = end
+        if best[0] <= FEASIBLE:
+            break
+    assert best is not None
+    return best
