@@ -13,7 +13,7 @@ from workbench.planning.trajectories.plan_values import Values
 from workbench.planning.trajectories.transcription import Transcription
 
 GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
-QUIET = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "error_on_fail": False}
+QUIET = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "error_on_fail": False, "show_eval_warnings": False}
 EXACT = {"ipopt.bound_relax_factor": 0.0, "ipopt.honor_original_bounds": "yes"}
 
 

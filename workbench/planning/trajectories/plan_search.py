@@ -21,7 +21,8 @@ JUMP = 0.2  # of its range, in one interval of the first mesh, below which no in
 ROUGH = 0.05  # distance of an input from its neighbours' line or value, as a share of its range, that is cut
 ROUNDS = 16
 SPARE_STARTS = 5  # random ones, where the others do not end
-CONFLICT_STARTS = 3
+STRETCHES = (1.0, 1.0, 4.0, 2.0)  # of the duration, in the starts of a search for conflicts; all but the first random
+SPARE_STRETCHES = (3.0, 8.0, 4.0, 2.0, 6.0, 3.0, 4.0, 5.0)  # in those by which its answer is checked
 CONFLICT_INTERVALS = 24
 
 
@@ -99,8 +100,12 @@ def _from_feasible(
     few = min(options.intervals, CONFLICT_INTERVALS)
     counts, rng = (few,) * len(problem.phases), np.random.default_rng(options.seed)
     sizes = np.concatenate([scales.x, scales.u])
-    guesses = [guess(problem, counts, sizes, rows, rng if i else None) for i in range(CONFLICT_STARTS)]
-    answer = find_conflict(Transcription(problem, tuple(arc.mesh for arc in guesses[0]), scales), guesses)
+    guesses = []
+    for i, stretch in enumerate(STRETCHES + SPARE_STRETCHES):
+        one = guess(problem, counts, sizes, rows, rng if i else None)
+        guesses.append(tuple(replace(arc, T=stretch * arc.T) for arc in one))
+    transcription = Transcription(problem, tuple(arc.mesh for arc in guesses[0]), scales)
+    answer = find_conflict(transcription, guesses[: len(STRETCHES)], guesses[len(STRETCHES) :])
     if isinstance(answer, Exception):
         raise answer
     mesh = np.full(options.intervals, 1.0)
