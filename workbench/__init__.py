@@ -16,14 +16,14 @@ __version__ = "0.1.0"
 _ROOMS = {
     "core": "Layout Ode SampledSystem SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
     "core.validation.refusals": "Array",
-    "blocks.laws": "Cascade LimitedLaw LinearLaw PID ScheduledLaw StateFeedback",
+    "blocks.laws": "Cascade LimitedLaw LinearLaw PID ScheduledLaw StateFeedback TrajectoryFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
     "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",
     "blocks.plants": "Backlash BuckConverter CartPole DCMotor DeadZone DisturbedPlant EquippedPlant FirstOrder "
     "FurutaPendulum LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit "
     "Saturation SingleTrackVehicle StirredTank TwoMasses",
-    "blocks.signals": "Chirp Constant PulseTrain Ramp Sines SineTorque SquareWave Step Table CombinedReference "
+    "blocks.signals": "Chirp Constant PlannedReference PulseTrain Ramp Sines SineTorque SquareWave Step Table CombinedReference "
     "Trapezoid WayPoints",
     "arms.laws": "ArmPID ArmStateFeedback SlidingMode",
     "arms.log_regression": "fit_inverse_dynamics",

@@ -14,5 +14,8 @@ True
 
 from workbench.core.lazy_names import lazy_names
 
-_FILES = {"trajectories": "Phase Plan PlanCertificate PlanConflictError PlanItem plan"}
+_FILES = {
+    "trajectories": "Funnel Phase Plan PlanCertificate PlanConflictError PlanItem TrajectoryRegulator funnel plan "
+    "trajectory_lqr"
+}
 __all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

@@ -1,5 +1,27 @@
 """The room for editors and mypy: each of its names, and the file that it comes from."""
 
-from workbench.planning.trajectories import Phase, Plan, PlanCertificate, PlanConflictError, PlanItem, plan
+from workbench.planning.trajectories import (
+    Funnel,
+    Phase,
+    Plan,
+    PlanCertificate,
+    PlanConflictError,
+    PlanItem,
+    TrajectoryRegulator,
+    funnel,
+    plan,
+    trajectory_lqr,
+)
 
-__all__ = ["Phase", "Plan", "PlanCertificate", "PlanConflictError", "PlanItem", "plan"]
+__all__ = [
+    "Funnel",
+    "Phase",
+    "Plan",
+    "PlanCertificate",
+    "PlanConflictError",
+    "PlanItem",
+    "TrajectoryRegulator",
+    "funnel",
+    "plan",
+    "trajectory_lqr",
+]

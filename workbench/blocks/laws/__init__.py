@@ -9,6 +9,7 @@ from workbench.blocks.laws.limited_law import LimitedLaw
 from workbench.blocks.laws.pid import PID
 from workbench.blocks.laws.scheduled_law import ScheduledLaw
 from workbench.blocks.laws.state_feedback import StateFeedback
+from workbench.blocks.laws.trajectory_feedback import TrajectoryFeedback
 from workbench.blocks.loop.linear_blocks import LinearLaw
 
 __all__ = [
@@ -18,4 +19,5 @@ __all__ = [
     "ScheduledLaw",
     "StateFeedback",
     "LinearLaw",
+    "TrajectoryFeedback",
 ]

@@ -54,6 +54,12 @@ class ArcValues:
         basis = np.array([_lagrange(places, j, s) for j in range(STAGES + 1)])
         return np.asarray(np.einsum("jm,mjn->mn", basis, values[k]))
 
+    def powers(self, k: int) -> Array:
+        """(nx, d + 1), the coefficients of 1, s, s^2, ... of the states in interval k, s being its share from 0 to 1."""
+        places = np.concatenate([[0.0], radau_points()])
+        values = np.vstack([self.x[k], self.inner[k], self.x[k + 1]])
+        return np.asarray(np.linalg.solve(np.vander(places, increasing=True), values).T)
+
     def inputs_at(self, shares: Array) -> Array:
         """The inputs (M, nu) at shares of the duration; at a node, those of the interval behind it."""
         nodes = self.shares
