@@ -47,7 +47,9 @@ class MotionRecord:
 
     def __post_init__(self) -> None:
         if self.t.ndim != 1 or self.t.size < 2 or self.t[0] != 0 or not (np.diff(self.t) > 0).all():
-            raise ValueError("`MotionRecord(t=...)` must be two or more instants in increasing order, the first at 0 s.")
+            raise ValueError(
+                "`MotionRecord(t=...)` must be two or more instants in increasing order, the first at 0 s."
+            )
         sizes = {"x_begins": self.states, "x_ends": self.states, "rate_begins": self.states, "rate_ends": self.states}
         for name, layout in {**sizes, "u_begins": self.inputs, "u_ends": self.inputs}.items():
             shape, want = getattr(self, name).shape, (self.t.size - 1, layout.size)

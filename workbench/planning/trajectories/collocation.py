@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import casadi as ca
 import numpy as np
 
@@ -9,6 +11,7 @@ from workbench.core.validation.refusals import Array
 from workbench.planning.trajectories.plan_problem import PhaseProblem, Scales
 
 STAGES = 3  # of Radau IIA: order 5
+Answer = tuple[ca.SX, ca.SX, list[tuple[float, ca.SX]]]  # defects, cost, and states by their share of the interval
 SUBSTEPS = 6  # of classical Runge-Kutta in an interval of shooting
 
 
@@ -49,7 +52,9 @@ def interval_function(phase: PhaseProblem, scales: Scales, method: str) -> ca.Fu
     return ca.Function("interval", arguments, [defects, cost, begin, ca.vertcat(*signals)])
 
 
-def _collocate(phase, sx, t0, h, z0, inner, input_at):  # type: ignore[no-untyped-def]
+def _collocate(
+    phase: PhaseProblem, sx: ca.DM, t0: ca.SX, h: ca.SX, z0: ca.SX, inner: ca.SX, input_at: Callable[[float], ca.SX]
+) -> Answer:
     """Radau IIA: the slope of the polynomial through all values is the rate at each point."""
     shares, (C, weights) = radau_points(), radau_matrices()
     nx = z0.numel()
@@ -64,7 +69,9 @@ def _collocate(phase, sx, t0, h, z0, inner, input_at):  # type: ignore[no-untype
     return ca.vertcat(*defects), cost, points
 
 
-def _shoot(phase, sx, t0, h, z0, z1, input_at):  # type: ignore[no-untyped-def]
+def _shoot(
+    phase: PhaseProblem, sx: ca.DM, t0: ca.SX, h: ca.SX, z0: ca.SX, z1: ca.SX, input_at: Callable[[float], ca.SX]
+) -> Answer:
     """Classical Runge-Kutta steps from the begin, which must end at the next node."""
     x, cost, d = sx * z0, ca.SX(0), h / SUBSTEPS
 
@@ -73,10 +80,10 @@ def _shoot(phase, sx, t0, h, z0, z1, input_at):  # type: ignore[no-untyped-def]
         return values
 
     for i in range(SUBSTEPS):
-        a, ca_ = rate(i, x)
-        b, cb = rate(i + 0.5, x + d / 2 * a)
-        c, cc = rate(i + 0.5, x + d / 2 * b)
-        e, ce = rate(i + 1, x + d * c)
-        x = x + d / 6 * (a + 2 * b + 2 * c + e)
-        cost += d / 6 * (ca_ + 2 * cb + 2 * cc + ce)
+        k1, q1 = rate(i, x)
+        k2, q2 = rate(i + 0.5, x + d / 2 * k1)
+        k3, q3 = rate(i + 0.5, x + d / 2 * k2)
+        k4, q4 = rate(i + 1, x + d * k3)
+        x = x + d / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        cost += d / 6 * (q1 + 2 * q2 + 2 * q3 + q4)
     return z1 - x / sx, cost, [(1.0, sx * z1)]

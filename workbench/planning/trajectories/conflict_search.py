@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -27,14 +28,21 @@ MOST = 120  # iterations
 CHEAP = 1e-3  # price of an item that is left out, which keeps it from being violated without need
 TRUE = 0.01  # miss of a node, as a share of the range of a state, up to which a trajectory on a coarse mesh is one
 FIRST = 0.1  # violation with which a search begins
-ORDER = ("end", "limit", "rate limit", "periodic", "duration", "start")  # in which items are left out where either will do
+ORDER = (
+    "end",
+    "limit",
+    "rate limit",
+    "periodic",
+    "duration",
+    "start",
+)  # in which items are left out where either will do
 
 
 class PlanConflictError(ValueError):
     """No trajectory meets all that was asked; the `items` conflict, and without any one of them the others can be met.
 
-    That the others can be met is shown by a trajectory. That all together cannot is the outcome of searches from several
-    starts, and no proof.
+    That the others can be met is shown by a trajectory. That all together cannot is the outcome of searches from
+    several starts, and no proof.
     """
 
     def __init__(self, items: tuple[PlanItem, ...], violation: float) -> None:
@@ -75,7 +83,7 @@ class ElasticProgram:
             "g": ca.vertcat(*hard, *soft),
         }
         options = {**QUIET, "ipopt.tol": 1e-8, "ipopt.max_iter": MOST, "ipopt.mu_init": 1.0}
-        return ca.nlpsol("elastic", "ipopt", program, options)
+        return ca.nlpsol("elastic", "ipopt", program, options)  # type: ignore[arg-type]  # the stub knows no MX here
 
     def solve(self, keeps: Sequence[bool], start: Array) -> tuple[float, Array, Array]:
         """The least violation of the items that are kept, their multipliers (items,), and the variables (nw,)."""
@@ -96,7 +104,7 @@ class ElasticProgram:
         )
         x, lam = np.array(answer["x"]).ravel(), np.array(answer["lam_g"]).ravel()
         ends = np.cumsum([hard, *sizes])
-        loads = np.array([np.abs(lam[a:b]).sum() for a, b in zip(ends[:-1], ends[1:], strict=True)])
+        loads = np.array([np.abs(lam[a:b]).sum() for a, b in pairwise(ends)])
         w = x[: start.size]
         solved = str(self._solver.stats()["return_status"]) in GOOD
         violation = float(keep @ x[start.size :]) if solved else float("nan")

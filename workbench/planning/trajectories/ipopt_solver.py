@@ -13,7 +13,13 @@ from workbench.planning.trajectories.plan_values import Values
 from workbench.planning.trajectories.transcription import Transcription
 
 GOOD = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
-QUIET = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "error_on_fail": False, "show_eval_warnings": False}
+QUIET = {
+    "ipopt.print_level": 0,
+    "print_time": False,
+    "ipopt.sb": "yes",
+    "error_on_fail": False,
+    "show_eval_warnings": False,
+}
 EXACT = {"ipopt.bound_relax_factor": 0.0, "ipopt.honor_original_bounds": "yes"}
 
 
@@ -49,7 +55,7 @@ def call_ipopt(
         options |= {"ipopt.mu_init": 1e-4, "ipopt.bound_push": 1e-5, "ipopt.bound_frac": 1e-5}
     else:
         options |= {"ipopt.mu_init": 1.0}
-    solver = ca.nlpsol("plan", "ipopt", program, options)
+    solver = ca.nlpsol("plan", "ipopt", program, options)  # type: ignore[arg-type]  # the stub knows no MX here
     lower, upper = transcription.bounds()
     w0 = np.clip(transcription.pack(start), lower, upper)
     answer = solver(x0=w0, lbx=lower, ubx=upper, lbg=low, ubg=high)

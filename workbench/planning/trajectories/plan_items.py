@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.planning.trajectories.plan_problem import PhaseProblem, PlanProblem
+from workbench.planning.trajectories.plan_problem import PhaseProblem
 from workbench.planning.trajectories.transcription import Transcription
 
 

@@ -110,5 +110,3 @@ def active_spans(end: ProgramEnd) -> dict[str, tuple[tuple[float, float], ...]]:
 def _spans(t: Array, touches: Array) -> tuple[tuple[float, float], ...]:
     edges = np.flatnonzero(np.diff(np.concatenate([[0], touches.astype(int), [0]])))
     return tuple((float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True))
-
-

@@ -64,7 +64,7 @@ def duration_pair(call: str, value: object) -> tuple[float, float]:
 
 def guess_rows(call: str, guess: Mapping[str, object], layout: Layout) -> dict[int, Array]:
     """By place, the values of a guess at even times."""
-    rows = {}
+    rows: dict[int, Array] = {}
     for name, value in guess.items():
         places = places_of(name, layout, "states and inputs")
         array = as_array(value)
@@ -92,4 +92,3 @@ def _numbers(call: str, value: object, size: int) -> Array:
         must = "a finite number" if size == 1 else f"{size} finite numbers"
         raise refusal(call, must, value)
     return np.asarray(np.broadcast_to(array.ravel(), size))
-

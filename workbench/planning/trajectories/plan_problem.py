@@ -125,7 +125,9 @@ class Scales:
     def of_values(x: Array, u: Array, T: Array, before: Scales) -> Scales:
         """Sizes from the range of a trajectory, x (M, nx) and u (M, nu); of what does not move, those before."""
         moved = [np.abs(values).max(axis=0) for values in (x, u)]
-        sizes = [np.where(m > 1e-6 * b, np.maximum(m, 1e-3 * b), b) for m, b in zip(moved, (before.x, before.u), strict=True)]
+        sizes = [
+            np.where(m > 1e-6 * b, np.maximum(m, 1e-3 * b), b) for m, b in zip(moved, (before.x, before.u), strict=True)
+        ]
         return Scales(sizes[0], sizes[1], T)
 
 

@@ -50,9 +50,7 @@ class SearchEnd:
     starts: tuple[float, ...] = ()  # objectives on the first mesh of all starts that ended
 
 
-def search(
-    problem: PlanProblem, options: SearchOptions, rows: Mapping[int, Array], first: Values | None
-) -> SearchEnd:
+def search(problem: PlanProblem, options: SearchOptions, rows: Mapping[int, Array], first: Values | None) -> SearchEnd:
     """The best plan from some starts, on a mesh that the march accepts.
 
     Raises
@@ -148,6 +146,7 @@ def refine(problem: PlanProblem, end: ProgramEnd, options: SearchOptions) -> Sea
     objective by a cut of all is its error.
     """
     objectives, error, everywhere = list[float](), np.inf, False
+    meshes: tuple[Array, ...] = ()
     best: tuple[ProgramEnd, tuple[MarchedArc, ...]] | None = None
     for _ in range(ROUNDS):
         if best is not None:

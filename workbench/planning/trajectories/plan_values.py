@@ -1,4 +1,4 @@
-"""The numbers of a trajectory in the search: durations, states at nodes and inside intervals, inputs; and new meshes."""
+"""The numbers of a trajectory in a search: durations, states at nodes and inside intervals, inputs; new meshes."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class ArcValues:
         return np.asarray(np.einsum("jm,mjn->mn", basis, values[k]))
 
     def powers(self, k: int) -> Array:
-        """(nx, d + 1), the coefficients of 1, s, s^2, ... of the states in interval k, s being its share from 0 to 1."""
+        """(nx, d + 1), coefficients of 1, s, s^2, ... of the states in interval k, s being the share from 0 to 1."""
         places = np.concatenate([[0.0], radau_points()])
         values = np.vstack([self.x[k], self.inner[k], self.x[k + 1]])
         return np.asarray(np.linalg.solve(np.vander(places, increasing=True), values).T)

@@ -1,4 +1,4 @@
-"""The problem of a plan made from what its user names: functions of costs, limits and jumps in the plant's own names."""
+"""The problem of a plan from what its user names: costs, limits and jumps as functions of the plant's own names."""
 
 from __future__ import annotations
 
@@ -124,7 +124,10 @@ class PlanParts:
         y, outputs = self.ode.h(t, x, p), self.ode.outputs
         for name in (name for name in limits if name not in self._of(limits)):
             if name in self.signals:
-                value, labels = self._value(f"{CALL}(signals={{{name!r}: ...}})", self.signals[name], t, *signals), [name]
+                value, labels = (
+                    self._value(f"{CALL}(signals={{{name!r}: ...}})", self.signals[name], t, *signals),
+                    [name],
+                )
             else:
                 places = [int(i) for i in outputs.indices(name)]
                 value, labels = ca.vertcat(*[y[i] for i in places]), [outputs.labels[i] for i in places]
@@ -177,7 +180,9 @@ class PlanParts:
         parts = self.ode.states.view(x)
         given = phase.jump(Signals(parts))
         if not isinstance(given, Mapping):
-            raise ValueError(f"`Phase(jump=...)` must return the states that jump by name; it returned {describe(given)}.")
+            raise ValueError(
+                f"`Phase(jump=...)` must return the states that jump by name; it returned {describe(given)}."
+            )
         for name in given:
             known_name(name, self.ode.states.names, f"states of '{self.ode.name}'")
         after = self.ode.states.flatten({**parts, **{name: ca.SX(value) for name, value in given.items()}})
@@ -186,9 +191,9 @@ class PlanParts:
 
 def _scalar(call: str, value: object) -> ca.SX:
     try:
-        part: ca.SX = ca.densify(ca.SX(value))
+        part = ca.SX(value)  # type: ignore[call-overload]  # whatever it is that came
     except Exception:
         raise ValueError(f"`{call}` must be one expression; got {describe(value)}.") from None
     if part.shape != (1, 1):
         raise ValueError(f"`{call}` must be one number, (1, 1); got shape {part.shape}.")
-    return part
+    return ca.SX(ca.densify(part))

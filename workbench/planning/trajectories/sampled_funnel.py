@@ -159,9 +159,7 @@ def _pairs(nodes: Array) -> list[tuple[float, float]]:
 def _closed_ode(plan: Plan, phase: PhaseProblem) -> tuple[Ode, tuple[str, ...]]:
     """The plant under feedback about a trajectory whose numbers are parameters, and their labels."""
     nx, nu = plan.problem.nx, plan.problem.nu
-    layout = Layout(
-        (Entry("u_ref", np.zeros(nu)), Entry("x_ref", np.zeros(nx)), Entry("gain", np.zeros(nu * nx)))
-    )
+    layout = Layout((Entry("u_ref", np.zeros(nu)), Entry("x_ref", np.zeros(nx)), Entry("gain", np.zeros(nu * nx))))
     t, x, p = ca.SX.sym("t"), plan.states.symbols(), layout.symbols()
     K = ca.reshape(p[nu + nx :], nx, nu).T
     u = p[:nu] - K @ (x - p[nu : nu + nx])

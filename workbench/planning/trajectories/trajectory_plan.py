@@ -133,7 +133,9 @@ class Plan:
         """States (K, nx) and inputs (K, nu) at times (K,) in s, by the polynomials of the intervals."""
         t = np.atleast_1d(numbers("Plan.at(times=...)", times))
         if not ((t >= 0) & (t <= self.until * (1 + 1e-12))).all():
-            raise ValueError(f"`Plan.at(times=...)` must lie from 0 to {self.until:.6g} s; got {t.min():g} to {t.max():g}.")
+            raise ValueError(
+                f"`Plan.at(times=...)` must lie from 0 to {self.until:.6g} s; got {t.min():g} to {t.max():g}."
+            )
         ends = np.cumsum(self.durations)
         which = np.minimum(np.searchsorted(ends, t, side="right"), len(ends) - 1)
         x, u = np.empty((len(t), self.x.shape[1])), np.empty((len(t), self.u.shape[1]))
@@ -155,9 +157,7 @@ class Plan:
         instants = np.concatenate([[0.0], *[node[1:] for node in nodes]])
         rates = [self._rates(i, node) for i, node in enumerate(nodes)]
         first_rates, last_rates = (np.concatenate([rate[k] for rate in rates]) for k in (0, 1))
-        return MotionRecord(
-            instants, self.states, self.inputs, firsts, lasts, first_rates, last_rates, begins, ends
-        )
+        return MotionRecord(instants, self.states, self.inputs, firsts, lasts, first_rates, last_rates, begins, ends)
 
     def _rates(self, i: int, nodes: Array) -> tuple[Array, Array]:
         """The rates (N, nx) of the states at the begin and at the end of each interval of a phase."""

@@ -14,6 +14,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import check_arguments
+from workbench.design.matrices import one_thread
 from workbench.design.riccati_flow import RiccatiFlow, rde
 from workbench.planning.trajectories.plan_values import ArcValues
 from workbench.planning.trajectories.trajectory_plan import Plan
@@ -65,6 +66,7 @@ class TrajectoryRegulator:
 
 
 @check_arguments
+@one_thread()
 def trajectory_lqr(plan: Plan, Q: Numbers, R: Numbers, P1: Numbers | None = None) -> TrajectoryRegulator:
     """The time-varying linear-quadratic regulator along a plan:
 
@@ -99,6 +101,7 @@ def trajectory_lqr(plan: Plan, Q: Numbers, R: Numbers, P1: Numbers | None = None
     >>> wb.planning.trajectory_lqr(turn, Q=np.eye(2), R=[[1.0]]).K.shape == (len(turn.t), 1, 2)
     True
     """
+    Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
     P = np.array(Q if P1 is None else P1, dtype=float)
     ends, flows = np.cumsum(plan.durations), list[RiccatiFlow]()
     jumps = [phase.jump for phase in plan.problem.phases]
@@ -144,4 +147,3 @@ def _slopes(
 def _jump_slope(jump: ca.Function, x: Array) -> Array:
     symbol = ca.SX.sym("x", x.size)
     return np.array(ca.Function("slope", [symbol], [ca.jacobian(jump(symbol), symbol)])(x))
-

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
 
-from workbench.core.validation.refusals import Array, Integers
+from workbench.core.validation.refusals import Array
 from workbench.planning.trajectories.collocation import STAGES, interval_function
-from workbench.planning.trajectories.plan_problem import PhaseProblem, PlanProblem, Scales
-from workbench.planning.trajectories.plan_values import ArcValues, Values
+from workbench.planning.trajectories.plan_problem import Ends, PhaseProblem, PlanProblem, Scales
+from workbench.planning.trajectories.plan_values import ArcValues, Values, linear_inner
 
-FAR = 1e20  # as IPOPT has infinity
+Parts = tuple[Array, Array, Array, Array]  # T, states at nodes and inside, inputs
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,18 +115,18 @@ class Transcription:
             x = z * self.scales.x
             inside = inner * self.scales.x
             if self.problem.method != "collocation":
-                from workbench.planning.trajectories.plan_values import linear_inner
-
                 inside = linear_inner(x)
-            values.append(ArcValues(self.meshes[i], float(T[0]) * float(self.scales.T[i]), x, inside, v * self.scales.u))
+            values.append(
+                ArcValues(self.meshes[i], float(T[0]) * float(self.scales.T[i]), x, inside, v * self.scales.u)
+            )
         return tuple(values)
 
-    def split(self, w: Array) -> list[tuple[Array, Array, Array, Array]]:
+    def split(self, w: Array) -> list[Parts]:
         """T (1,), states (N + 1, nx), inner states (N, d - 1, nx) and inputs (M, nu) of each phase of a column."""
         parts, at, nx, nu = [], 0, self.problem.nx, self.problem.nu
         for arc, mesh in zip(self.arcs, self.meshes, strict=True):
             sizes = np.cumsum([at, 1, arc.Z.numel(), arc.C.numel(), arc.V.numel()])
-            T, z, c, v = (w[a:b] for a, b in zip(sizes[:-1], sizes[1:], strict=True))
+            T, z, c, v = (w[a:b] for a, b in pairwise(sizes))
             parts.append((T, z.reshape(-1, nx), c.reshape(len(mesh), -1, nx), v.reshape(-1, nu)))
             at = int(sizes[-1])
         return parts
@@ -152,12 +153,9 @@ class Transcription:
         return np.tile(phase.g.low, points * count), np.tile(phase.g.high, points * count)
 
 
-def _tighten(low, high, ends, scales: Scales, nx: int, k: int) -> None:  # type: ignore[no-untyped-def]
+def _tighten(low: Parts, high: Parts, ends: Ends, scales: Scales, nx: int, k: int) -> None:
     """Narrow the bounds of one node by boundary values."""
     sizes = np.concatenate([scales.x, scales.u])
     for part, size in ((1, slice(0, nx)), (3, slice(nx, None))):
         low[part][k] = np.maximum(low[part][k], (ends.low / sizes)[size])
         high[part][k] = np.minimum(high[part][k], (ends.high / sizes)[size])
-
-
-Places = Integers
