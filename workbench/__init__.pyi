@@ -4,6 +4,7 @@ from workbench import arms as arms
 from workbench import core as core
 from workbench import handover as handover
 from workbench import identification as identification
+from workbench import planning as planning
 from workbench import proofs as proofs
 from workbench import study as study
 from workbench import testing as testing
@@ -15,7 +16,15 @@ from workbench.arms.mechanics.urdf import read_urdf as read_urdf
 from workbench.arms.observers import ArmFullState, ExtendedStateObserver
 from workbench.blocks import loop as loop
 from workbench.blocks import plants as plants
-from workbench.blocks.laws import PID, Cascade, LimitedLaw, LinearLaw, ScheduledLaw, StateFeedback
+from workbench.blocks.laws import (
+    PID,
+    Cascade,
+    LimitedLaw,
+    LinearLaw,
+    ScheduledLaw,
+    StateFeedback,
+    TrajectoryFeedback,
+)
 from workbench.blocks.loop import AbstractController as Controller
 from workbench.blocks.loop import AbstractObserver as Observer
 from workbench.blocks.loop import AbstractPlant as Plant
@@ -63,6 +72,7 @@ from workbench.blocks.signals import (
     Chirp,
     CombinedReference,
     Constant,
+    PlannedReference,
     PulseTrain,
     Ramp,
     Sines,
@@ -143,6 +153,7 @@ from workbench.identification import linear_models as linear_models
 from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import fit, identifiability
 from workbench.identification.experiments import design_experiment
+from workbench.planning.trajectories import plan
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
 from workbench.report.live.turned_knobs import linear_loop_at_knobs, turn_knobs
@@ -232,6 +243,7 @@ __all__ = [
     "Paragraph",
     "PidSpecification",
     "PlanarQuadrotor",
+    "PlannedReference",
     "Plant",
     "PulseTrain",
     "Quadrotor",
@@ -264,6 +276,7 @@ __all__ = [
     "Study",
     "Sweep",
     "Table",
+    "TrajectoryFeedback",
     "Trapezoid",
     "TwoMasses",
     "Uniform",
@@ -338,6 +351,8 @@ __all__ = [
     "pictures",
     "pid_design",
     "place",
+    "plan",
+    "planning",
     "plants",
     "plot",
     "pole_zero_map",

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import design, dre, durability, equations, identify, ode, planar, plants, riccati, rigid, scales, sensitivity
+from . import design, dre, durability, equations, identify, ode, planar, planning, plants, riccati, rigid, scales, sensitivity
 from .graders import Grader, Loaded, find, loaded
 
 # What an exam asks for, by a function that only its grader has.
@@ -65,6 +65,10 @@ def _sit(grader: Grader) -> Iterator[Verdict]:
     if identify.asked(grader):
         known = True
         for name, part in identify.parts():
+            yield _run(grader, name, part)
+    if planning.asked(grader):
+        known = True
+        for name, part in planning.parts():
             yield _run(grader, name, part)
     if not known:
         yield Verdict(None, f"unknown: {grader.name} (its grader asks for nothing that is known here)")

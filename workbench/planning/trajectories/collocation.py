@@ -76,8 +76,8 @@ def _shoot(
     x, cost, d = sx * z0, ca.SX(0), h / SUBSTEPS
 
     def rate(place: float, x: ca.SX) -> tuple[ca.SX, ca.SX]:
-        values: tuple[ca.SX, ca.SX] = phase.rate(t0 + place * d, x, input_at(place / SUBSTEPS))
-        return values
+        slope, cost_rate = phase.rate(t0 + place * d, x, input_at(place / SUBSTEPS))
+        return slope, cost_rate
 
     for i in range(SUBSTEPS):
         k1, q1 = rate(i, x)

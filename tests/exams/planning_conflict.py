@@ -6,7 +6,7 @@ from typing import Any
 
 from workbench.planning import PlanConflictError, PlanItem
 
-from .planning_plans import planned
+from .planning_plan import planned
 
 
 def solve(case: dict[str, Any]) -> dict[str, Any]:
