@@ -23,8 +23,8 @@ _ROOMS = {
     "blocks.plants": "Backlash BuckConverter CartPole DCMotor DeadZone DisturbedPlant EquippedPlant FirstOrder "
     "FurutaPendulum LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit "
     "Saturation SingleTrackVehicle StirredTank TwoMasses",
-    "blocks.signals": "Chirp Constant PlannedReference PulseTrain Ramp Sines SineTorque SquareWave Step Table CombinedReference "
-    "Trapezoid WayPoints",
+    "blocks.signals": "Chirp Constant PlannedReference PulseTrain Ramp Sines SineTorque SquareWave Step Table "
+    "CombinedReference Trapezoid WayPoints",
     "arms.laws": "ArmPID ArmStateFeedback SlidingMode",
     "arms.log_regression": "fit_inverse_dynamics",
     "arms.manipulator": "Manipulator",

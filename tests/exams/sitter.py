@@ -6,7 +6,21 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import design, dre, durability, equations, identify, ode, planar, planning, plants, riccati, rigid, scales, sensitivity
+from . import (
+    design,
+    dre,
+    durability,
+    equations,
+    identify,
+    ode,
+    planar,
+    planning,
+    plants,
+    riccati,
+    rigid,
+    scales,
+    sensitivity,
+)
 from .graders import Grader, Loaded, find, loaded
 
 # What an exam asks for, by a function that only its grader has.

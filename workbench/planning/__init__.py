@@ -7,7 +7,7 @@ inputs alone; a plan is followed in a loop by the blocks `wb.PlannedReference` a
 Examples
 --------
 >>> motor = wb.open_loop(wb.DCMotor())
->>> turn = wb.plan(motor, 1.0, cost="energy", end={"omega": 1.0, "i": 0.5}, limits={"v": (-24.0, 24.0)})
+>>> turn = wb.plan(motor, 1.0, cost="energy", end={"omega": 0.1, "i": 0.5}, limits={"v": (-24.0, 24.0)})
 >>> turn.certificate.is_passed
 True
 """
@@ -15,7 +15,7 @@ True
 from workbench.core.lazy_names import lazy_names
 
 _FILES = {
-    "trajectories": "Funnel Phase Plan PlanCertificate PlanConflictError PlanItem TrajectoryRegulator funnel plan "
-    "trajectory_lqr"
+    "trajectories": "Funnel Phase Plan PlanCertificate PlanConflictError PlanItem PlanOptions TrajectoryRegulator "
+    "funnel plan trajectory_lqr"
 }
 __all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

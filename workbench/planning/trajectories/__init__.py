@@ -7,6 +7,7 @@ from workbench.planning.trajectories.conflict_search import PlanConflictError as
 from workbench.planning.trajectories.phase import Phase as Phase
 from workbench.planning.trajectories.plan_certificate import PlanCertificate as PlanCertificate
 from workbench.planning.trajectories.plan_items import PlanItem as PlanItem
+from workbench.planning.trajectories.plan_options import PlanOptions as PlanOptions
 from workbench.planning.trajectories.plan_trajectory import plan as plan
 from workbench.planning.trajectories.sampled_funnel import Funnel as Funnel
 from workbench.planning.trajectories.sampled_funnel import funnel as funnel

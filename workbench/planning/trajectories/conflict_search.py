@@ -53,7 +53,7 @@ class PlanConflictError(ValueError):
             if len(items) > 1
             else "it cannot be met by itself: change it"
         )
-        super().__init__(f"`plan(...)` found no trajectory, as these conflict: {names}; {others}.")
+        ValueError.__init__(self, f"`plan(...)` found no trajectory, as these conflict: {names}; {others}.")
 
 
 @dataclass(frozen=True, eq=False)

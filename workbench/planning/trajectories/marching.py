@@ -73,16 +73,16 @@ def ranges(values: Values) -> Array:
     return np.asarray(np.maximum(np.ptp(x, axis=0), ROUNDING * sizes))
 
 
-def defects(values: Values, marched: tuple[MarchedArc, ...]) -> list[Array]:
+def defects(values: Values, runs: tuple[MarchedArc, ...]) -> list[Array]:
     """For each phase, the largest miss (N,) of the next node over the range of the state."""
     size = ranges(values)
-    return [np.abs((run.x[:, -1] - arc.x[1:]) / size).max(axis=1) for arc, run in zip(values, marched, strict=True)]
+    return [np.abs((run.x[:, -1] - arc.x[1:]) / size).max(axis=1) for arc, run in zip(values, runs, strict=True)]
 
 
-def objective(problem: PlanProblem, values: Values, marched: tuple[MarchedArc, ...]) -> float:
+def objective(problem: PlanProblem, values: Values, runs: tuple[MarchedArc, ...]) -> float:
     """The objective of the march."""
     T = sum(arc.T for arc in values)
-    return float(sum(run.cost.sum() for run in marched) + float(problem.end_cost(T, values[-1].x[-1])))
+    return float(sum(run.cost.sum() for run in runs) + float(problem.end_cost(T, values[-1].x[-1])))
 
 
 def run_from_start(problem: PlanProblem, values: Values, steps: int = STEPS) -> list[Array]:

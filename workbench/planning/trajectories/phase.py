@@ -17,23 +17,30 @@ NamedNumbers = Mapping[str, object]
 @dataclass(frozen=True, eq=False)
 @check_arguments
 class Phase:
-    """A part of a plan that is given in its own terms; those of `wb.plan` hold in every phase.
+    """A part of a plan in its own terms; those that `wb.plan` is given hold in every phase.
 
     Parameters
     ----------
     until
-        The duration of the phase in s, or its least and greatest.
-    limits, rate_limits, values
-        As for `wb.plan`, in this phase alone; they replace those of the call by name.
+        The duration in s, or its least and greatest one; None for no greatest one.
+    limits
+        By the name of a state, input, output or signal, the least and the greatest value: numbers, arrays of one number
+        for each component, or None for no limit.
+    rate_limits
+        The same for the rates of inputs per second. The inputs are then straight lines between nodes, without jumps.
     end
-        States and inputs at the end of the phase, by name.
+        The values of states and inputs at the end, by name; what is not named is free.
+    values
+        Parameters of the system at other values, by name.
     cost
-        The cost of the phase; by default that of the call.
+        What is integrated: "time", "energy" (the sum of the squares of the inputs), a function (t, x, u) that returns
+        an expression, or an expression in the symbols of the `Ode`. x and u are `Signals`, as in a plant's `rate`. By
+        default it is the cost of the call.
     jump
         A function of the states at the end that returns those that jump, by name, with their values at the begin of the
         next phase. All others are continuous.
     name
-        The name in messages; by default the phase's number.
+        The name in messages; by default the number of the phase.
 
     Examples
     --------

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.core.validation.refusals import Array
 from workbench.planning.trajectories.marching import STEPS, MarchedArc, defects, march, ranges, run_from_start
 from workbench.planning.trajectories.plan_problem import Ends, PlanProblem
-from workbench.planning.trajectories.plan_search import SearchEnd
+from workbench.planning.trajectories.plan_search import PlanSearchEnd
 from workbench.planning.trajectories.plan_values import Values
 
 BETWEEN = 1e-3  # of the size of a limit, by which a state may pass it between nodes
@@ -73,7 +73,7 @@ class PlanCertificate:
         return tuple(f"{sentence}." for sentence, holds in checks.items() if not holds)
 
 
-def certify(end: SearchEnd, tolerance: float, objective_tolerance: float) -> PlanCertificate:
+def certify(end: PlanSearchEnd, tolerance: float, objective_tolerance: float) -> PlanCertificate:
     """The certificate of the end of a search."""
     problem, values = end.problem, end.program.values
     finer = march(problem, values, 2 * STEPS)

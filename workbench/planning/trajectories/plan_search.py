@@ -12,6 +12,7 @@ from workbench.planning.trajectories.conflict_search import find_conflict
 from workbench.planning.trajectories.initial_guess import guess
 from workbench.planning.trajectories.ipopt_solver import ProgramEnd, call_ipopt
 from workbench.planning.trajectories.marching import MarchedArc, defects, march, objective, roughness
+from workbench.planning.trajectories.plan_options import PlanOptions
 from workbench.planning.trajectories.plan_problem import PlanProblem, Scales
 from workbench.planning.trajectories.plan_values import Values
 from workbench.planning.trajectories.transcription import Transcription
@@ -26,20 +27,8 @@ SPARE_STRETCHES = (3.0, 8.0, 4.0, 2.0, 6.0, 3.0, 4.0, 5.0)  # in those by which 
 CONFLICT_INTERVALS = 24
 
 
-@dataclass(frozen=True)
-class SearchOptions:
-    """The accuracy of a plan, and the effort that may be made for it."""
-
-    tolerance: float
-    objective_tolerance: float
-    intervals: int
-    most_intervals: int
-    starts: int
-    seed: int
-
-
 @dataclass(frozen=True, eq=False)
-class SearchEnd:
+class PlanSearchEnd:
     """The end of a search: the problem with its hold, the last program and its march, and what came before."""
 
     problem: PlanProblem
@@ -50,7 +39,9 @@ class SearchEnd:
     starts: tuple[float, ...] = ()  # objectives on the first mesh of all starts that ended
 
 
-def search(problem: PlanProblem, options: SearchOptions, rows: Mapping[int, Array], first: Values | None) -> SearchEnd:
+def search(
+    problem: PlanProblem, options: PlanOptions, rows: Mapping[int, Array], first: Values | None
+) -> PlanSearchEnd:
     """The best plan from some starts, on a mesh that the march accepts.
 
     Raises
@@ -73,7 +64,7 @@ def search(problem: PlanProblem, options: SearchOptions, rows: Mapping[int, Arra
 
 
 def _first_ends(
-    problem: PlanProblem, options: SearchOptions, scales: Scales, rows: Mapping[int, Array], first: Values | None
+    problem: PlanProblem, options: PlanOptions, scales: Scales, rows: Mapping[int, Array], first: Values | None
 ) -> list[ProgramEnd]:
     """The ends of some starts on the first mesh; of none where the second of two fails as the first does."""
     counts, rng = (options.intervals,) * len(problem.phases), np.random.default_rng(options.seed)
@@ -91,9 +82,7 @@ def _first_ends(
     return ends
 
 
-def _from_feasible(
-    problem: PlanProblem, options: SearchOptions, scales: Scales, rows: Mapping[int, Array]
-) -> ProgramEnd:
+def _from_feasible(problem: PlanProblem, options: PlanOptions, scales: Scales, rows: Mapping[int, Array]) -> ProgramEnd:
     """The end from a trajectory that violates nothing, or the conflict where there is none."""
     few = min(options.intervals, CONFLICT_INTERVALS)
     counts, rng = (few,) * len(problem.phases), np.random.default_rng(options.seed)
@@ -139,7 +128,7 @@ def _with_better_hold(problem: PlanProblem, end: ProgramEnd) -> tuple[PlanProble
     return (zero, other) if other.is_solved and other.objective < end.objective else (linear, end)
 
 
-def refine(problem: PlanProblem, end: ProgramEnd, options: SearchOptions) -> SearchEnd:
+def refine(problem: PlanProblem, end: ProgramEnd, options: PlanOptions) -> PlanSearchEnd:
     """Solve on finer meshes until the march misses no node by more than the tolerance, and the objective is steady.
 
     Where the march misses or an input is rough an interval is cut; once that changes little, all are. The change of the
@@ -168,7 +157,7 @@ def refine(problem: PlanProblem, end: ProgramEnd, options: SearchOptions) -> Sea
         if sum(map(len, meshes)) > options.most_intervals:
             break
     assert best is not None
-    return SearchEnd(problem, *best, error, tuple(objectives))
+    return PlanSearchEnd(problem, *best, error, tuple(objectives))
 
 
 def _solve_again(problem: PlanProblem, values: Values, before: ProgramEnd) -> ProgramEnd:

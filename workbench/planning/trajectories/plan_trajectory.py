@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Unpack
 
 import numpy as np
 
 from workbench.core import Ode, SampledSystem
 from workbench.core.equations import Loop
-from workbench.core.validation.refusals import Array, one_of, positive, refusal, seed, whole
+from workbench.core.validation.refusals import Array, refusal
 from workbench.core.validation.signatures import check_arguments
 from workbench.planning.trajectories.phase import Cost, NamedNumbers, Phase
 from workbench.planning.trajectories.plan_certificate import certify
 from workbench.planning.trajectories.plan_names import fixed_values, guess_rows, places_of
+from workbench.planning.trajectories.plan_options import OptionsByName, PlanOptions
 from workbench.planning.trajectories.plan_problem import Ends, PlanProblem
-from workbench.planning.trajectories.plan_search import SearchOptions, search
+from workbench.planning.trajectories.plan_search import search
 from workbench.planning.trajectories.plan_values import Values
 from workbench.planning.trajectories.problem_parts import PlanParts, equation_of
 from workbench.planning.trajectories.trajectory_plan import Plan
 
-HOLDS = ("automatic", "zero", "linear")
-METHODS = ("collocation", "shooting")
-LEAST, MOST = 4, 20_000  # intervals
+OF = "states and inputs"
 
 
 @check_arguments
@@ -40,78 +40,27 @@ def plan(
     phases: tuple[Phase, ...] = (),
     values: Mapping[str, float] | None = None,
     guess: Plan | Mapping[str, object] | None = None,
-    hold: str = "automatic",
-    method: str = "collocation",
-    intervals: int = 30,
-    most_intervals: int = 1000,
-    starts: int = 1,
-    seed: int = 0,
-    tolerance: float = 1e-6,
-    objective_tolerance: float = 1e-4,
+    **options: Unpack[OptionsByName],
 ) -> Plan:
-    """The trajectory of least cost of a system within limits, and the inputs that make it:
-
-        minimise  end_cost(T, x(T)) + integral of cost(t, x, u) over [0, T],     x' = f(t, x, u).
-
-    Each interval of a mesh is solved by Radau collocation (order 5) or by Runge-Kutta shooting with IPOPT. Then the
-    simulator marches it, and the mesh is cut until it agrees. Every answer is a local optimum.
+    """The trajectory of least cost of a system within limits, and the inputs that make it; a local optimum.
 
     Parameters
     ----------
-    system
-        An `Ode` with inputs, as `wb.open_loop(plant)` and `loop.ode(inputs=True)`.
-    until
-        The duration in s, or its least and greatest (None for no greatest). With `phases` each has its own.
-    cost
-        "time", "energy" (the sum of the squares of the inputs), a function (t, x, u) that returns an expression, or an
-        expression in the symbols of the `Ode`. x and u are `Signals`, as in a plant's `rate`.
-    end_cost
-        A function (t, x) of the end.
-    start, end
-        States and inputs by name at the start and at the end; what is not named is free. Without `start` all states
-        start at the system's own initial state.
-    limits
-        By the name of a state, input, output or signal the least and the greatest value, each a number, an array or
-        None.
-    rate_limits
-        The same for the rates of inputs, per second; the inputs are then straight lines between nodes.
-    signals
-        Further expressions (t, x, u) by name, to be limited: a distance to an obstacle, say.
-    periodic
-        States and inputs that end as they start.
-    phases
-        Parts that follow each other, see `Phase`. The last one ends at `end`, too.
-    values
-        Parameters of the system at other values.
-    guess
-        An earlier plan, or values at two or more even times by the names of states and inputs.
-    hold
-        The inputs between nodes: constant ("zero"), straight lines ("linear"), or "automatic", by the lower objective.
-    method
-        "collocation" or "shooting".
-    intervals, most_intervals
-        The intervals of the first mesh of each phase, and the most of the last one.
-    starts, seed
-        The number of starts of which the best is refined; all but the first are random.
-    tolerance
-        The largest miss of a node by the march, as a share of the range of each state.
-    objective_tolerance
-        The largest relative change of the objective by a cut of all intervals.
+    system, until, cost, end, limits, rate_limits, values
+        An `Ode` with inputs, as `wb.open_loop(plant)` is. The others are those of a `Phase`, for all phases.
+    end_cost, signals
+        A function (t, x) of the end; and, by name, functions (t, x, u) that may have limits: a distance, say.
+    start
+        States and inputs at the start; by default the system's own initial states. What is not named is free.
+    periodic, phases
+        States and inputs that end as they start; and parts that follow each other, in the place of `until`.
+    guess, options
+        An earlier plan, or values at even times by name; and accuracy and search, the fields of `PlanOptions`.
 
     Raises
     ------
     PlanConflictError
-        If nothing meets all limits and values; it names those that conflict. It is a ValueError.
-    ValueError
-        If no search ends, or an argument does not fit.
-    LookupError
-        If a name is unknown.
-
-    References
-    ----------
-    Betts (2010), Practical Methods for Optimal Control and Estimation Using Nonlinear Programming, chapter 4.
-    Kelly (2017), An introduction to trajectory optimization, SIAM Review 59(4), 849-904. Wächter and Biegler (2006), On
-    the implementation of an interior-point filter line-search algorithm, Mathematical Programming 106, 25-57.
+        If nothing meets all limits and values. It is a ValueError, as is that of an argument that does not fit.
 
     Examples
     --------
@@ -120,25 +69,19 @@ def plan(
     >>> round(fastest.until, 3), fastest.hold
     (30.0, 'zero')
     """
-    ode = equation_of(system)
-    parts = PlanParts(ode, cost, limits or {}, rate_limits or {}, signals or {}, values or {})
-    refined = SearchOptions(
-        positive("plan(tolerance=...)", tolerance),
-        positive("plan(objective_tolerance=...)", objective_tolerance),
-        whole("plan(intervals=...)", intervals, LEAST, MOST),
-        whole("plan(most_intervals=...)", most_intervals, LEAST, MOST),
-        whole("plan(starts=...)", starts),
-        _seed(seed),
-    )
-    problem = _problem(parts, _phases(until, phases), end_cost, start, end or {}, periodic, hold, method)
+    parts = PlanParts(equation_of(system), cost, limits or {}, rate_limits or {}, signals or {}, values or {})
+    chosen = PlanOptions(**options)
+    problem = _problem(parts, _phases(until, phases), end_cost, start, end or {}, periodic, chosen)
+    return _plan_of(parts, problem, guess, chosen)
+
+
+def _plan_of(
+    parts: PlanParts, problem: PlanProblem, guess: Plan | Mapping[str, object] | None, options: PlanOptions
+) -> Plan:
+    """The plan of a problem."""
     first, rows = _guess(guess, parts, problem)
-    found = search(problem, refined, rows, first)
-    certificate = certify(found, refined.tolerance, refined.objective_tolerance)
-    return Plan(parts.inputs, found, certificate)
-
-
-def _seed(value: int) -> int:
-    return seed("plan(seed=...)", value)
+    answer = search(problem, options, rows, first)
+    return Plan(parts.inputs, answer, certify(answer, options.tolerance, options.objective_tolerance))
 
 
 def _phases(until: object, phases: tuple[Phase, ...]) -> tuple[Phase, ...]:
@@ -156,33 +99,23 @@ def _problem(
     start: NamedNumbers | None,
     end: NamedNumbers,
     periodic: tuple[str, ...],
-    hold: str,
-    method: str,
+    options: PlanOptions,
 ) -> PlanProblem:
     ode, layout = parts.ode, parts.moves
     initial = ode.states.unpack(ode.states.default) if start is None else start
-    begin = fixed_values("plan(start", initial, layout, "states and inputs")
-    each = [parts.phase(phase, i) for i, phase in enumerate(phases)]
-    last = fixed_values("plan(end", end, layout, "states and inputs")
-    own = each[-1].end
-    for low, high in ((last.low, last.high),):
-        named = np.isfinite(low)
-        own.low[named], own.high[named] = low[named], high[named]
-    places = tuple(place for name in periodic for place in places_of(name, layout, "states and inputs"))
+    begin = fixed_values("plan(start", initial, layout, OF)
+    each = tuple(parts.phase(phase, i) for i, phase in enumerate(phases))
+    last, own = fixed_values("plan(end", end, layout, OF), each[-1].end
+    named = np.isfinite(last.low)
+    own.low[named], own.high[named] = last.low[named], last.high[named]
+    places = tuple(place for name in periodic for place in places_of(name, layout, OF))
     if start is None and places:
         begin = _without(begin, places)
+    ends = parts.end_cost(end_cost)
     problem = PlanProblem(
-        ode,
-        parts.inputs.labels,
-        tuple(each),
-        begin,
-        places,
-        parts.end_cost(end_cost),
-        one_of("plan(hold=...)", hold, HOLDS),
-        one_of("plan(method=...)", method, METHODS),
-        parts.input_places,
+        ode, parts.inputs.labels, each, begin, places, ends, options.hold, options.method, parts.input_places
     )
-    if problem.has_slopes and hold == "zero":
+    if problem.has_slopes and options.hold == "zero":
         raise ValueError("`plan(rate_limits=...)` needs inputs without jumps; take `hold='linear'` or leave it out.")
     return problem
 

@@ -20,7 +20,7 @@ from workbench.planning.trajectories.plan_certificate import PlanCertificate
 from workbench.planning.trajectories.plan_items import PlanItem
 from workbench.planning.trajectories.plan_multipliers import active_spans, multipliers
 from workbench.planning.trajectories.plan_problem import PlanProblem
-from workbench.planning.trajectories.plan_search import SearchEnd
+from workbench.planning.trajectories.plan_search import PlanSearchEnd
 from workbench.planning.trajectories.plan_values import Values
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Plan:
     """
 
     inputs: Layout
-    search: SearchEnd
+    search: PlanSearchEnd
     certificate: PlanCertificate
 
     @property

@@ -88,7 +88,7 @@ class Transcription:
         return ArcTerms(defects, ca.sum2(cost), ca.vertcat(first, signals), ends - begins, h)
 
     def _links(self) -> list[ca.MX]:
-        """What is zero between phases, and between end and start."""
+        """The differences that are zero between phases, and between end and start."""
         links, nx, sx = [ca.MX(0, 1)], self.problem.nx, ca.DM(self.scales.x)
         for phase, before, after in zip(self.problem.phases[:-1], self.arcs[:-1], self.arcs[1:], strict=True):
             end = before.Z[:, -1] if phase.jump is None else phase.jump(sx * before.Z[:, -1]) / sx
