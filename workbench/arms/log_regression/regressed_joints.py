@@ -53,6 +53,7 @@ class JointTerms:
         if self.stribeck_speed is not None:
             positive("JointTerms(stribeck_speed=...)", self.stribeck_speed)
 
+    @check_arguments
     def direction(self, qd: ca.SX) -> ca.SX:
         """s(qd)."""
         return ca.tanh(qd / self.smoothing) if self.smoothing else ca.sign(qd)

@@ -20,6 +20,7 @@ from workbench.arms.mechanics.parameter_reduction import BaseParameters
 from workbench.arms.observer_gains.matrix_inequalities import solvers
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ def _bases(names: tuple[str, ...]) -> dict[str, dict[int, Array]]:
     return result
 
 
+@check_arguments
 def pseudo_inertias(names: tuple[str, ...], theta: Array) -> dict[str, Array]:
     """The pseudo-inertia matrix of each link, which is positive definite for a body of positive density.
 

@@ -43,6 +43,19 @@ class PlanConflictError(ValueError):
 
     That the others can be met is shown by a trajectory. That all together cannot is the outcome of searches from
     several starts, and no proof.
+
+    Parameters
+    ----------
+    items
+        The items that conflict.
+    violation
+        The least sum of violations, each over the size of its item.
+
+    Examples
+    --------
+    >>> item = wb.planning.PlanItem("limit", "v", "high", 15.0)
+    >>> wb.planning.PlanConflictError((item,), 0.1).items == (item,)
+    True
     """
 
     def __init__(self, items: tuple[PlanItem, ...], violation: float) -> None:

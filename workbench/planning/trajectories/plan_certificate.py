@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array
 from workbench.planning.trajectories.marching import STEPS, MarchedArc, defects, march, ranges, run_from_start
 from workbench.planning.trajectories.plan_problem import Ends, PlanProblem
@@ -17,6 +18,7 @@ BETWEEN = 1e-3  # of the size of a limit, by which a state may pass it between n
 
 
 @dataclass(frozen=True)
+@show
 class PlanCertificate:
     """The checks of a plan. Distances are shares of the range of each state.
 

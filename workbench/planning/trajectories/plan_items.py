@@ -9,11 +9,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import check_arguments
 from workbench.planning.trajectories.plan_problem import PhaseProblem
 from workbench.planning.trajectories.transcription import Transcription
 
 
 @dataclass(frozen=True)
+@check_arguments
 class PlanItem:
     """One thing that was asked of a plan.
 
@@ -29,6 +31,11 @@ class PlanItem:
         The limit or the value, in its unit.
     phase
         The name of the phase; empty for a plan of one phase.
+
+    Examples
+    --------
+    >>> str(wb.planning.PlanItem("limit", "v", "high", 15.0))
+    'v <= 15'
     """
 
     kind: str

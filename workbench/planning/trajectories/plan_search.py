@@ -17,7 +17,7 @@ from workbench.planning.trajectories.plan_problem import PlanProblem, Scales
 from workbench.planning.trajectories.plan_values import Values
 from workbench.planning.trajectories.transcription import Transcription
 
-COARSE, FINE = 150, 200  # iterations of IPOPT, from afar and from a trajectory on a coarser mesh
+COARSE, FINE = 150, 120  # iterations of IPOPT, from afar and from a trajectory on a coarser mesh
 JUMP = 0.2  # of its range, in one interval of the first mesh, below which no input jumps
 ROUGH = 0.05  # distance of an input from its neighbours' line or value, as a share of its range, that is cut
 ROUNDS = 16
@@ -165,8 +165,7 @@ def _solve_again(problem: PlanProblem, values: Values, before: ProgramEnd) -> Pr
     u = np.concatenate([arc.u for arc in values])
     scales = Scales.of_values(x, u, np.array([arc.T for arc in values]), before.transcription.scales)
     transcription = Transcription(problem, tuple(arc.mesh for arc in values), scales)
-    end = call_ipopt(transcription, values, before.objective, warm=True, most=FINE)
-    return end if end.is_solved else call_ipopt(transcription, values, before.objective, warm=False, most=FINE)
+    return call_ipopt(transcription, values, before.objective, warm=True, most=FINE)
 
 
 def _change(objectives: Sequence[float], hold: str) -> float:
