@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import check_arguments
 from workbench.planning.trajectories.ipopt_solver import GOOD, QUIET
 from workbench.planning.trajectories.marching import defects, march
 from workbench.planning.trajectories.plan_items import ItemRows, PlanItem, item_rows
@@ -58,6 +59,7 @@ class PlanConflictError(ValueError):
     True
     """
 
+    @check_arguments
     def __init__(self, items: tuple[PlanItem, ...], violation: float) -> None:
         self.items, self.violation = items, violation
         names = ", ".join(f"'{item}'" for item in items)

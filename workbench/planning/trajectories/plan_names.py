@@ -11,6 +11,8 @@ from workbench.core.validation.refusals import Array, as_array, known_name, refu
 from workbench.planning.trajectories.phase import NamedNumbers
 from workbench.planning.trajectories.plan_problem import INF, Ends
 
+LONGEST = 1e12  # s, of a duration that is given
+
 
 def places_of(name: object, layout: Layout, of: str) -> list[int]:
     """The places of a quantity or of one of its numbers in the flat vector of a layout."""
@@ -57,8 +59,8 @@ def duration_pair(call: str, value: object) -> tuple[float, float]:
     if array is None or array.shape not in ((), (2,)):
         raise refusal(call, must, value)
     low, high = (float(end) for end in np.broadcast_to(array, 2))
-    if not (0 <= low < INF) or not high > 0 or (array.shape == () and not low > 0):
-        raise refusal(call, f"{must}, positive and the least one finite", value)
+    if not 0 <= low <= LONGEST or not (0 < high <= LONGEST or high == INF) or (array.shape == () and not low > 0):
+        raise refusal(call, f"{must}, positive and at most {LONGEST:g} s, or None for no greatest one", value)
     return low, high
 
 

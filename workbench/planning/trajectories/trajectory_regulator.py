@@ -12,7 +12,7 @@ import numpy as np
 from workbench.core import Layout
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.number_types import Numbers
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.refusals import Array, matrix
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import one_thread
 from workbench.design.riccati_flow import RiccatiFlow, rde
@@ -101,8 +101,9 @@ def trajectory_lqr(plan: Plan, Q: Numbers, R: Numbers, P1: Numbers | None = None
     >>> wb.planning.trajectory_lqr(turn, Q=np.eye(2), R=[[1.0]]).K.shape == (len(turn.t), 1, 2)
     True
     """
-    Q, R = np.array(Q, dtype=float), np.array(R, dtype=float)
-    P = np.array(Q if P1 is None else P1, dtype=float)
+    nx, nu = plan.problem.nx, plan.problem.nu
+    weights = {"Q": (Q, nx), "R": (R, nu), "P1": (Q if P1 is None else P1, nx)}
+    Q, R, P = (matrix(f"trajectory_lqr({name}=...)", value, n, n) for name, (value, n) in weights.items())
     ends, flows = np.cumsum(plan.durations), list[RiccatiFlow]()
     jumps = [phase.jump for phase in plan.problem.phases]
     for i in reversed(range(len(plan.values))):
