@@ -19,7 +19,7 @@ from workbench.arms.mechanics.inertial_regressor import FIRST, MOMENTS
 from workbench.arms.mechanics.parameter_reduction import BaseParameters
 from workbench.arms.observer_gains.matrix_inequalities import solvers
 from workbench.core.validation.notebook_display import show
-from workbench.core.validation.refusals import Array
+from workbench.core.validation.refusals import Array, vector
 from workbench.core.validation.signatures import check_arguments
 from workbench.design.matrices import DesignError
 
@@ -114,8 +114,9 @@ def pseudo_inertias(names: tuple[str, ...], theta: Array) -> dict[str, Array]:
     >>> [bool(np.linalg.eigvalsh(matrix)[0] > 0) for matrix in matrices.values()]
     [True, True]
     """
+    values = vector("pseudo_inertias(theta=...)", theta, len(names), "names")
     return {
-        link: np.sum([theta[i] * part for i, part in entries.items()], axis=0)
+        link: np.sum([values[i] * part for i, part in entries.items()], axis=0)
         for link, entries in _bases(names).items()
     }
 
