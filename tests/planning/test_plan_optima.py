@@ -166,6 +166,24 @@ def test_another_plan_is_a_start_that_ends_at_once(fastest):
     assert again.objective == pytest.approx(fastest.objective, rel=1e-6)
 
 
+@pytest.mark.parametrize(("length", "time"), [(1e-6, 1e-4), (1e6, 1e3)])
+def test_a_plan_does_not_depend_on_the_units_of_length_and_time(length, time):
+    goal = {"start": {"x": 0.0, "v": length / time}, "end": {"x": 0.0, "v": -length / time}}
+    plan = wb.plan(CAR, time, cost=lambda t, x, u: u.a**2 / 2, limits={"x": (None, length / 9)}, **goal)
+    assert plan.objective * time**3 / length**2 == pytest.approx(4.0, rel=1e-5)  # as the mesh has it in any unit
+    assert plan.certificate.is_passed
+
+
+def test_a_plan_is_drawn_with_its_limits_and_read_as_a_table(fastest):
+    panels = fastest.plot("v", "a").figure.panels
+    assert [panel.hlines for panel in panels] == [(), (-2.0, 1.0)]
+    assert list(fastest.to_frame().columns) == ["x", "v", "a"]
+    times, values = fastest.table("v")
+    peak = int(np.argmax(values))
+    assert float(wb.Table("v", "m/s", times, values).at(float(times[peak])).v) == pytest.approx(20.0, abs=0.2)
+    assert repr(fastest).count("\n") == 0
+
+
 @pytest.mark.heavy
 def test_the_best_of_several_starts_is_no_worse_and_the_same_for_a_seed():
     pole = wb.open_loop(wb.CartPole(phi=np.pi))

@@ -13,6 +13,7 @@ from workbench.core import Ode
 from workbench.core.validation.refusals import Array
 
 INF = np.inf
+THIRD = 0.37  # of the sizes, a point at which no sine or cosine vanishes
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +118,8 @@ class Scales:
         boundary = finite[2:].max(axis=0)
         sizes = np.where(boundary > 0, boundary, np.minimum(finite[:2].max(axis=0), 1e3))
         sizes[nx:] = finite.max(axis=0)[nx:]
-        sizes = np.where(sizes > 0, sizes, 1.0)
         times = np.array([_time_guess(*phase.duration) for phase in problem.phases])
+        sizes = _fill(sizes, problem, float(times.sum()))
         return Scales(sizes[:nx], sizes[nx:], times)
 
     @staticmethod
@@ -129,6 +130,33 @@ class Scales:
             np.where(m > 1e-6 * b, np.maximum(m, 1e-3 * b), b) for m, b in zip(moved, (before.x, before.u), strict=True)
         ]
         return Scales(sizes[0], sizes[1], T)
+
+
+def _fill(sizes: Array, problem: PlanProblem, T: float) -> Array:
+    """Sizes (nx + nu,) where those that are zero, as nothing was said, follow from the others by the equations.
+
+    In the time T a state of size s_i is moved by a rate J_ij s_j: s_i = T |J_ij| s_j, with the Jacobian J of the rate
+    at a third of these sizes.
+    """
+    phase, nx = problem.phases[0], problem.nx
+    t, x, u = ca.SX.sym("t"), ca.SX.sym("x", nx), ca.SX.sym("u", problem.nu)
+    jacobian = ca.Function("J", [t, x, u], [ca.jacobian(phase.rate(t, x, u)[0], ca.vertcat(x, u))])
+    full = sizes.copy()
+    for _ in range(len(sizes)):
+        point = np.where(full > 0, full, 1.0)
+        J = np.abs(np.array(jacobian(0.0, THIRD * point[:nx], THIRD * point[nx:])))
+        J = np.where(np.isfinite(J), J, 0.0)
+        found = dict[int, list[float]]()
+        for i, j in zip(*np.nonzero(J), strict=True):
+            if i != j and full[i] > 0 and full[j] == 0:
+                found.setdefault(int(j), []).append(full[i] / (T * J[i, j]))
+            elif i != j and full[j] > 0 and full[i] == 0:
+                found.setdefault(int(i), []).append(T * J[i, j] * full[j])
+        if not found:
+            break
+        for place, values in found.items():
+            full[place] = float(np.exp(np.mean(np.log(values))))
+    return np.where(full > 0, full, 1.0)
 
 
 def _time_guess(low: float, high: float) -> float:

@@ -105,6 +105,7 @@ def _problem(
     initial = ode.states.unpack(ode.states.default) if start is None else start
     begin = fixed_values("plan(start", initial, layout, OF)
     each = tuple(parts.phase(phase, i) for i, phase in enumerate(phases))
+    ode.refuse_beyond("plan(until=...)", sum(phase.duration[1] for phase in each))
     last, own = fixed_values("plan(end", end, layout, OF), each[-1].end
     named = np.isfinite(last.low)
     own.low[named], own.high[named] = last.low[named], last.high[named]
