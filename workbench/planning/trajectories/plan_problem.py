@@ -136,15 +136,15 @@ def _fill(sizes: Array, problem: PlanProblem, T: float) -> Array:
     """Sizes (nx + nu,) where those that are zero, as nothing was said, follow from the others by the equations.
 
     In the time T a state of size s_i is moved by a rate J_ij s_j: s_i = T |J_ij| s_j, with the Jacobian J of the rate
-    at a third of these sizes.
+    at the start, or at a third of these sizes where that is zero or free.
     """
     phase, nx = problem.phases[0], problem.nx
     t, x, u = ca.SX.sym("t"), ca.SX.sym("x", nx), ca.SX.sym("u", problem.nu)
     jacobian = ca.Function("J", [t, x, u], [ca.jacobian(phase.rate(t, x, u)[0], ca.vertcat(x, u))])
-    full = sizes.copy()
+    full, begin = sizes.copy(), np.where(np.isfinite(problem.start.low), problem.start.low, 0.0)
     for _ in range(len(sizes)):
-        point = np.where(full > 0, full, 1.0)
-        J = np.abs(np.array(jacobian(0.0, THIRD * point[:nx], THIRD * point[nx:])))
+        point = np.where(begin != 0, begin, THIRD * np.where(full > 0, full, 1.0))
+        J = np.abs(np.array(jacobian(0.0, point[:nx], point[nx:])))
         J = np.where(np.isfinite(J), J, 0.0)
         found = dict[int, list[float]]()
         for i, j in zip(*np.nonzero(J), strict=True):
