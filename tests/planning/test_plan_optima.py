@@ -130,6 +130,18 @@ def test_limits_on_signals_make_a_way_around_an_obstacle():
     assert "r >= 0.5" in plan.active_limits
 
 
+def test_the_reference_of_a_closed_loop_is_planned_while_other_inputs_keep_their_values():
+    motor = wb.DCMotor()
+    law = wb.PID(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    loop = wb.ClosedLoop(motor, controller=law, reference=wb.Constant("omega", "rad/s", 0.0))
+    ode = loop.ode(inputs=True)
+    held = {name: 0.0 for name in ode.inputs if name != "omega_ref"}
+    plan = wb.plan(ode, (0.05, 5.0), values=held, end={"plant.omega": 0.5, "plant.i": 0.1}, limits={"v": (-24.0, 24.0)})
+    assert plan.inputs.names == ("omega_ref",)
+    assert plan.certificate.is_passed
+    assert "v[0] <= 24" in plan.active_limits  # the command of the law, which is an output of the loop
+
+
 def test_phases_meet_and_a_bounce_jumps():
     ball = wb.plan(
         CAR,

@@ -31,7 +31,7 @@ class Phase:
     end
         The values of states and inputs at the end, by name; what is not named is free.
     values
-        Parameters of the system at other values, by name.
+        Parameters of the system at other values. An input with a value in the call keeps it and is not planned.
     cost
         What is integrated: "time", "energy" (the sum of the squares of the inputs), a function (t, x, u) that returns
         an expression, or an expression in the symbols of the `Ode`. x and u are `Signals`, as in a plant's `rate`. By

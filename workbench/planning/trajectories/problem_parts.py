@@ -52,10 +52,16 @@ class PlanParts:
     signals: Mapping[str, Expression]
     values: Mapping[str, float]
 
+    def __post_init__(self) -> None:
+        if not self.inputs.size:
+            raise ValueError(
+                f"`{CALL}(values=...)` must leave an input to be planned; it holds all of them at numbers."
+            )
+
     @property
     def inputs(self) -> Layout:
-        """The inputs with their units."""
-        return Layout(tuple(self.ode.parameters[name] for name in self.ode.inputs))
+        """The inputs that are planned, with their units: those that `values` does not hold at a number."""
+        return Layout(tuple(self.ode.parameters[name] for name in self.ode.inputs if name not in self.values))
 
     @property
     def moves(self) -> Layout:
@@ -65,7 +71,7 @@ class PlanParts:
     @property
     def input_places(self) -> tuple[int, ...]:
         """The places of the inputs among the parameters."""
-        return tuple(int(i) for name in self.ode.inputs for i in self.ode.parameters.indices(name))
+        return tuple(int(i) for name in self.inputs.names for i in self.ode.parameters.indices(name))
 
     def parameters(self, values: Mapping[str, float]) -> Array:
         """(np,), with the values given."""

@@ -131,6 +131,8 @@ def _slopes(
     """A(t) and B(t) along an interval, as functions of the time in s."""
     problem, ode = plan.problem, plan.problem.ode
     p, places = problem.phases[phase].p.copy(), list(problem.input_places)
+    every = [place for name in ode.inputs for place in ode.parameters.indices(name)]
+    columns = [every.index(place) for place in places]  # of B, which has the inputs that are not planned, too
     first, length = float(nodes[k]), float(nodes[k + 1] - nodes[k])
     powers = arc.powers(k)
     begin, change = arc.begins[k], arc.ends[k] - arc.begins[k]
@@ -140,7 +142,7 @@ def _slopes(
         share = min(max((t - first) / length, 0.0), 1.0)
         x = powers @ share ** np.arange(powers.shape[1])
         p[places] = begin + share * change
-        return np.array(ode.A(t, x, p)), np.array(ode.B(t, x, p))
+        return np.array(ode.A(t, x, p)), np.array(ode.B(t, x, p))[:, columns]
 
     return (lambda t: both(t)[0]), (lambda t: both(t)[1])
 
