@@ -202,7 +202,7 @@ def test_the_best_of_several_starts_is_no_worse_and_the_same_for_a_seed():
     up = {"x": 0.0, "xd": 0.0, "phi": 0.0, "phid": 0.0}
     goal = {"cost": "energy", "end": up, "limits": {"F": (-40.0, 40.0), "x": (-1.0, 1.0)}}
     one, three, again = (wb.plan(pole, 2.0, starts=count, seed=1, **goal) for count in (1, 3, 3))
-    assert len(three.search.starts) == 3
+    assert 1 < len(three.search.starts) <= 3
     assert three.search.starts[0] <= one.search.starts[0] * (1 + 1e-9)
     assert three.objective == again.objective
 

@@ -63,7 +63,7 @@ class PlanOptions:
     method: str = "collocation"
     intervals: int = 30
     most_intervals: int = 1000
-    starts: int = 1
+    starts: int = 3
     seed: int = 0
     tolerance: float = 1e-6
     objective_tolerance: float = 1e-4

@@ -66,10 +66,10 @@ def search(
 def _first_ends(
     problem: PlanProblem, options: PlanOptions, scales: Scales, rows: Mapping[int, Array], first: Values | None
 ) -> list[ProgramEnd]:
-    """The ends of some starts on the first mesh; of none where the second of two fails as the first does."""
+    """The ends of the starts on the first mesh that end in an optimum; none where the first two do not."""
     counts, rng = (options.intervals,) * len(problem.phases), np.random.default_rng(options.seed)
     sizes, ends = np.concatenate([scales.x, scales.u]), list[ProgramEnd]()
-    for attempt in range(options.starts + SPARE_STARTS):
+    for attempt in range(max(options.starts, 2)):
         start = guess(problem, counts, sizes, rows, rng if attempt else None)
         if first is not None and attempt == 0:
             start = tuple(arc.on_mesh(np.full(options.intervals, 1.0), problem.hold) for arc in first)
@@ -77,7 +77,7 @@ def _first_ends(
         end = call_ipopt(transcription, start, 1.0, warm=False, most=COARSE)
         if end.is_solved:
             ends.append(end)
-        if len(ends) == options.starts or (attempt == 1 and not ends):
+        if (attempt + 1 >= options.starts and ends) or (attempt == 1 and not ends):
             break
     return ends
 
