@@ -75,6 +75,7 @@ def test_an_unstable_plant_too_far_away_is_lost_whatever_its_goal_is():
         (lambda: wb.plan(CAR, 1.0, hold="linaer"), "Did you mean 'linear'"),
         (lambda: wb.plan(CAR, 1.0, intervals=2), "at least 4|from 4"),
         (lambda: wb.plan(CAR, 1.0, rate_limits={"a": (-1, 1)}, hold="zero"), "rate_limits"),
+        (lambda: wb.plan(CAR, 1.0, periodic=("a",), hold="zero"), "periodic"),
         (lambda: wb.plan(CAR, 1.0, guess={"x": 1.0}), "even times"),
         (lambda: wb.plan(wb.ClosedLoop(*_loop()), 1.0), "inputs=True"),
     ],

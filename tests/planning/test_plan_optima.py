@@ -171,6 +171,14 @@ def test_a_periodic_orbit_of_a_free_oscillator_costs_nothing():
     np.testing.assert_allclose(orbit.x[0], orbit.x[-1], atol=1e-9)
 
 
+def test_a_periodic_input_ends_as_it_starts():
+    damped = system(lambda t, x, u: [x[1], -x[0] - 0.2 * x[1] + u[0]], ("x:m", "v:m/s"), ("F:N",))
+    orbit = wb.plan(damped, 5.0, cost="energy", start={"x": 1.0}, periodic=("x", "v", "F"))
+    assert orbit.hold == "linear"
+    assert orbit["F"][0] == pytest.approx(orbit["F"][-1], abs=1e-8)
+    assert orbit["v"][0] == pytest.approx(orbit["v"][-1], abs=1e-8)
+
+
 def test_another_plan_is_a_start_that_ends_at_once(fastest):
     again = wb.plan(
         CAR, (1.0, 100.0), start=REST, end={"x": 300.0, "v": 0.0}, limits={"a": (-2.0, 1.0)}, guess=fastest, starts=1

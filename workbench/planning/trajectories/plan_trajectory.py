@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Unpack
 
 import numpy as np
@@ -112,12 +113,13 @@ def _problem(
     places = tuple(place for name in periodic for place in places_of(name, layout, OF))
     if start is None and places:
         begin = _without(begin, places)
-    ends = parts.end_cost(end_cost)
-    problem = PlanProblem(
-        ode, parts.inputs.labels, each, begin, places, ends, options.hold, options.method, parts.input_places
-    )
-    if problem.has_slopes and options.hold == "zero":
-        raise ValueError("`plan(rate_limits=...)` needs inputs without jumps; take `hold='linear'` or leave it out.")
+    hold, ends = options.hold, parts.end_cost(end_cost)
+    problem = PlanProblem(ode, parts.inputs.labels, each, begin, places, ends, hold, options.method, parts.input_places)
+    is_smooth = {"rate_limits": problem.has_slopes, "periodic": any(place >= problem.nx for place in places)}
+    for name in (name for name, needed in is_smooth.items() if needed):
+        if hold == "zero":
+            raise ValueError(f"`plan({name}=...)` needs inputs without jumps; take `hold='linear'` or leave it out.")
+        problem = replace(problem, hold="linear")
     return problem
 
 
