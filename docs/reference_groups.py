@@ -98,6 +98,7 @@ GROUPS = (
             "Trapezoid": "The fastest motion within limits of speed and acceleration.",
             "WayPoints": "A smooth motion from point to point.",
             "Table": "A signal between the rows of a table or of a CSV file.",
+            "PlannedReference": "The states and inputs of a plan over time.",
             "CombinedReference": "Several references side by side.",
         },
     ),
@@ -112,6 +113,7 @@ GROUPS = (
             "ScheduledLaw": "A law whose numbers are interpolated over a signal: gain scheduling.",
             "ModelPredictive": "A law that plans within limits in each period, by a fixed number of sweeps.",
             "LimitedLaw": "A linear law with limits of its command and anti-windup.",
+            "TrajectoryFeedback": "State feedback about a plan, with a gain that varies over time.",
             "Cascade": "An outer law whose command is the reference of an inner law.",
             "ArmPID": "PID on each joint of an arm by itself.",
             "ArmStateFeedback": "Feedforward and linear feedback of the whole state of an arm.",
@@ -213,6 +215,13 @@ GROUPS = (
         },
     ),
     Group(
+        "Plan",
+        "Trajectories of least cost within limits, which the simulator judges.",
+        {
+            "plan": "The trajectory of least time, energy or any cost, or the limits that conflict.",
+        },
+    ),
+    Group(
         "Identify",
         "From measured signals to a model with its uncertainty.",
         {
@@ -302,6 +311,7 @@ GROUPS = (
             "linear_models": "ARX, ARMAX, output-error, Box-Jenkins, subspace and frequency-response estimates.",
             "frequency": "Margins, norms and responses with bounds.",
             "identification": "Datasets, fits and what an experiment can tell.",
+            "planning": "Plans, their certificates and conflicts, regulators along them, and funnels.",
             "reduction": "Models of lower order, with bounds of the error.",
             "structured_tuning": "Controllers of given structure, and goals of a tuning.",
             "loop_tuning": "Loops that were tuned, and goals of runs.",

@@ -53,10 +53,16 @@ def pictures_of_runs() -> dict[str, str]:
     u = design.points(0, design.size)
     bars = wb.sobol_bars("bars", "Indices", wb.sobol(design, u[:, 0] + 2 * u[:, 1]), "256 points")
     linear = wb.linear_loop(loop).plot().svg
+    car = wb.open_loop(wb.OdePlant.of(lambda t, x, u: [x[1], u[0]], states=("x:m", "v:m/s"), inputs=("a:m/s^2",)))
+    plan = wb.plan(car, (1.0, 100.0), end={"x": 300.0, "v": 0.0}, limits={"a": (-2.0, 1.0), "v": (None, 15.0)})
     from workbench.report.picture import Picture
 
     runs = dict.fromkeys(("simulate", "plot"), text.getvalue())
-    return runs | dict.fromkeys(("linear_loop", "loop_gain_pictures"), linear) | {"sobol_bars": Picture(bars).svg}
+    return (
+        runs
+        | dict.fromkeys(("linear_loop", "loop_gain_pictures"), linear)
+        | {"sobol_bars": Picture(bars).svg, "plan": plan.plot().svg}
+    )
 
 
 def courses() -> dict[str, tuple[np.ndarray, np.ndarray]]:

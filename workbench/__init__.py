@@ -17,15 +17,15 @@ _ROOMS = {
     "core": "Layout Ode SampledSystem SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
     "core.bounded_loop": "bounded_loop",
     "core.validation.refusals": "Array",
-    "blocks.laws": "Cascade LimitedLaw LinearLaw ModelPredictive PID ScheduledLaw StateFeedback",
+    "blocks.laws": "Cascade LimitedLaw LinearLaw ModelPredictive PID ScheduledLaw StateFeedback TrajectoryFeedback",
     "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
     "blocks.observers": "ExtendedKalmanFilter FullState LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",
     "blocks.plants": "Backlash BuckConverter CartPole DCMotor DeadZone DisturbedPlant EquippedPlant FirstOrder "
     "FurutaPendulum LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit "
     "Saturation SingleTrackVehicle StirredTank TwoMasses",
-    "blocks.signals": "Chirp Constant PulseTrain Ramp Sines SineTorque SquareWave Step Table CombinedReference "
-    "Trapezoid WayPoints",
+    "blocks.signals": "Chirp Constant PlannedReference PulseTrain Ramp Sines SineTorque SquareWave Step Table "
+    "CombinedReference Trapezoid WayPoints",
     "arms.laws": "ArmPID ArmStateFeedback SlidingMode",
     "arms.log_regression": "fit_inverse_dynamics",
     "arms.manipulator": "Manipulator",
@@ -48,6 +48,7 @@ _ROOMS = {
     "identification.estimation": "FittedParameters fit identifiability",
     "identification.datasets": "Dataset check_data",
     "identification.experiments": "design_experiment",
+    "planning.trajectories": "plan",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph PidSpecification Results Run Section "
     "SobolDesign Study Sweep Uniform Variation Work side_by_side sobol",
     "study.citation": "cite",
@@ -98,6 +99,7 @@ _SPACES = {  # the rooms whose families of names are used by the name of the roo
     "notation": "core.notation",
     "pictures": "report.pictures",
     "pid_design": "design.pid_design",
+    "planning": "planning",
     "plants": "blocks.plants",
     "proofs": "proofs",
     "provenance": "study.provenance",

@@ -4,6 +4,7 @@ from workbench import arms as arms
 from workbench import core as core
 from workbench import handover as handover
 from workbench import identification as identification
+from workbench import planning as planning
 from workbench import proofs as proofs
 from workbench import study as study
 from workbench import testing as testing
@@ -15,7 +16,16 @@ from workbench.arms.mechanics.urdf import read_urdf as read_urdf
 from workbench.arms.observers import ArmFullState, ExtendedStateObserver
 from workbench.blocks import loop as loop
 from workbench.blocks import plants as plants
-from workbench.blocks.laws import PID, Cascade, LimitedLaw, LinearLaw, ModelPredictive, ScheduledLaw, StateFeedback
+from workbench.blocks.laws import (
+    PID,
+    Cascade,
+    LimitedLaw,
+    LinearLaw,
+    ModelPredictive,
+    ScheduledLaw,
+    StateFeedback,
+    TrajectoryFeedback,
+)
 from workbench.blocks.loop import AbstractController as Controller
 from workbench.blocks.loop import AbstractObserver as Observer
 from workbench.blocks.loop import AbstractPlant as Plant
@@ -63,6 +73,7 @@ from workbench.blocks.signals import (
     Chirp,
     CombinedReference,
     Constant,
+    PlannedReference,
     PulseTrain,
     Ramp,
     Sines,
@@ -145,6 +156,7 @@ from workbench.identification.datasets import Dataset, check_data
 from workbench.identification.estimation import FittedParameters, fit, identifiability
 from workbench.identification.experiments import design_experiment
 from workbench.planning import predictive_design
+from workbench.planning.trajectories import plan
 from workbench.report import loop_pictures as loop_pictures
 from workbench.report import pictures as pictures
 from workbench.report.fit_page import fit_page
@@ -238,6 +250,7 @@ __all__ = [
     "Paragraph",
     "PidSpecification",
     "PlanarQuadrotor",
+    "PlannedReference",
     "Plant",
     "PulseTrain",
     "Quadrotor",
@@ -270,6 +283,7 @@ __all__ = [
     "Study",
     "Sweep",
     "Table",
+    "TrajectoryFeedback",
     "Trapezoid",
     "TwoMasses",
     "Uniform",
@@ -347,6 +361,8 @@ __all__ = [
     "pictures",
     "pid_design",
     "place",
+    "plan",
+    "planning",
     "plants",
     "plot",
     "pole_zero_map",

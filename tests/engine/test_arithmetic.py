@@ -19,7 +19,7 @@ from workbench.core import Entry, Layout, Ode, rk4
 from workbench.engine import arithmetic, simulate
 from workbench.engine.arithmetic import advance_states
 from workbench.engine.kernel.lowering import lower
-from workbench.engine.kernel.plan import Plan, graph_of
+from workbench.engine.kernel.plan import KernelPlan, graph_of
 from workbench.engine.metrics import measure, rmse
 
 GRAPH = ["fused", "portable"]
@@ -151,7 +151,7 @@ def test_a_processor_that_fuses_nothing_compiles_the_portable_arithmetic(monkeyp
 
 
 def test_the_code_of_the_portable_arithmetic_has_no_fused_product_and_no_call_of_a_library():
-    plan = Plan.of(graph_of(STEP), ())
+    plan = KernelPlan.of(graph_of(STEP), ())
     fused, portable = (
         {line.split("@")[1].split("(")[0] for line in lower(plan, 4, of).splitlines() if " call " in line}
         for of in (True, False)
@@ -168,7 +168,7 @@ def test_a_browser_needs_no_library_for_the_portable_arithmetic():
     llvm.initialize_all_asmprinters()
     browser = llvm.Target.from_triple("wasm32-unknown-unknown").create_target_machine(opt=2, features="+simd128")
     module = llvm.parse_assembly(
-        lower(Plan.of(graph_of(STEP), ()), 2, False).replace('alignstack(64) "stackrealign"', "")
+        lower(KernelPlan.of(graph_of(STEP), ()), 2, False).replace('alignstack(64) "stackrealign"', "")
     )
     module.triple, module.data_layout = browser.triple, str(browser.target_data)
     assembly = browser.emit_assembly(module)

@@ -11,7 +11,7 @@ from workbench.engine import simulate
 from workbench.engine.job import Job
 from workbench.engine.kernel.graph import Level
 from workbench.engine.kernel.lowering import lower
-from workbench.engine.kernel.plan import Plan, graph_of
+from workbench.engine.kernel.plan import KernelPlan, graph_of
 from workbench.engine.metrics import rmse, step_with_metrics, total_variation
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where CasADi's machine serves
@@ -150,7 +150,7 @@ def test_a_value_is_made_where_it_changes_and_no_further_in():
     ode = LOOPS["SMC"].ode()
     graph = graph_of(rk4(ode, 1e-3))
     varied = ode.parameters.indices("controller.phi")
-    plan = Plan.of(graph, varied)
+    plan = KernelPlan.of(graph, varied)
     moving = graph.after("p", set(varied))
     assert all(graph.levels[place] is Level.PARAMETERS for place in plan.per_run)
     assert all(graph.levels[place] is Level.TIME and place not in moving for place in plan.per_step)
@@ -163,7 +163,7 @@ def test_a_value_is_made_where_it_changes_and_no_further_in():
 
 
 def test_the_ir_has_no_call_but_to_intrinsics_and_its_own_functions():
-    text = lower(Plan.of(graph_of(rk4(LOOPS["RBF-ASMC"].ode(), 1e-3)), ()), 4)
+    text = lower(KernelPlan.of(graph_of(rk4(LOOPS["RBF-ASMC"].ode(), 1e-3)), ()), 4)
     calls = {line.split("@")[1].split("(")[0] for line in text.splitlines() if " call " in line}
     assert calls
     assert all(name.startswith(("llvm.", "workbench_")) for name in calls)
@@ -172,5 +172,5 @@ def test_the_ir_has_no_call_but_to_intrinsics_and_its_own_functions():
 def test_a_step_and_its_half_are_one_kernel():
     ode = LOOPS["AOSMC-RGS"].ode()
     metrics = (rmse(), total_variation(1e-3))
-    texts = {lower(Plan.of(graph_of(step_with_metrics(ode, metrics, h)), ()), 8) for h in (1e-4, 5e-5)}
+    texts = {lower(KernelPlan.of(graph_of(step_with_metrics(ode, metrics, h)), ()), 8) for h in (1e-4, 5e-5)}
     assert len(texts) == 1

@@ -21,7 +21,7 @@ README = re.findall(r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(en
 BLOCKS = [block for block in README if "wb.Study(" not in block and "first_loop" not in block]
 LONG = {  # more than a second of a processor each
     *("declared_work", "digital_loops", "equipment", "filters", "fit", "fmus", "gains", "linear_answers", "live_pages"),
-    *("linear_models", "logs", "loop_pictures", "pid", "read_a_log", "scheduling", "specifications"),
+    *("linear_models", "logs", "loop_pictures", "pid", "plan", "read_a_log", "scheduling", "specifications"),
     "structured_tuning",
 }
 ENDS = "-- the block ends --"

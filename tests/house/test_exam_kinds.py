@@ -17,7 +17,7 @@ def lines_that_pass(*folders):
     return [verdict.line for verdict in verdicts if verdict.passed]
 
 
-# Three tests, so that the workers share the exams.
+# Several tests, so that the workers share the exams.
 needs_exams = pytest.mark.skipif(not EXAMS.exists(), reason="the exams are not beside this project")
 
 
@@ -37,8 +37,16 @@ def test_no_bar_of_the_exam_of_identification_is_missed():
 
 @pytest.mark.heavy
 @needs_exams
+def test_no_bar_of_the_exam_of_planning_is_missed():
+    sat = {line.partition(":")[0] for line in lines_that_pass(EXAMS / "planning")}
+    assert {f"planning/{kind}" for kind in ("plan", "conflict")} <= sat
+
+
+@pytest.mark.heavy
+@needs_exams
 def test_no_bar_of_the_other_shared_exams_is_missed():
-    folders = (path for path in sorted(EXAMS.iterdir()) if path.is_dir() and path.name not in ("design", "identify"))
+    own = ("design", "identify", "planning")
+    folders = (path for path in sorted(EXAMS.iterdir()) if path.is_dir() and path.name not in own)
     lines = lines_that_pass(*folders)
     sat = {line.partition(":")[0] for line in lines}
     assert {"ode/smooth", "ode/order", "ode/discontinuous", "ode/batch", "ode/dre"} <= sat

@@ -149,7 +149,7 @@ def test_core_knows_no_picture_until_one_is_asked_for():
     code = (
         "import sys, workbench.core.plot_registry as d; assert not d.PLOTTERS; "
         "assert not {'matplotlib', 'workbench.report'} & sys.modules.keys(); "
-        "import workbench as wb; wb.plot; assert len(d.PLOTTERS) == 4"
+        "import workbench as wb; wb.plot; assert len(d.PLOTTERS) == 5"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
 

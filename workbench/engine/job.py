@@ -16,7 +16,7 @@ import numpy as np
 from workbench.core import StepMap
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.kernel.noise import normals
-from workbench.engine.kernel.plan import Plan
+from workbench.engine.kernel.plan import KernelPlan
 
 # Told the share that is done, now and then.
 Progress = Callable[[float], None]
@@ -43,9 +43,9 @@ class Job:
     arithmetic: str = "fused"
 
     @property
-    def plan(self) -> Plan:
+    def plan(self) -> KernelPlan:
         """The plan of its kernel."""
-        return Plan.of_step(self.step, self.varied_parameters, self.has_switches)
+        return KernelPlan.of_step(self.step, self.varied_parameters, self.has_switches)
 
     @cached_property
     def has_switches(self) -> bool:

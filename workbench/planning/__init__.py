@@ -1,15 +1,16 @@
-"""Planning: laws that look ahead within limits.
+"""Planning: trajectories of least cost within limits, feedback along them, and laws that plan in each period.
 
-`linear_mpc` has the problem of linear predictive control, the numbers of its law, and its exact solution. The package
-takes matrices, linear systems and equations, and makes none. Read `linear_mpc/linear_problem.py` first.
+`plan` finds a trajectory by collocation or shooting, and the simulator judges it. `linear_mpc` has the problem of linear
+predictive control, the numbers of its law, and its exact solution. The package takes equations, matrices and linear
+systems, and makes none: `wb.PlannedReference`, `wb.TrajectoryFeedback` and `wb.ModelPredictive` are the blocks. Read
+`trajectories/plan_trajectory.py` and `linear_mpc/linear_problem.py` first.
 
 Examples
 --------
->>> from workbench.planning import MpcLimits, exact_mpc, mpc_problem
->>> limits = MpcLimits(inputs=(-1.0, 1.0))
->>> problem = mpc_problem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], np.eye(2), [[0.1]], 20, limits)
->>> exact_mpc(problem).first_move([3.0, 0.0]).round(9)
-array([-1.])
+>>> motor = wb.open_loop(wb.DCMotor())
+>>> turn = wb.plan(motor, 1.0, cost="energy", end={"omega": 0.1, "i": 0.5}, limits={"v": (-24.0, 24.0)})
+>>> turn.certificate.is_passed
+True
 """
 
 from workbench.core.lazy_names import lazy_names
@@ -20,6 +21,8 @@ _FILES = {
     "SplittingAnswer SplittingNumbers SplittingTuning TerminalSet TuningRow dual_product exact_loops "
     "exact_mpc limited_target move_bound mpc_problem no_memory offset_free operation_count plan_gap "
     "prediction_maps predictive_design recursion_numbers sampled_loss sampled_mpc solve_period splitting_numbers "
-    "terminal_set tune_splitting"
+    "terminal_set tune_splitting",
+    "trajectories": "Funnel Phase Plan PlanCertificate PlanConflictError PlanItem PlanOptions TrajectoryRegulator "
+    "funnel plan trajectory_lqr",
 }
 __all__, __getattr__, __dir__ = lazy_names(__name__, _FILES)

@@ -9,12 +9,14 @@ from workbench.core.validation.signatures import check_arguments
 from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.engine import Trajectories
 from workbench.identification.estimation.fit import Fit
+from workbench.planning.trajectories.trajectory_plan import Plan
 from workbench.report.figures.trajectory_figure import plot_runs
 from workbench.report.linear_loop_plots import draw_loops
 from workbench.report.linear_row_plots import draw_rows
 from workbench.report.pictures.fit_pictures import draw_fit
+from workbench.report.pictures.plan_pictures import draw_plan
 
-PLOTTERS |= {Trajectories: plot_runs, LinearLoop: draw_loops, LinearRows: draw_rows, Fit: draw_fit}
+PLOTTERS |= {Trajectories: plot_runs, LinearLoop: draw_loops, LinearRows: draw_rows, Fit: draw_fit, Plan: draw_plan}
 
 
 @check_arguments
@@ -24,7 +26,7 @@ def plot(thing: object, *names: str, **options: object) -> Any:
     Parameters
     ----------
     thing
-        `Trajectories`, a `LinearLoop`, `LinearRows`, a `Fit`, or a mapping from names to several of one class.
+        `Trajectories`, a `LinearLoop`, `LinearRows`, a `Fit`, a `Plan`, or a mapping from names to several of a class.
     names
         For runs, the signals to draw over time, one panel each, see `Trajectories.plot`. For a loop, the kind of
         picture, such as "bode", see `LinearLoop.plot`; for its rows, see `LinearRows.plot`.

@@ -10,6 +10,7 @@ from workbench.blocks.laws.model_predictive import ModelPredictive
 from workbench.blocks.laws.pid import PID
 from workbench.blocks.laws.scheduled_law import ScheduledLaw
 from workbench.blocks.laws.state_feedback import StateFeedback
+from workbench.blocks.laws.trajectory_feedback import TrajectoryFeedback
 from workbench.blocks.loop.linear_blocks import LinearLaw
 
 __all__ = [
@@ -20,4 +21,5 @@ __all__ = [
     "ScheduledLaw",
     "StateFeedback",
     "LinearLaw",
+    "TrajectoryFeedback",
 ]

@@ -3,6 +3,7 @@
 This package uses time, names and units, and no plant and no law. Read `signal.py` first, then `waveforms.py`.
 """
 
+from workbench.blocks.signals.planned_reference import PlannedReference
 from workbench.blocks.signals.profiles import Trapezoid, WayPoints
 from workbench.blocks.signals.signal import AbstractSignal, CombinedReference
 from workbench.blocks.signals.sine_torque import SineTorque
@@ -13,6 +14,7 @@ __all__ = [
     "AbstractSignal",
     "Chirp",
     "Constant",
+    "PlannedReference",
     "PulseTrain",
     "Ramp",
     "SineTorque",

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 
+from workbench.blocks.signals.piecewise import MOST_PIECES, piecewise_motion
 from workbench.blocks.signals.profiles import refuse_times
-from workbench.blocks.signals.signal import AbstractSignal, Motion, clock
+from workbench.blocks.signals.signal import AbstractSignal, Motion
 from workbench.core import block, option
 from workbench.core.block import Number
 from workbench.core.csv_file import CsvFile
 from workbench.core.validation.refusals import Array, Integers, finite, matrix, one_of, whole
 
-MOST_ROWS = 2000  # each is a comparison at each evaluation, and a part of what is compiled
+MOST_ROWS = MOST_PIECES
 
 
 @block
@@ -141,13 +141,7 @@ class Table(AbstractSignal):
         return float(self.times[-1])
 
     def motion(self, t: Number) -> Motion:
-        rows = self._pieces()
-        chosen = ca.SX(rows[0])
-        for row, time in zip(rows[1:], self.times[1:-1], strict=True):
-            chosen = ca.if_else(clock(t) >= time, ca.SX(row), chosen)
-        s = t - chosen[0]
-        a, b, c, d = ca.vertsplit(chosen[1:], self.dof)
-        return a + s * (b + s * (c + s * d)), b + s * (2 * c + s * 3 * d), 2 * c + 6 * d * s
+        return piecewise_motion(t, self._pieces())
 
     def _pieces(self) -> Array:
         """For each piece its begin and the coefficients of 1, s, s^2 and s^3: (m - 1, 1 + 4 n)."""

@@ -22,14 +22,14 @@ from functools import reduce
 from workbench.engine.kernel.emission import Emission
 from workbench.engine.kernel.loop_emission import Room
 from workbench.engine.kernel.noise import normals_on
-from workbench.engine.kernel.plan import Plan
+from workbench.engine.kernel.plan import KernelPlan
 from workbench.engine.machines.llvm_spelling import declarations
 from workbench.engine.machines.machine import MachineNumber
 
 STACK = 'alignstack(64) "stackrealign"'  # of a function that is called from code with a narrower stack
 
 
-def lower(plan: Plan, width: int, fused_products: bool = True, stack: str = STACK) -> str:
+def lower(plan: KernelPlan, width: int, fused_products: bool = True, stack: str = STACK) -> str:
     """The IR of a plan for vectors of `width` runs, with `fused_products` or without, and how to keep the stack."""
     truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1(<{width} x i1>)"
     functions = [
@@ -138,7 +138,7 @@ end:
 }}"""
 
 
-def _piece(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
+def _piece(plan: KernelPlan, width: int, fused_products: bool, stack: str) -> str:
     graph = plan.graph
     lane, row = ({place: i for i, place in enumerate(places)} for places in (plan.lanes, plan.table))
 
@@ -190,19 +190,19 @@ def _piece(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
     )
 
 
-def _sizes(plan: Plan, width: int) -> dict[str, int]:
+def _sizes(plan: KernelPlan, width: int) -> dict[str, int]:
     """The lengths of the rows in memory."""
     return {"width": width, "np": len(plan.parameters), "nx": plan.states, "group_size": len(plan.table) * width}
 
 
-def _recorded_parts(plan: Plan) -> dict[str, str]:
+def _recorded_parts(plan: KernelPlan) -> dict[str, str]:
     """The argument of the recorded numbers, and the lines that find those of a step; empty if there are none."""
     if not plan.record_size:
         return {"recorded": "", "row_of_step": ""}
     return {"recorded": ", ptr %recorded", "row_of_step": RECORDED.format(nd=plan.record_size)}
 
 
-def _segments(plan: Plan, step: Emission, ends: Sequence[str]) -> tuple[str, str, list[str]]:
+def _segments(plan: KernelPlan, step: Emission, ends: Sequence[str]) -> tuple[str, str, list[str]]:
     """The loop over the segments of a step, behind its other operations, which make the states `ends`.
 
     The block in which it ends, its lines, and the states behind it.
@@ -258,7 +258,7 @@ def _any_finite(e: Emission, states: list[str]) -> None:
     e.lines.append(f"  %alive1 = or i1 %alive, {some}")
 
 
-def _table(plan: Plan, width: int, fused_products: bool, stack: str) -> str:
+def _table(plan: KernelPlan, width: int, fused_products: bool, stack: str) -> str:
     graph = plan.graph
 
     def outside(e: Emission, place: int) -> str:

@@ -15,7 +15,7 @@ from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.job import BLOCKS_OF_A_LOT, Job, JobPiece, Progress, lots, parallel_map, stages
 from workbench.engine.kernel import llvm
 from workbench.engine.kernel.lowering import lower
-from workbench.engine.kernel.plan import Plan
+from workbench.engine.kernel.plan import KernelPlan
 
 FEW = 4  # runs that are served faster by vectors of so many
 WORTH_COMPILING = 400_000  # steps of blocks, done and to be done, in which better code gains what it costs
@@ -23,21 +23,21 @@ ALIGNMENT = 64  # bytes: what the widest vector loads ask for
 
 
 # The steps of blocks that each plan has marched in this process.
-_steps_marched: WeakKeyDictionary[Plan, int] = WeakKeyDictionary()
+_steps_marched: WeakKeyDictionary[KernelPlan, int] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
     """A compiled step: which of its values are made outside the loop, and the functions of `lowering`."""
 
-    plan: Plan
+    plan: KernelPlan
     width: int
     table: Callable[..., None] | None
     piece: Callable[..., bool]
 
 
 @lru_cache(maxsize=256)
-def kernel(plan: Plan, width: int, haste: bool = False, fused_products: bool = True) -> Kernel:
+def kernel(plan: KernelPlan, width: int, haste: bool = False, fused_products: bool = True) -> Kernel:
     """The kernel of a plan, `width` runs side by side, with `fused_products` or without; in `haste` slower code."""
     module = llvm.compile_module(_ir(plan, width, fused_products), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
@@ -114,7 +114,7 @@ def _advance(compiled_kernel: Kernel, job: Job, lot: slice, x: Array, stage: lis
 
 
 @lru_cache(maxsize=256)
-def _constants(plan: Plan, h: float) -> Array:
+def _constants(plan: KernelPlan, h: float) -> Array:
     return _align(np.array(plan.constants(h)))
 
 

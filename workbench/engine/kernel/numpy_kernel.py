@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.job import Job, JobPiece, Progress, parallel_map, pieces
-from workbench.engine.kernel.plan import Evaluation, Plan
+from workbench.engine.kernel.plan import Evaluation, KernelPlan
 from workbench.engine.kernel.tape import Line, Tape, play
 from workbench.engine.machines.numpy_spelling import Arrays, Lanes
 
@@ -48,7 +48,7 @@ class TapeLoop(NamedTuple):
     results: list[int]
 
     @staticmethod
-    def of(plan: Plan, fused_products: bool, nodes: Sequence[int], results: Sequence[int]) -> TapeLoop:
+    def of(plan: KernelPlan, fused_products: bool, nodes: Sequence[int], results: Sequence[int]) -> TapeLoop:
         """The loop that makes some nodes of a plan, and of them the results."""
         tape, sources = Tape(fused_products), dict[int, int]()
 
@@ -68,7 +68,7 @@ class TapeLoop(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _loops(plan: Plan, fused_products: bool) -> tuple[TapeLoop, TapeLoop | None, tuple[int, ...]]:
+def _loops(plan: KernelPlan, fused_products: bool) -> tuple[TapeLoop, TapeLoop | None, tuple[int, ...]]:
     """The loop of a step, that of a segment of it, and the nodes that the first makes for the second."""
     results, segments = plan.graph.results[: plan.states], plan.segments
     if segments is None:
@@ -114,7 +114,7 @@ def _noise(job: Job, steps: Integers) -> Iterator[Array]:
 
 
 def _march_segments(
-    plan: Plan, loop: TapeLoop, values: Mapping[int, Lanes], state: Array, several: Lanes, start: Sequence[Lanes]
+    plan: KernelPlan, loop: TapeLoop, values: Mapping[int, Lanes], state: Array, several: Lanes, start: Sequence[Lanes]
 ) -> None:
     """Put the states at the end of a step into `state` (nx, B) for the runs in which it has several segments."""
     runs = np.flatnonzero(several)

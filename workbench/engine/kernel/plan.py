@@ -1,4 +1,4 @@
-"""Plan: the values of a graph that are made once a run, once a step for all runs, and in the loop; their evaluation."""
+"""Values of a graph that are made once a run, once a step for all runs, and in the loop; their evaluation."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SegmentPlaces(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class KernelPlan:
     """The places of the nodes of a graph in the order of evaluation, by where they are evaluated."""
 
     graph: Graph
@@ -50,12 +50,14 @@ class Plan:
     record_size: int = 0  # numbers of a step that are recorded
 
     @staticmethod
-    def of_step(step: StepMap, varied_parameters: tuple[int, ...], segments: bool = True) -> Plan:
+    def of_step(step: StepMap, varied_parameters: tuple[int, ...], segments: bool = True) -> KernelPlan:
         """The plan of a step's graph, made once for all lengths; of `graph_of` with its segments or without."""
         return _plan_of(graph_of(step, segments), varied_parameters, step.states.size, int(step.rule.d.numel()))
 
     @staticmethod
-    def of(graph: Graph, varied_parameters: Iterable[int], states: int | None = None, record_size: int = 0) -> Plan:
+    def of(
+        graph: Graph, varied_parameters: Iterable[int], states: int | None = None, record_size: int = 0
+    ) -> KernelPlan:
         """The plan where `varied_parameters` differ between runs; of a graph with segments, its number of `states`."""
         states = len(graph.results) if states is None else states
         moving = graph.after("p", set(varied_parameters))
@@ -70,7 +72,7 @@ class Plan:
             for places in (inside + aside, per_run + per_step + inside + aside)
         )
         used |= {place for place in graph.results if not _is_plain(graph.nodes[place])}
-        return Plan(
+        return KernelPlan(
             graph,
             tuple(i for i in numbers if i in needed | used),
             per_run,
@@ -136,8 +138,8 @@ _step_graph = lru_cache(maxsize=128)(step_graph)
 
 
 @lru_cache(maxsize=128)
-def _plan_of(graph: Graph, varied_parameters: tuple[int, ...], states: int, record_size: int) -> Plan:
-    return Plan.of(graph, varied_parameters, states, record_size)
+def _plan_of(graph: Graph, varied_parameters: tuple[int, ...], states: int, record_size: int) -> KernelPlan:
+    return KernelPlan.of(graph, varied_parameters, states, record_size)
 
 
 def _is_plain(node: Node) -> bool:

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 from workbench.engine.kernel import llvm
 from workbench.engine.kernel.lowering import lower
-from workbench.engine.kernel.plan import Plan
+from workbench.engine.kernel.plan import KernelPlan
 from workbench.engine.machines.webassembly_spelling import FEATURES, TRIPLE, WIDTH
 
 MEMORY = "env", "__linear_memory"
@@ -21,7 +21,7 @@ SYMBOLS, FUNCTION, UNDEFINED_FLAG = 8, 0, 0x10  # of the "linking" section, by t
 
 
 @lru_cache(maxsize=64)
-def compile_plan(plan: Plan) -> bytes:
+def compile_plan(plan: KernelPlan) -> bytes:
     """The module of a plan: it imports its memory, and exports the functions of `lowering`, without fused products.
 
     Raises

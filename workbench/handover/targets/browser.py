@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.core import SampledLaw
 from workbench.core.templates import template_text
-from workbench.engine.kernel.plan import Plan
+from workbench.engine.kernel.plan import KernelPlan
 from workbench.handover.c99.c_files import CCode
 from workbench.handover.memory_digest import digest
 from workbench.handover.recording import BLOCK, Recording
@@ -58,7 +58,7 @@ def _write(law: SampledLaw, recording: Recording, folder: Path) -> None:
         from workbench.engine.kernel import webassembly
     except ImportError:
         raise TargetError("nothing is compiled for a browser without llvmlite") from None
-    plan = Plan.of_step(law.step, ())
+    plan = KernelPlan.of_step(law.step, ())
     try:
         (folder / MODULE).write_bytes(webassembly.compile_plan(plan))
     except ValueError as error:

@@ -13,7 +13,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Ode, SampledSystem, StepMap, rk4
 from workbench.core.validation.refusals import Array
 from workbench.engine.kernel.graph import Level
-from workbench.engine.kernel.plan import Plan, pass_of
+from workbench.engine.kernel.plan import KernelPlan, pass_of
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.study.study import Outcome
 
@@ -50,7 +50,7 @@ def march(step: StepMap, stride: int, modules: Modules, has_switches: bool = Tru
     """
     from workbench.engine.kernel import webassembly  # with llvmlite, which not every machine has
 
-    plan = Plan.of_step(step, (), has_switches)
+    plan = KernelPlan.of_step(step, (), has_switches)
     return {
         "module": modules.place(webassembly.compile_plan(plan)),
         "h": step.h,
@@ -70,7 +70,7 @@ def coarser(step: StepMap, rows: int, stride: int, has_switches: bool = True) ->
     one before; the first is the finest. A run of few steps needs none.
     """
     lengths: list[dict[str, object]] = []
-    plan, last = Plan.of_step(step, (), has_switches), float(stride)
+    plan, last = KernelPlan.of_step(step, (), has_switches), float(stride)
     for fewer in range(stride - 1, 0, -1) if rows * stride >= MANY else ():
         if stride % fewer or 3 * fewer > 2 * last:
             continue

@@ -1,0 +1,127 @@
+"""The certificate of a plan: the march from node to node and from the start, limits between nodes, and the optimum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
+from workbench.planning.trajectories.marching import STEPS, MarchedArc, defects, march, ranges, run_from_start
+from workbench.planning.trajectories.plan_problem import Ends, PlanProblem
+from workbench.planning.trajectories.plan_search import PlanSearchEnd
+from workbench.planning.trajectories.plan_values import Values
+
+BETWEEN = 1e-3  # of the size of a limit, by which a state may pass it between nodes
+
+
+@dataclass(frozen=True)
+@show
+class PlanCertificate:
+    """The checks of a plan. Distances are shares of the range of each state.
+
+    Parameters
+    ----------
+    defect
+        The largest distance by which the simulator, started at a node with the inputs of the plan, misses the next one.
+    run_defect
+        The same in one run from the start to the end, which an unstable plant enlarges.
+    march_error
+        The largest change of the march by half its step.
+    violations
+        By limit, the largest excess on the march, nodes and between, as a share of the size of the limit.
+    kkt
+        The residual of the optimality conditions in the solver's scaling.
+    objective_error
+        The relative change of the objective by the last cut of all intervals; of held inputs a third of it, as their
+        error falls with the square of the length.
+    tolerance, objective_tolerance
+        What was asked of `defect` and of `objective_error`.
+    status
+        The solver's word for its end.
+    """
+
+    defect: float
+    run_defect: float
+    march_error: float
+    violations: Mapping[str, float]
+    kkt: float
+    objective_error: float
+    tolerance: float
+    objective_tolerance: float
+    status: str
+
+    @property
+    def is_passed(self) -> bool:
+        """True if the march keeps the plan and its limits, and the objective has settled."""
+        return not self.failures
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Sentences on what does not hold."""
+        checks = {
+            f"The march misses a node by {self.defect:.2g} of a range; {self.tolerance:.2g} was asked": self.defect
+            <= self.tolerance,
+            f"Half the step changes the march by {self.march_error:.2g}": self.march_error <= self.tolerance,
+            f"The objective changed by {self.objective_error:.2g} with the last mesh; {self.objective_tolerance:.2g} "
+            "was asked": self.objective_error <= self.objective_tolerance,
+        }
+        worst = max(self.violations, key=lambda name: self.violations[name], default="")
+        if worst:
+            sentence = f"'{worst}' is passed by {self.violations[worst]:.2g} of its size"
+            checks[sentence] = self.violations[worst] <= BETWEEN
+        return tuple(f"{sentence}." for sentence, holds in checks.items() if not holds)
+
+
+def certify(end: PlanSearchEnd, tolerance: float, objective_tolerance: float) -> PlanCertificate:
+    """The certificate of the end of a search."""
+    problem, values = end.problem, end.program.values
+    finer = march(problem, values, 2 * STEPS)
+    size = ranges(values)
+    changes = [np.abs(a.x[:, -1] - b.x[:, -1]) / size for a, b in zip(end.runs, finer, strict=True)]
+    runs = run_from_start(problem, values)
+    apart = max(float((np.abs(run - arc.x) / size).max()) for run, arc in zip(runs, values, strict=True))
+    return PlanCertificate(
+        max(float(miss.max()) for miss in defects(values, finer)),
+        apart,
+        max(float(change.max()) for change in changes),
+        violations_of(problem, values, finer),
+        end.program.kkt,
+        end.objective_error,
+        tolerance,
+        objective_tolerance,
+        end.program.status,
+    )
+
+
+def violations_of(problem: PlanProblem, values: Values, runs: tuple[MarchedArc, ...]) -> dict[str, float]:
+    """By limit, the largest excess on the march of each phase, over the size of the limit; zero where it holds."""
+    excess: dict[str, float] = {}
+    begin = 0.0
+    for phase, arc, run in zip(problem.phases, values, runs, strict=True):
+        shares = np.linspace(0.0, 1.0, run.x.shape[1])
+        x = run.x.reshape(-1, problem.nx)
+        u = (arc.begins[:, None] + shares[:, None] * (arc.ends - arc.begins)[:, None]).reshape(-1, problem.nu)
+        nodes = begin + arc.T * arc.shares
+        t = (nodes[:-1, None] + shares * np.diff(nodes)[:, None]).ravel()
+        g = np.array(phase.path(t[np.newaxis], x.T, u.T)).T if phase.path_names else np.zeros((len(t), 0))
+        slope = (arc.ends - arc.begins) / np.diff(nodes)[:, None]
+        several = f"{phase.name}: " if len(problem.phases) > 1 else ""
+        groups = [(problem.ode.states.labels, phase.x, x), (problem.inputs, phase.u, u), (phase.path_names, phase.g, g)]
+        groups.append((tuple(f"rate of {label}" for label in problem.inputs), phase.slope, slope))
+        for labels, ends, rows in groups:
+            for j, label in enumerate(labels):
+                if np.isfinite(ends.low[j]) or np.isfinite(ends.high[j]):
+                    excess[f"{several}{label}"] = _excess(ends, j, rows[:, j])
+        begin = float(nodes[-1])
+    return excess
+
+
+def _excess(ends: Ends, j: int, values: Array) -> float:
+    low, high = float(ends.low[j]), float(ends.high[j])
+    finite = [abs(end) for end in (low, high) if np.isfinite(end)]
+    size = high - low if len(finite) == 2 else max(float(np.ptp(values)), *finite)
+    over = max(float((values - high).max()), float((low - values).max()), 0.0)
+    return over / size if size > 0 else over
