@@ -141,9 +141,9 @@ def predictive_design(
     numbers = splitting_numbers(problem, sweeps=sweeps)
     if sweeps is None and not numbers.is_proved:
         raise DesignError(
-            "`predictive_design(limits=...)`: no number of sweeps is proved to suffice for hard limits on states, or on "
-            "inputs and their rates together, as their rows depend on each other. Make limits on states soft by "
-            "`soft_weight`, leave out limits on rates, or give `sweeps` and judge the runs by their `residual`."
+            "`predictive_design(limits=...)`: no number of sweeps is proved to suffice for hard limits on states, or "
+            "for limits on inputs and their rates together, as their rows depend on each other. Make limits on states "
+            "soft by `soft_weight`, leave out limits on rates, or give `sweeps` and judge runs by their `residual`."
         )
     return PredictiveDesign(*names, float(period), problem, numbers)
 
