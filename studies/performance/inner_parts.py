@@ -11,7 +11,7 @@ from workbench.engine import Trajectories
 from workbench.engine.job import Job
 from workbench.engine.kernel import llvm, native
 from workbench.engine.kernel.lowering import lower
-from workbench.engine.kernel.plan import Plan
+from workbench.engine.kernel.plan import KernelPlan
 from workbench.engine.pilot_selection import pilot_runs
 from workbench.engine.step_choice import Pilots, StepChoice, search_step
 from workbench.report.html_page import html
@@ -23,7 +23,7 @@ __all__ = [
     "StepChoice",
     "Job",
     "Pilots",
-    "Plan",
+    "KernelPlan",
     "Trajectories",
     "html",
     "live_data",
