@@ -1,7 +1,7 @@
 """The inner parts of the workbench that this bench times, each by itself.
 
 No engineer needs them, and the other files of the bench have them from here. The kernel is timed from its operations
-(`Plan`, `lower`) to machine code (`llvm`) and to a call of it (`native`, `Job`).
+(`KernelPlan`, `lower`) to machine code (`llvm`) and to a call of it (`native`, `Job`).
 The choice of a step (`search_step`, `pilot_runs`, `METHODS`) is held against the precision of peers. The page that a
 reader turns is timed from its data (`live_data`, `loop_study`) to its text (`html`).
 """
